@@ -43,5 +43,7 @@ def through_train(
 
 def unmoved(scene: Scene) -> str:
     """Why the train of a scene cannot move its follower as asked; empty if it can."""
-    faults = (fault for fault in faults_of(scene.to_dict()) if fault[0].startswith(("train", "follower.dynamics")))
+    faults = (
+        fault for fault in faults_of(scene, scene.to_dict()) if fault[0].startswith(("train", "follower.dynamics"))
+    )
     return next((f"{key}: {why}" for key, _, why in faults), "")

@@ -399,7 +399,7 @@ def _resolved(same: Same[Scene]) -> Problem:
     values, (_, load) = SceneValues(scene), constant_and_changing(*load_and_unit(scene))
     turn = given_segments(scene.motion, scene.cam.rpm)
     if scene.profile:
-        motion = programme_of(scene.profile, scene.cam, scene.follower, load)
+        motion = programme_of(scene, load)
     else:
         motion = Programme.from_segments(turn, angular=scene.given_turns, laws=laws, load=load)
     programme = values.driving(motion, setup, turn)

@@ -117,11 +117,11 @@ def _unknown_laws(scene: "Scene", values: Mapping[str, Any]) -> Iterator[Mistake
     known = (*LAWS, *scene.laws)
     for name in LAW_KEYS:
         law = values.get(name)
-        if not is_missing(law) and law not in known and law not in _own_law_names(scene.to_dict()):
+        if not is_missing(law) and law not in known and law not in _own_law_names(scene):
             yield Mistake(ROW, name, law, f"a motion law; {nearest(str(law), known)}")
 
 
-def _own_law_names(data: Mapping[str, Any]) -> tuple[str, ...]:
+def _own_law_names(scene: "Scene") -> tuple[str, ...]:
     """The laws of the rises and of the returns of a motion, as tables name them; none has the name ""."""
-    turn = turn_in(data)
+    turn = turn_in(scene)
     return ("",) if turn is None else ("", turn[1].law_names(RISE), turn[1].law_names(RETURN))

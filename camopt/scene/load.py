@@ -1,19 +1,19 @@
-"""The external loads of a scene: constants, or tables over the turn, given as rows or as a CSV file.
-
-The checks work on the plain mapping of a scene, as those of ``scene.checks`` do.
-"""
+"""The external loads of a scene: constants, or tables over the turn, given as rows or as a CSV file."""
 
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from math import inf
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from camopt.motion.load import ExternalLoad
 from camopt.scene.csv_columns import MOST_SPANS, read_columns
-from camopt.scene.law_forms import LEAST_GAP, Fault
+from camopt.scene.law_forms import AS_GIVEN, LEAST_GAP, Fault
 from camopt.scene.mapping import tables_in
 from camopt.scene.own_laws import LARGEST_NUMBER
+
+if TYPE_CHECKING:
+    from camopt.scene.scene import Scene
 
 FILE_COLUMNS = ("angle", "load")
 ROW_MESSAGE = "must be a row [cam angle in deg, load]"
@@ -59,21 +59,23 @@ def read_load(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
                 table["load"] = [list(row) for row in zip(*columns.values(), strict=True)]
 
 
-def check_load(data: Mapping[str, Any]) -> Iterator[Fault]:
+def check_load(scene: "Scene") -> Iterator[Fault]:
     """The first fault of the rows of each load."""
-    for key, table in _places(data):
-        if isinstance(rows := table.get("load"), list):
+    loads = {"follower.dynamics.load": scene.follower.dynamics and scene.follower.dynamics.load}
+    loads |= {f"train.{number}.load": stage.load for number, stage in enumerate(scene.train, start=1)}
+    for key, rows in loads.items():
+        if isinstance(rows, tuple):
             yield from _check_rows(key, rows)
 
 
-def _check_rows(key: str, rows: list[Any]) -> Iterator[Fault]:
+def _check_rows(key: str, rows: tuple[Any, ...]) -> Iterator[Fault]:
     """The first fault of the rows of a load."""
     if not 1 <= len(rows) <= MOST_SPANS:
         yield key, None, f"has {len(rows)} rows; it must have 1 to {MOST_SPANS}"
         return
     for number, row in enumerate(rows, start=1):
-        if not isinstance(row, list) or len(row) != 2 or not all(map(_is_number, row)):
-            yield f"{key}.{number}", row, ROW_MESSAGE
+        if not isinstance(row, tuple) or len(row) != 2 or not all(map(_is_number, row)):
+            yield f"{key}.{number}", AS_GIVEN, ROW_MESSAGE
             return
         angle, load = row
         if not 0.0 <= angle <= 360.0:

@@ -1,7 +1,7 @@
 """The plain mapping of a scene, unchecked: its values by key, its numbers, its segments."""
 
-from collections.abc import Collection, Iterator, Mapping
-from math import isfinite, nan
+from collections.abc import Iterator, Mapping
+from math import isfinite
 from numbers import Real
 from typing import Any
 
@@ -10,8 +10,12 @@ FOLLOWER = "follower"
 
 
 def at(data: Mapping[str, Any], key: str) -> Any:
+    """The value under a key; items of lists are counted from 1."""
     value: Any = data
     for part in key.split("."):
+        value = (
+            {str(place): each for place, each in enumerate(value, start=1)} if isinstance(value, list) else value
+        )
         value = value.get(part) if isinstance(value, Mapping) else None
     return value
 
@@ -29,15 +33,6 @@ def length(data: Mapping[str, Any], key: str) -> float | None:
     """A size, mm; None where it is missing or wrong."""
     size = number_of(at(data, key))
     return size if size and size > 0.0 else None
-
-
-def without(data: Any, keys: Collection[str], key: str = "") -> Any:
-    """The mapping without the numbers of given keys, which were refused and may have any size."""
-    if isinstance(data, Mapping):
-        return {name: without(value, keys, f"{key}{name}.") for name, value in data.items()}
-    if isinstance(data, list):
-        return [without(value, keys, f"{key}{place}.") for place, value in enumerate(data, start=1)]
-    return nan if isinstance(data, Real) and key[:-1] in keys else data
 
 
 def tables_in(value: Any) -> list[Mapping[str, Any]]:

@@ -1,9 +1,9 @@
 """The conditions on the moves of a scene: whether they can be met, and whether a named law meets them."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import accumulate
 from math import radians
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,44 +16,43 @@ from camopt.motion.run import Contradiction
 from camopt.motion.segments import MOVE, GivenSegment, positions_of
 from camopt.motion.stroke import Stroke, asked_range
 from camopt.motion.table import ALL_STROKES
-from camopt.scene.law_forms import NEAR_END, Fault
-from camopt.scene.mapping import tables_in
-from camopt.scene.own_laws import are_faultless, law_in, own_law_tables
-from camopt.scene.segments import asked_value
+from camopt.scene.law_forms import AS_GIVEN, NEAR_END, Fault
+from camopt.scene.own_laws import are_faultless, law_in, law_of, law_tables
+from camopt.scene.tables import Segment
+
+if TYPE_CHECKING:
+    from camopt.scene.scene import Scene
 
 INSIDE_MOVE = 1e-6  # of a move: the least distance of a condition from its ends, and the least length of a range
 MOVE_SAMPLES = 257  # angles of a move
 
 
-def check_moves(
-    data: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], given: Sequence[GivenSegment]
-) -> Iterator[Fault]:
+def check_moves(scene: "Scene", given: Sequence[GivenSegment]) -> Iterator[Fault]:
     """Every fault of the conditions on moves, if segments and laws are faultless by themselves."""
-    faults = list(_conditions(rows))
+    faults = list(_conditions(scene.motion))
     yield from faults
-    if faults or not has_laws(data, given):
+    if faults or not has_laws(scene, given):
         return
     if any(segment.law for segment in given if segment.segment == MOVE):
-        yield from _laws_of_moves(data, given)
-    yield from _contradictions(data, given)
+        yield from _laws_of_moves(scene, given)
+    yield from _contradictions(scene, given)
 
 
-def has_laws(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> bool:
+def has_laws(scene: "Scene", given: Sequence[GivenSegment]) -> bool:
     """Whether all laws that segments name are there, and the scene's own are faultless."""
-    names = [segment.law for segment in given if segment.law is not None]
-    known = {**LAWS, **own_law_tables(data)}
-    return all(isinstance(name, str) and name in known for name in names) and are_faultless(data)
+    names = (segment.law for segment in given if segment.law is not None)
+    return all(name in LAWS or name in scene.laws for name in names) and are_faultless(scene)
 
 
-def turn_as_given(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> Programme:
+def turn_as_given(scene: "Scene", given: Sequence[GivenSegment]) -> Programme:
     """The turn of faultless laws and segments, displacements as they are given."""
-    own = {name: law_in(name, law) for name, law in own_law_tables(data).items()}
+    own = {name: law_of(name, law) for name, law in scene.laws.items()}
     return Programme.from_segments(given, angular=False, laws={**LAWS, **own})
 
 
-def _laws_of_moves(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> Iterator[Fault]:
+def _laws_of_moves(scene: "Scene", given: Sequence[GivenSegment]) -> Iterator[Fault]:
     """Check that a law of positions starts and ends where its move does, and meets the conditions at its end."""
-    tables, ends = own_law_tables(data), positions_of(given)
+    tables, ends = law_tables(scene), positions_of(given)
     named = (tables[segment.law]["positions"] for segment in given if segment.segment == MOVE and segment.law)
     room = NEAR_END * max(max(ends) - min(ends), *(max(map(abs, positions)) for positions in named))
     starts = [0.0, *accumulate(segment.angle for segment in given)]
@@ -71,37 +70,32 @@ def _laws_of_moves(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> It
         yield from _missed(law_in(segment.law, tables[segment.law]), asked, before, starts[k - 1], f"motion.{k}")
 
 
-def _conditions(rows: Sequence[Mapping[str, Any]]) -> Iterator[Fault]:
+def _conditions(rows: Sequence[Segment]) -> Iterator[Fault]:
     """Check that conditions on the way of a move are at angles inside it, and are not empty."""
     turned = 0.0
     for k, row in enumerate(rows, start=1):
-        before, turned = turned, turned + row["angle"]
-        for number_, each in enumerate(tables_in(row.get("through")), start=1):
+        before, turned = turned, turned + row.angle
+        for number_, each in enumerate(row.through, start=1):
             key = f"motion.{k}.through.{number_}"
-            start, end = asked_range(asked_value(each["angle"]))
-            room = INSIDE_MOVE * row["angle"]
-            if not set(each) <= {"angle", *DERIVATIVE_NAMES}:
-                continue  # which is said
-            if all(each.get(name) is None for name in DERIVATIVE_NAMES):
-                yield (
-                    key,
-                    None,
-                    f"asks for nothing: give {', '.join(DERIVATIVE_NAMES[:-1])} or {DERIVATIVE_NAMES[-1]}",
-                )
+            start, end = asked_range(each.angle)
+            room = INSIDE_MOVE * row.angle
+            if all(getattr(each, name) is None for name in DERIVATIVE_NAMES):
+                names = f"{', '.join(DERIVATIVE_NAMES[:-1])} or {DERIVATIVE_NAMES[-1]}"
+                yield key, None, f"asks for nothing: give {names}"
             elif start == end and not before + room <= start <= turned - room:
                 what = f"must be inside the move, between {before:g} and {turned:g} deg of the turn"
-                yield f"{key}.angle", each["angle"], f"{what}; its end has keys of its own (to, velocity, …)"
+                yield f"{key}.angle", AS_GIVEN, f"{what}; its end has keys of its own (to, velocity, …)"
             elif start < end and not (before - room <= start and end <= turned + room and end - start >= room):
                 what = f"must be a range within the move, from {before:g} to {turned:g} deg of the turn"
-                yield f"{key}.angle", each["angle"], what
+                yield f"{key}.angle", AS_GIVEN, what
 
 
-def _contradictions(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> Iterator[Fault]:
+def _contradictions(scene: "Scene", given: Sequence[GivenSegment]) -> Iterator[Fault]:
     """Check that the conditions on moves can be met."""
     if not any(segment.segment == MOVE and segment.law is None for segment in given):
         return
     try:
-        if turn_as_given(data, given).lift == 0.0:
+        if turn_as_given(scene, given).lift == 0.0:
             yield "motion", None, "stays where it is: nothing that is asked moves it"
     except Contradiction as contradiction:
         first, *others = contradiction.keys

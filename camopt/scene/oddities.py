@@ -108,7 +108,7 @@ def thin_hub(scene: Scene) -> list[str]:
 def thin_side(scene: Scene) -> list[str]:
     """A sentence on a groove that comes nearer than ``THIN_SIDE`` of its depth to the ends of its cylinder."""
     whole, depth = scene.part.thickness, scene.part.groove_depth
-    run = groove_run(scene.to_dict()) if whole and depth else None
+    run = groove_run(scene) if whole and depth else None
     if not whole or not depth or run is None or whole - run >= 2.0 * THIN_SIDE * depth:
         return []
     left, deep = (f"{shown(each, 'mm'):.4g} {shown_unit('mm')}" for each in ((whole - run) / 2.0, depth))

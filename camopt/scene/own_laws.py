@@ -1,12 +1,12 @@
 """The scene's own laws: how they become laws, their files, and their checks.
 
-The checks work on the plain mapping of a scene, as those of ``scene.checks`` do. What a law is made from is in
+The checks work on the tables of the laws, which forms of laws share. What a law is made from is in
 ``law_forms``.
 """
 
 from collections.abc import Container, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from camopt.motion import LAWS
 from camopt.motion.aliases import law_named, segment_named
@@ -25,6 +25,9 @@ from camopt.scene.law_forms import (
     leeway,
 )
 from camopt.scene.tables import OwnLaw
+
+if TYPE_CHECKING:
+    from camopt.scene.scene import Scene
 
 GIVEN_BY = "law, scca, start and end, degree, knots and coefficients (of a move: positions), x and s, or a file"
 ONE_VALUE = {"degree", "law"}  # keys with one value
@@ -76,14 +79,19 @@ def _crossing(law: LawValues) -> float | None:
     return None if law.get("crossing") is None else float(law["crossing"])
 
 
-def law_names(data: Mapping[str, Any]) -> tuple[str, ...]:
-    """The names of the laws that a rise or return can have: the built-in ones and the scene's own."""
-    return (*LAWS, *(name for name, law in own_law_tables(data).items() if not is_of_moves(law)))
+def law_names(laws: Mapping[str, Any]) -> tuple[str, ...]:
+    """The names of the laws that a rise or return can have: the built-in ones and others, by their tables."""
+    return (*LAWS, *(name for name, law in laws.items() if not is_of_moves(law)))
 
 
-def laws_of_moves(data: Mapping[str, Any]) -> tuple[str, ...]:
+def laws_of_moves(laws: Mapping[str, Any]) -> tuple[str, ...]:
     """The names of the laws that a move can have."""
-    return tuple(name for name, law in own_law_tables(data).items() if is_of_moves(law))
+    return tuple(name for name, law in laws.items() if is_of_moves(law))
+
+
+def law_tables(scene: "Scene") -> dict[str, LawValues]:
+    """The values of the scene's own laws by key, by name."""
+    return {name: vars(law) for name, law in scene.laws.items()}
 
 
 def is_of_moves(law: Any) -> bool:
@@ -142,10 +150,11 @@ def check_laws(data: Mapping[str, Any]) -> Iterator[Fault]:
             yield from _check_law(name, law)
 
 
-def are_faultless(data: Mapping[str, Any]) -> bool:
+def are_faultless(scene: "Scene") -> bool:
     """Whether a scene's own laws have no fault, neither of values nor of files."""
-    laws = map(OwnLaw.sound, own_law_tables(data).values())
-    return all(law is not None and law.file is None for law in laws) and not any(check_laws(data))
+    laws = law_tables(scene)
+    named = any(law["file"] is not None for law in laws.values())
+    return not (scene.has_wrong("laws") or named or any(check_laws({"laws": laws})))
 
 
 def _check_law(name: str, law: LawValues) -> Iterator[Fault]:

@@ -1,6 +1,6 @@
 """The scene's own quantities: how expressions become quantities, and the checks of them and of their names.
 
-The checks work on the plain mapping of a scene, as those of ``scene.checks`` do.
+The checks work on the tables of the quantities.
 """
 
 import re

@@ -6,11 +6,11 @@ groove; the mean radius is in the middle of its depth.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from datetime import date
 from functools import partial
 from math import asin, hypot, radians, sin
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
@@ -18,9 +18,9 @@ from camopt.mechanisms import Mechanism
 from camopt.mechanisms.body import DISC, EVERY_BODY, Body
 from camopt.quantities.key import LENGTHS, Key
 from camopt.scene.fits import FIT, SHAFT_FIT
-from camopt.scene.law_forms import Fault
-from camopt.scene.mapping import at, length
+from camopt.scene.law_forms import AS_GIVEN, Fault
 from camopt.scene.materials import MATERIALS
+from camopt.scene.sizes import known
 from camopt.scene.tables import (
     Anywhere,
     Cam,
@@ -33,6 +33,9 @@ from camopt.scene.tables import (
     one_line,
     or_text,
 )
+
+if TYPE_CHECKING:
+    from camopt.scene.scene import Scene
 
 
 def _is_fit(value: Any, pattern: str, example: str) -> Any:
@@ -231,127 +234,117 @@ def resolved(
     return part.model_copy(update={key: v for key, v in elsewhere.items() if getattr(part, key) is None})
 
 
-def check_part(
-    data: Mapping[str, Any], mechanism: Mechanism, travel: float | None, radius: float | None
-) -> Iterator[Fault]:
+def check_part(scene: "Scene", mechanism: Mechanism, travel: float | None, radius: float | None) -> Iterator[Fault]:
     """Check that the given sizes of the part fit together and lie inside the cam.
 
     ``travel`` of the follower is in mm, or in deg of its arm; ``radius`` is that of a roller or spherical face.
     """
-    part = data.get("part")
-    if not isinstance(part, Mapping):
-        return
-    body = mechanism.body
+    part, body = scene.part, mechanism.body
     for key in dict.fromkeys(key for other in EVERY_BODY for key in other.part if key not in body.part):
-        if part.get(key) is not None:
-            yield f"part.{key}", part[key], f"a {body.words} has none"
-    if part.get("disc_gap") is not None and not mechanism.second_keys:
-        yield "part.disc_gap", part["disc_gap"], "is that of a conjugate pair, and this cam has one disc"
-    shaft, bore = length(data, "cam.shaft_diameter"), length(data, "part.bore")
+        if getattr(part, key) is not None:
+            yield f"part.{key}", AS_GIVEN, f"a {body.words} has none"
+    if part.disc_gap is not None and not mechanism.second_keys:
+        yield "part.disc_gap", AS_GIVEN, "is that of a conjugate pair, and this cam has one disc"
+    shaft, bore = known(scene.cam.shaft_diameter), known(part.bore)
     if shaft and bore and shaft != bore:
         yield "part.bore", bore, f"must be cam.shaft_diameter ({shaft:g}), or one of both is left out"
         return
-    yield from _keyway(data, part)
+    hole = _Hole(scene)
+    yield from _keyway(part, hole)
     if body.closed:
-        bases = [length(data, key) for key in (f"cam.{body.size}", "drive.base_radius")]
+        bases = [known(getattr(scene.cam, body.size)), known(scene.drive.base_radius)]
         base = min((each for each in bases if each), default=None)
-        yield from _hub(data, part, base, 1 + bool(mechanism.second_keys)) if body.bounded else ()
-        yield from _inside(data, base, "the base circle (radius {:g})")
-        yield from _in_face(data, body)
+        yield from _hub(part, hole, base, 1 + bool(mechanism.second_keys)) if body.bounded else ()
+        yield from _inside(part, hole, base, "the base circle (radius {:g})")
+        yield from _in_face(part, body)
     else:
-        yield from _groove(data, mechanism, travel, radius)
+        yield from _groove(scene, hole, mechanism, travel, radius)
 
 
-def _bore(data: Mapping[str, Any]) -> float | None:
-    """The bore's diameter; None where there is none, or it is wrong."""
-    return length(data, "part.bore" if at(data, "part.bore") is not None else "cam.shaft_diameter")
+class _Hole:
+    """The hole of a part: the bore's diameter, and the largest distance of bore and keyway from the axis."""
+
+    def __init__(self, scene: "Scene") -> None:
+        part = scene.part
+        self.is_given = part.bore is not None or scene.cam.shaft_diameter is not None
+        self.bore = known(scene.cam.shaft_diameter if part.bore is None else part.bore)
+        width, depth = (known(getattr(part, key)) or 0.0 for key in KEYWAY)
+        self.reach = None if self.bore is None else reach_of(self.bore, width if depth else 0.0, depth)
 
 
-def _reach(data: Mapping[str, Any]) -> float | None:
-    """The largest distance of bore and keyway from the axis."""
-    bore = _bore(data)
-    width, depth = (length(data, f"part.{key}") or 0.0 for key in KEYWAY)
-    return None if bore is None else reach_of(bore, width if depth else 0.0, depth)
-
-
-def _keyway(data: Mapping[str, Any], part: Mapping[str, Any]) -> Iterator[Fault]:
+def _keyway(part: Part, hole: _Hole) -> Iterator[Fault]:
     """A keyway has a width, a depth and a bore that it is in."""
-    given = [key for key in (*KEYWAY, "keyway_angle") if part.get(key) is not None]
+    given = [key for key in (*KEYWAY, "keyway_angle") if getattr(part, key) is not None]
     if not given:
         return
     for key in KEYWAY:
-        if part.get(key) is None:
+        if getattr(part, key) is None:
             yield f"part.{key}", None, f"missing; the keyway of part.{given[0]} needs it"
-    if part.get("bore") is None and at(data, "cam.shaft_diameter") is None:
+    if not hole.is_given:
         yield "part.bore", None, "missing; a keyway needs it, or cam.shaft_diameter"
-    bore, width = _bore(data), length(data, "part.keyway_width")
-    if bore and width and width >= bore:
-        yield "part.keyway_width", width, f"must be below the diameter of the bore ({bore:g})"
+    width = known(part.keyway_width)
+    if hole.bore and width and width >= hole.bore:
+        yield "part.keyway_width", width, f"must be below the diameter of the bore ({hole.bore:g})"
 
 
-def _hub(data: Mapping[str, Any], part: Mapping[str, Any], base: float | None, discs: int) -> Iterator[Fault]:
+def _hub(part: Part, hole: _Hole, base: float | None, discs: int) -> Iterator[Fault]:
     """A hub has a diameter and a length, is longer and wider than what it holds, and lies behind the profile."""
-    given = [key for key in HUB if part.get(key) is not None]
+    given = [key for key in HUB if getattr(part, key) is not None]
     for key in (*HUB, "thickness") if given else ():
-        if part.get(key) is None:
+        if getattr(part, key) is None:
             yield f"part.{key}", None, f"missing; part.{given[0]} is that of a hub on a plate"
-    whole, plate = length(data, "part.hub_length"), length(data, "part.thickness")
+    whole, plate, diameter = map(known, (part.hub_length, part.thickness, part.hub_diameter))
     if plate and discs > 1:
-        plate = discs * plate + (length(data, "part.disc_gap") or USUAL_GAP * plate)
+        plate = discs * plate + (known(part.disc_gap) or USUAL_GAP * plate)
     if whole and plate and whole < plate:
         what = "the thickness" if discs == 1 else "two thicknesses and the gap"
         yield "part.hub_length", whole, f"must be at least {what} ({plate:g}), which it includes"
-    diameter, reach = length(data, "part.hub_diameter"), _reach(data)
+    reach = hole.reach
     if diameter and reach and diameter <= 2 * reach:
         yield "part.hub_diameter", diameter, f"must be above {2 * reach:g}: the bore and its keyway are inside it"
     if diameter and base and (reach or 0.0) < base < diameter / 2:
         yield "part.hub_diameter", diameter, f"must be at most twice the base radius ({2 * base:g})"
 
 
-def _inside(data: Mapping[str, Any], radius: float | None, what: str) -> Iterator[Fault]:
+def _inside(part: Part, hole: _Hole, radius: float | None, what: str) -> Iterator[Fault]:
     """Bore and keyway are inside a circle about the axis."""
-    reach, bore = _reach(data), _bore(data)
-    if not radius or not reach or not bore or reach < radius:
+    if not radius or not hole.reach or not hole.bore or hole.reach < radius:
         return
-    own = length(data, "part.bore")
-    if bore / 2 < radius:
-        yield "part.keyway_depth", at(data, "part.keyway_depth"), f"must leave a wall to {what.format(radius)}"
-    elif own:  # a shaft as thick as the base circle is told as such, or allowed: then it is one with the cam
+    if hole.bore / 2 < radius:
+        yield "part.keyway_depth", AS_GIVEN, f"must leave a wall to {what.format(radius)}"
+    elif own := known(part.bore):  # a shaft as thick as the base circle is told as such, or is one with the cam
         yield "part.bore", own, f"must leave a wall to {what.format(radius)}"
 
 
-def _in_face(data: Mapping[str, Any], body: Body) -> Iterator[Fault]:
+def _in_face(part: Part, body: Body) -> Iterator[Fault]:
     """A groove in the face of a disc leaves a bottom, and a rib stands on a plate."""
-    key = f"part.{body.flank_height}"
-    whole, height = length(data, "part.thickness"), length(data, key) if body.flank_height else None
+    whole, height = known(part.thickness), known(getattr(part, body.flank_height, None))
     if whole and height and height >= whole:
-        why = "it has a bottom" if "groove_depth" in key else "the rib stands on a plate"
-        yield key, height, f"must be below the thickness ({whole:g}): {why}"
+        why = "it has a bottom" if "groove_depth" in body.flank_height else "the rib stands on a plate"
+        yield f"part.{body.flank_height}", height, f"must be below the thickness ({whole:g}): {why}"
 
 
 def _groove(
-    data: Mapping[str, Any], mechanism: Mechanism, travel: float | None, radius: float | None
+    scene: "Scene", hole: _Hole, mechanism: Mechanism, travel: float | None, radius: float | None
 ) -> Iterator[Fault]:
     """A groove (rib) lies within the length of the cylinder, and leaves a wall to the bore."""
     body = mechanism.body
     key, what = f"part.{body.flank_height}", body.flank_height.partition("_")[0]
-    mean, depth = length(data, f"cam.{body.size}"), length(data, key)
+    part, mean = scene.part, known(getattr(scene.cam, body.size))
+    depth, whole = known(getattr(part, body.flank_height)), known(part.thickness)
     if mean and depth and depth >= 2 * mean:
         yield key, depth, f"must be below twice the mean radius ({2 * mean:g})"
     elif mean:
-        yield from _inside(data, mean - (depth or 0.0) / 2, f"{body.foot} (radius {{:g}})")
-    whole = length(data, "part.thickness")
-    needed = run_of_groove(data, mechanism, travel, radius)
+        yield from _inside(part, hole, mean - (depth or 0.0) / 2, f"{body.foot} (radius {{:g}})")
+    needed = run_of_groove(scene, mechanism, travel, radius)
     if depth and whole and needed is not None and whole <= needed:
         yield "part.thickness", whole, f"must be above {needed:g}, the length over which the {what} runs"
 
 
-def run_of_groove(
-    data: Mapping[str, Any], mechanism: Mechanism, travel: float | None, radius: float | None
-) -> float | None:
+def run_of_groove(scene: "Scene", mechanism: Mechanism, travel: float | None, radius: float | None) -> float | None:
     """The length over which the groove (rib) runs along the axis, mm; None if a size of it is missing."""
-    arm, ribbed = length(data, "follower.arm_length"), mechanism.ribbed
-    apart = length(data, "follower.roller_spacing") if ribbed else 0.0
+    arm, ribbed = known(scene.follower.arm_length), mechanism.ribbed
+    apart = known(scene.follower.roller_spacing) if ribbed else 0.0
     if travel is None or radius is None or apart is None:
         return None
     beside = -2 * radius if ribbed else 2 * radius

@@ -32,7 +32,7 @@ from camopt.scene.halves import read_half
 from camopt.scene.law_forms import AS_GIVEN
 from camopt.scene.limits import Limits
 from camopt.scene.load import read_load
-from camopt.scene.mapping import given_at_follower, leaves, without
+from camopt.scene.mapping import at, given_at_follower
 from camopt.scene.own_laws import own_law_tables, read_files, with_camopt_names
 from camopt.scene.own_quantities import QuantityExpression, check_limit_keys, read_own_quantities
 from camopt.scene.part import Part, resolved
@@ -40,6 +40,7 @@ from camopt.scene.places import tables_of
 from camopt.scene.profile import read_profile
 from camopt.scene.search import Search, unfolded
 from camopt.scene.shape import read_shape
+from camopt.scene.sound import sound_table
 from camopt.scene.sources import shipped_scenes, shipped_toml
 from camopt.scene.speed import OF_CRANK, read_speed
 from camopt.scene.spring import is_straight
@@ -58,6 +59,7 @@ from camopt.scene.tables import (
     ProfileElement,
     SceneTable,
     Segment,
+    Through,
     one_line,
     or_text,
 )
@@ -73,6 +75,12 @@ if TYPE_CHECKING:
 
 SCENES = "a TOML file or a shipped scene"
 RESULTS = "a TOML file, a shipped scene, a table of designs (.parquet) or a folder that a command wrote"
+
+KEYS_OF_ROWS = {
+    "motion": {*Segment.model_fields, *Through.model_fields},
+    "profile": {*ProfileElement.model_fields},
+    "laws": {*OwnLaw.model_fields},
+}
 
 
 class Scene(HasHtml, Drawn, SceneTable):
@@ -187,6 +195,7 @@ class Scene(HasHtml, Drawn, SceneTable):
     ] = ()
     _file: str = PrivateAttr("scene")
     _by_crank: bool = PrivateAttr(False)
+    _wrong: frozenset[str] = PrivateAttr(frozenset())
 
     @property
     def shown_cam(self) -> "Scene":
@@ -214,6 +223,14 @@ class Scene(HasHtml, Drawn, SceneTable):
     def by_crank(self) -> bool:
         """Whether its speed was given as that of a crankshaft, ``cam.rpm_of_crank``."""
         return self._by_crank
+
+    def has_wrong(self, table: str, all_keys: bool = False) -> bool:
+        """Whether a value in some tables was refused; of a key that there is not only if all keys count."""
+        for key in (key for key in self._wrong if key.startswith(f"{table}.")):
+            names = [part for part in key.split(".")[1:] if not part.isdecimal()]
+            if all_keys or len(names) <= (table == "laws") or names[-1] in KEYS_OF_ROWS[table]:
+                return True
+        return False
 
     @property
     def mechanism(self) -> Mechanism:
@@ -305,17 +322,21 @@ class Scene(HasHtml, Drawn, SceneTable):
         read_profile(tables)
         read_searched_laws(tables)
         read_half(tables)
+        is_sound = not found
         try:
             BaseModel.__init__(self, **tables)
         except ValidationError as error:
+            is_sound = False
             told = {*(mistake.key for mistake in found), *(fault[0] for fault in unread)}
             found += [each for each in mistakes_of(error, Scene, "", file) if each.key not in told]
         keys = {mistake.key for mistake in found}
-        faults = (*unread, *faults_of(without(tables, keys) if keys else tables))
+        sound = self if is_sound else sound_table(Scene, tables, keys)
+        sound._wrong = frozenset(keys)
+        faults = (*unread, *faults_of(sound, tables))
         for key, value, why in faults:
-            if key not in keys and not any(each.startswith(f"{key}.") for each in keys if key.startswith("train")):
-                given = dict(leaves(tables)).get(key) if value is AS_GIVEN else value
-                found.append(Mistake(file, key, given, why, bare=True))
+            row = key.startswith(("train.", "motion.")) and key.rpartition(".")[2].isdecimal()
+            if key not in keys and not (row and any(each.startswith(f"{key}.") for each in keys)):
+                found.append(Mistake(file, key, at(tables, key) if value is AS_GIVEN else value, why, bare=True))
         if found:
             raise BadInput(found)
         self._file, self._by_crank = file, by_crank

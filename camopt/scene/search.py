@@ -135,15 +135,15 @@ class Search(SceneTable):
     def sizes(self) -> dict[str, Chosen]:
         """The choices for sizes, by key; those that are given."""
         first = {key: choice for key in SEARCHED if (choice := getattr(self, key)) is not None}
-        return first | {key: each for key, each in self._tables.items() if key in SECOND_FIELDS}
+        return first | {key: each for key, each in self.by_key.items() if key in SECOND_FIELDS}
 
     @property
     def numbers(self) -> dict[str, NumberRange | tuple[float, ...]]:
         """The choices for numbers that are no sizes, by key of the scene, as ``cam.rpm``."""
-        return {key: each for key, each in self._tables.items() if key not in SECOND_FIELDS}
+        return {key: each for key, each in self.by_key.items() if key not in SECOND_FIELDS}
 
     @property
-    def _tables(self) -> dict[str, Any]:
+    def by_key(self) -> dict[str, Any]:
         """The choices in tables, by key of the scene."""
         tables = {name: getattr(self, name) for name in ("cam", "follower", "drive", "materials", "train")}
         return dict(sorted(leaves(tables)))

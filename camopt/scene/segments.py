@@ -1,6 +1,6 @@
 """The segments of a scene's turn as the motion takes them: derivatives by the cam angle in rad."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import pi, radians
 from typing import Any, TypeVar
 
@@ -9,7 +9,7 @@ from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, GivenSegment
 from camopt.motion.stroke import AskedValue, Passing, asked_range
 from camopt.quantities import DERIVATIVES
 from camopt.scene import tables
-from camopt.scene.mapping import number_of, tables_in
+from camopt.scene.mapping import number_of
 
 SegmentRow = TypeVar("SegmentRow")
 LEAST_POSITION = 1e-100  # mm or deg: a position no further from 0 is there
@@ -30,20 +30,6 @@ def given_segments(rows: Sequence[tables.Segment], rpm: float | None) -> list[Gi
             following = found[(k + 1) % len(found)]
             found[k] = found[k]._replace(to=(following.to or 0.0) - following.lift, between=None)
     return found
-
-
-def segment_in(row: Mapping[str, Any]) -> tables.Segment:
-    """A segment of the plain mapping of a scene, unchecked, by the keys of segments."""
-    through = tuple(
-        tables.Through.model_construct(**{"angle": None, **_known(tables.Through, each)})
-        for each in tables_in(row.get("through"))
-    )
-    own = {"segment": "", "angle": None, **_known(tables.Segment, row)}
-    return tables.Segment.model_construct(**{**own, "through": through})
-
-
-def _known(table: type[tables.SceneTable], row: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: row[key] for key in table.model_fields if key in row}
 
 
 def after_each(rows: Sequence[SegmentRow]) -> list[SegmentRow]:

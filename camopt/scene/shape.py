@@ -60,7 +60,7 @@ def _misfits_in(
 def _misfits_at(whole: Misfit, models: Models) -> Iterator[Misfit]:
     """A value itself, if its key takes no list or no table, or else the misfits in it."""
     place, holder, key, hint = whole
-    value, members = holder[key], [*_members(hint)]
+    value, members = holder[key], [*members_of(hint)]
     if _is_plain(value):
         return
     if isinstance(value, Mapping):
@@ -90,12 +90,12 @@ def _is_plain(value: Any) -> bool:
     return isinstance(value, Hashable) and not endless
 
 
-def _members(hint: Any) -> Iterator[Any]:
+def members_of(hint: Any) -> Iterator[Any]:
     """The types that a value may have."""
     if get_origin(hint) is Annotated:
-        yield from _members(get_args(hint)[0])
+        yield from members_of(get_args(hint)[0])
     elif get_origin(hint) in (Union, UnionType):
         for each in get_args(hint):
-            yield from _members(each)
+            yield from members_of(each)
     else:
         yield hint

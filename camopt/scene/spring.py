@@ -6,22 +6,14 @@ for a spring that stands square to its lever, a from the pivot, where the follow
 moment of the straight spring is (F₀ + k·a·sin φ)·a·cos φ: over a swing φ of 10 deg it is about 1.5 % less.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from camopt.quantities import NUMBERS, SPRING_AT
-from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at
 
 OF_SPRING = tuple(each.key for each in NUMBERS if each.of == "spring")
 """Numbers of the spring, whose moment is a force on its lever if it is a straight one."""
-
-
-def spring_faults(data: Mapping[str, Any]) -> Iterator[Fault]:
-    """The lever of a straight spring goes with a spring."""
-    if is_straight(data) and all(_given(data, key) is None for key in OF_SPRING):
-        place = SPRING_AT if at(data, SPRING_AT) is not None else f"search.{SPRING_AT}"
-        yield place, at(data, place), "goes with spring_rate in N/mm or preload in N, which are missing"
 
 
 def is_straight(data: Mapping[str, Any]) -> bool:

@@ -9,7 +9,7 @@ from functools import cache, partial
 from math import sqrt
 from numbers import Real
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
@@ -23,9 +23,9 @@ from camopt.scene.choices import Reader, free_numbers, free_rows, numbers_of
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.csv_columns import MOST_SPANS, read_columns
 from camopt.scene.iso286 import deviations
-from camopt.scene.law_forms import Fault
-from camopt.scene.mapping import at, leaves, number_of
-from camopt.scene.sizes import CAM_SIZES, FOLLOWER_SIZES, SEARCHED, SIGNED_SIZES
+from camopt.scene.law_forms import AS_GIVEN, Fault
+from camopt.scene.mapping import leaves, number_of
+from camopt.scene.sizes import CAM_SIZES, FOLLOWER_SIZES, SEARCHED, SIGNED_SIZES, known
 from camopt.scene.tables import (
     Cam,
     Drive,
@@ -38,7 +38,10 @@ from camopt.scene.tables import (
     Within,
     whole_number,
 )
-from camopt.scene.train import CARRIED, TrainStage, keys_of_stage, stages_in
+from camopt.scene.train import CARRIED, TrainStage, count_of_stages, keys_of_stage
+
+if TYPE_CHECKING:
+    from camopt.scene.scene import Scene
 
 RADII = ("roller_radius", "face_radius", "radius")
 """Keys whose class of ISO 286 is that of a diameter."""
@@ -219,8 +222,12 @@ class Tolerances(SceneTable):
     @property
     def numbers(self) -> dict[str, Tolerance]:
         """The tolerances of numbers of the scene, by key of these."""
+        return dict(sorted(self.in_order()))
+
+    def in_order(self) -> Iterator[tuple[str, Tolerance]]:
+        """The same in the order in which the scene gives them."""
         tables = {name: getattr(self, name) for name in NUMBERED}
-        return {key: each for key, each in sorted(leaves(tables)) if isinstance(each, Tolerance)}
+        yield from ((key, each) for key, each in leaves(tables) if isinstance(each, Tolerance))
 
     @property
     def spread(self) -> dict[str, Tolerance]:
@@ -324,57 +331,48 @@ def _angles_in(table: Any) -> Iterator[tuple[str, Any]]:
 # ----------------------------------------------------------------------------------------------------- checks
 
 
-def check_tolerances(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip, name: str) -> Iterator[Fault]:
+def check_tolerances(scene: "Scene", mechanism: Mechanism, tip: Tip, name: str) -> Iterator[Fault]:
     """Check that there is what a tolerance is of, and that it has a zone which leaves a number."""
-    yield from _of_profiles(data, mechanism)
-    table = data.get("tolerances")
-    if not isinstance(table, Mapping):
-        return
-    for key, value in _numbers_in(table):
-        if value is None or _hint_of(key) is None:  # which is said
-            continue
+    given, drawn = scene.tolerances, scene.part.profile_tolerance
+    yield from _of_profiles(scene, mechanism)
+    for key, each in given.in_order():
         place = f"tolerances.{key}"
-        if why := _of_nothing(data, key, mechanism, tip, name):
+        if why := _of_nothing(scene, key, mechanism, tip, name):
             yield place, None, why
+        else:
+            size = known(_number_of(scene, key))
+            yield from (*_class(place, each, key, size), *_left(place, each, key, size), *_spread(place, each))
+    for key in ANGLES:
+        if not isinstance(each := getattr(given, key), Tolerance):
             continue
-        size = number_of(_given(data, key))
-        yield from _class(place, value, key, size)
-        yield from _left(place, value, key, size)
-        yield from _spread(place, value)
-    for key, value in _angles_in(table):
-        yield from _spread(f"tolerances.{key}", value)
-        if any(each > HALF_TURN for each in _ends(value) if each is not None):
+        yield from _spread(f"tolerances.{key}", each)
+        if max(each.plus, each.minus) > HALF_TURN:
             why = f"must be at most {HALF_TURN:g} deg: what is turned further is turned less the other way"
-            yield f"tolerances.{key}", value, why
-        if isinstance(value, str) or at(table, f"{key}.iso") is not None:
-            yield f"tolerances.{key}", value, "must be an angle in deg: ISO 286 is for lengths"
-    if table.get("face_tilt") is not None and (mechanism.motion.angular or not mechanism.flat_faced):
+            yield f"tolerances.{key}", AS_GIVEN, why
+        if each.iso is not None:
+            yield f"tolerances.{key}", AS_GIVEN, "must be an angle in deg: ISO 286 is for lengths"
+    if given.face_tilt is not None and (mechanism.motion.angular or not mechanism.flat_faced):
         yield "tolerances.face_tilt", None, "is for a translating follower with a flat face"
-    if table.get("disc_phase") is not None and not mechanism.second_keys:
+    if given.disc_phase is not None and not mechanism.second_keys:
         yield "tolerances.disc_phase", None, "is for the two discs of a conjugate pair"
-    drawn = at(data, "part.profile_tolerance")
-    if table.get("waves") is not None and table.get("profile") is None and drawn is None:
-        yield "tolerances.waves", table["waves"], "goes with tolerances.profile, which is missing"
-    if table.get("profile") is not None and drawn is not None:
-        yield (
-            "part.profile_tolerance",
-            drawn,
-            "is tolerances.profile already: leave it out",
-        )
+    if given.waves is not None and given.profile is None and drawn is None:
+        yield "tolerances.waves", AS_GIVEN, "goes with tolerances.profile, which is missing"
+    if given.profile is not None and drawn is not None:
+        yield "part.profile_tolerance", AS_GIVEN, "is tolerances.profile already: leave it out"
 
 
-def _of_profiles(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[Fault]:
+def _of_profiles(scene: "Scene", mechanism: Mechanism) -> Iterator[Fault]:
     """Check that what is off of profiles, and of their axis, is less than their cams are."""
-    for place in ("tolerances.profile", "part.profile_tolerance", "tolerances.bore_eccentricity"):
-        off = number_of(at(data, place))
-        for key in (f"cam.{mechanism.body.size}", "drive.base_radius"):
-            size = number_of(at(data, key))
-            if size is not None and off is not None and off >= size > 0.0:
-                yield place, off, f"must be below {key} ({size:g})"
-                break
+    sizes = {
+        key: known(each) for key, each in scene.numbers((f"cam.{mechanism.body.size}", "drive.base_radius")).items()
+    }
+    places = ("tolerances.profile", "part.profile_tolerance", "tolerances.bore_eccentricity")
+    for place, off in scene.numbers(places).items():
+        if key := next((key for key, size in sizes.items() if size and off is not None and off >= size), None):
+            yield place, off, f"must be below {key} ({sizes[key]:g})"
 
 
-def _of_nothing(data: Mapping[str, Any], key: str, mechanism: Mechanism, tip: Tip, name: str) -> str:
+def _of_nothing(scene: "Scene", key: str, mechanism: Mechanism, tip: Tip, name: str) -> str:
     """Why there is nothing that a tolerance is of; "" if there is."""
     table, _, rest = key.partition(".")
     last = rest.rpartition(".")[2]
@@ -390,96 +388,66 @@ def _of_nothing(data: Mapping[str, Any], key: str, mechanism: Mechanism, tip: Ti
         if not mechanism.further:
             return "is of a second contact, and this follower has one alone"
         return "" if key in mechanism.second_keys else f"{mechanism.drive.words} has none"
-    if table == "train":
-        return _of_no_stage(data, rest)
-    named = table == "materials" and at(data, f"materials.{last.partition('_')[0]}") is not None
-    if at(data, key) is None and at(data, f"search.{key}") is None and not named:
+    if table == "train" and (why := _of_no_stage(scene, rest)):
+        return why
+    value = scene.numbers((key,))[key]
+    named = table == "materials" and getattr(scene.materials, last.partition("_")[0], None) is not None
+    searched = table != "train" and scene.search.by_key.get(key) is not None
+    if value is None and not searched and not named:
         return f"is of {key}, which the scene does not give"
-    return f"is of {key}, which changes over the turn" if isinstance(at(data, key), list) else ""
+    return f"is of {key}, which changes over the turn" if isinstance(value, (tuple, list)) else ""
 
 
-def _of_no_stage(data: Mapping[str, Any], rest: str) -> str:
+def _of_no_stage(scene: "Scene", rest: str) -> str:
     """The same of a number of a train, by the number of the stage and its key."""
     number, _, last = rest.partition(".")
-    stages = stages_in(data)
-    if not (number.isdecimal() and 0 < int(number) <= len(stages)):
-        count = "1 stage" if len(stages) == 1 else f"{len(stages) or 'no'} stages"
-        return f"the train of the scene has {count}"
-    stage = stages[int(number) - 1]
-    if last not in keys_of_stage(str(stage.get("stage"))):
-        return f"this stage, {stage.get('stage')}, has no {last}"
-    if isinstance(stage.get(last), list):
-        return f"is of train.{rest}, which changes over the turn"
-    return "" if stage.get(last) is not None else f"is of train.{rest}, which the scene does not give"
+    if not (number.isdecimal() and 0 < int(number) <= len(scene.train)):
+        return f"the train of the scene has {count_of_stages(scene)}"
+    stage = scene.train[int(number) - 1].stage
+    return "" if last in keys_of_stage(str(stage)) else f"this stage, {stage}, has no {last}"
 
 
-def _given(data: Mapping[str, Any], key: str) -> Any:
+def _number_of(scene: "Scene", key: str) -> Any:
     """What the scene gives by a key; a size of a second contact is that of the first where it is not given."""
-    table, _, rest = key.partition(".")
-    if table == "train":
-        number, _, last = rest.partition(".")
-        return stages_in(data)[int(number) - 1].get(last)
-    if key in SECOND_FIELDS and at(data, key) is None:
-        return at(data, f"{'cam' if rest in CAM_SIZES else 'follower'}.{rest}")
-    return at(data, key)
+    value, rest = scene.numbers((key,))[key], key.partition(".")[2]
+    if key in SECOND_FIELDS and value is None:
+        return getattr(scene.cam if rest in CAM_SIZES else scene.follower, rest)
+    return value
 
 
 def _hint_of(key: str) -> Any:
-    """The type of a number of a scene by its key, with its bounds; None if it is none."""
+    """The type of a number of a scene by its key, with its bounds."""
     table, *rest = key.split(".")
     found: Any = NUMBERED[table]
     for name in rest[1:] if table == "train" else rest:
-        found = numbers_of(found, sizes=True).get(name) if isinstance(found, type) else None
-    return None if isinstance(found, type) else found
+        found = numbers_of(found, sizes=True)[name]
+    return found
 
 
-def _ends(value: Any) -> tuple[float | None, float | None]:
-    """How much larger and smaller a number may be by its tolerance, where they are given."""
-    if isinstance(value, Mapping):
-        return number_of(value.get("plus")), number_of(value.get("minus"))
-    return number_of(value), number_of(value)
-
-
-def _measured_in(value: Any) -> list[float]:
-    """The measured errors of a tolerance; none of one without."""
-    found = value.get("values") if isinstance(value, Mapping) else None
-    return [each for each in map(number_of, found) if each is not None] if isinstance(found, list | tuple) else []
-
-
-def _spread(place: str, value: Any) -> Iterator[Fault]:
+def _spread(place: str, given: Tolerance) -> Iterator[Fault]:
     """Check that there is one distribution, and that its capability is that of a normal one."""
-    if not isinstance(value, Mapping):
-        return
-    if value.get("distribution") in SPREADS and value.get("cpk") not in (None, 1.0):
-        why = f"a cpk is of a normal distribution, and this one is {value['distribution']}: leave out one of both"
-        yield f"{place}.cpk", value["cpk"], why
-    for key in ("distribution", "cpk"):
-        if value.get("values") is not None and value.get(key) is not None:
-            yield (
-                f"{place}.{key}",
-                value[key],
-                "has measured values, which are a distribution: leave out one of both",
-            )
-    plus, minus = _ends(value)
-    if (
-        (found := _measured_in(value))
-        and (plus or minus)
-        and not any(-(minus or 0.0) <= e <= (plus or 0.0) for e in found)
-    ):
-        zone = f"plus ({plus or 0.0:g}) and minus ({minus or 0.0:g})"
-        why = f"all {len(found)} are outside of {zone}: look at signs and units"
+    if given.distribution in SPREADS and given.cpk != 1.0:
+        why = f"a cpk is of a normal distribution, and this one is {given.distribution}: leave out one of both"
+        yield f"{place}.cpk", AS_GIVEN, why
+    for key in ("distribution", "cpk") if given.values is not None else ():
+        if key in given.model_fields_set:
+            why = "has measured values, which are a distribution: leave out one of both"
+            yield f"{place}.{key}", AS_GIVEN, why
+    plus, minus, found = given.plus, given.minus, given.values or ()
+    if found and (plus or minus) and not any(-minus <= error <= plus for error in found):
+        why = f"all {len(found)} are outside of plus ({plus:g}) and minus ({minus:g}): look at signs and units"
         yield f"{place}.values", f"{min(found):g} to {max(found):g}", why
-    if value.get("shared") is not None and value.get("batch") is None:
-        yield f"{place}.shared", value["shared"], "goes with the name of a batch, which is missing"
+    if "shared" in given.model_fields_set and given.batch is None:
+        yield f"{place}.shared", AS_GIVEN, "goes with the name of a batch, which is missing"
 
 
-def _left(place: str, value: Any, key: str, size: float | None) -> Iterator[Fault]:
+def _left(place: str, given: Tolerance, key: str, size: float | None) -> Iterator[Fault]:
     """Check that the least and the largest number are ones that the scene may have."""
-    plus, minus = _ends(value)
-    if (found := _measured_in(value)) and not (plus or minus):
-        plus, minus = max(found), -min(found)
+    plus, minus = given.plus, given.minus
+    if given.values and not (plus or minus):
+        plus, minus = max(given.values), -min(given.values)
     last = key.rpartition(".")[2]
-    if size is not None and minus is not None and last in SEARCHED and last not in SIGNED_SIZES:
+    if size is not None and last in SEARCHED and last not in SIGNED_SIZES:
         if minus >= size > 0.0:
             yield place, minus, f"must be below {key} ({size:g}): no size is 0 or less"
         return
@@ -493,24 +461,21 @@ def _left(place: str, value: Any, key: str, size: float | None) -> Iterator[Faul
             yield place, off, f"takes {key} ({size:g}) to {size + side * off:g}, which must be {allowed}"
 
 
-def _class(place: str, value: Any, key: str, size: float | None) -> Iterator[Fault]:
+def _class(place: str, given: Tolerance, key: str, size: float | None) -> Iterator[Fault]:
     """Check a class of ISO 286: of a length, which has a zone in it."""
-    name = value if isinstance(value, str) else value.get("iso") if isinstance(value, Mapping) else None
-    if not isinstance(name, str):
+    last, why = key.rpartition(".")[2], ""
+    if given.iso is None:
         return
-    last = key.rpartition(".")[2]
     if last not in SEARCHED and key not in SECOND_FIELDS and (last not in OF_STAGE or OF_STAGE[last].unit != "mm"):
-        yield (
-            place,
-            name,
-            f"{key} has no class of ISO 286, which sizes of cam, follower and train have: give ± a number",
-        )
-    elif isinstance(value, Mapping) and not {"plus", "minus"}.isdisjoint(value):
-        yield place, name, "has a class and plus or minus: give one of both"
+        why = f"{key} has no class of ISO 286, which sizes of cam, follower and train have: give ± a number"
+    elif given.model_fields_set & {"plus", "minus"}:
+        why = "has a class and plus or minus: give one of both"
     elif size is None:
-        yield place, name, f"needs {key}: a class of ISO 286 is of a size"
+        why = f"needs {key}: a class of ISO 286 is of a size"
     else:
         try:
-            zone_of(Tolerance(iso=name), last, size)
+            zone_of(Tolerance(iso=given.iso), last, size)
         except ValueError as trouble:
-            yield place, name, str(trouble)
+            why = str(trouble)
+    if why:
+        yield place, given.iso, why

@@ -1,12 +1,9 @@
-"""The train between follower and tool: the keys of its stages, and their checks with the motion.
-
-The checks work on the plain mapping of a scene, as those of ``scene.checks`` do.
-"""
+"""The train between follower and tool: the keys of its stages, and their checks with the motion."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import degrees, radians
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -19,9 +16,9 @@ from camopt.motion.segments import start_position
 from camopt.motion.train_load import TrainLoad
 from camopt.quantities.key import Key
 from camopt.quantities.stage_numbers import STAGE_NUMBERS
-from camopt.scene.law_forms import Fault
+from camopt.scene.law_forms import AS_GIVEN, Fault
 from camopt.scene.load import constant_and_changing
-from camopt.scene.mapping import at, given_at_follower, tables_in
+from camopt.scene.mapping import tables_in
 from camopt.scene.profile import programme_in
 from camopt.scene.tables import (
     GivenLoad,
@@ -36,6 +33,9 @@ from camopt.trains import TRAIN_STAGES
 from camopt.trains.carried import Carried
 from camopt.trains.link import value_at
 from camopt.trains.train import StageFault, Train, train_of, trains_of
+
+if TYPE_CHECKING:
+    from camopt.scene.scene import Scene
 
 NEAR_DEAD_POINT = 1e-6  # of its distance from the start position: a tool so near to a dead point is at it
 MOST_STAGES = 20
@@ -184,49 +184,47 @@ def stages_in(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     return tables_in(data.get("train"))
 
 
-def check_train(data: Mapping[str, Any]) -> Iterator[Fault]:
+def check_train(scene: "Scene") -> Iterator[Fault]:
     """Every fault of a train: of its stages, what is searched of them, and a tool beyond a dead point."""
-    yield from _searched(data)
-    if not stages_in(data):
-        return
+    yield from _searched(scene)
     try:
-        train = _train_in(data)
+        train = _train_of(scene)
     except StageFault as fault:
         yield f"train.{fault.number}", None, str(fault)
         return
     if train is not None:
-        yield from _beyond(data, train)
+        yield from _beyond(scene, train)
 
 
-def _searched(data: Mapping[str, Any]) -> Iterator[Fault]:
+def _searched(scene: "Scene") -> Iterator[Fault]:
     """What ``[search]`` varies of stages that there are not, or have no such number."""
-    stages, searched = stages_in(data), at(data, "search.train")
-    for number, keys in searched.items() if isinstance(searched, Mapping) else ():
-        stage = stages[int(number) - 1] if number.isdecimal() and 0 < int(number) <= len(stages) else None
-        if stage is None:
-            count = "1 stage" if len(stages) == 1 else f"{len(stages) or 'no'} stages"
-            yield f"search.train.{number}", None, f"the train of the scene has {count}"
+    for number, keys in scene.search.train.items():
+        if not (number.isdecimal() and 0 < int(number) <= len(scene.train)):
+            yield f"search.train.{number}", None, f"the train of the scene has {count_of_stages(scene)}"
             continue
-        name = str(stage.get("stage"))
-        for key in keys if name in TRAIN_STAGES and isinstance(keys, Mapping) else ():
+        stage = scene.train[int(number) - 1]
+        for key in keys if stage.stage in TRAIN_STAGES else ():
             where = f"search.train.{number}.{key}"
-            if key not in keys_of_stage(name):
-                yield where, keys[key], f"{TRAIN_STAGES[name].words} has no {key}"
-            elif isinstance(stage.get(key), list):
-                yield where, keys[key], f"train.{number}.{key} changes over the turn, and no number replaces it"
+            if key not in keys_of_stage(stage.stage):
+                yield where, AS_GIVEN, f"{TRAIN_STAGES[stage.stage].words} has no {key}"
+            elif isinstance(getattr(stage, key), tuple):
+                yield where, AS_GIVEN, f"train.{number}.{key} changes over the turn, and no number replaces it"
 
 
-def _train_in(data: Mapping[str, Any]) -> Train | None:
-    """The train of the plain mapping of a scene; None where a value of it, or the follower, is wrong.
+def count_of_stages(scene: "Scene") -> str:
+    """How many stages the train of a scene has, in words."""
+    return "1 stage" if len(scene.train) == 1 else f"{len(scene.train) or 'no'} stages"
+
+
+def _train_of(scene: "Scene") -> Train | None:
+    """The train of a scene; None where a value of it, or the follower, is wrong.
 
     Without the loads of its stages, whose rows are checked on their own (``scene.load``).
     """
-    follower = at(data, "follower.motion")
-    if not (isinstance(follower, str) and follower in MOTIONS):
+    if scene.follower.motion not in MOTIONS or scene.has_wrong("train", all_keys=True):
         return None
-    rows = [TrainStage.sound({**row, "load": None}) for row in stages_in(data)]
-    sound = [row for row in rows if row]
-    return train_from(sound, angular=MOTIONS[follower].angular) if len(sound) == len(rows) else None
+    rows = [row.model_copy(update={"load": None}) for row in scene.train]
+    return train_from(rows, angular=MOTIONS[scene.follower.motion].angular)
 
 
 class GivenTurn(NamedTuple):
@@ -245,23 +243,23 @@ class GivenTurn(NamedTuple):
         return low, high
 
 
-def _from_given(data: Mapping[str, Any], train: Train) -> Train:
+def _from_given(scene: "Scene", train: Train) -> Train:
     """The train as one whose tool moves as a scene gives it: turned round where that is the follower."""
-    return train.driven_back if given_at_follower(data) else train
+    return train.driven_back if scene.given_at_follower else train
 
 
-def _turn_given(data: Mapping[str, Any], train: Train) -> GivenTurn | None:
-    """The motion in the plain mapping of a scene, of the tool of a train; None where it is not known."""
-    if data.get("profile") is not None:
+def _turn_given(scene: "Scene", train: Train) -> GivenTurn | None:
+    """The motion that a scene gives, of the tool of a train; None where it is not known."""
+    if scene.profile:
         try:
-            on_profile = programme_in(data)
+            on_profile = programme_in(scene)
         except Unfit:  # which is said
             return None
         if on_profile is None:
             return None
         low = -on_profile.strokes[0].low
         return GivenTurn(on_profile, low, low + on_profile.lift, 1.0)
-    if (found := turn_in(data)) is None:
+    if (found := turn_in(scene)) is None:
         return None
     given, programme = found
     unit = radians(1.0) if train.angular else 1.0
@@ -269,10 +267,10 @@ def _turn_given(data: Mapping[str, Any], train: Train) -> GivenTurn | None:
     return GivenTurn(programme, low, low + programme.lift * unit, unit)
 
 
-def _beyond(data: Mapping[str, Any], train: Train) -> Iterator[Fault]:
+def _beyond(scene: "Scene", train: Train) -> Iterator[Fault]:
     """Where the tool, or a follower whose motion is given, does not stay between the dead points of the train."""
-    who, train = "follower" if given_at_follower(data) else "tool", _from_given(data, train)
-    turn = _turn_given(data, train)
+    who, train = "follower" if scene.given_at_follower else "tool", _from_given(scene, train)
+    turn = _turn_given(scene, train)
     unit, word = (radians(1.0), "deg") if train.angular else (1.0, "mm")
     for side, end in zip((-1.0, 1.0), train.reach, strict=True) if turn else ():
         assert turn is not None
@@ -300,10 +298,10 @@ class Lifts(NamedTuple):
     follower: float | None
 
 
-def lifts_through(data: Mapping[str, Any], given: float | None) -> Lifts:
+def lifts_through(scene: "Scene", given: float | None) -> Lifts:
     """The lifts of tool and follower of a scene with a train, from that of the motion that it gives."""
-    other, train = None, None if any(check_train(data)) else _train_in(data)
-    if train is not None and (turn := _turn_given(data, out := _from_given(data, train))):
+    other, train = None, None if any(check_train(scene)) else _train_of(scene)
+    if train is not None and (turn := _turn_given(scene, out := _from_given(scene, train))):
         low, high = turn.through(out)
         other = (high - low) * (degrees(1.0) if out.links[0].turns[0] else 1.0)
-    return Lifts(other, given) if given_at_follower(data) else Lifts(given, other)
+    return Lifts(other, given) if scene.given_at_follower else Lifts(given, other)

@@ -616,3 +616,17 @@ def test_a_table_that_pydantic_never_checked_is_written():
         "plates": [written],
         "named": {"a": written},
     }
+
+
+def test_checks_see_a_scene_without_its_wrong_values_and_quote_what_was_written():
+    """A wrong size keeps no other mistake from being told, and none follows from it."""
+    data = find_scene("roller-1000rpm").to_dict()
+    data["cam"] |= {"shaft_diameter": 400, "base_radius": "wide"}
+    data["search"] = {"mean_radius": {"start": 40, "stop": 1e300}, "offset": [1, 2]}
+    with pytest.raises(BadInput) as told:
+        Scene.from_dict(data)
+    assert {mistake.key: mistake.value for mistake in told.value.mistakes} == {
+        "cam.base_radius": "wide",
+        "search.mean_radius.stop": 1e300,
+        "search.mean_radius": {"start": 40, "stop": 1e300},
+    }
