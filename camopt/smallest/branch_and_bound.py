@@ -21,8 +21,7 @@ from camopt.numerics.clock import now
 from camopt.numerics.interval import Interval
 from camopt.problem.claims import AnyClaim
 from camopt.problem.problem import Problem
-from camopt.smallest.bisection import Bisection
-from camopt.smallest.boxes import Boxes
+from camopt.smallest.boxes import Bisection, Boxes
 from camopt.smallest.closed_form import NUDGES, negligible
 from camopt.smallest.enclosure import (
     Asked,
@@ -139,16 +138,12 @@ class BoxSearch(Bisection):
         alike[index[feasible(problem, seen.inside.take(index))]] = False
         inside = seen.inside.take(alike)
         inside = inside.take(np.argsort(self.size(inside), kind="stable"))
-        first = first_that(inside, lambda one: now() < self.until and self.proved(problem, one))
+        first = first_that(inside, lambda one: now() < self.until and proved_feasible(problem, one, self.until))
         if first is None:
             return alike
-        if not self.problem.has_last or self.proved(self.problem, first):
+        if not self.problem.has_last or proved_feasible(self.problem, first, self.until):
             self.incumbent = first
         return alike & (self.size(seen.inside) < self.size(first))
-
-    def proved(self, problem: Problem, design: Designs) -> bool:
-        """Whether a design is feasible, decided in intervals where doubles do not tell, before the time is over."""
-        return proved_feasible(problem, design, self.until)
 
     def without_crossings(self, boxes: Boxes) -> Boxes:
         """The parts of boxes that are not shown to hold only cams that cross themselves, with the side to cut.

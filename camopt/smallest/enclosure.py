@@ -29,8 +29,7 @@ from camopt.problem.claims import AnyClaim, Claim, MeanClaim
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
 from camopt.problem.zones import Off, moved
-from camopt.smallest.combined import combined
-from camopt.smallest.excesses import Excesses, chained_excesses, cut_by, widest
+from camopt.smallest.excesses import Excesses, chained_excesses, combined, cut_by, widest
 from camopt.verdicts.claim_boxes import excess_of
 from camopt.verdicts.mean_boxes import mean_excess
 from camopt.verdicts.sloped_designs import sloped_boxes

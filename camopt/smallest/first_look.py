@@ -1,6 +1,9 @@
-"""A first look at a box of designs: a coarse grid, and from its best design on a search for the least excess."""
+"""A first look at a box of designs: a coarse grid, and finer and finer ones around its best design.
 
-from collections.abc import Iterator
+They look for the least excess, or the smallest feasible design. A search without proof.
+"""
+
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
@@ -14,14 +17,19 @@ from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
 from camopt.scene.tables import LARGEST_VALUE
-from camopt.smallest.grid_refinement import nearest_miss
 from camopt.smallest.result import discs_of, first_feasible, known_crossings, proved_feasible, size_of
 from camopt.verdicts.judging import bound_excesses, least_excess
+from camopt.verdicts.screening import feasible
 
 VALUES, FEW_VALUES = 9, 4  # of a free size in the coarse grid; few where there is no feasible design to find
 SIZES = 800  # of the cam in the coarse grid
 LOOK_BATCH = 512  # designs looked at together
 UNCOMPILED, SMALL_BLOCK = 2048, 64  # designs of a grid for which no kernel is compiled, and how many of them then
+STEPS = 7  # of a grid along each free size
+SHRINKS = 2.5  # the factor from grid to grid
+NEAR, CLOSE = 12, 22  # grids: 1e-5 and 1e-9 of the first
+Preference = Callable[[Designs, FloatArray], int]
+"""The best of some designs, by their excesses over the limits of all that have to hold them, (limits, designs)."""
 
 
 @dataclass(frozen=True)
@@ -114,3 +122,49 @@ def _whatever_the_size(problem: Problem, excess: FloatArray) -> bool:
         if limit.infinite_at(problem.programme):
             return True
     return False
+
+
+def nearest_miss(problem: Problem, bounds: SizeBounds, design: Designs, until: float = inf) -> Designs:
+    """A design that exceeds its limits less than the given one; the best so far after ``until`` (``clock.now``)."""
+    return _zoomed(problem, bounds, design, lambda designs, excess: least_excess(excess), NEAR, until)
+
+
+def shrink_on_grids(
+    problem: Problem, bounds: SizeBounds, design: Designs, zooms: int = NEAR, until: float = inf
+) -> Designs | None:
+    """A feasible design near the given one, which need not be feasible, as small as grids show; None if none is."""
+
+    discs = discs_of(bounds)
+
+    def smallest(designs: Designs, excess: FloatArray) -> int:
+        worst = np.max(excess, axis=0, initial=-inf)
+        size = np.where(worst <= 0.0, size_of(designs, discs), inf)
+        return int(np.lexsort((worst, size))[0])  # of one size the one with the most room
+
+    found = _zoomed(problem, bounds, design, smallest, zooms, until)
+    return found if feasible(problem, found)[0] else None
+
+
+def _zoomed(
+    problem: Problem, bounds: SizeBounds, design: Designs, choice: Preference, zooms: int, until: float = inf
+) -> Designs:
+    free = {name: ends for name, ends in bounds.items() if ends[1] > ends[0]}
+    spans = {name: (b - a) / 8 if np.isfinite(b - a) else inf for name, (a, b) in free.items()}
+    spans["size"] = min(spans.get("size", inf), float(design.prime_radius[0]) / 4)
+    for _ in range(zooms):
+        if now() > until:
+            break
+        steps = [np.linspace(-1, 1, STEPS) * spans[name] for name in free]
+        mesh = [m.ravel() for m in np.meshgrid(*steps, indexing="ij")]
+        moved = {n: np.clip(design.values[n] + m, *free[n]) for n, m in zip(free, mesh, strict=True)}
+        ones = np.ones(mesh[0].size if mesh else 1)
+        points = design.with_values({n: moved.get(n, v * ones) for n, v in design.values.items()})
+        points = points.take(problem.setup.mechanism.exists(points, problem.programme) & (points.size > 0.0))
+        if len(points):
+            every = [bound_excesses(own, each, frozenset(), until).outer for own, each in problem.every(points)]
+            excess = np.concatenate(every)
+            if now() > until:  # not all is known
+                break
+            design = points.take([choice(points, excess)])
+        spans = {name: span / SHRINKS for name, span in spans.items()}
+    return design

@@ -17,10 +17,9 @@ from camopt.mechanisms import Designs
 from camopt.mechanisms.design import SizeBounds
 from camopt.numerics.sloped import Sloped
 from camopt.problem.problem import Problem
-from camopt.smallest.bisection import Bisection
-from camopt.smallest.boxes import Boxes
-from camopt.smallest.combined import combined
-from camopt.smallest.excesses import Excesses, chained_excesses, cut_by, widest
+from camopt.smallest.boxes import Bisection, Boxes
+from camopt.smallest.excesses import Excesses, chained_excesses, combined, cut_by, widest
+from camopt.smallest.first_look import scale_of
 from camopt.smallest.result import Smallest, first_feasible, gap_of, known_crossings
 from camopt.smallest.smallest import small
 from camopt.verdicts.sloped_designs import sloped_boxes
@@ -48,6 +47,12 @@ class MotionSearch(Bisection):
     bounds: SizeBounds
     until: float
     """When it is to stop (``clock.now``)."""
+    best: Smallest
+    """The smallest cam so far."""
+    told: Any
+    """What its motion is told by."""
+    lift: float | None = None
+    """Of motions, where it is not that of the problem's."""
     looked: int = 0
 
     @property
@@ -55,18 +60,13 @@ class MotionSearch(Bisection):
     def deciding(self) -> Collection[str]:
         """What decides the motion, by field of boxes."""
 
-    @property
     @abstractmethod
-    def best(self) -> Smallest:
-        """The smallest cam so far."""
+    def ends(self) -> SizeBounds:
+        """Between which sizes, and numbers that decide the motion, are worth a look."""
 
     @abstractmethod
     def motion(self, boxes: Boxes) -> tuple[Problem, Any]:
         """The problem of a motion in the middle of the first box, and what it is told by."""
-
-    @abstractmethod
-    def offer(self, answer: Smallest, problem: Problem, told: Any) -> None:
-        """Make a cam the best if it is smaller, of a motion as ``motion`` gives it."""
 
     @abstractmethod
     def learn(self, design: Designs, problem: Problem) -> None:
@@ -75,6 +75,15 @@ class MotionSearch(Bisection):
     @abstractmethod
     def said(self, boxes: Designs, inside: Designs, like: Sloped) -> Said:
         """What limits say of boxes as designs of ranges with slopes, as ``like`` is."""
+
+    def run(self) -> Smallest:
+        """The smallest cam, with a size that no cam undercuts."""
+        ends = self.ends()
+        floor, most = ends["size"]  # most often no cam may be as small
+        if most > floor:
+            scale = scale_of(self.problem, self.bounds, self.lift)
+            floor = self.bisect(Boxes.one(ends, scale, self.problem.choices.variables), self.until)
+        return replace(self.best, floor=floor)
 
     def possible(self, boxes: Boxes) -> Boxes:
         """What of some boxes can be a motion at all."""
@@ -126,7 +135,7 @@ class MotionSearch(Bisection):
             return
         design = design.without(self.deciding)
         if closely:
-            self.offer(small(problem, self.bounds, self.best.design, self.until), problem, told)
+            self.offer(small(problem, self.bounds, self.best.design, self.until), told)
         rounding = gap_of(design) / 4.0
         low, high = (float(ends["size"][0]) for ends in (boxes.low, boxes.high))
         high = min(high + rounding, self.best.size)
@@ -136,5 +145,10 @@ class MotionSearch(Bisection):
             cam = first_feasible(problem, ladder, known_crossings(problem), self.until)
             if cam is None:
                 return
-            self.offer(Smallest(cam, 0.0), problem, told)
+            self.offer(Smallest(cam, 0.0), told)
             low, high = float(cam.size[0]) - (sizes[1] - sizes[0]), float(cam.size[0])
+
+    def offer(self, answer: Smallest, told: Any) -> None:
+        """Make a cam the best if it is smaller."""
+        if answer.size < self.best.size:
+            self.best, self.told = answer, told

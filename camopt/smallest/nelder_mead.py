@@ -1,11 +1,16 @@
-"""A small cam over the angles of a turn as well, by the simplex method of Nelder and Mead; no proof."""
+"""A small cam over the angles of a turn as well, by the simplex method of Nelder and Mead; no proof.
+
+Source: J. A. Nelder, R. Mead, A simplex method for function minimization, Computer Journal 7 (1965).
+"""
 
 from collections.abc import Callable
 from functools import partial
 from itertools import permutations
 from math import inf
+from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from camopt.mechanisms.design import SizeBounds
@@ -13,17 +18,42 @@ from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.smallest.closed_form import closed_form
 from camopt.smallest.result import Smallest, gap_of
-from camopt.smallest.simplex import DEAR, descend
 from camopt.smallest.smallest import small
 from camopt.smallest.turns import BestTurn, SegmentAngles, better
 
+DEAR = 1e9  # mm, what is without a feasible design costs a descent
 NARROW_TRADE = 1e-9  # deg
 MOVES = 80  # of a descent, for each angle
 LEAST_TRADE, TRADE_GAIN = 1e-3, 1e-7  # of trades between segments: deg, and share of the size
 ROUGH_END, FINE_END = 1e-6, 1e-10  # where a descent ends, mm and shares of a range
-
-
 IndexArray = NDArray[np.intp]
+
+
+def descend(
+    cost: Callable[[FloatArray], float],
+    start: FloatArray,
+    steps: FloatArray,
+    closest: tuple[float, float],
+    moves: int,
+    until: float,
+    ends: tuple[float, float] | None = None,
+) -> FloatArray:
+    """Where a simplex of a start and a step along each variable comes to by so many moves for each, or ``until``.
+
+    It ends where steps and costs differ by no more than ``closest``; ``ends`` are those of all variables.
+    """
+
+    def stop(intermediate_result: Any) -> None:
+        if now() > until:
+            raise StopIteration
+
+    corners = start + np.vstack([np.zeros(start.size), np.diag(steps)])
+    step, change = closest
+    options = {"initial_simplex": corners, "xatol": step, "fatol": change, "maxfev": moves * start.size}
+    bounds = None if ends is None else [ends] * start.size
+    return np.asarray(
+        scipy.optimize.minimize(cost, start, bounds=bounds, method="Nelder-Mead", callback=stop, options=options).x
+    )
 
 
 class NelderMead:

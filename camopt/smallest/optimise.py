@@ -22,7 +22,6 @@ from camopt.problem.variables import not_varied
 from camopt.problem.zones import Off, of_train
 from camopt.quantities import in_order
 from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
-from camopt.scene.scene import Scene
 from camopt.smallest.closed_form import negligible
 from camopt.smallest.exchange import EXCHANGES, broken_at, with_proof
 from camopt.smallest.multipliers import BINDS
@@ -126,7 +125,8 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
         misses += [_missed(each.problem, each.answer.nearest) for each in answers if each.answer.nearest]
     order = sorted(found, key=lambda laws: sizes[laws])
     ranked = ByLaw((laws, Design(found[laws], scene)) for laws in order)
-    nearest = None if found else _least(misses, scene)
+    least_miss = None if found else min(misses, key=lambda miss: miss[0], default=None)
+    nearest = least_miss and Design(least_miss[1], scene)
     best = next(iter(ranked.values()), None)
     warnings = tuple(_warnings(cams[order[0]], best)) if best else ()
     return Optimum(scene, best, ranked, obstacles, nearest, out_of_time, warnings)
@@ -303,10 +303,6 @@ def _missed(problem: Problem, design: Designs) -> tuple[tuple[float, float], dic
     if problem.offs:
         values["violated"] = str(violations(problem.limits, excess)[0])
     return by_excess(excess[:, 0]), {name: values[name] for name in in_order(values)}
-
-
-def _least(misses: list[tuple[tuple[float, float], dict[str, Any]]], scene: Scene) -> Design | None:
-    return Design(min(misses, key=lambda miss: miss[0])[1], scene) if misses else None
 
 
 def _described(problem: Problem, answer: Smallest, until: float) -> dict[str, Any]:

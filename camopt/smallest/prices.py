@@ -1,14 +1,17 @@
-"""The price of each bound that a smallest cam just meets, and what holds the cam without it."""
+"""The price of each bound that a smallest cam just meets, and what holds the cam without it.
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
-from functools import singledispatch
-from math import isfinite
+Prices of tolerances are derivatives by each of them, which may be wider.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial, singledispatch
+from math import isfinite, radians
 from typing import Any
 
 import numpy as np
 
-from camopt.effects.given import NO_BAND
+from camopt.effects.given import NO_BAND, Band, GivenErrors
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
@@ -16,18 +19,104 @@ from camopt.numerics.clock import now, share
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, exactly, resolve
 from camopt.problem.settings import freed_of, laws_of
+from camopt.problem.zones import looked_at
+from camopt.scene.tolerances import Zone
 from camopt.smallest.freedom import Freedom
 from camopt.smallest.multipliers import NO_RATES, ActiveBound, Rates, bounds_met, rates
 from camopt.smallest.optimise import SECONDS, end_of, least_of_all
 from camopt.smallest.optimum import Optimum
 from camopt.smallest.price import Price, Prices
 from camopt.smallest.turns import SegmentAngles
-from camopt.smallest.widened import Toleranced, tolerances_of
 from camopt.tables.designs import joined_laws
-from camopt.verdicts.judging import excesses
+from camopt.verdicts.judging import excesses, worst_excesses
 from camopt.verdicts.running import columns_for
 
 BOUND_ROUNDING = 1e-9  # of a bound
+MICRON, DEGREE = ("µm", 1e-3), ("deg", radians(1.0))
+STEP = 1e-3
+"""Of a tolerance: differences are taken over it."""
+
+
+@dataclass(frozen=True)
+class Toleranced:
+    """A tolerance, by its key in the scene."""
+
+    key: str
+    band: Band
+    """mm or rad; of other numbers in their unit."""
+    unit: str
+    size: float
+    """Of the unit, mm or rad."""
+    put: Callable[[GivenErrors, Band], GivenErrors]
+    field: str = ""
+    """Of designs, if they have it."""
+
+    @property
+    def bound(self) -> float:
+        """The larger of its ends, in its unit."""
+        return max(-self.band.low, self.band.high) / self.size
+
+    def in_problem(self, problem: Problem, band: Band) -> Problem:
+        """The problem with other ends of this tolerance."""
+        given, zones = problem.setup.errors, dict(problem.zones)
+        setup = problem.setup if given is None else replace(problem.setup, errors=self.put(given, band))
+        if self.field in zones:
+            zones[self.field] = Zone(band.low, band.high, zones[self.field].deviation)
+            zones = {field: zone for field, zone in zones.items() if zone.lower or zone.upper}
+        new = {limit.name: limit for limit in problem.values.limits(setup)}
+        limits = tuple(replace(new[each.name], bound=each.bound) for each in problem.limits)
+        return replace(problem, setup=setup, limits=limits, zones=zones, offs=looked_at(zones))
+
+    def slopes(self, problem: Problem, limits: list[Limit]) -> FloatArray:
+        """How the excess over each limit of a problem's design changes as both ends go out, per unit."""
+        step = STEP * self.bound * self.size
+        names, found = [limit.name for limit in limits], []
+        for by in (step, -step):
+            wider = self.in_problem(problem, Band(self.band.low - by, self.band.high + by))
+            own = {limit.name: limit for limit in wider.limits}
+            found.append(worst_excesses(wider, [own[name] for name in names], problem.design)[:, 0])
+        return np.asarray((found[0] - found[1]) / (2.0 * step) * self.size)
+
+
+def tolerances_of(problem: Problem) -> Iterator[Toleranced]:
+    """The tolerances of a problem that are above 0."""
+    given, variables = problem.setup.errors, {each.field: each for each in problem.variables}
+    fields = {each.key: field for field, each in variables.items()}
+    sizes = {} if given is None else {variables[field].key: band for field, band in given.sizes.items()}
+    others = {} if given is None else {**given.second, **{key: band for key, (band, _) in given.links.items()}}
+    zones = {variables[field].key: Band(zone.lower, zone.upper) for field, zone in problem.zones.items()}
+    for key, band in {**sizes, **others, **zones}.items():
+        if band.low or band.high:
+            variable = variables[fields[key]]
+            unit = MICRON if variable.unit == "mm" else (variable.unit, 1.0)
+            yield Toleranced(f"tolerances.{key}", band, *unit, partial(_with_number, key, fields[key]), fields[key])
+    if given is None:
+        return
+    for key, name in (("profile", "profile"), ("bore_eccentricity", "bore")):
+        if size := getattr(given, name):
+            yield Toleranced(f"tolerances.{key}", Band(-size, size), *MICRON, partial(_with_field, name))
+    for key, name in (("phase", "phase"), ("face_tilt", "tilt"), ("disc_phase", "disc_phase")):
+        band = getattr(given, name)
+        if band.low or band.high:
+            yield Toleranced(f"tolerances.{key}", band, *DEGREE, partial(_with_field, name))
+
+
+def _with_number(key: str, field: str, given: GivenErrors, band: Band) -> GivenErrors:
+    """Errors with other ends of a size of the follower, of its second contact, or of a number of the train."""
+    sizes, second, links = dict(given.sizes), dict(given.second), dict(given.links)
+    if field in sizes:
+        sizes[field] = band
+    if key in second:
+        second[key] = band
+    if key in links:
+        links[key] = band, links[key][1]
+    return replace(given, sizes=sizes, second=second, links=links)
+
+
+def _with_field(name: str, given: GivenErrors, band: Band) -> GivenErrors:
+    """Errors with another tolerance of an angle, or of a distance, which has one number."""
+    value: Any = band if isinstance(getattr(given, name), Band) else band.high
+    return replace(given, **{name: value})
 
 
 @singledispatch
@@ -137,12 +226,6 @@ def _slopes(tolerance: Toleranced, cam: Freedom, bounds: list[ActiveBound]) -> F
     return np.array([0.0 if bound.limit is None else next(found) for bound in bounds])
 
 
-def _binding(cam: Freedom) -> list[ActiveBound]:
-    """The bounds that a smallest cam just meets; without ends of ranges that do not matter."""
-    bounds = bounds_met(cam)
-    return _that_matter(bounds, rates(cam, bounds))
-
-
 def _that_matter(bounds: list[ActiveBound], costs: Mapping[str, Rates]) -> list[ActiveBound]:
     return [bound for bound in bounds if bound.limit is not None or costs[bound.key] != NO_RATES]
 
@@ -169,7 +252,8 @@ def _with_next(price: Price, cam: Freedom, until: float) -> Price:
     if least is None or least.answer.design is None or not least.answer.proved:
         return price
     other = Freedom(replace(least.problem, design=least.answer.design), turns, least.freed)
-    following = tuple(dict.fromkeys(bound.key for bound in _binding(other)))
+    bounds = bounds_met(other)
+    following = tuple(dict.fromkeys(bound.key for bound in _that_matter(bounds, rates(other, bounds))))
     holds_to = _met_at(price, limits, other) if limits else None
     return replace(price, size_without=least.answer.size, holds_to=holds_to, next=following)
 

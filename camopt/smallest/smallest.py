@@ -20,8 +20,7 @@ from camopt.problem.problem import Problem, exactly
 from camopt.smallest.branch_and_bound import branch_and_bound, floor_of_disc
 from camopt.smallest.closed_form import NUDGES, closed_form, least_size, nudged
 from camopt.smallest.cutting_planes import Cut, by_cutting_planes
-from camopt.smallest.first_look import first_look, largest_size
-from camopt.smallest.grid_refinement import CLOSE, NEAR, shrink_on_grids
+from camopt.smallest.first_look import CLOSE, NEAR, first_look, largest_size, shrink_on_grids
 from camopt.smallest.result import Smallest, discs_of
 from camopt.verdicts.screening import feasible
 

@@ -24,8 +24,8 @@ from camopt.problem.problem import Problem
 from camopt.problem.sample import SAMPLERS
 from camopt.problem.settings import Setting
 from camopt.problem.variables import Variable
+from camopt.smallest.nelder_mead import DEAR, descend
 from camopt.smallest.result import Smallest
-from camopt.smallest.simplex import DEAR, descend
 from camopt.smallest.smallest import small, smallest
 from camopt.smallest.train_boxes import BestTrain, TrainBoxes
 
@@ -105,7 +105,9 @@ class TrainSearch:
         Where the follower's motion is given, the limits that the tool does not enter hold for all trains.
         """
         if not self.problem.programme.given_at_follower:
-            return TrainBoxes(self.problem, self.bounds, self._least, until).run()
+            search = TrainBoxes(self.problem, self.bounds, self._least, until)
+            answer = search.run()
+            return BestTrain(search.told, answer)
         best, floor, train = self._least, 0.0, self.problem.setup.train
         if train is None or not train.carried:
             alone = tuple(each for each in self.problem.limits if each.claims and not _enters_tool(each))
@@ -145,16 +147,13 @@ class TrainSearch:
     def _spread(self) -> Iterator[FloatArray]:
         """The train of the scene, those at the ends of few ranges, and others all over them."""
         count = len(free_of_train(self.problem))
-        yield self._shares_of_scene()
-        for corner in product((0.0, 1.0), repeat=count) if count <= CORNERED else ():
-            yield np.array(corner)
-        yield from SAMPLERS["sobol"](count, SPREAD, 0)
-
-    def _shares_of_scene(self) -> FloatArray:
-        """The scene's own train, or the nearest to it in the ranges."""
+        # the scene's own train, or the nearest to it in the ranges
         shares = []
         for each in free_of_train(self.problem):
             low, high = each.ends
             own = self.problem.setup.given[each.key]
             shares.append(0.5 if own is None or high == low else (own - low) / (high - low))
-        return np.clip(shares, 0.0, 1.0)
+        yield np.clip(shares, 0.0, 1.0)
+        for corner in product((0.0, 1.0), repeat=count) if count <= CORNERED else ():
+            yield np.array(corner)
+        yield from SAMPLERS["sobol"](count, SPREAD, 0)

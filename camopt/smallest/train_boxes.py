@@ -2,12 +2,11 @@
 
 A box is dropped if a limit at some cam angle (``train_limits``) shows that it holds no feasible cam, or if none of
 its trains, or of its cams, can be put together. Limits on what trains alone do, the transmission angle and the
-forces in joints, and on means over the turn (``train_means``) do the same. Means under loads that change over the
+forces in joints, and on means over the turn do the same. Means under loads that change over the
 turn, and those of guides with friction, drop no box; a cam has to hold them like all others to be the answer.
 """
 
 from collections.abc import Collection
-from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -19,7 +18,7 @@ from camopt.numerics.sloped import Sloped
 from camopt.problem.problem import Problem, exactly
 from camopt.smallest.boxes import Boxes
 from camopt.smallest.closed_form import negligible
-from camopt.smallest.first_look import largest_size, scale_of
+from camopt.smallest.first_look import largest_size
 from camopt.smallest.motion_boxes import MotionSearch, Said
 from camopt.smallest.result import Smallest
 from camopt.smallest.train_limits import TrainLimits
@@ -39,44 +38,25 @@ class TrainBoxes(MotionSearch):
     """A search among the trains of a problem, below the best cam so far."""
 
     def __init__(self, problem: Problem, bounds: SizeBounds, found: BestTrain, until: float) -> None:
-        self.problem, self.bounds, self.found, self.until = exactly(problem), bounds, found, until
+        self.problem, self.bounds, self.until = exactly(problem), bounds, until
+        self.best, self.told = found.answer, found.problem
         self.limits = TrainLimits.of(self.problem.bringing(self.deciding))
 
     @cached_property
     def deciding(self) -> Collection[str]:
         return train_keys(self.problem)
 
-    @property
-    def best(self) -> Smallest:
-        return self.found.answer
-
-    def run(self) -> BestTrain:
-        """The smallest cam, with a size that no cam undercuts."""
-        ends = self.ends()
-        least, most = ends["size"]
-        if most <= least:  # as small as any cam may be
-            return self._with_floor(least)
-        boxes = Boxes.one(ends, scale_of(self.problem, self.bounds), self.problem.choices.variables)
-        return self._with_floor(self.bisect(boxes, self.until))
-
-    def _with_floor(self, floor: float) -> BestTrain:
-        return self.found._replace(answer=replace(self.found.answer, floor=floor))
-
     def ends(self) -> SizeBounds:
-        """Between which sizes and numbers of the train are worth a look."""
         of_limits = max((limit.least_size for limit in self.problem.limits), default=0.0)
         least = max(self.bounds["size"][0], of_limits, negligible(self.problem, self.bounds))
         most = min(largest_size(self.problem, self.bounds), self.best.size)
         trains = {each.key: each.ends for each in self.problem.choices.trains if each.in_range}
         return {**self.bounds, **trains, "size": (least, most)}
 
-    def motion(self, boxes: Boxes) -> tuple[Problem, None]:
+    def motion(self, boxes: Boxes) -> tuple[Problem, Problem]:
         numbers = {key: float(boxes.low[key][0] + boxes.high[key][0]) / 2.0 for key in self.deciding}
-        return self.problem.with_numbers(numbers), None
-
-    def offer(self, answer: Smallest, problem: Problem, told: None) -> None:
-        if answer.size < self.best.size:
-            self.found = self.found._replace(problem=problem, answer=answer)
+        problem = self.problem.with_numbers(numbers)
+        return problem, problem
 
     def learn(self, design: Designs, problem: Problem) -> None:
         mechanism = problem.setup.mechanism

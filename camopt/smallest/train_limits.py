@@ -1,4 +1,10 @@
-"""What limits say of boxes of sizes and trains: each holds at every cam angle, whatever the train."""
+"""What limits say of boxes of sizes and trains: each holds at every cam angle, whatever the train.
+
+Limits on means over the turn are as ``verdicts.mean_boxes`` has those of sizes alone. On each panel of its turn the
+tool's motion has a range, which links take to one of the followers of all trains of a box (``driven_boxes``), and
+the formula of the curve to its range and slopes. At one design of each box the mean is far better known, by Gauss's
+rule; with the slopes, that narrows the range.
+"""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -10,36 +16,33 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects import Case
+from camopt.effects.mean import Mean
 from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
+from camopt.motion.driven import travel
+from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES
+from camopt.motion.train_load import TrainLoad
 from camopt.numerics import LARGEST, LEAST, FloatArray, IntArray
 from camopt.numerics.curves import value_of
-from camopt.numerics.sloped import Sloped, as_quotient, as_sloped, at_point
+from camopt.numerics.interval import Interval
+from camopt.numerics.sloped import Quotient, Sloped, as_quotient, as_sloped, at_point, by_mean_value
 from camopt.problem.claims import Claim, MeanClaim
 from camopt.problem.problem import Problem, strictest
 from camopt.problem.zones import Off, moved
 from camopt.smallest.enclosure import curve_of_designs, present_claims
 from camopt.smallest.excesses import HUGE_SLOPE, Excesses
 from camopt.smallest.motion_boxes import Said
-from camopt.smallest.train_means import mean_excesses, means_of_trains
 from camopt.verdicts.claim_boxes import excess_of
-from camopt.verdicts.driven_boxes import TERMS, Driven, ToolPlaces, at_places, over_boxes
+from camopt.verdicts.driven_boxes import TERMS, Driven, ToolPlaces, at_places, over_boxes, over_ranges
+from camopt.verdicts.mean_boxes import excess_of_mean, weighted
+from camopt.verdicts.train_means import counts, mean_at
 
 IDLE = -0.5  # a limit that no point of a box exceeds by more, relative, is not looked at more closely
 STROKE_PLACES = 17  # in a stroke at which every box is looked at, even
 LOOKS, CLOSER = 256, 4  # cam angles at which a derivative is looked for where it is largest, and how often closer
 ADDED = 96  # and so many more at most, where cams that were looked at exceed a limit the most
-
-
-def claims_of_trains(problem: Problem) -> list[Claim]:
-    """The claims of limits as those of designs that bring their trains.
-
-    What the tool has of a derivative at most is the same for all trains.
-    """
-    claims = strictest(claim for limit in problem.limits for claim in limit.claims)
-    return [each._replace(curve=_of_trains(each)) for each in claims]
 
 
 def _largest_of(look: Callable[[FloatArray], FloatArray]) -> float:
@@ -49,11 +52,6 @@ def _largest_of(look: Callable[[FloatArray], FloatArray]) -> float:
         angles = (middle + half * np.linspace(-1.0, 1.0, LOOKS)) % (2 * pi)
         middle, half = angles[np.argmax(look(angles))], half * 2.0 / LOOKS
     return float(middle)
-
-
-def _of_trains(claim: Claim) -> Any:
-    """The curve of a claim."""
-    return claim.curve if _order(claim) else curve_of_designs(claim.curve, claim.kinds)
 
 
 def _order(claim: Claim) -> int:
@@ -97,7 +95,11 @@ class TrainLimits:
             each.start + each.angle * np.linspace(0.0, 1.0, STROKE_PLACES if each.law else 1) for each in strokes
         ]
         of_train = [claim for limit in problem.limits for claim in limit.of_train]
-        return cls(problem, claims_of_trains(problem), of_train, means_of_trains(problem), np.concatenate(even))
+        claims = [
+            each if _order(each) else each._replace(curve=curve_of_designs(each.curve, each.kinds))
+            for each in strictest(claim for limit in problem.limits for claim in limit.claims)
+        ]
+        return cls(problem, claims, of_train, means_of_trains(problem), np.concatenate(even))
 
     @property
     def places(self) -> ToolPlaces:
@@ -109,21 +111,18 @@ class TrainLimits:
 
     def learn(self, design: Designs, problem: Problem) -> None:
         """Add the places at which one cam of a train exceeds limits the most, and those that hold them with it."""
-        for own, each in problem.every(design):
-            if own.setup.mechanism.exists(each, own.programme)[0]:
-                self._learn(each, own)
-
-    def _learn(self, design: Designs, problem: Problem) -> None:
-        for claim in present_claims(problem, self.claims):
-            if order := _order(claim):
-                found = [_largest_at(problem.programme, order, side, claim.kinds) for side in claim.sides]
-            else:
-                goals = [(claim.kinds, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
-                extremes = Case(problem.setup, problem.programme, design).extremes(claim.curve, goals)
-                found = extremes.where.ravel().tolist()
-            self.added += [each for each in found if each not in self.added]
-        for claim, side in self._sides_of_train:
-            self.added.append(_largest_of(partial(self._over_train, claim, side, design)))
+        for own, cam in problem.every(design):
+            if own.setup.mechanism.exists(cam, own.programme)[0]:
+                for claim in present_claims(own, self.claims):
+                    if order := _order(claim):
+                        found = [_largest_at(own.programme, order, side, claim.kinds) for side in claim.sides]
+                    else:
+                        goals = [(claim.kinds, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
+                        extremes = Case(own.setup, own.programme, cam).extremes(claim.curve, goals)
+                        found = extremes.where.ravel().tolist()
+                    self.added += [each for each in found if each not in self.added]
+                for claim, side in self._sides_of_train:
+                    self.added.append(_largest_of(partial(self._over_train, claim, side, cam)))
 
     @property
     def _sides_of_train(self) -> list[tuple[Claim, float]]:
@@ -168,7 +167,9 @@ class TrainLimits:
         for number, (claim, side, place) in enumerate(near):
             here = driven.part(slice(number * count, (number + 1) * count))
             excess = Excesses.of(as_sloped(_excess(claim, side, here, boxes), like))
-            found.append(_where_known(excess, _is_about(claim, places, place, here.sense)))
+            kinds = np.where(here.sense > 0.0, places.kinds[place], places.against[place])
+            kinds = np.where(here.sense == 0.0, 0, kinds)  # it is not known which way followers go
+            found.append(_where_known(excess, kinds & claim.kinds != 0))
         motion: Any = driven.part(slice(0, count))
         margins = self.problem.setup.mechanism.assembly_margins(boxes, motion)
         lacking = [_lack(each, 1) for each in margins if isinstance(each, Sloped)]
@@ -182,7 +183,9 @@ class TrainLimits:
         for mean in self.means:
             over, known = mean_excesses(self.problem, mean, boxes, inside, like)
             found.append(_where_known(over, known))
-        return Said(found, lacking, _to_know(motion, like))
+        # boxes are first cut until it is known which way their followers go
+        unknown = np.where(motion.sense == 0.0, HUGE_SLOPE, -np.inf)[None]
+        return Said(found, lacking, [Excesses.of(as_sloped(motion.moved, like))._replace(at=unknown)])
 
     def _worst(self, inside: Designs, places: ToolPlaces) -> Iterator[Worst]:
         """Of claims that are near, the place where one design of each box exceeds them most; either side."""
@@ -220,12 +223,6 @@ def _excess(claim: Claim, side: Any, motion: Driven, designs: Designs) -> Any:
     return excess_of(claim, side, as_quotient(value), designs)
 
 
-def _is_about(claim: Claim, places: ToolPlaces, where: IntArray, sense: FloatArray) -> Any:
-    """Whether a claim is about the pieces of followers at places; not where their sense is not known."""
-    kinds = np.where(sense > 0.0, places.kinds[where], np.where(sense < 0.0, places.against[where], 0))
-    return kinds & claim.kinds != 0
-
-
 def _where_known(over: Excesses, known: Any) -> Excesses:
     """Excesses that tell nothing of other boxes."""
     none = np.full(known.shape, np.inf)
@@ -233,13 +230,63 @@ def _where_known(over: Excesses, known: Any) -> Excesses:
     return over._replace(least=next(ends), at=next(ends), most=np.where(known, over.most, none))
 
 
-def _to_know(driven: Driven, like: Sloped) -> list[Excesses]:
-    """Boxes are first cut until it is known which way their followers go."""
-    moved = Excesses.of(as_sloped(driven.moved, like))
-    return [moved._replace(at=np.where(driven.sense == 0.0, HUGE_SLOPE, -np.inf)[None])]
-
-
 def _lack(margin: Sloped, rows: int) -> Excesses:
     """The excess of what has to be above 0, so many times one after the other."""
     scale = at_point(margin).largest_magnitude
     return Excesses.of(-margin / np.where(scale > 0.0, scale, 1.0), rows)
+
+
+def means_of_trains(problem: Problem) -> list[MeanClaim]:
+    """The claims on means that differ between cams and trains; of loads that are the same all over the turn."""
+    load = problem.programme.load
+    if isinstance(load, ExternalLoad) or (isinstance(load, TrainLoad) and load.loads):
+        return []
+    means = [limit.mean for limit in problem.limits if limit.mean is not None]
+    return [
+        each for each in means if each.mean.smooth is None and not isinstance(each.mean.curves[0][0], Derivative)
+    ]
+
+
+def mean_excesses(
+    problem: Problem, claim: MeanClaim, boxes: Designs, inside: Designs, like: Sloped
+) -> tuple[Excesses, FloatArray]:
+    """The excess over a limit on a mean, and of which boxes it is known: where the followers go one way."""
+    turn, count = problem.programme, like.size
+    table = turn.tool.table
+    every = np.tile(np.arange(count), len(table.centre))
+    designs, panels = boxes.take(every), np.repeat(np.arange(len(table.centre)), count)
+    zero = travel(turn)[0] - turn.tool.levels[0]  # panels are those of the tool's motion, from the start of trains
+    low, high, error = (rows[panels, :TERMS].T.copy() for rows in (table.low, table.high, table.error))
+    low[0], high[0] = low[0] + zero, high[0] + zero
+    ranges = [Interval(a - off, b + off) for a, b, off in zip(low, high, error, strict=True)]
+    driven = over_ranges(problem, designs, ranges, _kinds(problem)[panels])
+    known = np.all(driven.sense.reshape(-1, count) != 0.0, axis=0)
+    parts = [
+        _share(problem, claim.mean, number, designs, driven, like[every], count)
+        for number in range(len(claim.mean.curves))
+    ]
+    value, slopes = (sum((part[k] for part in parts[1:]), parts[0][k]) for k in (0, 1))
+    at = mean_at(problem, claim.mean, inside, table.centre, table.half_width, _kinds(problem))
+    found = by_mean_value(value, at, slopes, like)
+    return Excesses.of(excess_of_mean(claim, found, boxes)), known
+
+
+def _kinds(problem: Problem) -> Any:
+    """Of each panel of the tool's turn."""
+    table = problem.programme.tool.table
+    return np.repeat(table.kind, np.diff(table.first_panel))
+
+
+def _share(
+    problem: Problem, mean: Mean, number: int, designs: Designs, driven: Driven, like: Sloped, count: int
+) -> tuple[Interval, Interval]:
+    """The share of the pieces of one curve of a mean: its range (n,) and its slopes (d, n)."""
+    make: Any
+    make, kinds = mean.curves[number]
+    value = value_of(make(designs, driven), ..., driven.state)
+    made = value.divided() if isinstance(value, Quotient) else as_sloped(value, like)
+    power = np.square(made) if mean.power == 2 else made
+    weights = np.repeat(problem.programme.tool.table.half_width / np.pi, count)
+    of = np.repeat(_kinds(problem), count)
+    shares = np.where(counts(of, kinds, driven.sense), weights, 0.0).reshape(-1, count)
+    return weighted(shares, power.value), weighted(shares, power.slopes)

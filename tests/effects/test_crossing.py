@@ -29,7 +29,7 @@ from camopt.problem import limits
 from camopt.problem.problem import Problem, exactly, resolve
 from camopt.problem.space import boxes_of
 from camopt.smallest.branch_and_bound import branch_and_bound
-from camopt.smallest.grid_refinement import shrink_on_grids
+from camopt.smallest.first_look import shrink_on_grids
 from camopt.smallest.optimise import _clear_above
 from camopt.smallest.result import Smallest, first_feasible, known_crossings
 from camopt.smallest.smallest import _smallest as least_of_others

@@ -17,10 +17,10 @@ from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import exactly, resolve
 from camopt.smallest.boxes import Boxes
 from camopt.smallest.closed_form import least_size
-from camopt.smallest.convex_floor import convex_floor
 from camopt.smallest.optimise import boxes_of
 from camopt.smallest.result import Smallest
 from camopt.smallest.smallest import small, smallest
+from camopt.smallest.smallest_turn import convex_floor
 from camopt.smallest.turn_boxes import TurnSearch
 from camopt.smallest.turns import BestTurn, SegmentAngles
 from camopt.verdicts.screening import feasible

@@ -14,7 +14,7 @@ from camopt.numerics.clock import now
 from camopt.problem.problem import exactly, resolve
 from camopt.problem.space import boxes_of
 from camopt.smallest.cutting_planes import by_cutting_planes
-from camopt.smallest.grid_refinement import nearest_miss
+from camopt.smallest.first_look import nearest_miss
 from camopt.smallest.reasons import rounded_up
 from camopt.smallest.smallest import smallest
 from camopt.verdicts.certify import certify_limits
