@@ -92,10 +92,14 @@ class AxisMinimiser:
     ) -> FrontierCam | None:
         """The best cam with the other axes held at values; None if none is found."""
         if not value and self.first in AXIS_TERMS:
-            return self._end()
+            # the least of a term with nothing held: what ``synthesise`` finds
+            cam, found = best_of(self.scene, by_offset(self.demand), lambda done, most: None)
+            terms = self._terms(cam, found) | {"bound": None, "local": not cam.convex}
+            return FrontierCam(terms, found)
         scene, demand, best = self.scene.with_values(self._limits(value)), self._demand(value), None
         for laws in self._candidates(demand, value, starts):
-            if best and self._promise(laws) >= best.row[self.first]:
+            # what laws were found with of a size is no more than their cam has, but for margins
+            if best and self.first == "size" and self._prime(laws) - self.demand.roller >= best.row["size"]:
                 continue
             row = self._row(scene, demand, laws, value)
             if row and (best is None or row[self.first] < best.row[self.first]):
@@ -107,12 +111,6 @@ class AxisMinimiser:
         local = self.first not in AXIS_TERMS or not self._close(best.row[self.first])
         bound = self._bound(value, best) if bounded else None
         return best._replace(row=best.row | {"bound": bound, "local": local})
-
-    def _end(self) -> FrontierCam:
-        """The least of a term with nothing held: what ``synthesise`` finds."""
-        cam, laws = best_of(self.scene, by_offset(self.demand), lambda done, most: None)
-        row = self._terms(cam, laws) | {"bound": None, "local": not cam.convex}
-        return FrontierCam(row, laws)
 
     def _limits(self, value: Mapping[str, float]) -> dict[str, float]:
         """The bounds of the scene, by key, that hold quantities at a value."""
@@ -155,7 +153,10 @@ class AxisMinimiser:
             if not ceilings:  # which steps take both of them below
                 yield plain
         if ceilings or self.lowered:
-            every = [least_jerk, *starts, *self._placed(least_jerk)]
+            # known laws on their smallest cams, which do not depend on the values
+            if self.known is None:
+                self.known = starting_laws(self.demand, least_jerk, objective_in(self.scene.synthesis))
+            every = [least_jerk, *starts, *self.known]
             if value:  # not the end of an axis, where every start of ``synthesise`` is tried
                 every = self.steps.ranked([plain, *every], ceilings, self.lowered)[:STARTS]
             ends: list[FloatArray] = []
@@ -165,12 +166,6 @@ class AxisMinimiser:
                 if not any(np.allclose(end, other, rtol=0.0, atol=SAME_LAWS) for other in ends):
                     yield laws
                 ends.append(end)
-
-    def _placed(self, plain: Iterate) -> list[Iterate]:
-        """Known laws on their smallest cams, which do not depend on the values."""
-        if self.known is None:
-            self.known = starting_laws(self.demand, plain, objective_in(self.scene.synthesis))
-        return self.known
 
     def _close(self, objective: float) -> bool:
         """Whether no better cam is worth looking for."""
@@ -201,10 +196,6 @@ class AxisMinimiser:
         demand = self.demand
         lead, height = (demand.length * each for each in laws[:2])
         return max(float(np.hypot(lead, height)) if demand.traced else height, demand.prime[0])
-
-    def _promise(self, laws: Iterate) -> float:
-        """What laws were found with of a size that is the axis, no more than their cam has but for margins."""
-        return self._prime(laws) - self.demand.roller if self.first == "size" else -inf
 
     def _as_solved(self, laws: Iterate) -> Synthesis | None:
         """The cam of the sizes that the laws were found with, or a little larger, if it holds every limit.

@@ -192,14 +192,12 @@ def cam_for(asked: Scene, demand: Demand, found: "Iterate") -> Synthesis | None:
     size = demand.problem.size_name
     if best[size] > largest_size(demand):
         return None
-    objective = objective_of(demand, found, best[size])
-    return Synthesis(asked, scene.with_row(best), best, objective)
-
-
-def objective_of(demand: Demand, found: "Iterate", size: float) -> float:
-    """The objective of free laws and a size, from the motion itself."""
+    # the objective of free laws and a size, from the motion itself
     programme = programme_with(demand, found)
-    return sum(weight * term_of(demand, programme, name, size) for name, weight in demand.objective.items())
+    objective = sum(
+        weight * term_of(demand, programme, name, best[size]) for name, weight in demand.objective.items()
+    )
+    return Synthesis(asked, scene.with_row(best), best, objective)
 
 
 def term_of(demand: Demand, programme: Programme, name: str, size: float) -> float:

@@ -111,7 +111,7 @@ class Sampled:
         outward = near[1] >= 0.0
         rows = []
         with np.errstate(all="ignore"):
-            for ceiling in self._here(ceilings):
+            for ceiling in [ceiling for ceiling in ceilings if self.counts(ceiling)]:
                 value = _value(ceiling.curve, designs, programme, at) * ceiling.factor(designs)
                 if ceiling.allowed() <= 0.0:  # a floor, which may be 0
                     value = 1.0 - (ceiling.allowed() + value) / self.demand.length
@@ -154,9 +154,6 @@ class Sampled:
             _slopes(*(self._values(ceilings, at, state, (lead + k, height)) for k in (by, -by))),
             _slopes(*(self._values(ceilings, at, state, (lead, height + k)) for k in (by, -by))),
         )
-
-    def _here(self, ceilings: Sequence[Claim]) -> list[Claim]:
-        return [ceiling for ceiling in ceilings if self.counts(ceiling)]
 
 
 def _value(made: Any, designs: Designs, programme: Programme, at: State) -> Any:

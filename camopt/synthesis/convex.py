@@ -17,11 +17,9 @@ import cvxpy as cp
 from camopt.mistakes import Unsolved
 from camopt.motion.table import DWELL
 from camopt.synthesis import residual
-from camopt.synthesis.demand import CROSSING_JERK, LOST_AREA, SQUARES, TERM_ORDERS, Demand
-from camopt.synthesis.fixed_motion import FixedMotion
-from camopt.synthesis.means import MeanConstraint
+from camopt.synthesis.demand import CROSSING_JERK, LOST_AREA, SQUARES, TERM_ORDERS, Demand, MeanConstraint
 from camopt.synthesis.solver import INFEASIBLE, NO_SOLUTION, SOLVED, SOLVER_ENDS, failed, solve
-from camopt.synthesis.stroke_motion import DerivativeRange, MakeMotion, Ranges, Sizes, StrokeMotion
+from camopt.synthesis.stroke_motion import DerivativeRange, FixedMotion, MakeMotion, Ranges, Sizes, StrokeMotion
 
 
 @dataclass

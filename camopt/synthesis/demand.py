@@ -19,7 +19,6 @@ from camopt.motion.table import ALL_STROKES, RETURN, RISE
 from camopt.problem.problem import Problem
 from camopt.smallest.closed_form import slopes_of
 from camopt.synthesis import residual
-from camopt.synthesis.means import MeanConstraint
 from camopt.synthesis.residual import LeftOver, left_over
 from camopt.synthesis.splines import Splines
 
@@ -63,6 +62,22 @@ class LinearConstraint:
         ways = self.kinds & (RISE | RETURN)
         about = (ways == RISE and self.velocity < 0.0) or (ways == RETURN and self.velocity > 0.0)
         return self.bears_on(stroke) or (stroke.is_move and about)
+
+
+@dataclass(frozen=True)
+class MeanConstraint:
+    """A bound, in mm or rad, on the mean of a derivative over the turn, or on its root mean square."""
+
+    name: str
+    order: int
+    power: int
+    bound: float
+    side: float
+    """−1 where it must be at least so much, else 1."""
+
+    def closer(self, share: float) -> "MeanConstraint":
+        """The limit held closer by a share of its bound, or wider."""
+        return replace(self, bound=self.bound * (1.0 - self.side * share))
 
 
 class Crossing(NamedTuple):

@@ -24,8 +24,7 @@ from camopt.synthesis import residual
 from camopt.synthesis.conditions import Ground, conditions_of, ground_of
 from camopt.synthesis.crossing_jerk import check_crossings
 from camopt.synthesis.demand import CROSSING_JERK, TERM_ORDERS, Demand, LowHigh, roller_of
-from camopt.synthesis.linear_constraints import floors_of, is_linear
-from camopt.synthesis.means import means_of
+from camopt.synthesis.linear_constraints import floors_of, is_linear, means_of
 from camopt.synthesis.splines import Splines
 from camopt.synthesis.symmetry import mirrored, opposed
 from camopt.synthesis.through_train import about_tool, ratio_of, turned
@@ -67,12 +66,20 @@ def demand_on(problem: Problem, asked: SynthesisSettings, objective: Mapping[str
         why = "has nothing to choose: it needs a rise, a return or a move"
         raise BadInput([Mistake(problem.file, "motion", None, why, bare=True)])
     ground = ground_of(problem)
-    _check_lowest(problem, ground)
+    # the lowest position of a follower behind a train has to be known, whatever the free laws are
+    moves = any(stroke.is_move and stroke.is_free for stroke in ground.strokes)
+    if problem.setup.train is not None and moves and (ground.dip is not None or turned(problem)):
+        reason = "free moves through a train need a lowest position of the follower that the motion gives"
+        raise BadInput([Mistake(problem.file, "train", None, reason, bare=True)])
     strokes, body = ground.strokes, _body(problem)
     roller = roller_of(problem, body)
     size = _size(problem, objective)
     least = least_size(problem, {"size": size})
-    _check_sizes(problem, least, size[1])
+    # limits that leave no size, whatever the motion is
+    limits = [limit for limit in problem.limits if limit.least_size > size[1] or limit.most_size < least]
+    if limits:
+        names = ", ".join(limit.name for limit in limits)
+        raise Unmet(f"no motion: a cam of no size is within the limits ({names})")
     return Demand(
         problem=problem,
         splines=Splines(
@@ -97,14 +104,6 @@ def demand_on(problem: Problem, asked: SynthesisSettings, objective: Mapping[str
         window=radians(asked.crossing_window),
         smooth=asked.smooth,
     )
-
-
-def _check_sizes(problem: Problem, least: float, most: float) -> None:
-    """Unmet if there are limits that leave no size, whatever the motion is."""
-    limits = [limit for limit in problem.limits if limit.least_size > most or limit.most_size < least]
-    if limits:
-        names = ", ".join(limit.name for limit in limits)
-        raise Unmet(f"no motion: a cam of no size is within the limits ({names})")
 
 
 def by_offset(demand: Demand) -> list[Demand]:
@@ -132,14 +131,6 @@ def _check_peaks(problem: Problem, asked: SynthesisSettings) -> None:
         what = "is for the unit stroke of rises and returns, and this motion has none: give [limits]"
         key, value = f"synthesis.{given[0]}", getattr(asked, given[0])
         raise BadInput([Mistake(problem.file, key, value, what, bare=True)])
-
-
-def _check_lowest(problem: Problem, ground: Ground) -> None:
-    """The lowest position of a follower behind a train has to be known, whatever the free laws are."""
-    moves = any(stroke.is_move and stroke.is_free for stroke in ground.strokes)
-    if problem.setup.train is not None and moves and (ground.dip is not None or turned(problem)):
-        why = "free moves through a train need a lowest position of the follower that the motion gives"
-        raise BadInput([Mistake(problem.file, "train", None, why, bare=True)])
 
 
 def _check_train(problem: Problem, objective: Mapping[str, float]) -> None:

@@ -120,7 +120,11 @@ def frontier(
     bounds = {t: bound_of(replace(demand, objective={t: 1.0})) for t in axes if t in AXIS_TERMS}
     least = {axis: (min(row[axis] for row in (ends[axis, axis].row, *rows)), bounds.get(axis)) for axis in axes}
     front = [Design(row, scene) for row in _front(rows, axes)]
-    return Frontier(scene, axes, front, beside, least, _local(ends, rows, axes))
+    # the axes whose least values are local optima; where a load is held, only its own axis counts
+    convex = all(axis in AXIS_TERMS for axis in axes)
+    found = {axis: ends[axis, axis].row["local"] for axis in axes}
+    found[axes[0]] |= convex and any(row["local"] for row in rows)
+    return Frontier(scene, axes, front, beside, least, tuple(axis for axis in axes if found[axis]))
 
 
 def _rows(
@@ -144,14 +148,6 @@ def _rows(
         if found:
             yield found.row
         report_progress(progress, done, len(values))
-
-
-def _local(ends: "FrontierEnds", rows: Sequence[dict[str, Any]], axes: tuple[str, ...]) -> tuple[str, ...]:
-    """The axes whose least values are local optima; where a load is held, only its own axis counts."""
-    convex = all(axis in AXIS_TERMS for axis in axes)
-    found = {axis: ends[axis, axis].row["local"] for axis in axes}
-    found[axes[0]] |= convex and any(row["local"] for row in rows)
-    return tuple(axis for axis in axes if found[axis])
 
 
 def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]:
@@ -265,7 +261,11 @@ class Task(NamedTuple):
 
     def done(self, toml: str, axes: tuple[str, ...]) -> FrontierCam | None:
         """The best cam; None if none is found."""
-        return _programme(toml, axes, self).at(self.value, self.starts, self.bounded)
+        key = toml, axes, self.first, tuple(self.value)
+        if key not in _BUILT:
+            _BUILT.clear()
+            _BUILT[key] = AxisMinimiser(Scene.from_dict(tomllib.loads(toml)), axes, self.first, tuple(self.value))
+        return _BUILT[key].at(self.value, self.starts, self.bounded)
 
 
 class KnownLaws(NamedTuple):
@@ -291,14 +291,6 @@ def _run(
 ) -> list[Any]:
     """What is found for some tasks; the calls bring the Python functions of the scene along."""
     return [task.done(toml, axes) for task in tasks]
-
-
-def _programme(toml: str, axes: tuple[str, ...], task: Task) -> AxisMinimiser:
-    key = toml, axes, task.first, tuple(task.value)
-    if key not in _BUILT:
-        _BUILT.clear()
-        _BUILT[key] = AxisMinimiser(Scene.from_dict(tomllib.loads(toml)), axes, task.first, tuple(task.value))
-    return _BUILT[key]
 
 
 def _front(rows: list[dict[str, Any]], axes: Sequence[str]) -> list[dict[str, Any]]:

@@ -10,9 +10,9 @@ from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.synthesis.convex import Convex
 from camopt.synthesis.demand import Demand
-from camopt.synthesis.fixed_motion import FixedMotion
 from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.splines import Splines
+from camopt.synthesis.stroke_motion import FixedMotion
 
 
 class Iterate(NamedTuple):
@@ -53,7 +53,8 @@ def cleaned(demand: Demand, coefficients: Sequence[FloatArray]) -> tuple[FloatAr
             own[[0, -1]] = 0.0, 1.0
             if demand.monotone:
                 np.maximum.accumulate(own, out=own)
-    ends = _ends(demand, found)
+    free = iter(found)
+    ends = [_End(stroke, next(free) if stroke.is_free else None) for stroke in demand.strokes]
     for before, after in zip(ends, [*ends[1:], ends[0]], strict=True):
         _meet(demand, before, after)
     return tuple(found)
@@ -91,11 +92,6 @@ class _End(NamedTuple):
     own: FloatArray | None
 
 
-def _ends(demand: Demand, found: Sequence[FloatArray]) -> list[_End]:
-    free = iter(found)
-    return [_End(stroke, next(free) if stroke.is_free else None) for stroke in demand.strokes]
-
-
 def _meet(demand: Demand, before: _End, after: _End) -> None:
     """Make two strokes that follow each other meet: free ones change, to what is asked there."""
     if before.own is None and after.own is None:
@@ -104,17 +100,13 @@ def _meet(demand: Demand, before: _End, after: _End) -> None:
     state = _state_between(demand, before, after, count)
     for side, last in ((before, True), (after, False)):
         if side.own is not None:
-            by_law = _by_law(demand, side.stroke, state)
+            # y, y', y'' … as the law of a stroke has them
+            low, change = demand.law_scale(side.stroke)
+            found = state / demand.scale * side.stroke.angle ** np.arange(state.size)
+            found[0] -= low
+            by_law = np.asarray(found / change)
             by_law[0] = by_law[0] if side.stroke.is_move else float(last)
             _bring(demand.splines_of(side.stroke), side.own, by_law, last)
-
-
-def _by_law(demand: Demand, stroke: Stroke, state: FloatArray) -> FloatArray:
-    """y, y', y'' … as the law of a stroke has them."""
-    low, change = demand.law_scale(stroke)
-    found = state / demand.scale * stroke.angle ** np.arange(state.size)
-    found[0] -= low
-    return np.asarray(found / change)
 
 
 def _state_between(demand: Demand, before: _End, after: _End, count: int) -> FloatArray:

@@ -31,10 +31,10 @@ from camopt.synthesis.convex import Convex, convex
 from camopt.synthesis.demand import CROSSING_JERK, LIMIT_MARGINS, Demand, tightened
 from camopt.synthesis.from_scene import by_offset, default_peaks, demand_of, objective_in
 from camopt.synthesis.iterate import Iterate
+from camopt.synthesis.linear_constraints import with_offs
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.synthesised import Synthesis, free_names
-from camopt.synthesis.toleranced import with_offs
 
 BOUND_STEP = 1e-4  # of a bound, in differences
 LEAST_PRICE = 1e-5  # of the objective: what a bound that does not bind may cost, by a solver's error
@@ -117,13 +117,6 @@ def _demands(scene: Scene, sizes: tuple[float, float]) -> list[Demand]:
     return [with_offs(each, *sizes) if each.problem.offs else each for each in by_offset(demand_of(scene))]
 
 
-def _sizes(scene: Scene, result: Synthesis) -> tuple[float, float]:
-    """e and s₀ of the cam of free laws, mm."""
-    demand = by_offset(demand_of(scene))[0]
-    at = iterate_in(demand, result)
-    return at.lead * demand.length, at.height * demand.length
-
-
 def _programme(demand: Demand, margin: float) -> Convex:
     """The programme of a demand, with its limits held closer by a margin."""
     return convex(tightened(demand, margin), SplineMotion)
@@ -131,7 +124,10 @@ def _programme(demand: Demand, margin: float) -> Convex:
 
 def _optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
     """The optimum that a result is; None if the solver fails, or the result is none."""
-    sizes = _sizes(scene, result)
+    # e and s₀ of the cam of free laws, mm
+    first = by_offset(demand_of(scene))[0]
+    at = iterate_in(first, result)
+    sizes = at.lead * first.length, at.height * first.length
     demands = _demands(scene, sizes)
     for margin in LIMIT_MARGINS:
         models = [_programme(demand, margin) for demand in demands]

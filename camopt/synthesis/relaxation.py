@@ -30,14 +30,14 @@ import numpy as np
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 from camopt.synthesis.demand import Crossing, Demand, LinearConstraint
-from camopt.synthesis.stroke_motion import DerivativeRange, Ranges, Sizes
+from camopt.synthesis.stroke_motion import DerivativeRange, Ranges, Sizes, StrokeMotion
 
 AREA = {1: 1.0 / 4.0, 2: 1.0 / 12.0, 3: 1.0 / 192.0}
 CUBIC = 2.0 / (9.0 * sqrt(3.0))
 LEAST_PANEL = 0.25  # of a panel: the least length of one beside a condition
 
 
-class RelaxedMotion:
+class RelaxedMotion(StrokeMotion):
     """A stroke with any law, by y, v and a at the nodes of its panels. Only jerks tie a to v.
 
     Derivatives are by x of the unit stroke, so that a stroke of a small angle has no huge numbers.
@@ -47,7 +47,11 @@ class RelaxedMotion:
         self.unit, self.angle, self.sizes = demand.scale, stroke.angle, sizes
         parts = [(each, part) for each in demand.conditions if (part := stroke.part(each)) is not None]
         turning = {end for each in demand.crossings_in(stroke) for end in each.ends}
-        x = _nodes(panels, {end for _, part in parts for end in part} | turning)
+        # equal panels of a unit stroke, cut where conditions start and end, but no equal one next to nothing
+        ends = {end for _, part in parts for end in part} | turning
+        plain = np.linspace(0.0, 1.0, panels + 1)[1:-1]
+        apart = [x for x in plain if all(abs(x - end) > LEAST_PANEL / panels for end in ends)]
+        x = np.array(sorted({0.0, 1.0, *apart, *ends}))
         self.x, self.up = x, 1.0 if stroke.high > stroke.low else -1.0
         self.h = np.diff(x)
         self.y, self.v, self.a = (cp.Variable(x.size) for _ in range(3))
@@ -113,7 +117,11 @@ class RelaxedMotion:
         if acceleration == 0.0:
             self.constraints.append(moving + sized >= 0.0)
             if displacement > 0.0 and velocity:
-                self._groenwall(displacement, velocity, sized)
+                # with z = w₀·y + S and z ∓ w₁·y' ≥ 0, z grows by e^(w₀·h/w₁) at most, or falls by no more
+                decay = np.exp(-displacement / abs(velocity) * self.h)
+                later, sooner = (self.y[:-1], self.y[1:]) if velocity < 0.0 else (self.y[1:], self.y[:-1])
+                grown = displacement * (later - cp.multiply(decay, sooner))
+                self.constraints.append(grown + (1.0 - decay) * sized >= 0.0)
             return
         self.constraints.append(moving + acceleration * a + sized >= 0.0)
         for each in ranges:
@@ -121,13 +129,6 @@ class RelaxedMotion:
             missed = abs(displacement) * h**3 / 12 * max(-each.low, each.high) * each.unit  # by the area at most
             change = velocity * cp.diff(y) + acceleration * cp.diff(v)
             self.constraints.append(mean + missed + change + h * sized >= 0.0)
-
-    def _groenwall(self, displacement: float, velocity: float, sized: Any) -> None:
-        """With z = w₀·y + S and z ∓ w₁·y' ≥ 0, z grows by e^(w₀·h/w₁) at most, or falls by no more."""
-        decay = np.exp(-displacement / abs(velocity) * self.h)
-        later, sooner = (self.y[:-1], self.y[1:]) if velocity < 0.0 else (self.y[1:], self.y[:-1])
-        grown = displacement * (later - cp.multiply(decay, sooner))
-        self.constraints.append(grown + (1.0 - decay) * sized >= 0.0)
 
     def _between(self, values: Any, limited: DerivativeRange) -> None:
         """Hold values within a range whose ends may be infinite."""
@@ -146,9 +147,6 @@ class RelaxedMotion:
     def lowest(self, x: float) -> Any:
         """Another motion may be lower elsewhere: its size has no bound."""
         return cp.Variable()
-
-    def mirrors(self, other: Any) -> None:
-        """The bound is one for all motions."""
 
     def crosses(self, crossing: Crossing, jerk: Any) -> None:
         low, high, soon, late = (int(np.abs(self.x - end).argmin()) for end in crossing.ends)
@@ -179,9 +177,6 @@ class RelaxedMotion:
         sums = [self.y + other.y == both, self.v + other.v == 0.0, self.a + other.a == 0.0]
         self.constraints += sums
 
-    def variation(self) -> list[cp.Expression]:
-        return []
-
     def area(self) -> Any:
         return self.angle * self.whole
 
@@ -198,9 +193,6 @@ class RelaxedMotion:
                     most = AREA[order] * float(np.sum(h ** (order + 1))) * largest * limited.unit
                     self.constraints.append(cp.abs(cubics if order == 3 else chords) <= most)
 
-    def left_over(self) -> None:
-        """Between its nodes a motion may add anything."""
-
     def square(self, order: int) -> list[cp.Expression]:
         h, (value, slope) = self.h, {2: (self.y, self.v), 3: (self.v, self.a)}[order]
         rise, both, change = cp.diff(value), slope[:-1] + slope[1:], cp.diff(slope)
@@ -210,10 +202,3 @@ class RelaxedMotion:
             means = cp.multiply(12 / h**2, cp.diff(self.y)) - cp.multiply(6 / h, self.v[:-1] + self.v[1:])
             parts.append(cp.multiply(np.sqrt(5 / h), means + change))
         return [self.angle ** (0.5 - order) * part for part in parts]
-
-
-def _nodes(panels: int, ends: set[float]) -> FloatArray:
-    """Equal panels of a unit stroke, cut where conditions start and end, but no equal one next to nothing."""
-    plain = np.linspace(0.0, 1.0, panels + 1)[1:-1]
-    apart = [x for x in plain if all(abs(x - end) > LEAST_PANEL / panels for end in ends)]
-    return np.array(sorted({0.0, 1.0, *apart, *ends}))

@@ -11,10 +11,10 @@ from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 from camopt.numerics.quadratic import INDEPENDENT
 from camopt.synthesis.demand import Crossing, Demand, LinearConstraint
-from camopt.synthesis.stroke_motion import DerivativeRange, Ranges, Sizes
+from camopt.synthesis.stroke_motion import DerivativeRange, Ranges, Sizes, StrokeMotion
 
 
-class SplineMotion:
+class SplineMotion(StrokeMotion):
     """A stroke whose law is a free spline.
 
     The coefficients are those of its law, from 0 to 1; of a move they are displacements, in units of the lift.
@@ -27,7 +27,10 @@ class SplineMotion:
         self.coefficients = cp.Variable(self.splines.count)
         self.constraints: list[cp.Constraint] = []
         if not stroke.is_move:
-            self._from_0_to_1(demand.monotone)
+            c = self.coefficients
+            self.constraints += [c[0] == 0.0, c[-1] == 1.0, c >= 0.0, c <= 1.0]
+            if demand.monotone:
+                self.constraints.append(cp.diff(c) >= 0.0)
         for order, bounds in ranges.items():
             matrix = self.splines.once(order, self.splines.degree - order)
             for each in bounds:
@@ -43,12 +46,6 @@ class SplineMotion:
         for floor in demand.floors:
             if floor.guards(stroke):
                 self._above(floor, sizes.in_floor(floor, self.unit))
-
-    def _from_0_to_1(self, monotone: bool) -> None:
-        c = self.coefficients
-        self.constraints += [c[0] == 0.0, c[-1] == 1.0, c >= 0.0, c <= 1.0]
-        if monotone:
-            self.constraints.append(cp.diff(c) >= 0.0)
 
     def _part(self, order: int, low: float, high: float) -> Any:
         """The matrix to what encloses a derivative over a part of the unit stroke: at a point, its value."""

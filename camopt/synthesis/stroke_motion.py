@@ -1,13 +1,18 @@
-"""The interface of a stroke's motion for convex programmes, whatever the motion is made of."""
+"""The motion of a stroke for convex programmes, whatever it is made of; and that of one that keeps its law."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
+import cvxpy as cp
+import numpy as np
 from cvxpy import Constraint, Expression
+from scipy import sparse
 
 from camopt.motion.stroke import Stroke
+from camopt.motion.table import DWELL, RETURN, RISE
+from camopt.numerics import FloatArray
 from camopt.synthesis.demand import Crossing, Demand, LinearConstraint
 
 
@@ -54,7 +59,7 @@ class Sizes:
         return floor.constant / unit + sum(weight * size for weight, size in parts if weight)
 
 
-class StrokeMotion(Protocol):
+class StrokeMotion:
     """The motion of one stroke in units of the lift, by rad: its limits, and what others need of it."""
 
     constraints: list[Constraint]
@@ -80,9 +85,11 @@ class StrokeMotion(Protocol):
 
     def variation(self) -> list[Expression]:
         """Vectors whose magnitudes are together the variation of the jerk over the stroke, or no less than that."""
+        return []
 
     def square(self, order: int) -> list[Expression]:
         """Vectors whose squares are together ∫ (y⁽ᵏ⁾)² dθ over the stroke, or no more than that."""
+        return []
 
     def area(self) -> Any:
         """∫ y dθ over the stroke; of a bound, what it may be."""
@@ -92,3 +99,45 @@ class StrokeMotion(Protocol):
 
 
 MakeMotion = Callable[[Demand, Stroke, Ranges, Sizes], StrokeMotion]
+
+
+class FixedMotion(StrokeMotion):
+    """A straight line over the cam angle: what is linear in the motion holds along it if it does at both ends.
+
+    It rests, mirrors another and opposes another as it is.
+    """
+
+    def __init__(self, demand: Demand, stroke: Stroke, ranges: Ranges, sizes: Sizes) -> None:
+        self.low, self.change = stroke.low / demand.scale, (stroke.high - stroke.low) / demand.scale
+        self.angle = stroke.angle
+        self.velocity = self.change / stroke.angle
+        self.constraints: list[cp.Constraint] = []
+        for each in ranges.get(1, []):
+            self.constraints += each.constraints(cp.Constant(self.velocity))
+        kind = DWELL if stroke.kind == DWELL else RISE if self.change > 0.0 else RETURN
+        ends = self.low if kind == DWELL else np.array([self.low, self.low + self.change])
+        for floor in demand.floors:
+            if floor.kinds & kind:
+                along = floor.displacement * ends + floor.velocity * self.velocity
+                self.constraints.append(cp.Constant(along) + sizes.in_floor(floor, demand.scale) >= 0.0)
+
+    def end(self, order: int, last: bool) -> float:
+        return (self.low + self.change * last, self.velocity, 0.0, 0.0)[order]
+
+    def lowest(self, x: float) -> float:
+        return self.low + self.change * x
+
+    def at(self, x: FloatArray) -> list[tuple[Any, FloatArray]]:
+        """y to y''' at x of the unit stroke: of no coefficients."""
+        rows = [self.low + self.change * x, np.full_like(x, self.velocity), *np.zeros((2, x.size))]
+        return [(sparse.csr_array((x.size, 0)), row) for row in rows]
+
+    def samples(self, order: int) -> FloatArray:
+        return np.array([self.end(order, last) for last in (False, True)])
+
+    def area(self) -> float:
+        return (self.low + self.change / 2.0) * self.angle
+
+    def left_over(self) -> list[cp.Expression]:
+        """What it leaves is part of the constant (``residual.LeftOver``)."""
+        return []

@@ -38,13 +38,13 @@ from camopt.synthesis.crossings import with_crossings
 from camopt.synthesis.demand import CROSSING_JERK, LIMIT_MARGINS, Demand, tightened
 from camopt.synthesis.from_scene import by_offset, demand_of, objective_in
 from camopt.synthesis.iterate import Iterate, cleaned, iterate_of
+from camopt.synthesis.linear_constraints import with_offs
 from camopt.synthesis.prices import prices_of_laws
 from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.solver import SOLVER_ENDS, SOLVER_ERROR, solve
 from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.synthesised import Synthesis
-from camopt.synthesis.toleranced import with_offs
 from camopt.synthesis.units import objective_unit
 from camopt.synthesis.unmet import contradiction, no_cam
 from camopt.tables.designs import joined_laws

@@ -75,7 +75,11 @@ def _by_default(scene: Scene, demand: Demand) -> str:
 def _missed_by(demand: Demand, search: Optimum) -> dict[str, Missed]:
     """What the nearest cam of a search breaks; one that holds all limits may be too large."""
     if search.nearest_miss is not None:
-        return _missed(search.nearest_miss)
+        # by the key of each limit that a design breaks what it reached beside the bound, and by what share
+        miss = search.nearest_miss
+        broken = str(miss["violated"]).split(",")
+        limits = [limit for limit in resolve(miss.searched).limits if limit.name in broken]
+        return {key_of(limit): _reached(limit, miss) for limit in limits}
     most, name = largest_size(demand), demand.problem.size_name
     if search.best is None or search.best[name] <= most:
         return {}
@@ -90,13 +94,6 @@ def broken_in_words(scene: Scene, demand: Demand, row: Design) -> str:
     said = [_key(scene, demand, name) for name in names if name != SIZE_WORDS]
     size = f"{_size_key(demand)} of at most {with_unit(largest_size(demand), 'mm')}"
     return listed_words(said + [size] * (SIZE_WORDS in names))
-
-
-def _missed(miss: Design) -> dict[str, Missed]:
-    """By the key of each limit that a design breaks what it reached beside the bound, and by what share."""
-    broken = str(miss["violated"]).split(",")
-    limits = [limit for limit in resolve(miss.searched).limits if limit.name in broken]
-    return {key_of(limit): _reached(limit, miss) for limit in limits}
 
 
 def key_of(limit: Limit) -> str:
@@ -121,7 +118,11 @@ def contradiction(scene: Scene, demand: Demand, bound_of: BestPossible) -> Unmet
     """The limits and conditions that no motion holds together: without any one of these one does."""
     found = irreducible(demand.names, lambda kept: bound_of(demand.only(kept)) != inf)
     usual = [name for name in _usual(scene, demand) if name in found]
-    asked = [_asked(scene, demand, name, found, bound_of) for name in found if name not in usual]
+    asked = [
+        f"{_key(scene, demand, name)}{_least(scene, demand, name, found, bound_of)}"
+        for name in found
+        if name not in usual
+    ]
     if not usual:
         count = "two" if len(asked) == 2 else len(asked)
         alone = "by itself it is this one that none holds"
@@ -159,11 +160,6 @@ def _lifted_by(scene: Scene) -> str:
 def _has_unit_strokes(scene: Scene) -> bool:
     """Whether there are rises or returns, whose peaks [synthesis] can limit."""
     return any(segment.segment in ("rise", "return") for segment in scene.motion)
-
-
-def _asked(scene: Scene, demand: Demand, name: str, found: Sequence[str], bound_of: BestPossible) -> str:
-    """A limit or condition by its key, with the least that any motion needs of it where the others hold."""
-    return f"{_key(scene, demand, name)}{_least(scene, demand, name, found, bound_of)}"
 
 
 def _key(scene: Scene, demand: Demand, name: str) -> str:
