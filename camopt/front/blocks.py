@@ -1,7 +1,10 @@
-"""A space of designs cut into blocks, each of which any thread, process or machine can evaluate on its own."""
+"""A space of designs cut into blocks, each of which any thread, process or machine can evaluate on its own.
+
+Their results are gathered in order.
+"""
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from threading import Lock
 from typing import NamedTuple
@@ -9,9 +12,10 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 
+from camopt.engines.progress import Progress, report_progress
 from camopt.front.curve_numbers import CurveNumbers, OwnCurves
 from camopt.front.curve_verdicts import CurveVerdicts
-from camopt.front.pareto import best_of_laws, non_dominated
+from camopt.front.pareto import Archive, best_of_laws, non_dominated
 from camopt.numerics import BoolArray
 from camopt.problem.problem import Problem
 from camopt.problem.rows import Objectives, Rows, concatenate_rows
@@ -21,6 +25,8 @@ from camopt.verdicts.screening import feasible, screened
 
 BLOCK = 65536  # designs: Python's share is small, and memory stays bounded
 SHARING_BLOCK = 2**18  # of those that share pitch curves: most take nanoseconds
+BEST_TOGETHER = 64  # batches whose best designs are compared together
+NO_ROWS = Rows({}, 0)  # where there are no blocks
 
 
 @dataclass(frozen=True)
@@ -216,3 +222,61 @@ class Blocks:
                 curves = CurveVerdicts(self.space, problem, self._numbers, self._names)
                 self._curves[part] = self._latest = curves
             return curves
+
+
+class Seen(NamedTuple):
+    """The results of a space: counts, the front, and rows that include the best one of each law."""
+
+    front: Rows
+    best: Rows
+    effort: Effort
+    reached: float
+    """The largest relative half-width of an enclosure of any row that is kept, or of the front."""
+    evaluated: int
+    """Designs, those that cannot be assembled among them."""
+    existing: int | None = None
+    """Designs that can be assembled; None if they were not counted."""
+    feasible: int | None = None
+    """Designs; None if they were not counted."""
+    boxes: int = 0
+    """Boxes of designs that were bounded."""
+    decided: int = 0
+    """Designs in boxes that were dropped."""
+
+    def without_rows(self) -> "Seen":
+        """The counts alone: rows of large fronts take much memory."""
+        return self._replace(front=Rows({}, 0), best=Rows({}, 0))
+
+
+def gathered(
+    space: Space,
+    batches: Iterable[Batch],
+    block: int,
+    write: Callable[[Rows], None],
+    progress: Progress | None = None,
+) -> Seen:
+    """The results of batches that cover a space in order. ``write`` takes the rows that they keep.
+
+    ``progress`` is called with (designs done, designs in all). Rows are the same however the space was cut.
+    """
+    designs, existing, feasible, effort, reached = 0, 0, 0, Effort(), 0.0
+    objectives, total, best = space.problem.objectives, len(space), list[Rows]()
+    archive = Archive(objectives, block)
+    for batch in batches:
+        designs += batch.designs
+        existing += batch.existing
+        feasible += batch.feasible
+        effort = effort.plus(batch.effort)
+        reached = max(reached, batch.reached)
+        archive.add(batch.front)
+        best.append(batch.best)
+        if len(best) > BEST_TOGETHER:
+            best = [best_of_laws(concatenate_rows(best), objectives)]
+        write(batch.kept)
+        report_progress(progress, designs, total)
+    if not best:
+        return Seen(NO_ROWS, NO_ROWS, effort, reached, designs, existing, feasible)
+    front = archive.front()
+    reached = float(np.max(front.columns.get("relative_half_width", 0.0), initial=reached))
+    first = best_of_laws(concatenate_rows(best), objectives)
+    return Seen(front, first, effort, reached, designs, existing, feasible)

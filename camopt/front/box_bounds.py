@@ -148,7 +148,7 @@ class BoxBounds(NamedTuple):
     def _excesses(self, box: Designs, inside: Designs) -> Iterator[Sloped]:
         """The excesses of boxes over limits on curves, where one design exceeds them the most, and on means."""
         for claim in self.claims:
-            asked = [ExtremeAsked(claim.kinds, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
+            asked = [(claim.kinds, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
             angle, side = self._worst(claim.curve, asked, inside)
             value, designs, like = self._over(claim.curve, angle, box, inside)
             yield as_sloped(excess_of(claim, side, as_quotient(value), designs), like)
@@ -175,18 +175,12 @@ class BoxBounds(NamedTuple):
         if isinstance(known, Peak):
             return self._by_extreme(known, sign, box, inside)
         if known is None:
-            return self._by_setting(name, sign, box, inside)
+            # the cost of an objective that the motion and numbers decide, of boxes that have one value of each
+            cost, spread = np.full(len(box), -np.inf), np.sign(self._of_numbers(box))
+            one = np.flatnonzero(~spread.any(axis=0))
+            cost[one] = sign * ranged(self.problem, {name}, inside.take(one))[name]
+            return cost, HUGE_SLOPE * spread
         return self._by_mean(known, sign, box, inside)
-
-    def _by_setting(self, name: str, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
-        """The cost of an objective that the motion and numbers decide, of boxes that have one value of each.
-
-        Nothing is known of the others: their numbers are to be cut.
-        """
-        cost, spread = np.full(len(box), -np.inf), np.sign(self._of_numbers(box))
-        one = np.flatnonzero(~spread.any(axis=0))
-        cost[one] = sign * ranged(self.problem, {name}, inside.take(one))[name]
-        return cost, HUGE_SLOPE * spread
 
     def _of_numbers(self, box: Designs) -> FloatArray:
         """How wide boxes are in numbers that are no sizes, relative: what scales change by them no slope tells."""
@@ -203,7 +197,7 @@ class BoxBounds(NamedTuple):
         extreme = np.full(len(box), 0.0 if known.goal == LARGEST_MAGNITUDE else -np.inf)
         change, farthest, width = np.zeros((len(self.free), len(box))), extreme, _widths(box, self.free)
         for make, part in self._parts(known):
-            angle, _ = self._worst(make, [ExtremeAsked(part, known.goal)], inside)
+            angle, _ = self._worst(make, [(part, known.goal)], inside)
             value, _, like = self._over(make, angle, box, inside)
             made = value.divided() if isinstance(value, Quotient) else as_sloped(value, like)
             least, at = _side(known.goal, made)
@@ -237,10 +231,13 @@ class BoxBounds(NamedTuple):
             parts = (kinds & (RISE | DWELL), kinds & RETURN) if kinds & ALL_STROKES else (kinds,)
             yield from ((curve_of_designs(make, part), part) for part in parts if np.any(kind & part))
 
-    def _worst(self, make: Any, asked: list["ExtremeAsked"], inside: Designs) -> tuple[FloatArray, FloatArray]:
-        """The cam angle at which a curve is the most extreme for one design of each box, and on which side of 0."""
+    def _worst(self, make: Any, asked: list[tuple[int, int]], inside: Designs) -> tuple[FloatArray, FloatArray]:
+        """The cam angle at which a curve is the most extreme for one design of each box, and on which side of 0.
+
+        What is asked are kinds of stroke, each with a goal.
+        """
         problem, programme = coarse(self.problem), self.problem.programme
-        where = Case(problem.setup, programme, inside).extremes(make, list(asked)).where
+        where = Case(problem.setup, programme, inside).extremes(make, asked).where
         angles = np.concatenate(
             [programme.one_sided(at, kinds) for (kinds, _), at in zip(asked, where, strict=True)]
         )
@@ -256,13 +253,6 @@ class BoxBounds(NamedTuple):
         designs, like = sloped_boxes(box, inside, self.free, 1)
         state = rounded(self.problem.programme.state(angle), self.problem.programme)
         return value_of(make(designs, self.problem.programme), ..., state), designs, like
-
-
-class ExtremeAsked(NamedTuple):
-    """Kinds of stroke, and a goal."""
-
-    kinds: int
-    goal: int
 
 
 def coarse(problem: Problem) -> Problem:

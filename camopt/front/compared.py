@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from camopt.effects import effects_needed, effects_of
 from camopt.engines.progress import Progress
-from camopt.front.blocks import BLOCK
+from camopt.front.blocks import BLOCK, Seen
 from camopt.front.pareto import best_of_laws, thinned
 from camopt.front.plan import SweepPlan, column_names
-from camopt.front.streaming import Seen
 from camopt.mechanisms import Designs
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows, concatenate_rows, scattered

@@ -65,7 +65,9 @@ def _table_of(
         designs = labelled[0].to_frame("").assign(**designs)[[*designs]]  # rows of equal labels go together
     if is_pandas(designs):
         _check_once(designs.columns)
-        return _with_levels(designs, known), designs.index
+        # a table of pandas with columns for the levels of its index that have known names
+        levels = [str(name) for name in designs.index.names if name in known and name not in designs.columns]
+        return designs.assign(**{name: designs.index.get_level_values(name) for name in levels}), designs.index
     if isinstance(designs, Mapping):
         return designs, None
     if isinstance(designs, np.ndarray) and designs.dtype.names:
@@ -81,12 +83,6 @@ def _table_of(
         return {name: frame[name] for name in frame.columns}, range(len(frame))
     hint = ": give its .to_pandas()" if hasattr(designs, "to_pandas") else ""
     raise BadInput([Mistake("camopt", FILE, None, f"{CONTAINERS}; this is a {type(designs).__name__}{hint}")])
-
-
-def _with_levels(frame: "pd.DataFrame", known: Collection[str]) -> "pd.DataFrame":
-    """A table of pandas with columns for the levels of its index that have known names."""
-    levels = [str(name) for name in frame.index.names if name in known and name not in frame.columns]
-    return frame.assign(**{name: frame.index.get_level_values(name) for name in levels})
 
 
 def _check_once(names: Iterable[Any]) -> None:

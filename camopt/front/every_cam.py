@@ -15,15 +15,16 @@ import numpy as np
 
 from camopt.engines.progress import Progress
 from camopt.engines.threads import Threads
+from camopt.front.blocks import Seen, gathered
 from camopt.front.compared import Compared, compared_rows
 from camopt.front.plan import SweepPlan
-from camopt.front.streaming import Seen, gathered
 from camopt.numerics.clock import now
-from camopt.problem.problem import Problem, exactly
+from camopt.problem.problem import exactly
 from camopt.problem.rows import Rows
 from camopt.problem.settings import toleranced
 from camopt.problem.space import Space
 from camopt.problem.zones import Off
+from camopt.smallest.exchange import over_tolerances
 from camopt.verdicts.words import BROKEN
 
 SECONDS = 60.0
@@ -86,13 +87,8 @@ class Proofs:
         unknown = np.array([place for place, key in enumerate(keys) if key not in self.known], dtype=int)
         for problem, index, designs in self.space.designs_apart(rows.take(unknown)):
             for place, number in enumerate(unknown[index].tolist()):
-                self.known[keys[number]] = self._verdict(replace(problem, design=designs.take([place])))
+                every = toleranced(exactly(replace(problem, design=designs.take([place]))))
+                verdict, offs = over_tolerances(every, every.design, self.until)
+                self.offs += offs
+                self.known[keys[number]] = verdict
         return Rows({**rows.columns, COLUMN: np.array([self.known[key] for key in keys], dtype=object)}, rows.count)
-
-    def _verdict(self, problem: Problem) -> str:
-        from camopt.smallest.exchange import over_tolerances
-
-        every = toleranced(exactly(problem))
-        verdict, offs = over_tolerances(every, every.design, self.until)
-        self.offs += offs
-        return verdict

@@ -20,10 +20,10 @@ import numpy as np
 
 from camopt.effects import Case
 from camopt.engines.progress import Progress, report_progress
+from camopt.front.blocks import Seen
 from camopt.front.box_bounds import BoxBounds, is_hopeless
 from camopt.front.grid_boxes import Grid, GridBoxes, chained_boxes
 from camopt.front.pareto import Archive, non_dominated, row_costs
-from camopt.front.streaming import Seen
 from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.dominance import Both, Dominators, Known
 from camopt.problem.rows import Rows, scattered

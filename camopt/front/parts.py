@@ -11,7 +11,7 @@ from typing import Any
 from camopt.engines import Engine
 from camopt.engines.progress import Progress, with_progress_bar
 from camopt.engines.threads import Threads
-from camopt.front.blocks import Batch
+from camopt.front.blocks import Batch, Seen, gathered
 from camopt.front.estimate import foresee
 from camopt.front.plan import SWEEP_PARTS, SweepKey, SweepPlan, key_of, plan_of_key, sweep_plan
 from camopt.front.result import Sweep, counts_of_effort
@@ -26,7 +26,6 @@ from camopt.front.store import (
     read_batch,
     saved_at_the_end,
 )
-from camopt.front.streaming import Seen, gathered
 from camopt.front.sweep import SWEEP_COMMAND, Write, result_of, swept_already, up_to_date
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.unused import notes_of_search
@@ -218,17 +217,14 @@ def _part_of(plan: SweepPlan, part: tuple[int, int]) -> SweepPlan:
 
     Rows do not depend on the size of blocks.
     """
-    mistakes = []
     if not isinstance(part, (tuple, list)) or [*map(type, part)] != [int, int]:
         why = "two numbers, such as (3, 100): which part, and of how many"
         raise BadInput([Mistake("camopt", "part", part, why)])
     number, parts = part
     if not 1 <= parts <= SWEEP_PARTS:
-        mistakes.append(Mistake("camopt", "part", part, f"one of at most {SWEEP_PARTS:,} parts"))
-    elif not 1 <= number <= parts:
-        mistakes.append(Mistake("camopt", "part", part, f"the number of a part, from 1 to {parts:,}"))
-    if mistakes:
-        raise BadInput(mistakes)
+        raise BadInput([Mistake("camopt", "part", part, f"one of at most {SWEEP_PARTS:,} parts")])
+    if not 1 <= number <= parts:
+        raise BadInput([Mistake("camopt", "part", part, f"the number of a part, from 1 to {parts:,}")])
     return replace(plan, most=min(plan.block, max(len(plan.space) // (BLOCKS_OF_A_PART * parts), 1)))
 
 
@@ -315,15 +311,15 @@ def _folders(places: Iterable[str | os.PathLike[str]]) -> list[Path]:
     for place in map(Path, places):
         place.stat()  # an OSError if there is none
         folders = [place, *sorted(each for each in place.iterdir() if each.is_dir())] if place.is_dir() else []
-        parts = [each for each in folders if PART_FOLDER.fullmatch(each.name) or _has_part(each)]
+        parts = [
+            each
+            for each in folders
+            if PART_FOLDER.fullmatch(each.name) or PART_COMMAND in readable_manifest(each).results
+        ]
         if not parts:
             raise BadInput([Mistake("camopt", "part", str(place), "a folder with parts of a sweep; this has none")])
         found |= dict.fromkeys(parts)
     return [*found]
-
-
-def _has_part(folder: Path) -> bool:
-    return PART_COMMAND in readable_manifest(folder).results
 
 
 def _questions(

@@ -101,7 +101,10 @@ def by_search(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) ->
         active = np.flatnonzero(step > SHORTEST_STEP)
         if not active.size:
             break
-        directions = _directions(random, len(names))
+        # both ways along each axis, and along those of a frame turned at random if there are several
+        many = len(names)
+        frames = [np.eye(many)] if many == 1 else [np.eye(many), np.linalg.qr(random.normal(size=(many, many)))[0]]
+        directions = np.concatenate([sign * frame for frame in frames for sign in (1.0, -1.0)])
         index = np.repeat(active, len(directions))
         shares = step[index, None] * np.tile(directions, (active.size, 1))
         moved, reached = pattern.lowered(_moved(designs.take(index), pattern.free, names, shares), ceilings[index])
@@ -111,12 +114,6 @@ def by_search(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) ->
         value[active[better]] = reached[best[better]]
         designs = designs.replaced(active[better], moved.take(best[better]))
     return designs
-
-
-def _directions(random: np.random.Generator, many: int) -> FloatArray:
-    """Both ways along each axis, and along those of a frame turned at random if there are several."""
-    frames = [np.eye(many)] if many == 1 else [np.eye(many), np.linalg.qr(random.normal(size=(many, many)))[0]]
-    return np.concatenate([sign * frame for frame in frames for sign in (1.0, -1.0)])
 
 
 def _moved(designs: Designs, free: SizeBounds, names: list[str], shares: FloatArray) -> Designs:

@@ -160,7 +160,12 @@ class Sweep(Result, Drawn):
         if name in known:
             if name in self._rows:
                 return self._rows[name].to_pandas()
-            self._check_folder()
+            # BadInput if a later run left another result in the folder of the sweep
+            folder = self.files[0].parent
+            manifest = manifest_of(folder)
+            if manifest and all(result.question != self._question for result in manifest.results.values()):
+                why = "has another result now; give each sweep a folder of its own"
+                raise BadInput([Mistake("camopt", "folder", str(folder), why, bare=True)])
             frame: pd.DataFrame = tables_of_arrow().load(self.files[0].parent / f"{name}{ENDING}")
             return frame
         if name not in (FRONT, KEPT):
@@ -173,14 +178,6 @@ class Sweep(Result, Drawn):
     def kept_tables(self) -> list[str]:
         """The names of the tables of designs that ``to_pandas`` gives."""
         return [*self._rows, *(path.stem for path in self.files if path.suffix == ENDING)]
-
-    def _check_folder(self) -> None:
-        """BadInput if a later run left another result in the folder of the sweep."""
-        folder = self.files[0].parent
-        manifest = manifest_of(folder)
-        if manifest and all(result.question != self._question for result in manifest.results.values()):
-            why = "has another result now; give each sweep a folder of its own"
-            raise BadInput([Mistake("camopt", "folder", str(folder), why, bare=True)])
 
     def __repr__(self) -> str:
         feasible = "" if self.feasible is None else f" {self.feasible:,} feasible,"

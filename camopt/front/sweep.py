@@ -2,7 +2,7 @@
 
 A scene becomes a plan (``plan``): the space of designs, and what to keep of it. An engine evaluates its blocks
 (``blocks``), one batch of them after another; finished batches are kept on disk, so that a stopped sweep goes on
-from there (``store``). ``streaming`` gathers what they give, rows for the table and the front so far. In the end
+from there (``store``). ``gathered`` takes what they give, rows for the table and the front so far. In the end
 people's rows get the digits of ``evaluate`` (``compared``), and tables and result appear together (``result``).
 Where the front alone is wanted of a large space, boxes of designs are bounded in place of blocks, which takes
 seconds, and keeps nothing (``front_search``).
@@ -11,31 +11,43 @@ seconds, and keeps nothing (``front_search``).
 import os
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, ExitStack, suppress
-from dataclasses import replace
+from dataclasses import asdict, replace
+from math import isinf
 from pathlib import Path
+from typing import Any
 
 from camopt.engines import Engine
 from camopt.engines.progress import Progress, with_progress_bar
 from camopt.engines.threads import Threads
+from camopt.front.blocks import Seen, gathered
 from camopt.front.compared import best_of_each_law, half_width_of, nearest_miss_of_space
 from camopt.front.estimate import foresee
 from camopt.front.every_cam import COLUMN, proved
-from camopt.front.pareto import front_of
+from camopt.front.pareto import Front, front_of
 from camopt.front.plan import FRONT_ONLY, TABLED, SweepPlan, sweep_plan
 from camopt.front.result import Sweep
 from camopt.front.store import BATCH_FILES, QUESTION_FILE, Store, Tell, saved_at_the_end
-from camopt.front.streaming import Seen, gathered
-from camopt.front.summary import from_summary, summary_of
 from camopt.problem.rows import Rows
 from camopt.problem.space import Space
+from camopt.quantities import QUANTITIES
 from camopt.scene.arguments import SceneSource, check_count, options_by_keyword, scene_from
+from camopt.scene.scene import Scene
 from camopt.storage.files import write_text
 from camopt.storage.publishing import Publication, publication, published_answer
 from camopt.tables.cells import to_json
-from camopt.tables.designs import Design
+from camopt.tables.designs import ByLaw, Design
 from camopt.tables.writing import TableInMemory, TableWriter, table_file
+from camopt.verdicts.judging import Effort
 
 SWEEP_COMMAND, SWEEP_SCENE = "sweep", "scene.toml"
+KEPT_FIELDS: dict[str, Any] = {
+    **dict.fromkeys(("impossible", "feasible"), int | None),
+    **dict.fromkeys(("pareto", "evaluated", "boxes", "decided_by_boxes"), int),
+    "reached": float | int,
+    "every_cam": dict | None,
+    "obstacle": str,
+}
+"""Fields that are kept as they are, and of which types they are."""
 
 
 @options_by_keyword
@@ -268,3 +280,42 @@ def files_of(plan: SweepPlan) -> tuple[str, ...]:
 
 def _places(plan: SweepPlan, folder: Path) -> tuple[Path, ...]:
     return tuple(folder / name for name in files_of(plan))
+
+
+def summary_of(result: Any) -> dict[str, Any]:
+    """The summary of a ``Sweep`` as plain values for JSON."""
+    front, miss = result.front, result.nearest_miss
+    return {
+        **{name: getattr(result, name) for name in KEPT_FIELDS},
+        "effort": [*result.effort],
+        "best": {laws: _plain(design) for laws, design in result.best.items()},
+        "nearest_miss": miss and [_plain(miss), miss.searched.to_toml()],
+        "front": front and {**asdict(replace(front, knee={})), "knee": _plain(front.knee)},
+    }
+
+
+def from_summary(told: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
+    """The same as fields of a ``Sweep``; an error of some kind if it was not ``summary_of`` one."""
+    front, miss = told["front"], told["nearest_miss"]
+    if not all(isinstance(told[name], kind) for name, kind in KEPT_FIELDS.items()):
+        raise TypeError
+    return {
+        **{name: told[name] for name in KEPT_FIELDS},
+        "effort": Effort(*told["effort"]),
+        "best": ByLaw((laws, _design(row, scene)) for laws, row in told["best"].items()),
+        "nearest_miss": miss and _design(miss[0], Scene.embedded(miss[1], scene.file)),
+        "front": front and Front(**{**front, "knee": _design(front["knee"], scene)}),
+    }
+
+
+def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
+    """A row with texts for infinite values, for which JSON has no numbers."""
+    return {name: str(value) if isinstance(value, float) and isinf(value) else value for name, value in row.items()}
+
+
+def _design(row: Mapping[str, Any], scene: Scene) -> Design:
+    def value_of(name: str, value: Any) -> Any:
+        known = name in scene.quantities or (name in QUANTITIES and QUANTITIES[name].kind is float)
+        return float(value) if known else value
+
+    return Design({name: value_of(name, value) for name, value in row.items()}, scene)

@@ -20,7 +20,7 @@ from camopt.effects import Case, offered
 from camopt.engines.threads import Threads
 from camopt.front import curve_numbers as numbering
 from camopt.front import curve_verdicts, front_search, plan
-from camopt.front.blocks import Blocks
+from camopt.front.blocks import Blocks, gathered
 from camopt.front.box_bounds import BoxBounds, all_bounded, is_bounded
 from camopt.front.curve_numbers import curve_numbers
 from camopt.front.curve_verdicts import CurveVerdicts, curves_tell_all
@@ -28,7 +28,6 @@ from camopt.front.front_search import FrontSearch
 from camopt.front.grid_boxes import Grid
 from camopt.front.pareto import LARGEST_COST, non_dominated, row_costs
 from camopt.front.plan import column_names, compared_names, with_objectives
-from camopt.front.streaming import gathered
 from camopt.numerics import dominance
 from camopt.numerics.dominance import Dominators, Known
 from camopt.problem.limits import LOAD_LIMITS
