@@ -16,8 +16,8 @@ from rival_c import MECHANISMS, rival
 from throughput import Job, default_job, jobs
 
 from camopt.engines.threads import Threads
+from camopt.front.blocks import gathered
 from camopt.front.plan import sweep_plan
-from camopt.front.streaming import gathered
 from camopt.problem.rows import Rows
 
 STEPS, ROUNDS, WARM = 1000, 9, 3

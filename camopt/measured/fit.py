@@ -154,7 +154,12 @@ def fit(  # noqa: PLR0913
     profile = points if isinstance(points, MeasuredProfile) else None
     numbers = {"rpm": rpm, "base_radius": base_radius}
     scene = measured_cam(scene, numbers, follower, roller_radius, of_profile=profile is not None)
-    tables = _without_motion(scene)
+    # the tables of a scene but for its motion, and what is about that
+    tables = scene.to_dict() if isinstance(scene, Scene) else dict(scene)
+    tables = {key: value for key, value in tables.items() if key not in ("motion", "profile", "laws")}
+    for name, keys in OF_THE_MOTION.items():
+        if isinstance(tables.get(name), Mapping):
+            tables[name] = {key: value for key, value in tables[name].items() if key not in keys}
     _check_segments(segments)
     kind = PROFILES[profile.form] if profile else LIFT_TABLE
     columns_ = TableColumns(columns, angle_unit, _lift_unit(tables, lift_unit, profile), turn, kind)
@@ -167,7 +172,9 @@ def fit(  # noqa: PLR0913
     seen = met_by_follower(profile, measured, tables, file, keep_outliers) if profile else None
     measured = seen.positions if seen else measured
     least = _least(measured)
-    _check_band(band, least)
+    # whether a band that is given can be one
+    if band is not None and not (isinstance(band, Real) and isfinite(band) and band >= least):
+        raise BadInput([Mistake("camopt", "band", band, f"at least {least:.3g}, {LEAST_BAND:g} of the lift")])
     lost = seen.lost if seen else [] if keep_outliers else outliers(measured, noise_of(measured), band or least)
     kept, left_out = measured.without(lost), measured.only(lost)
     errors = errors_of(kept)
@@ -260,16 +267,6 @@ def measured_cam(
     return {**tables, "cam": known, "follower": contact}
 
 
-def _without_motion(scene: Scene | Mapping[str, Any]) -> dict[str, Any]:
-    """The tables of a scene but for its motion, and what is about that."""
-    tables = scene.to_dict() if isinstance(scene, Scene) else dict(scene)
-    tables = {key: value for key, value in tables.items() if key not in ("motion", "profile", "laws")}
-    for name, keys in OF_THE_MOTION.items():
-        if isinstance(tables.get(name), Mapping):
-            tables[name] = {key: value for key, value in tables[name].items() if key not in keys}
-    return tables
-
-
 def _lift_unit(tables: Mapping[str, Any], given: str | None, profile: MeasuredProfile | None) -> str:
     """The unit of the lifts, or of a profile: that of the motion of follower or tool, or one that fits to it."""
     follower = tables.get("follower")
@@ -289,12 +286,6 @@ def _lift_unit(tables: Mapping[str, Any], given: str | None, profile: MeasuredPr
 def _least(points: MeasuredPoints) -> float:
     """The least band of points."""
     return LEAST_BAND * float(np.ptp(points.lifts))
-
-
-def _check_band(band: float | None, least: float) -> None:
-    """Whether a band that is given can be one."""
-    if band is not None and not (isinstance(band, Real) and isfinite(band) and band >= least):
-        raise BadInput([Mistake("camopt", "band", band, f"at least {least:.3g}, {LEAST_BAND:g} of the lift")])
 
 
 def _check_segments(segments: Sequence[str] | None) -> None:

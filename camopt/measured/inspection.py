@@ -29,11 +29,10 @@ from scipy.linalg import block_diag
 from camopt.contour.curve import Disc, discs_of
 from camopt.effects.motion import scale, unit_of
 from camopt.measured.columns import MM_PER_UNIT, PROFILES, TableColumns
-from camopt.measured.contact import position_of
 from camopt.measured.fit import met_by_follower
 from camopt.measured.noise import OUTLIER_OFF, noise_of
 from camopt.measured.outline import ANGLE_DIGITS, gaps
-from camopt.measured.profile import MeasuredProfile, Touched
+from camopt.measured.profile import MeasuredProfile, Touched, position_of
 from camopt.measured.reading import FULL_TURN, MeasuredPoints, angle_from, read_points
 from camopt.measured.smoothing import smoothed
 from camopt.measured.waves import ProfileWave, WavesFound, waves_of
@@ -515,7 +514,8 @@ class InspectedDisc:
         if given.phase is not None and self.aligned:
             zone = zone_of(given.phase, "phase", 0.0)
             end = zone.upper if self.phase >= 0.0 else -zone.lower
-            yield ToleranceUse("phase", "deg", abs(self.phase), end, rate * float(self._of_phase[place]))
+            of_phase = self.errors_at(0.0) - self.errors_at(self.zero)
+            yield ToleranceUse("phase", "deg", abs(self.phase), end, rate * float(of_phase[place]))
         if given.profile or apart:
             bound = worst_search(TurnErrors(self._drawing, self.problem)).run().bound
             allowed, of_tool = (bound if isfinite(bound) else None), unit_of(self.problem.setup, 0)
@@ -540,11 +540,6 @@ class InspectedDisc:
     def errors_at(self, zero: float) -> FloatArray:
         """Positions less those of a cam that is turned on its shaft."""
         return np.asarray(self.positions - self.start - self.problem.programme.at(self.places_on(zero))[0])
-
-    @cached_property
-    def _of_phase(self) -> FloatArray:
-        """What it makes of the errors that the cam is ahead."""
-        return self.errors_at(0.0) - self.errors_at(self.zero)
 
     @property
     def turn(self) -> float:

@@ -31,7 +31,7 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.measured.outline import ANGLE_DIGITS, IN_DWELL, Dwell, Outline, TurningPoint
+from camopt.measured.outline import ANGLE_DIGITS, IN_DWELL, Dwell, Outline
 from camopt.measured.reading import FULL_TURN, MeasuredPoints, angle_from
 from camopt.measured.spline_chain import JOINED_ORDERS, SplineChain
 from camopt.mistakes import Unsolved
@@ -189,16 +189,12 @@ def nodes_of(points: MeasuredPoints, outline: Outline, motion: Freest) -> tuple[
         if isinstance(part, Dwell):
             found.append(Node(part.start, part.end, part.places, part.level))
         else:
-            at = _turning(part, motion)
+            # where a motion is highest or lowest in a turn, deg
+            angles = np.linspace(part.low, part.high, TURN_ANGLES)[1:-1]
+            lifts = motion.at(angles) * (1.0 if part.highest else -1.0)
+            at = round(float(angles[lifts.argmax()] % FULL_TURN), ANGLE_DIGITS)
             found.append(Node(at, at, np.empty(0, dtype=np.intp), part.level))
     return tuple(found)
-
-
-def _turning(turn: TurningPoint, motion: Freest) -> float:
-    """Where a motion is highest or lowest in a turn, deg."""
-    angles = np.linspace(turn.low, turn.high, TURN_ANGLES)[1:-1]
-    lifts = motion.at(angles) * (1.0 if turn.highest else -1.0)
-    return round(float(angles[lifts.argmax()] % FULL_TURN), ANGLE_DIGITS)
 
 
 # ---------------------------------------------------------------------------------------------------- shaped
@@ -263,7 +259,16 @@ class _Model:
         self.variation = sum(a * motion.variation for a, motion in zip(angles, self.motions, strict=True))
         self.limits = [limit for motion in self.motions for limit in motion.limits]
         for k in range(len(nodes)):
-            self.limits += self._joint(k) + self._way(k)
+            # a stroke goes one way: no coefficient of its velocity is of the other sign
+            following = (k + 1) % len(self.nodes)
+            lift = (self.nodes[following].level - self.nodes[k].level) / self.unit
+            way = 1.0 if lift >= 0.0 else -1.0
+            least = MOVED_SHARE * abs(lift) + SMALLEST_SHARE
+            self.limits += [
+                *self._joint(k),
+                way * self.motions[k].c[1] >= 0,
+                way * (self.levels[following] - self.levels[k]) >= least,
+            ]
         lifts = (points.lifts - self.middle) / self.unit
         off = [motion.at(s.x) - lifts[s.places] for s, motion in zip(self.strokes, self.motions, strict=True)]
         off += [self.levels[k] - lifts[node.places] for k, node in enumerate(nodes) if node.places.size]
@@ -283,14 +288,6 @@ class _Model:
             return [*limits, before[2][-1] == 0, after[2][0] == 0]
         ratio = self.strokes[k].angle / self.strokes[k - 1].angle
         return [*limits, *(ratio**order * before[order][-1] == after[order][0] for order in (2, 3))]
-
-    def _way(self, k: int) -> list[Any]:
-        """A stroke goes one way: no coefficient of its velocity is of the other sign."""
-        following = (k + 1) % len(self.nodes)
-        lift = (self.nodes[following].level - self.nodes[k].level) / self.unit
-        way = 1.0 if lift >= 0.0 else -1.0
-        least = MOVED_SHARE * abs(lift) + SMALLEST_SHARE
-        return [way * self.motions[k].c[1] >= 0, way * (self.levels[following] - self.levels[k]) >= least]
 
     def solution(self) -> Shaped:
         """The solution without a solver's error: levels in few digits, and strokes that meet there exactly."""

@@ -106,14 +106,22 @@ def outline_of(points: MeasuredPoints, dwells: Iterable[Dwell], band: float) -> 
         If no point is two bands away from the only dwell, or a part of the turn has no points and is no dwell.
     """
     dwells = sorted(dwells, key=lambda dwell: dwell.start)
-    _check_gaps(points, dwells)
+    # whether points are missing where the motion is not at rest
+    for k in gaps(points):
+        after = (k + 1) % points.angles.size
+        if not any({k, after} <= set(dwell.stretch) for dwell in dwells):
+            nose = points.lifts.argmax() in (k, after)
+            raise no_points(points, k, "the lift is not at rest there" + (ONE_FLANK if nose else ""))
     if not dwells:
         lowest = int(points.lifts.argmin())
         round_ = np.arange(lowest, lowest + points.lifts.size + 1) % points.lifts.size
         return _turn(points, lowest, False, band), *_turns(points, round_, points.lifts[round_], band)
     parts: list[Dwell | TurningPoint] = []
     for dwell, following in zip(dwells, [*dwells[1:], dwells[0]], strict=True):
-        between = _between(points, dwell.end, following.start)
+        # the points strictly between two cam angles, in their order
+        away = angle_from(dwell.end, points.angles)
+        inside = np.flatnonzero((away > 0.0) & (away < angle_from(dwell.end, following.start)))
+        between = inside[np.argsort(away[inside], kind="stable")]
         parts += [dwell, *_turns(points, between, [dwell.level, *points.lifts[between], following.level], band)]
     if len(parts) == 1:
         raise bad(points.file, "band", band, "the lift leaves its one dwell by less than two bands: no motion")
@@ -144,13 +152,6 @@ def dwells_of_segments(
             if any(shown == given[k:] + given[:k] for k in range(len(given))):
                 found.append(dwells)
     return max(found, key=lambda dwells: sum(min(each.gain, SURE_GAIN) for each in dwells), default=None)
-
-
-def _between(points: MeasuredPoints, start: float, end: float) -> NDArray[np.intp]:
-    """The points strictly between two cam angles, in their order."""
-    away = angle_from(start, points.angles)
-    inside = np.flatnonzero((away > 0.0) & (away < angle_from(start, end)))
-    return inside[np.argsort(away[inside], kind="stable")]
 
 
 # ----------------------------------------------------------------------------------------------------- dwells
@@ -268,15 +269,6 @@ def no_points(points: MeasuredPoints, place: int, why: str) -> BadInput:
     after = (place + 1) % points.angles.size
     where = f"from {points.angles[place]:g} to {points.angles[after]:g} deg (up to row {points.rows[after]})"
     return bad(points.file, f"row {points.rows[place]}", None, f"no points {where}, and {why}")
-
-
-def _check_gaps(points: MeasuredPoints, dwells: Sequence[Dwell]) -> None:
-    """Whether points are missing where the motion is not at rest."""
-    for k in gaps(points):
-        after = (k + 1) % points.angles.size
-        if not any({k, after} <= set(dwell.stretch) for dwell in dwells):
-            nose = points.lifts.argmax() in (k, after)
-            raise no_points(points, k, "the lift is not at rest there" + (ONE_FLANK if nose else ""))
 
 
 # ------------------------------------------------------------------------------------------------------ turns

@@ -1,20 +1,27 @@
-"""A measured motion: points and motion, deviations in their band, acceleration before and after."""
+"""A measured motion: points and motion, deviations in their band, acceleration before and after.
 
+A measured profile is beside that of the fitted cam, with its deviations along the normal magnified.
+"""
+
+from math import floor, log10
 from typing import Any
 
 import numpy as np
 
 from camopt.drawing.diagrams import in_powers
-from camopt.drawing.picture import Picture, four_digits, told
+from camopt.drawing.picture import Picture, draw_circle, draw_line, fit_axes, four_digits, told
 from camopt.drawing.style import (
     ALARM,
     COLOURS,
     DOT,
     FAINT,
+    FILL,
     INK,
     LIMIT,
     MUTED,
     PAGE_TITLE,
+    PROFILE,
+    REFERENCE_COLOUR,
     TITLE_SIZE,
     Figure,
     Target,
@@ -22,7 +29,6 @@ from camopt.drawing.style import (
     dress,
 )
 from camopt.measured.fitted import Fit
-from camopt.measured.profile_picture import draw_profile
 from camopt.measured.reading import angle_from
 from camopt.motion.table import RISE
 from camopt.problem.problem import resolve
@@ -34,6 +40,7 @@ PLACES = ((0.09, 0.66, 0.88, 0.22), (0.09, 0.375, 0.88, 0.19), (0.09, 0.07, 0.88
 PAGE_SIZE, WIDE_PAGE, PROFILE_AREA = (11.0, 8.5), (17.0, 8.5), (0.67, 0.16, 0.31, 0.70)
 RANGES_SHOWN = 2.0  # times the range of the acceleration after: what is seen of that before
 BANDS_SHOWN = 1.4  # bands: where the diagram of deviations ends
+LARGEST_SHOWN = 0.12  # of the radius of the cam: how far the furthest point is shown off it
 
 
 def draw(result: Fit, path: Target = None) -> "Figure":
@@ -76,15 +83,19 @@ def _lift(axes: Any, result: Fit, picture: Picture) -> None:
     )
     measured = angle_from(result.start, result.points.angles), one * (result.points.lifts - result.zero)
     axes.plot(*measured, color=INK, label="points", **DOT)
-    _outliers(axes, result, one * (result.outliers.lifts - result.zero))
+    if result.outliers.rows.size:
+        left_out = angle_from(result.start, result.outliers.angles)
+        axes.plot(
+            left_out,
+            (one * (result.outliers.lifts - result.zero)),
+            ls="none",
+            marker="x",
+            ms=6.0,
+            color=ALARM,
+            label="left out",
+        )
     axes.set_title(f"Lift, {shown_unit(result.unit)}", loc="left")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
-
-
-def _outliers(axes: Any, result: Fit, values: Any) -> None:
-    if result.outliers.rows.size:
-        angles = angle_from(result.start, result.outliers.angles)
-        axes.plot(angles, values, ls="none", marker="x", ms=6.0, color=ALARM, label="left out")
 
 
 def _deviations(axes: Any, result: Fit) -> None:
@@ -125,3 +136,42 @@ def _acceleration(axes: Any, result: Fit, picture: Picture) -> None:
     axes.set_ylim(min(bottom, low * 1.1), max(top, high * 1.1))
     axes.set_title(f"Acceleration, {unit}", loc="left")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
+
+
+def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
+    """The profile of the scene at cam angle 0, and the points of the measured one."""
+    assert result.profile is not None
+    problem, profile = picture.problem, result.profile
+    outline = np.concatenate([curve.profile[0] for curve in picture.curves])
+    normals = np.concatenate([curve.normal for curve in picture.curves])
+    axes.fill(outline.real, outline.imag, color=FILL, lw=0)
+    draw_line(axes, np.append(outline, outline[0]), color=colour, lw=PROFILE)
+    draw_circle(
+        axes, float(problem.design.size[0]), color=REFERENCE_COLOUR, lw=0.7, ls=(0, (5, 4)), label="base circle"
+    )
+    axes.plot([0.0], [0.0], ls="none", marker="+", ms=9.0, color=INK, mew=0.8)
+    most = LARGEST_SHOWN * float(np.abs(outline).max())
+    times = _times(most / float(np.abs(result.distances).max()))
+    shown = [outline]
+    for rows, style in (
+        (result.points.rows, {"color": INK, "label": "points"}),
+        (profile.unreached, {"color": ALARM, "label": "not reached"}),
+    ):
+        if rows.size:
+            centres = profile.centres_at(problem, result.start, rows)
+            foot = np.array([np.abs(outline - centre).argmin() for centre in centres])
+            off = np.clip(times * profile.distances(problem, result.start, rows), -most, most)
+            places = outline[foot] + off * normals[foot]
+            axes.plot(places.real, places.imag, **style, **DOT)
+            shown.append(places)
+    fit_axes(axes, np.concatenate(shown), 0.04)
+    axes.set_axis_off()
+    furthest = told(float(np.abs(result.distances).max()))
+    axes.set_title(f"Profile; points {times:g} times as far off it (at most {furthest})", loc="left")
+    axes.legend(loc="upper left", bbox_to_anchor=(0.0, 0.0), ncols=3, borderaxespad=0.2)
+
+
+def _times(most: float) -> float:
+    """The largest 1, 2 or 5 times a power of ten that is not above a value."""
+    power = 10.0 ** floor(log10(most))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most)

@@ -1,11 +1,22 @@
 """The lift of a follower on a measured profile: each point gives one cam angle, and the lift there.
 
-The follower touches each point of a profile at one cam angle (``contact.touching``), so that each row of the file
-is one lift. An error δ of the point along the normal is an error δ/cos β of the lift (δ under a flat face): errors
-of the lifts are as independent as those of the points, and noise, outliers and band are as for a table of lifts.
-The outward normal comes from the closed curve of the least jerk that is as near to the distances as their noise; an
-error of its direction hardly matters. Points that the follower does not reach, because it would cut into the
-profile elsewhere, are left out: those of hollows narrower than the roller, or of any hollow under a flat face.
+A round follower of the radius R_r that touches the profile at p, where its outward normal is n, has its centre at
+
+    T = p + R_r·n,
+
+and is as high as that of a cam with the prime radius |T| on its base circle (``geometry.cam_curves`` inverted). A
+flat face there is at the distance p·n from the axis, as on a cam with this base radius. The cam has turned until T,
+or n, is where it is on that cam. The position of a translating follower is the height of its trace point or face
+above the axis, that of an oscillating one the angle ψ of its arm or face.
+
+The follower touches each point of a profile at one cam angle, so that each row of the file is one lift. An error δ
+of the point along the normal is an error δ/cos β of the lift (δ under a flat face): errors of the lifts are as
+independent as those of the points, and noise, outliers and band are as for a table of lifts. The outward normal
+comes from the closed curve of the least jerk that is as near to the distances as their noise; an error of its
+direction hardly matters. Points that the follower does not reach, because it would cut into the profile elsewhere,
+are left out: those of hollows narrower than the roller, or of any hollow under a flat face.
+
+Source: Norton, Cam Design and Manufacturing Handbook, ch. 7, the other way round.
 """
 
 import os
@@ -21,19 +32,61 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from camopt.measured.columns import PROFILES
-from camopt.measured.contact import base_radius, touching
 from camopt.measured.least_jerk import Freest, Room, freest
 from camopt.measured.number_table import bad
 from camopt.measured.outline import gaps, no_points
 from camopt.measured.reading import FEWEST_MEASURED, FULL_TURN, MeasuredPoints, angle_from
+from camopt.mechanisms.design import Designs
 from camopt.mechanisms.geometry import profile_points
+from camopt.mechanisms.oscillating_flat import first_sine
 from camopt.mistakes import BadInput, Mistake, Unsolved
-from camopt.numerics import ComplexArray, FloatArray
+from camopt.numerics import BoolArray, ComplexArray, FloatArray
 from camopt.problem.problem import Problem
 
 DENSE = 7200  # points of a curve, about, among which the nearest is sought
 DIRECTIONS_AT_ONCE = 64  # directions in which the furthest of these is sought
 LARGEST_PROBE = 1e3  # mm
+
+
+class Contacts(NamedTuple):
+    """A follower on a profile: cam angles (rad), positions (mm; rad when oscillating), whether it can be there."""
+
+    angles: FloatArray
+    positions: FloatArray
+    possible: BoolArray
+
+
+def touching(problem: Problem, profile: ComplexArray, normals: ComplexArray) -> Contacts:
+    """The follower of a problem, whose motion does not count, where it touches points with outward normals."""
+    mechanism, design = problem.setup.mechanism, problem.design
+    trace = profile + design.roller_radius[0] * normals
+    flat = mechanism.flat_faced
+    reach = (profile * normals.conjugate()).real if flat else np.abs(trace) - design.roller_radius[0]
+    same = design.take(np.zeros(profile.size, dtype=int))
+    on_base = replace(same, size=reach)
+    possible = mechanism.exists(on_base, problem.programme)
+    with np.errstate(invalid="ignore"):
+        ground = mechanism.travel(on_base, problem.programme, np.zeros(profile.size))
+        seen = (ground.normal, normals) if flat else (ground.trace, trace)
+        angles = design.sense * np.angle(seen[0] * seen[1].conjugate())
+        return Contacts(angles, position_of(problem, on_base), possible)
+
+
+def position_of(problem: Problem, designs: Designs) -> FloatArray:
+    """The position of the follower on the base circles of designs."""
+    if problem.setup.mechanism.start is not None:
+        return np.asarray(problem.setup.mechanism.start(designs))
+    return np.arcsin(first_sine(designs)) if problem.setup.angular else designs.size
+
+
+def base_radius(problem: Problem, position: float) -> float:
+    """The base radius of a cam on whose base circle the follower has a position: the inverse of ``position_of``."""
+    mechanism, design = problem.setup.mechanism, problem.design
+    if mechanism.trace_point is not None:
+        return float(np.hypot(*mechanism.trace_point(design, position))[0] - design.roller_radius[0])
+    if problem.setup.angular:
+        return float(design.face_offset[0] + design.centre_distance[0] * np.sin(position))
+    return position
 
 
 @dataclass(frozen=True)

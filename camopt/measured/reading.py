@@ -76,7 +76,14 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableColumn
     columns.check()
     if isinstance(source, (str, os.PathLike)):
         name = os.fsdecode(source)
-        table = _table_of(name, _bytes_of(name))
+        data = _bytes_of(name)
+        if Path(name).suffix.lower() == ".s96":
+            raise bad(name, "file", None, "no description of .s96 is public; save the lifts as CSV, a row for each")
+        try:
+            rows = workbook_rows(data) if data.startswith(WORKBOOKS) else text_rows(decode(data))
+        except ValueError as trouble:
+            raise bad(name, "file", None, str(trouble)) from None
+        table = number_table(name, rows)
     else:
         name = "points"
         table = _table_of_array(name, source)
@@ -107,16 +114,6 @@ def _bytes_of(name: str) -> bytes:
         return read_bytes(name)
     except BadInput as error:
         raise bad(name, "file", None, f"must be {error.mistakes[0].allowed}") from None
-
-
-def _table_of(name: str, data: bytes) -> NumberTable:
-    if Path(name).suffix.lower() == ".s96":
-        raise bad(name, "file", None, "no description of .s96 is public; save the lifts as CSV, a row for each")
-    try:
-        rows = workbook_rows(data) if data.startswith(WORKBOOKS) else text_rows(decode(data))
-    except ValueError as trouble:
-        raise bad(name, "file", None, str(trouble)) from None
-    return number_table(name, rows)
 
 
 def _table_of_array(name: str, source: Any) -> NumberTable:

@@ -33,9 +33,9 @@ import camopt
 from camopt import BadInput, MeasuredProfile, Scene, Unmet
 from camopt.cli.main import main
 from camopt.measured.columns import POLAR_TABLE, XY, TableColumns
-from camopt.measured.contact import base_radius, touching
 from camopt.measured.fit import fit
 from camopt.measured.noise import band_factor
+from camopt.measured.profile import base_radius, touching
 from camopt.measured.reading import read_points
 from camopt.mechanisms.geometry import cam_curves
 from camopt.problem.problem import resolve
