@@ -106,10 +106,6 @@ class Kernel(KernelPart):
             self.files[kinds] = KernelFile(self.py_func, kinds, kernel_folder())
         return self.files[kinds]
 
-    def is_at_hand(self, kinds: Kinds) -> bool:
-        """Whether its machine code is loaded or on disk."""
-        return kinds in self.made or self.file(kinds).exists
-
     def work_until_compiled(self, kinds: Kinds) -> float:
         """The work that uncompiled runs of this process may still do before it pays to compile the kernel."""
         numba = 0.0 if "numba" in sys.modules else NUMBA_SHARE
@@ -176,7 +172,11 @@ class KernelForMany(Kernel):
         unloaded = LOADING - self.whole_work
         if unloaded > least and "llvmlite" not in sys.modules:
             return unloaded
-        missing = [kernel.work_until_compiled(kinds) for kernel, kinds in called if not kernel.is_at_hand(kinds)]
+        missing = [
+            kernel.work_until_compiled(kinds)
+            for kernel, kinds in called
+            if not (kinds in kernel.made or kernel.file(kinds).exists)
+        ]
         return max(missing, default=0.0)
 
     def _run_and_count(self, called: Any, arguments: tuple[Any, ...], least: float, most: float) -> None:
@@ -193,7 +193,7 @@ class KernelForMany(Kernel):
         PLAIN_RUN.work, PLAIN_RUN.most, PLAIN_RUN.weight = 0.0, most, curves_in(kind_of(arguments[0]))
         try:
             with np.errstate(all="ignore"):  # as machine code
-                self.py_func(*arguments)
+                self.in_python(*arguments)
         finally:
             PLAIN_RUN.most = np.inf
 

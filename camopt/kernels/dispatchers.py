@@ -65,16 +65,12 @@ def dispatcher_of(part: KernelPart) -> Any:
     """What numba compiles a function by: one for each, whatever threads ask for it, and whole before any has it."""
     with COMPILE_LOCK:
         if "dispatcher" not in vars(part):
-            vars(part)["dispatcher"] = _made(part)
+            options = UNWRAPPED if isinstance(part, Kernel) else INLINE if part.inline else LINKED
+            made: Any = numba.njit(**options, **FLAGS)(part.py_func)
+            made.__class__ = Dispatcher
+            made.part = part
+            vars(part)["dispatcher"] = made
         return vars(part)["dispatcher"]
-
-
-def _made(part: KernelPart) -> Any:
-    options = UNWRAPPED if isinstance(part, Kernel) else INLINE if part.inline else LINKED
-    made: Any = numba.njit(**options, **FLAGS)(part.py_func)
-    made.__class__ = Dispatcher
-    made.part = part
-    return made
 
 
 def object_code(kernel: Kernel, kinds: Kinds) -> ObjectCode:

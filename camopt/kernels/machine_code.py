@@ -28,7 +28,12 @@ class MachineCode:
     """A kernel for arguments of some kinds."""
 
     def __init__(self, kinds: tuple[Any, ...], code: ObjectCode) -> None:
-        self._engine = _linked(code)
+        # an engine with the code in it and nothing else, so that names in two kernels are no trouble
+        machine = _target().create_target_machine(codemodel="jitdefault", jit=True)
+        engine = binding.create_mcjit_compiler(binding.parse_assembly(""), machine)
+        engine.add_object_file(binding.ObjectFileRef.from_data(code.content))
+        engine.finalize_object()
+        self._engine = engine
         self.address: int = self._engine.get_function_address(code.name)
         self._function = CFUNCTYPE(c_int, c_void_p, c_void_p, *types_in_c(kinds))(self.address)
 
@@ -57,12 +62,3 @@ def processor() -> tuple[str, str, str]:
         binding.get_host_cpu_name() if name is None else name,
         binding.get_host_cpu_features().flatten() if features is None else features,
     )
-
-
-def _linked(code: ObjectCode) -> Any:
-    """An engine with the code in it and nothing else, so that names in two kernels are no trouble."""
-    machine = _target().create_target_machine(codemodel="jitdefault", jit=True)
-    engine = binding.create_mcjit_compiler(binding.parse_assembly(""), machine)
-    engine.add_object_file(binding.ObjectFileRef.from_data(code.content))
-    engine.finalize_object()
-    return engine

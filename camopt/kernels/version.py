@@ -20,7 +20,9 @@ def version_of_kernels() -> str:
     """
     digest = sha256(sys.version.encode())
     for compiler in COMPILERS:
-        digest.update(_version_of(compiler))
+        # the file that has the version of a package: importlib.metadata takes ten times as long to tell it
+        found = find_spec(compiler)
+        digest.update(Path(found.origin).with_name("_version.py").read_bytes() if found and found.origin else b"")
     package = Path(__file__).resolve().parents[1]
     for folder in KERNEL_FOLDERS:
         for name in sorted(os.listdir(package / folder)):
@@ -28,9 +30,3 @@ def version_of_kernels() -> str:
                 with open(f"{package}/{folder}/{name}", "rb") as file:
                     digest.update(f"{folder}/{name}:".encode() + file.read())
     return digest.hexdigest()[:16]
-
-
-def _version_of(package: str) -> bytes:
-    """The file that has the version of a package: importlib.metadata takes ten times as long to tell it."""
-    found = find_spec(package)
-    return Path(found.origin).with_name("_version.py").read_bytes() if found and found.origin else b""

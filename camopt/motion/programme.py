@@ -191,7 +191,7 @@ class Programme:
     @cached_property
     def jumps(self) -> tuple[Jump, ...]:
         """Where y' or y'' is discontinuous, the end of the turn joined to its start."""
-        return tuple(_jumps(self))
+        return tuple(jumps_of(self, (1, 2)))
 
     @cached_property
     def unseen_jump(self) -> float:
@@ -278,7 +278,11 @@ def _table(programme: Programme) -> MotionTable:
         else:
             coefficients, ends, counts = stroke_coefficients(stroke.law, TURN_PANELS, programme.cuts(stroke))
         row = coefficients * stroke.size
-        ways = _ways(row, counts)
+        # the direction of motion of each piece of a stroke, from its coefficients (panels, powers)
+        last = np.cumsum(counts) - 1
+        first = last - np.array(counts) + 1
+        left, right = polynomial.polyval(np.array([-1.0, 1.0]), row.T).T
+        ways = [int({1: OUTWARD, -1: INWARD}.get(way, RESTING)) for way in np.sign(right[last] - left[first])]
         row[:, 0] += stroke.low
         rows.append(row)
         centres.append(stroke.start + stroke.angle * (ends[1:] + ends[:-1]) / 2)
@@ -309,21 +313,9 @@ def _table(programme: Programme) -> MotionTable:
     return table if programme.load is None else table._replace(load=programme.load.tabulated(table, number))
 
 
-def _ways(coefficients: FloatArray, counts: Sequence[int]) -> list[int]:
-    """The direction of motion of each piece of a stroke, from its coefficients (panels, powers)."""
-    last = np.cumsum(counts) - 1
-    first = last - np.array(counts) + 1
-    left, right = polynomial.polyval(np.array([-1.0, 1.0]), coefficients.T).T
-    return [int({1: OUTWARD, -1: INWARD}.get(way, RESTING)) for way in np.sign(right[last] - left[first])]
-
-
 def _kind(stroke: Stroke, way: int) -> int:
     """The kind of a piece of a stroke: that of the stroke, or for a move, that of its direction."""
     return next(kind for kind in WAY_OF if WAY_OF[kind] == way) if stroke.is_move else stroke.kind
-
-
-def _jumps(programme: Programme) -> list[Jump]:
-    return jumps_of(programme, (1, 2))
 
 
 def jumps_of(programme: Programme, orders: Sequence[int]) -> list[Jump]:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.kernels.compile import called_by_kernels, compiled_for_many
+from camopt.kernels.compile import compiled_for_many
 from camopt.numerics import FloatArray, IntArray
 
 BRANCHES = 8
@@ -66,12 +66,6 @@ def _by_branches(costs: FloatArray) -> FloatArray:
 @compiled_for_many(work=WORK)
 def find_dominated(tree, costs, found, stack):
     """Mark the points that a tree dominates."""
-    look_for_dominators(tree, costs, found, stack)
-
-
-@called_by_kernels
-def look_for_dominators(tree, costs, found, stack):
-    """As ``find_dominated``."""
     objectives, last = costs.shape[1], tree.starts.size - 2
     for i in range(costs.shape[0]):
         waiting = 0
@@ -97,22 +91,19 @@ def look_for_dominators(tree, costs, found, stack):
                     waiting += 1
 
 
-@look_for_dominators.uncompiled
-def _look_for_dominators_in_python(tree, costs, found, stack):
-    for first in range(0, len(costs), COMPARED_AT_ONCE):
-        _look_at_some(tree, costs[first : first + COMPARED_AT_ONCE], found[first : first + COMPARED_AT_ONCE])
-
-
-def _look_at_some(tree, costs, found):
-    """As ``look_for_dominators``, all points together, level by level."""
+@find_dominated.uncompiled
+def _find_dominated_in_python(tree, every, dominated, stack):
+    """Many points together, level by level."""
     roots = int(tree.starts[1])
-    point, branch = np.repeat(np.arange(len(costs)), roots), np.tile(np.arange(roots), len(costs))
-    for start in tree.starts[:-1]:
-        least, most, mine = tree.least[start + branch], tree.most[start + branch], costs[point]
-        found[point[np.all(most <= mine, axis=1) & np.any(most < mine, axis=1)]] = True
-        open_ = np.all(least <= mine, axis=1) & ~found[point]
-        point, branch = (np.repeat(each[open_], BRANCHES) for each in (point, branch))
-        branch = BRANCHES * branch + np.arange(branch.size) % BRANCHES
+    for first in range(0, len(every), COMPARED_AT_ONCE):
+        costs, found = (each[first : first + COMPARED_AT_ONCE] for each in (every, dominated))
+        point, branch = np.repeat(np.arange(len(costs)), roots), np.tile(np.arange(roots), len(costs))
+        for start in tree.starts[:-1]:
+            least, most, mine = tree.least[start + branch], tree.most[start + branch], costs[point]
+            found[point[np.all(most <= mine, axis=1) & np.any(most < mine, axis=1)]] = True
+            open_ = np.all(least <= mine, axis=1) & ~found[point]
+            point, branch = (np.repeat(each[open_], BRANCHES) for each in (point, branch))
+            branch = BRANCHES * branch + np.arange(branch.size) % BRANCHES
 
 
 class Known:

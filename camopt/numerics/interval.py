@@ -10,7 +10,7 @@ processor, are taken to be right to four units in the last place (LIBRARY), and 
 end that is exactly 0 stays so, as no result is so small that it underflows. A number that enters is exact.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
 from typing import Any
@@ -29,14 +29,6 @@ def _hull(*candidates: FloatArray) -> "Interval":
     if np.logical_or.reduce(unknown, axis=None):
         return Interval(np.where(unknown, -np.inf, low), np.where(unknown, np.inf, high))
     return Interval(low, high)
-
-
-def _add(a: "Interval", b: "Interval") -> "Interval":
-    return Interval(a.low + b.low, a.high + b.high)
-
-
-def _subtract(a: "Interval", b: "Interval") -> "Interval":
-    return Interval(a.low - b.high, a.high - b.low)
 
 
 def _multiply(a: "Interval", b: "Interval") -> "Interval":
@@ -108,8 +100,8 @@ def _of_library(function: Any) -> Callable[..., "Interval"]:
 
 
 INTERVAL_RULES: dict[np.ufunc, Callable[..., "Interval"]] = {
-    np.add: _add,
-    np.subtract: _subtract,
+    np.add: lambda a, b: Interval(a.low + b.low, a.high + b.high),
+    np.subtract: lambda a, b: Interval(a.low - b.high, a.high - b.low),
     np.multiply: _multiply,
     np.true_divide: _divide,
     np.negative: lambda a: Interval(-a.high, -a.low),
@@ -184,8 +176,3 @@ def as_interval(x: Any) -> Interval:
         return x
     value = np.asarray(x, dtype=float)
     return Interval(value, value)
-
-
-def concatenated(parts: Sequence[Interval]) -> Interval:
-    """Intervals one after the other."""
-    return Interval(np.concatenate([x.low for x in parts]), np.concatenate([x.high for x in parts]))

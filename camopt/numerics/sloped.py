@@ -50,7 +50,9 @@ class Sloped(np.lib.mixins.NDArrayOperatorsMixin):
         if ufunc is np.true_divide and isinstance(inputs[1], Sloped) and self.keeps_quotients:
             touching = inputs[1].value.low <= 0.0
             if np.any(touching):
-                return _kept(inputs[0], inputs[1], touching)
+                a, b = as_sloped(inputs[0], inputs[1]), inputs[1]
+                whole, one = Quotient(a, b).divided(), as_sloped(1.0, b)
+                return Quotient(_where(touching, a, whole), _where(touching, b, one))
         enter = as_interval if ufunc is np.power else _entered  # an exponent is exact
         entered = [x if isinstance(x, Sloped) else enter(x) for x in inputs]
         ranges, points = ([of(x) for x in entered] for of in (range_of, at_point))
@@ -170,10 +172,6 @@ def _step(a: Interval) -> Interval:
     return Interval(np.zeros_like(a.low), np.where(sure, 0.0, np.inf))
 
 
-def _power(value: Interval, a: Interval, exponent: Interval) -> tuple[Any, ...]:
-    return exponent * INTERVAL_RULES[np.power](a, exponent - 1.0), 0.0
-
-
 def _arctan2(value: Interval, y: Interval, x: Interval) -> tuple[Any, ...]:
     square = y * y + x * x
     return x / square, -y / square
@@ -186,7 +184,7 @@ PARTIALS: dict[np.ufunc, Callable[..., tuple[Any, ...]]] = {
     np.true_divide: lambda v, a, b: (inverse := 1.0 / b, -v * inverse),
     np.negative: lambda v, a: (-1.0,),
     np.square: lambda v, a: (2.0 * a,),
-    np.power: _power,
+    np.power: lambda v, a, exponent: (exponent * INTERVAL_RULES[np.power](a, exponent - 1.0), 0.0),
     np.sqrt: lambda v, a: (0.5 / v,),
     np.sin: lambda v, a: (np.cos(a),),
     np.cos: lambda v, a: (-np.sin(a),),
@@ -260,13 +258,6 @@ def _fraction_power(a: Quotient, exponent: Quotient) -> tuple[Any, Any]:
     over, under = (a.above, a.below) if exponent.above > 0.0 else (a.below, a.above)
     size = abs(exponent.above)
     return np.power(over, size), np.power(under, size)
-
-
-def _kept(a: Any, b: Sloped, touching: Any) -> Quotient:
-    """a/b, as a quotient where the range of b reaches 0."""
-    a = as_sloped(a, b)
-    whole = Quotient(a, b).divided()
-    return Quotient(_where(touching, a, whole), _where(touching, b, as_sloped(1.0, b)))
 
 
 def _where(chosen: Any, a: Sloped, b: Sloped) -> Sloped:

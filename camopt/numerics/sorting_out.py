@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.kernels.compile import called_by_kernels, compiled_for_many
+from camopt.kernels.compile import compiled_for_many
 from camopt.numerics import FloatArray, IntArray
 
 WORK = 0.1  # of the value of a curve: numpy compares a few numbers for each design
@@ -86,12 +86,6 @@ def gathered_of(known: Curves, block: Block, counts: Counts, most: FloatArray, e
 @compiled_for_many(work=WORK)
 def count_block(known, curves, bodies, place, least, counts):
     """Fill the counts of a block and the least costs of each size."""
-    count_designs(known, curves, bodies, place, least, counts)
-
-
-@called_by_kernels
-def count_designs(known, curves, bodies, place, least, counts):
-    """As ``count_block``."""
     existing, held, some = 0, 0, 0
     for i in range(curves.size):
         at, body = known.places[curves[i]], bodies[i]
@@ -105,8 +99,8 @@ def count_designs(known, curves, bodies, place, least, counts):
     counts[0], counts[1], counts[2] = existing, held, some - held
 
 
-@count_designs.uncompiled
-def _count_designs_in_python(known, curves, bodies, place, least, counts):
+@count_block.uncompiled
+def _count_block_in_python(known, curves, bodies, place, least, counts):
     at = known.places[curves]
     held, some = np.flatnonzero(_within(known.surely, at, bodies)), _within(known.perhaps, at, bodies)
     np.minimum.at(least, (place + held) % least.size, known.cost[at[held]])
@@ -121,12 +115,6 @@ def _within(those, at, bodies):
 @compiled_for_many(work=WORK)
 def gather_block(known, curves, bodies, place, most, every, found, count):
     """Fill the designs of a block that are wanted, and how many of those hold all limits for certain."""
-    gather_designs(known, curves, bodies, place, most, every, found, count)
-
-
-@called_by_kernels
-def gather_designs(known, curves, bodies, place, most, every, found, count):
-    """As ``gather_block``."""
     told, some = 0, 0
     for i in range(curves.size):
         at, body = known.places[curves[i]], bodies[i]
@@ -142,8 +130,8 @@ def gather_designs(known, curves, bodies, place, most, every, found, count):
     count[0] = told
 
 
-@gather_designs.uncompiled
-def _gather_designs_in_python(known, curves, bodies, place, most, every, found, count):
+@gather_block.uncompiled
+def _gather_block_in_python(known, curves, bodies, place, most, every, found, count):
     at = known.places[curves]
     surely, perhaps = (_within(those, at, bodies) for those in (known.surely, known.perhaps))
     found.open[:], told = np.flatnonzero(perhaps & ~surely), np.flatnonzero(surely)

@@ -17,7 +17,6 @@ from warnings import warn
 from camopt.mistakes import BadInput, Mistake
 
 LARGEST_TEXT = 1 << 24
-BYTES_AT_ONCE = 1 << 22  # bytes of a file in memory at a time
 NO_TEXT = {
     b"PK\x03\x04": "an Excel workbook or another archive; save the table as CSV",
     b"\xd0\xcf\x11\xe0": "an old Excel workbook; save the table as CSV",
@@ -123,15 +122,11 @@ def check_writable(path: str | os.PathLike[str]) -> None:
     """
     if Path(path).is_dir():
         raise IsADirectoryError(EISDIR, os.strerror(EISDIR), os.fspath(path))
-    _check_folder(Path(path).parent, path)
-
-
-def _check_folder(folder: Path, named: str | os.PathLike[str]) -> None:
-    """Whether a folder takes files; if not, an OSError with the name that the user gave."""
+    # whether a folder takes files; if not, an OSError with the name that the user gave
     try:
-        TemporaryFile(dir=folder).close()
+        TemporaryFile(dir=Path(path).parent).close()
     except OSError as trouble:
-        raise OSError(trouble.errno or 0, os.strerror(trouble.errno or 0), os.fspath(named)) from None
+        raise OSError(trouble.errno or 0, os.strerror(trouble.errno or 0), os.fspath(path)) from None
 
 
 @contextmanager

@@ -113,10 +113,8 @@ class FourBar:
     @property
     def couplers(self) -> tuple[Coupler, None]:
         """Between coupler and rocker, which the crank drives; none where the rocker drives, as no train does."""
-        return Coupler(self._angle_to_rocker, tuple(k * pi - self.start for k in range(-2, 3))), None
-
-    def _angle_to_rocker(self, turned: Any) -> Any:
-        return acute(*self._rocker_and_coupler(turned))
+        places = tuple(k * pi - self.start for k in range(-2, 3))
+        return Coupler(lambda turned: acute(*self._rocker_and_coupler(turned)), places), None
 
     def _rocker_and_coupler(self, turned: Any) -> tuple[Vector, Vector]:
         """From the rocker's pivot to its pin, and from the crank's pin there."""

@@ -139,15 +139,13 @@ class Train:
         still, inertia = (each * 0.0 for each in brought(joints, (), ways, {}))
         for part in parts:
             share = self.links[part.link].forces[part.force].share(joints[part.link].moved) * part.sign
-            asked = self._asked(part.link + 1, joints, ways, loads)
+            # what a joint, and all beyond it, takes from the link that moves it
+            joint = part.link + 1
+            carried = tuple(each for each in self.carried if each.joint >= joint)
+            beyond = brought(joints, carried, ways, {k: load for k, load in loads.items() if k >= joint})
+            asked = Brought(*(quotient(each, joints[joint].ratio) for each in beyond))
             still, inertia = still + asked.still * share, inertia + asked.carried * share
         return Brought(still, inertia)
-
-    def _asked(self, joint: int, joints: list[Joint], ways: Sequence[Any], loads: Mapping[int, Series]) -> Brought:
-        """What a joint, and all beyond it, takes from the link that moves it."""
-        carried = tuple(each for each in self.carried if each.joint >= joint)
-        beyond = brought(joints, carried, ways, {k: load for k, load in loads.items() if k >= joint})
-        return Brought(*(quotient(each, joints[joint].ratio) for each in beyond))
 
     @cached_property
     def reach(self) -> tuple[End, End]:
