@@ -13,7 +13,7 @@ from camopt.problem.settings import freed_of
 from camopt.problem.space import boxes_of
 from camopt.smallest.boxes import Boxes
 from camopt.smallest.result import Smallest
-from camopt.smallest.train_boxes import BestTrain, TrainBoxes
+from camopt.smallest.smallest_train import BestTrain, TrainBoxes
 from camopt.verdicts.screening import feasible
 
 SLIDE, VALVE, PRESS = (
