@@ -60,9 +60,8 @@ def estimated(plan: SweepPlan, numbers: range, own: Threads, workers: int, folde
     batches = [*own.in_order(plan.evaluated, timed)]
     seconds = (now() - start) * own.workers / workers
     share = len(numbers) / len(timed)
-    kept = 0
-    if plan.keep in TABLED:
-        kept = sum(len(batch_bytes(batch, plan.row_quantities)) for batch in batches)
+    tabled = batches if plan.keep in TABLED else []
+    kept = sum(len(batch_bytes(batch, plan.row_quantities)) for batch in tabled)
     designs = plan.blocks.designs_before(numbers.stop) - plan.blocks.designs_before(numbers.start)
     return Estimate(designs, share * seconds, share * kept, shutil.disk_usage(folder).free)
 

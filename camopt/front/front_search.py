@@ -14,7 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -43,14 +43,6 @@ DESIGN_NUMBER = "number"  # of a design in the space, as a column of rows
 
 SearchItem = TypeVar("SearchItem")
 SearchResult = TypeVar("SearchResult")
-
-
-class Evaluated(NamedTuple):
-    """The results of one block of designs."""
-
-    front: Rows
-    effort: Effort
-    reached: float
 
 
 @dataclass
@@ -199,9 +191,9 @@ class FrontSearch:
         for found in self.each(self.block, blocks or [(np.zeros(1, dtype=np.int64), number)]):
             self.learn(found.front)
             self.effort, self.reached = self.effort.plus(found.effort), max(self.reached, found.reached)
-        self.evaluated += number.size
+            self.evaluated += found.evaluated
 
-    def block(self, item: tuple[IntArray, IntArray]) -> Evaluated:
+    def block(self, item: tuple[IntArray, IntArray]) -> Seen:
         """Evaluate some designs of one motion."""
         (motion, *_), number = item
         problem, designs = self.space.problems[motion], self.space.designs(number)
@@ -213,7 +205,8 @@ class FrontSearch:
         columns = {name: found.rows.columns[name] for name in told}
         columns[DESIGN_NUMBER] = number[exists][found.which] + motion * self.space.designs_each
         rows = non_dominated(Rows(columns, found.rows.count), self.objectives)
-        return Evaluated(rows, found.effort, float(np.max(found.rows.columns["relative_half_width"], initial=0.0)))
+        reached = float(np.max(found.rows.columns["relative_half_width"], initial=0.0))
+        return Seen(rows, rows, found.effort, reached, number.size)
 
     def learn(self, rows: Rows) -> None:
         """Take rows that may be on the front."""

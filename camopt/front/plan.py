@@ -1,6 +1,5 @@
 """The plan of a sweep: a problem with objectives, its space of designs, and which of them to keep."""
 
-import json
 import tomllib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -57,18 +56,11 @@ class SweepKey:
     part: int = 1
     parts: int = 1
 
-    def encoded(self) -> bytes:
-        """The question as JSON."""
-        return json.dumps(asdict(self)).encode()
-
     @classmethod
-    def decoded(cls, data: bytes) -> "SweepKey":
-        """A question from JSON; a ValueError if it is none."""
-        found = json.loads(data)
-        if not isinstance(found, dict) or set(found) != {field.name for field in fields(cls)}:
-            raise ValueError("no question of a sweep")
+    def of(cls, found: Any) -> "SweepKey":
+        """A question from JSON; a ValueError or a TypeError if it is none."""
         kinds = {field.name: field.type for field in fields(cls)}
-        if any(type(value) is not kinds[name] for name, value in found.items()):
+        if not isinstance(found, dict) or {name: type(value) for name, value in found.items()} != kinds:
             raise ValueError("no question of a sweep")
         if not (1 <= found["part"] <= found["parts"] <= SWEEP_PARTS and found["block"] >= 1):
             raise ValueError("no part of a sweep")
@@ -221,7 +213,7 @@ def boxes_are_sooner(plan: SweepPlan) -> bool:
 def key_of(question: Any) -> SweepKey | None:
     """The key that a manifest has as its question; None if it is none."""
     with suppress(ValueError, TypeError):
-        return SweepKey.decoded(json.dumps(question).encode())
+        return SweepKey.of(question)
     return None
 
 

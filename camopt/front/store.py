@@ -126,7 +126,7 @@ class Store:
             if not self._is_own:
                 for path in self.folder.glob(BATCH_FILES):
                     path.unlink()
-                write_text(self.folder / QUESTION_FILE, self.question.encoded().decode())
+                write_text(self.folder / QUESTION_FILE, json.dumps(self.question.plain))
                 self._is_own = True
             write_batch(merged(some, self.plan.problem.objectives), self.plan.row_quantities, self.folder)
         except OSError as trouble:
@@ -143,7 +143,7 @@ class Store:
 def question_in(folder: Path) -> SweepKey | None:
     """The question of finished work in a folder; None if there is none, or it is damaged."""
     with suppress(FileNotFoundError, ValueError, TypeError, RecursionError):
-        return SweepKey.decoded(read_bytes(folder / QUESTION_FILE))
+        return SweepKey.of(json.loads(read_bytes(folder / QUESTION_FILE)))
     return None
 
 

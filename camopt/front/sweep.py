@@ -167,7 +167,7 @@ def result_of(
         stack.enter_context(saved_at_the_end(store))
         tables = _tables(stack, unit, plan)
         rows_of_search = tables["designs"] if plan.keep in TABLED else None
-        seen = search(store, rows_of_search.append if rows_of_search else _nowhere)
+        seen = search(store, rows_of_search.append if rows_of_search else lambda rows: None)
         if rows_of_search:
             rows_of_search.end()
         found = proved(plan, seen, own, progress)
@@ -240,10 +240,6 @@ def swept_already(plan: SweepPlan, out: str | os.PathLike[str], tell: Tell | Non
 def up_to_date(folder: str | os.PathLike[str]) -> str:
     """The message when a folder has the result already."""
     return f"{os.fspath(folder)} is up to date; `again` computes it anew"
-
-
-def _nowhere(rows: Rows) -> None:
-    """Rows of which no table is written."""
 
 
 def file_name(table: str) -> str:

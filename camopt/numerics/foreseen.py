@@ -64,8 +64,7 @@ class Prefetched:
         for _ in range(max(HALF_LEVELS + 1 - len(places).bit_length(), LEAST_LEVELS) - 1):
             level = [(i, m + side * r / 2, r / 2) for i, m, r in level for side in (-1.0, 1.0)]
             every = every + level
-        PLAIN_RUN.count(len(every))
-        PLAIN_RUN.count(JET * len(every))
+        PLAIN_RUN.count((1 + JET) * len(every))
         designs, middles, reaches = map(np.array, zip(*every, strict=True))
         values, slopes = many_points(self.curve.made, self.panel, middles, 1.0, designs)
         for (design, middle, _), *found in zip(every, values, slopes, strict=True):

@@ -103,9 +103,7 @@ def manifest_of(folder: str | os.PathLike[str]) -> Manifest | None:
         manifest = Manifest(results, str(about["camopt"]))
         if manifest.to_json().encode() == data:
             return manifest
-    except FileNotFoundError:
-        return None
-    except BadInput:  # a pipe, or longer than any that camopt writes
+    except (FileNotFoundError, BadInput):  # there is none, or a pipe, or one longer than any that camopt writes
         return None
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         if sum(mark in data for mark in MARKS) < 2 and _is_json(data):

@@ -171,23 +171,13 @@ def _groove_pressure(name: str, claim: Claim) -> Iterator[LinearConstraint]:
         yield LinearConstraint(name, 0.0, -side, height=claim.allowed(), kinds=claim.kinds)
 
 
-def _square(name: str, claim: Claim) -> Iterator[LinearConstraint]:
-    """Nothing: the pressure angle of a face square to its motion is 0."""
-    return iter(())
-
-
 def _face_radius(name: str, claim: Claim) -> Iterator[LinearConstraint]:
     """R_b + y + y'' ≥ ρ."""
     yield LinearConstraint(name, 1.0, 0.0, 1.0, height=1.0, constant=claim.allowed())
 
 
-def _face_reach(name: str, claim: Claim) -> Iterator[LinearConstraint]:
-    """|y' − e| ≤ t, or one way alone."""
-    return _on_reach(name, claim.allowed(), claim.sides)
-
-
 def _on_reach(name: str, most: float, sides: tuple[float, ...] = (1.0, -1.0)) -> Iterator[LinearConstraint]:
-    """No further than so much along a flat face, either way or one way."""
+    """No further than so much along a flat face, |y' − e| ≤ t, either way or one way."""
     for side in sides:
         yield LinearConstraint(name, velocity=-side, lead=side, constant=most)
 
@@ -195,9 +185,9 @@ def _on_reach(name: str, most: float, sides: tuple[float, ...] = (1.0, -1.0)) ->
 LINEAR: dict[Any, Callable[[str, Claim], Iterator[LinearConstraint]]] = {
     translating.MECHANISM.pressure: _trace_pressure,
     cylindrical.MECHANISM.pressure: _groove_pressure,
-    translating_flat.MECHANISM.pressure: _square,
+    translating_flat.MECHANISM.pressure: lambda name, claim: iter(()),  # the face is square to its motion: β is 0
     translating_flat.MECHANISM.profile_radius: _face_radius,
-    translating_flat.MECHANISM.reach: _face_reach,
+    translating_flat.MECHANISM.reach: lambda name, claim: _on_reach(name, claim.allowed(), claim.sides),
 }
 
 
