@@ -162,7 +162,7 @@ PENS: dict[str, dict[str, Any]] = {
     "50 digits": {"color": INK, "marker": "^"},
 }
 POINT_LABELS: dict[Any, str] = {
-    "50 digits": "any digits",
+    "50 digits": "50 digits",
     ("sampling", 36): "36 angles",
     ("sampling", 360): "360",
     ("sampling", 3600): "3600 angles",
