@@ -6,12 +6,13 @@ controls. Answers are plain mappings that JSON takes.
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from camopt.drawing.picture import Picture
+from camopt.effects import offered
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics.clock import now
 from camopt.problem.limit import ASSEMBLY
@@ -40,7 +41,7 @@ from camopt.verdicts.judging import evaluate_rows
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
 Answer = dict[str, Any]
-BALLS_UNTIL = 0.01  # seconds for what rounding hides, while a control moves
+PROOF_SECONDS = 0.01  # for what rounding hides, while a control moves
 SCENE_NAME = re.compile(r"[^\W_][\w .+-]{0,90}\.toml", re.ASCII)
 
 
@@ -52,7 +53,11 @@ class Sketch(Picture):
     @cached_property
     def rows(self) -> Rows:
         """The quantities, and the verdict."""
-        return evaluate_rows(self.problem, self.problem.design, self.wanted, now() + BALLS_UNTIL)
+        offers = set(offered(self.problem.setup))
+        # of one contact of two, the limits that it has by itself
+        limits = tuple(limit for limit in self.problem.limits if offers.issuperset(limit.needs))
+        problem = replace(self.problem, limits=limits)
+        return evaluate_rows(problem, problem.design, self.wanted, now() + PROOF_SECONDS)
 
     @cached_property
     def values(self) -> dict[str, Any]:

@@ -40,6 +40,7 @@ MOVES = {
     "feeder-with-stop": {"cam.mean_radius": 130.0, "limits.pressure_angle": 25.0},
     "valve-rod-offset": {"law_return": "poly345", "motion.1.angle": 70.0},
     "tangent-cam": {"follower.dynamics.spring_rate": 40.0},
+    "bottle-filler-by-rib": {"cam.rpm": 61.0},
 }
 
 
