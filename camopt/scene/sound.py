@@ -52,7 +52,7 @@ def _sound_value(model: type[SceneTable], name: str, value: Any, wrong: Collecti
         words = str in kinds or Literal in origins
         return nan if float in kinds else value if words and isinstance(value, str) else LEFT_OUT
     if table and isinstance(value, Mapping) and dict in origins:
-        named = {each: row for each, row in value.items() if isinstance(row, Mapping)}
+        named = {each: row if isinstance(row, Mapping) else {} for each, row in value.items()}
         return {each: sound_table(table, row, wrong, f"{key}.{each}.") for each, row in named.items()}
     if table and isinstance(value, Mapping):
         return sound_table(table, value, wrong, f"{key}.")
