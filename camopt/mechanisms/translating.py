@@ -29,7 +29,7 @@ from camopt.numerics.curves import curve_type, further_formula, quotient
 @curve_type
 def translating_pressure(at, lead, height):
     """tan β; ``lead`` is e, ``height`` is s₀ [mm]."""
-    return (at.y1 - lead) / (height + at.y)
+    return (at.y1 - lead) / (at.y + height)
 
 
 @further_formula(translating_pressure)
@@ -40,25 +40,25 @@ def pressure_angle_further(f, i, at):
 @curve_type
 def translating_speed(at, lead, height):
     """N [mm/rad]."""
-    return np.sqrt(np.square(height + at.y) + np.square(at.y1 - lead))
+    return np.sqrt(np.square(at.y + height) + np.square(at.y1 - lead))
 
 
 @curve_type
 def translating_speed_change(at, lead, height):
     """N' [mm/rad²]."""
-    return speed_change(at.y1 - lead, at.y2, height + at.y, at.y1)
+    return speed_change(at.y1 - lead, at.y2, at.y + height, at.y1)
 
 
 @curve_type
 def translating_curvature(at, lead, height):
     """κ of the pitch curve [1/mm]."""
-    return trace_curvature(at.y1 - lead, at.y2, height + at.y, at.y1, 1.0)
+    return trace_curvature(at.y1 - lead, at.y2, at.y + height, at.y1, 1.0)
 
 
 @curve_type
 def translating_outline(at, lead, height, roller_radius):
     """Distance of the trace point from the cam's axis less R_r [mm]."""
-    return np.sqrt(np.square(height + at.y) + np.square(lead)) - roller_radius
+    return np.sqrt(np.square(at.y + height) + np.square(lead)) - roller_radius
 
 
 def height(designs: Designs) -> FloatArray:
