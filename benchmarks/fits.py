@@ -42,7 +42,7 @@ from camopt.measured.noise import band_factor, errors_of
 from camopt.measured.outline import LIKELY, Dwell, read_outline
 from camopt.measured.reading import read_points
 from camopt.motion.programme import Programme, law_peaks, peak
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.problem.problem import resolve
 
 NOISES = (0.001, 0.01, 0.05)  # mm

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
 
 from camopt.comparing.designs import (
     Change,
@@ -25,6 +24,7 @@ from camopt.comparing.scenes import Difference, Values, compared_cams, differing
 from camopt.comparing.sections import sections_of
 from camopt.comparing.sides import DesignTable, Side, side_of
 from camopt.mistakes import BadInput, Mistake
+from camopt.numerics import IndexArray
 from camopt.quantities.shown import Drawn
 from camopt.scene.arguments import options_by_keyword
 from camopt.scene.scene import Scene
@@ -46,7 +46,7 @@ class TableComparison:
     """The rows of A, counted from 0, whose designs B has not."""
     came: Index
     """The rows of B whose designs A has not."""
-    changed: NDArray[np.intp]
+    changed: IndexArray
     """The rows (A, B) of designs of both that differ in a quantity, (designs, 2)."""
     beyond: int
     """How many of these differ by more than the relative errors of both scenes."""

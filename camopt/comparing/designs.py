@@ -13,17 +13,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
 from pyarrow import csv
 
 from camopt.comparing.sides import OWN_SCENE, DesignTable
-from camopt.numerics import BoolArray, FloatArray
+from camopt.numerics import BoolArray, FloatArray, IndexArray, IntArray
 from camopt.scene.text import parsed
 from camopt.storage.files import check_writable, checked_suffix, path_of, whole_file
 from camopt.storage.tables import write_table
 from camopt.storage.version import VERSION
 
-Index = NDArray[np.intp]
+Index = IndexArray
 MOST_CODES = 2**62
 ERROR_BOUND = "relative_half_width"
 """A bound on errors: it may change, and the quantities need not."""
@@ -75,7 +74,7 @@ def matched(a: DesignTable, b: DesignTable) -> Matching:
     return Matching(in_a, in_b, np.flatnonzero(partner < 0), np.flatnonzero(alone))
 
 
-def _joined(codes: NDArray[np.int64], more: NDArray[np.int64]) -> NDArray[np.int64]:
+def _joined(codes: IntArray, more: IntArray) -> IntArray:
     """Numbers of pairs of numbers."""
     many = int(more.max(initial=0)) + 1
     if (int(codes.max(initial=0)) + 1) * many > MOST_CODES:
@@ -83,12 +82,12 @@ def _joined(codes: NDArray[np.int64], more: NDArray[np.int64]) -> NDArray[np.int
     return codes * many + more
 
 
-def _dense(codes: NDArray[np.int64]) -> NDArray[np.int64]:
+def _dense(codes: IntArray) -> IntArray:
     """The same numbers from 0 without a gap."""
     return np.asarray(pa.array(codes).dictionary_encode().indices.to_numpy(), dtype=np.int64)
 
 
-def _occurrence(codes: NDArray[np.int64]) -> NDArray[np.int64]:
+def _occurrence(codes: IntArray) -> IntArray:
     """How often each number came before in its place."""
     order = np.argsort(codes, kind="stable")
     ordered = codes[order]
@@ -115,7 +114,7 @@ def _motion(tables: Mapping[str, Any]) -> str:
     return repr([tables.get(key) for key in ("motion", "profile", "laws")])
 
 
-def _numbered(a: pa.Array, b: pa.Array) -> NDArray[np.int64]:
+def _numbered(a: pa.Array, b: pa.Array) -> IntArray:
     """Each value of two columns, one after the other, by a number of its own; −0 is 0."""
     both = pa.concat_arrays(_alike(a, b))
     coded = both.dictionary_encode(null_encoding="encode")
@@ -201,7 +200,7 @@ def _changed_words(a: pa.Array, b: pa.Array, *_: float) -> Differences:
 PARQUET, CSV = ".parquet", ".csv"
 ORIGIN = pa.schema({"change": pa.string(), "table": pa.string(), "row": pa.int64()})
 """Columns that say where a row comes from, and what happened to its design."""
-Different = tuple[DesignTable, DesignTable, Matching, NDArray[np.intp]]
+Different = tuple[DesignTable, DesignTable, Matching, IndexArray]
 """Two tables, which of their rows are of the same designs, and pairs of rows that changed."""
 
 
@@ -226,9 +225,7 @@ def write_differences(found: Mapping[str, Different], path: Path) -> None:
         csv.write_csv(pa.table(texts), partial)
 
 
-def _parts(
-    name: str, a: DesignTable, b: DesignTable, pairs: Matching, changed: NDArray[np.intp]
-) -> Iterator[pa.Table]:
+def _parts(name: str, a: DesignTable, b: DesignTable, pairs: Matching, changed: IndexArray) -> Iterator[pa.Table]:
     """The rows of two tables by what happened to them; of those that changed, both."""
     for change, table, rows in (
         ("went", a, pairs.went),

@@ -15,16 +15,14 @@ from math import factorial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camopt.mechanisms.design import Designs, Mechanism
 from camopt.mechanisms.geometry import distances
 from camopt.motion.programme import Programme, span
 from camopt.motion.scca import SCCALaw
-from camopt.motion.stroke import Stroke
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES, Stroke
 from camopt.motion.turned import SkewedLaw
-from camopt.numerics import UNIT, ComplexArray, FloatArray
+from camopt.numerics import UNIT, ComplexArray, FloatArray, IndexArray
 from camopt.numerics.interval import Interval
 from camopt.numerics.motion_ranges import angle_over, derivatives_over
 from camopt.numerics.sloped import range_of
@@ -119,7 +117,7 @@ class CamCurve:
             out[place == k] = values
         return out
 
-    def places(self, angles: FloatArray) -> NDArray[np.intp]:
+    def places(self, angles: FloatArray) -> IndexArray:
         """The number of the span that each cam angle (rad) is in; where two spans meet, the second."""
         starts = np.array([span.start for span in self.spans])
         return np.maximum(np.searchsorted(starts, angles, side="right") - 1, 0)

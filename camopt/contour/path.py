@@ -4,9 +4,8 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from camopt.numerics import ComplexArray, FloatArray
+from camopt.numerics import ComplexArray, FloatArray, IndexArray
 
 STRAIGHT_ARC = 1e-12  # rad: an arc that turns by less is a line
 SAME_VELOCITY = 1e-9  # relative difference of velocities that are the same
@@ -82,7 +81,7 @@ class ArcPath:
         """The path from its end to its start."""
         return ArcPath(self.vertices[::-1], -self.bulges[::-1], self.angles[::-1], self.spans[::-1])
 
-    def divided(self, counts: NDArray[np.intp]) -> "ArcPath":
+    def divided(self, counts: IndexArray) -> "ArcPath":
         """The path with each arc in so many equal ones, each beside an equal part of its cam angles.
 
         With t from 0 to 1 an arc of the chord c that turns by φ is at c·(e^{iφt} − 1)/(e^{iφ} − 1).

@@ -34,7 +34,7 @@ from camopt.drawing.style import (
     TITLE_SIZE,
 )
 from camopt.mechanisms.geometry import CamCurves, cam_curves
-from camopt.motion.table import DWELL
+from camopt.motion.stroke import DWELL
 from camopt.numerics import ComplexArray
 from camopt.quantities.unit_systems import computed, shown, shown_unit
 

@@ -24,7 +24,7 @@ from camopt.effects.loads import along_curve, torque_curve, ways
 from camopt.effects.motion import scale
 from camopt.effects.peak import Variant
 from camopt.motion.programme import Programme
-from camopt.motion.table import ALL_STROKES, DWELL
+from camopt.motion.stroke import ALL_STROKES, DWELL
 from camopt.numerics import FloatArray
 from camopt.numerics.oscillator import Wave
 from camopt.quantities import QUANTITIES

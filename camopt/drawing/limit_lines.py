@@ -8,7 +8,7 @@ import numpy as np
 
 from camopt.drawing.picture import Picture
 from camopt.effects.peak import DOUBLES, Peak
-from camopt.motion.table import ALL_STROKES, RETURN, RISE, WAYS
+from camopt.motion.stroke import ALL_STROKES, RETURN, RISE, WAYS
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.problem.claims import At, Claim
 from camopt.problem.limits import peak_of

@@ -12,7 +12,7 @@ from camopt.drawing.limit_lines import limit_lines
 from camopt.drawing.picture import STROKE_NAMES, Picture, four_digits, told
 from camopt.drawing.style import INK, REFERENCE_COLOUR
 from camopt.effects.motion import scale
-from camopt.motion.table import ALL_STROKES, RETURN, RISE
+from camopt.motion.stroke import ALL_STROKES, RETURN, RISE
 from camopt.numerics import BoolArray, FloatArray
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
 from camopt.quantities.unit_systems import shown, shown_unit

@@ -9,7 +9,7 @@ import numpy as np
 from camopt.effects import Case, offered, quantity_of, with_read_quantities
 from camopt.effects.contacts import contacts_of
 from camopt.mechanisms.geometry import CamCurves, cam_curves
-from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
+from camopt.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.numerics import ComplexArray, FloatArray
 from camopt.numerics.curves import value_of
 from camopt.problem.problem import Problem

@@ -12,7 +12,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from camopt.motion.table import DWELL, RETURN, RISE
+from camopt.motion.stroke import DWELL, RETURN, RISE
 from camopt.storage.files import checked_suffix, whole_file
 
 if TYPE_CHECKING:

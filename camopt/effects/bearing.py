@@ -26,7 +26,7 @@ from camopt.effects.loads import normal_curve, roller_path
 from camopt.effects.peak import CLEAR, Bodies, Peak, at_corners
 from camopt.effects.peak_columns import extreme_of
 from camopt.mechanisms.design import Designs
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST, FloatArray
 from camopt.numerics.curves import curve_type
 

@@ -47,7 +47,7 @@ from camopt.effects.preload import INTERFERENCE
 from camopt.effects.surface import spin_rate_curve
 from camopt.effects.work import integral
 from camopt.motion.programme import Programme
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import BISECTIONS, LARGEST_MAGNITUDE, FloatArray, IntArray
 from camopt.numerics.curves import value_of
 

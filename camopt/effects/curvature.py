@@ -17,7 +17,7 @@ from camopt.effects.peak import ConvexRadius, Cutter, Peak, size_of
 from camopt.effects.peak_columns import columns_of_ends, peak_column
 from camopt.mechanisms.design import itself
 from camopt.motion.programme import Programme
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 
 CONVEX, CUTTER = "profile_radius_min_mm", "cutter_radius_max_mm"

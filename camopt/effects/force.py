@@ -27,7 +27,7 @@ from camopt.effects.settings import by_setting
 from camopt.effects.work import added, derivative
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme, peak, span
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.motion.train_load import TrainLoad
 from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import Linear, curve_type

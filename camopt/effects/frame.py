@@ -19,7 +19,7 @@ from camopt.effects.peak import AS_IT_IS, Peak, Times
 from camopt.mechanisms.design import Designs
 from camopt.mechanisms.ribs import spacing
 from camopt.motion.programme import Programme
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST
 from camopt.numerics.curves import Linear
 

@@ -23,7 +23,7 @@ from camopt.effects.settings import by_setting
 from camopt.effects.train_peak import TrainMotion, TrainPeak
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.motion.train_load import TrainLoad
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import Linear

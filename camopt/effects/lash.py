@@ -20,7 +20,7 @@ from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.motion import scale
 from camopt.effects.settings import by_setting
 from camopt.motion.programme import Programme
-from camopt.motion.table import INWARD, OUTWARD, WAYS
+from camopt.motion.stroke import INWARD, OUTWARD, WAYS
 from camopt.numerics import BISECTIONS, FloatArray
 from camopt.numerics.piecewise import sign_changes
 from camopt.numerics.stable import matrix_product

@@ -9,7 +9,7 @@ from typing import Any
 from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.peak import Derivative, InDegrees, Peak
 from camopt.motion.programme import peak
-from camopt.motion.table import ALL_STROKES, RETURN, RISE
+from camopt.motion.stroke import ALL_STROKES, RETURN, RISE
 from camopt.numerics import LARGEST_MAGNITUDE
 
 

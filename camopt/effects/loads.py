@@ -27,7 +27,7 @@ from camopt.effects.given import GivenDynamics
 from camopt.mechanisms.body import Flank
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
-from camopt.motion.table import ALL_STROKES, INWARD, OUTWARD, RESTING
+from camopt.motion.stroke import ALL_STROKES, INWARD, OUTWARD, RESTING
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE
 from camopt.numerics.curves import curve_type
 from camopt.numerics.extremes import Extremes

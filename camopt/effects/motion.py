@@ -13,7 +13,7 @@ from typing import Any
 from camopt.effects.case import Case, Effect, Setup, of_setting
 from camopt.effects.peak import ByTime, Derivative, InDegrees, Peak, Scale, Times
 from camopt.motion.programme import peak
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.stroke import RETURN, RISE
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.quantities import (
     AT_FOLLOWER,

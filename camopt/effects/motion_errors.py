@@ -31,7 +31,7 @@ from camopt.effects.peak import InDegrees, Peak, PerDesign, Scale, Times
 from camopt.effects.peak_columns import peak_column
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import LEAST_JUMP, Programme
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST, FloatArray
 from camopt.numerics.curves import curve, formula, value_of
 from camopt.numerics.trigonometry import turned

@@ -34,7 +34,7 @@ from camopt.effects.peak_columns import peak_column
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import itself
 from camopt.motion.programme import Programme
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST, LEAST
 from camopt.numerics.curves import curve_type
 

@@ -24,7 +24,7 @@ from camopt.effects.case import Case, Effect, Setup, of_setting
 from camopt.effects.force import own_force_curve
 from camopt.effects.peak import AS_IT_IS, Over, Peak, Times, at_corners
 from camopt.effects.peak_columns import peak_column
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST_MAGNITUDE
 
 INTERFERENCE, STIFFNESS = "drive.interference", "drive.stiffness"

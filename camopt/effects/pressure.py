@@ -15,7 +15,7 @@ from camopt.effects.peak import Angle, Peak
 from camopt.effects.peak_columns import peak_column
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
-from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
+from camopt.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.numerics import LARGEST_MAGNITUDE
 
 ANGLE_ERROR = 4e-16  # relative, of an angle from its tangent

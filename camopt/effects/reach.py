@@ -9,7 +9,7 @@ from typing import Any
 from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.peak import Peak
 from camopt.effects.peak_columns import columns_of_ends
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST, LEAST
 
 

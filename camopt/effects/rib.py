@@ -22,7 +22,7 @@ from camopt.effects.peak import Peak
 from camopt.effects.peak_columns import peak_column
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LEAST
 from camopt.numerics.curves import curve_type
 

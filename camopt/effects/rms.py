@@ -14,7 +14,7 @@ from camopt.effects.mean import Mean
 from camopt.effects.mean_columns import mean_column
 from camopt.effects.motion import derivative_scale
 from camopt.effects.peak import Derivative, InDegrees
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.quantities import RMS_ORDERS, motion_mean
 
 

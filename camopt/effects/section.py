@@ -30,7 +30,7 @@ from camopt.effects.peak import OverTurn
 from camopt.mechanisms.body import INNER_SIDE
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import JUMP_SIDE
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import ComplexArray, FloatArray
 from camopt.numerics.quadrature import Integrated, Rule, by_orders, gauss
 from camopt.numerics.stable import matrix_product

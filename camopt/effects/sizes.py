@@ -8,7 +8,7 @@ from typing import Any
 
 from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.contacts import least_size_of
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.stroke import RETURN, RISE
 
 
 def offers(setup: Setup) -> tuple[str, ...]:

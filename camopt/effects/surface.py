@@ -40,7 +40,7 @@ from camopt.effects.peak_columns import as_column, columns_of_ends, extreme_of, 
 from camopt.mechanisms.body import INNER_SIDE
 from camopt.mechanisms.design import Designs, Mechanism
 from camopt.motion.programme import Programme
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve_type
 from camopt.numerics.jet import to_power

@@ -30,7 +30,7 @@ from camopt.effects.force import missing, weights
 from camopt.effects.motion import scale
 from camopt.effects.settings import by_setting
 from camopt.motion.programme import Programme, peak
-from camopt.motion.table import ALL_STROKES, DWELL
+from camopt.motion.stroke import ALL_STROKES, DWELL
 from camopt.numerics import FloatArray
 from camopt.numerics.oscillator import Wave, is_resonant, steady
 from camopt.numerics.piecewise import load_series

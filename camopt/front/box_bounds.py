@@ -15,7 +15,7 @@ from camopt.effects import Case, Setup, effect_of, find_effect
 from camopt.effects.mean import Mean
 from camopt.effects.peak import Peak
 from camopt.mechanisms import Designs
-from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
+from camopt.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import value_of
 from camopt.numerics.interval import Interval, as_interval

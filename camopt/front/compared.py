@@ -6,7 +6,6 @@ from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camopt.effects import effects_needed, effects_of
 from camopt.engines.progress import Progress
@@ -14,6 +13,7 @@ from camopt.front.blocks import BLOCK, Seen
 from camopt.front.pareto import best_of_laws, thinned
 from camopt.front.plan import SweepPlan, column_names
 from camopt.mechanisms import Designs
+from camopt.numerics import IndexArray
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows, concatenate_rows, scattered
 from camopt.problem.space import EDGE_OF_SPACE, Space
@@ -74,7 +74,7 @@ def to_compare(space: Space, names: frozenset[str], *tables: Rows) -> list[Rows]
     return [_renewed(rows, found.part(some)) for rows, some in zip(tables, parts, strict=True)]
 
 
-def _evaluated(space: Space, names: frozenset[str], sizes: Rows) -> Iterator[tuple[NDArray[np.intp], Rows]]:
+def _evaluated(space: Space, names: frozenset[str], sizes: Rows) -> Iterator[tuple[IndexArray, Rows]]:
     """The rows of designs of which the sizes are given, some at a time, with their places."""
     for problem, index, designs in space.designs_apart(sizes):
         for first in range(0, index.size, BLOCK):
@@ -96,7 +96,7 @@ def as_evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> R
     return evaluate_rows(exactly(problem), designs, names.union(*enclosed)).only(names)
 
 
-def next_smaller_cams(space: Space, rows: Rows) -> tuple[NDArray[np.intp], Rows]:
+def next_smaller_cams(space: Space, rows: Rows) -> tuple[IndexArray, Rows]:
     """The rows that are not at the edge of the space, and their designs with the next smaller size of the cam.
 
     Of a sample, with one that is one per cent smaller.
@@ -108,7 +108,7 @@ def next_smaller_cams(space: Space, rows: Rows) -> tuple[NDArray[np.intp], Rows]
     return inside, replace(smaller, columns=smaller.columns | {name: np.array([sizes[row] for row in inside])})
 
 
-def binding_limits(count: int, index: NDArray[np.intp], smaller: Rows) -> list[str]:
+def binding_limits(count: int, index: IndexArray, smaller: Rows) -> list[str]:
     """The limits that bind rows: those that the next smaller cam exceeds, if there is one."""
     held = [EDGE_OF_SPACE] * count
     for row, names in zip(index, smaller.column("violated"), strict=True):

@@ -20,7 +20,8 @@ from camopt.front.design_columns import FILE, DesignColumns, read_columns
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion.programme import Programme
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.stroke import RETURN, RISE
+from camopt.numerics import IndexArray
 from camopt.numerics.same import Same
 from camopt.problem.limit import ASSEMBLY
 from camopt.problem.problem import Problem, missing, resolve
@@ -311,7 +312,7 @@ def _laws_of_scene(problem: Problem) -> tuple[str, str]:
 
 def _split_by_motion(
     given: Problem, problem: Problem, table: DesignColumns
-) -> Iterator[tuple[Problem, NDArray[np.intp]]]:
+) -> Iterator[tuple[Problem, IndexArray]]:
     """The problem of each pair of laws, in each setting that is one of problems, and the rows that have it."""
     values = table.values
     strokes = [next((name for name in names if name in values), None) for names in LAWS_OF_STROKES]
@@ -333,7 +334,7 @@ def _motion_with_laws(same: Same[Problem], rise: str | None, fall: str | None) -
     return same.value.asked_by(rise, fall)
 
 
-def _group_rows(columns: Iterable[NDArray[Any]], count: int) -> list[NDArray[np.intp]]:
+def _group_rows(columns: Iterable[NDArray[Any]], count: int) -> list[IndexArray]:
     """The rows of each combination of values that some columns have."""
     codes = np.zeros(count, dtype=np.intp)
     for values in columns:
@@ -344,8 +345,8 @@ def _group_rows(columns: Iterable[NDArray[Any]], count: int) -> list[NDArray[np.
 
 
 def _evaluate_rows(
-    problem: Problem, designs: Designs, rows: NDArray[np.intp], names: frozenset[str]
-) -> Iterator[tuple[NDArray[np.intp], Rows]]:
+    problem: Problem, designs: Designs, rows: IndexArray, names: frozenset[str]
+) -> Iterator[tuple[IndexArray, Rows]]:
     """Quantities, verdicts and excesses of designs that share a motion, with the places of their rows."""
     exists = problem.setup.mechanism.exists(designs, problem.programme)
     there, apart = np.flatnonzero(exists), np.flatnonzero(~exists)

@@ -17,7 +17,7 @@ from camopt.measured.profile import Touched
 from camopt.measured.reading import FULL_TURN, MeasuredPoints, angle_from
 from camopt.mechanisms.follower import OSCILLATING
 from camopt.motion.programme import peak, root_mean_square
-from camopt.motion.table import ALL_STROKES as EVERY_STROKE
+from camopt.motion.stroke import ALL_STROKES as EVERY_STROKE
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, resolve
 from camopt.quantities import AT_FOLLOWER, DERIVATIVES, QUANTITIES, displacement_unit, motion_quantity

@@ -23,7 +23,6 @@ from math import degrees, inf, isfinite, sqrt
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from camopt.contour.curve import Disc, discs_of
@@ -40,7 +39,7 @@ from camopt.mechanisms.body import DISC
 from camopt.mechanisms.design import FIELDS
 from camopt.mistakes import BadInput, Mistake, Unsolved
 from camopt.motion.driven import tool_position
-from camopt.numerics import FloatArray
+from camopt.numerics import BoolArray, FloatArray, IntArray
 from camopt.numerics.neighbours import MEDIAN
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem, resolve_design
@@ -597,7 +596,7 @@ class InspectedDisc:
         return smoothed(replace(self.points, lifts=self.raw))
 
     @cached_property
-    def beyond(self) -> NDArray[np.bool_]:
+    def beyond(self) -> BoolArray:
         """Which points the smooth deviation leaves off by more than noise does."""
         return np.asarray(np.abs(self.curve.off) > self._most)
 
@@ -616,7 +615,7 @@ class InspectedDisc:
         return sqrt(float(left @ left) / (left.size - self.curve.freedom))
 
     @cached_property
-    def _outliers(self) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+    def _outliers(self) -> tuple[IntArray, FloatArray, FloatArray]:
         """Rows of points that were left out, not reached or beyond noise, the furthest first.
 
         With their distances outside the profile of the drawing, mm, and what the axis of the bore makes of these.

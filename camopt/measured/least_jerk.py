@@ -29,13 +29,12 @@ from typing import Any, NamedTuple
 
 import cvxpy as cp
 import numpy as np
-from numpy.typing import NDArray
 
 from camopt.measured.outline import ANGLE_DIGITS, IN_DWELL, Dwell, Outline
 from camopt.measured.reading import FULL_TURN, MeasuredPoints, angle_from
 from camopt.measured.spline_chain import JOINED_ORDERS, SplineChain
 from camopt.mistakes import Unsolved
-from camopt.numerics import FloatArray
+from camopt.numerics import FloatArray, IndexArray
 from camopt.synthesis.solver import SOLVER_ENDS, SOLVER_ERROR, failed, solve
 
 LEAST_STROKE_KNOTS, MOST_STROKE_KNOTS = 32, 200  # about, inside a stroke
@@ -73,7 +72,7 @@ class Node(NamedTuple):
 
     start: float
     end: float
-    places: NDArray[np.intp]
+    places: IndexArray
     level: float
 
     @property
@@ -87,7 +86,7 @@ class SplineStroke(NamedTuple):
     chain: SplineChain
     start: float
     angle: float
-    places: NDArray[np.intp]
+    places: IndexArray
     x: FloatArray  # of its points
 
 

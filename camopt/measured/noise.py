@@ -9,11 +9,10 @@ from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camopt.measured.reading import FEWEST_MEASURED, FULL_TURN, MeasuredPoints, angle_from
 from camopt.measured.smoothing import smoothed
-from camopt.numerics import FloatArray
+from camopt.numerics import FloatArray, IndexArray
 from camopt.numerics.neighbours import MEDIAN, REACH, deviations
 
 EQUAL_STEP = 1.0 / sqrt(12.0)  # standard deviation of what rounding by a step of 1 leaves
@@ -103,7 +102,7 @@ def outliers(points: MeasuredPoints, noise: float, least: float = 0.0) -> list[i
     return list(map(int, np.setdiff1d(np.arange(points.angles.size), kept)))
 
 
-def _worst(points: MeasuredPoints, kept: NDArray[np.intp], noise: float, least: float) -> list[int]:
+def _worst(points: MeasuredPoints, kept: IndexArray, noise: float, least: float) -> list[int]:
     """Of the points that are kept, the outlier that is furthest off, or two near each other, if there is one."""
     off = np.abs(deviations(points.angles[kept], points.lifts[kept], FULL_TURN))
     candidates = [int(k) for k in np.argsort(-off) if off[k] > least]
@@ -120,7 +119,7 @@ def _steps(one: int, other: int, size: int) -> int:
     return min((one - other) % size, (other - one) % size)
 
 
-def _agree_about(points: MeasuredPoints, rest: NDArray[np.intp], place: int, most: float) -> bool:
+def _agree_about(points: MeasuredPoints, rest: IndexArray, place: int, most: float) -> bool:
     """Whether the points beside one that is left out are off by no more than something."""
     after = int(np.searchsorted(rest, place))
     around = rest[np.arange(after - 4 * REACH, after + 4 * REACH) % rest.size]

@@ -6,10 +6,9 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camopt.mistakes import BadInput, Mistake
-from camopt.numerics import FloatArray
+from camopt.numerics import FloatArray, IntArray
 
 TABLE_ROWS = 20_000
 LIKE_NUMBERS = re.compile(r"[-+.,\d]+[;|\s]+[-+.,\d;|\s]+")
@@ -34,7 +33,7 @@ class NumberTable(NamedTuple):
     """The numbers (rows, columns), the row of the file that each has, and the words above each column."""
 
     numbers: FloatArray
-    rows: NDArray[np.int64]
+    rows: IntArray
     names: tuple[str, ...]
 
 

@@ -13,13 +13,12 @@ from itertools import compress, pairwise, product
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camopt.measured.dwell_likelihood import FlatWindow, read_dwell
 from camopt.measured.number_table import bad
 from camopt.measured.reading import FULL_TURN, MeasuredPoints, angle_from
 from camopt.mistakes import BadInput, Mistake
-from camopt.numerics import FloatArray
+from camopt.numerics import BoolArray, FloatArray, IndexArray
 
 BANDS_AWAY = 32.0  # bands: points are looked at as far as they are away from a level, or half of the way to a turn
 CERTAIN = 3.0  # times as long on both sides as the motion takes to go away: then a stretch has a dwell
@@ -41,8 +40,8 @@ class Dwell(NamedTuple):
     start: float
     end: float
     level: float  # about: the middle of the points of its stretch
-    places: NDArray[np.intp]
-    stretch: NDArray[np.intp]  # the points within the band of a constant, some of them beyond its ends
+    places: IndexArray
+    stretch: IndexArray  # the points within the band of a constant, some of them beyond its ends
     gain: float  # how much likelier the points are with it than without, as a logarithm
 
 
@@ -184,7 +183,7 @@ def flat_stretches(points: MeasuredPoints, band: float, noise: float, drop: floa
 
 
 def _read_stretch(
-    points: MeasuredPoints, stretch: NDArray[np.intp], band: float, noise: float, drop: float
+    points: MeasuredPoints, stretch: IndexArray, band: float, noise: float, drop: float
 ) -> Dwell | None:
     """The dwell that a stretch may have; None if the points beside it go on as they do in it."""
     first = points.angles[stretch[0]]
@@ -210,8 +209,8 @@ def _read_stretch(
 
 
 def _leaving_points(
-    points: MeasuredPoints, stretch: NDArray[np.intp], way: int, level: float, band: float
-) -> tuple[NDArray[np.intp], float, float]:
+    points: MeasuredPoints, stretch: IndexArray, way: int, level: float, band: float
+) -> tuple[IndexArray, float, float]:
     """The points that leave a stretch, the angle over them, and the angle until they are three bands away."""
     size, last = points.lifts.size, stretch[-1 if way > 0 else 0]
     if size - stretch.size < 2:
@@ -229,7 +228,7 @@ def _leaving_points(
     return places[: several + 1], float(away[several]), float(away[three])
 
 
-def _stretches(lifts: FloatArray, free: NDArray[np.bool_], room: float) -> Iterator[tuple[int, int]]:
+def _stretches(lifts: FloatArray, free: BoolArray, room: float) -> Iterator[tuple[int, int]]:
     """The stretches of free points within a room that cannot be made longer, as (first place, the one after it)."""
     size, end, reached = lifts.size, 0, 0
     lowest: deque[int] = deque()
@@ -275,7 +274,7 @@ def no_points(points: MeasuredPoints, place: int, why: str) -> BadInput:
 
 
 def _turns(
-    points: MeasuredPoints, places: NDArray[np.intp], lifts: Sequence[float] | FloatArray, band: float
+    points: MeasuredPoints, places: IndexArray, lifts: Sequence[float] | FloatArray, band: float
 ) -> Iterator[TurningPoint]:
     """The turns among points between two ends, whose lifts are the first and the last."""
     beside = (len(lifts) - len(places)) // 2

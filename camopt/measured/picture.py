@@ -30,7 +30,7 @@ from camopt.drawing.style import (
 )
 from camopt.measured.fitted import Fit
 from camopt.measured.reading import angle_from
-from camopt.motion.table import RISE
+from camopt.motion.stroke import RISE
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
 from camopt.quantities.unit_systems import shown, shown_unit

@@ -28,7 +28,7 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from camopt.measured.columns import PROFILES
@@ -40,7 +40,7 @@ from camopt.mechanisms.design import Designs
 from camopt.mechanisms.geometry import profile_points
 from camopt.mechanisms.oscillating_flat import first_sine
 from camopt.mistakes import BadInput, Mistake, Unsolved
-from camopt.numerics import BoolArray, ComplexArray, FloatArray
+from camopt.numerics import BoolArray, ComplexArray, FloatArray, IntArray
 from camopt.problem.problem import Problem
 
 DENSE = 7200  # points of a curve, about, among which the nearest is sought
@@ -160,19 +160,19 @@ class Touched(NamedTuple):
     positions: MeasuredPoints
     lost: list[int]
     centres: ComplexArray
-    rows: NDArray[np.int64]
-    unreached: NDArray[np.int64]
+    rows: IntArray
+    unreached: IntArray
 
     def base_radius(self, position: float) -> float:
         """The base radius at which the follower is lowest at a position (mm; deg when oscillating)."""
         return base_radius(self.problem, np.radians(position) if self.problem.setup.angular else position)
 
-    def centres_at(self, problem: Problem, start: float, rows: NDArray[np.int64]) -> ComplexArray:
+    def centres_at(self, problem: Problem, start: float, rows: IntArray) -> ComplexArray:
         """The centres of some rows, in the frame of a cam whose angle 0 is ``start`` (deg) of the points."""
         turn = np.exp(1j * problem.design.sense * np.radians(start))
         return np.asarray(turn * self.centres[np.isin(self.rows, rows)])
 
-    def distances(self, problem: Problem, start: float, rows: NDArray[np.int64]) -> FloatArray:
+    def distances(self, problem: Problem, start: float, rows: IntArray) -> FloatArray:
         """Distances of points outside the profile of that cam, along its normal, mm; negative inside."""
         centres = self.centres_at(problem, start, rows)
         angles = np.linspace(0.0, 2.0 * np.pi, DENSE + 1)

@@ -8,14 +8,14 @@ from typing import Any
 
 import narwhals.stable.v2 as nw
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from camopt.measured.columns import LARGEST_MEASURED, MM_PER_UNIT, XY, TableColumns, chosen_columns, names_unit
 from camopt.measured.delimited import decode, text_rows
 from camopt.measured.number_table import NumberTable, bad, number_table
 from camopt.measured.workbook import WORKBOOKS, workbook_rows
 from camopt.mistakes import BadInput
-from camopt.numerics import ComplexArray, FloatArray
+from camopt.numerics import ComplexArray, FloatArray, IntArray
 from camopt.storage.files import read_bytes
 
 FULL_TURN = 360.0
@@ -37,7 +37,7 @@ class MeasuredPoints:
     file: str
     angles: FloatArray
     lifts: FloatArray
-    rows: NDArray[np.int64]
+    rows: IntArray
     step: float
     widest: float = 10.0
     unit_said: bool = True

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 from camopt.motion.law import BySeries, Law, derivatives_of
 from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
-from camopt.motion.stroke import AsGiven, Stroke
-from camopt.motion.table import turned_kinds, turnings
+from camopt.motion.stroke import AsGiven, Stroke, turned_kinds
+from camopt.motion.table import turnings
 from camopt.motion.train_load import TrainLoad
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, Taylor

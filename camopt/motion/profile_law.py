@@ -16,8 +16,7 @@ from camopt.motion.law import BySeries
 from camopt.motion.load import ExternalLoad
 from camopt.motion.profile import Joint, PlacedElement, Unfit, least_radius, phase
 from camopt.motion.programme import Programme
-from camopt.motion.stroke import AsGiven, Stroke
-from camopt.motion.table import ALL_STROKES, DWELL
+from camopt.motion.stroke import ALL_STROKES, DWELL, AsGiven, Stroke
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, Taylor
 

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
-from numpy.typing import NDArray
 
 from camopt.motion import LAWS
 from camopt.motion.installed import InstalledLaw
@@ -18,23 +17,10 @@ from camopt.motion.law import Law
 from camopt.motion.load import ExternalLoad
 from camopt.motion.segments import GivenSegment, strokes_from
 from camopt.motion.spline import SplineLaw
-from camopt.motion.stroke import Stroke
-from camopt.motion.table import (
-    ALL_STROKES,
-    DWELL,
-    INWARD,
-    OUTWARD,
-    RESTING,
-    RETURN,
-    RISE,
-    WAY_OF,
-    cut_at,
-    stroke_coefficients,
-    turnings,
-    way_of,
-)
+from camopt.motion.stroke import ALL_STROKES, DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, WAY_OF, Stroke, way_of
+from camopt.motion.table import cut_at, stroke_coefficients, turnings
 from camopt.motion.train_load import TrainLoad
-from camopt.numerics import FloatArray, IntArray
+from camopt.numerics import BoolArray, FloatArray, IntArray
 from camopt.numerics.panels import TABLE_DEGREE
 from camopt.numerics.piecewise import (
     MotionTable,
@@ -237,7 +223,7 @@ class Programme:
         """The least y' of the turn, or with a sense of −1 of the turn the other way."""
         return min(sense * speed for speed in span(self, (0, 1), ALL_STROKES))
 
-    def panels_of(self, kinds: int) -> NDArray[np.bool_]:
+    def panels_of(self, kinds: int) -> BoolArray:
         """The panels of the table in pieces of some kinds, or of some ways."""
         return np.repeat((self.table.kind & kinds) != 0, np.diff(self.table.first_panel))
 
@@ -269,7 +255,7 @@ class Programme:
 @lru_cache(maxsize=512)
 def _table(programme: Programme) -> MotionTable:
     rows, centres, halves, pieces, kinds = [], [], [], [0], []
-    numbers: list[NDArray[np.int64]] = []
+    numbers: list[IntArray] = []
     for stroke in programme.strokes:
         if stroke.law is None:
             ends = np.array(cut_at((0.0, 1.0), programme.cuts(stroke)))

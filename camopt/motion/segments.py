@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 from camopt.motion.law import Law
 from camopt.motion.polynomial import PolynomialLaw
-from camopt.motion.stroke import AsGiven, AskedValue, Passing, Stroke
-from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
+from camopt.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE, AsGiven, AskedValue, Passing, Stroke
 
 MOVE, CONSTANT_VELOCITY = "move", "constant-velocity"
 SEGMENT_KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL, MOVE: ALL_STROKES, CONSTANT_VELOCITY: ALL_STROKES}

@@ -8,9 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
-from numpy.typing import NDArray
 
-from camopt.numerics import FloatArray, IntArray
+from camopt.numerics import BoolArray, FloatArray, IntArray
 from camopt.numerics.quadratic import least_miss, least_within, solutions_of
 
 SINGLE_NUMBER = 1e-12  # of the run's largest number: ranges no wider are single numbers
@@ -98,7 +97,7 @@ class States:
         return float(np.abs(np.nan_to_num(self.ends, posinf=0.0, neginf=0.0)).max())
 
     @cached_property
-    def is_fixed(self) -> NDArray[np.bool_]:
+    def is_fixed(self) -> BoolArray:
         low, high = self.ends
         return np.asarray(high - low <= SINGLE_NUMBER * self.largest)
 

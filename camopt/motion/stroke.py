@@ -1,19 +1,42 @@
-"""A stroke: the motion of the follower in one segment of the turn."""
+"""A stroke: the motion of the follower in one segment of the turn, and the kinds of strokes."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import inf, isfinite, pi
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from camopt.motion.conditions import DERIVATIVE_NAMES, Condition
 from camopt.motion.law import Law, derivatives_of
-from camopt.motion.table import ALL_STROKES, DWELL, turned_kinds
-from camopt.numerics import FloatArray
+from camopt.numerics import FloatArray, IntArray
+
+RISE, RETURN, DWELL = 1, 2, 4  # bits, so that a question can ask for several kinds at once
+ALL_STROKES = RISE | RETURN | DWELL
+OUTWARD, INWARD, RESTING = 8, 16, 32  # which way a piece moves: the sign of y', whatever its stroke
+WAYS = OUTWARD | INWARD | RESTING
+WAY_OF = {RISE: OUTWARD, RETURN: INWARD, DWELL: RESTING}
+OTHER_WAY = {RISE: RETURN, RETURN: RISE, OUTWARD: INWARD, INWARD: OUTWARD}
 
 AT_END = 1e-9  # of a stroke: an angle as close as that to its end is there
 RANGE_SAMPLES = 2001  # angles of a range at which a condition is looked at
+
+
+def way_of(kinds: IntArray) -> FloatArray:
+    """Which way the follower moves in pieces of some kinds: out (1), in (−1), or not (0)."""
+    return np.asarray(((kinds & OUTWARD) != 0) * 1.0 - ((kinds & INWARD) != 0))
+
+
+def turned_kinds(kinds: Any) -> Any:
+    """The kinds, and ways, of a motion that goes in where one with these goes out."""
+    both = RISE | RETURN | OUTWARD | INWARD
+    others = (((kinds & kind) != 0) * other for kind, other in OTHER_WAY.items())
+    return sum(others, kinds & ~both)
+
+
+def ways_of(kinds: int) -> int:
+    """The ways in which the follower moves in strokes of some kinds."""
+    return sum(way for kind, way in WAY_OF.items() if kind & kinds)
 
 
 class AsGiven(NamedTuple):

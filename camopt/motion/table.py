@@ -1,50 +1,24 @@
-"""Laws as panel polynomials (``numerics.piecewise``), and the kinds of stroke."""
+"""Laws as panel polynomials (``numerics.piecewise``)."""
 
 from collections.abc import Iterable, Sequence
 from functools import lru_cache, singledispatch
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.motion.law import Law, derivatives_of
-from camopt.numerics import UNIT, FloatArray, IntArray
+from camopt.numerics import UNIT, FloatArray
 from camopt.numerics.panels import TABLE_DEGREE
 from camopt.numerics.piecewise import sign_changes
 from camopt.numerics.quadrature import chebyshev_projection, chebyshev_series
 from camopt.numerics.stable import matrix_product
 
-RISE, RETURN, DWELL = 1, 2, 4  # bits, so that a question can ask for several kinds at once
-ALL_STROKES = RISE | RETURN | DWELL
-OUTWARD, INWARD, RESTING = 8, 16, 32  # which way a piece moves: the sign of y', whatever its stroke
-WAYS = OUTWARD | INWARD | RESTING
-WAY_OF = {RISE: OUTWARD, RETURN: INWARD, DWELL: RESTING}
-OTHER_WAY = {RISE: RETURN, RETURN: RISE, OUTWARD: INWARD, INWARD: OUTWARD}
-
 JERK_DEGREE = TABLE_DEGREE - 3
 SAME_BREAK = 1e-12  # of a stroke: a cut this near to a break is one but for rounding
 KEPT_JERK = 1e-14  # of a law's jerk: panels that leave out more of it are halved
 MOST_HALVINGS = 8  # at most
-
-
-def way_of(kinds: IntArray) -> FloatArray:
-    """Which way the follower moves in pieces of some kinds: out (1), in (−1), or not (0)."""
-    return np.asarray(((kinds & OUTWARD) != 0) * 1.0 - ((kinds & INWARD) != 0))
-
-
-def turned_kinds(kinds: Any) -> Any:
-    """The kinds, and ways, of a motion that goes in where one with these goes out."""
-    both = RISE | RETURN | OUTWARD | INWARD
-    others = (((kinds & kind) != 0) * other for kind, other in OTHER_WAY.items())
-    return sum(others, kinds & ~both)
-
-
-def ways_of(kinds: int) -> int:
-    """The ways in which the follower moves in strokes of some kinds."""
-    return sum(way for kind, way in WAY_OF.items() if kind & kinds)
-
-
 NODES, TO_POWERS = chebyshev_projection(JERK_DEGREE)
 FINER_NODES, TO_CHEBYSHEV = chebyshev_series(JERK_DEGREE + 4)
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.motion.load import ExternalLoad
-from camopt.motion.table import way_of
+from camopt.motion.stroke import way_of
 from camopt.numerics import UNIT, FloatArray, IntArray
 from camopt.numerics.loading import ForceTable, TrainLoadTable
 from camopt.numerics.panels import TABLE_DEGREE, derivatives

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from camopt.motion.law import Law
-from camopt.numerics import FloatArray
+from camopt.numerics import BoolArray, FloatArray
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class SkewedLaw:
         inner = [x for x in self.law.BREAKS if x < 0.5]
         return (*(before * x for x in inner), self.crossing, *(1.0 - after * x for x in reversed(inner)))
 
-    def _from_ends(self, x: ArrayLike) -> tuple[NDArray[np.bool_], FloatArray, FloatArray]:
+    def _from_ends(self, x: ArrayLike) -> tuple[BoolArray, FloatArray, FloatArray]:
         """A mask of x beyond the crossing, the stretch of its half, and x in the first half of S."""
         x = np.asarray(x, dtype=float)
         beyond = x > self.crossing

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+IndexArray = NDArray[np.intp]
 ComplexArray = NDArray[np.complex128]
 BoolArray = NDArray[np.bool_]
 

@@ -12,10 +12,9 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camopt.kernels.compile import compiled_for_many
-from camopt.numerics import FloatArray, IntArray
+from camopt.numerics import BoolArray, FloatArray, IntArray
 
 BRANCHES = 8
 GROWN = 0.25  # after which the large tree is made anew
@@ -45,7 +44,7 @@ class Dominators:
         sizes = [len(_filled(level)) for level, _ in levels[::-1]]
         self._tree = Tree(least, most, np.concatenate([[0], np.cumsum(sizes)]))
 
-    def dominate(self, costs: FloatArray) -> NDArray[np.bool_]:
+    def dominate(self, costs: FloatArray) -> BoolArray:
         """Which points (n, objectives) some known point dominates (n,): it costs no more, and in some less."""
         found = np.zeros(len(costs), dtype=bool)
         stack = np.empty((2, BRANCHES * len(self._tree.starts)), np.int64)

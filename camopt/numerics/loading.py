@@ -4,10 +4,9 @@ from types import NoneType
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camopt.kernels.compile import chosen_by_type, inlined
-from camopt.numerics import UNIT, FloatArray
+from camopt.numerics import UNIT, FloatArray, IndexArray, IntArray
 from camopt.numerics.jet import Jet
 from camopt.numerics.panels import derivatives, jets_over_part, jets_over_row
 from camopt.numerics.state import Load, TrainForces
@@ -53,8 +52,8 @@ def tabulated_load(
     slope: FloatArray,
     largest: float,
     half_width: FloatArray,
-    first_panel: NDArray[np.int64],
-    group: NDArray[np.int64],
+    first_panel: IntArray,
+    group: IntArray,
 ) -> LoadTable:
     """A load that is straight on each piece, from its values at the centres of panels and its slopes there.
 
@@ -94,7 +93,7 @@ def load_of_all_rows(load: LoadTable | TrainLoadTable) -> LoadTable | TrainLoadT
     return load._replace(**columns, error=load.error.T[:, :, None])
 
 
-def load_of_some_rows(load: LoadTable | TrainLoadTable, rows: NDArray[np.intp]) -> LoadTable | TrainLoadTable:
+def load_of_some_rows(load: LoadTable | TrainLoadTable, rows: IndexArray) -> LoadTable | TrainLoadTable:
     """The load on some panels or groups."""
     if isinstance(load, TrainLoadTable):
         return TrainLoadTable(

@@ -25,9 +25,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
-from numpy.typing import NDArray
 
-from camopt.numerics import FloatArray
+from camopt.numerics import FloatArray, IntArray
 
 SHORT = 2.0  # a panel of fewer radians of free vibration on each side of its centre takes the power series
 SERIES_TERMS = 40  # of which the next term is below 1e-18 of the largest, for every ζ < 1
@@ -92,7 +91,7 @@ class Wave(NamedTuple):
         """Values at u ∈ [−1, 1], (points,) for all panels: (points, rows, panels)."""
         return self._at(np.asarray(u, dtype=float)[:, None, None])
 
-    def along(self, panel: NDArray[np.int64], u: FloatArray) -> FloatArray:
+    def along(self, panel: IntArray, u: FloatArray) -> FloatArray:
         """Values at points of panels, each (points,): (rows, points)."""
         series, cosine, sine, half_width, phase = (part[..., panel] for part in self[:5])
         return Wave(series, cosine, sine, half_width, phase, self.damping)._at(u)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from camopt.kernels.arguments import COUNT, NUMBER, Kind, Record
 from camopt.kernels.compile import inlined
-from camopt.numerics import BISECTIONS, UNIT, FloatArray
+from camopt.numerics import BISECTIONS, UNIT, FloatArray, IndexArray, IntArray
 from camopt.numerics.loading import (
     LoadTable,
     TrainLoadTable,
@@ -58,10 +58,10 @@ class MotionTable(NamedTuple):
     coefficients: FloatArray  # (P, TABLE_DEGREE + 1) of y in powers of u
     centre: FloatArray  # (P,) cam angle at u = 0
     half_width: FloatArray  # (P,) cam angle from u = 0 to u = 1
-    first_panel: NDArray[np.int64]  # (Q + 1,) of each piece; its first node is first_panel + its number
-    kind: NDArray[np.int64]  # (Q,) a bit that says what the piece is
+    first_panel: IntArray  # (Q + 1,) of each piece; its first node is first_panel + its number
+    kind: IntArray  # (Q,) a bit that says what the piece is
     nodes: FloatArray  # (N, 5) y, y', y'', y''', y'''' at panel ends, one-sided at the ends of a piece
-    group: NDArray[np.int64]  # (P,) the row below of the neighbours that a panel is grouped with
+    group: IntArray  # (P,) the row below of the neighbours that a panel is grouped with
     # rows below: P panels, then G groups of a few neighbours in the same piece
     low: FloatArray  # (P + G, 5) least y, y', y'', y''', y''''
     high: FloatArray  # (P + G, 5) and the largest
@@ -73,11 +73,11 @@ class MotionTable(NamedTuple):
 class Panels(NamedTuple):
     """The division of the turn of a MotionTable, as the search for extremes needs it."""
 
-    first_panel: NDArray[np.int64]
-    kind: NDArray[np.int64]
+    first_panel: IntArray
+    kind: IntArray
     centre: FloatArray
     half_width: FloatArray
-    group: NDArray[np.int64]
+    group: IntArray
     rows: int  # panels and groups
 
 
@@ -96,7 +96,7 @@ def of_all_rows(table: MotionTable) -> MotionTable:
     return table._replace(**across, load=None if table.load is None else load_of_all_rows(table.load))
 
 
-def of_some_rows(table: MotionTable, rows: NDArray[np.intp]) -> MotionTable:
+def of_some_rows(table: MotionTable, rows: IndexArray) -> MotionTable:
     """As ``of_all_rows``, of some panels or groups."""
     some = {name: getattr(table, name)[rows] for name in ("low", "high", "most", "error")}
     load = None if table.load is None else load_of_some_rows(table.load, rows)
@@ -134,7 +134,7 @@ def part_jets(table, panel, u, r):
     return State(y, y1, y2, y3, load, fourth_over_part(table, panel, u, r))
 
 
-def node_values(table: Any, first_panel: NDArray[np.int64]) -> FloatArray:
+def node_values(table: Any, first_panel: IntArray) -> FloatArray:
     """Values and derivatives (N, 5) at the ends of all panels; where two of a piece meet, as the second has it."""
     panels = np.arange(len(table.coefficients))
     pieces = np.repeat(np.arange(len(first_panel) - 1), np.diff(first_panel))
@@ -211,7 +211,7 @@ def halve_bernstein(bounds: FloatArray) -> tuple[FloatArray, FloatArray]:
     return low, high
 
 
-def groups_of(first_panel: NDArray[np.int64]) -> NDArray[np.int64]:
+def groups_of(first_panel: IntArray) -> IntArray:
     """The group of each panel, numbered from the number of panels on; none reaches across pieces."""
     found: list[int] = []
     for first, last in pairwise(first_panel):
@@ -221,7 +221,7 @@ def groups_of(first_panel: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def ranges(
-    coefficients: FloatArray, half_width: FloatArray, stroke: NDArray[np.int64], group: NDArray[np.int64]
+    coefficients: FloatArray, half_width: FloatArray, stroke: IntArray, group: IntArray
 ) -> tuple[FloatArray, ...]:
     """The tables ``low``, ``high``, ``most`` and ``error`` of a MotionTable.
 

@@ -7,10 +7,9 @@ design of each size may cost without another one that is better; those that cost
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camopt.kernels.compile import compiled_for_many
-from camopt.numerics import FloatArray, IntArray
+from camopt.numerics import BoolArray, FloatArray, IntArray
 
 WORK = 0.1  # of the value of a curve: numpy compares a few numbers for each design
 
@@ -25,7 +24,7 @@ class Range(NamedTuple):
 class Curves(NamedTuple):
     """What pitch curves tell of the designs that share them."""
 
-    exists: NDArray[np.bool_]
+    exists: BoolArray
     """Whether the designs can be assembled, (curves,)."""
     places: IntArray
     """Where in the following arrays each curve is, (curves,); all that break a limit have one place."""
@@ -68,7 +67,7 @@ class Gathered(NamedTuple):
 
     held: IntArray
     """Those that surely hold all limits, or such of them as cost at most what those of their size may."""
-    cheap: NDArray[np.bool_]
+    cheap: BoolArray
     """Which of these cost no more than that."""
     open: IntArray
     """Those that may hold all limits."""

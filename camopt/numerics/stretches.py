@@ -7,9 +7,8 @@ alone.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from camopt.numerics import GIVEN, FloatArray, IntArray
+from camopt.numerics import GIVEN, BoolArray, FloatArray, IntArray
 from camopt.numerics.interval import Interval
 from camopt.numerics.panels import derivatives, fourth
 from camopt.numerics.piecewise import MotionTable
@@ -47,7 +46,7 @@ class Stretch(NamedTuple):
 
     ranges: list[Interval]
     """Of y and four derivatives."""
-    pieces: NDArray[np.bool_]
+    pieces: BoolArray
     """Which of them go from one smooth piece of the motion to another."""
 
     def split(self, count: int) -> list["Stretch"]:
@@ -64,7 +63,7 @@ def over_stretch(table: MotionTable, panel: IntArray, low: FloatArray, high: Flo
     pieces, first = np.zeros(panel.size, dtype=bool), np.isin(np.arange(count), table.first_panel)
     unknown = ~(low <= high)
 
-    def seen(which: NDArray[np.bool_], on: IntArray, start: FloatArray, end: FloatArray) -> None:
+    def seen(which: BoolArray, on: IntArray, start: FloatArray, end: FloatArray) -> None:
         if which.any():
             h = half[on[which]]
             sides = np.clip(start[which], -h, h), np.clip(end[which], -h, h)
@@ -96,6 +95,6 @@ def over_stretch(table: MotionTable, panel: IntArray, low: FloatArray, high: Flo
     return Stretch([Interval(*each) for each in ends.transpose(1, 0, 2)], pieces)
 
 
-def _sides(half: FloatArray, low: FloatArray, high: FloatArray, way: int) -> tuple[NDArray[np.bool_], ...]:
+def _sides(half: FloatArray, low: FloatArray, high: FloatArray, way: int) -> tuple[BoolArray, ...]:
     """Whether stretches end beyond a panel, and whether they begin before its end, going one way."""
     return (high > half, low <= half) if way > 0 else (low < -half, high >= -half)

@@ -4,10 +4,9 @@ from threading import local
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camopt.kernels.arguments import BOOLEAN, NUMBER, Kind, Record, lasting
-from camopt.numerics import FloatArray
+from camopt.numerics import BoolArray, FloatArray, IntArray
 from camopt.numerics.piecewise import COUNTS, NUMBERS
 
 TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the second-level cache
@@ -40,7 +39,7 @@ class Located(NamedTuple):
     """The extreme of each design, oriented: largest value, its node and angle, bound, rounding error; (TILE,)."""
 
     best: FloatArray
-    node: NDArray[np.int64]
+    node: IntArray
     at: FloatArray
     top: FloatArray
     rounding: FloatArray
@@ -49,14 +48,14 @@ class Located(NamedTuple):
 class Climbs(NamedTuple):
     """Unfinished climbs: the design of each within its tile, and its column of the table (STATES, 2·ROW)."""
 
-    design: NDArray[np.int64]
+    design: IntArray
     state: FloatArray
 
 
 class Halves(NamedTuple):
     """Parts of a panel that are to be halved: the design of each and its ends; and the stack of halves of one."""
 
-    design: NDArray[np.int64]
+    design: IntArray
     ends: FloatArray
     stack: FloatArray
 
@@ -74,13 +73,13 @@ class Workspace(NamedTuple):
     """
 
     values: FloatArray
-    looked: NDArray[np.bool_]
+    looked: BoolArray
     bounds: PanelBounds
     found: Located
-    chosen: NDArray[np.int64]
+    chosen: IntArray
     sides: FloatArray
-    opened: NDArray[np.int64]
-    again: NDArray[np.int64]
+    opened: IntArray
+    again: IntArray
     middle: FloatArray
     climbs: Climbs
     parts: Halves

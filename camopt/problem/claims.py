@@ -11,7 +11,7 @@ from camopt.effects.mean import Mean
 from camopt.effects.peak import DOUBLES, BodyRadiusPlus, NumberKind, Peak, Scale, unweighted
 from camopt.effects.train_peak import TrainPeak
 from camopt.mechanisms import Designs
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 
 

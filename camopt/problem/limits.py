@@ -12,7 +12,7 @@ from camopt.effects.curvature import CONVEX, CUTTER
 from camopt.effects.mean import Mean
 from camopt.effects.peak import Peak
 from camopt.effects.train_peak import TrainPeak
-from camopt.motion.table import ALL_STROKES, DWELL, RISE
+from camopt.motion.stroke import ALL_STROKES, DWELL, RISE
 from camopt.numerics import LEAST
 from camopt.problem.claims import Claim, Plain
 from camopt.problem.limit import (

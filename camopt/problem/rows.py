@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from camopt.numerics import IndexArray
+
 Columns = dict[str, Any]
 """Quantities by name: an array (rows,), or one value that holds for all rows."""
 Objectives = Mapping[str, float]
@@ -61,7 +63,7 @@ class Rows:
         columns = {name: values[some] if differs(values) else values for name, values in self.columns.items()}
         return Rows(columns, len(range(*some.indices(self.count))))
 
-    def with_rows(self, index: NDArray[np.intp], other: "Rows") -> "Rows":
+    def with_rows(self, index: IndexArray, other: "Rows") -> "Rows":
         """These columns with the rows at an index taken from others."""
         columns = {}
         for name, value in self.columns.items():

@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from camopt.mistakes import BadInput, Mistake
-from camopt.numerics import FloatArray
+from camopt.numerics import FloatArray, IntArray
 from camopt.problem.problem import Problem
 from camopt.problem.settings import freed_of, problems_of, too_many_settings
 from camopt.problem.space import DesignRange, Space, space_of, unswept
@@ -32,7 +31,7 @@ class Sample(Space):
 
     drawn: dict[str, FloatArray]
     """The sizes and other numbers of the designs, by field of ``Designs``, each (designs,)."""
-    ends: NDArray[np.int64]
+    ends: IntArray
     """The number of the design after the last one of each setting of problems, (settings,)."""
 
     @property
@@ -44,7 +43,7 @@ class Sample(Space):
         for problem, (first, last) in zip(self.problems, cycle(pairwise([0, *ends])), strict=False):
             yield problem, first, last
 
-    def values(self, index: NDArray[np.int64]) -> dict[str, FloatArray]:
+    def values(self, index: IntArray) -> dict[str, FloatArray]:
         return {field: values[index] for field, values in self.drawn.items()}
 
     def next_smaller(self, size: float) -> float | None:
@@ -80,7 +79,7 @@ def searched_space(problem: Problem) -> Space:
     return Sample(free, problems, {}, {k: v[order] for k, v in drawn.items()}, np.cumsum(np.bincount(which)))
 
 
-def _settings(columns: list[FloatArray], count: int) -> tuple[list[tuple[float, ...]], NDArray[np.int64]]:
+def _settings(columns: list[FloatArray], count: int) -> tuple[list[tuple[float, ...]], IntArray]:
     """The combinations of some numbers, and which of them each design has; without numbers a single, empty one."""
     if not columns:
         return [()], np.zeros(count, dtype=np.int64)

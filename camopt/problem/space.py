@@ -9,14 +9,13 @@ from itertools import product
 from math import inf, prod
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import SizeBounds
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
-from camopt.motion.table import RETURN, RISE
-from camopt.numerics import FloatArray
+from camopt.motion.stroke import RETURN, RISE
+from camopt.numerics import FloatArray, IndexArray, IntArray
 from camopt.problem.problem import Problem, missing
 from camopt.problem.rows import Rows
 from camopt.problem.settings import Setting, freed_of, laws_of, problems_of, too_many_settings
@@ -63,7 +62,7 @@ class Space:
             for first in range(start, stop, size):
                 yield problem, first, min(first + size, stop)
 
-    def values(self, index: NDArray[np.int64]) -> dict[str, FloatArray]:
+    def values(self, index: IntArray) -> dict[str, FloatArray]:
         """The sizes and numbers that vary, of the designs of a problem by number; as ``Designs`` have them."""
         found, rest = dict[str, FloatArray](), index
         for field, values in reversed(self.axes.items()):  # a third of the time of np.unravel_index
@@ -77,7 +76,7 @@ class Space:
         smaller = smaller[smaller < size]
         return float(smaller.max()) if smaller.size else None
 
-    def designs(self, index: NDArray[np.int64]) -> Designs:
+    def designs(self, index: IntArray) -> Designs:
         """The designs of a problem by number."""
         return self.designs_with(self.values(index), index.size)
 
@@ -88,7 +87,7 @@ class Space:
         alike = {value: np.full(count, np.frombuffer(value)) for value in set(others.values())}
         return fixed.with_values({name: alike[value] for name, value in others.items()} | dict(varied))
 
-    def designs_of(self, rows: Rows) -> Iterator[tuple[Problem, NDArray[np.intp], Designs]]:
+    def designs_of(self, rows: Rows) -> Iterator[tuple[Problem, IndexArray, Designs]]:
         """The designs of some rows of a sweep by problem: (problem, numbers of rows, their designs)."""
         fixed, count, varied = self.problem.design, rows.count, self.problem.variables
         brought = [each for each in varied if each.is_size or (each.is_searched and each.is_ranged)]
@@ -106,7 +105,7 @@ class Space:
         """A programme of the problems for each motion that is given, whatever its train."""
         return {each.given: each.programme for each in self.problems}
 
-    def designs_apart(self, rows: Rows) -> Iterator[tuple[Problem, NDArray[np.intp], Designs]]:
+    def designs_apart(self, rows: Rows) -> Iterator[tuple[Problem, IndexArray, Designs]]:
         """The same with a problem for each setting, which has the digits of a scene: designs bring no numbers."""
         for problem, index, designs in self.designs_of(rows):
             if not designs.numbers:
@@ -116,7 +115,7 @@ class Space:
                 yield problem.with_numbers(setting), index[which], replace(designs.take(which), numbers={})
 
 
-def _by_setting(columns: Mapping[str, FloatArray], count: int) -> Iterator[tuple[Setting, NDArray[np.intp]]]:
+def _by_setting(columns: Mapping[str, FloatArray], count: int) -> Iterator[tuple[Setting, IndexArray]]:
     """Each combination of values that some columns (count,) have, and the rows that have it."""
     if not columns:
         yield {}, np.arange(count)

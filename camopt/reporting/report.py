@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from camopt.front.result import KEPT, Sweep
 from camopt.mistakes import BadInput, Mistake, printable
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.stroke import RETURN, RISE
 from camopt.problem.problem import resolve_design
 from camopt.quantities.unit_systems import system_shown
 from camopt.reporting.cams import ShownCam, cams_page

@@ -10,7 +10,7 @@ import numpy as np
 
 from camopt.mistakes import BadInput, Mistake, listed_words, much_alike, nearest
 from camopt.motion import LAWS
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.stroke import RETURN, RISE
 from camopt.quantities import QUANTITIES
 from camopt.scene.own_quantities import RESULT_KEYS
 from camopt.scene.turn import turn_in

@@ -14,10 +14,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camopt.motion.profile import GivenElement, PlacedElement, Unfit, parts_of
-from camopt.numerics import BoolArray, ComplexArray, FloatArray
+from camopt.numerics import BoolArray, ComplexArray, FloatArray, IndexArray
 from camopt.scene.dxf import Outline, profile_in
 from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at
@@ -131,9 +130,7 @@ def _tangent(radii: FloatArray, centres: ComplexArray) -> tuple[FloatArray, Comp
     return radii, centres
 
 
-def _check_near(
-    elements: list[GivenElement], vertices: ComplexArray, owners: NDArray[np.intp], clockwise: bool
-) -> None:
+def _check_near(elements: list[GivenElement], vertices: ComplexArray, owners: IndexArray, clockwise: bool) -> None:
     """ValueError if elements do not fit together, or not through the vertices where their owners begin."""
 
     def plane(z: Any) -> Any:  # that of the motion, in which they go round anticlockwise

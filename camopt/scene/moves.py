@@ -14,8 +14,7 @@ from camopt.motion.law import Law
 from camopt.motion.programme import Programme
 from camopt.motion.run import Contradiction
 from camopt.motion.segments import MOVE, GivenSegment, positions_of
-from camopt.motion.stroke import Stroke, asked_range
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES, Stroke, asked_range
 from camopt.scene.law_forms import AS_GIVEN, NEAR_END, Fault
 from camopt.scene.own_laws import are_faultless, law_in, law_of, law_tables
 from camopt.scene.tables import Segment

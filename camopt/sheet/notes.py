@@ -8,8 +8,7 @@ from camopt.effects import quantity_of
 from camopt.effects.curvature import CUTTER
 from camopt.effects.pressure import BOTTOM
 from camopt.mechanisms.design import Designs
-from camopt.motion.stroke import Stroke
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.stroke import RETURN, RISE, Stroke
 from camopt.problem.limit import Limit
 from camopt.quantities.unit_systems import shown, shown_unit, system_shown
 from camopt.sheet.cam import TrueCam, steady_of

@@ -16,7 +16,7 @@ from camopt.effects.peak import BodyRadiusPlus
 from camopt.mechanisms import Designs, cylindrical, translating, translating_flat
 from camopt.mechanisms.design import SizeBounds
 from camopt.motion.programme import Programme, span
-from camopt.motion.table import ALL_STROKES, DWELL
+from camopt.motion.stroke import ALL_STROKES, DWELL
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, claims_on
 from camopt.smallest.result import GAP

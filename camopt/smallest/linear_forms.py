@@ -27,7 +27,7 @@ import numpy as np
 from camopt.mechanisms import cylindrical_oscillating, oscillating, oscillating_flat
 from camopt.mechanisms.design import SizeBounds
 from camopt.motion.programme import Programme
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.problem.problem import Problem, claims_on
 from camopt.smallest.closed_form import slopes_of

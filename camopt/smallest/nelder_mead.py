@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from camopt.mechanisms.design import SizeBounds
-from camopt.numerics import FloatArray
+from camopt.numerics import FloatArray, IndexArray
 from camopt.numerics.clock import now
 from camopt.smallest.closed_form import closed_form
 from camopt.smallest.result import Smallest, gap_of
@@ -26,7 +25,6 @@ NARROW_TRADE = 1e-9  # deg
 MOVES = 80  # of a descent, for each angle
 LEAST_TRADE, TRADE_GAIN = 1e-3, 1e-7  # of trades between segments: deg, and share of the size
 ROUGH_END, FINE_END = 1e-6, 1e-10  # where a descent ends, mm and shares of a range
-IndexArray = NDArray[np.intp]
 
 
 def descend(

@@ -11,7 +11,7 @@ from camopt.engines.progress import Progress, report_progress, with_progress_bar
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import SizeBounds
 from camopt.mistakes import BadInput, Mistake
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.stroke import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now, share
 from camopt.problem.limits import unset_limits

@@ -13,7 +13,7 @@ import numpy as np
 
 from camopt.effects.given import NO_BAND, Band, GivenErrors
 from camopt.mistakes import BadInput, Mistake
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.stroke import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now, share
 from camopt.problem.limit import Limit

@@ -23,8 +23,7 @@ from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import SizeBounds
 from camopt.motion.programme import Programme, span
-from camopt.motion.stroke import Stroke
-from camopt.motion.table import ALL_STROKES, DWELL
+from camopt.motion.stroke import ALL_STROKES, DWELL, Stroke
 from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import WITH_LOAD, value_of
 from camopt.numerics.sloped import Sloped, as_quotient, as_sloped

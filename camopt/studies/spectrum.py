@@ -24,8 +24,7 @@ from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
 from camopt.motion.law import Law
 from camopt.motion.programme import Programme
-from camopt.motion.stroke import Stroke
-from camopt.motion.table import DWELL, RISE
+from camopt.motion.stroke import DWELL, RISE, Stroke
 from camopt.numerics import FloatArray
 from camopt.numerics.oscillator import Wave, damped, from_rest
 from camopt.numerics.wave_extremes import largest, largest_magnitude

@@ -15,8 +15,7 @@ from camopt.motion.conditions import DERIVATIVE_NAMES, Condition
 from camopt.motion.law import is_still
 from camopt.motion.programme import Programme, mean_of_powers, peak, root_mean_square, span
 from camopt.motion.spline import SplineLaw
-from camopt.motion.stroke import Stroke
-from camopt.motion.table import ALL_STROKES, RETURN, RISE
+from camopt.motion.stroke import ALL_STROKES, RETURN, RISE, Stroke
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.space import boxes_of

@@ -14,8 +14,7 @@ import numpy as np
 from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
-from camopt.motion.stroke import Stroke
-from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, WAY_OF
+from camopt.motion.stroke import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, WAY_OF, Stroke
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import value_of
 from camopt.numerics.state import State

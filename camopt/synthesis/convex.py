@@ -15,7 +15,7 @@ from typing import Any
 import cvxpy as cp
 
 from camopt.mistakes import Unsolved
-from camopt.motion.table import DWELL
+from camopt.motion.stroke import DWELL
 from camopt.synthesis import residual
 from camopt.synthesis.demand import CROSSING_JERK, LOST_AREA, SQUARES, TERM_ORDERS, Demand, MeanConstraint
 from camopt.synthesis.solver import INFEASIBLE, NO_SOLUTION, SOLVED, SOLVER_ENDS, failed, solve

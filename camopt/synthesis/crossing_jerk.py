@@ -10,8 +10,7 @@ import numpy as np
 
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
-from camopt.motion.stroke import Stroke
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.stroke import RETURN, RISE, Stroke
 from camopt.problem.problem import Problem
 from camopt.synthesis.demand import CROSSING_JERK, Crossing
 

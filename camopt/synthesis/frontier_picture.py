@@ -9,7 +9,7 @@ import numpy as np
 
 from camopt.drawing.labels import Label, around, settle
 from camopt.drawing.style import ALARM, COLOURS, INK, LIMIT, MUTED, PAGE_TITLE, TEXT, Figure, Target, canvas, dress
-from camopt.motion.table import RISE
+from camopt.motion.stroke import RISE
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.synthesis.traded import Frontier
 from camopt.synthesis.units import unit_of

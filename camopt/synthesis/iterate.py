@@ -5,8 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.motion.stroke import Stroke
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.stroke import RETURN, RISE, Stroke
 from camopt.numerics import FloatArray
 from camopt.synthesis.convex import Convex
 from camopt.synthesis.demand import Demand

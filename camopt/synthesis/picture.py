@@ -12,7 +12,7 @@ from camopt.drawing.panels import moves_asked
 from camopt.drawing.picture import Picture, told
 from camopt.drawing.style import COLOURS, MUTED, PAGE_TITLE, TITLE_SIZE, Figure, Target, canvas, dress
 from camopt.effects.motion import scale, unit_of
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.stroke import RETURN, RISE
 from camopt.problem.problem import resolve
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.scene import Scene

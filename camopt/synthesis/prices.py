@@ -19,7 +19,7 @@ import numpy as np
 
 from camopt.mistakes import BadInput, Unsolved
 from camopt.motion.programme import PEAKS, law_peaks
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.stroke import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.numerics.stable import difference_of_squares_root
 from camopt.problem.problem import resolve

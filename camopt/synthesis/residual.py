@@ -17,8 +17,7 @@ import numpy as np
 from camopt.effects.case import Setup
 from camopt.effects.vibration import response
 from camopt.motion.programme import Programme
-from camopt.motion.stroke import Stroke
-from camopt.motion.table import DWELL
+from camopt.motion.stroke import DWELL, Stroke
 from camopt.numerics import FloatArray
 from camopt.numerics.oscillator import is_resonant
 from camopt.synthesis.splines import Splines

@@ -15,10 +15,9 @@ from typing import Any
 
 import cvxpy as cp
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
-from camopt.numerics import LARGEST_MAGNITUDE, FloatArray
+from camopt.numerics import LARGEST_MAGNITUDE, BoolArray, FloatArray
 from camopt.problem.claims import Claim, Plain
 from camopt.problem.problem import Problem
 from camopt.problem.zones import Off
@@ -44,7 +43,7 @@ class StrokePlanes:
     sampled: Sampled
     motion: list[tuple[Any, FloatArray]]
     """y to y''' at the samples of one curve, in units of the lift: a matrix of ``places`` and a constant each."""
-    lowered: NDArray[np.bool_]
+    lowered: BoolArray
     """Which curves are minimised."""
     count: int
     """How many ceilings it has, the first ones."""

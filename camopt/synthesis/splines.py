@@ -13,11 +13,10 @@ from math import comb
 
 import numpy as np
 import scipy  # its parts when they are used: pages and comparisons do without sparse matrices
-from numpy.typing import NDArray
 
 from camopt.motion.spline import SplineLaw
 from camopt.motion.stroke import Stroke
-from camopt.numerics import FloatArray
+from camopt.numerics import FloatArray, IndexArray
 from camopt.numerics.bsplines import derivative_matrix
 
 SPAN_PARTS = 2  # of a span
@@ -49,7 +48,7 @@ class Splines:
         return np.array(sorted(found))
 
     @cached_property
-    def _continuous(self) -> NDArray[np.intp]:
+    def _continuous(self) -> IndexArray:
         """The number of continuous derivatives at the end of each piece but the last."""
         return np.where(np.isin(self.ends[1:-1], self.cuts), min(self.at_cuts, self.continuity), self.continuity)
 
@@ -96,7 +95,7 @@ class Splines:
         """As ``bernstein``, of a derivative as polynomials of a degree, but none that repeats the one before."""
         return _once(self, order, degree)
 
-    def fresh(self, order: int, degree: int) -> NDArray[np.intp]:
+    def fresh(self, order: int, degree: int) -> IndexArray:
         """Which Bernstein coefficients of a derivative, as polynomials of a degree, differ from the one before.
 
         Where the derivative is continuous, the first of a part is the last of the part before.

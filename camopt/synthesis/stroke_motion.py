@@ -10,8 +10,7 @@ import numpy as np
 from cvxpy import Constraint, Expression
 from scipy import sparse
 
-from camopt.motion.stroke import Stroke
-from camopt.motion.table import DWELL, RETURN, RISE
+from camopt.motion.stroke import DWELL, RETURN, RISE, Stroke
 from camopt.numerics import FloatArray
 from camopt.synthesis.demand import Crossing, Demand, LinearConstraint
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from camopt.effects.peak import Derivative
 from camopt.motion.driven import travel
-from camopt.motion.table import turned_kinds
+from camopt.motion.stroke import turned_kinds
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Taylor
 from camopt.problem.claims import Claim

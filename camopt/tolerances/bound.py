@@ -24,10 +24,9 @@ from math import inf, pi
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camopt.motion.programme import Jump
-from camopt.numerics import GIVEN, FloatArray, IntArray
+from camopt.numerics import GIVEN, BoolArray, FloatArray, IntArray
 from camopt.numerics.clock import now
 from camopt.numerics.interval import Interval
 from camopt.numerics.motion_ranges import by_angle
@@ -267,13 +266,13 @@ class BoundSearch:
             found[jump.order - 2] += np.where(known, size * bool(passed), hull)
         return Jumped(*(Interval(*each) for each in found))
 
-    def near(self, parts: Parts) -> NDArray[np.bool_]:
+    def near(self, parts: Parts) -> BoolArray:
         """Which parts are within reach of a jump."""
         table, middle = self.problem.programme.table, 0.5 * (parts.low[0] + parts.high[0])
         angles = table.centre[parts.panel] + middle * table.half_width[parts.panel]
         return np.asarray(self._near(angles).any(axis=0))
 
-    def _near(self, angles: FloatArray) -> NDArray[np.bool_]:
+    def _near(self, angles: FloatArray) -> BoolArray:
         """Of which places of jumps cam angles are within reach, (places, m)."""
         ahead = [np.abs(self._ahead(at, angles)) for at in self._places]
         return np.reshape(ahead, (-1, angles.size)) <= ((1.0 + ROOM) * self.reach if self.reach else -1.0)
@@ -320,7 +319,7 @@ def _joined(a: Parts, b: Parts) -> Parts:
     return replace(a, panel=panel, side=side, low=np.hstack([a.low, b.low]), high=np.hstack([a.high, b.high]))
 
 
-def _is_wide(parts: Parts, steepness: FloatArray) -> NDArray[np.bool_]:
+def _is_wide(parts: Parts, steepness: FloatArray) -> BoolArray:
     """Which parts have something that can be cut."""
     width = parts.high - parts.low
     return np.asarray((~(steepness * width <= 0.0) & (width > LEAST_SHARE * parts.whole)).any(axis=0))
@@ -331,7 +330,7 @@ class Enclosed(NamedTuple):
 
     parts: Parts
     high: FloatArray
-    thin: NDArray[np.bool_]
+    thin: BoolArray
     """Which of them had nothing left to be cut."""
     corner: FloatArray
     """The errors at which slopes point, below the place on the panel."""

@@ -33,11 +33,10 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from camopt.effects.answers import ORDERS
 from camopt.motion.programme import JUMP_SIDE
-from camopt.numerics import FloatArray, IntArray
+from camopt.numerics import BoolArray, FloatArray, IntArray
 from camopt.problem.sample import sobol
 from camopt.problem.zones import Off, error_zones
 from camopt.scene.scene import Scene
@@ -385,7 +384,7 @@ def _normal(zone: Zone, share: FloatArray) -> FloatArray:
     return np.asarray(zone.mean + zone.deviation * scipy.special.ndtri(np.clip(share, *INSIDE)))
 
 
-def beyond(errors: CutErrors, ends: Mapping[str, tuple[float, float]]) -> NDArray[np.bool_]:
+def beyond(errors: CutErrors, ends: Mapping[str, tuple[float, float]]) -> BoolArray:
     """Whether cams have an error outside of its tolerance, by the ends of each (``touching.error_ends``)."""
     found = np.zeros(next(iter(errors.values())).size, dtype=bool)
     for key, value in errors.items():

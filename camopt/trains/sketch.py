@@ -8,11 +8,9 @@ from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from camopt.numerics import FloatArray
+from camopt.numerics import ComplexArray, FloatArray
 
-ComplexArray = NDArray[np.complex128]
 Shape = Literal["bar", "wheel", "slide", "roller", "wedge", "belt"]
 Ground = Literal["pivot", "guide"]
 

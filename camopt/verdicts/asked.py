@@ -8,8 +8,7 @@ import numpy as np
 
 from camopt.motion.conditions import MISSED, Condition
 from camopt.motion.programme import Programme, span
-from camopt.motion.stroke import Stroke
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES, Stroke
 from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.motion_ranges import angle_over, derivatives_over
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED, worst

@@ -13,7 +13,7 @@ from camopt.effects.clearance import SKIDDING
 from camopt.effects.joints import JointRow, joint_rows
 from camopt.effects.motion import MOVE_KINDS, scale, unit_of
 from camopt.mistakes import UnknownName, nearest
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.problem.problem import Problem, exactly, resolve, resolve_design
 from camopt.problem.unused import notes_of
 from camopt.quantities import QUANTITIES, Flag, Word, displacement_unit, in_order

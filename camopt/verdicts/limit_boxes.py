@@ -18,7 +18,7 @@ from camopt.effects.crossing import round_bodies
 from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import SECOND_SIZE, Contact
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.numerics.interval import Interval, as_interval
 from camopt.problem.claims import AnyClaim, Claim, Plain

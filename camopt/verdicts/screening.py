@@ -10,12 +10,11 @@ from operator import and_
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camopt.effects import Case, Effect
 from camopt.effects.known import NOTHING_KNOWN, KnownExtremes
 from camopt.mechanisms import Designs
-from camopt.numerics import BoolArray
+from camopt.numerics import BoolArray, IndexArray
 from camopt.problem.claims import Claim, together
 from camopt.problem.limit import Limit, needs_of
 from camopt.problem.limits import peaks_of
@@ -33,7 +32,7 @@ class Candidates:
 
     problem: Problem
     designs: Designs
-    which: NDArray[np.intp]
+    which: IndexArray
     """Their numbers among those that there were."""
     rows: Rows
     held: BoolArray
@@ -52,7 +51,7 @@ class Candidates:
         """The effects that find what is wanted, and what the limits need that were not asked yet."""
         return planned(wanted | needs_of(self.pending), self.problem.setup)
 
-    def take(self, index: NDArray[np.intp]) -> "Candidates":
+    def take(self, index: IndexArray) -> "Candidates":
         """Some of them."""
         return replace(
             self,
@@ -134,7 +133,7 @@ class Screened(NamedTuple):
     """The feasible ones of some designs: rows, their numbers among those, and what it took."""
 
     rows: Rows
-    which: NDArray[np.intp]
+    which: IndexArray
     effort: Effort
 
 

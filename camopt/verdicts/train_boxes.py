@@ -20,7 +20,7 @@ from camopt.mechanisms import Designs
 from camopt.motion.driven import travel
 from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
-from camopt.motion.table import turned_kinds, way_of
+from camopt.motion.stroke import turned_kinds, way_of
 from camopt.numerics import UNIT, FloatArray, IntArray
 from camopt.numerics.curves import value_of
 from camopt.numerics.interval import Interval, as_interval

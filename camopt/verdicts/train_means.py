@@ -16,7 +16,7 @@ import numpy as np
 
 from camopt.effects.mean import Mean
 from camopt.mechanisms import Designs
-from camopt.motion.table import turned_kinds
+from camopt.motion.stroke import turned_kinds
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import value_of
 from camopt.numerics.interval import Interval

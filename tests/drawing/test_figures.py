@@ -15,7 +15,7 @@ from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture
 from camopt.exporting.cam_points import cam_points, write_points
 from camopt.mistakes import BadInput
-from camopt.motion.table import RISE
+from camopt.motion.stroke import RISE
 from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene, find_scene
 from camopt.scene.sources import shipped_scenes

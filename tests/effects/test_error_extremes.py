@@ -8,7 +8,7 @@ from support.ribs import rib
 
 import camopt
 from camopt.effects.motion import error_names, scale
-from camopt.motion.table import DWELL
+from camopt.motion.stroke import DWELL
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.tolerances.errors import ends_of

@@ -12,7 +12,7 @@ from camopt.cli.main import main
 from camopt.effects import EFFECTS
 from camopt.effects.hertz import SHEAR_DEPTH, SHEAR_SHARE
 from camopt.mistakes import BadInput
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.stroke import RETURN, RISE
 from camopt.problem.problem import resolve
 
 SPRING = {"mass": 1.5, "spring_rate": 15, "preload": 450, "damping": 0.03}

@@ -14,7 +14,8 @@ from camopt.effects.loads import borne_force, guided_force
 from camopt.kernels.compile import compiled
 from camopt.mechanisms import MECHANISMS
 from camopt.motion.programme import Programme
-from camopt.motion.table import INWARD, OUTWARD, RESTING, WAYS, turnings
+from camopt.motion.stroke import INWARD, OUTWARD, RESTING, WAYS
+from camopt.motion.table import turnings
 from camopt.numerics.curves import Linear, curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import Jet

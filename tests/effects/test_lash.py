@@ -12,7 +12,7 @@ from camopt import BadInput, Scene, certify, evaluate, find_scene
 from camopt.effects.lash import angle_above, speeds_within
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme
-from camopt.motion.table import INWARD, OUTWARD
+from camopt.motion.stroke import INWARD, OUTWARD
 from camopt.problem.problem import resolve
 
 LIFT = 10.0

@@ -16,7 +16,7 @@ from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep
 from camopt.effects import Case, loads, surface
 from camopt.effects.vibration import mass_acceleration, response
 from camopt.motion.load import ExternalLoad
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST
 from camopt.numerics.curves import curve
 from camopt.problem.problem import resolve

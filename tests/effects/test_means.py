@@ -21,7 +21,7 @@ from camopt.effects.loads import torque_curve
 from camopt.effects.mean import Mean
 from camopt.effects.mean_columns import powers_of
 from camopt.effects.peak import Derivative
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics.interval import Interval
 from camopt.problem.problem import exactly, resolve
 from camopt.quantities import AT_LEAST, QUANTITIES

@@ -23,7 +23,7 @@ from camopt.effects.vibration import (
     vibration,
 )
 from camopt.motion.programme import Programme, peak
-from camopt.motion.table import ALL_STROKES, DWELL
+from camopt.motion.stroke import ALL_STROKES, DWELL
 from camopt.numerics import wave_extremes
 from camopt.numerics.oscillator import is_resonant
 from camopt.numerics.wave_extremes import largest, largest_magnitude, least

@@ -35,7 +35,7 @@ from camopt.measured.smoothing import CAUTION, FREEST, WEIGHTS, smoothed
 from camopt.measured.spline_chain import SplineChain
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, law_peaks, peak
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.problem.problem import resolve
 
 CAM = {"cam": {"form": "disc", "base_radius": 20.0}, "follower": {"motion": "translating", "contact": "flat"}}

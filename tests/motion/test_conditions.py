@@ -24,8 +24,7 @@ from camopt.drawing.picture import Picture
 from camopt.motion.conditions import MISSED
 from camopt.motion.programme import Programme, root_mean_square, span
 from camopt.motion.run import Run, bernstein_of, derivative_of, means_between
-from camopt.motion.stroke import Passing
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES, Passing
 from camopt.numerics.irreducible import irreducible
 from camopt.numerics.quadratic import least_within
 from camopt.problem.problem import resolve

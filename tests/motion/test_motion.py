@@ -18,7 +18,8 @@ from camopt.motion import LAWS
 from camopt.motion.law import is_symmetric, joined_by
 from camopt.motion.polynomial import PolynomialLaw
 from camopt.motion.programme import TURN_PANELS, Programme, law_peaks, peak, peaks_inside
-from camopt.motion.table import RETURN, RISE, stroke_coefficients
+from camopt.motion.stroke import RETURN, RISE
+from camopt.motion.table import stroke_coefficients
 from camopt.numerics.piecewise import motion
 from camopt.quantities import motion_mean
 

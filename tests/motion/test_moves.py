@@ -19,7 +19,7 @@ from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture
 from camopt.motion.programme import Programme, root_mean_square, span
 from camopt.motion.segments import GivenSegment
-from camopt.motion.table import ALL_STROKES, DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE
+from camopt.motion.stroke import ALL_STROKES, DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE
 from camopt.problem.problem import resolve
 
 ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}

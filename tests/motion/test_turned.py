@@ -16,7 +16,7 @@ from support.depth import times
 from camopt.motion.law import is_symmetric, joined_by
 from camopt.motion.programme import Programme, Stroke, law_peaks, span
 from camopt.motion.scca import SCCALaw
-from camopt.motion.table import RISE
+from camopt.motion.stroke import RISE
 from camopt.motion.turned import MirroredLaw, SkewedLaw
 
 VERBS = ("displacement", "velocity", "acceleration", "jerk")

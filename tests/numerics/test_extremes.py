@@ -20,7 +20,7 @@ from camopt.kernels.compile import compiled
 from camopt.mechanisms import MECHANISMS, Designs
 from camopt.mechanisms.follower import ROLLER
 from camopt.motion.programme import Programme, span
-from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
+from camopt.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.numerics import GIVEN, LARGEST, LARGEST_MAGNITUDE, LEAST, UNIT
 from camopt.numerics.climbing import Ends
 from camopt.numerics.curves import Linear, curve

@@ -10,7 +10,7 @@ from support.loaded_scenes import random_scene
 from camopt import Scene
 from camopt.effects import Case
 from camopt.effects.loads import contact_load
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST, evaluating
 from camopt.numerics.extremes import search_curve
 from camopt.problem.problem import exactly, resolve

@@ -14,7 +14,7 @@ from support.depth import times
 from camopt import Scene
 from camopt.mechanisms import Designs, cylindrical_oscillating, oscillating, oscillating_flat
 from camopt.motion.programme import JUMP_SIDE, Programme
-from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
+from camopt.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.problem.problem import exactly, resolve
 from camopt.problem.space import boxes_of
 from camopt.smallest import cutting_planes

@@ -16,7 +16,7 @@ from camopt import BadInput, Scene, evaluate, find_scene, optimise
 from camopt.mechanisms import Designs
 from camopt.motion import LAWS
 from camopt.motion.programme import span
-from camopt.motion.table import DWELL, RETURN, RISE
+from camopt.motion.stroke import DWELL, RETURN, RISE
 from camopt.problem.limits import unset_limits
 from camopt.problem.problem import exactly, resolve
 from camopt.verdicts.judging import evaluate_rows

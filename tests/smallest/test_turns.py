@@ -13,7 +13,7 @@ from support.smallest_cams import ANGLES, BASE, CASES, FREE, OFFSET, scene, size
 from camopt import BadInput, Scene, evaluate, find_scene, optimise, sweep
 from camopt.mechanisms import SIZE_FIELDS, Designs
 from camopt.motion.programme import span
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.stroke import RETURN, RISE
 from camopt.problem.problem import exactly, resolve
 from camopt.smallest.boxes import Boxes
 from camopt.smallest.closed_form import least_size

@@ -9,7 +9,7 @@ import pytest
 from camopt import Scene, find_scene
 from camopt.cli.main import main
 from camopt.motion.programme import Programme
-from camopt.motion.table import ALL_STROKES, RETURN
+from camopt.motion.stroke import ALL_STROKES, RETURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.numerics.curves import Linear
 from camopt.numerics.sampling import sampled_extremes

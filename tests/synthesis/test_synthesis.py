@@ -25,8 +25,7 @@ from camopt.cli.main import main
 from camopt.front.sweep import sweep
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, law_peaks, peak, root_mean_square, span
-from camopt.motion.stroke import Stroke
-from camopt.motion.table import ALL_STROKES, RISE
+from camopt.motion.stroke import ALL_STROKES, RISE, Stroke
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.problem.problem import resolve
 from camopt.scene.synthesis import AXIS_TERMS, SynthesisSettings

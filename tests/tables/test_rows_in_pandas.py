@@ -6,7 +6,7 @@ import pytest
 
 from camopt import BadInput, evaluate, evaluate_designs, find_scene, load, optimise, scene_of, sweep, synthesise
 from camopt.exporting.cam_points import write_points
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.stroke import RETURN, RISE
 from camopt.problem.problem import resolve_design
 from camopt.scene.sources import shipped_scenes
 

@@ -7,7 +7,7 @@ import pytest
 
 import camopt
 from camopt.effects import Case
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST
 from camopt.numerics.curves import Linear
 from camopt.problem.claims import Claim, Plain

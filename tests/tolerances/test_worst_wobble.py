@@ -9,7 +9,7 @@ from scipy import optimize
 
 import camopt
 from camopt.effects.motion import scale
-from camopt.motion.table import DWELL
+from camopt.motion.stroke import DWELL
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.tolerances import dwells_and_passages

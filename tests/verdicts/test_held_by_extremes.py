@@ -8,7 +8,7 @@ import pytest
 from camopt import find_scene
 from camopt.effects import Case
 from camopt.effects.known import NOTHING_KNOWN
-from camopt.motion.table import DWELL, RETURN, RISE
+from camopt.motion.stroke import DWELL, RETURN, RISE
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.problem.claims import together
 from camopt.problem.problem import resolve

@@ -15,7 +15,7 @@ from camopt.effects import EFFECTS, Case, offered
 from camopt.effects.peak import BodyRadiusPlus
 from camopt.kernels import compile
 from camopt.mistakes import BadInput
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST, LEAST
 from camopt.numerics.interval import Interval
 from camopt.problem.claims import CLAIM_SIDES, Claim, Plain

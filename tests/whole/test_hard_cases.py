@@ -22,7 +22,7 @@ from camopt.mechanisms import MECHANISMS, Designs
 from camopt.mechanisms.follower import KNIFE, ROLLER
 from camopt.mistakes import BadInput
 from camopt.motion.programme import Programme
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST, LEAST
 from camopt.numerics.curves import curve
 from camopt.problem.rows import Rows

@@ -35,7 +35,7 @@ from camopt.drawing.style import (
     Target,
     pages,
 )
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.stroke import RETURN, RISE
 from camopt.storage.files import checked_suffix
 from camopt.tables.result import Table
 

@@ -14,8 +14,7 @@ import numpy as np
 
 from camopt.drawing.picture import Picture, four_digits
 from camopt.mistakes import BadInput, Mistake
-from camopt.motion.stroke import Stroke
-from camopt.motion.table import DWELL
+from camopt.motion.stroke import DWELL, Stroke
 
 USUAL_PARTS, FEWEST_PARTS, MOST_PARTS = 6, 4, 24
 LETTERS = "ABCDEFGHJKLMNPUVWZ"

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from flint import arb
 
-from camopt.motion.table import ALL_STROKES, INWARD, OUTWARD, RESTING, WAYS, ways_of
+from camopt.motion.stroke import ALL_STROKES, INWARD, OUTWARD, RESTING, WAYS, ways_of
 from camopt.numerics.clock import now
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 from support.balls.ball import ball_between

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from flint import arb, arb_series
 
 from camopt.motion.load import ExternalLoad
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.stroke import RETURN, RISE
 from camopt.motion.train_load import TrainLoad
 from camopt.trains.train import Train
 

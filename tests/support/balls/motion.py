@@ -12,8 +12,7 @@ from flint import arb, arb_series
 from camopt.motion.driven import DrivenLaw
 from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
-from camopt.motion.stroke import Stroke
-from camopt.motion.table import turned_kinds
+from camopt.motion.stroke import Stroke, turned_kinds
 from camopt.motion.train_load import TrainLoad
 from support.balls.ball import Ball, ball_between, precisely
 from support.balls.driven import DrivenPiece, follower_at, narrowed, train_in_balls
