@@ -15,7 +15,7 @@ from camopt.effects.mean import Mean
 from camopt.effects.peak import Peak, PerDesign, Scale
 from camopt.effects.train_peak import TrainPeak
 from camopt.mechanisms.design import Designs, Mechanism
-from camopt.mechanisms.follower import KNIFE, ROLLER, SPHERICAL, Tip
+from camopt.mechanisms.elements import KNIFE, ROLLER, SPHERICAL, Tip
 from camopt.motion.programme import Programme
 from camopt.numerics.extremes import Extremes, Precision, extremes
 from camopt.quantities.own import OwnQuantity

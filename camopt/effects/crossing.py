@@ -25,8 +25,8 @@ import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.profile_parts import PART_ERROR, Cover, PartEnds, TurnParts, cover, first_parts, part_ends
-from camopt.mechanisms.body import INNER_SIDE
 from camopt.mechanisms.design import Designs
+from camopt.mechanisms.elements import INNER_SIDE
 from camopt.motion.programme import Programme
 from camopt.numerics import BoolArray, ComplexArray, FloatArray, IntArray
 from camopt.numerics.curves import value_of

@@ -35,8 +35,8 @@ import scipy
 from camopt.effects.case import Setup
 from camopt.effects.crossing import find_crossing
 from camopt.effects.profile_parts import drawn, on_side, position_and_speed, start_height
-from camopt.mechanisms.body import INNER_SIDE
 from camopt.mechanisms.design import Designs
+from camopt.mechanisms.elements import INNER_SIDE
 from camopt.motion.programme import Programme
 from camopt.numerics import GIVEN, BoolArray, FloatArray
 from camopt.numerics.interval import Interval, as_interval, widened

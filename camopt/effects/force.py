@@ -3,7 +3,7 @@
     F = m·ω²·y'' + c·ω·y' + k·y + F₀ + F_ext            contact is lost where F < 0
 
 It is linear in the motion, and F_ext constant or straight between corners (``motion.load``), or S + ω²·I of what
-comes through a train (``motion.train_load``), so that its extremes over the turn are those of a polynomial on each
+comes through a train (``motion.load``), so that its extremes over the turn are those of a polynomial on each
 panel: exact, and the same for all designs of a programme. For an oscillating follower F is the moment about the
 pivot, and forces are those at the trace point, F/l. The jump speed is the ω up to which F is nowhere below 0, to
 1e-14 of its largest value: a follower that nothing preloads rests on its cam without force, which is no loss of
@@ -26,9 +26,9 @@ from camopt.effects.peak import Peak, at_corners
 from camopt.effects.settings import by_setting
 from camopt.effects.work import added, derivative
 from camopt.mechanisms.design import Designs
+from camopt.motion.load import TrainLoad
 from camopt.motion.programme import Programme, peak, span
 from camopt.motion.stroke import ALL_STROKES
-from camopt.motion.train_load import TrainLoad
 from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import Linear, curve_type
 from camopt.numerics.extremes import Precision, extremes

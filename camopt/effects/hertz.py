@@ -34,8 +34,8 @@ from camopt.effects.loads import (
 )
 from camopt.effects.peak import Peak, Root, Scale, Variant, at_corners
 from camopt.effects.peak_columns import ExtremeOfEach, as_column, extreme_of, peak_column
-from camopt.mechanisms.body import Flank
 from camopt.mechanisms.design import Designs
+from camopt.mechanisms.elements import Flank
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.numerics.curves import value_of
 from camopt.numerics.point_contact import ellipticity_of, integrals

@@ -1,7 +1,7 @@
 """Forces in the joints of a train: in its pins, on its pivots, and across its slides; the largest over the turn.
 
 They are what its masses, springs, loads and friction ask of each link (``trains.joints``), as S + ω²·I of panel
-polynomials, like the force that comes to the follower (``motion.train_load``): extremes are those of the continuous
+polynomials, like the force that comes to the follower (``motion.load``): extremes are those of the continuous
 turn. They depend on the motion, the speed and the train alone; the follower's own mass and spring press on the cam,
 not on the train. The force on a pivot is the sum of the magnitudes of both forces on it, which is the largest that
 it can be, since a scene does not say how links are mounted. Where the velocity jumps, forces are infinite in all
@@ -22,9 +22,9 @@ from camopt.effects.force import train_force
 from camopt.effects.settings import by_setting
 from camopt.effects.train_peak import TrainMotion, TrainPeak
 from camopt.mechanisms.design import Designs
+from camopt.motion.load import TrainLoad
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import ALL_STROKES
-from camopt.motion.train_load import TrainLoad
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import Linear
 from camopt.numerics.extremes import Precision, extremes

@@ -24,8 +24,8 @@ import numpy as np
 from camopt.effects.case import Case, Setup
 from camopt.effects.force import force_curve, own_force_curve
 from camopt.effects.given import GivenDynamics
-from camopt.mechanisms.body import Flank
 from camopt.mechanisms.design import Designs
+from camopt.mechanisms.elements import Flank
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import ALL_STROKES, INWARD, OUTWARD, RESTING
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE

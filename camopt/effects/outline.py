@@ -31,8 +31,7 @@ import numpy as np
 from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.peak import Peak, size_of
 from camopt.effects.peak_columns import peak_column
-from camopt.mechanisms import Designs
-from camopt.mechanisms.design import itself
+from camopt.mechanisms.design import Designs, itself
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST, LEAST

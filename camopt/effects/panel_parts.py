@@ -8,8 +8,8 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.effects.work import derivative
+from camopt.motion.load import TrainLoad
 from camopt.motion.programme import Programme
-from camopt.motion.train_load import TrainLoad
 from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.piecewise import MotionTable, carried_series, load_series
 from camopt.numerics.state import Load, State, TrainForces

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.effects.case import Setup
-from camopt.mechanisms.body import INNER_SIDE
 from camopt.mechanisms.design import Designs
+from camopt.mechanisms.elements import INNER_SIDE
 from camopt.motion.programme import Programme
 from camopt.numerics import ComplexArray, FloatArray, IntArray
 from camopt.numerics.piecewise import MotionTable

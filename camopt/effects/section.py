@@ -27,8 +27,8 @@ from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.implied import Implied
 from camopt.effects.mean import Mean
 from camopt.effects.peak import OverTurn
-from camopt.mechanisms.body import INNER_SIDE
 from camopt.mechanisms.design import Designs
+from camopt.mechanisms.elements import INNER_SIDE
 from camopt.motion.programme import JUMP_SIDE
 from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import ComplexArray, FloatArray

@@ -41,7 +41,7 @@ from camopt.effects.contacts import at_contact, contacts_of
 from camopt.effects.figures import Figure, disc, keyway
 from camopt.effects.implied import Implied
 from camopt.effects.section import JUST_ABOVE, groove_integrals_of, section_of
-from camopt.mechanisms.body import CYLINDER, DISC, FACE_GROOVE, RIBBED_CYLINDER, RIBBED_DISC
+from camopt.mechanisms.elements import CYLINDER, DISC, FACE_GROOVE, RIBBED_CYLINDER, RIBBED_DISC
 from camopt.numerics.quadrature import GAUSS_ORDERS, gauss
 from camopt.numerics.stable import matrix_product
 

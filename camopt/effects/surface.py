@@ -37,8 +37,8 @@ from camopt.effects.case import Bounded, Case, Effect, Setup, of_setting
 from camopt.effects.loads import contact_load, has_guide_friction, is_sound, normal_curve, roller_path, ways
 from camopt.effects.peak import AS_IT_IS, Over, Peak, PerRoller, Scale, Times, Variant, at_corners, never
 from camopt.effects.peak_columns import as_column, columns_of_ends, extreme_of, peak_column
-from camopt.mechanisms.body import INNER_SIDE
 from camopt.mechanisms.design import Designs, Mechanism
+from camopt.mechanisms.elements import INNER_SIDE
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray

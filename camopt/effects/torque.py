@@ -43,9 +43,9 @@ from camopt.effects.peak_columns import extreme_of
 from camopt.effects.settings import by_setting
 from camopt.effects.work import WORK_ERROR, added, derivative, integral, largest_of_series, product, total
 from camopt.mechanisms.design import Designs
+from camopt.motion.load import TrainLoad
 from camopt.motion.programme import LEAST_JUMP, Programme
 from camopt.motion.stroke import ALL_STROKES, INWARD, OUTWARD
-from camopt.motion.train_load import TrainLoad
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import Linear
 from camopt.numerics.piecewise import carried_series, load_series

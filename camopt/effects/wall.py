@@ -13,7 +13,7 @@ import numpy as np
 
 from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.implied import Implied
-from camopt.mechanisms.body import INNER_SIDE
+from camopt.mechanisms.elements import INNER_SIDE
 
 WALL = "hub_wall_min_mm"
 

@@ -14,7 +14,7 @@ from camopt.effects.curvature import CUTTER
 from camopt.effects.motion import scale
 from camopt.exporting.loads import load_column, load_of, loads_at
 from camopt.exporting.spacing import checked_angles, in_steps, within_chord
-from camopt.mechanisms.body import WHICH_DISC
+from camopt.mechanisms.elements import WHICH_DISC
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import ComplexArray, FloatArray
 from camopt.problem.problem import Problem, resolve_design

@@ -14,7 +14,7 @@ from camopt.effects import Case, offered
 from camopt.effects.rib import THICKNESS
 from camopt.exporting.endings import ENDINGS
 from camopt.exporting.exported import Export, Workpiece
-from camopt.mechanisms.body import WHICH_DISC
+from camopt.mechanisms.elements import WHICH_DISC
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem, resolve_design
 from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from

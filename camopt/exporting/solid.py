@@ -25,7 +25,7 @@ from camopt.exporting import shapes
 from camopt.exporting.cylinder import grooved_body
 from camopt.exporting.exported import CurveInFile, Workpiece, told
 from camopt.exporting.shapes import Shape
-from camopt.mechanisms.body import CYLINDER, DISC, FACE_GROOVE, RIBBED_CYLINDER, RIBBED_DISC
+from camopt.mechanisms.elements import CYLINDER, DISC, FACE_GROOVE, RIBBED_CYLINDER, RIBBED_DISC
 from camopt.mistakes import BadInput, Mistake
 from camopt.scene.part import Part
 from camopt.verdicts.running import run_effects

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from camopt.front.pareto import costs_of
-from camopt.mechanisms import Designs, concatenate
-from camopt.mechanisms.design import SizeBounds
+from camopt.mechanisms.design import Designs, SizeBounds, concatenate
 from camopt.numerics import FloatArray
 from camopt.problem.limits import pressure_limits
 from camopt.problem.problem import Problem

@@ -17,8 +17,7 @@ from camopt.effects import effect_of
 from camopt.engines.progress import Progress, report_progress
 from camopt.front.pareto import non_dominated, thinned
 from camopt.front.pattern_search import PatternSearch, by_search, polished
-from camopt.mechanisms import Designs, concatenate
-from camopt.mechanisms.design import SizeBounds
+from camopt.mechanisms.design import Designs, SizeBounds, concatenate
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now, share
 from camopt.problem.problem import Problem, exactly

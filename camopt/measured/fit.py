@@ -21,8 +21,7 @@ from camopt.measured.noise import LEAST_BAND, ErrorSize, band_factor, errors_of,
 from camopt.measured.outline import LIKELY, read_outline
 from camopt.measured.profile import MeasuredProfile, Touched, touched
 from camopt.measured.reading import MeasuredPoints, read_points
-from camopt.mechanisms.body import BODIES, DISC
-from camopt.mechanisms.follower import FLAT, OSCILLATING, ROLLER, TRANSLATING
+from camopt.mechanisms.elements import BODIES, DISC, FLAT, OSCILLATING, ROLLER, TRANSLATING
 from camopt.mistakes import BadInput, Mistake, Unmet, Unsolved, printable
 from camopt.problem.problem import Problem, resolve, resolve_design
 from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from

@@ -15,7 +15,7 @@ from camopt.measured.one_sided import OneSided, one_sided
 from camopt.measured.outline import Doubt
 from camopt.measured.profile import Touched
 from camopt.measured.reading import FULL_TURN, MeasuredPoints, angle_from
-from camopt.mechanisms.follower import OSCILLATING
+from camopt.mechanisms.elements import OSCILLATING
 from camopt.motion.programme import peak, root_mean_square
 from camopt.motion.stroke import ALL_STROKES as EVERY_STROKE
 from camopt.numerics import FloatArray

@@ -35,8 +35,8 @@ from camopt.measured.profile import MeasuredProfile, Touched, position_of
 from camopt.measured.reading import FULL_TURN, MeasuredPoints, angle_from, read_points
 from camopt.measured.smoothing import smoothed
 from camopt.measured.waves import ProfileWave, WavesFound, waves_of
-from camopt.mechanisms.body import DISC
 from camopt.mechanisms.design import FIELDS
+from camopt.mechanisms.elements import DISC
 from camopt.mistakes import BadInput, Mistake, Unsolved
 from camopt.motion.driven import tool_position
 from camopt.numerics import BoolArray, FloatArray, IntArray

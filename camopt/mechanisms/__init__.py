@@ -15,7 +15,7 @@ from camopt.mechanisms import (
     translating_flat,
 )
 from camopt.mechanisms.design import FIELDS, SECOND_FIELDS, SIZE_FIELDS, Designs, Mechanism, concatenate
-from camopt.mechanisms.follower import FLAT, TIPS
+from camopt.mechanisms.elements import FLAT, TIPS
 
 __all__ = [
     "DRIVEN",

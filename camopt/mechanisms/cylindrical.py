@@ -7,10 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from camopt.mechanisms.body import CYLINDER
 from camopt.mechanisms.design import Designs, Mechanism, without_roller
-from camopt.mechanisms.drive import GROOVED
-from camopt.mechanisms.follower import ROUND, TRANSLATING
+from camopt.mechanisms.elements import CYLINDER, GROOVED, ROUND, TRANSLATING
 from camopt.mechanisms.rest import ContactPoint, Off, Rest
 from camopt.mechanisms.trace import speed_change, trace_curvature
 from camopt.motion.programme import Programme

@@ -20,10 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from camopt.mechanisms.body import CYLINDER
 from camopt.mechanisms.design import Designs, Mechanism, Misfit, without_roller
-from camopt.mechanisms.drive import GROOVED
-from camopt.mechanisms.follower import OSCILLATING, ROUND
+from camopt.mechanisms.elements import CYLINDER, GROOVED, OSCILLATING, ROUND
 from camopt.mechanisms.rest import ContactPoint, Off, Rest, angle_by_sine
 from camopt.mechanisms.trace import course_over_cylinder, speed_change, trace_curvature
 from camopt.motion.programme import Programme

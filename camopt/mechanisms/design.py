@@ -7,9 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.body import Body, Flank
-from camopt.mechanisms.drive import Drive
-from camopt.mechanisms.follower import FollowerMotion, Tip
+from camopt.mechanisms.elements import Body, Drive, Flank, FollowerMotion, Tip
 from camopt.mechanisms.rest import ContactPoint, Off, Rest
 from camopt.motion.contact import ProfileContact as OnProfile
 from camopt.motion.programme import Programme

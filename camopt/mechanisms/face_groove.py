@@ -11,10 +11,8 @@ Source: Norton, Cam Design and Manufacturing Handbook, ch. 1 (form-closed track 
 """
 
 from camopt.mechanisms import oscillating, translating
-from camopt.mechanisms.body import FACE_GROOVE, FACE_WALLS
 from camopt.mechanisms.design import Mechanism
-from camopt.mechanisms.drive import GROOVED
-from camopt.mechanisms.follower import ROLLER
+from camopt.mechanisms.elements import FACE_GROOVE, FACE_WALLS, GROOVED, ROLLER
 
 
 def _with_groove(mechanism: Mechanism) -> Mechanism:

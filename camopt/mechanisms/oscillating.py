@@ -16,10 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from camopt.mechanisms.body import DISC
 from camopt.mechanisms.design import Designs, Mechanism, Misfit, drawn_by_point
-from camopt.mechanisms.drive import SPRUNG
-from camopt.mechanisms.follower import OSCILLATING, ROUND
+from camopt.mechanisms.elements import DISC, OSCILLATING, ROUND, SPRUNG
 from camopt.mechanisms.rest import ContactPoint, Off, Rest, angle_by_sine, turned_by
 from camopt.mechanisms.trace import course_of_arm, speed_change, trace_curvature
 from camopt.motion.contact import OscillatingPoint

@@ -13,10 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from camopt.mechanisms.body import DISC
 from camopt.mechanisms.design import Designs, Mechanism, Misfit, by_difference
-from camopt.mechanisms.drive import SPRUNG
-from camopt.mechanisms.follower import FLAT, OSCILLATING
+from camopt.mechanisms.elements import DISC, FLAT, OSCILLATING, SPRUNG
 from camopt.mechanisms.rest import ContactPoint, Off, Rest, angle_by_sine
 from camopt.motion.contact import OscillatingFace
 from camopt.motion.programme import Programme

@@ -31,8 +31,7 @@ import numpy as np
 
 from camopt.mechanisms import oscillating, translating, translating_flat
 from camopt.mechanisms.design import Contact, Designs, Mechanism, itself
-from camopt.mechanisms.drive import BREADTH, CONJUGATE, DIAMETER
-from camopt.mechanisms.follower import ROLLER
+from camopt.mechanisms.elements import BREADTH, CONJUGATE, DIAMETER, ROLLER
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve_formula, part, value_of

@@ -41,10 +41,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mechanisms import cylindrical, cylindrical_oscillating, oscillating, translating
-from camopt.mechanisms.body import FACE_WALLS, GROOVE, RIBBED_CYLINDER, RIBBED_DISC, Body, Flank
 from camopt.mechanisms.design import Designs, Mechanism, Misfit
-from camopt.mechanisms.drive import RIBBED
-from camopt.mechanisms.follower import ROLLER
+from camopt.mechanisms.elements import FACE_WALLS, GROOVE, RIBBED, RIBBED_CYLINDER, RIBBED_DISC, ROLLER, Body, Flank
 from camopt.mechanisms.pairs import with_second
 from camopt.mechanisms.rest import ContactPoint, Off, Rest, angle_by_sine
 from camopt.motion.programme import Programme

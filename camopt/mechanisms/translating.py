@@ -14,10 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from camopt.mechanisms.body import DISC
 from camopt.mechanisms.design import Designs, Mechanism, Misfit, drawn_by_point
-from camopt.mechanisms.drive import SPRUNG
-from camopt.mechanisms.follower import ROUND, TRANSLATING
+from camopt.mechanisms.elements import DISC, ROUND, SPRUNG, TRANSLATING
 from camopt.mechanisms.rest import ContactPoint, Off, Rest, turned_by
 from camopt.mechanisms.trace import speed_change, trace_curvature
 from camopt.motion.contact import TranslatingPoint

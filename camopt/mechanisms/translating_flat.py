@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from camopt.mechanisms.body import DISC
 from camopt.mechanisms.design import Designs, Mechanism, without_size
-from camopt.mechanisms.drive import SPRUNG
-from camopt.mechanisms.follower import FLAT, TRANSLATING
+from camopt.mechanisms.elements import DISC, FLAT, SPRUNG, TRANSLATING
 from camopt.mechanisms.rest import ContactPoint, Off, Rest
 from camopt.motion.contact import TranslatingFace
 from camopt.numerics import FloatArray

@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camopt.motion.law import BySeries, Law, derivatives_of
-from camopt.motion.load import ExternalLoad
+from camopt.motion.load import ExternalLoad, TrainLoad
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import AsGiven, Stroke, turned_kinds
 from camopt.motion.table import turnings
-from camopt.motion.train_load import TrainLoad
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, Taylor
 from camopt.trains.link import value_at

@@ -14,12 +14,11 @@ from camopt.motion import LAWS
 from camopt.motion.installed import InstalledLaw
 from camopt.motion.joints import with_moves
 from camopt.motion.law import Law
-from camopt.motion.load import ExternalLoad
+from camopt.motion.load import ExternalLoad, TrainLoad
 from camopt.motion.segments import GivenSegment, strokes_from
 from camopt.motion.spline import SplineLaw
 from camopt.motion.stroke import ALL_STROKES, DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, WAY_OF, Stroke, way_of
 from camopt.motion.table import cut_at, stroke_coefficients, turnings
-from camopt.motion.train_load import TrainLoad
 from camopt.numerics import BoolArray, FloatArray, IntArray
 from camopt.numerics.panels import TABLE_DEGREE
 from camopt.numerics.piecewise import (

@@ -5,10 +5,9 @@ from dataclasses import replace
 
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.driven import driven, driving
-from camopt.motion.load import ExternalLoad
+from camopt.motion.load import ExternalLoad, TrainLoad
 from camopt.motion.programme import Programme
 from camopt.motion.segments import GivenSegment, start_position
-from camopt.motion.train_load import TrainLoad
 from camopt.scene.checks import faults_of
 from camopt.scene.scene import Scene
 from camopt.trains.train import StageFault, Train

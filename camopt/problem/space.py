@@ -10,8 +10,7 @@ from math import inf, prod
 
 import numpy as np
 
-from camopt.mechanisms import Designs
-from camopt.mechanisms.design import SizeBounds
+from camopt.mechanisms.design import Designs, SizeBounds
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import RETURN, RISE

@@ -10,9 +10,7 @@ from math import degrees, isnan
 from typing import TYPE_CHECKING, Any
 
 from camopt.mechanisms import DRIVEN, SECOND_FIELDS, Mechanism, mechanisms_for
-from camopt.mechanisms.body import BODIES
-from camopt.mechanisms.drive import PRELOAD
-from camopt.mechanisms.follower import FLAT, MOTIONS, Tip
+from camopt.mechanisms.elements import BODIES, FLAT, MOTIONS, PRELOAD, Tip
 from camopt.quantities.scene_numbers import NUMBERS, SPRING_AT
 from camopt.scene.choices import StepRange
 from camopt.scene.law_forms import AS_GIVEN, NEAR_END, Fault

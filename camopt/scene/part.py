@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from camopt.mechanisms import Mechanism
-from camopt.mechanisms.body import DISC, EVERY_BODY, Body
+from camopt.mechanisms.elements import DISC, EVERY_BODY, Body
 from camopt.quantities.key import LENGTHS, Key
 from camopt.scene.fits import FIT, SHAFT_FIT
 from camopt.scene.law_forms import AS_GIVEN, Fault

@@ -6,8 +6,7 @@ from math import degrees
 from typing import TYPE_CHECKING, Any
 
 from camopt.mechanisms import Mechanism
-from camopt.mechanisms.body import BODIES, DISC
-from camopt.mechanisms.follower import OSCILLATING
+from camopt.mechanisms.elements import BODIES, DISC, OSCILLATING
 from camopt.motion.contact import ProfileContact
 from camopt.motion.load import ExternalLoad
 from camopt.motion.profile import TOUCHING_SHARE, GivenElement, Unfit, least_radius, parts_of

@@ -16,7 +16,7 @@ import tomli_w
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr, ValidationError
 
 from camopt.mechanisms import FIELDS, SECOND_FIELDS, Mechanism, mechanism_for
-from camopt.mechanisms.follower import TIPS, Tip
+from camopt.mechanisms.elements import TIPS, Tip
 from camopt.mistakes import BadInput, Mistake, nearest, printable
 from camopt.motion import LAWS
 from camopt.quantities import OF_STAGE, number_quantities, stage_quantity

@@ -5,9 +5,7 @@ from math import isnan
 from typing import Any
 
 from camopt.mechanisms import FIELDS, Mechanism, mechanism_for
-from camopt.mechanisms.body import BODIES
-from camopt.mechanisms.drive import DRIVES
-from camopt.mechanisms.follower import MOTIONS, TIPS, Tip
+from camopt.mechanisms.elements import BODIES, DRIVES, MOTIONS, TIPS, Tip
 from camopt.scene.mapping import at
 from camopt.scene.tables import Cam, Follower
 

@@ -9,7 +9,7 @@ from typing import Any
 import tomli_w
 
 from camopt.mechanisms import MECHANISMS, Mechanism
-from camopt.mechanisms.follower import FLAT, Tip
+from camopt.mechanisms.elements import FLAT, Tip
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
 from camopt.quantities.key import NO_UNIT

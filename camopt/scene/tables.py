@@ -17,9 +17,7 @@ from pydantic import (
 )
 from pydantic_core import core_schema
 
-from camopt.mechanisms.body import CamForm
-from camopt.mechanisms.drive import DriveName
-from camopt.mechanisms.follower import MotionName, TipName
+from camopt.mechanisms.elements import CamForm, DriveName, MotionName, TipName
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
 from camopt.motion.aliases import ALIASES, SEGMENTS, segment_named

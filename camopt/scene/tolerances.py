@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 
 from camopt.mechanisms import SECOND_FIELDS, Mechanism
-from camopt.mechanisms.follower import Tip
+from camopt.mechanisms.elements import Tip
 from camopt.mistakes import BadInput
 from camopt.quantities import OF_STAGE
 from camopt.quantities.key import Key

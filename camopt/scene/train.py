@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from camopt.mechanisms.follower import MOTIONS
-from camopt.motion.load import ExternalLoad
+from camopt.mechanisms.elements import MOTIONS
+from camopt.motion.load import ExternalLoad, TrainLoad
 from camopt.motion.profile import Unfit
 from camopt.motion.programme import Programme
 from camopt.motion.segments import start_position
-from camopt.motion.train_load import TrainLoad
 from camopt.quantities.key import Key
 from camopt.quantities.stage_numbers import STAGE_NUMBERS
 from camopt.scene.law_forms import AS_GIVEN, Fault

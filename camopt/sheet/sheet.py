@@ -12,7 +12,7 @@ from math import inf, pi
 from typing import NamedTuple
 
 from camopt.drawing.style import pages
-from camopt.mechanisms.body import Body
+from camopt.mechanisms.elements import Body
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem
 from camopt.scene.scene import Scene

@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.mechanisms import Designs
-from camopt.mechanisms.design import SizeBounds
+from camopt.mechanisms.design import Designs, SizeBounds
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.numerics.interval import Interval

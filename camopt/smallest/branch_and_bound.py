@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 
 from camopt.effects.crossing_boxes import KnownCrossings
-from camopt.mechanisms import Designs
-from camopt.mechanisms.design import SECOND_SIZE, SizeBounds
+from camopt.mechanisms.design import SECOND_SIZE, Designs, SizeBounds
 from camopt.numerics.clock import now
 from camopt.numerics.interval import Interval
 from camopt.problem.claims import AnyClaim

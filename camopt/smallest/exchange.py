@@ -14,8 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from camopt.mechanisms import Designs
-from camopt.mechanisms.design import SizeBounds
+from camopt.mechanisms.design import Designs, SizeBounds
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
 from camopt.problem.zones import Off, moved

@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from camopt.mechanisms import SIZE_FIELDS as SIZE_FIELDS
-from camopt.mechanisms import Designs
-from camopt.mechanisms.design import SizeBounds
+from camopt.mechanisms.design import SIZE_FIELDS as SIZE_FIELDS
+from camopt.mechanisms.design import Designs, SizeBounds
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem

@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms import Designs
-from camopt.mechanisms.design import SizeBounds
+from camopt.mechanisms.design import Designs, SizeBounds
 from camopt.numerics.sloped import Sloped
 from camopt.problem.problem import Problem
 from camopt.smallest.boxes import Bisection, Boxes

@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.engines.progress import Progress, report_progress, with_progress_bar
-from camopt.mechanisms import Designs
-from camopt.mechanisms.design import SizeBounds
+from camopt.mechanisms.design import Designs, SizeBounds
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.stroke import RETURN, RISE
 from camopt.numerics import FloatArray

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from camopt.effects.crossing_boxes import KnownCrossings
-from camopt.mechanisms import Designs
-from camopt.mechanisms.design import SECOND_SIZE, SizeBounds
+from camopt.mechanisms.design import SECOND_SIZE, Designs, SizeBounds
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem

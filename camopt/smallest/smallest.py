@@ -13,8 +13,7 @@ discs comes first: where one of them cannot be smaller by the limits at its own 
 from dataclasses import replace
 from math import inf
 
-from camopt.mechanisms import Designs
-from camopt.mechanisms.design import SECOND_SIZE, SizeBounds
+from camopt.mechanisms.design import SECOND_SIZE, Designs, SizeBounds
 from camopt.numerics.clock import share
 from camopt.problem.problem import Problem, exactly
 from camopt.smallest.branch_and_bound import branch_and_bound, floor_of_disc

@@ -20,10 +20,9 @@ from camopt.effects.mean import Mean
 from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
 from camopt.motion.driven import travel
-from camopt.motion.load import ExternalLoad
+from camopt.motion.load import ExternalLoad, TrainLoad
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import ALL_STROKES
-from camopt.motion.train_load import TrainLoad
 from camopt.numerics import LARGEST, LEAST, FloatArray, IntArray
 from camopt.numerics.curves import value_of
 from camopt.numerics.interval import Interval

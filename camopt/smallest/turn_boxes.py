@@ -20,8 +20,7 @@ import numpy as np
 
 from camopt.effects import Case
 from camopt.effects.peak import Derivative
-from camopt.mechanisms import Designs
-from camopt.mechanisms.design import SizeBounds
+from camopt.mechanisms.design import Designs, SizeBounds
 from camopt.motion.programme import Programme, span
 from camopt.motion.stroke import ALL_STROKES, DWELL, Stroke
 from camopt.numerics import LARGEST, LEAST, FloatArray

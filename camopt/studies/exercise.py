@@ -4,14 +4,16 @@ from random import Random
 from textwrap import wrap
 from typing import Any
 
-from camopt.mechanisms.body import CYLINDER, DISC, Body
-from camopt.mechanisms.follower import (
+from camopt.mechanisms.elements import (
+    CYLINDER,
+    DISC,
     FLAT,
     KNIFE,
     OSCILLATING,
     ROLLER,
     SPHERICAL,
     TRANSLATING,
+    Body,
     FollowerMotion,
     Tip,
 )

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camopt.effects.vibration import vibration
-from camopt.mechanisms import Designs
-from camopt.mechanisms.design import SizeBounds
+from camopt.mechanisms.design import Designs, SizeBounds
 from camopt.motion import LAWS
 from camopt.motion.conditions import DERIVATIVE_NAMES, Condition
 from camopt.motion.law import is_still

@@ -28,9 +28,8 @@ from camopt.effects.implied import LeastForce
 from camopt.effects.peak import Derivative
 from camopt.mechanisms import cylindrical, translating, translating_flat
 from camopt.mechanisms.pairs import OF_CONTACT
-from camopt.motion.load import ExternalLoad
+from camopt.motion.load import ExternalLoad, Reflected, TrainLoad
 from camopt.motion.stroke import ALL_STROKES
-from camopt.motion.train_load import Reflected, TrainLoad
 from camopt.problem.claims import Claim
 from camopt.problem.problem import Problem, strictest
 from camopt.problem.zones import Off

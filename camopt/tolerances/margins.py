@@ -21,8 +21,7 @@ import numpy as np
 
 from camopt.effects import Case, quantity_of
 from camopt.effects.contacts import changing, some_of, with_designs
-from camopt.mechanisms import Designs
-from camopt.mechanisms.design import concatenate
+from camopt.mechanisms.design import Designs, concatenate
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.limit import Limit, QuantityLimit, needs_of

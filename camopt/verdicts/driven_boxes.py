@@ -16,10 +16,9 @@ import numpy as np
 
 from camopt.mechanisms import Designs
 from camopt.motion.driven import tool_position, travel
-from camopt.motion.load import ExternalLoad
+from camopt.motion.load import ExternalLoad, TrainLoad
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import turned_kinds, way_of
-from camopt.motion.train_load import TrainLoad
 from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.interval import Interval, widened
 from camopt.numerics.sloped import Placed, Sloped, range_of

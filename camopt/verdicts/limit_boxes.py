@@ -16,8 +16,7 @@ from camopt.effects import Case, effect_of
 from camopt.effects.contacts import SeenCurve, at_contact, contacts_of
 from camopt.effects.crossing import round_bodies
 from camopt.effects.peak import Derivative
-from camopt.mechanisms import Designs
-from camopt.mechanisms.design import SECOND_SIZE, Contact
+from camopt.mechanisms.design import SECOND_SIZE, Contact, Designs
 from camopt.motion.stroke import ALL_STROKES
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.numerics.interval import Interval, as_interval

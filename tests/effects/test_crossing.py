@@ -18,7 +18,7 @@ from camopt.effects.crossing import find_crossing, surely_round
 from camopt.effects.crossing_boxes import KnownCrossings, deepest, followed, overlap_in, overlaps
 from camopt.effects.profile_parts import cover, first_parts
 from camopt.mechanisms import MECHANISMS, Designs
-from camopt.mechanisms.follower import FLAT, KNIFE, ROLLER
+from camopt.mechanisms.elements import FLAT, KNIFE, ROLLER
 from camopt.mechanisms.geometry import cam_curves, profile_points
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme

@@ -13,8 +13,7 @@ from camopt import BadInput, Scene, cam_points, certify, evaluate, evaluate_desi
 from camopt.effects.crossing import find_wall_crossings
 from camopt.effects.crossing_boxes import deepest, followed, overlaps
 from camopt.mechanisms import DRIVEN, mechanism_for
-from camopt.mechanisms.body import FACE_GROOVE
-from camopt.mechanisms.drive import GROOVED
+from camopt.mechanisms.elements import FACE_GROOVE, GROOVED
 from camopt.mechanisms.geometry import cam_curves
 from camopt.problem.problem import resolve_design
 

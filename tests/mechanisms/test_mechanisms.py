@@ -10,9 +10,7 @@ from support.cams import CONTACTS, cam_with
 
 import camopt.mechanisms
 from camopt.mechanisms import DRIVEN, FIELDS, MECHANISMS, SIZE_FIELDS, mechanism_for, mechanisms_for
-from camopt.mechanisms.body import BODIES, CamForm
-from camopt.mechanisms.drive import DRIVES, DriveName
-from camopt.mechanisms.follower import MOTIONS, TIPS, MotionName, TipName
+from camopt.mechanisms.elements import BODIES, DRIVES, MOTIONS, TIPS, CamForm, DriveName, MotionName, TipName
 from camopt.mechanisms.geometry import cam_curves
 from camopt.mistakes import BadInput
 from camopt.numerics.curves import curve

@@ -18,7 +18,7 @@ from camopt.effects import Case, Setup
 from camopt.kernels import compile
 from camopt.kernels.compile import compiled
 from camopt.mechanisms import MECHANISMS, Designs
-from camopt.mechanisms.follower import ROLLER
+from camopt.mechanisms.elements import ROLLER
 from camopt.motion.programme import Programme, span
 from camopt.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.numerics import GIVEN, LARGEST, LARGEST_MAGNITUDE, LEAST, UNIT

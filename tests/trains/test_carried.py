@@ -12,7 +12,7 @@ from support.trains import LOOPS, drawn_loads, exact, random_train, turned_by
 import camopt
 from camopt import Scene, certify, evaluate
 from camopt.mistakes import BadInput
-from camopt.motion.train_load import TrainLoad
+from camopt.motion.load import TrainLoad
 from camopt.numerics.panels import derivatives
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import resolve

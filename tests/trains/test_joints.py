@@ -12,7 +12,7 @@ from support.trains import LOOPS, drawn_loads, random_train, slide_at, turned_by
 import camopt
 from camopt import Scene, certify, evaluate
 from camopt.effects.joints import forces_of, joint_turn, worst_of
-from camopt.motion.train_load import TrainLoad
+from camopt.motion.load import TrainLoad
 from camopt.numerics.panels import derivatives
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import resolve

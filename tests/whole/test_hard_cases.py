@@ -19,7 +19,7 @@ from camopt.effects import Case, Setup
 from camopt.front.pareto import non_dominated
 from camopt.kernels import compile
 from camopt.mechanisms import MECHANISMS, Designs
-from camopt.mechanisms.follower import KNIFE, ROLLER
+from camopt.mechanisms.elements import KNIFE, ROLLER
 from camopt.mistakes import BadInput
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import ALL_STROKES

@@ -11,8 +11,7 @@ from mutation.killers import CORE, killers
 
 import camopt
 from camopt.effects import EFFECTS
-from camopt.mechanisms.body import BODIES
-from camopt.mechanisms.follower import MOTIONS
+from camopt.mechanisms.elements import BODIES, MOTIONS
 from camopt.quantities import QUANTITIES
 from camopt.scene.limits import Limits
 from camopt.scene.synthesis import OBJECTIVE_TERMS
@@ -61,7 +60,7 @@ def test_no_search_no_proof_and_no_drawing_asks_for_a_limit_by_name(part):
     there = {name: tree for name, tree in trees().items() if name == part or name.startswith(f"{part}.")}
     assert there
     constants = ((name, node) for name, tree in there.items() for node in ast.walk(tree))
-    declared = {("mechanisms.body", key) for body in BODIES.values() for key in (*body.cam, *body.part)}
+    declared = {("mechanisms.elements", key) for body in BODIES.values() for key in (*body.cam, *body.part)}
     assert {(n, c.value) for n, c in constants if isinstance(c, ast.Constant) and c.value in keys} <= declared
 
 
@@ -69,7 +68,7 @@ def test_only_mechanisms_name_forms_of_cams_and_motions_of_followers():
     words = {*BODIES, *MOTIONS}
     constants = ((name, node) for name, tree in trees().items() for node in ast.walk(tree))
     named = {(n, c.value) for n, c in constants if isinstance(c, ast.Constant) and c.value in words}
-    assert {name for name, _ in named} == {"mechanisms.body", "mechanisms.follower"}
+    assert {name for name, _ in named} == {"mechanisms.elements"}
 
 
 def test_what_the_page_on_architecture_names_is_there():

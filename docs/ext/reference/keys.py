@@ -9,7 +9,7 @@ from itertools import product
 from camopt import BadInput, Scene
 from camopt.effects import lacking
 from camopt.mechanisms import Mechanism
-from camopt.mechanisms.follower import Tip
+from camopt.mechanisms.elements import Tip
 from camopt.problem.limits import Limit
 from camopt.problem.problem import resolve
 from camopt.problem.unused import READERS

@@ -7,9 +7,8 @@ from typing import NamedTuple
 
 from flint import arb, arb_series
 
-from camopt.motion.load import ExternalLoad
+from camopt.motion.load import ExternalLoad, TrainLoad
 from camopt.motion.stroke import RETURN, RISE
-from camopt.motion.train_load import TrainLoad
 from camopt.trains.train import Train
 
 WAY = {RISE: arb(1), RETURN: arb(-1)}

@@ -1,6 +1,12 @@
-"""The body of a cam and its flanks: the sides that touch the follower."""
+"""The elements of which mechanisms are made: bodies of cams, what follows them, and what keeps both together.
+
+The body of a cam has flanks, the sides that touch the follower. A follower has a motion, and a tip that touches the
+cam. A drive keeps it there: a spring, flanks that push it and pull it back, or two contacts.
+"""
 
 from typing import Literal, NamedTuple
+
+from camopt.quantities.scene_numbers import NUMBERS
 
 CamForm = Literal["disc", "cylindrical"]
 """The forms of cams, as ``cam.form`` has them."""
@@ -138,3 +144,81 @@ GROOVE = (Flank("right", -1.0, 1.0, bulge=-1.0), Flank("left", 1.0, -1.0))
 """Both walls of a groove: the one pushes the roller outward, the other pulls it back."""
 FACE_WALLS = (Flank("inner", INNER_SIDE, 1.0, "wall"), Flank("outer", -INNER_SIDE, -1.0, "wall", bulge=-1.0))
 """Those of a groove in the face of a disc, whichever way it turns."""
+
+
+MotionName = Literal["translating", "oscillating"]
+"""How followers move, as ``follower.motion`` has it."""
+TipName = Literal["knife", "roller", "flat", "spherical"]
+"""What touches the cam, as ``follower.contact`` has it."""
+
+
+class FollowerMotion(NamedTuple):
+    """The way in which a follower moves: along a line, or about a pivot."""
+
+    name: MotionName
+    words: str
+    """The name with its article."""
+    angular: bool
+    """Whether its displacement is an angle, and what moves it a moment."""
+    unit: str
+    """Of its displacement in a scene."""
+
+    @property
+    def dynamics(self) -> tuple[str, ...]:
+        """The keys of ``[follower.dynamics]`` that it alone has."""
+        return tuple(each.name for each in NUMBERS if (each.turns if self.angular else each.slides))
+
+
+TRANSLATING = FollowerMotion("translating", "a translating", angular=False, unit="mm")
+OSCILLATING = FollowerMotion("oscillating", "an oscillating", angular=True, unit="deg")
+MOTIONS: dict[str, FollowerMotion] = {motion.name: motion for motion in (TRANSLATING, OSCILLATING)}
+
+
+class Tip(NamedTuple):
+    """The tip of a follower, which touches the cam."""
+
+    name: TipName
+    radius: str = ""
+    """The key of its radius in ``[follower]``; "" if it has none."""
+    trace: str = ""
+    """What its trace point is, in words."""
+
+
+KNIFE, ROLLER, FLAT, SPHERICAL = (
+    Tip("knife", trace="knife edge"),
+    Tip("roller", "roller_radius", "roller centre"),
+    Tip("flat"),
+    Tip("spherical", "face_radius", "face centre"),
+)
+TIPS: dict[str, Tip] = {tip.name: tip for tip in (KNIFE, ROLLER, FLAT, SPHERICAL)}
+ROUND = (KNIFE, ROLLER, SPHERICAL)
+"""Tips with a trace point: the edge, or the centre of the roller or face."""
+
+
+DriveName = Literal["spring", "groove", "conjugate", "breadth", "diameter", "rib"]
+"""What keeps a follower on its cam, as ``drive.kind`` has it."""
+
+
+class Drive(NamedTuple):
+    """A way to keep a follower on its cam. Mechanisms say on which cams, and with which followers, there is one."""
+
+    name: DriveName
+    words: str
+    """The name with its article."""
+    flanks: tuple[Flank, ...]
+    """The sides of the cam that touch the follower."""
+    keys: tuple[str, ...] = ()
+    """The keys of ``[drive]`` that it has, besides its kind."""
+    one_disc: bool = False
+    """Whether two contacts of the follower are on one disc, half a turn apart."""
+
+
+SPRUNG = Drive("spring", "a spring", flanks=OUTER)
+GROOVED = Drive("groove", "a groove", flanks=GROOVE, keys=("clearance", "roller_inertia", "friction"))
+PRELOAD = ("interference", "stiffness")
+"""The keys of a preload between two contacts."""
+CONJUGATE = Drive("conjugate", "a conjugate pair", flanks=OUTER, keys=(*PRELOAD, "base_radius", "roller_radius"))
+BREADTH = Drive("breadth", "a yoke of constant breadth", flanks=OUTER, keys=PRELOAD, one_disc=True)
+DIAMETER = Drive("diameter", "a yoke of constant diameter", flanks=OUTER, keys=PRELOAD, one_disc=True)
+RIBBED = Drive("rib", "a rib", flanks=OUTER, keys=(*PRELOAD, "clearance"))
+DRIVES: dict[str, Drive] = {drive.name: drive for drive in (SPRUNG, GROOVED, CONJUGATE, BREADTH, DIAMETER, RIBBED)}
