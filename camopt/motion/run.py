@@ -22,9 +22,8 @@ from math import comb, factorial, isfinite, perm
 import numpy as np
 
 from camopt.mistakes import Unmet, listed_words
-from camopt.motion.conditions import Condition
 from camopt.motion.states import Rows, States
-from camopt.motion.stroke import Stroke
+from camopt.motion.stroke import Condition, Stroke
 from camopt.numerics import FloatArray
 from camopt.numerics.irreducible import irreducible
 

@@ -1,4 +1,4 @@
-"""A stroke: the motion of the follower in one segment of the turn, and the kinds of strokes."""
+"""A stroke: the motion of the follower in one segment of the turn. What kinds there are, and conditions on it."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.motion.conditions import DERIVATIVE_NAMES, Condition
 from camopt.motion.law import Law, derivatives_of
 from camopt.numerics import FloatArray, IntArray
 
@@ -18,6 +17,10 @@ WAYS = OUTWARD | INWARD | RESTING
 WAY_OF = {RISE: OUTWARD, RETURN: INWARD, DWELL: RESTING}
 OTHER_WAY = {RISE: RETURN, RETURN: RISE, OUTWARD: INWARD, INWARD: OUTWARD}
 
+DERIVATIVE_NAMES = ("position", "velocity", "acceleration", "jerk")
+"""Of y and its derivatives by the cam angle, by order."""
+MISSED = (1e-6, 1e-6, 1e-5, 1e-3)
+"""By what share of its largest value a motion, and each derivative, may miss what is asked: a solver does."""
 AT_END = 1e-9  # of a stroke: an angle as close as that to its end is there
 RANGE_SAMPLES = 2001  # angles of a range at which a condition is looked at
 
@@ -37,6 +40,23 @@ def turned_kinds(kinds: Any) -> Any:
 def ways_of(kinds: int) -> int:
     """The ways in which the follower moves in strokes of some kinds."""
     return sum(way for kind, way in WAY_OF.items() if kind & kinds)
+
+
+class Condition(NamedTuple):
+    """Bounds on the motion or one of its derivatives, at a cam angle or all along a range of them."""
+
+    key: str
+    """Of the scene that asks for it."""
+    order: int
+    start: float  # cam angles, rad
+    end: float
+    low: float  # mm (rad, or deg) by radᵏ; infinite where nothing is asked
+    high: float
+
+    def widened(self, share: float) -> "Condition":
+        """The condition with a range that is wider by a share; one value stays as it is."""
+        by = share * (self.high - self.low)
+        return self._replace(low=self.low - by, high=self.high + by) if isfinite(by) else self
 
 
 class AsGiven(NamedTuple):

@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from math import pi, radians
 from typing import Any, TypeVar
 
-from camopt.motion.conditions import DERIVATIVE_NAMES
 from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, GivenSegment
-from camopt.motion.stroke import AskedValue, Passing, asked_range
+from camopt.motion.stroke import DERIVATIVE_NAMES, AskedValue, Passing, asked_range
 from camopt.quantities import DERIVATIVES
 from camopt.scene import tables
 from camopt.scene.mapping import number_of

@@ -10,11 +10,10 @@ import numpy as np
 from camopt.effects.vibration import vibration
 from camopt.mechanisms.design import Designs, SizeBounds
 from camopt.motion import LAWS
-from camopt.motion.conditions import DERIVATIVE_NAMES, Condition
 from camopt.motion.law import is_still
 from camopt.motion.programme import Programme, mean_of_powers, peak, root_mean_square, span
 from camopt.motion.spline import SplineLaw
-from camopt.motion.stroke import ALL_STROKES, RETURN, RISE, Stroke
+from camopt.motion.stroke import ALL_STROKES, DERIVATIVE_NAMES, RETURN, RISE, Condition, Stroke
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.space import boxes_of

@@ -12,10 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.motion.conditions import Condition
 from camopt.motion.programme import Programme
 from camopt.motion.segments import start_position
-from camopt.motion.stroke import Stroke
+from camopt.motion.stroke import Condition, Stroke
 from camopt.problem.problem import Problem
 
 SAME_LEVEL = 1e-9  # of the lift: levels nearer than that are one

@@ -13,8 +13,7 @@ from typing import NamedTuple
 
 from camopt.effects.motion import scale
 from camopt.mechanisms import oscillating, translating
-from camopt.motion.conditions import Condition
-from camopt.motion.stroke import ALL_STROKES, RETURN, RISE, Stroke
+from camopt.motion.stroke import ALL_STROKES, RETURN, RISE, Condition, Stroke
 from camopt.problem.problem import Problem
 from camopt.smallest.closed_form import slopes_of
 from camopt.synthesis import residual

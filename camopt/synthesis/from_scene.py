@@ -8,10 +8,9 @@ from camopt.effects.peak import Derivative
 from camopt.mechanisms import translating, translating_flat
 from camopt.mistakes import BadInput, Mistake, Unmet
 from camopt.motion import LAWS
-from camopt.motion.conditions import Condition
 from camopt.motion.joints import with_moves
 from camopt.motion.programme import PEAKS, Programme, law_peaks, span
-from camopt.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE, Stroke
+from camopt.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE, Condition, Stroke
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.settings import given_profile
 from camopt.problem.variables import not_varied

@@ -5,9 +5,8 @@ arm itself; its second arm is the crank.
 """
 
 from camopt.trains.crank import crank
-from camopt.trains.link import Link
+from camopt.trains.link import Keys, Link, Stage
 from camopt.trains.rocker import driven
-from camopt.trains.stage import Keys, Stage
 
 
 def _links(keys: Keys, turns: bool) -> tuple[Link, ...]:

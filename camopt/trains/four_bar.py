@@ -30,6 +30,8 @@ from camopt.trains.link import (
     Coupler,
     DeadPoint,
     Force,
+    Keys,
+    Stage,
     Unassembled,
     Vector,
     acute,
@@ -41,7 +43,6 @@ from camopt.trains.link import (
     value_at_start,
 )
 from camopt.trains.sketch import Port, Sketch, Standing, bar
-from camopt.trains.stage import Keys, Stage
 
 ROCKER_IN_LINE = "coupler and rocker are in line"
 

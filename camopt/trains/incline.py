@@ -15,9 +15,8 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 from camopt.trains.constant import Constant
-from camopt.trains.link import RADIAN, Force, Unassembled, needed, one_like, square_to
+from camopt.trains.link import RADIAN, Force, Keys, Stage, Unassembled, needed, one_like, square_to
 from camopt.trains.sketch import Port, Sketch, Standing, sliding
-from camopt.trains.stage import Keys, Stage
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,7 @@
 """A link of a train: how an input displacement becomes an output displacement, and back, in any kind of number.
 
+A stage of a train has keys in scenes, and makes one or two links of their values.
+
 Displacements are counted from the start position, mm or rad. Formulas take series (``numerics.taylor``): of arrays,
 or of other numbers, whose derivatives are those of the motion. Proofs take as exact what a link is made from, also
 the numbers of its start position, which are found and rounded.
@@ -9,7 +11,7 @@ linkages of a box (``numerics.sloped.Placed``), or from series, by what is off o
 cannot be put together no number is known.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from math import inf, isfinite, pi
@@ -266,3 +268,38 @@ class Bar:
         along = square + (self.length - self.other) * (self.length + self.other)
         across = root(square * (self.length * self.length * 4.0) - along * along)
         return towards + angle_of(along, across) * self.side - self.rest
+
+
+Keys = Mapping[str, Any]
+"""The values of a stage by key, mm and deg: those that it needs, and of the others those that are given."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A kind of stage."""
+
+    name: str
+    words: str
+    needs: tuple[str, ...]
+    """The keys that it has to have."""
+    others: tuple[str, ...]
+    """Those that it may have."""
+    turns: Callable[[Keys, bool], bool]
+    """Whether what it moves is an angle, if what comes to it is one or not."""
+    links: Callable[[Keys, bool], Sequence[Link]]
+    """Its links from values by key, and whether what comes to it is an angle; raises ``Unassembled``."""
+
+    def made(self, keys: Keys, turns: bool) -> Sequence[Link]:
+        """Its links from values by key, and whether what comes to it is an angle.
+
+        Raises
+        ------
+        Unassembled
+            If a key is missing or is none of its own, or it cannot be put together.
+        """
+        own = (*self.needs, *self.others)
+        if missing := [key for key in self.needs if keys.get(key) is None]:
+            raise Unassembled(f"{self.words} needs {', '.join(missing)}")
+        if strange := [key for key, value in keys.items() if value is not None and key not in own]:
+            raise Unassembled(f"{self.words} has no {strange[0]}; known: {', '.join(own)}")
+        return self.links({key: value for key, value in keys.items() if value is not None}, turns)

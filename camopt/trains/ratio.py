@@ -6,8 +6,7 @@
 """
 
 from camopt.trains.constant import Constant
-from camopt.trains.link import Unassembled, needed
-from camopt.trains.stage import Keys, Stage
+from camopt.trains.link import Keys, Stage, Unassembled, needed
 
 LEAST = 1e-9
 """A ratio nearer to 0 makes numbers that no double holds."""

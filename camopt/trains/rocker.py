@@ -9,8 +9,7 @@ A follower that oscillates is the first arm itself.
 """
 
 from camopt.trains.arm import Arm, arm
-from camopt.trains.link import Link, Reversed, Unassembled
-from camopt.trains.stage import Keys, Stage
+from camopt.trains.link import Keys, Link, Reversed, Stage, Unassembled
 
 
 def driven(keys: Keys, turns: bool) -> tuple[Link, ...]:

@@ -1,8 +1,7 @@
 """A slider-crank, driven from its crank, or where a length comes to it from its slide (``trains.crank``)."""
 
 from camopt.trains.crank import crank
-from camopt.trains.link import Link, Reversed
-from camopt.trains.stage import Keys, Stage
+from camopt.trains.link import Keys, Link, Reversed, Stage
 
 
 def _links(keys: Keys, turns: bool) -> tuple[Link]:

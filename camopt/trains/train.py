@@ -14,9 +14,8 @@ from camopt.trains import TRAIN_STAGES
 from camopt.trains.carried import Brought, Carried, Joint, brought
 from camopt.trains.constant import Constant
 from camopt.trains.joints import JointForce, Weighted, forces_of
-from camopt.trains.link import Link, Unassembled, one_like, position_at, reversed_link, value_at
+from camopt.trains.link import Keys, Link, Unassembled, one_like, position_at, reversed_link, value_at
 from camopt.trains.sketch import Port, Sketch
-from camopt.trains.stage import Keys
 
 NO_MOTION = 1e-9  # rad (mm): a start position no further from a dead point is at it
 

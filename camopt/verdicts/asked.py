@@ -6,9 +6,8 @@ a law of doubles cannot have one number exactly, nor does a solver find it.
 
 import numpy as np
 
-from camopt.motion.conditions import MISSED, Condition
 from camopt.motion.programme import Programme, span
-from camopt.motion.stroke import ALL_STROKES, Stroke
+from camopt.motion.stroke import ALL_STROKES, MISSED, Condition, Stroke
 from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.motion_ranges import angle_over, derivatives_over
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED, worst

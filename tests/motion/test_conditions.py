@@ -21,10 +21,9 @@ import conditions as study
 from camopt import BadInput, Scene, certify, evaluate, find_scene, plot, synthesise
 from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture
-from camopt.motion.conditions import MISSED
 from camopt.motion.programme import Programme, root_mean_square, span
 from camopt.motion.run import Run, bernstein_of, derivative_of, means_between
-from camopt.motion.stroke import ALL_STROKES, Passing
+from camopt.motion.stroke import ALL_STROKES, MISSED, Passing
 from camopt.numerics.irreducible import irreducible
 from camopt.numerics.quadratic import least_within
 from camopt.problem.problem import resolve
