@@ -184,10 +184,10 @@ def _variables(problem: Problem) -> dict[Variable, tuple[float, float]]:
 
 
 def _of_train(scene: Scene, problem: Problem) -> Iterator[tuple[Variable, float]]:
-    """The numbers of the train that a scene gives, which are not 0."""
+    """The numbers of the train that a scene gives, which are not 0; a load by cam angle is none."""
     variables = {each.key: each for each in problem.variables if each.enters == "train"}
     for key, value in scene.numbers(variables).items():
-        if value:
+        if value and not isinstance(value, tuple):
             yield variables[key], value
 
 

@@ -64,6 +64,13 @@ def test_a_place_that_jumps_to_another_peak_has_no_slope():
     assert aside["pressure_angle_max_at_deg", "follower.offset"].derivative is not None
 
 
+def test_a_load_by_cam_angle_is_no_variable():
+    found = camopt.sensitivities("clamp-by-wedge")
+    keys = {key for _, key in found}
+    assert "train.1.mass" in keys
+    assert "train.1.load" not in keys
+
+
 def test_numbers_of_a_train_are_variables():
     """A lever in closed form; lengths and angles of a bell crank against evaluations beside it."""
     lever = camopt.find_scene("roller-1000rpm").replace(train=[{"stage": "ratio", "ratio": 1.6}])
