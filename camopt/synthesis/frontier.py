@@ -10,6 +10,7 @@ from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from itertools import chain, combinations, permutations, product
+from math import ceil
 from os import cpu_count
 from typing import Any, NamedTuple
 
@@ -22,6 +23,7 @@ from camopt.engines.processes import processes
 from camopt.engines.progress import Progress, report_progress, with_progress_bar
 from camopt.mistakes import BadInput, Mistake, Unmet, nearest
 from camopt.numerics import FloatArray
+from camopt.numerics.clock import now
 from camopt.problem.limits import limited_quantity
 from camopt.problem.problem import resolve
 from camopt.quantities.function import FunctionCall
@@ -32,12 +34,46 @@ from camopt.synthesis import residual
 from camopt.synthesis.axis_minimiser import AxisMinimiser, FrontierCam
 from camopt.synthesis.cams import known_laws, known_row
 from camopt.synthesis.ceilings import ceilings_at, quantities
-from camopt.synthesis.foresight import Foresight
 from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.synthesise import bound_of
 from camopt.synthesis.traded import Frontier
+from camopt.tables.cells import duration
 from camopt.tables.designs import Design
+
+LONG = 20.0  # seconds: a shorter time is over before anyone wonders
+FAR_MORE = 2.0  # times what was told, which is told again
+
+
+class Foresight:
+    """The time of searches that run one kind after the other, each kind on all workers.
+
+    Those to come are taken to be as long as those of the last kind: where a load is an axis, the first kind that
+    has it tells more than the kinds before.
+    """
+
+    def __init__(self, kinds: Sequence[int], workers: int, tell: Callable[[str], None] | None) -> None:
+        """``kinds`` are the numbers of searches, in order."""
+        self._kinds, self._workers, self._tell = [*kinds], workers, tell
+        self._begun, self._since, self._told = now(), now(), LONG / FAR_MORE
+
+    def kind_done(self) -> None:
+        """The searches of the next kind are done: say what all of them will take, where that is long."""
+        count, here = self._kinds.pop(0), now()
+        if not count or not self._tell:
+            return
+        each = (here - self._since) / self._rounds(count)
+        rest = sum(map(self._rounds, self._kinds)) * each
+        whole, self._since = here - self._begun + rest, here
+        if rest > 0.0 and whole > FAR_MORE * self._told:
+            self._told = whole
+            more = f"{sum(self._kinds):,} more searches for a motion"
+            self._tell(f"{more}, about {duration(whole)} in all; fewer points take less")
+
+    def _rounds(self, count: int) -> int:
+        """The number of searches of a worker, one after the other."""
+        return ceil(count / self._workers)
+
 
 END_WIDENING = 1e-5  # by which the end of a term is widened, relative, so that a solver finds its laws
 LOCAL_ENDS = 3e-4  # and that of a quantity, so that convex steps do

@@ -206,19 +206,11 @@ class Search:
             left = left[np.argsort(excess.value.high[left], kind="stable")]  # what is not known comes last
             if np.any(parts.narrow[left]) or now() > self.until:
                 break
-            parts = self.narrowed(parts.take(left), excess.slopes[:, left])
-            steepest = self.steepness(excess.slopes[:, left])
+            parts = parts.take(left).monotone(excess.slopes[:, left])
+            steepest = excess.slopes[:, left].largest_magnitude
             for some in np.array_split(np.arange(left.size), -(-left.size // self.at_once) or 1):
                 stack += [parts.take(some).cut(steepest[:, some])] if some.size else []
         return Answer(UNDECIDED)
-
-    def narrowed(self, parts: Parts, slopes: Interval) -> Parts:
-        """Parts without what surely exceeds the claim less than the rest of them."""
-        return parts.monotone(slopes)
-
-    def steepness(self, slopes: Interval) -> FloatArray:
-        """How much each variable changes the excess."""
-        return slopes.largest_magnitude
 
     def excess(self, parts: Parts) -> Sloped:
         """By how much designs of parts exceed the claim."""
@@ -235,12 +227,9 @@ class Search:
         designs = self.design.take(np.zeros(parts.size, dtype=int))
         fixed: dict[str, Any] = {name: as_interval(each) for name, each in designs.sizes.items()}
         designs = designs.with_values(fixed | dict(zip(self.names, sizes, strict=True)))
-        value = value_of(self.claim.curve(designs, programme), ..., self.state(parts, middle[0], angle))
+        state = state_over(programme.table, parts.panel, middle[0], angle)
+        value = value_of(self.claim.curve(designs, programme), ..., state)
         return value.divided() if isinstance(value, Quotient) else value, designs, angle
-
-    def state(self, parts: Parts, u: FloatArray, angle: Sloped) -> Any:
-        """The state of the follower over parts, whose middles are at ``u``."""
-        return state_over(self.problem.programme.table, parts.panel, u, angle)
 
     def point(self, parts: Parts, number: int) -> Designs:
         """The design in the middle of a part."""

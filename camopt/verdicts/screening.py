@@ -1,29 +1,114 @@
 """Screening: the quantities of those designs of many that hold every limit, with a verdict that is proved.
 
-Effects run cheapest first, and a design that breaks a limit is dropped before the next effect runs.
+Effects run cheapest first, and a design that breaks a limit is dropped before the next effect runs. Claims on
+curves come first: a claim holds at every cam angle, so any one angle refutes it. Designs that are alike are at
+their worst near the same angles. Where nodes of the motion show that most of a few designs break a claim, all
+designs are looked at there. The extremes of the curves decide about the rest.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
-from operator import and_
-from typing import NamedTuple
+from operator import and_, or_
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from camopt.effects import Case, Effect
-from camopt.effects.known import NOTHING_KNOWN, KnownExtremes
+from camopt.effects.known import NOTHING_KNOWN, KnownExtremes, Question
+from camopt.effects.peak import CLEAR, Derivative, Variant
 from camopt.mechanisms import Designs
-from camopt.numerics import BoolArray, IndexArray
+from camopt.numerics import LEAST, BoolArray, FloatArray, IndexArray
+from camopt.numerics.curves import value_of
+from camopt.numerics.piecewise import node_motion, of_all_rows
 from camopt.problem.claims import Claim, together
 from camopt.problem.limit import Limit, needs_of
 from camopt.problem.limits import peaks_of
 from camopt.problem.problem import Problem, exactly, strictest
 from camopt.problem.rows import Rows
-from camopt.verdicts.held_by_extremes import held_by_extremes, with_extremes
 from camopt.verdicts.judging import Effort, evaluate_with_effort, proved_status, with_narrow_numbers
-from camopt.verdicts.refuting import refuted
 from camopt.verdicts.running import beyond_pitch, extended, of_curves, planned, with_pitch_values
+
+MANY, FEW, NODES = 500, 16, 4  # designs that are worth it, those asked first, and nodes for each side of a claim
+BROKEN_BEYOND = 1e-6  # relative, of what is further beyond a bound than rounding
+
+
+@np.errstate(all="ignore")
+def refuted(case: Case, claims: Iterable[Claim]) -> BoolArray:
+    """Which designs of a case break one of some claims for certain; of few designs none are asked."""
+    found, table = np.zeros(len(case.designs), dtype=bool), case.programme.table
+    asked = [each for each in claims if not isinstance(each.curve, Derivative)] if found.size > MANY else []
+    pieces = np.repeat(table.kind, np.diff(table.first_panel) + 1)
+    for made in {each.curve: None for each in asked}:
+        record = made(case.designs, case.programme)
+        few = case.designs.take(np.linspace(0, found.size - 1, FEW).astype(int))
+        values = value_of(made(few, case.programme), ..., node_motion(of_all_rows(table), ...))
+        for claim in (each for each in asked if each.curve is made):
+            for side in claim.sides:
+                shown = _beyond(claim, side, values, few) & (pieces & claim.kinds != 0)[:, None]
+                for node in _telling(shown):
+                    found |= _beyond(claim, side, value_of(record, ..., node_motion(table, node)), case.designs)
+    return found
+
+
+def _telling(shown: BoolArray) -> Iterator[int]:
+    """The nodes that show the most, one by one, of what (nodes, designs) show."""
+    for _ in range(NODES):
+        if not shown.any():
+            break
+        node = int(np.argmax(shown.sum(axis=1)))
+        yield node
+        shown = shown & ~shown[node]
+
+
+def _beyond(claim: Claim, side: float, values: FloatArray, designs: Designs) -> Any:
+    """Which values of the curve of a claim are clearly beyond its bound."""
+    allowed = claim.allowed()
+    room = BROKEN_BEYOND * (abs(allowed) or claim.unit(designs))
+    return side * claim.factor(designs) * values > allowed + room
+
+
+def with_extremes(case: Case, claims: Sequence[Claim], apart: Iterable[Variant]) -> KnownExtremes:
+    """What is known of designs, with the extremes of the curve of some claims that these are about.
+
+    Kinds of piece that curves ``apart`` tell apart are asked apart.
+    """
+    curve = claims[0].curve
+    questions = _questions(case, claims, [kinds for make, kinds in apart if make is curve])
+    return case.known.with_answers(curve, questions, case.extremes(curve, questions))
+
+
+def _questions(case: Case, claims: Sequence[Claim], apart: Sequence[int]) -> list[Question]:
+    """As few questions as tell of each claim: one about all kinds of piece that none of them tells apart."""
+    found: dict[tuple[int, ...], int] = {}
+    for goal in dict.fromkeys(claim.goal for claim in claims):
+        about = [claim.kinds for claim in claims if claim.goal == goal]
+        for bit in _bits(reduce(or_, about) & case.programme.kinds):
+            same = (goal, *(bool(bit & kinds) for kinds in (*about, *apart)))
+            found[same] = found.get(same, 0) | bit
+    return [(kinds, goal) for (goal, *_), kinds in found.items()]
+
+
+def _bits(number: int) -> Iterator[int]:
+    """The powers of two of which a number is the sum."""
+    while number:
+        yield number & -number
+        number &= number - 1
+
+
+def held_by_extremes(known: KnownExtremes, claims: Iterable[Claim], case: Case) -> tuple[BoolArray, BoolArray]:
+    """Which designs may hold some claims by what is known of their curves, and which do for certain."""
+    possible, held = np.ones((2, len(case.designs)), dtype=bool)
+    for claim in claims:
+        kinds, allowed = claim.kinds & case.programme.kinds, claim.allowed()
+        room = CLEAR * abs(allowed) or CLEAR * claim.unit(case.designs)
+        parts = known.parts(claim.curve, (kinds, claim.goal)) if kinds else []
+        assert bool(parts) == bool(kinds)
+        for found in parts:
+            near = -found.value if claim.goal == LEAST else found.value
+            possible &= near <= allowed + room
+            held &= near + found.width <= allowed - room
+    return possible, held
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from camopt.numerics.quadratic import least_within
 from camopt.problem.problem import resolve
 from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.synthesise import Unmet, bound_of
-from camopt.verdicts.asked import conditions_verdict
+from camopt.verdicts.certify import conditions_verdict
 
 MOVES = [{"segment": "move", "angle": 200, "to": 40}, {"segment": "dwell", "angle": 20}]
 BACK = [{"segment": "move", "angle": 120, "to": 0}, {"segment": "dwell", "angle": 20}]

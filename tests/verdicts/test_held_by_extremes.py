@@ -13,8 +13,8 @@ from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.problem.claims import together
 from camopt.problem.problem import resolve
 from camopt.problem.sample import searched_space
-from camopt.verdicts.held_by_extremes import held_by_extremes, with_extremes
 from camopt.verdicts.judging import evaluate_rows
+from camopt.verdicts.screening import held_by_extremes, with_extremes
 
 SEARCH = {"search.base_radius": {"start": 40, "stop": 160, "step": 8}, "search.offset": [-20, 0, 20]}
 KINDS = ("rise", "dwell", "return")

@@ -25,9 +25,9 @@ MOST_IMPORTS_INSIDE, MOST_OF_OURS = 71, 23
 
 MOST_STATEMENTS = {
     "foundations": (5_290, ("engines", "kernels", "mistakes", "numerics", "quantities", "storage")),
-    "models": (9_150, ("effects", "mechanisms", "motion", "trains")),
+    "models": (9_140, ("effects", "mechanisms", "motion", "trains")),
     "scenes": (6_110, ("problem", "scene")),
-    "searches": (19_290, ("front", "measured", "smallest", "synthesis", "tables", "tolerances", "verdicts")),
+    "searches": (19_240, ("front", "measured", "smallest", "synthesis", "tables", "tolerances", "verdicts")),
     "presentation": (11_270, ("comparing", "contour", "drawing", "exporting", "reporting", "sheet", "studies")),
     "commands": (990, ("__init__", "__main__", "cli", "library")),
 }
