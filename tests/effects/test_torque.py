@@ -14,10 +14,10 @@ from mpmath import fp, mp
 from numpy.polynomial import chebyshev, polynomial
 from support import naive, own
 from support.depth import times
+from support.dynamics import Dynamics
 
 from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep
 from camopt.effects import force
-from camopt.effects.given import GivenDynamics
 from camopt.effects.torque import torque_over_turn, torque_series
 from camopt.effects.work import integral, largest_of_series, total
 from camopt.motion import LAWS
@@ -234,7 +234,7 @@ def series_of(shape, dynamics, omega):
 @pytest.mark.parametrize("law", own.STILL)
 def test_the_energy_balance_closes(law):
     """∮T dθ is what the damper takes: by the panels' integrals, and by Gauss points on the laws themselves."""
-    shape, dynamics, omega = turn(law), GivenDynamics(4e-4, 0.02, 3.0, 40.0, 15.0), RPM * pi / 30
+    shape, dynamics, omega = turn(law), Dynamics(4e-4, 0.02, 3.0, 40.0, 15.0), RPM * pi / 30
     found, series = over_turn(shape, dynamics, omega), series_of(shape, dynamics, omega)
     assert abs(total(shape.table.half_width, series) - 2 * pi * found.mean) < 1e-13 * found.rms
     nodes, weights = np.polynomial.legendre.leggauss(24)
@@ -247,13 +247,13 @@ def test_the_energy_balance_closes(law):
 
 @pytest.mark.parametrize("law", own.STILL)
 def test_inertia_is_linear_in_mass_and_square_in_speed(law):
-    light, heavy = (over_turn(turn(law), GivenDynamics(mass), 50.0) for mass in (1e-3, 2e-3))
-    fast = over_turn(turn(law), GivenDynamics(1e-3), 100.0)
+    light, heavy = (over_turn(turn(law), Dynamics(mass), 50.0) for mass in (1e-3, 2e-3))
+    fast = over_turn(turn(law), Dynamics(1e-3), 100.0)
     assert heavy == tuple(2.0 * value for value in light)
     assert fast == tuple(4.0 * value for value in light)
     full = {"damping": 0.02, "stiffness": 3.0, "preload": 40.0}
-    once, twice = (series_of(turn(law), GivenDynamics(mass, **full), 50.0) for mass in (1e-3, 2e-3))
-    alone = series_of(turn(law), GivenDynamics(1e-3), 50.0)
+    once, twice = (series_of(turn(law), Dynamics(mass, **full), 50.0) for mass in (1e-3, 2e-3))
+    alone = series_of(turn(law), Dynamics(1e-3), 50.0)
     assert np.abs(twice - once - alone).max() < 1e-14 * np.abs(twice).max()
 
 
@@ -263,7 +263,7 @@ def test_the_programme_backwards_mirrors_the_torque(law):
     low, high = ("dwell", 90, 0, None), ("dwell", 40, 0, None)
     there = programme(("rise", 100, 20, law), high, ("return", 130, 20, law), low)
     back = programme(low, ("rise", 130, 20, law), high, ("return", 100, 20, law))
-    free, damped = GivenDynamics(1e-3, 0.0, 3.0, 40.0), GivenDynamics(1e-3, 0.05, 3.0, 40.0)
+    free, damped = Dynamics(1e-3, 0.0, 3.0, 40.0), Dynamics(1e-3, 0.05, 3.0, 40.0)
     a, b = over_turn(there, free, 70.0), over_turn(back, free, 70.0)
     assert (a.largest, -a.least) == (near(-b.least), near(b.largest))
     assert (a.rms, a.fluctuation) == (near(b.rms), near(b.fluctuation))
@@ -288,7 +288,7 @@ either = st.floats(-1e3, 1e3)
     st.sampled_from(sorted(own.EVERY)),
     st.sampled_from(sorted(own.EVERY)),
     st.tuples(*[st.floats(1e-6, 1e3)] * 2),
-    st.tuples(*[st.floats(0.0, 1e3)] * 4, either).map(lambda given: GivenDynamics(*given)),
+    st.tuples(*[st.floats(0.0, 1e3)] * 4, either).map(lambda given: Dynamics(*given)),
     positive,
 )
 @settings(max_examples=times(150, deep=1500))

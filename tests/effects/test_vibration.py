@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from support import own
 from support.depth import times
+from support.dynamics import Dynamics
 
 import camopt
 from camopt.effects.force import weights
-from camopt.effects.given import GivenDynamics
 from camopt.effects.vibration import (
     corners,
     dynamic_factor,
@@ -150,7 +150,7 @@ def test_a_harmonic_motion_over_the_whole_turn_in_closed_form(ratio, damping):
     assert found.overshoot == pytest.approx(float(abs(z)), rel=1e-12)
     assert found.acceleration == pytest.approx(float(abs(x)), rel=1e-12)
     assert found.residual == 0.0  # no dwell
-    train = GivenDynamics(mass=2e-3, damping=0.04, stiffness=3.0, preload=10.0, load=4.0, damping_ratio=damping)
+    train = Dynamics(mass=2e-3, damping=0.04, stiffness=3.0, preload=10.0, load=4.0, damping_ratio=damping)
     swing = abs(-train.mass * omega**2 * x + (3.0 + 0.04j * omega) * (-h / 2))
     expected = 3.0 * h / 2 + 14.0 - swing
     force, _ = least_contact(turn, *weights(train, omega), ratio, damping)
@@ -264,7 +264,7 @@ def test_resonance_is_infinite_and_damping_bounds_it():
     found = vibration(turn, 7.0, 0.0)
     assert found.overshoot == found.overshoot_bound == found.acceleration == found.acceleration_bound == inf
     assert found.residual == inf
-    assert least_contact(turn, *weights(GivenDynamics(mass=1.0), 1.0), 7.0, 0.0) == (-inf, -inf)
+    assert least_contact(turn, *weights(Dynamics(mass=1.0), 1.0), 7.0, 0.0) == (-inf, -inf)
     # near it the response grows as 1/ζ and as 1/(r − n)
     sizes = [vibration(turn, 7.0, damping).overshoot for damping in (1e-5, 1e-6)]
     assert sizes[1] / sizes[0] == pytest.approx(10.0, rel=1e-3)
@@ -359,7 +359,7 @@ def test_many_trains_together_are_each_what_it_is_alone(monkeypatch):
     """Soft, stiff and resonant ones, in any order, and where intervals are too many for all of them together."""
     turn = two_strokes("cycloidal", "poly345")
     ratios, shares = np.array([0.3, 7.0, 7.0, 41.3, 7.0, 0.3]), np.array([0.0, 0.0, 0.1, 0.02, 0.0, 0.5])
-    factors = weights(GivenDynamics(mass=1e-3, damping=0.01, stiffness=3.0, preload=np.linspace(10, 20, 6)), 30.0)
+    factors = weights(Dynamics(mass=1e-3, damping=0.01, stiffness=3.0, preload=np.linspace(10, 20, 6)), 30.0)
     pressed = [
         least_contact(turn, *each) for each in zip(*np.broadcast_arrays(*factors, ratios, shares), strict=True)
     ]
