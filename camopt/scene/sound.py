@@ -8,6 +8,7 @@ from typing import Any, Literal, get_origin
 from pydantic import TypeAdapter, ValidationError
 
 from camopt.mistakes import BadInput
+from camopt.scene.choices import StepRange
 from camopt.scene.shape import members_of
 from camopt.scene.tables import AnyTable, SceneTable, table_in
 
@@ -50,6 +51,8 @@ def _sound_value(model: type[SceneTable], name: str, value: Any, wrong: Collecti
     table = table_in(_hint_of(model, name))
     if key in wrong:
         words = str in kinds or Literal in origins
+        if StepRange in kinds and tuple not in origins:
+            return StepRange.model_construct(start=nan, stop=nan)  # a range is asked, whatever its ends
         return nan if float in kinds else value if words and isinstance(value, str) else LEFT_OUT
     if table and isinstance(value, Mapping) and dict in origins:
         named = {each: row if isinstance(row, Mapping) else {} for each, row in value.items()}
