@@ -14,7 +14,7 @@ from camopt.cli.terminal import show
 from camopt.mistakes import Unmet
 from camopt.scene.synthesis import AXIS_TERMS
 from camopt.smallest.optimise import optimise
-from camopt.synthesis import foresight
+from camopt.synthesis import frontier as searches
 from camopt.synthesis.axis_minimiser import AxisMinimiser
 from camopt.synthesis.cams import within
 from camopt.synthesis.ceilings import ceilings_of
@@ -471,8 +471,8 @@ def test_a_frontier_of_nothing(scene):
 def test_a_long_frontier_is_told_beforehand(monkeypatch, kinds, workers, clock, told):
     """What has passed, and each round of the searches to come as long as one of the last kind."""
     times, found = iter([0.0, 0.0, *clock]), []
-    monkeypatch.setattr(foresight, "now", lambda: next(times))
-    foreseen = foresight.Foresight(kinds, workers, found.append)
+    monkeypatch.setattr(searches, "now", lambda: next(times))
+    foreseen = searches.Foresight(kinds, workers, found.append)
     for _ in clock:
         foreseen.kind_done()
     ends = "in all; fewer points take less"
@@ -480,7 +480,7 @@ def test_a_long_frontier_is_told_beforehand(monkeypatch, kinds, workers, clock, 
 
 
 def test_it_is_told_before_the_first_point(monkeypatch):
-    monkeypatch.setattr(foresight, "LONG", 0.0)
+    monkeypatch.setattr(searches, "LONG", 0.0)
     events = []
     coarse = find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
     frontier(coarse, points=2, workers=1, progress=lambda done, _: events.append(done), tell=events.append)
