@@ -35,7 +35,7 @@ from camopt.problem.problem import resolve
 from camopt.problem.rows import concatenate_rows
 from camopt.problem.space import space_of
 from camopt.quantities import QUANTITIES
-from camopt.verdicts import refuting
+from camopt.verdicts import screening
 from camopt.verdicts.judging import evaluate_with_effort
 from camopt.verdicts.running import run_effects
 
@@ -206,7 +206,7 @@ def test_a_sweep_finds_what_the_plain_path_finds_of_each_design(contact, seed, b
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(numbering, "AT_ONCE", 16)
             patch.setattr(numbering, "WORTH", worth)
-            patch.setattr(refuting, "MANY", 0)
+            patch.setattr(screening, "MANY", 0)
             found = streamed(space, names if kept else compared_names(problem), block, rows.append, kept)
         assert (found.existing, found.feasible) == (existing, expected.count)
         if kept:
