@@ -43,6 +43,11 @@ from camopt.tables.designs import Design
 
 LONG = 20.0  # seconds: a shorter time is over before anyone wonders
 FAR_MORE = 2.0  # times what was told, which is told again
+END_WIDENING = 1e-5  # by which the end of a term is widened, relative, so that a solver finds its laws
+LOCAL_ENDS = 3e-4  # and that of a quantity, so that convex steps do
+START_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of one end and another, in the laws that convex steps start from
+LARGEST_CAM = 5.0  # of the least size: a cam of a load that is traded, where nothing else says
+NEARLY_NONE = 1e-3  # of an axis' largest value: less of it is not looked for
 
 
 class Foresight:
@@ -73,13 +78,6 @@ class Foresight:
     def _rounds(self, count: int) -> int:
         """The number of searches of a worker, one after the other."""
         return ceil(count / self._workers)
-
-
-END_WIDENING = 1e-5  # by which the end of a term is widened, relative, so that a solver finds its laws
-LOCAL_ENDS = 3e-4  # and that of a quantity, so that convex steps do
-START_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of one end and another, in the laws that convex steps start from
-LARGEST_CAM = 5.0  # of the least size: a cam of a load that is traded, where nothing else says
-NEARLY_NONE = 1e-3  # of an axis' largest value: less of it is not looked for
 
 
 @options_by_keyword

@@ -31,6 +31,10 @@ from camopt.verdicts.words import BROKEN, HELD, UNDECIDED, worst
 CONDITIONS = "conditions"
 OWN_LAWS = "camopt.motion."
 """How the names of modules of laws begin."""
+PARTS = 512
+"""Of each panel, for conditions: the range of a part is then too wide by far less than what a motion may miss."""
+TOUCHING = 1e-9
+"""Of half a panel: a panel that a range of cam angles enters by less is left out."""
 
 
 def is_proved(programme: Programme) -> bool:
@@ -195,12 +199,6 @@ def summary(verdicts: dict[str, str]) -> str:
     return worst(verdicts.values())
 
 
-PARTS = 512
-"""Of each panel: the range of a part is then too wide by far less than what a motion may miss."""
-TOUCHING = 1e-9
-"""Of half a panel: a panel that a range of cam angles enters by less is left out."""
-
-
 def conditions_verdict(programme: Programme) -> str | None:
     """Whether all conditions hold: held, broken or undecided; None if nothing is asked."""
     start = programme.strokes[0].low
@@ -228,10 +226,8 @@ def _verdict(condition: Condition, stroke: Stroke) -> str:
 
 def _within(condition: Condition, alone: Programme, panels: IntArray, start: FloatArray, end: FloatArray) -> str:
     """Whether a condition holds over parts of panels: below one end of its range, and above the other."""
-    order, moved = (
-        condition.order,
-        derivatives_over(alone.table, panels, *angle_over(alone.table, panels, start, end), 4)[condition.order],
-    )
+    order, place = condition.order, angle_over(alone.table, panels, start, end)
+    moved = derivatives_over(alone.table, panels, *place, 4)[order]
     least, most = span(alone, (0.0,) * order + (1.0,), ALL_STROKES)
     room = MISSED[order] * max(abs(least), abs(most))
     low, high = condition.low - room, condition.high + room
