@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 COMPILERS = ("numba", "llvmlite")
-KERNEL_FOLDERS = ("effects", "kernels", "mechanisms", "motion", "numerics")
+KERNEL_FOLDERS = ("effects", "kernels", "mechanisms", "motion", "numerics", "quantities", "trains")
 
 
 @cache
