@@ -15,10 +15,10 @@ import numpy as np
 from rival_c import MECHANISMS, rival
 from throughput import Job, default_job, jobs
 
-from camopt.engines.threads import Threads
-from camopt.front.blocks import gathered
-from camopt.front.plan import sweep_plan
-from camopt.problem.rows import Rows
+from camopt.core.engines.threads import Threads
+from camopt.scene.problem.rows import Rows
+from camopt.solve.front.blocks import gathered
+from camopt.solve.front.plan import sweep_plan
 
 STEPS, ROUNDS, WARM = 1000, 9, 3
 THREADS = os.cpu_count() or 1

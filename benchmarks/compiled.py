@@ -10,6 +10,6 @@ from typing import Any
 SMALL_ARRAY = 600
 
 with suppress(ImportError):  # a commit before camopt decided that
-    compile: Any = import_module("camopt.kernels.compile")
+    compile: Any = import_module("camopt.core.kernels.compile")
     compile.SMALL_ARRAY = SMALL_ARRAY  # of a commit before work was counted
     compile.COMPILATION = 30.0 * SMALL_ARRAY

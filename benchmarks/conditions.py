@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from camopt import BadInput, Scene, Unmet, synthesise
-from camopt.problem.problem import resolve
+from camopt.scene.problem.problem import resolve
 
 CAM = {"form": "disc", "rpm": 60, "base_radius": 500}
 FOLLOWER = {"motion": "translating", "contact": "knife"}

@@ -37,13 +37,13 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from camopt import LAWS, Unmet, find_scene, fit
-from camopt.measured.columns import TableColumns
-from camopt.measured.noise import band_factor, errors_of
-from camopt.measured.outline import LIKELY, Dwell, read_outline
-from camopt.measured.reading import read_points
-from camopt.motion.programme import Programme, law_peaks, peak
-from camopt.motion.stroke import ALL_STROKES
-from camopt.problem.problem import resolve
+from camopt.model.motion.programme import Programme, law_peaks, peak
+from camopt.model.motion.stroke import ALL_STROKES
+from camopt.scene.problem.problem import resolve
+from camopt.solve.measured.columns import TableColumns
+from camopt.solve.measured.noise import band_factor, errors_of
+from camopt.solve.measured.outline import LIKELY, Dwell, read_outline
+from camopt.solve.measured.reading import read_points
 
 NOISES = (0.001, 0.01, 0.05)  # mm
 VALVES = ("exhaust-valve", "bucket-valve")

@@ -24,17 +24,17 @@ from pymoo.termination.max_time import TimeBasedTermination
 from scipy.interpolate import CubicSpline
 
 from camopt import Scene, find_scene, load, sweep
-from camopt.drawing.style import SERIES, canvas, dress
-from camopt.effects import Case
-from camopt.front import refine
-from camopt.front.pareto import costs_of, hypervolume, non_dominated, row_costs, scale_of_costs
-from camopt.mechanisms import Designs
-from camopt.numerics import FloatArray
-from camopt.problem.problem import resolve
-from camopt.problem.rows import Rows
-from camopt.problem.settings import problems_of
-from camopt.verdicts.judging import excesses
-from camopt.verdicts.running import run_effects
+from camopt.core.numerics import FloatArray
+from camopt.model.effects import Case
+from camopt.model.mechanisms import Designs
+from camopt.scene.problem.problem import resolve
+from camopt.scene.problem.rows import Rows
+from camopt.scene.problem.settings import problems_of
+from camopt.show.drawing.style import SERIES, canvas, dress
+from camopt.solve.front import refine
+from camopt.solve.front.pareto import costs_of, hypervolume, non_dominated, row_costs, scale_of_costs
+from camopt.solve.verdicts.judging import excesses
+from camopt.solve.verdicts.running import run_effects
 
 MANY = 10_000
 RUNS, SEEDS, POPULATION, TIMES = 3, 3, 400, (1, 10)

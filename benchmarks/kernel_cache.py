@@ -24,10 +24,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import camopt
-from camopt.kernels.compile import compiled
-from camopt.kernels.compile_rule import compile_at_once
-from camopt.kernels.compiling import COMPILING
-from camopt.kernels.kernel_cache import content_of
+from camopt.core.kernels.compile import compiled
+from camopt.core.kernels.compile_rule import compile_at_once
+from camopt.core.kernels.compiling import COMPILING
+from camopt.core.kernels.kernel_cache import content_of
 
 SEED = 33
 WHAT = "".join(sys.argv[3:4])

@@ -17,8 +17,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from support.browser import opened, running_browser
 
 import camopt
-from camopt.reporting.results import of_frame, results_page
-from camopt.storage.files import write_text
+from camopt.core.storage.files import write_text
+from camopt.show.reporting.results import of_frame, results_page
 
 SCENES = ("two-pauses", "rocker-valve", "bucket-valve", "feeder-with-stop")
 ROWS = (1_000, 100_000)

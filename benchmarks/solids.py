@@ -21,9 +21,9 @@ from OCP.STEPControl import STEPControl_Reader
 from OCP.TopoDS import TopoDS
 
 from camopt import Scene, cam_points, evaluate, export
-from camopt.exporting import shapes
-from camopt.exporting.step import quiet
-from camopt.exporting.stl import is_watertight, read_triangles, volume
+from camopt.show.exporting import shapes
+from camopt.show.exporting.step import quiet
+from camopt.show.exporting.stl import is_watertight, read_triangles, volume
 
 PLATE = {"thickness": 20, "bore": 16, "keyway_width": 5, "keyway_depth": 2.3, "hub_diameter": 24, "hub_length": 35}
 CYLINDER = {"thickness": 100, "bore": 10, "groove_depth": 8}

@@ -26,14 +26,14 @@ from importlib import import_module
 
 from lazy_loader import attach_stub
 
-from camopt.quantities.shown import HasHtml
+from camopt.core.quantities.shown import HasHtml
 
 __getattr__, __dir__, __all__ = attach_stub(__name__, __file__)
 
 
 def _html(result: HasHtml) -> str:
     """What a notebook shows of a result."""
-    return str(import_module("camopt.drawing.notebook").html_of(result))
+    return str(import_module("camopt.show.drawing.notebook").html_of(result))
 
 
 HasHtml.html = _html

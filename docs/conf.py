@@ -15,8 +15,8 @@ for notebook in (DOCS.parent / "notebooks").glob("*.ipynb"):
 sys.path.insert(0, str(DOCS / "ext"))
 
 from camopt import __version__  # noqa: E402
-from camopt.drawing.style import RC  # noqa: E402
-from camopt.numerics.workspace import keep_freed_memory  # noqa: E402
+from camopt.core.numerics.workspace import keep_freed_memory  # noqa: E402
+from camopt.show.drawing.style import RC  # noqa: E402
 
 keep_freed_memory()
 

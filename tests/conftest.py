@@ -12,7 +12,7 @@ from hypothesis import settings
 from support.depth import is_deep
 from support.ways import boxes_for_front_only
 
-from camopt.numerics.workspace import keep_freed_memory
+from camopt.core.numerics.workspace import keep_freed_memory
 
 gc.set_threshold(1_000_000)  # until tests are collected: what is made by then stays
 
@@ -66,7 +66,7 @@ def command(capsys, monkeypatch, tmp_path):
 @pytest.fixture
 def _few_levels(monkeypatch):
     """A refined front has a dozen rows on each curve in place of a thousand."""
-    from camopt.front import refine
+    from camopt.solve.front import refine
 
     monkeypatch.setattr(refine, "CURVE_LEVELS", 12)
 

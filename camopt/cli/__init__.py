@@ -1,4 +1,10 @@
-"""The command line. Commands import what they need of the rest when they run, not for their help."""
+"""The command line.
+
+In: the words of a command. Out: a printed result, files and an exit code. Commands import what they use when they
+run, so their help comes at once.
+
+Read first: ``main.py``, which lists the commands.
+"""
 
 from lazy_loader import attach_stub
 

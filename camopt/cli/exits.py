@@ -15,7 +15,7 @@ from warnings import catch_warnings
 import click
 
 from camopt.cli import interrupts
-from camopt.mistakes import (
+from camopt.core.mistakes import (
     BAD_INPUT,
     FILE_TROUBLE,
     NOT_REACHED,
@@ -26,7 +26,7 @@ from camopt.mistakes import (
     Unsolved,
     line_of,
 )
-from camopt.storage.files import Untidy
+from camopt.core.storage.files import Untidy
 
 INTERNAL, READER_GONE = 70, 141  # the numbers of sysexits.h and of shells
 DEBUG = "CAMOPT_DEBUG"

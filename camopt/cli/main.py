@@ -6,7 +6,7 @@ from importlib import import_module
 import click
 
 from camopt.cli.exits import run_command
-from camopt.storage.version import VERSION
+from camopt.core.storage.version import VERSION
 
 MODULES = {
     "lists": ("new", "scenes", "keys", "schema", "laws"),

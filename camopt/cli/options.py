@@ -13,9 +13,9 @@ import click
 
 import camopt
 from camopt import cli, library
-from camopt.mistakes import BadInput, Mistake
-from camopt.quantities.unit_systems import SYSTEMS, shown_in
-from camopt.storage.files import check_writable, checked_suffix, path_of
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.quantities.unit_systems import SYSTEMS, shown_in
+from camopt.core.storage.files import check_writable, checked_suffix, path_of
 
 DEFAULT_SCENE = "roller-1000rpm"
 PICTURES = (".png", ".svg", ".pdf")

@@ -4,9 +4,9 @@ from pathlib import Path
 from typing import Any
 
 from camopt.cli.options import Changes, changed, options_named, values_of
-from camopt.mistakes import BadInput, Mistake
+from camopt.core.mistakes import BadInput, Mistake
 from camopt.scene.scene import RESULTS, scene_named
-from camopt.tables.designs import scene_of
+from camopt.solve.tables.designs import scene_of
 
 WITH_ROW = "a TOML file, a shipped scene, or a table of designs (.parquet) with --row"
 

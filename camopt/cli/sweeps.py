@@ -6,13 +6,13 @@ import click
 from click.core import ParameterSource
 
 from camopt.cli.options import DEFAULT_SCENE
-from camopt.front.parts import PART_COMMAND, name_of_part
-from camopt.front.plan import KEPT, TABLED, key_of, plan_of_key, sweep_plan
-from camopt.front.store import interrupted_question
-from camopt.front.sweep import SWEEP_COMMAND
-from camopt.mistakes import BadInput, Mistake
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.storage.manifest import readable_manifest
 from camopt.scene.scene import Scene, find_scene
-from camopt.storage.manifest import readable_manifest
+from camopt.solve.front.parts import PART_COMMAND, name_of_part
+from camopt.solve.front.plan import KEPT, TABLED, key_of, plan_of_key, sweep_plan
+from camopt.solve.front.store import interrupted_question
+from camopt.solve.front.sweep import SWEEP_COMMAND
 
 SAME_SWEEP = {"out", "resume", "part", "workers", "scheduler", "quiet", "as_json", "again"}
 """Options that do not ask for another sweep."""

@@ -7,11 +7,11 @@ from contextlib import ExitStack, contextmanager, redirect_stderr
 from typing import TYPE_CHECKING, Any
 
 from camopt.cli.exits import say
-from camopt.engines.progress import Advance, progress_bar
-from camopt.kernels.compiling import announced
-from camopt.storage.files import LossWarning
-from camopt.tables.cells import to_json
-from camopt.tables.result import ABOUT, NUMERIC, VALUE, Branch, FileLine, Result, Table
+from camopt.core.engines.progress import Advance, progress_bar
+from camopt.core.kernels.compiling import announced
+from camopt.core.storage.files import LossWarning
+from camopt.solve.tables.cells import to_json
+from camopt.solve.tables.result import ABOUT, NUMERIC, VALUE, Branch, FileLine, Result, Table
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -8,7 +8,7 @@ from inspect import Parameter, signature
 from logging import INFO, getLogger
 from typing import Any, ParamSpec, TypeVar
 
-from camopt.mistakes import BadInput, Mistake
+from camopt.core.mistakes import BadInput, Mistake
 from camopt.scene.scene import Scene, find_scene
 
 SceneSource = Scene | str | os.PathLike[str]

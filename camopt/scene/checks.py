@@ -9,9 +9,9 @@ from contextlib import suppress
 from math import degrees, isnan
 from typing import TYPE_CHECKING, Any
 
-from camopt.mechanisms import DRIVEN, SECOND_FIELDS, Mechanism, mechanisms_for
-from camopt.mechanisms.elements import BODIES, FLAT, MOTIONS, PRELOAD, Tip
-from camopt.quantities.scene_numbers import NUMBERS, SPRING_AT
+from camopt.core.quantities.scene_numbers import NUMBERS, SPRING_AT
+from camopt.model.mechanisms import DRIVEN, SECOND_FIELDS, Mechanism, mechanisms_for
+from camopt.model.mechanisms.elements import BODIES, FLAT, MOTIONS, PRELOAD, Tip
 from camopt.scene.choices import StepRange
 from camopt.scene.law_forms import AS_GIVEN, NEAR_END, Fault
 from camopt.scene.load import check_load

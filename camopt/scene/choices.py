@@ -6,8 +6,8 @@ from typing import Annotated, Any, NamedTuple, Self, get_args, get_origin
 
 from pydantic import Discriminator, Field, Tag, TypeAdapter, ValidationError, model_validator
 
-from camopt.mistakes import BadInput, Mistake, nearest
-from camopt.quantities.key import Key
+from camopt.core.mistakes import BadInput, Mistake, nearest
+from camopt.core.quantities.key import Key
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.sizes import SEARCHED
 from camopt.scene.tables import (

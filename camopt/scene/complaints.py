@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.core.mistakes import BadInput, Mistake, nearest
 
 TAGS = ("range/", "values/", "constant/", "file/", "rows/")  # parts of a location in pydantic's errors, no keys
 

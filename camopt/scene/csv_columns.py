@@ -4,8 +4,8 @@ import csv
 from collections.abc import Mapping
 from pathlib import Path
 
-from camopt.mistakes import BadInput
-from camopt.storage.files import read_bytes, text_of
+from camopt.core.mistakes import BadInput
+from camopt.core.storage.files import read_bytes, text_of
 
 MOST_SPANS = 2000  # of a law or load: each span of one is a panel of its own in every kernel
 NO_PREFIXES: Mapping[str, str] = {}

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camopt.mistakes import BadInput, Mistake, listed_words, much_alike, nearest
-from camopt.motion import LAWS
-from camopt.motion.stroke import RETURN, RISE
-from camopt.quantities import QUANTITIES
+from camopt.core.mistakes import BadInput, Mistake, listed_words, much_alike, nearest
+from camopt.core.quantities import QUANTITIES
+from camopt.model.motion import LAWS
+from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.own_quantities import RESULT_KEYS
 from camopt.scene.turn import turn_in
 

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.motion.profile import GivenElement, PlacedElement, Unfit, parts_of
-from camopt.numerics import BoolArray, ComplexArray, FloatArray, IndexArray
+from camopt.core.numerics import BoolArray, ComplexArray, FloatArray, IndexArray
+from camopt.model.motion.profile import GivenElement, PlacedElement, Unfit, parts_of
 from camopt.scene.dxf import Outline, profile_in
 from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mistakes import BadInput
-from camopt.numerics import ComplexArray, FloatArray
-from camopt.storage.files import read_bytes
-from camopt.storage.home import settle_home
+from camopt.core.mistakes import BadInput
+from camopt.core.numerics import ComplexArray, FloatArray
+from camopt.core.storage.files import read_bytes
+from camopt.core.storage.home import settle_home
 
 PROFILE_LAYER = "PROFILE"
 JOINED_WITHIN = 1e-3  # mm: ends so near to each other are one

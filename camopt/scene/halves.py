@@ -8,8 +8,8 @@ half: moves have none of their own here.
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from camopt.mechanisms.elements import DRIVES
-from camopt.quantities import DERIVATIVES
+from camopt.core.quantities import DERIVATIVES
+from camopt.model.mechanisms.elements import DRIVES
 from camopt.scene.law_forms import NEAR_END
 from camopt.scene.mapping import at, number_of, segments
 

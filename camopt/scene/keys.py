@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
-from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.core.mistakes import BadInput, Mistake, nearest
 from camopt.scene.places import TOP, key_of
 from camopt.scene.schema import TABLES, table_schema
 

@@ -7,14 +7,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import groupby, pairwise
 from typing import Any, NamedTuple
 
-from camopt.motion import LAWS
-from camopt.motion.aliases import nearest_law
-from camopt.motion.law import Law
-from camopt.motion.polynomial import HIGHEST, PolynomialLaw
-from camopt.motion.scca import SCCALaw
-from camopt.motion.spline import End, SplineLaw, tabulated
-from camopt.motion.turned import MirroredLaw
-from camopt.numerics.neighbours import noise_of_table
+from camopt.core.numerics.neighbours import noise_of_table
+from camopt.model.motion import LAWS
+from camopt.model.motion.aliases import nearest_law
+from camopt.model.motion.law import Law
+from camopt.model.motion.polynomial import HIGHEST, PolynomialLaw
+from camopt.model.motion.scca import SCCALaw
+from camopt.model.motion.spline import End, SplineLaw, tabulated
+from camopt.model.motion.turned import MirroredLaw
 
 Fault = tuple[str, Any, str]
 AS_GIVEN = object()

@@ -4,9 +4,9 @@ from typing import Annotated, Any
 
 from pydantic import ConfigDict
 
-from camopt.quantities import AT_LEAST, BOUNDED, Quantity
-from camopt.quantities.key import NO_UNIT, Key
-from camopt.quantities.limit_keys import LIMIT_KEYS
+from camopt.core.quantities import AT_LEAST, BOUNDED, Quantity
+from camopt.core.quantities.key import NO_UNIT, Key
+from camopt.core.quantities.limit_keys import LIMIT_KEYS
 from camopt.scene.tables import Anywhere, Positive, TableOfRecords, Within, with_keys
 
 

@@ -6,7 +6,7 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from camopt.motion.load import ExternalLoad
+from camopt.model.motion.load import ExternalLoad
 from camopt.scene.csv_columns import MOST_SPANS, read_columns
 from camopt.scene.law_forms import AS_GIVEN, LEAST_GAP, Fault
 from camopt.scene.mapping import tables_in

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camopt.mistakes import listed_words
-from camopt.motion import LAWS
-from camopt.motion.law import Law
-from camopt.motion.programme import Programme
-from camopt.motion.run import Contradiction
-from camopt.motion.segments import MOVE, GivenSegment, positions_of
-from camopt.motion.stroke import ALL_STROKES, DERIVATIVE_NAMES, MISSED, Stroke, asked_range
+from camopt.core.mistakes import listed_words
+from camopt.model.motion import LAWS
+from camopt.model.motion.law import Law
+from camopt.model.motion.programme import Programme
+from camopt.model.motion.run import Contradiction
+from camopt.model.motion.segments import MOVE, GivenSegment, positions_of
+from camopt.model.motion.stroke import ALL_STROKES, DERIVATIVE_NAMES, MISSED, Stroke, asked_range
 from camopt.scene.law_forms import AS_GIVEN, NEAR_END, Fault
 from camopt.scene.own_laws import are_faultless, law_in, law_of, law_tables
 from camopt.scene.tables import Segment

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from math import sqrt
 
-from camopt.numerics.neighbours import share_of_noise
-from camopt.quantities.unit_systems import shown, shown_unit
+from camopt.core.numerics.neighbours import share_of_noise
+from camopt.core.quantities.unit_systems import shown, shown_unit
 from camopt.scene.checks import groove_run
 from camopt.scene.law_forms import NEAR_END, NOISY_POINTS, unsaid_reversal
 from camopt.scene.places import key_of

@@ -8,12 +8,12 @@ from collections.abc import Container, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from camopt.motion import LAWS
-from camopt.motion.aliases import law_named, segment_named
-from camopt.motion.law import Law, is_symmetric
-from camopt.motion.programme import unit_span
-from camopt.motion.spline import SplineLaw
-from camopt.motion.turned import SkewedLaw
+from camopt.model.motion import LAWS
+from camopt.model.motion.aliases import law_named, segment_named
+from camopt.model.motion.law import Law, is_symmetric
+from camopt.model.motion.programme import unit_span
+from camopt.model.motion.spline import SplineLaw
+from camopt.model.motion.turned import SkewedLaw
 from camopt.scene.csv_columns import MOST_SPANS, read_columns
 from camopt.scene.law_forms import (
     ENDS_OF_TABLE,

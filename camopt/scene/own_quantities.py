@@ -12,12 +12,12 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
-from camopt.mistakes import nearest, shortened
-from camopt.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
-from camopt.quantities.expression import CONSTANTS, FUNCTIONS, MOST_CHARACTERS, WORD, parse_expression
-from camopt.quantities.function import FunctionCall, QuantityFunction, installed_quantities, load_installed
-from camopt.quantities.key import Key
-from camopt.quantities.own import OWN, OwnQuantity, own_quantity
+from camopt.core.mistakes import nearest, shortened
+from camopt.core.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
+from camopt.core.quantities.expression import CONSTANTS, FUNCTIONS, MOST_CHARACTERS, WORD, parse_expression
+from camopt.core.quantities.function import FunctionCall, QuantityFunction, installed_quantities, load_installed
+from camopt.core.quantities.key import Key
+from camopt.core.quantities.own import OWN, OwnQuantity, own_quantity
 from camopt.scene.complaints import unknown_key
 from camopt.scene.law_forms import Fault
 from camopt.scene.limits import Limits

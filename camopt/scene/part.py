@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from camopt.mechanisms import Mechanism
-from camopt.mechanisms.elements import DISC, EVERY_BODY, Body
-from camopt.quantities.key import LENGTHS, Key
+from camopt.core.quantities.key import LENGTHS, Key
+from camopt.model.mechanisms import Mechanism
+from camopt.model.mechanisms.elements import DISC, EVERY_BODY, Body
 from camopt.scene.fits import FIT, SHAFT_FIT
 from camopt.scene.law_forms import AS_GIVEN, Fault
 from camopt.scene.materials import MATERIALS

@@ -2,8 +2,8 @@
 
 from functools import cache
 
-from camopt.quantities import NUMBER_KEYS, number_turns
-from camopt.quantities.key import Key
+from camopt.core.quantities import NUMBER_KEYS, number_turns
+from camopt.core.quantities.key import Key
 from camopt.scene.choices import StepRange
 from camopt.scene.own_quantities import QuantityExpression
 from camopt.scene.tables import Dynamics, OwnLaw, ProfileElement, SceneTable, Segment, Through

@@ -5,13 +5,13 @@ from contextlib import suppress
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
-from camopt.mechanisms import Mechanism
-from camopt.mechanisms.elements import BODIES, DISC, OSCILLATING
-from camopt.motion.contact import ProfileContact
-from camopt.motion.load import ExternalLoad
-from camopt.motion.profile import TOUCHING_SHARE, GivenElement, Unfit, least_radius, parts_of
-from camopt.motion.profile_law import programme_on
-from camopt.motion.programme import Programme
+from camopt.model.mechanisms import Mechanism
+from camopt.model.mechanisms.elements import BODIES, DISC, OSCILLATING
+from camopt.model.motion.contact import ProfileContact
+from camopt.model.motion.load import ExternalLoad
+from camopt.model.motion.profile import TOUCHING_SHARE, GivenElement, Unfit, least_radius, parts_of
+from camopt.model.motion.profile_law import programme_on
+from camopt.model.motion.programme import Programme
 from camopt.scene import tables
 from camopt.scene.law_forms import AS_GIVEN, Fault
 from camopt.scene.mapping import at, number_of, tables_in

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from camopt.quantities import NUMBER_COLUMNS, OF_STAGE, QUANTITIES, stage_quantity
+from camopt.core.quantities import NUMBER_COLUMNS, OF_STAGE, QUANTITIES, stage_quantity
 from camopt.scene.scene import Scene
 from camopt.scene.speed import OF_CRANK, TURNS_OF_CRANK
 

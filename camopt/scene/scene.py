@@ -15,13 +15,14 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import tomli_w
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr, ValidationError
 
-from camopt.mechanisms import FIELDS, SECOND_FIELDS, Mechanism, mechanism_for
-from camopt.mechanisms.elements import TIPS, Tip
-from camopt.mistakes import BadInput, Mistake, nearest, printable
-from camopt.motion import LAWS
-from camopt.quantities import OF_STAGE, number_quantities, stage_quantity
-from camopt.quantities.key import Key
-from camopt.quantities.shown import Drawn, HasHtml
+from camopt.core.mistakes import BadInput, Mistake, nearest, printable
+from camopt.core.quantities import OF_STAGE, number_quantities, stage_quantity
+from camopt.core.quantities.key import Key
+from camopt.core.quantities.shown import Drawn, HasHtml
+from camopt.core.storage.files import read_bytes
+from camopt.model.mechanisms import FIELDS, SECOND_FIELDS, Mechanism, mechanism_for
+from camopt.model.mechanisms.elements import TIPS, Tip
+from camopt.model.motion import LAWS
 from camopt.scene.checks import faults_of
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.design_rows import check_row, is_missing, values_of_row
@@ -68,7 +69,6 @@ from camopt.scene.tolerances import Tolerances, read_measured
 from camopt.scene.train import MOST_STAGES, TrainStage, keys_of_stage, tool_turns
 from camopt.scene.turn import read_searched_laws
 from camopt.scene.units import with_units
-from camopt.storage.files import read_bytes
 
 if TYPE_CHECKING:
     import pandas as pd

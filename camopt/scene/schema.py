@@ -5,12 +5,12 @@ from typing import Any, NamedTuple
 
 from pydantic import TypeAdapter
 
+from camopt.core.storage.version import SITE
 from camopt.scene.choices import NumberChoice, NumberRange, numbers_of
 from camopt.scene.places import key_of, tables_of
 from camopt.scene.scene import Scene
 from camopt.scene.tables import SceneTable
 from camopt.scene.tolerances import GivenTolerance
-from camopt.storage.version import SITE
 
 DIALECT = "http://json-schema.org/draft-07/schema#"
 """What every linter reads; nothing here needs a later one."""

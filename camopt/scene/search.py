@@ -6,8 +6,8 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
 
-from camopt.mechanisms import SECOND_FIELDS
-from camopt.quantities.key import Key
+from camopt.core.quantities.key import Key
+from camopt.model.mechanisms import SECOND_FIELDS
 from camopt.scene.choices import Choice, Chosen, NumberRange, StepRange, free_numbers, free_rows
 from camopt.scene.mapping import leaves
 from camopt.scene.sizes import SEARCHED

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from math import pi, radians
 from typing import Any, TypeVar
 
-from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, GivenSegment
-from camopt.motion.stroke import DERIVATIVE_NAMES, AskedValue, Passing, asked_range
-from camopt.quantities import DERIVATIVES
+from camopt.core.quantities import DERIVATIVES
+from camopt.model.motion.segments import CONSTANT_VELOCITY, MOVE, GivenSegment
+from camopt.model.motion.stroke import DERIVATIVE_NAMES, AskedValue, Passing, asked_range
 from camopt.scene import tables
 from camopt.scene.mapping import number_of
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
 
 from pydantic import TypeAdapter, ValidationError
 
-from camopt.mistakes import Mistake
+from camopt.core.mistakes import Mistake
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.places import TOP
 from camopt.scene.tables import SceneTable, table_in

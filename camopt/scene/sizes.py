@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from math import isnan
 from typing import Any
 
-from camopt.mechanisms import FIELDS, Mechanism, mechanism_for
-from camopt.mechanisms.elements import BODIES, DRIVES, MOTIONS, TIPS, Tip
+from camopt.model.mechanisms import FIELDS, Mechanism, mechanism_for
+from camopt.model.mechanisms.elements import BODIES, DRIVES, MOTIONS, TIPS, Tip
 from camopt.scene.mapping import at
 from camopt.scene.tables import Cam, Follower
 

@@ -7,7 +7,7 @@ from typing import Any, Literal, get_origin
 
 from pydantic import TypeAdapter, ValidationError
 
-from camopt.mistakes import BadInput
+from camopt.core.mistakes import BadInput
 from camopt.scene.choices import StepRange
 from camopt.scene.shape import members_of
 from camopt.scene.tables import AnyTable, SceneTable, table_in

@@ -9,7 +9,7 @@ moment of the straight spring is (F₀ + k·a·sin φ)·a·cos φ: over a swing 
 from collections.abc import Mapping
 from typing import Any
 
-from camopt.quantities import NUMBERS, SPRING_AT
+from camopt.core.quantities import NUMBERS, SPRING_AT
 from camopt.scene.mapping import at
 
 OF_SPRING = tuple(each.key for each in NUMBERS if each.of == "spring")

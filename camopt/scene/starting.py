@@ -8,11 +8,11 @@ from typing import Any
 
 import tomli_w
 
-from camopt.mechanisms import MECHANISMS, Mechanism
-from camopt.mechanisms.elements import FLAT, Tip
-from camopt.mistakes import BadInput, Mistake, nearest
-from camopt.motion import LAWS
-from camopt.quantities.key import NO_UNIT
+from camopt.core.mistakes import BadInput, Mistake, nearest
+from camopt.core.quantities.key import NO_UNIT
+from camopt.model.mechanisms import MECHANISMS, Mechanism
+from camopt.model.mechanisms.elements import FLAT, Tip
+from camopt.model.motion import LAWS
 from camopt.scene.checks import GUIDE_KEYS
 from camopt.scene.places import LISTS, is_angle, key_of, table_heading
 from camopt.scene.scene import Scene, find_scene

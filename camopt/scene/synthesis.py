@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
-from camopt.quantities.key import Key
+from camopt.core.quantities.key import Key
 from camopt.scene.complaints import TAGS
 from camopt.scene.tables import (
     LARGEST_VALUE,

@@ -17,13 +17,13 @@ from pydantic import (
 )
 from pydantic_core import core_schema
 
-from camopt.mechanisms.elements import CamForm, DriveName, MotionName, TipName
-from camopt.mistakes import BadInput, Mistake, nearest
-from camopt.motion import LAWS
-from camopt.motion.aliases import ALIASES, SEGMENTS, segment_named
-from camopt.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
-from camopt.quantities.key import ANYWHERE, LENGTH, LENGTHS, NOT_NEGATIVE, POSITIVE, Key, NumberKey
-from camopt.quantities.scene_numbers import NUMBER_KEYS, numbers_in
+from camopt.core.mistakes import BadInput, Mistake, nearest
+from camopt.core.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
+from camopt.core.quantities.key import ANYWHERE, LENGTH, LENGTHS, NOT_NEGATIVE, POSITIVE, Key, NumberKey
+from camopt.core.quantities.scene_numbers import NUMBER_KEYS, numbers_in
+from camopt.model.mechanisms.elements import CamForm, DriveName, MotionName, TipName
+from camopt.model.motion import LAWS
+from camopt.model.motion.aliases import ALIASES, SEGMENTS, segment_named
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.law_forms import DEGREES
 from camopt.scene.materials import MATERIALS

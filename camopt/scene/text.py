@@ -6,8 +6,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from camopt.mistakes import BadInput, Mistake
-from camopt.storage.files import text_of
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.storage.files import text_of
 
 DEEPEST = 16  # tables within tables; a scene has five
 PLACE = re.compile(r" \(at line (\d+), column \d+\)$")

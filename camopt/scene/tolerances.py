@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 
-from camopt.mechanisms import SECOND_FIELDS, Mechanism
-from camopt.mechanisms.elements import Tip
-from camopt.mistakes import BadInput
-from camopt.quantities import OF_STAGE
-from camopt.quantities.key import Key
+from camopt.core.mistakes import BadInput
+from camopt.core.quantities import OF_STAGE
+from camopt.core.quantities.key import Key
+from camopt.model.mechanisms import SECOND_FIELDS, Mechanism
+from camopt.model.mechanisms.elements import Tip
 from camopt.scene.choices import Reader, free_numbers, free_rows, numbers_of
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.csv_columns import MOST_SPANS, read_columns

@@ -8,13 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from camopt.mechanisms.elements import MOTIONS
-from camopt.motion.load import ExternalLoad, TrainLoad
-from camopt.motion.profile import Unfit
-from camopt.motion.programme import Programme
-from camopt.motion.segments import start_position
-from camopt.quantities.key import Key
-from camopt.quantities.stage_numbers import STAGE_NUMBERS
+from camopt.core.quantities.key import Key
+from camopt.core.quantities.stage_numbers import STAGE_NUMBERS
+from camopt.model.mechanisms.elements import MOTIONS
+from camopt.model.motion.load import ExternalLoad, TrainLoad
+from camopt.model.motion.profile import Unfit
+from camopt.model.motion.programme import Programme
+from camopt.model.motion.segments import start_position
+from camopt.model.trains import TRAIN_STAGES
+from camopt.model.trains.carried import Carried
+from camopt.model.trains.link import value_at
+from camopt.model.trains.train import StageFault, Train, train_of, trains_of
 from camopt.scene.law_forms import AS_GIVEN, Fault
 from camopt.scene.load import constant_and_changing
 from camopt.scene.mapping import tables_in
@@ -28,10 +32,6 @@ from camopt.scene.tables import (
     with_keys,
 )
 from camopt.scene.turn import turn_in
-from camopt.trains import TRAIN_STAGES
-from camopt.trains.carried import Carried
-from camopt.trains.link import value_at
-from camopt.trains.train import StageFault, Train, train_of, trains_of
 
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene

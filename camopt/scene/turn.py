@@ -5,13 +5,13 @@ from functools import lru_cache
 from math import hypot, isfinite
 from typing import TYPE_CHECKING, Any
 
-from camopt.motion import LAWS
-from camopt.motion.aliases import nearest_law
-from camopt.motion.programme import Programme
-from camopt.motion.run import Contradiction
-from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, GivenSegment, lifts_of, positions_of
-from camopt.numerics.same import Same
-from camopt.quantities import DERIVATIVES
+from camopt.core.numerics.same import Same
+from camopt.core.quantities import DERIVATIVES
+from camopt.model.motion import LAWS
+from camopt.model.motion.aliases import nearest_law
+from camopt.model.motion.programme import Programme
+from camopt.model.motion.run import Contradiction
+from camopt.model.motion.segments import CONSTANT_VELOCITY, MOVE, GivenSegment, lifts_of, positions_of
 from camopt.scene import tables
 from camopt.scene.law_forms import AS_GIVEN, NEAR_END, Fault
 from camopt.scene.mapping import at, number_of

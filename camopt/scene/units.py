@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-from camopt.mistakes import Mistake
-from camopt.quantities.key import NO_UNIT
-from camopt.quantities.unit_systems import shown, shown_unit
+from camopt.core.mistakes import Mistake
+from camopt.core.quantities.key import NO_UNIT
+from camopt.core.quantities.unit_systems import shown, shown_unit
 from camopt.scene.mapping import given_at_follower
 from camopt.scene.places import LISTS, TOP, is_angle, key_of, without_choice
 from camopt.scene.sizes import mechanism_in

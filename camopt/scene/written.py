@@ -9,10 +9,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from camopt.mistakes import BadInput
+from camopt.core.mistakes import BadInput
+from camopt.core.storage.files import read_bytes, text_of, write_text
 from camopt.scene.scene import Scene, find_scene
 from camopt.scene.sources import shipped_scenes, shipped_toml
-from camopt.storage.files import read_bytes, text_of, write_text
 
 LONGEST = 100_000  # characters of a text whose order is kept: longer ones are tables of numbers
 

@@ -7,8 +7,8 @@ import matplotlib
 from cycler import cycler
 from sphinx_gallery.scrapers import figure_rst
 
-from camopt.drawing.empty_figure import EmptyFigure
-from camopt.drawing.style import FAINT, RC, SERIES
+from camopt.show.drawing.empty_figure import EmptyFigure
+from camopt.show.drawing.style import FAINT, RC, SERIES
 
 DPI = 110
 STYLE: dict[str, Any] = {

@@ -16,8 +16,8 @@ import camopt
 from camopt import Scene, find_scene, shipped_scenes
 from camopt.cli import commands
 from camopt.cli.main import COMMANDS, MODULES, main
-from camopt.motion import LAWS
-from camopt.quantities import QUANTITIES, number_quantities
+from camopt.core.quantities import QUANTITIES, number_quantities
+from camopt.model.motion import LAWS
 
 ROOT = Path(__file__).parents[2]
 WORKED = json.loads((Path(__file__).parents[1] / "data" / "worked-examples.json").read_text())

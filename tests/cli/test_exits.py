@@ -9,9 +9,9 @@ import pytest
 
 from camopt.cli import exits
 from camopt.cli.main import camopt, main
-from camopt.mistakes import BadInput, Mistake, Stopped, printable
-from camopt.storage.files import path_of
-from camopt.tables.cells import heading
+from camopt.core.mistakes import BadInput, Mistake, Stopped, printable
+from camopt.core.storage.files import path_of
+from camopt.solve.tables.cells import heading
 
 ESCAPE = "\x1b[31mred\x1b[0m\nsecond line\u202e"
 
@@ -177,9 +177,9 @@ def test_a_folder_that_takes_no_files_is_found_out_before_the_work(run, command,
         raise AssertionError("the work has begun")
 
     for home, name in (
-        ("synthesis.synthesise", "synthesise"),
-        ("synthesis.frontier", "frontier"),
-        ("studies.accuracy", "measure"),
+        ("solve.synthesis.synthesise", "synthesise"),
+        ("solve.synthesis.frontier", "frontier"),
+        ("show.studies.accuracy", "measure"),
     ):
         monkeypatch.setattr(f"camopt.{home}.{name}", work)
     code, err = run(command, "--out", "/proc/nothing/inside")

@@ -13,8 +13,8 @@ import pytest
 
 import camopt
 from camopt import find_scene
-from camopt.engines import progress
-from camopt.engines.progress import progress_bar
+from camopt.core.engines import progress
+from camopt.core.engines.progress import progress_bar
 
 LINE = re.compile(r"^ *(\d+)%\|.*\| *(\S+)/(\S+) \[.* (\w+)(/s)?\]$")
 
@@ -101,7 +101,7 @@ def test_work_shows_a_bar_where_progress_is_true(name, tmp_path, capsys):
 
 COMMAND = """
 import sys
-from camopt.engines import progress
+from camopt.core.engines import progress
 progress.LOG_DELAY = progress.LOG_INTERVAL = 0.0
 from camopt.cli.main import main
 sys.exit(main(sys.argv[1:]))

@@ -10,8 +10,8 @@ import pytest
 
 import camopt
 from camopt.cli.main import main
-from camopt.front.certified import certify_table
-from camopt.studies.accuracy import measure
+from camopt.show.studies.accuracy import measure
+from camopt.solve.front.certified import certify_table
 
 COARSE = camopt.find_scene("roller-1000rpm").replace(
     **{

@@ -20,7 +20,7 @@ ENOUGH = 300
 
 
 def changed() -> list[str]:
-    """The modules that differ from the last commit, as ``camopt.effects.force``."""
+    """The modules that differ from the last commit, as ``camopt.model.effects.force``."""
     command = ["git", "diff", "--name-only", "--", "camopt"]
     paths = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
     return [".".join(Path(path).with_suffix("").parts) for path in paths]
@@ -28,11 +28,11 @@ def changed() -> list[str]:
 
 @cache
 def texts_of_tests() -> dict[Path, str]:
-    return {path: path.read_text(encoding="utf-8") for path in sorted(TESTS.glob("*/test_*.py"))}
+    return {path: path.read_text(encoding="utf-8") for path in sorted(TESTS.rglob("test_*.py"))}
 
 
 def core() -> list[Path]:
-    return [next(TESTS.glob(f"*/test_{each}.py")) for each in CORE]
+    return [next(TESTS.rglob(f"test_{each}.py")) for each in CORE]
 
 
 def killers(module: str) -> list[Path]:

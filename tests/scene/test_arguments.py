@@ -10,7 +10,7 @@ import pytest
 
 import camopt
 from camopt import BadInput, find_scene
-from camopt.storage.files import write_text
+from camopt.core.storage.files import write_text
 
 NAME = "two-pauses"
 OF_SCENES = {

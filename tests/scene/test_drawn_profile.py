@@ -9,11 +9,11 @@ from support.cams import CONTACTS, cam_with
 from support.curves import furthest, true_points
 
 from camopt import BadInput, Scene, cam_points, export, find_scene, shipped_scenes
-from camopt.contour.curve import curves_of
-from camopt.motion.profile import GivenElement, parts_of
-from camopt.problem.problem import resolve_design
+from camopt.model.motion.profile import GivenElement, parts_of
 from camopt.scene.drawn_profile import elements_of
 from camopt.scene.dxf import profile_in
+from camopt.scene.problem.problem import resolve_design
+from camopt.solve.contour.curve import curves_of
 
 CORNERED = ("uniform-knife-offset", "uniform-knife-radial")  # their profiles have corners
 SHIPPED = [name for name in shipped_scenes() if find_scene(name).mechanism.body.bounded and name not in CORNERED]

@@ -21,16 +21,16 @@ from test_scene import BASES, DELETED, changed, mistakes
 
 from camopt import Scene, certify, evaluate, find_scene, load, optimise, plot, sweep
 from camopt.cli.main import main
-from camopt.front.certified import certify_table
-from camopt.mistakes import BadInput
-from camopt.motion import LAWS
-from camopt.motion.law import is_symmetric
-from camopt.motion.programme import unit_span
-from camopt.motion.spline import End, SplineLaw, tabulated
-from camopt.problem.problem import resolve
+from camopt.core.mistakes import BadInput
+from camopt.model.motion import LAWS
+from camopt.model.motion.law import is_symmetric
+from camopt.model.motion.programme import unit_span
+from camopt.model.motion.spline import End, SplineLaw, tabulated
 from camopt.scene.law_forms import LEAST_GAP, leeway
 from camopt.scene.oddities import oddities
 from camopt.scene.own_laws import check_laws, law_in
+from camopt.scene.problem.problem import resolve
+from camopt.solve.front.certified import certify_table
 
 BEZIER = {"degree": 5, "knots": [0] * 6 + [1] * 6, "coefficients": [0, 0, 0, 1, 1, 1]}
 POINTS = np.linspace(0.0, 1.0, 41)

@@ -15,13 +15,13 @@ from support.expressions import random_expression
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene
 from camopt.cli.main import main
-from camopt.effects.own import RANGES
-from camopt.numerics.interval import Interval
-from camopt.problem.problem import resolve
-from camopt.quantities.expression import FUNCTIONS, MOST_NODES, parse_expression
-from camopt.reporting.sections import limits_sheet
+from camopt.core.numerics.interval import Interval
+from camopt.core.quantities.expression import FUNCTIONS, MOST_NODES, parse_expression
+from camopt.model.effects.own import RANGES
 from camopt.scene.keys import found_keys
-from camopt.studies.cost_report import what_runs
+from camopt.scene.problem.problem import resolve
+from camopt.show.reporting.sections import limits_sheet
+from camopt.show.studies.cost_report import what_runs
 
 BASE = find_scene("roller-1000rpm")
 READ = "outer_radius_mm * pressure_angle_max_deg"

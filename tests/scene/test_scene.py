@@ -17,7 +17,7 @@ from support import own
 from support.depth import times
 
 from camopt import BadInput, Scene, find_scene, shipped_scenes
-from camopt.mistakes import Mistake
+from camopt.core.mistakes import Mistake
 from camopt.scene.choices import StepRange
 from camopt.scene.sources import shipped_toml
 from camopt.scene.tables import Cam, Inner, Length, SceneTable, Segment

@@ -8,7 +8,7 @@ import pytest
 import camopt
 from camopt import BadInput, Scene, find_scene
 from camopt.cli.main import main
-from camopt.problem.problem import resolve
+from camopt.scene.problem.problem import resolve
 
 
 def valve(**cam):

@@ -5,7 +5,7 @@ from math import cos, radians, sin
 import pytest
 
 from camopt import BadInput, Scene, evaluate, evaluate_designs, find_scene, sweep
-from camopt.problem.problem import resolve
+from camopt.scene.problem.problem import resolve
 from camopt.scene.read import numbers_read
 from camopt.scene.written import text_of_scene
 

@@ -7,7 +7,7 @@ from math import pi
 import pytest
 
 import camopt
-from camopt.quantities import NUMBER_KEYS, QUANTITIES, number_quantities
+from camopt.core.quantities import NUMBER_KEYS, QUANTITIES, number_quantities
 from camopt.scene.places import is_angle
 
 pytest.importorskip("pint")

@@ -25,7 +25,7 @@ def furthest(points, corners):
 
 def true_points(problem, distance, count=40_001):
     """The curve as other programs get it: from ``cam_curves``, not from series."""
-    from camopt.mechanisms.geometry import cam_curves
+    from camopt.model.mechanisms.geometry import cam_curves
 
     angles = np.linspace(0.0, 2 * np.pi, count)
     starts = [stroke.start for stroke in problem.programme.strokes]

@@ -8,9 +8,9 @@ import sys
 import numpy as np
 from flint import arb
 
-from camopt.numerics.interval import Interval
-from camopt.numerics.sloped import variables
-from camopt.numerics.stable import difference_of_squares_root, sum_of
+from camopt.core.numerics.interval import Interval
+from camopt.core.numerics.sloped import variables
+from camopt.core.numerics.stable import difference_of_squares_root, sum_of
 from support.balls.ball import Ball, as_arb, precisely
 
 TWO = {

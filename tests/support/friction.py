@@ -1,10 +1,10 @@
 """Normal force, thrust, guide and torque of any scene, from the equilibrium of the follower in its guide.
 
-An independent answer to ``camopt.effects.{loads,thrust,torque}``: no formula of theirs is used. The contact presses
-with N along the normal of a flank, the ends of the guide press with R₁ (near) and R₂ (far) across the motion and
-rub with μ|R₁| and μ|R₂| against it. Three equations, lateral, of moments about the near end, and along the motion,
-give N, R₁ and R₂; the flank that bears is the one with N ≥ 0. A groove has two flanks, an open cam one: if that
-gives no N ≥ 0, contact is lost. The torque is what the contact does on the follower by the cam angle.
+An independent answer to ``camopt.model.effects.{loads,thrust,torque}``: no formula of theirs is used. The contact
+presses with N along the normal of a flank, the ends of the guide press with R₁ (near) and R₂ (far) across the
+motion and rub with μ|R₁| and μ|R₂| against it. Three equations, lateral, of moments about the near end, and along
+the motion, give N, R₁ and R₂; the flank that bears is the one with N ≥ 0. A groove has two flanks, an open cam one:
+if that gives no N ≥ 0, contact is lost. The torque is what the contact does on the follower by the cam angle.
 
 The geometry is that of ``naive``, in floats. Extremes are those of dense samples, refined between the cam angles
 where anything changes sign; integrals are by Gauss's rule between them.

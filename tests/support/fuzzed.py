@@ -19,8 +19,8 @@ import tomli_w
 
 from camopt.cli import exits
 from camopt.cli.main import main
-from camopt.mistakes import LONGEST_LINE
-from camopt.quantities import QUANTITIES
+from camopt.core.mistakes import LONGEST_LINE
+from camopt.core.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.scene.sources import shipped_scenes, shipped_toml
 

@@ -7,7 +7,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from camopt.storage.tables import SCENE_KEY
+from camopt.core.storage.tables import SCENE_KEY
 
 Change = Callable[[pa.Table], pa.Table]
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from camopt import BadInput, Scene, evaluate
-from camopt.problem.limits import LOAD_LIMITS
+from camopt.scene.problem.limits import LOAD_LIMITS
 
 STEEL = {"cam": "steel", "follower": "steel", "face_width": 10}
 SURFACE = {"wear_rate": 1e-10, "viscosity": 0.05, "pressure_viscosity": 18, "roughness": 0.3}

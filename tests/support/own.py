@@ -9,12 +9,12 @@ from functools import cache
 
 import mpmath
 
-from camopt.motion import LAWS
-from camopt.motion.law import is_still
-from camopt.motion.polynomial import PolynomialLaw
-from camopt.motion.scca import SCCALaw
-from camopt.motion.spline import SplineLaw
-from camopt.motion.turned import SkewedLaw
+from camopt.model.motion import LAWS
+from camopt.model.motion.law import is_still
+from camopt.model.motion.polynomial import PolynomialLaw
+from camopt.model.motion.scca import SCCALaw
+from camopt.model.motion.spline import SplineLaw
+from camopt.model.motion.turned import SkewedLaw
 from camopt.scene.own_laws import law_in
 from support import naive
 

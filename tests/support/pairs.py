@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from camopt.mechanisms.geometry import profile_points
-from camopt.problem.problem import Problem
+from camopt.model.mechanisms.geometry import profile_points
+from camopt.scene.problem.problem import Problem
 
 LAWS = ("cycloidal", "poly345", "modified-sine", "modified-trapezoid", "harmonic", "poly4567")
 

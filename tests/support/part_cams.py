@@ -3,9 +3,9 @@
 from functools import cache
 
 from camopt import Scene, evaluate
-from camopt.problem.limits import PART_LIMITS, limited_quantity
-from camopt.problem.problem import resolve
-from camopt.quantities import QUANTITIES
+from camopt.core.quantities import QUANTITIES
+from camopt.scene.problem.limits import PART_LIMITS, limited_quantity
+from camopt.scene.problem.problem import resolve
 from support.cams import CONTACTS, cam_with
 
 BODY = {"thickness": 16, "bore": 25, "keyway_width": 8, "keyway_depth": 3.3, "density": 7800}

@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 import camopt
-from camopt.effects.hertz import SHEAR_DEPTH, SHEAR_SHARE
-from camopt.numerics.point_contact import ellipticity_of
-from camopt.problem.problem import resolve_design
+from camopt.core.numerics.point_contact import ellipticity_of
+from camopt.model.effects.hertz import SHEAR_DEPTH, SHEAR_SHARE
+from camopt.scene.problem.problem import resolve_design
 
 INCH, POUND, GRAVITY = 25.4, 4.4482216152605, 386.0  # mm, N, in/s² as the handbook rounds it
 LECTURE_NOTES = "lecture notes on cams (MP 3010, *Kinematics and Dynamics*), which print it"

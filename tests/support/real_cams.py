@@ -16,15 +16,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects.answers import back_of
-from camopt.mechanisms.rest import Shift
-from camopt.motion.driven import tool_position
-from camopt.numerics import FloatArray
-from camopt.numerics.taylor import Taylor, direction
-from camopt.problem.problem import Problem
-from camopt.problem.variables import is_of_train
-from camopt.tolerances.errors import BORE, BORE_WAY, CutErrors, contacts_of, flat, off_by, own_errors
-from camopt.tolerances.real_cam import RealCam
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.taylor import Taylor, direction
+from camopt.model.effects.answers import back_of
+from camopt.model.mechanisms.rest import Shift
+from camopt.model.motion.driven import tool_position
+from camopt.scene.problem.problem import Problem
+from camopt.scene.problem.variables import is_of_train
+from camopt.solve.tolerances.errors import BORE, BORE_WAY, CutErrors, contacts_of, flat, off_by, own_errors
+from camopt.solve.tolerances.real_cam import RealCam
 
 PAIR_TOUCHES = 3
 FACTORIALS = 1.0, 1.0, 2.0

@@ -4,8 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.contour.curve import curves_of
-from camopt.problem.problem import Problem
+from camopt.scene.problem.problem import Problem
+from camopt.solve.contour.curve import curves_of
 from support.pairs import turn
 
 

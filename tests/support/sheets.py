@@ -3,7 +3,7 @@
 import numpy as np
 from shapely import LineString, Polygon, STRtree, box
 
-from camopt.sheet.marks import Words
+from camopt.show.sheet.marks import Words
 
 TOUCH = 0.05  # mm
 

@@ -12,8 +12,8 @@ from OCP.IFSelect import IFSelect_RetDone
 from OCP.STEPControl import STEPControl_Reader
 from OCP.TopoDS import TopoDS
 
-from camopt.exporting import shapes
-from camopt.exporting.step import quiet
+from camopt.show.exporting import shapes
+from camopt.show.exporting.step import quiet
 
 
 def solids_in(path):

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 from camopt import Scene, sweep
-from camopt.effects import offered
-from camopt.front import front_search
-from camopt.front.box_bounds import is_bounded
-from camopt.mistakes import BadInput
-from camopt.problem.problem import resolve
-from camopt.quantities import QUANTITIES
-from camopt.storage.tables import read_table
+from camopt.core.mistakes import BadInput
+from camopt.core.quantities import QUANTITIES
+from camopt.core.storage.tables import read_table
+from camopt.model.effects import offered
+from camopt.scene.problem.problem import resolve
+from camopt.solve.front import front_search
+from camopt.solve.front.box_bounds import is_bounded
 from support.cams import CONTACTS, STEEL, UNGUIDED, cam_with
 from support.ways import boxes_for_front_only
 

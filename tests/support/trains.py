@@ -7,11 +7,11 @@ import mpmath
 import numpy as np
 from mpmath import mpf
 
-from camopt.numerics.taylor import Taylor
-from camopt.trains import TRAIN_STAGES
-from camopt.trains.carried import Carried
-from camopt.trains.four_bar import four_bar
-from camopt.trains.train import StageFault, Train, train_of
+from camopt.core.numerics.taylor import Taylor
+from camopt.model.trains import TRAIN_STAGES
+from camopt.model.trains.carried import Carried
+from camopt.model.trains.four_bar import four_bar
+from camopt.model.trains.train import StageFault, Train, train_of
 
 Keys = dict[str, Any]
 Stages = list[tuple[str, Keys]]

@@ -9,7 +9,7 @@ import pytest
 @contextmanager
 def boxes_for_front_only() -> Iterator[None]:
     """Boxes of designs find the front of a space of any size if "front-only" is kept; blocks do, if "pareto"."""
-    from camopt.front import plan
+    from camopt.solve.front import plan
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(plan, "boxes_are_sooner", lambda asked: asked.keep == plan.FRONT_ONLY)

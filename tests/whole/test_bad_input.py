@@ -16,13 +16,13 @@ from support.fuzzed import KINDS, keys
 import camopt
 from camopt import BadInput, Scene, evaluate, find_scene, shipped_scenes, sweep
 from camopt.cli.main import main
-from camopt.drawing.picture import Picture
-from camopt.mistakes import LONGEST_LINE, MOST_TOLD, shortened
-from camopt.problem.problem import resolve_design
-from camopt.reporting.cams import words_of
+from camopt.core.mistakes import LONGEST_LINE, MOST_TOLD, shortened
 from camopt.scene.oddities import no_wall, oddities
+from camopt.scene.problem.problem import resolve_design
 from camopt.scene.sources import shipped_toml
 from camopt.scene.text import DEEPEST, parsed
+from camopt.show.drawing.picture import Picture
+from camopt.show.reporting.cams import words_of
 
 TEXT = find_scene("roller-1000rpm").to_toml()
 MOVE = {"segment": "move", "angle": 360, "to": 1}

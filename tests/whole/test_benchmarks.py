@@ -28,7 +28,7 @@ from rival_numpy import LAWS as LAWS_IN_NUMPY
 from smallest_cams import by_brentq, smallest_cam
 from throughput import KEYS, carried_job, jobs, loaded_job
 
-from camopt.motion import LAWS
+from camopt.model.motion import LAWS
 
 
 def test_the_rival_of_the_fronts_sees_the_cams_of_the_sweep(tmp_path):

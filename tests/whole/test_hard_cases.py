@@ -15,18 +15,18 @@ from support import own
 from support.depth import times
 
 from camopt import LAWS, Scene, certify, evaluate, find_scene, load
-from camopt.effects import Case, Setup
-from camopt.front.pareto import non_dominated
-from camopt.kernels import compile
-from camopt.mechanisms import MECHANISMS, Designs
-from camopt.mechanisms.elements import KNIFE, ROLLER
-from camopt.mistakes import BadInput
-from camopt.motion.programme import Programme
-from camopt.motion.stroke import ALL_STROKES
-from camopt.numerics import LARGEST, LEAST
-from camopt.numerics.curves import curve
-from camopt.problem.rows import Rows
+from camopt.core.kernels import compile
+from camopt.core.mistakes import BadInput
+from camopt.core.numerics import LARGEST, LEAST
+from camopt.core.numerics.curves import curve
+from camopt.model.effects import Case, Setup
+from camopt.model.mechanisms import MECHANISMS, Designs
+from camopt.model.mechanisms.elements import KNIFE, ROLLER
+from camopt.model.motion.programme import Programme
+from camopt.model.motion.stroke import ALL_STROKES
+from camopt.scene.problem.rows import Rows
 from camopt.scene.search import Search
+from camopt.solve.front.pareto import non_dominated
 
 ULP = 2.0**-52
 

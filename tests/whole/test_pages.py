@@ -17,8 +17,8 @@ from support.pages import ALL, PAGES, ROOT, blocks, commands, prints
 
 from camopt import LAWS, BadInput, Scene, evaluate, export, find_scene, optimise, sweep, synthesise
 from camopt.cli.main import main
-from camopt.motion.law import joined_by
-from camopt.problem.problem import resolve
+from camopt.model.motion.law import joined_by
+from camopt.scene.problem.problem import resolve
 
 SCENES = {page.stem: [tomllib.loads(b.text) for b in blocks(page) if b.language == "toml"] for page in PAGES}
 (WHOLE,) = SCENES.pop("write-a-scene")

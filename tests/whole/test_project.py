@@ -12,7 +12,7 @@ from packaging.version import Version
 from support.pages import ROOT
 
 import camopt
-from camopt.storage.version import VERSION
+from camopt.core.storage.version import VERSION
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 FORMS = [*(ROOT / ".github").rglob("*.yml"), *(ROOT / ".ci").rglob("*.yaml"), ROOT / "CITATION.cff"]

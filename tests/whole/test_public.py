@@ -11,8 +11,8 @@ import pytest
 from test_house import trees
 
 import camopt
-from camopt import mistakes
-from camopt.quantities import QUANTITIES, Flag, Word
+from camopt.core import mistakes
+from camopt.core.quantities import QUANTITIES, Flag, Word
 
 ROOT = Path(__file__).parents[2]
 
@@ -35,7 +35,9 @@ def test_every_exception_is_public():
 
 def test_every_error_is_a_camopt_error_and_what_pythons_are():
     errors = {
-        value for value in vars(camopt.mistakes).values() if inspect.isclass(value) and issubclass(value, Exception)
+        value
+        for value in vars(camopt.core.mistakes).values()
+        if inspect.isclass(value) and issubclass(value, Exception)
     }
     assert {error for error in errors if not issubclass(error, camopt.CamoptError)} == set()
     assert issubclass(camopt.BadInput, ValueError)
@@ -66,15 +68,15 @@ def test_every_picture_of_a_command_has_a_public_function():
     drawn = {
         alias.name
         for name, tree in trees().items()
-        if name.startswith(("cli.", "studies.")) and name not in drawing
+        if name.startswith(("cli.", "show.studies.")) and name not in drawing
         for node in ast.walk(tree)
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("camopt.drawing.")
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("camopt.show.drawing.")
         for alias in node.names
     }
     assert drawn <= {"plot", "animate", "construct"} <= {*camopt.__all__}
 
 
-SAID_BY_COMMANDS = {"problem.unused", "scene.starting"}
+SAID_BY_COMMANDS = {"scene.problem.unused", "scene.starting"}
 """Modules outside of cli that make sentences for commands alone."""
 
 

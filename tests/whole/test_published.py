@@ -1,7 +1,7 @@
 """Numbers and closed forms of published sources (``support.published``): camopt says the same.
 
-No worked number was found for wear and for the film of line contact: ``tests/effects/test_surface.py`` holds these
-against the formulas of their sources alone.
+No worked number was found for wear and for the film of line contact: ``tests/model/effects/test_surface.py`` holds
+these against the formulas of their sources alone.
 """
 
 from pathlib import Path

@@ -17,10 +17,10 @@ from support.pages import ROOT, blocks
 
 from camopt import Scene
 from camopt.cli.main import camopt as command
-from camopt.problem.problem import resolve
-from camopt.quantities import BOUNDED, QUANTITIES
-from camopt.quantities.limit_keys import LIMIT_KEYS
+from camopt.core.quantities import BOUNDED, QUANTITIES
+from camopt.core.quantities.limit_keys import LIMIT_KEYS
 from camopt.scene.places import key_of
+from camopt.scene.problem.problem import resolve
 from camopt.scene.schema import scene_schema
 from camopt.scene.tables import SceneTable
 

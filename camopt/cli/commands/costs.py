@@ -80,7 +80,7 @@ def warm(scenes: tuple[str, ...], as_json: bool, quiet: bool) -> int:
     SCENES are TOML files or shipped scenes; without any, all shipped scenes. Commands then compile nothing for
     these, nor for others with the same followers and quantities. Run it once in an image of a container or in CI.
     """
-    from camopt.studies.first_runs import compile_scenes
+    from camopt.show.studies.first_runs import compile_scenes
 
     with cli.progress(quiet, "scenes") as advance:
         kernels, folder = compile_scenes(scenes, advance)

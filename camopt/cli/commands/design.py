@@ -24,8 +24,8 @@ from camopt.cli.options import (
     row_option,
     scene_options,
 )
-from camopt.exporting.endings import ENDINGS
-from camopt.mistakes import BadInput, Mistake
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.show.exporting.endings import ENDINGS
 
 
 @click.command(cls=Command)

@@ -8,7 +8,7 @@ import click
 import camopt
 from camopt import cli, library
 from camopt.cli.options import Command, OutputPlace, output_options, refuse_with
-from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.core.mistakes import BadInput, Mistake, nearest
 
 
 @click.command(cls=Command)

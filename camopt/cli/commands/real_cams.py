@@ -27,7 +27,7 @@ from camopt.cli.options import (
     set_option,
     values_of,
 )
-from camopt.mistakes import BadInput, Mistake
+from camopt.core.mistakes import BadInput, Mistake
 
 BARE = re.compile(r"[-+.\deE]+")
 """A number without a unit."""
@@ -150,6 +150,8 @@ def tolerance(
     if out:
         with library.publication(out, "tolerance", library.CAM_FILES) as unit:
             library.write_cams(result, unit)
+            if result.batch:
+                camopt.plot(result.batch, unit.path(library.HISTOGRAM))
         written += unit.files
     return cli.print_result(result, as_json, quiet, written)
 

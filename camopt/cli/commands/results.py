@@ -66,7 +66,7 @@ def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None
 
     Each move draws the cam and its diagrams anew; where the sliders rest, the limits are proved. Ctrl-C ends it.
     """
-    from camopt.reporting.server import serving
+    from camopt.show.reporting.server import serving
 
     place = Path(scene.file).parent if Path(scene.file).is_file() else Path()
     server = serving(scene, folder or place, port, say)

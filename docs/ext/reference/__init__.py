@@ -14,7 +14,7 @@ from pathlib import Path
 from sphinx.application import Sphinx
 from sphinx.domains.std import GenericObject
 
-from . import columns, keys, laws, rooms, scenes
+from . import columns, keys, laws, package, scenes
 
 DOCS = Path(__file__).parents[2]
 MADE: dict[str, Callable[[], Iterable[str]]] = {
@@ -26,8 +26,8 @@ MADE: dict[str, Callable[[], Iterable[str]]] = {
     "mechanisms": columns.mechanisms,
     "laws": laws.all_laws,
     "law-peaks": laws.peaks,
-    "rooms": rooms.of_package,
-    "exits": rooms.exit_codes,
+    "folders": package.folders_and_parts,
+    "exits": package.exit_codes,
     "points": columns.of_points,
 }
 MARK = re.compile(r"^<!-- made: ([a-z-]+) -->\n.*?^<!-- made -->$", re.MULTILINE | re.DOTALL)
@@ -57,7 +57,7 @@ def write(app: Sphinx) -> None:
     for name in ("pictures", "python"):
         (folder / name).mkdir(exist_ok=True)
     laws.draw(folder / "pictures")
-    (folder / "python" / "index.rst").write_text("\n".join(rooms.public_names()), encoding="utf-8")
+    (folder / "python" / "index.rst").write_text("\n".join(package.public_names()), encoding="utf-8")
 
 
 class Named(GenericObject):

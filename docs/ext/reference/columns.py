@@ -1,4 +1,4 @@
-"""Quantities, effects and symbols, from ``camopt.quantities`` and the modules of effects and mechanisms."""
+"""Quantities, effects and symbols, from ``camopt.core.quantities`` and the modules of effects and mechanisms."""
 
 import re
 import sys
@@ -7,11 +7,11 @@ from functools import cache
 from itertools import groupby
 from pathlib import Path
 
-from camopt.effects import EFFECTS
-from camopt.exporting.cam_points import COLUMN_NOTES, FORM
-from camopt.mechanisms import DRIVEN, MECHANISMS
-from camopt.quantities import AT_LEAST, DISCIPLINES, GEOMETRY, QUANTITIES, Quantity
+from camopt.core.quantities import AT_LEAST, DISCIPLINES, GEOMETRY, QUANTITIES, Quantity
+from camopt.model.effects import EFFECTS
+from camopt.model.mechanisms import DRIVEN, MECHANISMS
 from camopt.scene.schema import TABLES
+from camopt.show.exporting.cam_points import COLUMN_NOTES, FORM
 
 from . import keys
 from .markdown import entry, prose, symbol, table

@@ -7,16 +7,16 @@ from functools import cache
 from itertools import product
 
 from camopt import BadInput, Scene
-from camopt.effects import lacking
-from camopt.mechanisms import Mechanism
-from camopt.mechanisms.elements import Tip
-from camopt.problem.limits import Limit
-from camopt.problem.problem import resolve
-from camopt.problem.unused import READERS
-from camopt.quantities.limit_keys import LIMIT_KEYS
+from camopt.core.quantities.limit_keys import LIMIT_KEYS
+from camopt.model.effects import lacking
+from camopt.model.mechanisms import Mechanism
+from camopt.model.mechanisms.elements import Tip
 from camopt.scene.keys import KeyInWords, keys_of
 from camopt.scene.materials import MATERIALS
 from camopt.scene.places import TOP, table_heading
+from camopt.scene.problem.limits import Limit
+from camopt.scene.problem.problem import resolve
+from camopt.scene.problem.unused import READERS
 from camopt.scene.schema import TABLES
 from camopt.scene.starting import PAIRINGS, examples, plainest
 

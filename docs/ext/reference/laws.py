@@ -9,11 +9,11 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from camopt.drawing.style import FAINT, RC, SERIES
-from camopt.motion import LAWS
-from camopt.motion.aliases import ALIASES
-from camopt.motion.law import Law, joined_by
-from camopt.motion.programme import PEAKS, law_peaks, peaks_inside
+from camopt.model.motion import LAWS
+from camopt.model.motion.aliases import ALIASES
+from camopt.model.motion.law import Law, joined_by
+from camopt.model.motion.programme import PEAKS, law_peaks, peaks_inside
+from camopt.show.drawing.style import FAINT, RC, SERIES
 
 from .markdown import entry, prose, symbol, table
 
@@ -37,7 +37,7 @@ def families() -> Iterator[str]:
     members = [law for law in LAWS.values() if not isinstance(law, ModuleType)]
     for family in dict.fromkeys(family_of(law) for law in members):
         yield from ("", f"({family})=", f"## Family {family}", "")
-        yield prose(sys.modules[f"camopt.motion.{family}"].__doc__)
+        yield prose(sys.modules[f"camopt.model.motion.{family}"].__doc__)
 
 
 def all_laws() -> Iterator[str]:

@@ -3,9 +3,9 @@
 import tomllib
 from collections.abc import Iterator
 
-from camopt.drawing.notebook import small_cam
 from camopt.scene.scene import find_scene
 from camopt.scene.sources import shipped_scenes, shipped_toml
+from camopt.show.drawing.notebook import small_cam
 
 
 def shipped() -> Iterator[str]:

@@ -4,10 +4,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 from roller import SCENE
 
-from camopt.contour.curve import curves_of
-from camopt.contour.follow import biarcs, fitted
-from camopt.drawing.style import INK, MUTED, SERIES, dress, pen_of
-from camopt.problem.problem import resolve_design
+from camopt.scene.problem.problem import resolve_design
+from camopt.show.drawing.style import INK, MUTED, SERIES, dress, pen_of
+from camopt.solve.contour.curve import curves_of
+from camopt.solve.contour.follow import biarcs, fitted
 
 LABELS = {"polyline": "lines", "arcs": "arcs", "spline": "cubics"}
 p0, t0, p1, t1 = 0j, np.exp(1.0j), 4 + 0.6j, np.exp(-0.3j)

@@ -4,7 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from roller import PROGRAMME
 
-from camopt.drawing.style import ALARM, INK, SERIES, dress
+from camopt.show.drawing.style import ALARM, INK, SERIES, dress
 
 
 def tangent(theta):

@@ -5,8 +5,8 @@ import numpy as np
 from roller import SCENE
 
 import camopt
-from camopt.drawing.style import FAINT, SERIES, dress
-from camopt.problem.problem import resolve_design
+from camopt.scene.problem.problem import resolve_design
+from camopt.show.drawing.style import FAINT, SERIES, dress
 
 wanted = {"limits.pressure_angle": 30, "search.offset": {"start": -20, "stop": 20}}
 scene = SCENE.replace(**wanted, **{"synthesis.pieces": 16})

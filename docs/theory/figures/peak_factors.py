@@ -4,8 +4,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import camopt
-from camopt.drawing.style import DASHES, FAINT, INK, MUTED, SERIES
-from camopt.motion.scca import SCCALaw
+from camopt.model.motion.scca import SCCALaw
+from camopt.show.drawing.style import DASHES, FAINT, INK, MUTED, SERIES
 
 NAMES = ["parabolic", "harmonic", "cubic", "modified-sine", "modified-trapezoid"]
 NAMES += ["poly345", "cycloidal", "poly4567", "poly56789"]

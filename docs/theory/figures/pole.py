@@ -5,8 +5,8 @@ import numpy as np
 from matplotlib.patches import Circle
 
 import camopt
-from camopt.drawing.style import BODY, FAINT, INK, MUTED, PITCH_COLOUR, SERIES
-from camopt.problem.problem import resolve_design
+from camopt.scene.problem.problem import resolve_design
+from camopt.show.drawing.style import BODY, FAINT, INK, MUTED, PITCH_COLOUR, SERIES
 
 scene = camopt.Scene.from_dict({
     "cam": {"form": "disc", "base_radius": 25},

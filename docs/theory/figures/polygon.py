@@ -4,7 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from roller import PROGRAMME
 
-from camopt.drawing.style import FAINT, INK, MUTED, SERIES
+from camopt.show.drawing.style import FAINT, INK, MUTED, SERIES
 
 y, y1, *_ = PROGRAMME.at(np.linspace(0, 2 * np.pi, 4001))
 T = np.tan(np.radians(30))

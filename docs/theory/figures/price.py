@@ -5,7 +5,7 @@ import numpy as np
 from roller import SCENE
 
 import camopt
-from camopt.drawing.style import INK, SERIES, dress
+from camopt.show.drawing.style import INK, SERIES, dress
 
 
 def asked(limit):

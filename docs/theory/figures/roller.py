@@ -1,7 +1,7 @@
 """The cam of several figures: a roller follower that rises and returns by 25 mm."""
 
 import camopt
-from camopt.problem.problem import resolve_design
+from camopt.scene.problem.problem import resolve_design
 
 SCENE = camopt.Scene.from_dict(
     {

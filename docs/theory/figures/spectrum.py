@@ -4,7 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import camopt
-from camopt.drawing.style import dress, pen_of
+from camopt.show.drawing.style import dress, pen_of
 
 ratio = np.linspace(0.2, 8, 600)
 figure, axes = plt.subplots(figsize=(7, 3.4), layout="constrained")

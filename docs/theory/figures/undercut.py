@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 
 import camopt
-from camopt.drawing.style import INK, PITCH_COLOUR
+from camopt.show.drawing.style import INK, PITCH_COLOUR
 
 turns = (
     ("undercut", 16, 30, [("rise", 60, 26), ("return", 60, 26), ("dwell", 240, 0)]),

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from flint import arb, arb_series, ctx
 
-from camopt.numerics.taylor import quotient, root
+from camopt.core.numerics.taylor import quotient, root
 
 PRECISION_BITS = 200
 MOST_TERMS = 16  # of series at most

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from flint import arb
 
-from camopt.effects.peak import Derivative, NumberKind
-from camopt.mechanisms import Designs
-from camopt.numerics.curves import COMPILED, curve, formula, further, further_formula
-from camopt.numerics.state import Load, State, TrainForces
+from camopt.core.numerics.curves import COMPILED, curve, formula, further, further_formula
+from camopt.core.numerics.state import Load, State, TrainForces
+from camopt.model.effects.peak import Derivative, NumberKind
+from camopt.model.mechanisms import Designs
 from support.balls.ball import Ball, as_arb
 
 BALL_NUMBERS = NumberKind(arb, arb.pi, arb.tan)

@@ -17,9 +17,9 @@ from typing import Any, NamedTuple
 
 from flint import arb
 
-from camopt.motion.stroke import ALL_STROKES, INWARD, OUTWARD, RESTING, WAYS, ways_of
-from camopt.numerics.clock import now
-from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
+from camopt.core.numerics.clock import now
+from camopt.model.motion.stroke import ALL_STROKES, INWARD, OUTWARD, RESTING, WAYS, ways_of
+from camopt.solve.verdicts.words import BROKEN, HELD, UNDECIDED
 from support.balls.ball import ball_between
 from support.balls.curves import ExactCurve
 from support.balls.motion import ExactMotion, ExactStroke, TurnPart

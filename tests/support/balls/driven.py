@@ -11,7 +11,7 @@ from typing import Any
 from flint import arb, arb_series
 
 import support.balls.profile  # noqa: F401  what roots and angles of series in balls are
-from camopt.trains.train import Train
+from camopt.model.trains.train import Train
 from support.balls.ball import precisely
 
 POINT = 1e-40

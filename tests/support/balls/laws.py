@@ -1,8 +1,7 @@
 """The motion laws as exact expressions: on each piece a polynomial and sine waves, in balls.
 
-Written apart from ``camopt.motion``, from the accelerations that define the laws (from knots and coefficients for
-a spline, from the conditions at its ends for a polynomial), so that a proof does not rest on the tables it is to
-check.
+Written apart from ``camopt.model.motion``, from the accelerations that define the laws (from knots and coefficients
+for a spline, from the conditions at its ends for a polynomial): a proof does not rest on the tables that it checks.
 """
 
 from collections.abc import Callable
@@ -13,15 +12,15 @@ from typing import Any
 
 from flint import arb, arb_poly, fmpq, fmpq_mat
 
-from camopt.mistakes import BadInput, Mistake
-from camopt.motion import LAWS
-from camopt.motion.installed import EXACT_CLASSES, InstalledLaw
-from camopt.motion.law import Law
-from camopt.motion.polynomial import PolynomialLaw
-from camopt.motion.profile_law import ProfileLaw
-from camopt.motion.scca import SCCALaw
-from camopt.motion.spline import SplineLaw
-from camopt.motion.turned import MirroredLaw, SkewedLaw
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.model.motion import LAWS
+from camopt.model.motion.installed import EXACT_CLASSES, InstalledLaw
+from camopt.model.motion.law import Law
+from camopt.model.motion.polynomial import PolynomialLaw
+from camopt.model.motion.profile_law import ProfileLaw
+from camopt.model.motion.scca import SCCALaw
+from camopt.model.motion.spline import SplineLaw
+from camopt.model.motion.turned import MirroredLaw, SkewedLaw
 from support.balls.ball import precisely
 from support.balls.driven import DrivenPiece
 from support.balls.profile import ProfilePiece, piece_on_profile

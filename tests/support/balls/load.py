@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 from flint import arb, arb_series
 
-from camopt.motion.load import ExternalLoad, TrainLoad
-from camopt.motion.stroke import RETURN, RISE
-from camopt.trains.train import Train
+from camopt.model.motion.load import ExternalLoad, TrainLoad
+from camopt.model.motion.stroke import RETURN, RISE
+from camopt.model.trains.train import Train
 
 WAY = {RISE: arb(1), RETURN: arb(-1)}
 """Which way a follower moves in a stroke whose motion does not turn back."""

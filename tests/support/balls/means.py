@@ -19,13 +19,13 @@ from typing import Any, cast
 
 from flint import arb, arb_series
 
-from camopt.effects.mean import Mean
-from camopt.effects.peak import Derivative
-from camopt.mechanisms import Designs
-from camopt.motion.programme import Programme
-from camopt.numerics.clock import now
-from camopt.problem.claims import MeanClaim
-from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
+from camopt.core.numerics.clock import now
+from camopt.model.effects.mean import Mean
+from camopt.model.effects.peak import Derivative
+from camopt.model.mechanisms import Designs
+from camopt.model.motion.programme import Programme
+from camopt.scene.problem.claims import MeanClaim
+from camopt.solve.verdicts.words import BROKEN, HELD, UNDECIDED
 from support.balls.ball import Ball, NoSeries, as_arb, precisely
 from support.balls.curves import BALL_NUMBERS, ExactCurve
 from support.balls.deciding import Side

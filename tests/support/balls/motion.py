@@ -9,10 +9,10 @@ from typing import NamedTuple, Self
 
 from flint import arb, arb_series
 
-from camopt.motion.driven import DrivenLaw
-from camopt.motion.load import ExternalLoad, TrainLoad
-from camopt.motion.programme import Programme
-from camopt.motion.stroke import Stroke, turned_kinds
+from camopt.model.motion.driven import DrivenLaw
+from camopt.model.motion.load import ExternalLoad, TrainLoad
+from camopt.model.motion.programme import Programme
+from camopt.model.motion.stroke import Stroke, turned_kinds
 from support.balls.ball import Ball, ball_between, precisely
 from support.balls.driven import DrivenPiece, follower_at, narrowed, train_in_balls
 from support.balls.laws import Stretch, stretches_of

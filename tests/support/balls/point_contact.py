@@ -4,7 +4,7 @@ from typing import Any
 
 from flint import acb, arb
 
-from camopt.numerics.point_contact import ellipticity_of, pressure_factor
+from camopt.core.numerics.point_contact import ellipticity_of, pressure_factor
 from support.balls.ball import Ball, ball_between
 
 SHORT_CHORD = arb(2) ** -64  # relative: a chord this short stands for the slope

@@ -10,8 +10,8 @@ from typing import Any
 
 from flint import arb, arb_series
 
-from camopt.motion.profile_law import ProfileLaw
-from camopt.numerics.taylor import Direction, Taylor, angle_of, direction, quotient, root, slope_of
+from camopt.core.numerics.taylor import Direction, Taylor, angle_of, direction, quotient, root, slope_of
+from camopt.model.motion.profile_law import ProfileLaw
 from support.balls.ball import Ball, precisely
 
 

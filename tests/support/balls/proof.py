@@ -11,17 +11,17 @@ from math import inf, isinf
 from typing import Any, cast
 
 import support.balls.point_contact  # noqa: F401  what formulas do to balls at a point contact
-from camopt.effects import Case
-from camopt.effects.peak import Derivative
-from camopt.mechanisms import Designs
-from camopt.motion.programme import Programme
-from camopt.numerics.clock import now
-from camopt.problem.claims import Claim
-from camopt.problem.limit import ASSEMBLY, Limit
-from camopt.problem.problem import Problem, exactly
-from camopt.problem.rows import Rows
-from camopt.verdicts.running import run_effects
-from camopt.verdicts.words import BROKEN, HELD, UNDECIDED, worst
+from camopt.core.numerics.clock import now
+from camopt.model.effects import Case
+from camopt.model.effects.peak import Derivative
+from camopt.model.mechanisms import Designs
+from camopt.model.motion.programme import Programme
+from camopt.scene.problem.claims import Claim
+from camopt.scene.problem.limit import ASSEMBLY, Limit
+from camopt.scene.problem.problem import Problem, exactly
+from camopt.scene.problem.rows import Rows
+from camopt.solve.verdicts.running import run_effects
+from camopt.solve.verdicts.words import BROKEN, HELD, UNDECIDED, worst
 from support.balls.ball import as_arb, precisely
 from support.balls.curves import BALL_NUMBERS, ExactCurve, in_balls
 from support.balls.deciding import Largest, Side, sign_of

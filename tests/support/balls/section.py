@@ -17,13 +17,13 @@ from typing import Any
 import numpy as np
 from flint import arb, arb_series
 
-from camopt.effects import EFFECTS, Case
-from camopt.effects.section import AREA, CENTROID, POLAR_MOMENT, PROFILE_LENGTH
-from camopt.mechanisms import Designs
-from camopt.problem.problem import Problem, exactly
-from camopt.problem.rows import Rows
-from camopt.quantities import QUANTITIES
-from camopt.verdicts.running import extended
+from camopt.core.quantities import QUANTITIES
+from camopt.model.effects import EFFECTS, Case
+from camopt.model.effects.section import AREA, CENTROID, POLAR_MOMENT, PROFILE_LENGTH
+from camopt.model.mechanisms import Designs
+from camopt.scene.problem.problem import Problem, exactly
+from camopt.scene.problem.rows import Rows
+from camopt.solve.verdicts.running import extended
 from support.balls.ball import as_arb, ball_between, precisely
 from support.balls.laws import Stretch
 from support.balls.motion import ExactMotion, ExactStroke

@@ -1,0 +1,97 @@
+"""The compile options of the package, each with its reason, and what numba makes of marked functions."""
+
+import gc
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from llvmlite import binding
+
+from camopt.core.kernels.compile import COMPILE_LOCK, Kernel, KernelPart, Kinds
+from camopt.core.kernels.compiling import COMPILING
+from camopt.core.mistakes import BadInput, Mistake
+
+try:
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", "Environment variable")
+        import numba
+        from numba.core import event
+        from numba.core.compiler_lock import global_compiler_lock
+        from numba.core.registry import CPUDispatcher
+except (RuntimeWarning, ValueError) as trouble:  # NUMBA_NUM_THREADS=0, NUMBA_OPT=fast
+    why = f"numba does not start with its environment variables: {str(trouble).splitlines()[0]}"
+    raise BadInput([Mistake("camopt", "NUMBA_…", None, why, bare=True)]) from None
+
+from camopt.core.kernels.arguments import NONE
+from camopt.core.kernels.machine_code import ObjectCode
+from camopt.core.kernels.numba_types import INLINE, LINKED, UNWRAPPED, numba_type, tell_numba
+
+FLAGS: dict[str, Any] = {
+    "_nrt": False,  # arrays are made outside: code that counts references to them takes long to compile
+    "nogil": True,  # blocks of designs run on threads
+    "error_model": "numpy",  # 1/0 is inf, as in the formulas; Python's model would add a branch to each division
+    "fastmath": False,  # inf and signed zeros decide feasibility; and no reordering: results are bit-identical
+}
+
+OF_NUMBA = ("numba_", "NRT_", "Py")  # how names of functions begin that are there where numba is
+
+
+class Listener(event.Listener):
+    """Is notified of each kernel that numba compiles."""
+
+    def on_start(self, happening: Any) -> None:
+        COMPILING.begin()
+
+    def on_end(self, happening: Any) -> None:
+        COMPILING.end()
+
+
+event.register("numba:compile", Listener())  # type: ignore[no-untyped-call]
+
+
+class Dispatcher(CPUDispatcher):
+    """The numba dispatcher of a marked function."""
+
+    part: KernelPart
+
+    def compile(self, signature: Any) -> Any:
+        with global_compiler_lock:
+            tell_numba()
+        return super().compile(signature)
+
+
+def dispatcher_of(part: KernelPart) -> Any:
+    """What numba compiles a function by: one for each, whatever threads ask for it, and whole before any has it."""
+    with COMPILE_LOCK:
+        if "dispatcher" not in vars(part):
+            options = UNWRAPPED if isinstance(part, Kernel) else INLINE if part.inline else LINKED
+            made: Any = numba.njit(**options, **FLAGS)(part.py_func)
+            made.__class__ = Dispatcher
+            made.part = part
+            vars(part)["dispatcher"] = made
+        return vars(part)["dispatcher"]
+
+
+def object_code(kernel: Kernel, kinds: Kinds) -> ObjectCode:
+    """A kernel, compiled for arguments of some types."""
+    signature = numba_type(NONE)(*map(numba_type, kinds))
+    with _without_collector():
+        compiled = kernel.dispatcher.get_compile_result(signature)
+    _, _, (content, bitcode) = compiled.library.serialize_using_object_code()
+    functions = binding.parse_bitcode(bitcode).functions
+    lent = any(each.is_declaration and each.name.startswith(OF_NUMBA) for each in functions)
+    whole = not (lent or compiled.library.has_dynamic_globals)
+    return ObjectCode(compiled.fndesc.llvm_func_name, content, whole)
+
+
+@contextmanager
+def _without_collector() -> Iterator[None]:
+    """A block in which no garbage is looked for: numba makes so many objects that it took a tenth of its time."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()

@@ -1,0 +1,64 @@
+"""Machine code that numba made becomes functions of this process by llvmlite's linker, without numba.
+
+numba takes half a second to be imported and to get ready, llvmlite a tenth of that.
+"""
+
+import os
+from ctypes import CFUNCTYPE, c_int, c_void_p, create_string_buffer
+from functools import cache
+from typing import Any, NamedTuple
+
+from llvmlite import binding
+
+from camopt.core.kernels.arguments import numbers_of, types_in_c
+
+
+class ObjectCode(NamedTuple):
+    """A kernel as numba compiled it: the name of its function, and an object file.
+
+    Unless it is ``whole`` it calls functions that numba has, or reads what is in this process alone.
+    """
+
+    name: str
+    content: bytes
+    whole: bool = True
+
+
+class MachineCode:
+    """A kernel for arguments of some kinds."""
+
+    def __init__(self, kinds: tuple[Any, ...], code: ObjectCode) -> None:
+        # an engine with the code in it and nothing else, so that names in two kernels are no trouble
+        machine = _target().create_target_machine(codemodel="jitdefault", jit=True)
+        engine = binding.create_mcjit_compiler(binding.parse_assembly(""), machine)
+        engine.add_object_file(binding.ObjectFileRef.from_data(code.content))
+        engine.finalize_object()
+        self._engine = engine
+        self.address: int = self._engine.get_function_address(code.name)
+        self._function = CFUNCTYPE(c_int, c_void_p, c_void_p, *types_in_c(kinds))(self.address)
+
+    def __call__(self, arguments: tuple[Any, ...]) -> None:
+        if self._function(RESULT, ERROR, *numbers_of(arguments)):
+            raise RuntimeError("a kernel raised an error")
+
+
+# where machine code writes what a kernel returns, which is always None, and what it raises, which is nothing
+RESULT, ERROR = create_string_buffer(8), create_string_buffer(8)
+
+
+@cache
+def _target() -> Any:
+    binding.initialize_native_target()
+    binding.initialize_native_asmprinter()
+    return binding.Target.from_default_triple()
+
+
+@cache
+def processor() -> tuple[str, str, str]:
+    """What numba compiles for: the system, the processor and its features, or what numba is told of both."""
+    name, features = (os.environ.get(f"NUMBA_CPU_{what}") for what in ("NAME", "FEATURES"))
+    return (
+        binding.get_process_triple(),
+        binding.get_host_cpu_name() if name is None else name,
+        binding.get_host_cpu_features().flatten() if features is None else features,
+    )

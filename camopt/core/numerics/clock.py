@@ -1,0 +1,30 @@
+"""The clock of a search: seconds that do not count while kernels are compiled, as they are once."""
+
+from collections.abc import Callable
+from time import monotonic, perf_counter
+from typing import TypeVar
+
+from camopt.core.kernels.compiling import COMPILING
+
+T = TypeVar("T")
+
+
+def now() -> float:
+    """Seconds since a fixed moment, without time spent on compilation."""
+    return monotonic() - COMPILING.seconds
+
+
+def share(end: float, left: int) -> float:
+    """The time at which the first of equal tasks must stop to leave the others as much time."""
+    start = now()
+    return start + max(end - start, 0.0) / left
+
+
+def timed(work: Callable[[], T], runs: int) -> tuple[T, float]:
+    """What some work gives, and the least time of so many runs in seconds, after a first one, which may compile."""
+    result, times = work(), []
+    for _ in range(runs):
+        start = perf_counter()
+        work()
+        times.append(perf_counter() - start)
+    return result, min(times)

@@ -1,0 +1,157 @@
+"""Quantities as curves over the cam angle, and the formulas that a kernel compiles into itself.
+
+A curve is a NamedTuple of arrays, one entry a design, and of curves that it is made of, such as
+``side_thrust(along, pressure, arm, reach)``. Its formula gives its value for one design, from the state of the
+follower at one cam angle (``numerics.state``) and from the entries of the design: a plain function, whose signature
+is the record. Run on dual numbers (``numerics.dual``) it gives the slope by the cam angle too.
+What evaluates curves (``evaluating``) is written once, for any curve: numba compiles it anew for each NamedTuple
+type, so a formula costs what it would cost written inside the loop, and the compiled result is cached on disk.
+Names of curve types are unique in the package, because numba names machine code after them.
+
+Uncompiled, the same formulas run on arrays and on intervals (``numerics.interval``).
+"""
+
+from collections import namedtuple
+from collections.abc import Callable
+from inspect import Parameter, signature
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from camopt.core.kernels.compile import chosen_by_type, inlined, overloaded
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.dual import beside, dual_state, of_pair, single_state
+from camopt.core.numerics.state import State
+from camopt.core.numerics.trigonometry import turned
+
+FurtherFormula = TypeVar("FurtherFormula", bound=Callable[..., tuple[Any, Any, Any, Any]])
+CurveFormula = TypeVar("CurveFormula", bound=Callable[..., Any])
+
+COMPILED: dict[type, Callable[..., Any]] = {}
+IN_KERNELS: dict[type, Callable[..., Any]] = {}
+FURTHER: dict[type, Callable[..., tuple[Any, Any, Any, Any]]] = {}
+WITH_LOAD: set[type] = set()
+
+
+def value_of(f: Any, i: Any, at: State) -> Any:
+    """Value of curve ``f`` for design ``i``, a number as those of ``at``; resolved by type inside kernels."""
+    return COMPILED[type(f)](f, i, at)
+
+
+@chosen_by_type(value_of)
+def _formula(f, i, at):
+    return IN_KERNELS.get(f)
+
+
+@overloaded
+def curve(f, i, at):
+    """Value and slope of curve ``f`` for design ``i``."""
+    return value_of(f, i, dual_state(at))
+
+
+def part(f: Any, i: Any, at: State) -> Any:
+    """What a formula takes for a field of its curve: the value of a curve, or the number of a design."""
+    if type(f) in COMPILED:
+        return COMPILED[type(f)](f, i, at)
+    return beside(f[i], at.y)
+
+
+@chosen_by_type(part)
+def _part(f, i, at):
+    return IN_KERNELS.get(f, lambda f, i, at: f[i])
+
+
+def curve_type(function: Callable[..., Any] | None = None, *, loaded: bool = False) -> Any:
+    """Make a curve of a formula: the NamedTuple of what it takes beside the state.
+
+    What has a default is a table, which all designs share. A formula that reads an external load that
+    changes over the turn, or hands it on to a curve that does, is ``loaded``.
+    """
+    if function is None:
+        return lambda function: curve_type(function, loaded=loaded)
+    _, *fields = signature(function).parameters.values()
+    make: Any = namedtuple
+    owner = make(function.__name__, [each.name for each in fields], module=function.__module__)
+    owner.__doc__ = function.__doc__
+    parts = [f"f.{x.name}" if x.default is not Parameter.empty else f"part(f.{x.name}, i, at)" for x in fields]
+    text = f"lambda f, i, at: formula(at, {', '.join(parts)})"
+    curve_formula(owner, loaded=loaded)(eval(text, {"formula": function, "part": part}))
+    IN_KERNELS[owner] = eval(text, {"formula": inlined(function), "part": part})
+    return owner
+
+
+def curve_formula(owner: type, *, loaded: bool = False) -> Callable[[CurveFormula], CurveFormula]:
+    """Register a function of a curve, a design and the state: it gives the value of the curve type ``owner``."""
+
+    def register(function: CurveFormula) -> CurveFormula:
+        COMPILED[owner] = IN_KERNELS[owner] = function
+        if loaded:
+            WITH_LOAD.add(owner)
+        return function
+
+    return register
+
+
+def formula(owner: type, *, loaded: bool = False) -> Callable[[CurveFormula], CurveFormula]:
+    """As ``curve_formula``, of a function that gives the pair of value and slope."""
+
+    def register(function: CurveFormula) -> CurveFormula:
+        pair = inlined(function)
+        curve_formula(owner, loaded=loaded)(lambda f, i, at: of_pair(pair(f, i, single_state(at, at.y)), at.y))
+        return function
+
+    return register
+
+
+def further(f: Any, i: Any, at: State) -> tuple[Any, Any, Any, Any]:
+    """Value of curve ``f`` for design ``i``, and three derivatives by the cam angle: the last one has y''''."""
+    return FURTHER[type(f)](f, i, at)
+
+
+@chosen_by_type(further)
+def _further(f, i, at):
+    return FURTHER.get(f)
+
+
+def further_formula(owner: type) -> Callable[[FurtherFormula], FurtherFormula]:
+    """Register a function as what ``further`` gives of the curve type ``owner``."""
+
+    def register(function: FurtherFormula) -> FurtherFormula:
+        FURTHER[owner] = function
+        return function
+
+    return register
+
+
+@inlined
+def quotient(w, s):
+    """w/s with three derivatives, from those of both."""
+    t = w[0] / s[0]
+    t1 = (w[1] - t * s[1]) / s[0]
+    t2 = (w[2] - 2.0 * t1 * s[1] - t * s[2]) / s[0]
+    return t, t1, t2, (w[3] - 3.0 * t2 * s[1] - 3.0 * t1 * s[2] - t * s[3]) / s[0]
+
+
+@inlined
+def turned_series(cosine, sine, at):
+    """Cosine and sine of an angle turned on by y, each with three derivatives."""
+    c, s = turned(cosine, sine, at.y)
+    c1, s1, square = -s * at.y1, c * at.y1, np.square(at.y1)
+    c2, s2 = -s * at.y2 - c * square, c * at.y2 - s * square
+    c3 = -s * at.y3 - 3.0 * c * at.y1 * at.y2 + s * at.y1 * square
+    return (c, c1, c2, c3), (s, s1, s2, c * at.y3 - 3.0 * s * at.y1 * at.y2 - c * at.y1 * square)
+
+
+class Linear(NamedTuple):
+    """displacement·y + velocity·y' + acceleration·y'' + constant: peaks, support lines, a flat face's radius."""
+
+    displacement: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    constant: FloatArray
+
+
+@formula(Linear)
+def linear(f, i, at):
+    value = f.constant[i] + f.displacement[i] * at.y + f.velocity[i] * at.y1 + f.acceleration[i] * at.y2
+    return value, f.displacement[i] * at.y1 + f.velocity[i] * at.y2 + f.acceleration[i] * at.y3

@@ -1,0 +1,168 @@
+"""The points of a set that known points dominate.
+
+The known points are the leaves of a tree of neighbours. Of a branch, the least cost in each objective and the
+largest often tell enough: a point that costs no less than the largest is dominated by the whole branch, and one
+that costs less than the least in some objective by none of it.
+
+Source: H. T. Kung, F. Luccio, F. P. Preparata, On finding the maxima of a set of vectors, J. ACM 22 (1975), for the
+question; the tree is one of bounding boxes.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.core.kernels.compile import compiled_for_many
+from camopt.core.numerics import BoolArray, FloatArray, IntArray
+
+BRANCHES = 8
+GROWN = 0.25  # after which the large tree is made anew
+WORK = 30.0  # values of a curve that numpy evaluates while it compares one cost with a tree
+COMPARED_AT_ONCE = 8192  # points, so that what is compared fits the cache
+
+
+class Tree(NamedTuple):
+    """The least and the largest costs of branches, (nodes, objectives), level by level from the root."""
+
+    least: FloatArray
+    most: FloatArray
+    starts: IntArray
+    """The first node of each level, and the number of all (levels + 1,). Nodes of a level come in eights."""
+
+
+class Dominators:
+    """Known points, as costs (m, objectives); infinities as the largest number."""
+
+    def __init__(self, costs: FloatArray) -> None:
+        least = most = costs[neighbours(costs)]
+        levels = [(least, most)]
+        while len(least) > 1:
+            least, most = _by_branches(least).min(axis=1), _by_branches(most).max(axis=1)
+            levels.append((least, most))
+        least, most = (np.concatenate([_filled(level[k]) for level in levels[::-1]]) for k in (0, 1))
+        sizes = [len(_filled(level)) for level, _ in levels[::-1]]
+        self._tree = Tree(least, most, np.concatenate([[0], np.cumsum(sizes)]))
+
+    def dominate(self, costs: FloatArray) -> BoolArray:
+        """Which points (n, objectives) some known point dominates (n,): it costs no more, and in some less."""
+        found = np.zeros(len(costs), dtype=bool)
+        stack = np.empty((2, BRANCHES * len(self._tree.starts)), np.int64)
+        find_dominated(self._tree, np.ascontiguousarray(costs), found, stack)
+        return found
+
+
+def _filled(costs: FloatArray) -> FloatArray:
+    """Nodes with some more, up to a multiple of a branch, that dominate nothing."""
+    return np.concatenate([costs, np.full((-len(costs) % BRANCHES, costs.shape[1]), np.inf)])
+
+
+def _by_branches(costs: FloatArray) -> FloatArray:
+    """The nodes by branches of the level above."""
+    return _filled(costs).reshape(-1, BRANCHES, costs.shape[1])
+
+
+@compiled_for_many(work=WORK)
+def find_dominated(tree, costs, found, stack):
+    """Mark the points that a tree dominates."""
+    objectives, last = costs.shape[1], tree.starts.size - 2
+    for i in range(costs.shape[0]):
+        waiting = 0
+        for k in range(min(BRANCHES, tree.starts[1])):
+            stack[0, waiting], stack[1, waiting] = 0, k
+            waiting += 1
+        while waiting:
+            waiting -= 1
+            level, place = stack[0, waiting], stack[1, waiting]
+            node = tree.starts[level] + place
+            some, every, less = True, True, False
+            for m in range(objectives):
+                mine = costs[i, m]
+                some &= tree.least[node, m] <= mine
+                every &= tree.most[node, m] <= mine
+                less |= tree.most[node, m] < mine
+            if every and less:
+                found[i] = True
+                break
+            if some and level < last:
+                for k in range(BRANCHES):
+                    stack[0, waiting], stack[1, waiting] = level + 1, BRANCHES * place + k
+                    waiting += 1
+
+
+@find_dominated.uncompiled
+def _find_dominated_in_python(tree, every, dominated, stack):
+    """Many points together, level by level."""
+    roots = int(tree.starts[1])
+    for first in range(0, len(every), COMPARED_AT_ONCE):
+        costs, found = (each[first : first + COMPARED_AT_ONCE] for each in (every, dominated))
+        point, branch = np.repeat(np.arange(len(costs)), roots), np.tile(np.arange(roots), len(costs))
+        for start in tree.starts[:-1]:
+            least, most, mine = tree.least[start + branch], tree.most[start + branch], costs[point]
+            found[point[np.all(most <= mine, axis=1) & np.any(most < mine, axis=1)]] = True
+            open_ = np.all(least <= mine, axis=1) & ~found[point]
+            point, branch = (np.repeat(each[open_], BRANCHES) for each in (point, branch))
+            branch = BRANCHES * branch + np.arange(branch.size) % BRANCHES
+
+
+class Known:
+    """Points that come in parts, and are asked in between which others they dominate.
+
+    Most are in one tree, which is made anew when they have grown by a share; the others in a small one.
+    """
+
+    def __init__(self, objectives: int) -> None:
+        none = np.empty((0, objectives))
+        self._most, self._recent, self._count = Dominators(none), [none], 0
+
+    def add(self, costs: FloatArray) -> Any:
+        """Take points (n, objectives); which of them others dominate that are in the large tree (n,)."""
+        dominated = self._most.dominate(costs)
+        self._recent.append(costs[~dominated])
+        return dominated
+
+    def dominators(self, every: Callable[[], FloatArray]) -> "Dominators | Both":
+        """What the points dominate so far; ``every`` gives all of them that none dominates, if they are needed."""
+        recent = np.concatenate(self._recent)
+        if len(recent) > max(GROWN * self._count, COMPARED_AT_ONCE):
+            costs, recent = every(), np.empty((0, recent.shape[1]))
+            self._most, self._count = Dominators(costs), len(costs)
+        self._recent = [recent]
+        return Both(self._most, Dominators(recent)) if len(recent) else self._most
+
+
+class Both(NamedTuple):
+    """Two trees of known points."""
+
+    most: Dominators
+    recent: Dominators
+
+    def dominate(self, costs: FloatArray) -> Any:
+        """As of ``Dominators``."""
+        found = self.most.dominate(costs)
+        found[~found] = self.recent.dominate(costs[~found])
+        return found
+
+
+def neighbours(costs: FloatArray) -> Any:
+    """The points in an order in which those of a branch are near each other.
+
+    They are sorted by the objective in which they are spread the most, by rank, and then each half is, and so on.
+    """
+    ranks = np.column_stack([_share(column) for column in costs.T]).astype(np.float32)
+    order, size = np.arange(len(costs)), BRANCHES
+    while size < len(costs):
+        size *= BRANCHES
+    while size > BRANCHES and len(costs):
+        here, part = ranks[order], np.arange(len(order)) // size
+        first = np.arange(0, len(order), size)
+        spread = np.maximum.reduceat(here, first) - np.minimum.reduceat(here, first)
+        along = np.take_along_axis(here, np.argmax(spread, axis=1)[part][:, None], axis=1)[:, 0]
+        order, size = order[np.lexsort((along, part))], size // 2
+    return order
+
+
+def _share(values: FloatArray) -> FloatArray:
+    """The rank of each value among the different ones, from 0 to 1."""
+    known, rank = np.unique(values, return_inverse=True)
+    return np.asarray(rank / max(len(known) - 1, 1))

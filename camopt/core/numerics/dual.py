@@ -1,0 +1,169 @@
+"""Dual numbers: a value and its slope by the cam angle, which formulas carry along by the chain rule.
+
+Value and slope are numbers of any kind: floats, arrays, jets, intervals, balls, or dual numbers themselves, which
+then know the next derivative. A formula that runs on a value alone gives the same value.
+
+Source: Griewank and Walther, Evaluating Derivatives, ch. 3 (forward mode).
+"""
+
+import operator
+from types import NoneType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.core.kernels.compile import chosen_by_type, overloaded
+from camopt.core.numerics.jet import Jet, to_power
+from camopt.core.numerics.number_type import OTHER, OWN, Rules, give_rules
+from camopt.core.numerics.state import Load, State, TrainForces
+
+BESIDE = (float, np.ndarray, Jet)
+"""Kinds of number whose operators leave dual numbers alone."""
+
+
+class Dual(NamedTuple):
+    """A number with its slope by the cam angle, rad."""
+
+    value: Any
+    slope: Any
+
+
+def constant(x: Any) -> Any:
+    """A number that does not change, as it goes beside dual numbers, which are the outer kind."""
+    return x if isinstance(x, BESIDE) else Dual(x, 0.0)
+
+
+chosen_by_type(constant)(lambda x: lambda x: x)
+
+
+def beside(x: Any, y: Any) -> Any:
+    """A number that does not change, as it goes beside a number of any kind."""
+    return constant(beside(x, y.value)) if type(y) is Dual else x
+
+
+def _divide(a, b):
+    value = a.value / b.value
+    return Dual(value, (a.slope - value * b.slope) / b.value)
+
+
+def _divide_number(a, b):
+    value = a / b.value
+    return Dual(value, -(value * b.slope) / b.value)
+
+
+def _root(a):
+    value = np.sqrt(a.value)
+    return Dual(value, 0.5 * a.slope / value)
+
+
+def _power(a, b):
+    value = to_power(a.value, b)
+    return Dual(value, b * value * a.slope / a.value)
+
+
+def _larger(a, b):
+    """The larger of a and a number; where they are equal the mean of both slopes."""
+    return Dual(np.maximum(a.value, b), 0.5 * (1.0 + np.sign(a.value - b)) * a.slope)
+
+
+DUAL_RULES: Rules = {
+    operator.add: {
+        (OWN, OWN): lambda a, b: Dual(a.value + b.value, a.slope + b.slope),
+        (OWN, OTHER): lambda a, b: Dual(a.value + b, a.slope),
+        (OTHER, OWN): lambda a, b: Dual(a + b.value, b.slope),
+    },
+    operator.sub: {
+        (OWN, OWN): lambda a, b: Dual(a.value - b.value, a.slope - b.slope),
+        (OWN, OTHER): lambda a, b: Dual(a.value - b, a.slope),
+        (OTHER, OWN): lambda a, b: Dual(a - b.value, -b.slope),
+    },
+    operator.mul: {
+        (OWN, OWN): lambda a, b: Dual(a.value * b.value, a.slope * b.value + a.value * b.slope),
+        (OWN, OTHER): lambda a, b: Dual(a.value * b, a.slope * b),
+        (OTHER, OWN): lambda a, b: Dual(a * b.value, a * b.slope),
+    },
+    operator.truediv: {
+        (OWN, OWN): _divide,
+        (OWN, OTHER): lambda a, b: Dual(a.value / b, a.slope / b),
+        (OTHER, OWN): _divide_number,
+    },
+    operator.pow: {(OWN, OTHER): _power},
+    operator.neg: {(OWN,): lambda a: Dual(-a.value, -a.slope)},
+    np.sqrt: {(OWN,): _root},
+    np.square: {(OWN,): lambda a: Dual(np.square(a.value), 2.0 * a.value * a.slope)},
+    np.absolute: {(OWN,): lambda a: Dual(np.absolute(a.value), np.sign(a.value) * a.slope)},
+    np.maximum: {(OWN, OTHER): _larger},
+    np.sign: {(OWN,): lambda a: constant(np.sign(a.value))},
+}
+"""What each operation does to operands that are dual numbers or others. A sign is a number that does not change."""
+
+
+give_rules(Dual, DUAL_RULES, lambda rule, operands: rule(*operands), (object,))
+
+
+def dual_load(load: Any) -> Any:
+    """A load in dual numbers, with its slopes beside them; None without one."""
+    if load is None:
+        return None
+    return _dual_forces(load) if isinstance(load, TrainForces) else Load(Dual(load.value, load.slope), load.slope)
+
+
+def _dual_forces(load):
+    carried = Dual(load.carried, load.carried_slope)
+    return TrainForces(Dual(load.value, load.slope), load.slope, carried, load.carried_slope)
+
+
+@chosen_by_type(dual_load)
+def _dual_load_in_kernels(load):
+    if load is NoneType:
+        return lambda load: None
+    return _dual_forces if load is TrainForces else lambda load: Load(Dual(load.value, load.slope), load.slope)
+
+
+@overloaded
+def dual_state(at):
+    """The state of a follower in dual numbers."""
+    y, y1, y2 = Dual(at.y, at.y1), Dual(at.y1, at.y2), Dual(at.y2, at.y3)
+    return State(y, y1, y2, Dual(at.y3, at.y4), dual_load(at.load), 0.0)
+
+
+def single_state(at: State, y: Any) -> State:
+    """The state without slopes, from one in dual numbers, where the displacement ``y`` is one."""
+    return _single_state(at, y) if type(y) is Dual else at
+
+
+def _single_state(at, y):
+    return State(at.y.value, at.y1.value, at.y2.value, at.y3.value, single_load(at.load), at.y3.slope)
+
+
+@chosen_by_type(single_state)
+def _single_state_in_kernels(at, y):
+    return _single_state if y is Dual else lambda at, y: at
+
+
+def single_load(load: Any) -> Any:
+    """The load of such a state."""
+    if load is None:
+        return None
+    return _single_forces(load) if isinstance(load, TrainForces) else Load(load.value.value, load.value.slope)
+
+
+def _single_forces(load):
+    return TrainForces(load.value.value, load.value.slope, load.carried.value, load.carried.slope)
+
+
+@chosen_by_type(single_load)
+def _single_load_in_kernels(load):
+    if load is NoneType:
+        return lambda load: None
+    return _single_forces if load is TrainForces else lambda load: Load(load.value.value, load.value.slope)
+
+
+def of_pair(pair: Any, y: Any) -> Any:
+    """A value and its slope as a dual number where the displacement ``y`` is one; else the value."""
+    return Dual(*pair) if type(y) is Dual else pair[0]
+
+
+@chosen_by_type(of_pair)
+def _of_pair_in_kernels(pair, y):
+    return (lambda pair, y: Dual(pair[0], pair[1])) if y is Dual else lambda pair, y: pair[0]

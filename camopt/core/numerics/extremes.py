@@ -1,0 +1,342 @@
+"""Extremes of a curve over the continuous turn, enclosed from both sides, for many designs at once.
+
+For a tile of designs the curve is evaluated at the table's nodes, and jets bound its derivatives and the
+rounding error: over groups of panels first, then within each panel that this leaves open. Within a panel of width
+w a curve exceeds its end values by no more than |f''|·w²/8; a panel that stays below the best node by that is done
+with, and two or three are left. There, slopes at both ends and a bound of the third derivative say how far f'' may
+be from its mean. Where the curve is concave, its maximum is at an end or at a root of the slope, and a bracketed
+secant climbs to it until slope²/(2·|f''|), which bounds what is still to be gained, is below the error asked. What
+is not concave is halved.
+
+Designs are innermost, so that loops can run in vector registers; only the last resort (``halving``) takes designs
+one by one. Every answer is the largest value found, and a bound of what the true extreme may differ from it.
+
+All this is compiled once. What evaluates a curve is compiled for each curve, and called by its address.
+"""
+
+from functools import lru_cache, partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.core.kernels.arguments import COUNT, NUMBER, Kind, Record, lasting
+from camopt.core.kernels.by_address import Reached, address_of_values, call
+from camopt.core.kernels.compile import called_by_kernels, compiled, compiled_for_many, inlined
+from camopt.core.numerics import LEAST, UNIT, FloatArray
+from camopt.core.numerics.climbing import Ask, allowed_gain, first_and_last, orient
+from camopt.core.numerics.curves import WITH_LOAD
+from camopt.core.numerics.evaluating import CURVE, evaluator
+from camopt.core.numerics.foreseen import plain_evaluator
+from camopt.core.numerics.jet import larger
+from camopt.core.numerics.piecewise import PANEL_RECORD, MotionTable, Panels, panels_of
+from camopt.core.numerics.same import Same
+from camopt.core.numerics.searching import blurred, look_again, search_panel
+from camopt.core.numerics.workspace import PLAIN_TILE, WORK, keep_freed_memory, plain_workspace, workspace
+
+SHARP = 0.25  # of the error asked: the rounding error allowed of a part that is looked at again
+SEARCH_SIZE = 5.0  # times as long as a curve takes to compile: the search, and numba is imported
+LEAST_WORK = 30.0  # values of a curve that a search evaluates for an answer, a bound or a cam angle
+TIED = 8.0 * UNIT  # relative: values this near differ by rounding alone
+
+
+class Precision(NamedTuple):
+    """The errors allowed: of extremes, relative; of their cam angles, rad, or inf.
+
+    An extreme counts as no less than the ``floor``: as no larger than −floor if it is the least value.
+    """
+
+    value: float
+    location: float
+    floor: float = -np.inf
+
+
+PRECISION = Record(Precision, (NUMBER, NUMBER, NUMBER))
+
+
+class Extremes(NamedTuple):
+    """Answers (questions, designs): values, their cam angles in rad, and half-widths of their enclosures.
+
+    The largest magnitude comes without its sign. A true extreme differs from its value by no more than ``width``.
+    """
+
+    value: FloatArray
+    where: FloatArray
+    width: FloatArray
+
+
+@called_by_kernels
+def best_nodes(values, count, panels, kinds, goal, best, node):
+    """Largest oriented node value of each design over pieces of given kinds, and the first node that has it."""
+    for i in range(count):
+        best[i] = -np.inf
+        node[i] = -1
+    for q in range(panels.kind.size):
+        if panels.kind[q] & kinds:
+            for t in range(panels.first_panel[q] + q, panels.first_panel[q + 1] + q + 1):
+                row = values[t]
+                for i in range(count):
+                    value = orient(row[i], goal)
+                    node[i] = t if value > max(best[i] * (1.0 + TIED), best[i] * (1.0 - TIED)) else node[i]
+                    best[i] = max(value, best[i])
+
+
+@best_nodes.uncompiled
+def _best_nodes_in_python(values, count, panels, kinds, goal, best, node):
+    piece = np.repeat(np.arange(panels.kind.size), np.diff(panels.first_panel) + 1)
+    nodes = np.flatnonzero(panels.kind[piece] & kinds)
+    found = orient(values[nodes, :count], goal)
+    if np.isnan(found).any():  # which holds until the next node
+        best_nodes.py_func(values, count, panels, kinds, goal, best, node)
+        return
+    most = np.full((len(found) + 1, count), -np.inf)
+    for t in range(len(found)):  # a fifth of the time of np.maximum.accumulate
+        np.maximum(most[t], found[t], out=most[t + 1])
+    more = found > larger(most[:-1] * (1.0 + TIED), most[:-1] * (1.0 - TIED))
+    last = nodes[::-1][more[::-1].argmax(axis=0)]
+    best[:count], node[:count] = most[-1], np.where(more.any(axis=0), last, -1)
+
+
+@called_by_kernels
+def node_angle(panels, node):
+    """Cam angle of a node."""
+    q = 0
+    while panels.first_panel[q + 1] + q < node:
+        q += 1
+    panel = min(node - q, panels.first_panel[q + 1] - 1)
+    side = -1.0 if node - q == panel else 1.0
+    return panels.centre[panel] + side * panels.half_width[panel]
+
+
+@node_angle.uncompiled
+def _node_angle_in_python(panels, node):
+    q = np.searchsorted(panels.first_panel[1:] + np.arange(panels.kind.size), node)
+    panel = np.minimum(node - q, panels.first_panel[q + 1] - 1)
+    return panels.centre[panel] + np.where(node - q == panel, -1.0, 1.0) * panels.half_width[panel]
+
+
+@called_by_kernels
+def may_exceed(before, after, excess, count, goal, best):
+    """Whether a panel may hold more than the best value of any of the designs."""
+    found = False
+    for i in range(count):
+        found |= max(orient(before[i], goal), orient(after[i], goal)) + excess[i] > best[i]
+    return found
+
+
+@may_exceed.uncompiled
+def _may_exceed_in_python(before, after, excess, count, goal, best):
+    ends = larger(orient(before[:count], goal), orient(after[:count], goal))
+    return bool(np.any(ends + excess[:count] > best[:count]))
+
+
+@called_by_kernels
+def candidates(panel, node, count, ask, work):
+    """Find the designs that may exceed their best value within a panel by more than allowed; their number."""
+    before, after, excess = work.values[node], work.values[node + 1], work.bounds.excess[panel]
+    best, top, error, chosen = work.found.best, work.found.top, work.bounds.error[panel], work.chosen
+    many = 0
+    for i in range(count):
+        bound = max(ask.sign * before[i], ask.sign * after[i]) + excess[i]
+        more = bound > best[i] + allowed_gain(best[i], ask.relative_error, error[i])
+        chosen[many] = i
+        many += more
+        top[i] = top[i] if more else max(top[i], bound)
+    return many
+
+
+@candidates.uncompiled
+def _candidates_in_python(panel, node, count, ask, work):
+    before, after, excess = work.values[node, :count], work.values[node + 1, :count], work.bounds.excess[panel]
+    best, top, error = work.found.best[:count], work.found.top[:count], work.bounds.error[panel, :count]
+    bound = larger(ask.sign * before, ask.sign * after) + excess[:count]
+    more = bound > best + allowed_gain(best, ask.relative_error, error)
+    top[:] = np.where(more, top, larger(top, bound))
+    chosen = np.flatnonzero(more)
+    work.chosen[: chosen.size] = chosen
+    return chosen.size
+
+
+@inlined
+def is_open(curve, first, count, panels, panel, node, goal, work):
+    """Whether by jets a panel may hold more than the best value of some design."""
+    before, after = work.values[node], work.values[node + 1]
+    for row in (panels.group[panel], panel):  # the bounds of its group settle most panels
+        if not work.looked[row]:
+            call(curve.row, (curve.made, row, panels.half_width[panel], first, count, work.bounds))
+            work.looked[row] = True
+        if not may_exceed(before, after, work.bounds.excess[row], count, goal, work.found.best):
+            return False
+    return True
+
+
+@is_open.uncompiled
+def _is_open_in_python(curve, first, count, panels, panel, node, goal, work):
+    before, after, best = work.values[node], work.values[node + 1], work.found.best
+    return all(
+        may_exceed(before, after, work.bounds.excess[row], count, goal, best)
+        for row in (panels.group[panel], panel)
+    )
+
+
+@called_by_kernels
+def begin(panels, kinds, goal, floor, count, work):
+    """First extremes of a tile, from the nodes."""
+    found = work.found
+    best_nodes(work.values, count, panels, kinds, goal, found.best, found.node)
+    for i in range(count):
+        found.best[i] = max(found.best[i], floor)
+        found.top[i], found.rounding[i], found.at[i] = found.best[i], 0.0, node_angle(panels, found.node[i])
+
+
+@begin.uncompiled
+def _begin_in_python(panels, kinds, goal, floor, count, work):
+    found = work.found
+    best_nodes(work.values, count, panels, kinds, goal, found.best, found.node)
+    found.best[:count] = larger(found.best[:count], floor)
+    found.top[:count], found.rounding[:count] = found.best[:count], 0.0
+    found.at[:count] = node_angle(panels, found.node[:count])
+
+
+@inlined
+def search_open(curve, first, count, panels, place, aim, work):
+    """Search a panel for the designs whose best value it may exceed by its jets.
+
+    ``place`` is the panel and its first node, ``aim`` the goal and the precision.
+    """
+    (panel, node), (goal, precision) = place, aim
+    one, other = first_and_last(goal)
+    for way in range(one, other):
+        ask = Ask(1.0 - 2.0 * way, precision.value, precision.location, np.inf)
+        many = candidates(panel, node, count, ask, work)
+        if many:
+            search_panel(curve, first, many, panels, panel, node, ask, work)
+
+
+@inlined
+def search(curve, first, count, panels, question, precision, work):
+    """The extremes of a tile: a question is the kinds of stroke to look at, and the goal."""
+    kinds, goal = question
+    begin(panels, kinds, goal, precision.floor, count, work)
+    for q in range(panels.kind.size):
+        if panels.kind[q] & kinds:
+            for p in range(panels.first_panel[q], panels.first_panel[q + 1]):
+                if is_open(curve, first, count, panels, p, p + q, goal, work):
+                    search_open(curve, first, count, panels, (p, p + q), (goal, precision), work)
+
+
+@search.uncompiled
+def _search_in_python(curve, first, count, panels, question, precision, work):
+    kinds, goal = question
+    begin(panels, kinds, goal, precision.floor, count, work)
+    look_at_rows(curve, first, count, panels, np.unique(panels.group), work)
+    panel, piece = perhaps_open(panels, kinds, goal, count, work)
+    look_at_rows(curve, first, count, panels, panel, work)
+    for p, q in zip(panel.tolist(), piece.tolist(), strict=True):
+        if is_open(curve, first, count, panels, p, p + q, goal, work):
+            search_open(curve, first, count, panels, (p, p + q), (goal, precision), work)
+
+
+def look_at_rows(curve, first, count, panels, rows, work):
+    """Evaluate the bounds of some panels or groups that are not known yet, together."""
+    rows = rows[~work.looked[rows]]
+    if rows.size:
+        widths = np.empty(panels.rows)
+        widths[: panels.half_width.size] = widths[panels.group] = panels.half_width
+        call(curve.row, (curve.made, rows, widths[rows, None], first, count, work.bounds))
+        work.looked[rows] = True
+
+
+@inlined
+def search_again(curve, first, count, panels, question, precision, work):
+    """Search again for the designs of a tile whose extremes are not as exact as asked."""
+    kinds, goal = question
+    one, other = first_and_last(goal)
+    many = blurred(count, precision, work)
+    for q in range(panels.kind.size if many else 0):
+        if panels.kind[q] & kinds:
+            for p in range(panels.first_panel[q], panels.first_panel[q + 1]):
+                if is_open(curve, first, count, panels, p, p + q, goal, work):
+                    for way in range(one, other):
+                        sharp = Ask(1.0 - 2.0 * way, precision.value, precision.location, SHARP * precision.value)
+                        look_again(curve, first, many, panels, p, p + q, sharp, work)
+
+
+def perhaps_open(panels, kinds, goal, count, work):
+    """Panels whose groups' jets may leave them open, and the numbers of their pieces, by the best of all nodes."""
+    piece = np.repeat(np.arange(panels.kind.size), np.diff(panels.first_panel))
+    panel = np.flatnonzero(panels.kind[piece] & kinds)
+    before, after = (orient(work.values[panel + piece[panel] + side, :count], goal) for side in (0, 1))
+    most = larger(before, after) + work.bounds.excess[panels.group[panel], :count]
+    left = panel[np.any(most > work.found.best[:count], axis=1)]
+    return left, piece[left]
+
+
+@called_by_kernels
+def give(found, count, goal, value, where, width):
+    """Write the extremes of a tile into the answers."""
+    for i in range(count):
+        value[i] = -found.best[i] if goal == LEAST else found.best[i]
+        where[i] = found.at[i]
+        width[i] = max(found.top[i] - found.best[i], 0.0) + 2.0 * found.rounding[i]
+
+
+@give.uncompiled
+def _give_in_python(found, count, goal, value, where, width):
+    best = found.best[:count]
+    value[:count], where[:count] = -best if goal == LEAST else best, found.at[:count]
+    width[:count] = larger(found.top[:count] - best, 0.0) + 2.0 * found.rounding[:count]
+
+
+@partial(compiled, size=SEARCH_SIZE)
+def search_all(curve, panels, questions, precision, answers, work):
+    """Answer questions about a curve, an ``Evaluator``: answers (3, K, designs)."""
+    designs, tile = answers.shape[2], work.middle.size
+    for first in range(0, designs, tile):
+        count = min(tile, designs - first)
+        call(curve.nodes, (curve.made, first, count, work.values))
+        work.looked[:] = False
+        for k in range(questions.shape[0]):
+            question = (questions[k, 0], questions[k, 1])
+            search(curve, first, count, panels, question, precision, work)
+            search_again(curve, first, count, panels, question, precision, work)
+            value, where, width = answers[0, k, first:], answers[1, k, first:], answers[2, k, first:]
+            give(work.found, count, question[1], value, where, width)
+
+
+@search_all.uncompiled
+def _search_all_in_python(curve, panels, questions, precision, answers, work):
+    curve = plain_evaluator(curve)
+    search_all.py_func(curve, panels, questions, precision, answers, plain_workspace(panels))
+
+
+@compiled_for_many(work=LEAST_WORK)
+def search_curve(f, table, panels, questions, precision, answers, work, search_all):
+    """As ``search_all``, which is called by its address, from a curve and a motion table."""
+    made = (f, table)
+    call(search_all, (evaluator(made, address_of_values(made)), panels, questions, precision, answers, work))
+
+
+ANSWERS = Kind(NUMBER.name, 3)
+QUESTIONS = Kind(COUNT.name, 2)
+SEARCH = Reached(search_all, (CURVE, PANEL_RECORD, QUESTIONS, PRECISION, ANSWERS, WORK))
+
+
+def extremes(f: Any, designs: int, table: MotionTable, questions: Any, precision: Precision) -> Extremes:
+    """Answer questions about a curve for designs 0 … designs − 1.
+
+    questions (K, 2): the kinds of stroke to look at and the goal.
+    """
+    if designs > PLAIN_TILE:
+        keep_freed_memory()
+    answers, asked = np.empty((3, len(questions), designs)), np.array(questions, np.int64)
+    turn = _turn_of(Same(table), type(f) in WITH_LOAD)
+    with np.errstate(all="ignore"):  # uncompiled, jets without bounds would warn
+        search_curve(f, *turn, asked, precision, answers, workspace(turn[1]), SEARCH)
+    return Extremes(*answers)
+
+
+@lru_cache(maxsize=64)
+def _turn_of(same: Same[MotionTable], loaded: bool) -> tuple[MotionTable, Panels]:
+    """A motion table and its panels, as kernels take them; without a load, one kernel for both kinds of turn."""
+    table = same.value if loaded else same.value._replace(load=None)
+    return lasting(table), lasting(panels_of(table))

@@ -1,0 +1,158 @@
+"""Whether a part of a panel is settled; if not, it is halved."""
+
+import numpy as np
+
+from camopt.core.kernels.by_address import call
+from camopt.core.kernels.compile import called_by_kernels, inlined
+from camopt.core.numerics.climbing import Aim, Ends, allowed_gain, climb
+from camopt.core.numerics.jet import known_bound, larger, smaller, where
+from camopt.core.numerics.workspace import DEPTH
+
+PANEL_PARTS = 4096  # looked at in one panel, before it stays undecided
+POINT_WIDTH = 2.0**-40  # of a panel: a part so short that its rounding error is that of a point
+CONCAVE, CLIMBS, SETTLED, UNSETTLED = 0, 1, 2, 3
+
+
+@inlined
+def most_ascent(slope, bend, curl, width):
+    """The largest gain over an end of a part from which the slope is at most slope + bend·t − curl·t².
+
+    The slope of a curve leaves its chord by no more than |f'''|·t·(width − t)/2. Where a curve starts level, as
+    at the end of a dwell, this is far closer than what the second derivative says.
+    """
+    root, falls = np.sqrt(larger(bend * bend + 4.0 * curl * slope, 0.0)), bend < 0.0
+    t = where(falls, 2.0 * slope, bend + root) / where(falls, root - bend, 2.0 * curl)
+    t = smaller(larger(t, 0.0), width)
+    gain = t * (slope + t * (0.5 * bend - t * curl / 3.0))
+    return where((curl < np.inf) & (gain == gain), larger(gain, 0.0), np.inf)
+
+
+@called_by_kernels
+def looked_at(ends, third, half_width, enough):
+    """A part judged by end values, slopes and |f'''|: (verdict, bound of its values, lower bound of −f'')."""
+    low, high, left, rising, right, falling = ends
+    width = (high - low) * half_width
+    bend = (falling - rising) / width  # a mean of f''
+    room = 0.5 * third * width  # and how far f'' may be from it
+    most = max(left, right)
+    if bend + room <= 0.0:
+        return (CLIMBS if rising > 0.0 and falling < 0.0 else CONCAVE), most, -(bend + room)
+    bound = most + 0.125 * max(room - bend, 0.0) * width * width
+    if bound > enough:
+        ascent = most_ascent(rising, bend + room, 0.5 * third, width)
+        descent = most_ascent(-falling, bend + room, 0.5 * third, width)
+        bound = min(bound, max(most, min(left + ascent, right + descent)))
+    return (SETTLED if bound <= enough else UNSETTLED), bound, 0.0
+
+
+def all_looked_at(ends, third, half_width, enough):
+    """As ``looked_at``, uncompiled, of many parts that are as wide."""
+    low, high, left, rising, right, falling = ends
+    width = (high - low) * half_width
+    bend, room, most = (falling - rising) / width, 0.5 * third * width, larger(left, right)
+    concave = bend + room <= 0.0
+    bound = np.where(concave, most, most + 0.125 * larger(room - bend, 0.0) * width * width)
+    open_ = np.flatnonzero(~concave & (bound > enough))
+    if open_.size:
+        rise, drop, curve, curl = rising[open_], -falling[open_], (bend + room)[open_], 0.5 * third[open_]
+        ascent, descent = (most_ascent(slope, curve, curl, width) for slope in (rise, drop))
+        reached = smaller(left[open_] + ascent, right[open_] + descent)
+        bound[open_] = smaller(bound[open_], larger(most[open_], reached))
+    climbs = np.where((rising > 0.0) & (falling < 0.0), CLIMBS, CONCAVE)
+    verdict = np.where(concave, climbs, np.where(bound <= enough, SETTLED, UNSETTLED))
+    return verdict, bound, np.where(concave, -(bend + room), 0.0)
+
+
+@called_by_kernels
+def put(row, ends):
+    """Write the ends of a part into a row of a table."""
+    for k in range(6):
+        row[k] = ends[k]
+
+
+@called_by_kernels
+def taken(row):
+    """The ends of a part from a row of a table."""
+    return Ends(row[0], row[1], row[2], row[3], row[4], row[5])
+
+
+@called_by_kernels
+def bound_by_slope(bounds, ends, sign, half_width):
+    """A bound of the values in a part from the range of the slope: close where the curve is level or monotone."""
+    rise = known_bound((bounds.most_slope if sign > 0.0 else -bounds.least_slope) + bounds.slope_error)
+    drop = known_bound((-bounds.least_slope if sign > 0.0 else bounds.most_slope) + bounds.slope_error)
+    width = (ends.high - ends.low) * half_width
+    most = max(ends.left, ends.right)
+    return min(max(most, ends.left + rise * width), max(most, ends.right + drop * width))
+
+
+@inlined
+def bound_by_jet(bound, bounds, ends, sign, half_width):
+    """A closer bound of the values in a part from its own jet."""
+    reach = 0.5 * (ends.high - ends.low)
+    bound = min(bound, max(ends.left, ends.right) + 0.5 * known_bound(bounds.second) * (reach * half_width) ** 2)
+    if bound < np.inf:
+        return bound
+    most = bounds.high if sign > 0.0 else -bounds.low  # a corner of the curve: its range is what is known
+    return most if most == most else np.inf
+
+
+@called_by_kernels
+def blurs(error, bound, best, ask):
+    """Whether the rounding error of a part is more than allowed, where the part may exceed the best value."""
+    return ask.blur < np.inf and error > ask.blur * abs(best) and bound + error > best
+
+
+@called_by_kernels
+def is_blurred_by_width(curve, design, panel, middle, error):
+    """Whether the rounding error of a part is far larger than that of one point, so that its halves have less."""
+    return error > 2.0 * call(curve.part, (curve.made, panel, middle, POINT_WIDTH, design)).error
+
+
+@called_by_kernels
+def split(curve, design, panels, panel, error, ask, best, stack):
+    """Largest value found in a part that is not settled at once, where, a bound of all its values, and their error.
+
+    The part is the first row of the stack. The range of its slope is tried first, then jets of its own, then its
+    halves, and theirs. ``error`` is that of the panel, infinite where a denominator may be zero somewhere in it;
+    the error of a part takes its place. Once a part is left without a bound, so are all, and nothing more is
+    halved. What is asked may be a small error too: parts are then halved until theirs is, as far as that helps, and
+    errors count of those alone that may hold more than the best value.
+    """
+    half_width = panels.half_width[panel]
+    whole = call(curve.part, (curve.made, panel, 0.0, 1.0, design))
+    bound = bound_by_slope(whole, taken(stack[0]), ask.sign, half_width)
+    if bound <= best + allowed_gain(best, ask.relative_error, error) and not blurs(error, bound, best, ask):
+        return -np.inf, 0.0, bound, error if bound + error > best else 0.0
+    largest, at, top, rounding = -np.inf, 0.0, best, 0.0
+    depth, parts = 1, 0
+    while depth > 0:
+        depth -= 1
+        parts += 1
+        ends = taken(stack[depth])
+        middle = 0.5 * (ends.low + ends.high)
+        bounds = call(curve.part, (curve.made, panel, middle, 0.5 * (ends.high - ends.low), design))
+        own = min(error, bounds.error)
+        gain = allowed_gain(best, ask.relative_error, own)
+        verdict, bound, concavity = looked_at(ends, bounds.third, half_width, best + gain)
+        if verdict == UNSETTLED:
+            bound = bound_by_jet(bound, bounds, ends, ask.sign, half_width)
+        more = verdict == UNSETTLED and bound > best + gain
+        if not more and blurs(own, np.inf if verdict == CLIMBS else bound, best, ask):
+            more = is_blurred_by_width(curve, design, panel, middle, own)
+        if more and parts < PANEL_PARTS and depth + 2 <= DEPTH and top < np.inf:
+            value, slope = call(curve.point, (curve.made, panel, middle, ask.sign, design))
+            if value > best:
+                best, largest, at = value, value, middle
+            put(stack[depth], Ends(ends.low, middle, ends.left, ends.rising, value, slope))
+            put(stack[depth + 1], Ends(middle, ends.high, value, slope, ends.right, ends.falling))
+            depth += 2
+            continue
+        if verdict == CLIMBS:
+            aim = Aim(best, gain, ask.location * concavity)
+            value, u, bound = climb(curve, design, panels, panel, ends, concavity, ask.sign, aim)
+            if value > best:
+                best, largest, at = value, value, u
+        top = max(top, bound)
+        rounding = max(rounding, own) if bound + own > best else rounding
+    return largest, at, top, rounding

@@ -1,0 +1,70 @@
+"""Kinds of number with rules of their own: the operators of Python, numpy's functions, and both in kernels."""
+
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from camopt.core.kernels.compile import chosen_by_type
+
+OWN, OTHER = True, False
+BOTH = (OWN, OWN)
+Rules = Mapping[Any, Mapping[tuple[bool, ...], Callable[..., Any]]]
+"""What each operation makes of its operands, by which of them are numbers of the kind."""
+OPERATORS: dict[Any, Any] = {
+    operator.add: np.add,
+    operator.sub: np.subtract,
+    operator.mul: np.multiply,
+    operator.truediv: np.divide,
+    operator.pow: np.power,
+    operator.neg: np.negative,
+}
+
+
+def give_rules(owner: Any, every: Rules, apply: Callable[..., Any], beside: tuple[type, ...]) -> None:
+    """Give a class of numbers its operations, on each other and on the kinds of number that it goes ``beside``.
+
+    ``apply`` runs a rule on a tuple of operands in plain Python. What a class does not go beside goes beside it.
+    """
+    by_ufunc = {OPERATORS.get(operation, operation): rules for operation, rules in every.items()}
+
+    def by_numpy(number: Any, ufunc: Any, method: str, *operands: Any, **options: Any) -> Any:
+        rule = by_ufunc.get(ufunc, {}).get(tuple([isinstance(each, owner) for each in operands]))
+        return NotImplemented if method != "__call__" or options or rule is None else apply(rule, operands)
+
+    def unary(rules: Any) -> Any:
+        return lambda number: apply(rules[OWN,], (number,))
+
+    def binary(rules: Any, alone: tuple[bool, bool]) -> Any:
+        first = alone[0]
+
+        def operate(number: Any, other: Any) -> Any:
+            if isinstance(other, owner):
+                rule = rules.get(BOTH)
+            else:
+                rule = rules.get(alone) if isinstance(other, beside) else None
+            if rule is None:
+                return NotImplemented
+            return apply(rule, (number, other) if first else (other, number))
+
+        return operate
+
+    owner.__array_ufunc__ = by_numpy
+    for operation, rules in every.items():
+        _tell_kernels(operation, rules, owner, beside)
+        if operation is operator.neg:
+            owner.__neg__ = unary(rules)
+        elif operation in OPERATORS:
+            setattr(owner, f"__{operation.__name__}__", binary(rules, (OWN, OTHER)))
+            setattr(owner, f"__r{operation.__name__}__", binary(rules, (OTHER, OWN)))
+
+
+def _tell_kernels(operation: Any, rules: Any, owner: type, beside: tuple[type, ...]) -> None:
+    """Let kernels apply an operation to a class of numbers."""
+
+    def choose(*kinds: type) -> Any:
+        fitting = all(issubclass(kind, (owner, *beside)) for kind in kinds)
+        return rules.get(tuple(kind is owner for kind in kinds)) if fitting else None
+
+    chosen_by_type(operation)((lambda a: choose(a)) if (OWN,) in rules else (lambda a, b: choose(a, b)))

@@ -1,0 +1,231 @@
+"""A mass on a spring, driven by a piecewise polynomial motion of its foot: the response in closed form.
+
+With z = x − y the motion of the mass relative to its foot, r = ω_n/ω and derivatives by cam angle:
+
+    z″ + 2ζr·z′ + r²·z = −y″,   0 ≤ ζ < 1.
+
+On each panel of half-width h, in u ∈ [−1, 1] and with a = r·h, the response is a polynomial and a free vibration,
+
+    z(u) = Σ c_k·uᵏ + e^{−ζφ}(A·cos wφ + B·sin wφ),   φ = a(u + 1),   w = √(1 − ζ²)
+
+(a ``Wave``). Nothing is stepped in time. Two forms of the first-order system keep the digits:
+
+- stiff (r ≥ 1): the pair (z, p) with p = z′/r + 2ζz, driven by −y″/r; a corner of y′ makes p jump by −Δy′/r;
+- soft (r < 1): the pair (x, p) with p = x′/r + 2ζz, driven by y itself, so that r → 0 leaves the mean of y.
+
+Both are s′ = a(p − 2ζs + shift), p′ = drive − a·s in u. Its polynomial solution is found downwards from the highest
+power for a ≥ 2 (a finite sum in 1/a), upwards as a power series for a < 2, where the first would cancel.
+Against 50 digits z is right to 1e-13 of its largest value, or to 5e-16·r if that is more and the motion has jumps,
+for the rounding of the phase. Next to resonance the error grows as the response does.
+
+Arrays are (rows, panels), polynomials (powers, rows, panels): a row is one value of r and of ζ, each (rows, 1).
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import polynomial
+
+from camopt.core.numerics import FloatArray, IntArray
+
+SHORT = 2.0  # a panel of fewer radians of free vibration on each side of its centre takes the power series
+SERIES_TERMS = 40  # of which the next term is below 1e-18 of the largest, for every ζ < 1
+LEFT_END = np.array([-1.0])
+WHOLE_NUMBER = 4e-15  # relative: r this near to a whole number is one, but for rounding of its factors
+
+
+def damped(damping: Any) -> Any:
+    """w = √(1 − ζ²), the frequency of the damped vibration relative to the undamped one."""
+    return np.sqrt((1.0 - damping) * (1.0 + damping))
+
+
+class Wave(NamedTuple):
+    """Polynomials and damped vibrations on panels, as above: ``polynomial`` (powers, rows, panels)."""
+
+    polynomial: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+    half_width: FloatArray
+    phase: FloatArray  # a = r·h
+    damping: FloatArray
+
+    @property
+    def frequency(self) -> FloatArray:
+        """w (rows, 1)."""
+        return np.asarray(damped(self.damping))
+
+    @property
+    def amplitude(self) -> FloatArray:
+        """Of the free vibration at the start of each panel."""
+        return np.hypot(self.cosine, self.sine)
+
+    def slope(self) -> "Wave":
+        """The derivative by cam angle."""
+        ratio, w = self.phase / self.half_width, self.frequency
+        return self._replace(
+            polynomial=polynomial.polyder(self.polynomial) / self.half_width,
+            cosine=ratio * (w * self.sine - self.damping * self.cosine),
+            sine=-ratio * (w * self.cosine + self.damping * self.sine),
+        )
+
+    def times(self, factor: FloatArray | float) -> "Wave":
+        """The wave multiplied by a factor (rows, 1)."""
+        parts = (self.polynomial * factor, self.cosine * factor, self.sine * factor)
+        return Wave(*parts, *self[3:])
+
+    def plus(self, other: "Wave") -> "Wave":
+        """The sum with another wave on the same panels."""
+        series = _added(self.polynomial, other.polynomial)
+        return Wave(series, self.cosine + other.cosine, self.sine + other.sine, *self[3:])
+
+    def over(self, series: FloatArray) -> "Wave":
+        """The sum with a polynomial, (powers, panels) or (powers, rows, panels)."""
+        series = np.broadcast_to(series if series.ndim == 3 else series[:, None], (len(series), *self.phase.shape))
+        return self._replace(polynomial=_added(self.polynomial, series))
+
+    def rows(self, index: Any) -> "Wave":
+        """Some of the rows."""
+        return Wave(self.polynomial[:, index], *(part[index] for part in self[1:]))
+
+    def at(self, u: FloatArray) -> FloatArray:
+        """Values at u ∈ [−1, 1], (points,) for all panels: (points, rows, panels)."""
+        return self._at(np.asarray(u, dtype=float)[:, None, None])
+
+    def along(self, panel: IntArray, u: FloatArray) -> FloatArray:
+        """Values at points of panels, each (points,): (rows, points)."""
+        series, cosine, sine, half_width, phase = (part[..., panel] for part in self[:5])
+        return Wave(series, cosine, sine, half_width, phase, self.damping)._at(u)
+
+    def _at(self, u: FloatArray) -> FloatArray:
+        angle = self.phase * (u + 1.0)
+        turned = self.frequency * angle
+        free = np.exp(-self.damping * angle) * (self.cosine * np.cos(turned) + self.sine * np.sin(turned))
+        result: FloatArray = _horner(self.polynomial, u) + free
+        return result
+
+
+def _added(one: FloatArray, other: FloatArray) -> FloatArray:
+    """The sum of polynomials of any degrees."""
+    longer, shorter = (one, other) if len(one) >= len(other) else (other, one)
+    total = longer.copy()
+    total[: len(shorter)] += shorter
+    return total
+
+
+def _horner(series: FloatArray, u: FloatArray) -> FloatArray:
+    value: FloatArray = series[-1] + np.zeros_like(u)
+    for row in series[-2::-1]:
+        value = value * u + row
+    return value
+
+
+def is_resonant(ratio: Any, damping: Any) -> Any:
+    """Whether a harmonic of the turn meets the natural frequency of an undamped train: no bounded response."""
+    whole = np.maximum(np.rint(ratio), 1.0)
+    return (np.asarray(damping) == 0.0) & (np.abs(ratio - whole) <= WHOLE_NUMBER * ratio)
+
+
+def steady(motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: Any, damping: Any) -> Wave:
+    """The periodic z over one turn, for each r and ζ: arrays (rows, 1), or numbers.
+
+    ``motion`` (powers, panels) is y in u, ``half_width`` (panels,) adds up to half a turn, ``corners`` (panels,) is
+    the jump of y′ at the start of each panel. Any r > 0 that is not resonant (``is_resonant``).
+    """
+    ratio, damping = (np.reshape(each, (-1, 1)) for each in np.broadcast_arrays(ratio, damping))
+    h = np.broadcast_to(half_width, (len(ratio), half_width.size))
+    phase, soft, moved = ratio * h, ratio < 1.0, motion[:, None]
+    with np.errstate(over="ignore"):  # of soft rows, whose own form follows
+        shift, drive, kicks = _stiff(motion, phase, corners / ratio)
+    shift = np.where(soft, 2.0 * damping * moved, shift)
+    drive, kicks = np.where(soft, phase * moved, drive), np.where(soft, 0.0, kicks)
+    solution = _particular(shift, drive, phase, damping)
+    # from the polynomial's start: one from rest would vibrate, only to have it taken away with the phase's rounding
+    smooth = _horner(solution[0][:, :, 0], LEFT_END), _horner(solution[1][:, :, 0], LEFT_END)
+    *_, end = _carried(solution, phase, kicks, damping, smooth)
+    short = _closed((end[0] - smooth[0], end[1] - smooth[1]), 2.0 * phase.sum(axis=1), damping[:, 0])
+    wave = _wave(solution, h, phase, kicks, damping, (smooth[0] + short[0], smooth[1] + short[1]))
+    return wave.over(np.where(soft, -moved, 0.0)) if soft.any() else wave
+
+
+def from_rest(
+    motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: FloatArray, damping: Any
+) -> Wave:
+    """The z that starts from rest, for each r of ``ratio`` (rows, 1); ``half_width`` (rows, panels)."""
+    phase, damping = ratio * half_width, np.full_like(ratio, damping)
+    shift, drive, kicks = _stiff(motion, phase, corners / ratio)
+    solution = _particular(shift, drive, phase, damping)
+    start = (np.zeros(len(ratio)), np.zeros(len(ratio)))
+    return _wave(solution, half_width, phase, kicks, damping, start)
+
+
+Pair = tuple[FloatArray, FloatArray]
+
+
+def _stiff(motion: FloatArray, phase: FloatArray, jumps: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    drive = np.zeros((len(motion), *phase.shape))
+    drive[:-2] = -polynomial.polyder(motion, 2)[:, None] / phase
+    return np.zeros_like(drive), drive, -jumps
+
+
+def _particular(shift: FloatArray, drive: FloatArray, phase: FloatArray, damping: FloatArray) -> Pair:
+    """A polynomial solution of s′ = a(p − 2ζs + shift), p′ = drive − a·s on each panel."""
+    degree, shape = len(drive) - 1, (SERIES_TERMS + 1, *phase.shape)
+    s, p = np.zeros(shape), np.zeros(shape)
+    a = np.maximum(phase, SHORT)
+    for k in range(degree, -1, -1):
+        s[k] = (drive[k] - (k + 1) * p[k + 1]) / a
+        p[k] = (k + 1) * s[k + 1] / a + 2.0 * damping * s[k] - shift[k]
+    up, along = np.zeros(shape), np.zeros(shape)
+    a = np.minimum(phase, SHORT)
+    for k in range(SERIES_TERMS):
+        known = k <= degree
+        up[k + 1] = a * (along[k] - 2.0 * damping * up[k] + (shift[k] if known else 0.0)) / (k + 1)
+        along[k + 1] = ((drive[k] if known else 0.0) - a * up[k]) / (k + 1)
+    short = phase < SHORT
+    return np.where(short, up, s), np.where(short, along, p)
+
+
+def _carried(
+    solution: Pair, phase: FloatArray, kicks: FloatArray, damping: FloatArray, start: Pair
+) -> tuple[FloatArray, FloatArray, Pair]:
+    """The free vibration (s, p) at the start of each panel, and the state after the last one."""
+    (s, p), w = start, damped(damping)
+    ends = np.array([-1.0, 1.0])[:, None, None]
+    (s_left, s_right), (p_left, p_right) = (_horner(series[:, None], ends) for series in solution)
+    decay, cosine, sine = np.exp(-2.0 * damping * phase), np.cos(2.0 * w * phase), np.sin(2.0 * w * phase) / w
+    leaning = damping * sine
+    free_s, free_p = np.empty_like(phase), np.empty_like(phase)
+    for k in range(phase.shape[1]):
+        fs, fp = s - s_left[:, k], p + kicks[:, k] - p_left[:, k]
+        free_s[:, k], free_p[:, k] = fs, fp
+        c, d, e = cosine[:, k], leaning[:, k], decay[:, k]
+        s = e * ((c - d) * fs + sine[:, k] * fp) + s_right[:, k]
+        p = e * ((c + d) * fp - sine[:, k] * fs) + p_right[:, k]
+    return free_s, free_p, (s, p)
+
+
+def _closed(missed: Pair, angle: FloatArray, damping: FloatArray) -> Pair:
+    """The correction of a start so that the turn returns to it: (1 − E)·added = missed, E the free vibration.
+
+    The determinant is |1 − e^{λφ}|², a sum of squares; 1 − e^{−ζφ}·cos wφ is formed without cancellation.
+    """
+    w = damped(damping)
+    decay = np.exp(-damping * angle)
+    sine = decay * np.sin(w * angle) / w
+    gap = 2.0 * decay * np.sin(w * angle / 2.0) ** 2 - np.expm1(-damping * angle)
+    determinant = gap**2 + (w * sine) ** 2
+    s, p = missed
+    return (
+        ((gap - damping * sine) * s + sine * p) / determinant,
+        ((gap + damping * sine) * p - sine * s) / determinant,
+    )
+
+
+def _wave(
+    solution: Pair, half_width: FloatArray, phase: FloatArray, kicks: FloatArray, damping: FloatArray, start: Pair
+) -> Wave:
+    s, p, _ = _carried(solution, phase, kicks, damping, start)
+    sine = (p - damping * s) / damped(damping)
+    series = solution[0]
+    used = np.flatnonzero(series.any(axis=(1, 2)))
+    return Wave(series[: used[-1] + 1 if used.size else 1], s, sine, half_width, phase, damping)

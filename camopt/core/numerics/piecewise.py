@@ -1,0 +1,269 @@
+"""Piecewise polynomials: the only form of motion that kernels know.
+
+A turn is cut into *pieces* on which the motion is smooth, a piece into equal *panels*. On each panel y is a
+polynomial of degree 12 in u ∈ [−1, 1]. Jumps of any derivative lie between pieces, so both one-sided values
+are seen by construction. A piece of m panels has m + 1 nodes (panel ends) at which the motion is tabulated.
+"""
+
+from collections.abc import Iterator
+from functools import cache
+from itertools import pairwise
+from math import comb
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import polynomial
+from numpy.typing import NDArray
+
+from camopt.core.kernels.arguments import COUNT, NUMBER, Kind, Record
+from camopt.core.kernels.compile import inlined
+from camopt.core.numerics import BISECTIONS, UNIT, FloatArray, IndexArray, IntArray
+from camopt.core.numerics.loading import (
+    LoadTable,
+    TrainLoadTable,
+    load_of_all_rows,
+    load_of_some_rows,
+    loaded,
+    loaded_node,
+    loaded_part,
+    loaded_row,
+)
+from camopt.core.numerics.panels import (
+    derivatives,
+    fourth,
+    fourth_over_part,
+    fourth_over_row,
+    jets_over_part,
+    jets_over_row,
+)
+from camopt.core.numerics.stable import matrix_product
+from camopt.core.numerics.state import State
+
+GROUPED = 4  # panels of a group
+CONVERTED = 1e-10  # relative, for rounding in the ranges below
+LEAST_VALUE = 1e-12  # of a polynomial's largest value: less is rounding
+PLACED = 1.5  # errors of the cam angle, in roundings of the stroke's
+TABLE_ERRORS = (
+    4.0,
+    8.0,
+    32.0,
+    512.0,
+    16384.0,
+)  # errors of y … as tabulated, in roundings of the largest in the stroke
+
+
+class MotionTable(NamedTuple):
+    """A programme for the kernels. P panels, Q pieces, N = P + Q nodes; cam angles in rad."""
+
+    coefficients: FloatArray  # (P, TABLE_DEGREE + 1) of y in powers of u
+    centre: FloatArray  # (P,) cam angle at u = 0
+    half_width: FloatArray  # (P,) cam angle from u = 0 to u = 1
+    first_panel: IntArray  # (Q + 1,) of each piece; its first node is first_panel + its number
+    kind: IntArray  # (Q,) a bit that says what the piece is
+    nodes: FloatArray  # (N, 5) y, y', y'', y''', y'''' at panel ends, one-sided at the ends of a piece
+    group: IntArray  # (P,) the row below of the neighbours that a panel is grouped with
+    # rows below: P panels, then G groups of a few neighbours in the same piece
+    low: FloatArray  # (P + G, 5) least y, y', y'', y''', y''''
+    high: FloatArray  # (P + G, 5) and the largest
+    most: FloatArray  # (P + G, 7) largest magnitudes of y and its first six derivatives
+    error: FloatArray  # (P + G, 5) bounds of the error of y, y', y'', y''', y''''
+    load: LoadTable | TrainLoadTable | None  # what curves get with the motion
+
+
+class Panels(NamedTuple):
+    """The division of the turn of a MotionTable, as the search for extremes needs it."""
+
+    first_panel: IntArray
+    kind: IntArray
+    centre: FloatArray
+    half_width: FloatArray
+    group: IntArray
+    rows: int  # panels and groups
+
+
+COUNTS, NUMBERS = Kind(COUNT.name, 1), Kind(NUMBER.name, 1)
+PANEL_RECORD = Record(Panels, (COUNTS, COUNTS, NUMBERS, NUMBERS, COUNTS, COUNT))
+
+
+def panels_of(table: MotionTable) -> Panels:
+    """The division of the turn of a motion table."""
+    return Panels(table.first_panel, table.kind, table.centre, table.half_width, table.group, len(table.low))
+
+
+def of_all_rows(table: MotionTable) -> MotionTable:
+    """The table as formulas take it for all its rows or nodes at once, ``...``: numbers are columns, (rows, 1)."""
+    across = {name: getattr(table, name).T[:, :, None] for name in ("nodes", "low", "high", "most", "error")}
+    return table._replace(**across, load=None if table.load is None else load_of_all_rows(table.load))
+
+
+def of_some_rows(table: MotionTable, rows: IndexArray) -> MotionTable:
+    """As ``of_all_rows``, of some panels or groups."""
+    some = {name: getattr(table, name)[rows] for name in ("low", "high", "most", "error")}
+    load = None if table.load is None else load_of_some_rows(table.load, rows)
+    return of_all_rows(table._replace(**some, load=load))
+
+
+@inlined
+def motion(table, panel, u):
+    """The state on a panel."""
+    y, y1, y2, y3 = derivatives(table, panel, u)
+    load = loaded(table.load, panel, u * table.half_width[panel])
+    return State(y, y1, y2, y3, load, fourth(table, panel, u))
+
+
+@inlined
+def node_motion(table, node):
+    """The state at a node."""
+    y = table.nodes[node]
+    return State(y[0], y[1], y[2], y[3], loaded_node(table.load, node, 0.0), y[4])
+
+
+@inlined
+def row_jets(table, row):
+    """The state over a whole panel or group, in jets."""
+    y, y1, y2, y3 = jets_over_row(table, row)
+    return State(y, y1, y2, y3, loaded_row(table.load, row, 0.0), fourth_over_row(table, row))
+
+
+@inlined
+def part_jets(table, panel, u, r):
+    """The state over the part [u − r, u + r] of a panel, in jets: mean values from its middle."""
+    y, y1, y2, y3 = jets_over_part(table, panel, u, r)
+    h = table.half_width[panel]
+    load = loaded_part(table.load, panel, (u * h, r * h))
+    return State(y, y1, y2, y3, load, fourth_over_part(table, panel, u, r))
+
+
+def node_values(table: Any, first_panel: IntArray) -> FloatArray:
+    """Values and derivatives (N, 5) at the ends of all panels; where two of a piece meet, as the second has it."""
+    panels = np.arange(len(table.coefficients))
+    pieces = np.repeat(np.arange(len(first_panel) - 1), np.diff(first_panel))
+    nodes = np.empty((len(panels) + len(first_panel) - 1, 5))
+    for side in (1, 0):
+        u = 2.0 * side - 1.0
+        rows = (*derivatives(table, panels, u), fourth(table, panels, u))
+        nodes[panels + pieces + side] = np.stack(rows, axis=1)
+    return nodes
+
+
+@cache
+def bernstein(degree: int) -> FloatArray:
+    """Matrix from powers of u ∈ [−1, 1] to Bernstein coefficients, which enclose a polynomial's range."""
+
+    def blossom(ones: int, power: int) -> int:
+        """The elementary symmetric polynomial of some ones and else minus ones: all integers, so exact."""
+        each = range(power + 1)
+        return sum(comb(ones, k) * comb(degree - ones, power - k) * (-1) ** (power - k) for k in each)
+
+    powers = range(degree + 1)
+    return np.array([[blossom(ones, power) / comb(degree, power) for power in powers] for ones in powers])
+
+
+def sign_changes(series: FloatArray) -> Iterator[tuple[int, float]]:
+    """Where panel polynomials (powers, panels) may change sign within a panel: (panel, u)."""
+    bounds = matrix_product(bernstein(len(series) - 1), series)
+    still = LEAST_VALUE * np.abs(bounds).max()
+    for panel in np.flatnonzero((bounds.min(axis=0) < -still) & (bounds.max(axis=0) > still)):
+        yield from ((int(panel), u) for u in places_of_sign_change(series[:, panel]))
+
+
+def places_of_sign_change(series: FloatArray) -> list[float]:
+    """Where a polynomial in powers of u changes its sign in (−1, 1), in order.
+
+    A polynomial has at most as many roots as its Bernstein coefficients change signs, and as many if that is one.
+    Its halves are taken until that is so (Descartes' rule; de Casteljau), and then it is bisected.
+    """
+    found, powers = [], series.tolist()
+    waiting = [(matrix_product(bernstein(len(series) - 1), series), -1.0, 1.0)]
+    while waiting:
+        bounds, low, high = waiting.pop()
+        signs = np.sign(bounds[np.abs(bounds) > 0.0])
+        changes = int(np.count_nonzero(signs[1:] != signs[:-1]))
+        middle = 0.5 * (low + high)
+        if changes == 1 or (changes % 2 and not low < middle < high):
+            found.append(_bisected(powers, low, high, float(signs[0])))
+        elif changes and low < middle < high:
+            left, right = halve_bernstein(bounds)
+            waiting.append((right, middle, high))
+            if right[0] == 0.0:  # halves that meet in a root have it in neither
+                beside = [*left[left != 0.0][-1:], *right[right != 0.0][:1]]
+                waiting.append((np.array(beside), middle, middle))
+            waiting.append((left, low, middle))
+    return found
+
+
+def _bisected(powers: list[float], low: float, high: float, sign: float) -> float:
+    """Where a polynomial that has a sign at the lower end of a range loses it."""
+    for _ in range(BISECTIONS):
+        middle, value = 0.5 * (low + high), 0.0
+        for power in reversed(powers):
+            value = value * middle + power
+        low, high = (middle, high) if value * sign > 0.0 else (low, middle)
+    return 0.5 * (low + high)
+
+
+def halve_bernstein(bounds: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The Bernstein coefficients of both halves of polynomials (degree + 1, …), by de Casteljau."""
+    low, high = bounds.copy(), bounds.copy()
+    for k in range(1, len(bounds)):
+        high[: len(bounds) - k] = 0.5 * (high[: len(bounds) - k] + high[1 : len(bounds) - k + 1])
+        low[k] = high[0]
+    return low, high
+
+
+def groups_of(first_panel: IntArray) -> IntArray:
+    """The group of each panel, numbered from the number of panels on; none reaches across pieces."""
+    found: list[int] = []
+    for first, last in pairwise(first_panel):
+        start = found[-1] + 1 if found else int(first_panel[-1])
+        found += [start + k // GROUPED for k in range(last - first)]
+    return np.array(found, dtype=np.int64)
+
+
+def ranges(
+    coefficients: FloatArray, half_width: FloatArray, stroke: IntArray, group: IntArray
+) -> tuple[FloatArray, ...]:
+    """The tables ``low``, ``high``, ``most`` and ``error`` of a MotionTable.
+
+    ``stroke`` numbers the stroke of each panel: a law's rounding is that of its largest value in the stroke, or, on
+    panels of a small share of it, what rounding of the cam angle makes of its slope.
+    """
+    low, high = np.empty((7, len(half_width))), np.empty((7, len(half_width)))
+    series: NDArray[np.floating[Any]] = coefficients.T
+    for order in range(7):
+        series = polynomial.polyder(series, min(order, 1))
+        values = matrix_product(bernstein(len(series) - 1), series) / half_width**order
+        room = CONVERTED * np.abs(values).max(axis=0)
+        low[order], high[order] = values.min(axis=0) - room, values.max(axis=0) + room
+    most = np.maximum(-low, high)
+    error = np.empty((5, len(half_width)))
+    brought = np.zeros(len(half_width))
+    turned = PLACED * UNIT * np.bincount(stroke, 2.0 * half_width)[stroke]
+    for order in (4, 3, 2, 1, 0):
+        peak = np.zeros(stroke.max() + 1)
+        np.maximum.at(peak, stroke, most[order])
+        rounded = np.maximum(TABLE_ERRORS[order] * UNIT * peak[stroke], turned * most[order + 1])
+        error[order] = rounded + half_width * brought
+        brought = error[order] if order < 4 else brought  # of y'''' nothing is made but slopes
+    starts = np.flatnonzero(np.diff(group, prepend=-1))  # a group's first panel
+    return (
+        np.vstack([low[:5].T, np.minimum.reduceat(low[:5].T, starts)]),
+        *(np.vstack([x.T, np.maximum.reduceat(x.T, starts)]) for x in (high[:5], most, error)),
+    )
+
+
+def load_series(table: MotionTable) -> FloatArray:
+    """The external load on the panels, in powers of u (powers, P); 0 where it does not change over the turn."""
+    load = table.load
+    if load is None:
+        return np.zeros((2, len(table.centre)))
+    if isinstance(load, TrainLoadTable):
+        return np.asarray(load.still.coefficients.T)
+    return np.array([load.centre, load.slope[: len(table.centre)] * table.half_width])
+
+
+def carried_series(table: MotionTable) -> FloatArray:
+    """The inertia of what a train carries, by ω², on the panels (powers, P); 0 where it carries nothing."""
+    if isinstance(table.load, TrainLoadTable):
+        return np.asarray(table.load.carried.coefficients.T)
+    return np.zeros((1, len(table.centre)))

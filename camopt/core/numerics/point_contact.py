@@ -1,0 +1,162 @@
+"""The pressure of a point contact as a function of the ratio t of its relative radii, for all kinds of number.
+
+Two bodies touch in an ellipse, with half-axis a in the plane of R' and b in that of R'', across it. With μ = b/a
+and Carlson's integrals D = R_D(0, μ², 1)/3 and B = μ²·R_D(0, 1, μ²)/3,
+
+    t = R'/R'' = B/(μ²·D),    p₀³ = (E*²/R''²)·N·h(t),    h = 3·μ/(8·π·B²),    a = 2·R''·p₀·B/(μ·E*)
+
+for any t > 0: a circle at t = 1, where h = 6/π³. In elliptic integrals B = (E − (1−k²)·K)/k², D = (K − E)/k².
+
+h falls, h' rises, h'' falls and h''' rises with t: t·h rises or falls no faster than √t. So what h does over a
+range is known from its ends. In numbers h is a table over ln t, right to RELATIVE.
+
+Source: Johnson, Contact Mechanics, 4.1 and 4.2; DLMF 19.25 for the integrals.
+"""
+
+from functools import lru_cache, singledispatch
+from typing import Any
+
+import numpy as np
+
+from camopt.core.kernels.compile import chosen_by_type, inlined
+from camopt.core.numerics import UNIT, FloatArray
+from camopt.core.numerics.dual import Dual
+from camopt.core.numerics.interval import Interval, widened
+from camopt.core.numerics.jet import Jet, where
+from camopt.core.numerics.quadrature import chebyshev_series, powers_of_chebyshev
+from camopt.core.numerics.sloped import Quotient, Sloped, by_chain
+from camopt.core.numerics.stable import matrix_product
+
+PIECE_WIDTH, CENTRES, PIECE_DEGREE = (
+    0.5,
+    46,
+    15,
+)  # of ln t: width of a piece, pieces to either side of 0, degree of each
+FLATTEST = float(np.exp(PIECE_WIDTH * CENTRES))  # the largest t of the table, 1e10; its inverse is the least
+RELATIVE = 32.0 * UNIT  # error of h in numbers
+BOUND_SLACK = 1.0 + 1e-9  # on bounds of derivatives: the third of the table is right to 2e-10
+ITERATIONS = 24  # each leaves less than a seventh of the error
+
+
+def integrals(ellipticity: Any) -> tuple[Any, Any]:
+    """B and D of μ."""
+    from scipy.special import elliprd
+
+    square = ellipticity * ellipticity
+    return square * elliprd(0.0, 1.0, square) / 3.0, elliprd(0.0, square, 1.0) / 3.0
+
+
+def ellipticity_of(t: Any) -> FloatArray:
+    """μ = b/a of a contact.
+
+    −d ln t/d ln μ lies between 3/2 (a circle) and 2 (a line), so steps with the slope 7/4 converge from anywhere.
+    """
+    wanted = np.log(t)
+    guess = -wanted / 1.75
+    for _ in range(ITERATIONS):
+        b, d = integrals(np.exp(guess))
+        guess = guess + (np.log(b / d) - 2.0 * guess - wanted) / 1.75
+    return np.asarray(np.exp(guess))
+
+
+@lru_cache(maxsize=1)
+def pressure_table() -> FloatArray:
+    """Coefficients of t·h, (pieces, powers): powers of the distance of ln t from a piece's centre, lowest first."""
+    nodes, to_chebyshev = chebyshev_series(PIECE_DEGREE)
+    centres = PIECE_WIDTH * np.arange(-CENTRES, CENTRES + 1)
+    mu = ellipticity_of(np.exp(centres + 0.5 * PIECE_WIDTH * nodes[:, None]))
+    b, d = integrals(mu)
+    fitted = matrix_product(to_chebyshev, 3.0 / (8.0 * np.pi * mu * b * d))
+    powers = matrix_product(powers_of_chebyshev(PIECE_DEGREE), fitted).T
+    return np.ascontiguousarray(powers / (0.5 * PIECE_WIDTH) ** np.arange(PIECE_DEGREE + 1))
+
+
+@inlined
+def table_derivatives(t, table):
+    """h and three derivatives by t at numbers, t held within the table."""
+    t = np.minimum(np.maximum(t, 1.0 / FLATTEST), FLATTEST)
+    logarithm = np.log(t)
+    piece = np.rint(logarithm / PIECE_WIDTH)
+    row = np.int64(piece) + CENTRES
+    z = logarithm - PIECE_WIDTH * piece
+    q, q1, q2, q3 = table[row, PIECE_DEGREE], 0.0, 0.0, 0.0  # derivatives by ln t; the higher ones over 2 and 6
+    for k in range(PIECE_DEGREE - 1, -1, -1):
+        q3 = q3 * z + q2
+        q2 = q2 * z + q1
+        q1 = q1 * z + q
+        q = q * z + table[row, k]
+    q2, q3 = 2.0 * q2, 6.0 * q3
+    return (
+        q / t,
+        (q1 - q) / (t * t),
+        (q2 - 3.0 * q1 + 2.0 * q) / (t * t * t),
+        (q3 - 6.0 * q2 + 11.0 * q1 - 6.0 * q) / (t * t * t * t),
+    )
+
+
+@inlined
+def jet_factor(t, table):
+    """h of a jet: its bounds from the ends of the range; infinite outside the table."""
+    within = (t.low >= 1.0 / FLATTEST) & (t.high <= FLATTEST)
+    most, h1, h2, h3 = table_derivatives(t.low, table)
+    least = table_derivatives(t.high, table)[0]
+    h1, h2, h3 = -h1, h2, -h3
+    scale = where(within, BOUND_SLACK, np.inf)
+    return Jet(
+        where(t.high <= FLATTEST, least, 0.0),
+        where(within, most, np.inf),
+        scale * (h1 * t.error + RELATIVE * most),
+        scale * (h1 * t.first),
+        scale * (h2 * t.first * t.first + h1 * t.second),
+        scale * (h3 * t.first * t.first * t.first + 3.0 * h2 * t.first * t.second + h1 * t.third),
+    )
+
+
+@singledispatch
+def pressure_factor(t: Any, table: FloatArray) -> tuple[Any, Any]:
+    """h and h' of numbers, jets, intervals or dual numbers.
+
+    What is below the table has the h of its least t, what is beyond it that of its largest.
+    """
+    h, h1, *_ = table_derivatives(np.asarray(t, dtype=float), table)
+    return h, h1
+
+
+@pressure_factor.register
+def _of_jet(t: Jet, table: FloatArray) -> tuple[Any, Any]:
+    return jet_factor(t, table), Jet(-np.inf, 0.0, np.inf, np.inf, np.inf, np.inf)
+
+
+@pressure_factor.register
+def _of_interval(t: Interval, table: FloatArray) -> tuple[Any, Any]:
+    (high, steep, *_), (low, gentle, *_) = table_derivatives(t.low, table), table_derivatives(t.high, table)
+    low = np.where(t.high > FLATTEST, 0.0, low)
+    below = t.low < 1.0 / FLATTEST
+    value, slope = Interval(low, np.where(below, np.inf, high)), Interval(np.where(below, -np.inf, steep), gentle)
+    return widened(value, RELATIVE), widened(slope, BOUND_SLACK - 1.0)
+
+
+@pressure_factor.register
+def _of_sloped(t: Sloped, table: FloatArray) -> tuple[Any, Any]:
+    (value, slope), (h, h1) = _of_interval(t.value, table), _of_interval(t.at, table)
+    return by_chain(value, h, [(t, slope)]), by_chain(slope, h1, [(t, Interval(np.array(0.0), np.array(np.inf)))])
+
+
+@pressure_factor.register
+def _of_quotient(t: Quotient, table: FloatArray) -> tuple[Any, Any]:
+    return pressure_factor(t.divided(), table)
+
+
+@pressure_factor.register(Dual)
+def _of_dual(t, table):
+    h, h1 = pressure_factor(t.value, table)
+    return Dual(h, h1 * t.slope), h1
+
+
+@chosen_by_type(pressure_factor)
+def _in_kernels(t, table):
+    if t is Dual:
+        return _of_dual
+    if t is Jet:
+        return lambda t, table: (jet_factor(t, table), Jet(-np.inf, 0.0, np.inf, np.inf, np.inf, np.inf))
+    return lambda t, table: table_derivatives(t, table)[:2]

@@ -1,0 +1,126 @@
+"""Extremes of waves (``numerics.oscillator``) over their panels, enclosed by branch and bound.
+
+An interval [c − ρ, c + ρ] of a panel's u holds no value above either of
+
+    f(c) + |f′(c)|·ρ + M·ρ²/2,   M ≥ |f″| on it,
+    P(c) + |P′(c)|·ρ + M_P·ρ²/2 + the amplitude of the vibration at its start,
+
+P the polynomial: the second keeps intervals of many periods whole. Intervals that cannot hold more than the best
+value found are dropped, the others halved. Where the polynomial is constant (a dwell, a parabolic stroke) periods
+tie, and the first two stationary points answer at once.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.oscillator import Wave
+
+RELATIVE_ERROR = 1e-14  # of the largest magnitude that a wave could have
+MOST_INTERVALS = 1 << 20  # intervals at once; beyond, rows are taken apart, and the enclosure of one stays as it is
+WAVE_HALVINGS = 64
+
+
+class Enclosed(NamedTuple):
+    """The largest value found of each row (rows,), and an upper bound apart from rounding."""
+
+    value: FloatArray
+    bound: FloatArray
+
+
+def largest(wave: Wave) -> Enclosed:
+    """The largest value of each row of a wave, one-sided limits at the ends of panels included."""
+    value = np.max(wave.at(np.array([-1.0, 1.0])), axis=(0, 2))
+    value = np.maximum(value, np.max(_stationary_where_constant(wave), axis=1))
+    scale = np.max(np.abs(wave.polynomial).sum(axis=0) + wave.amplitude, axis=1)
+    bound = value.copy()
+    row, panel = np.nonzero((wave.polynomial[1:] != 0.0).any(axis=0))
+    flat = row * wave.phase.shape[1] + panel
+    centre, radius = np.zeros(len(flat)), 1.0
+    pieces = _Pieces.of(wave)
+    for _ in range(WAVE_HALVINGS):
+        found, upper = pieces.bounds(flat, centre, radius)
+        owner = flat // wave.phase.shape[1]
+        np.maximum.at(value, owner, found)
+        open_ = upper > value[owner] + RELATIVE_ERROR * scale[owner]
+        np.maximum.at(bound, owner[~open_], upper[~open_])
+        flat, centre = flat[open_], centre[open_]
+        if not flat.size or 2 * flat.size > MOST_INTERVALS:
+            break
+        radius /= 2.0
+        flat, centre = np.concatenate([flat, flat]), np.concatenate([centre - radius, centre + radius])
+    rows = len(value)
+    if flat.size and rows > 1:
+        halves = [largest(wave.rows(part)) for part in (slice(rows // 2), slice(rows // 2, None))]
+        return Enclosed(*(np.concatenate(ends) for ends in zip(*halves, strict=True)))
+    if flat.size:
+        np.maximum.at(bound, flat // wave.phase.shape[1], upper[open_])
+    return Enclosed(value, np.maximum(bound, value))
+
+
+def least(wave: Wave) -> Enclosed:
+    """As ``largest``, for the least values and their lower bound."""
+    found = largest(wave.times(-1.0))
+    return Enclosed(-found.value, -found.bound)
+
+
+def largest_magnitude(wave: Wave) -> Enclosed:
+    """As ``largest``, for the magnitude."""
+    high, low = largest(wave), largest(wave.times(-1.0))
+    return Enclosed(np.maximum(high.value, low.value), np.maximum(high.bound, low.bound))
+
+
+def _stationary_where_constant(wave: Wave) -> FloatArray:
+    """The larger value at the first two stationary points of the vibration; −∞ where there are none."""
+    z, w = wave.damping, wave.frequency
+    across, along = w * wave.sine - z * wave.cosine, w * wave.cosine + z * wave.sine
+    first = np.mod(np.arctan2(across, along), np.pi)
+    values = []
+    for turned in (first, first + np.pi):
+        angle = turned / w
+        free = np.exp(-z * angle) * (wave.cosine * np.cos(turned) + wave.sine * np.sin(turned))
+        inside = (angle <= 2.0 * wave.phase) & ~(wave.polynomial[1:] != 0.0).any(axis=0)
+        values.append(np.where(inside, wave.polynomial[0] + free, -np.inf))
+    result: FloatArray = np.maximum(*values)
+    return result
+
+
+class _Pieces(NamedTuple):
+    """A wave with rows and panels in one axis, and bounds of second derivatives by u."""
+
+    series: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+    phase: FloatArray
+    curved: FloatArray  # of the polynomial
+    damping: FloatArray
+    frequency: FloatArray
+
+    @classmethod
+    def of(cls, wave: Wave) -> "_Pieces":
+        series = wave.polynomial.reshape(len(wave.polynomial), -1)
+        k = np.arange(len(series))[:, None]
+        curved = np.sum(k * (k - 1) * np.abs(series), axis=0)
+        flat = (wave.cosine.ravel(), wave.sine.ravel(), wave.phase.ravel())
+        own = (np.broadcast_to(each, wave.phase.shape).ravel() for each in (wave.damping, wave.frequency))
+        return cls(series, *flat, curved, *own)
+
+    def bounds(self, piece: FloatArray, centre: FloatArray, radius: float) -> tuple[FloatArray, FloatArray]:
+        """Values at the centres of intervals, and upper bounds over the intervals."""
+        value, slope = self.series[-1, piece], np.zeros(len(piece))
+        for row in self.series[-2::-1]:
+            slope = slope * centre + value
+            value = value * centre + row[piece]
+        a, z, w = self.phase[piece], self.damping[piece], self.frequency[piece]
+        cosine, sine = self.cosine[piece], self.sine[piece]
+        angle = a * (centre + 1.0)
+        decay, c, s = np.exp(-z * angle), np.cos(w * angle), np.sin(w * angle)
+        free = decay * (cosine * c + sine * s)
+        falling = a * decay * ((w * sine - z * cosine) * c - (w * cosine + z * sine) * s)
+        amplitude = np.hypot(cosine, sine) * np.exp(-z * a * (centre - radius + 1.0))
+        bend = 0.5 * radius**2
+        curved = self.curved[piece]
+        near = value + free + np.abs(slope + falling) * radius + (curved + a * a * amplitude) * bend
+        far = value + np.abs(slope) * radius + curved * bend + amplitude
+        return value + free, np.minimum(near, far)

@@ -1,0 +1,119 @@
+"""Names and units of the quantities of a motion: peaks and means of its derivatives, and errors."""
+
+from itertools import product
+
+from camopt.core.quantities.quantity import Quantity
+
+AT_FOLLOWER = "follower"
+STROKE_WORDS = {
+    "rise": "over the rises (of the tool, with a train)",
+    "return": "over the returns (of the tool, with a train)",
+    "": "over the turn",
+    AT_FOLLOWER: "of the follower itself, where it drives a tool through a train",
+}
+"""Of what quantities of the motion are, by the part of their name that says so."""
+DERIVATIVES = {
+    "velocity": ("v", {"m_s": "m/s", "rad_s": "rad/s", "mm_per_rad": "mm/rad", "deg_per_rad": "deg/rad"}),
+    "acceleration": (
+        "a",
+        {"m_s2": "m/s²", "rad_s2": "rad/s²", "mm_per_rad2": "mm/rad²", "deg_per_rad2": "deg/rad²"},
+    ),
+    "jerk": ("j", {"m_s3": "m/s³", "rad_s3": "rad/s³", "mm_per_rad3": "mm/rad³", "deg_per_rad3": "deg/rad³"}),
+}
+
+
+def displacement_unit(*, angular: bool) -> str:
+    """The unit of a displacement in tables."""
+    return "deg" if angular else "mm"
+
+
+def motion_quantity(derivative: str, stroke: str, *, angular: bool, timed: bool) -> str:
+    """Name of a motion quantity: ``timed`` by time (the scene has an rpm), else by cam angle."""
+    suffix, _ = _suffix_and_unit(derivative, angular=angular, timed=timed)
+    return "_".join(part for part in (derivative, "max", stroke, suffix) if part)
+
+
+def motion_unit(derivative: str, *, angular: bool, timed: bool) -> str:
+    """The unit of a motion quantity in tables."""
+    return _suffix_and_unit(derivative, angular=angular, timed=timed)[1]
+
+
+def _suffix_and_unit(derivative: str, *, angular: bool, timed: bool) -> tuple[str, str]:
+    return [*DERIVATIVES[derivative][1].items()][2 * (not timed) + angular]  # the order of the units there
+
+
+def motion_quantities() -> list[Quantity]:
+    return [
+        Quantity(
+            motion_quantity(derivative, stroke, angular=angular, timed=timed),
+            f"{DERIVATIVES[derivative][0]}_max",
+            motion_unit(derivative, angular=angular, timed=timed),
+            "motion",
+            f"Largest |{derivative}| {words}.",
+        )
+        for derivative, (stroke, words), angular, timed in product(
+            DERIVATIVES, STROKE_WORDS.items(), (False, True), (True, False)
+        )
+    ]
+
+
+def error_quantity(order: int, *, angular: bool, timed: bool) -> str:
+    """Name of the largest error of position, velocity or acceleration (0, 1, 2)."""
+    if order == 0:
+        return f"position_error_max_{displacement_unit(angular=angular)}"
+    derivative = [*DERIVATIVES][order - 1]
+    return motion_quantity(derivative, "", angular=angular, timed=timed).replace("_max_", "_error_max_")
+
+
+def dwell_error_quantity(*, angular: bool) -> str:
+    """Name of the largest change of the position in a dwell."""
+    return f"dwell_error_max_{displacement_unit(angular=angular)}"
+
+
+RMS_ORDERS = {"acceleration": 2, "jerk": 3}
+"""Derivatives of which there is a root mean square, with their orders."""
+
+
+def motion_mean(derivative: str, *, angular: bool, timed: bool) -> str:
+    """Name of the root mean square of a derivative, as ``motion_quantity`` names its peak."""
+    return motion_quantity(derivative, "", angular=angular, timed=timed).replace("_max_", "_rms_")
+
+
+def error_quantities() -> list[Quantity]:
+    """Of position, velocity and acceleration, and of the position in a dwell."""
+    of_all, either = "Largest error of the {} of follower or tool over the turn", (False, True)
+    found = [
+        (
+            error_quantity(0, angular=angular, timed=True),
+            displacement_unit(angular=angular),
+            of_all.format("position"),
+        )
+        for angular in either
+    ]
+    found += [
+        (
+            error_quantity(order, angular=angular, timed=timed),
+            motion_unit(name, angular=angular, timed=timed),
+            of_all.format(name),
+        )
+        for (order, name), timed, angular in product(enumerate([*DERIVATIVES][:2], 1), (True, False), either)
+    ]
+    in_dwell = "Largest change of the position in a dwell"
+    found += [(dwell_error_quantity(angular=each), displacement_unit(angular=each), in_dwell) for each in either]
+    return [
+        Quantity(name, "", unit, "motion_errors", f"{sentence} by tolerances, to first order.")
+        for name, unit, sentence in found
+    ]
+
+
+def mean_quantities() -> list[Quantity]:
+    return [
+        Quantity(
+            motion_mean(derivative, angular=angular, timed=timed),
+            f"{DERIVATIVES[derivative][0]}_rms",
+            motion_unit(derivative, angular=angular, timed=timed),
+            "rms",
+            f"Root mean square of the {derivative} over the turn.",
+        )
+        for derivative, angular, timed in product(RMS_ORDERS, (False, True), (True, False))
+    ]

@@ -1,0 +1,371 @@
+"""The numbers of a scene that are no sizes: each a record, from which its key, column and conversion follow."""
+
+from collections.abc import Mapping
+from functools import cache
+
+from camopt.core.quantities.key import ANYWHERE, LENGTH, LENGTHS, NOT_NEGATIVE, NumberKey
+
+GUIDED = ("torque", "thrust", "hertz", "surface")
+"""The effects that read a guide."""
+PRESSED = ("force", *GUIDED, "vibration", "clearance")
+"""The effects that read what presses the follower on the cam."""
+NUMBERS = (
+    NumberKey(
+        "Speed of the cam, constant; without it, derivatives are by cam angle",
+        "rev/min",
+        key="cam.rpm",
+        example=300,
+        columns=(("rpm", "n", "Speed of the cam."),),
+        usual=(0.01, 1e5),
+    ),
+    NumberKey(
+        "Diameter of the shaft, which has to lie within the base circle",
+        "mm",
+        key="cam.shaft_diameter",
+        allowed=LENGTH,
+        columns=(("shaft_diameter_mm", "", "Diameter of the shaft."),),
+        usual=LENGTHS,
+    ),
+    NumberKey(
+        "Mass that moves with a translating follower",
+        "kg",
+        key="follower.dynamics.mass",
+        columns=(("mass_kg", "m", "Mass that moves with the follower."),),
+        example=0.5,
+        read_by=PRESSED,
+        usual=(1e-05, 1e4),
+        slides=True,
+    ),
+    NumberKey(
+        "Moment of inertia of an oscillating follower about its pivot",
+        "kg·m²",
+        key="follower.dynamics.inertia",
+        columns=(("inertia_kg_m2", "J", "Inertia of the follower about its pivot."),),
+        example=0.01,
+        read_by=PRESSED,
+        usual=(1e-09, 1e4),
+        turns=True,
+    ),
+    NumberKey(
+        "Rate of the spring that presses the follower on the cam",
+        "N/mm",
+        "N·m/rad",
+        key="follower.dynamics.spring_rate",
+        allowed=NOT_NEGATIVE,
+        columns=(
+            ("spring_rate_N_per_mm", "k", "Rate of the spring."),
+            ("spring_rate_N_m_per_rad", "k", "Rate of the spring."),
+        ),
+        of="spring",
+        absent=0.0,
+        example=5,
+        turning_example=15,
+        read_by=PRESSED,
+    ),
+    NumberKey(
+        "Force (moment) of that spring at the lowest position",
+        "N",
+        "N·m",
+        key="follower.dynamics.preload",
+        allowed=NOT_NEGATIVE,
+        columns=(("preload_N", "F_0", "Preload of the spring."), ("preload_N_m", "M_0", "Preload of the spring.")),
+        of="spring",
+        absent=0.0,
+        example=100,
+        turning_example=6,
+        read_by=PRESSED,
+    ),
+    NumberKey(
+        "Of an oscillating follower: distance from its pivot at which a straight spring presses square "
+        "to the arm; ``spring_rate`` is then in N/mm, and ``preload`` in N",
+        "mm",
+        key="follower.dynamics.spring_at",
+        allowed=LENGTH,
+        columns=(("spring_at_mm", "a", "Distance of a straight spring from the pivot."),),
+        read_by=PRESSED,
+        turns=True,
+    ),
+    NumberKey(
+        "Damping of the follower's motion",
+        "N·s/mm",
+        "N·m·s/rad",
+        key="follower.dynamics.damping",
+        allowed=NOT_NEGATIVE,
+        columns=(
+            ("damping_N_s_per_mm", "c", "Damping of the follower's motion."),
+            ("damping_N_m_s_per_rad", "c", "Damping of the follower's motion."),
+        ),
+        absent=0.0,
+        example=0.01,
+        read_by=PRESSED,
+    ),
+    NumberKey(
+        "External force (moment) that presses the follower on the cam",
+        "N",
+        "N·m",
+        key="follower.dynamics.load",
+        allowed=ANYWHERE,
+        columns=(
+            ("load_N", "", "External force on the follower."),
+            ("load_N_m", "", "External moment on the follower."),
+        ),
+        absent=0.0,
+        read_by=PRESSED,
+    ),
+    NumberKey(
+        "Acceleration of gravity, positive if it presses the mass on the cam",
+        "m/s²",
+        key="follower.dynamics.gravity",
+        allowed=ANYWHERE,
+        columns=(("gravity_m_s2", "g", "Acceleration of gravity towards the cam."),),
+        absent=0.0,
+        example=9.81,
+        read_by=PRESSED,
+        slides=True,
+    ),
+    NumberKey(
+        "Length of the guide of a translating follower",
+        "mm",
+        key="follower.dynamics.guide_length",
+        allowed=LENGTH,
+        columns=(("guide_length_mm", "b", "Length of the guide."),),
+        example=60,
+        read_by=GUIDED,
+        slides=True,
+        guide=True,
+    ),
+    NumberKey(
+        "Distance from the guide to the trace point at the lowest position, at least the lift",
+        "mm",
+        key="follower.dynamics.overhang",
+        allowed=NOT_NEGATIVE,
+        columns=(("overhang_mm", "a_0", "Distance from the guide to the trace point."),),
+        example=100,
+        read_by=GUIDED,
+        slides=True,
+        guide=True,
+    ),
+    NumberKey(
+        "Coefficient of friction in the guide",
+        "no unit",
+        key="follower.dynamics.friction",
+        allowed=NOT_NEGATIVE,
+        columns=(("friction", "μ", "Coefficient of friction in the guide."),),
+        absent=0.0,
+        example=0.1,
+        read_by=GUIDED,
+        slides=True,
+        guide=True,
+    ),
+    NumberKey(
+        "Diameter of the round stem of a translating follower",
+        "mm",
+        key="follower.dynamics.stem_diameter",
+        allowed=LENGTH,
+        columns=(("stem_diameter_mm", "d", "Diameter of the follower's stem."),),
+        example=12,
+        read_by=("thrust",),
+        slides=True,
+        guide=True,
+    ),
+    NumberKey(
+        "Natural frequency of the elastic train",
+        "Hz",
+        key="follower.dynamics.natural_frequency",
+        columns=(("natural_frequency_Hz", "f_n", "Natural frequency of the train."),),
+        example=200,
+        read_by=("vibration",),
+    ),
+    NumberKey(
+        "Damping ratio of the elastic train",
+        "no unit",
+        key="follower.dynamics.damping_ratio",
+        allowed={"ge": 0, "lt": 1},
+        columns=(("damping_ratio", "ζ", "Damping ratio of the train."),),
+        absent=0.0,
+        example=0.05,
+        read_by=("vibration",),
+    ),
+    NumberKey(
+        "Share by which the speed may vary, (largest − least)/mean, for the flywheel",
+        "no unit",
+        key="follower.dynamics.fluctuation",
+        columns=(("fluctuation", "", "Fluctuation of the speed that is allowed."),),
+        example=0.02,
+        read_by=("torque",),
+    ),
+    NumberKey(
+        "Displacement that the follower makes before what it drives moves",
+        "mm",
+        "deg",
+        key="follower.dynamics.lash",
+        allowed=NOT_NEGATIVE,
+        columns=(
+            ("lash_mm", "", "Clearance that the follower takes up."),
+            ("lash_deg", "", "Clearance that the follower takes up."),
+        ),
+        of="tool",
+        example=0.2,
+        read_by=("lash",),
+    ),
+    NumberKey(
+        "How much larger or smaller the lash may be",
+        "mm",
+        "deg",
+        key="follower.dynamics.lash_variation",
+        allowed=NOT_NEGATIVE,
+        columns=(
+            ("lash_variation_mm", "", "Variation of the lash, to either side."),
+            ("lash_variation_deg", "", "Variation of the lash, to either side."),
+        ),
+        of="tool",
+        absent=0.0,
+        example=0.1,
+        read_by=("lash",),
+    ),
+    NumberKey(
+        "By how much two contacts are too near to each other before they are mounted",
+        "mm",
+        "deg",
+        key="drive.interference",
+        allowed=NOT_NEGATIVE,
+        columns=(
+            ("interference_mm", "δ_0", "Interference of two contacts."),
+            ("interference_deg", "δ_0", "Interference of two contacts."),
+        ),
+    ),
+    NumberKey(
+        "Stiffness of what joins both contacts: rollers, discs and frame",
+        "N/mm",
+        "N·m/rad",
+        key="drive.stiffness",
+        columns=(
+            ("pair_stiffness_N_per_mm", "k", "Stiffness of what joins two contacts."),
+            ("pair_stiffness_N_m_per_rad", "k", "Stiffness of what joins two contacts."),
+        ),
+    ),
+    NumberKey(
+        "How much wider than the roller a groove is, or thinner than the gap between its two rollers a "
+        "rib: what is crossed where the force turns round",
+        "mm",
+        key="drive.clearance",
+        allowed=LENGTH,
+        columns=(("clearance_mm", "j", "Clearance of the roller in its groove."),),
+        example=0.02,
+    ),
+    NumberKey(
+        "Moment of inertia about its pin of a roller that friction turns the other way after each crossing",
+        "kg·m²",
+        key="drive.roller_inertia",
+        columns=(("roller_inertia_kg_m2", "J_r", "Inertia of the roller about its pin."),),
+        example=1e-06,
+    ),
+    NumberKey(
+        "Coefficient of friction between roller and flank",
+        "no unit",
+        key="drive.friction",
+        columns=(("roller_friction", "μ", "Coefficient of friction between roller and flank."),),
+        example=0.1,
+    ),
+    NumberKey(
+        "Young's modulus of the cam",
+        "GPa",
+        key="materials.cam_modulus",
+        columns=(("cam_modulus_GPa", "E_1", "Young's modulus of the cam."),),
+        read_by=("hertz", "surface"),
+        usual=(0.1, 1500.0),
+    ),
+    NumberKey(
+        "Poisson's ratio of the cam",
+        "no unit",
+        key="materials.cam_poisson",
+        allowed={"ge": 0, "lt": 0.5},
+        columns=(("cam_poisson", "ν_1", "Poisson's ratio of the cam."),),
+        read_by=("hertz", "surface"),
+    ),
+    NumberKey(
+        "Young's modulus of the follower",
+        "GPa",
+        key="materials.follower_modulus",
+        columns=(("follower_modulus_GPa", "E_2", "Young's modulus of the follower."),),
+        read_by=("hertz", "surface"),
+        usual=(0.1, 1500.0),
+    ),
+    NumberKey(
+        "Poisson's ratio of the follower",
+        "no unit",
+        key="materials.follower_poisson",
+        allowed={"ge": 0, "lt": 0.5},
+        columns=(("follower_poisson", "ν_2", "Poisson's ratio of the follower."),),
+        read_by=("hertz", "surface"),
+    ),
+    NumberKey(
+        "Width of the contact along the cam's axis",
+        "mm",
+        key="materials.face_width",
+        allowed=LENGTH,
+        columns=(("face_width_mm", "L", "Width of the contact along the cam's axis."),),
+        example=15,
+        read_by=("face", "hertz", "surface"),
+    ),
+    NumberKey(
+        "Volume worn off the cam by load and sliding distance",
+        "mm²/N",
+        key="materials.wear_rate",
+        columns=(("wear_rate_mm2_per_N", "", "Volume worn off by load and sliding distance."),),
+        example=1e-10,
+        read_by=("surface",),
+    ),
+    NumberKey(
+        "Dynamic viscosity of the lubricant",
+        "Pa·s",
+        key="materials.viscosity",
+        columns=(("viscosity_Pa_s", "η", "Viscosity of the lubricant."),),
+        example=0.05,
+        read_by=("surface",),
+    ),
+    NumberKey(
+        "Increase of the viscosity with pressure, α of η·exp(αp)",
+        "1/GPa",
+        key="materials.pressure_viscosity",
+        columns=(("pressure_viscosity_per_GPa", "α", "Increase of the viscosity with pressure."),),
+        example=20,
+        read_by=("surface",),
+    ),
+    NumberKey(
+        "Composite roughness of both surfaces, root mean square",
+        "µm",
+        key="materials.roughness",
+        columns=(("roughness_um", "", "Composite roughness (root mean square)."),),
+        example=0.4,
+        read_by=("surface",),
+    ),
+)
+"""Each number by its record, in the order of keys and columns."""
+NUMBER_KEYS = {each.key: each for each in NUMBERS}
+NUMBER_COLUMNS = (*NUMBER_KEYS,)
+"""Their keys."""
+SPRING_AT = "follower.dynamics.spring_at"
+"""The lever of a straight spring on the arm of an oscillating follower."""
+
+
+def numbers_in(table: str) -> tuple[NumberKey, ...]:
+    """The numbers of a table."""
+    return tuple(each for each in NUMBERS if each.table == table)
+
+
+def number_turns(key: str, *, angular: bool, tool_turns: bool, straight: bool = False) -> bool:
+    """Whether a number of the scene is about an angle: of a follower, or a tool, whose motion is one or not.
+
+    The motion of a spring on an arm is none if it is a straight one.
+    """
+    return {"follower": angular, "tool": tool_turns, "spring": angular and not straight}[NUMBER_KEYS[key].of]
+
+
+@cache
+def number_quantities(*, angular: bool, tool_turns: bool, straight: bool = False) -> Mapping[str, str]:
+    """The quantity that each number of the scene is in tables, by key."""
+    turns = {
+        key: number_turns(key, angular=angular, tool_turns=tool_turns, straight=straight) for key in NUMBER_KEYS
+    }
+    return {key: each.quantities[-1 if turns[key] else 0].name for key, each in NUMBER_KEYS.items()}

@@ -1,0 +1,112 @@
+"""Systems of units in which results are shown: mm, as everything is computed and stored, or inch.
+
+What people read (tables, texts, pictures, pages, drawings, files for machines) is converted where it is shown, by
+the unit that it has: a unit is a product of powers, and each factor has its counterpart in ``CUSTOMARY``. Angles,
+times and numbers of turns are the same in both. Keys and options are read in mm, or with a unit of their own.
+
+Source: B. N. Taylor, A. Thompson, NIST Special Publication 811, appendix B.
+"""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from math import prod
+from typing import Any
+
+from camopt.core.mistakes import BadInput, Mistake
+
+MM, INCH = "mm", "inch"
+SYSTEMS = (MM, INCH)
+
+POUND, INCH_MM = 0.45359237, 25.4
+POUND_FORCE = POUND * 9.80665
+KSI = POUND_FORCE * 1e3 / INCH_MM**2
+CUSTOMARY = {
+    "mm": ("in", INCH_MM),
+    "m": ("in", INCH_MM / 1e3),
+    "µm": ("µin", INCH_MM / 1e3),
+    "N": ("lbf", POUND_FORCE),
+    "kN": ("lbf", POUND_FORCE / 1e3),
+    "MPa": ("ksi", KSI),
+    "GPa": ("Mpsi", KSI),
+    "Pa·s": ("µreyn", KSI / 1e3),
+    "kg": ("lb", POUND),
+    "g": ("oz", POUND * 1e3 / 16),
+    "W": ("hp", 550 * 12 * INCH_MM / 1e3 * POUND_FORCE),
+    "J": ("ft·lbf", 12 * INCH_MM / 1e3 * POUND_FORCE),
+}
+"""Units and their counterparts, each with what one of that is in the unit."""
+POWERS = {"": 1, "²": 2, "³": 3, "⁴": 4}
+FACTOR = re.compile(r"(Pa·s|[^·/²³⁴ ]+)([²³⁴]?)")
+
+_shown = MM
+
+
+@contextmanager
+def shown_in(system: str) -> Iterator[None]:
+    """Show results in a system of units meanwhile: in this process, in all its threads.
+
+    Parameters
+    ----------
+    system : str
+        "mm" or "inch".
+
+    Raises
+    ------
+    BadInput
+        For another system.
+
+    Examples
+    --------
+    >>> cam = camopt.evaluate(camopt.find_scene("uniform-knife-radial").replace(outputs=["sizes"]))
+    >>> with camopt.shown_in("inch"):
+    ...     [cell.text for cell in cam.table().rows[2][:3]]
+    ['base_radius_in', '1.9685', 'in']
+    """
+    global _shown
+    if system not in SYSTEMS:
+        raise BadInput([Mistake("camopt", "system", system, " or ".join(SYSTEMS))])
+    before, _shown = _shown, system
+    try:
+        yield
+    finally:
+        _shown = before
+
+
+def system_shown() -> str:
+    """The system in which results are shown now."""
+    return _shown
+
+
+def shown_unit(unit: str) -> str:
+    """The unit in which a result is shown that is computed in a unit."""
+    return unit if _shown == MM else _counterpart(unit)[0]
+
+
+def shown(value: Any, unit: str) -> Any:
+    """A number or an array in a unit, in the unit in which it is shown."""
+    return value if _shown == MM else value / _counterpart(unit)[1]
+
+
+def computed(value: Any, unit: str) -> Any:
+    """The other way round: from the unit in which a number is shown to that in which it is computed."""
+    return value if _shown == MM else value * _counterpart(unit)[1]
+
+
+@cache
+def _counterpart(unit: str) -> tuple[str, float]:
+    """The customary unit in place of a unit, and what one of it is in that."""
+    above, slash, below = unit.partition("/")
+    size = _size(above) / _size(below)
+    return _renamed(above) + slash + _renamed(below), size
+
+
+def _renamed(product: str) -> str:
+    return FACTOR.sub(lambda found: CUSTOMARY.get(found[1], (found[1], 1.0))[0] + found[2], product)
+
+
+def _size(product: str) -> float:
+    """What one of the counterpart of a product of powers is in the product."""
+    factors = FACTOR.findall(product)
+    return prod(CUSTOMARY[name][1] ** POWERS[power] for name, power in factors if name in CUSTOMARY)

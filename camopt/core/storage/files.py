@@ -1,0 +1,247 @@
+"""Paths settled before the work; files that appear only when they are whole, and on disk."""
+
+import os
+import re
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from errno import EBADF, EINVAL, EISDIR, ENOSYS, ENOTSUP, EROFS
+from glob import escape
+from io import BufferedReader
+from pathlib import Path
+from stat import S_IMODE, S_ISREG
+from tempfile import TemporaryFile
+from time import time
+from typing import Any
+from warnings import warn
+
+from camopt.core.mistakes import BadInput, Mistake
+
+LARGEST_TEXT = 1 << 24
+NO_TEXT = {
+    b"PK\x03\x04": "an Excel workbook or another archive; save the table as CSV",
+    b"\xd0\xcf\x11\xe0": "an old Excel workbook; save the table as CSV",
+    b"PAR1": "a Parquet table",
+    b"\xff\xfe": "text in UTF-16; save it in UTF-8",
+    b"\xfe\xff": "text in UTF-16; save it in UTF-8",
+}
+PARTIAL = ".partial"
+WORK_FOLDER = ".camopt"
+"""The folder, inside that of a result, for what is not finished."""
+UNSYNCED = {EBADF, EINVAL, ENOSYS, ENOTSUP, EROFS}
+"""What file systems say that cannot sync."""
+FORGOTTEN = 24 * 3600.0  # seconds
+URL_START = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
+
+
+def path_of(path: str | os.PathLike[str]) -> Path:
+    """A path as users write it: a first ``~`` is the home folder, and ``./~`` is a folder of that name.
+
+    A ValueError completes the sentence "must be …".
+    """
+    if not os.fspath(path):
+        raise ValueError("a path; it is empty")
+    if URL_START.match(os.fspath(path)):
+        raise ValueError("a path on this machine, not an address")
+    try:
+        found = Path(path).expanduser() if os.fspath(path).startswith("~") else Path(path)
+    except RuntimeError:
+        raise ValueError("a path; its home folder is not known") from None
+    return found.absolute() if str(found).startswith("~") else found  # read again, it is the same
+
+
+def check_path(path: Any, key: str) -> None:
+    """BadInput for what is no path at all, such as a table."""
+    if not isinstance(path, (str, bytes, os.PathLike)):
+        raise BadInput([Mistake("camopt", key, type(path).__name__, "a path")])
+
+
+def checked_path(path: str | os.PathLike[str], key: str) -> Path:
+    """A path as users write it; BadInput if it is none."""
+    check_path(path, key)
+    try:
+        return path_of(path)
+    except ValueError as trouble:
+        raise BadInput([Mistake("camopt", key, os.fspath(path), str(trouble))]) from None
+
+
+def checked_suffix(path: str | os.PathLike[str], key: str, known: tuple[str, ...]) -> str:
+    """The suffix of a path in lower case; BadInput unless it is one of the known."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in known:
+        listed = " or ".join(filter(None, (", ".join(known[:-1]), known[-1])))
+        raise BadInput([Mistake("camopt", key, os.fspath(path), f"a file that ends in {listed}")])
+    return suffix
+
+
+@contextmanager
+def regular_file(path: str | os.PathLike[str]) -> Iterator[BufferedReader]:
+    """A file to read, if it has an end and can be searched: no pipe, no device.
+
+    Raises
+    ------
+    BadInput
+        If it is a pipe, a device or a folder.
+    OSError
+        If there is no such file, or it cannot be read.
+    """
+    if "\0" in os.fsdecode(path) or not S_ISREG(os.stat(path).st_mode):
+        raise BadInput([Mistake("camopt", "file", os.fsdecode(path), "a regular file, no folder, pipe or device")])
+    with open(path, "rb") as file:
+        yield file
+
+
+def read_bytes(path: str | os.PathLike[str]) -> bytes:
+    """The bytes of a user's text file. Errors are those of ``regular_file``, and BadInput if it has no end."""
+    with regular_file(path) as file:
+        data = file.read(LARGEST_TEXT + 1)
+    if len(data) > LARGEST_TEXT:
+        allowed = f"a file of at most {LARGEST_TEXT >> 20} MiB"
+        raise BadInput([Mistake("camopt", "file", os.fsdecode(path), allowed)])
+    return data
+
+
+def text_of(data: bytes) -> str:
+    """The text in a file of a user; a ValueError says what the file is if not text in UTF-8, as in "is …"."""
+    for start, kind in NO_TEXT.items():
+        if data.startswith(start):
+            raise ValueError(f"is {kind}")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise ValueError(f"is not UTF-8 text: line {line} has the byte 0x{data[error.start]:02x}") from None
+
+
+def check_writable(path: str | os.PathLike[str]) -> None:
+    """Check before the work that a file can be written.
+
+    Raises
+    ------
+    OSError
+        With ``path`` in it, if not.
+    """
+    if Path(path).is_dir():
+        raise IsADirectoryError(EISDIR, os.strerror(EISDIR), os.fspath(path))
+    # whether a folder takes files; if not, an OSError with the name that the user gave
+    try:
+        TemporaryFile(dir=Path(path).parent).close()
+    except OSError as trouble:
+        raise OSError(trouble.errno or 0, os.strerror(trouble.errno or 0), os.fspath(path)) from None
+
+
+@contextmanager
+def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """A temporary path beside ``path``, renamed to it if the block ends well, and removed if not.
+
+    The file is on disk before it gets its name. The mode of an earlier file stays; so does a link, which then leads
+    to the new file. Temporary files that runs left that died more than a day ago are removed.
+
+    Raises
+    ------
+    OSError
+        With ``path`` in it, if the file cannot be written, or a folder or a device has its name.
+
+    Warns
+    -----
+    Untidy
+        If the file has its name, and something failed after that.
+    """
+    path = Path(path)
+    target = Path(os.path.realpath(path)) if path.is_symlink() else path
+    partial = target.with_name(f".{target.name}.{os.urandom(8).hex()}{PARTIAL}")
+    with naming(path, partial), ExitStack() as stack:
+        check_replaceable(target)
+        _remove_orphans(target)
+        stack.callback(_remove, partial)
+        partial.open("xb").close()
+        yield partial
+        synced(partial)
+        with suppress(OSError):
+            partial.chmod(S_IMODE(target.stat().st_mode))
+        os.replace(partial, target)
+        try:
+            synced(target.parent)
+        except OSError as trouble:
+            tell_untidy(trouble, path)
+
+
+class Untidy(RuntimeWarning):
+    """A result is published, and whole; something failed after that."""
+
+
+class LossWarning(str):
+    """A sentence on data that will be removed."""
+
+
+def tell_untidy(trouble: OSError, path: Path) -> None:
+    """Warn of trouble after a file or a folder was published."""
+    what = trouble.strerror or str(trouble)
+    warn(f"{path}: published; tidying failed: {what}", Untidy, stacklevel=2)
+
+
+@contextmanager
+def naming(path: Path, *temporary: Path) -> Iterator[None]:
+    """Let an OSError that names a temporary file, or no file, name the intended one; others stay."""
+    try:
+        yield
+    except OSError as trouble:
+        if trouble.filename is not None and Path(os.fsdecode(trouble.filename)) not in temporary:
+            raise  # of another file, which the block writes as well
+        reason = os.strerror(trouble.errno) if trouble.errno else str(trouble)
+        raise named(trouble, reason, path) from None
+
+
+def named(trouble: OSError, reason: str, path: Path) -> OSError:
+    """The same error, of another file, with its notes."""
+    found = OSError(trouble.errno or 0, reason, os.fspath(path))
+    for note in getattr(trouble, "__notes__", ()):
+        found.add_note(note)
+    return found
+
+
+def check_replaceable(target: Path) -> None:
+    """An OSError if something else than a file is there: a folder, a pipe, a device."""
+    if target.is_dir():
+        raise IsADirectoryError(EISDIR, os.strerror(EISDIR))
+    if target.exists() and not target.is_file():
+        raise OSError(EINVAL, os.strerror(EINVAL))
+
+
+def synced(path: Path) -> None:
+    """Wait until a file, or the names in a folder, are on disk, where the system can do that.
+
+    Raises
+    ------
+    OSError
+        If the disk is full, or fails.
+    """
+    try:
+        descriptor = os.open(path, os.O_RDWR if os.name == "nt" else os.O_RDONLY)
+    except PermissionError:  # a folder that may be written to and not read; any folder of Windows
+        return
+    try:
+        os.fsync(descriptor)
+    except OSError as trouble:
+        if trouble.errno not in UNSYNCED:
+            raise OSError(trouble.errno, trouble.strerror, os.fspath(path)) from None
+    finally:
+        os.close(descriptor)
+
+
+def _remove_orphans(target: Path) -> None:
+    """Remove temporary files of a target whose writers are gone since long."""
+    with suppress(OSError):
+        for partial in target.parent.glob(f".{escape(target.name)}.*{PARTIAL}"):
+            if time() - partial.lstat().st_mtime > FORGOTTEN:
+                _remove(partial)
+
+
+def _remove(partial: Path) -> None:
+    with suppress(OSError):
+        partial.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a small file."""
+    with whole_file(path) as partial:
+        partial.write_text(text, encoding="utf-8", newline="\n")  # the same bytes on every system

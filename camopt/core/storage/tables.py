@@ -1,0 +1,143 @@
+"""Tables of camopt as Parquet files: written whole or not at all, refused if damaged or something else."""
+
+import json
+import os
+from collections.abc import Hashable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, BinaryIO
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.storage.files import whole_file
+from camopt.core.storage.manifest import Manifest, whole_result_file
+
+TYPES = {float: pa.float64(), bool: pa.bool_(), str: pa.string()}
+COLUMN_TYPES = (*TYPES.values(), pa.int64(), pa.null(), pa.list_(pa.string()))
+SCENE_KEY, VERSION_KEY = b"camopt_scene", b"camopt_version"
+PANDAS_KEY = b"PANDAS_ATTRS"  # where pandas, from 2.1 on, keeps and finds the attrs of a table
+ROWS_IN_GROUP = 1 << 17
+ARROW_ERRORS = (pa.ArrowException, ValueError, OSError, MemoryError)
+"""What pyarrow raises of a file that is no good."""
+PARQUET: dict[str, Any] = {"compression": "zstd", "write_page_checksum": True}
+
+
+def write_table(table: pa.Table, path: str | os.PathLike[str]) -> None:
+    """Write a table, whole or not at all."""
+    table = table.replace_schema_metadata(with_pandas_attributes(table.schema).metadata)
+    with whole_file(path) as partial, pa.OSFile(os.fsencode(partial), "wb") as file:
+        # items of lists keep their name
+        pq.write_table(table, file, row_group_size=ROWS_IN_GROUP, use_compliant_nested_type=False, **PARQUET)
+
+
+def read_table(path: str | os.PathLike[str], manifest: Manifest | None = None) -> pa.Table:
+    """A table that camopt wrote, as the manifest beside it names it, if there is one.
+
+    Raises
+    ------
+    BadInput
+        If the file is something else, or damaged.
+    OSError
+        If there is no such file, or it cannot be read.
+    """
+    with whole_result_file(path, manifest) as file:
+        return TableFile(path, file).read()
+
+
+class TableFile:
+    """A table that camopt wrote, open to be read whole or by columns; errors are those of ``read_table``."""
+
+    def __init__(self, path: str | os.PathLike[str], file: BinaryIO) -> None:
+        self._path = path
+        with _refused(path):
+            self._parquet = pq.ParquetFile(file, page_checksum_verification=True)
+            self.layout: pa.Schema = self._parquet.schema_arrow
+            self.count: int = self._parquet.metadata.num_rows
+            if VERSION_KEY not in (self.layout.metadata or {}):
+                raise no_table(path, self._writer)
+            if why := _oddity(self.layout):  # before the data, of which odd types may be
+                raise no_table(path, why)
+
+    @property
+    def _writer(self) -> str:
+        """Which program wrote the table; of a frame of camopt's that pandas wrote, how to go on."""
+        if b'"scene"' in (self.layout.metadata or {}).get(PANDAS_KEY, b""):
+            return "pandas wrote this: give the frame that pandas.read_parquet reads, in place of the path"
+        return f"another program ({self._parquet.metadata.created_by}) wrote this"
+
+    def read(self, columns: list[str] | None = None) -> pa.Table:
+        """Some columns, or all."""
+        with _refused(self._path):
+            # threads that hold a file of Python abort a process that ends just then (apache/arrow#34314)
+            table = self._parquet.read(columns, use_threads=False)
+        return table.replace_schema_metadata(self.layout.metadata)  # the file has them twice; these were read
+
+
+@contextmanager
+def _refused(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Arrow's error about a file that is no table, as BadInput."""
+    try:
+        yield
+    except BadInput:
+        raise
+    except ARROW_ERRORS as trouble:
+        if isinstance(trouble, OSError) and trouble.errno:
+            raise  # of the disk
+        why = f"this is none, or damaged: {str(trouble).splitlines()[0]}" if str(trouble) else "this is none"
+        raise no_table(path, why) from None
+
+
+def no_table(path: str | os.PathLike[str], why: str) -> BadInput:
+    """The message on a file that is no table of camopt."""
+    allowed = f"a Parquet table that camopt wrote; {why}"
+    return BadInput([Mistake("camopt", "table", os.fsdecode(path), allowed)])
+
+
+def _oddity(layout: pa.Schema) -> str:
+    """The fault of the schema of a table; empty if there is none."""
+    for field in layout:
+        if field.type not in COLUMN_TYPES:
+            return f"its column {field.name!r} has the type {field.type}"
+    if len({*layout.names}) < len(layout.names):
+        return "two of its columns have the same name"
+    try:
+        said = table_facts(layout)
+    except (ValueError, RecursionError):
+        return "its metadata are not text, or its front is not JSON"
+    front = {"points": int, "hypervolume": float | int}
+    if not _has(said["front"], front) or not _has(said["sweep"], {"designs": int}):
+        return "what it says of its front or its sweep has not the form of camopt"
+    return ""
+
+
+def _has(said: Any, kinds: Mapping[str, Any]) -> bool:
+    """Whether a part of the metadata, if there is one, is a mapping with values of some types."""
+    return said is None or (
+        isinstance(said, dict) and all(isinstance(said.get(name), kind) for name, kind in kinds.items())
+    )
+
+
+def table_facts(layout: pa.Schema) -> dict[Hashable | None, Any]:
+    """The facts in the metadata of a table."""
+    columns = {field.name: _decoded(field.metadata) for field in layout}
+    whole = _decoded(layout.metadata)
+    return {
+        "units": {name: facts.get("unit", "") for name, facts in columns.items()},
+        "symbols": {name: facts.get("symbol", "") for name, facts in columns.items()},
+        "descriptions": {name: facts.get("description", "") for name, facts in columns.items()},
+        "scene": whole.get("camopt_scene", ""),
+        "front": json.loads(whole.get("camopt_front", "null")),
+        "sweep": json.loads(whole.get("camopt_sweep", "null")),
+        "version": whole.get("camopt_version", ""),
+    }
+
+
+def with_pandas_attributes(layout: pa.Schema) -> pa.Schema:
+    """The schema of a table, with its facts where pandas finds them for ``attrs``."""
+    facts = json.dumps(table_facts(layout), ensure_ascii=False)
+    return layout.with_metadata({**(layout.metadata or {}), PANDAS_KEY: facts.encode()})
+
+
+def _decoded(metadata: dict[bytes, bytes] | None) -> dict[str, str]:
+    return {key.decode(): value.decode() for key, value in (metadata or {}).items()}

@@ -1,0 +1,130 @@
+"""Curvature of pitch curve and profile, undercut, and the largest cutter.
+
+With a trace point, κ_profile = κ/(1 − κ·R_r): the profile's least convex radius is 1/κ_max − R_r, the cam is
+undercut where κ·R_r ≥ 1 (a test of sign, no difference of radii), and a cutter reaches the most concave flank
+if it is no larger than R_r + 1/|κ_min|. A groove is touched on both flanks, so |κ| takes the place of κ, and a
+cutter no wider than the roller reaches them all. With a clearance j flanks are R_r + j/2 from the pitch curve, and
+that is in the place of R_r. A flat face touches the profile itself: ρ is linear in y and y''.
+A corner of the motion is a corner of the curve. Of a cam that is given by its profile the radii are known.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.model.effects.case import Bounded, Case, Effect, Setup
+from camopt.model.effects.peak import ConvexRadius, Cutter, Peak, size_of
+from camopt.model.effects.peak_columns import columns_of_ends, peak_column
+from camopt.model.mechanisms.design import itself
+from camopt.model.motion.programme import Programme
+from camopt.model.motion.stroke import ALL_STROKES
+
+CONVEX, CUTTER = "profile_radius_min_mm", "cutter_radius_max_mm"
+PITCH_PAIR = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm")
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    if setup.mechanism.curvature is None:
+        return (CONVEX, "undercut")
+    return (*PITCH_PAIR, CONVEX, "undercut", *(() if setup.mechanism.cut_as_by_roller else (CUTTER,)))
+
+
+def peaks(setup: Setup) -> dict[str, Peak]:
+    mechanism = setup.mechanism
+    flank = mechanism.flanks[0]
+    below = mechanism.reverses == (flank.side > 0.0)  # the profile is, seen along the follower's own motion
+    pointed, notched = (is_pointed, is_notched) if below else (is_notched, is_pointed)
+    if mechanism.curvature is None:
+        assert mechanism.profile_radius is not None
+        curves = ((mechanism.profile_radius, ALL_STROKES),)
+        radius = Peak(curves, LEAST, jumps=pointed, unit=size_of, open_at_zero=True)
+        return {CONVEX: radius._replace(per_body=0.0 if mechanism.alike is itself else 1.0)}
+    curves = ((mechanism.curvature, ALL_STROKES),)
+    both = mechanism.two_sided  # either flank may be the sharper one
+    most, least = (pointed, notched) if flank.bulge > 0.0 else (notched, pointed)
+    goal, sharp = (LARGEST_MAGNITUDE, has_corner) if both else (LARGEST, pointed)
+    wider = None if setup.given.drive.clearance is None else setup.half_width
+    found = {
+        "pitch_curvature_max_per_mm": Peak(curves, LARGEST, jumps=most),
+        "pitch_curvature_min_per_mm": Peak(curves, LEAST, jumps=least),
+        CONVEX: Peak(curves, goal, ConvexRadius(wider), sharp, extremes=PITCH_PAIR, open_at_zero=True),
+        CUTTER: Peak(curves, LEAST, Cutter(), notched, extremes=PITCH_PAIR),
+    }
+    return {name: found[name] for name in found if name != CUTTER or not mechanism.cut_as_by_roller}
+
+
+def is_pointed(programme: Programme) -> bool:
+    """Whether the follower's speed falls at a corner, which makes a disc cam's profile pointed there."""
+    return any(corner.size < 0.0 for corner in programme.corners)
+
+
+def is_notched(programme: Programme) -> bool:
+    """Whether the follower's speed rises at a corner, which makes a disc cam's profile hollow there."""
+    return any(corner.size > 0.0 for corner in programme.corners)
+
+
+def has_corner(programme: Programme) -> bool:
+    """Whether there is a corner of either kind."""
+    return bool(programme.corners)
+
+
+def reads(setup: Setup) -> tuple[str, ...]:
+    return () if setup.mechanism.curvature is None else PITCH_PAIR
+
+
+def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    """The extremes of the pitch curve's curvature, from which ``run`` computes the other quantities."""
+    mechanism = case.setup.mechanism
+    if mechanism.curvature is None:
+        return {}
+    if case.programme.radii:
+        return _of_arcs(case)
+    known = peaks(case.setup)
+    return dict(zip(PITCH_PAIR, columns_of_ends(case, *map(known.__getitem__, PITCH_PAIR)), strict=True))
+
+
+def _of_arcs(case: Case) -> dict[str, Any]:
+    """As ``of_pitch``, of a cam that is given by its arcs and lines, on each of which the curvature is constant."""
+    curvature = 1.0 / np.array(case.programme.radii)
+    most, least = (np.full(len(case.designs), extreme) for extreme in (curvature.max(), curvature.min()))
+    exact, scale = np.zeros_like(most), np.maximum(np.abs(most), np.abs(least))
+    return dict(zip(PITCH_PAIR, (Bounded(most, exact, scale), Bounded(least, exact, scale)), strict=True))
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    return _flat(case) if case.setup.mechanism.curvature is None else _trace_point(case, wanted)
+
+
+def _flat(case: Case) -> dict[str, Any]:
+    if case.programme.radii:
+        radius = np.full(len(case.designs), min(case.programme.radii))
+        return {CONVEX: Bounded(radius, np.zeros_like(radius), radius), "undercut": radius <= 0.0}
+    least = peak_column(case, peaks(case.setup)[CONVEX])
+    return {CONVEX: least, "undercut": least.value <= 0.0}
+
+
+def _trace_point(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    roller, both = case.setup.half_width(case.designs), case.setup.mechanism.two_sided
+    (most, least), (highest, lowest) = map(case.found.__getitem__, PITCH_PAIR), map(case.far, PITCH_PAIR)
+    if both:
+        most, highest = np.maximum(most, -least), np.maximum(highest, -lowest)
+    radius, inwards = _radius(most, highest)
+    columns: dict[str, Any] = {CONVEX: Bounded(radius - roller, inwards, radius)}
+    if "undercut" in wanted:
+        columns["undercut"] = np.where(roller > 0.0, np.maximum(most, 0.0), 0.0) * roller >= 1.0
+    if CUTTER in wanted and not case.setup.mechanism.cut_as_by_roller:
+        radius, inwards = _radius(-least, -lowest)
+        columns[CUTTER] = Bounded(roller + radius, inwards, roller + radius)
+    return columns
+
+
+@np.errstate(divide="ignore", invalid="ignore")
+def _radius(curvature: FloatArray, larger: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The radius of a curvature, infinite where that is 0 or less; how far one is from that of a larger."""
+    radius = 1.0 / np.maximum(curvature, 0.0)
+    inwards = np.minimum(1.0 / np.maximum(larger, 0.0) - radius, 0.0)
+    return radius, np.where(np.isfinite(radius), inwards, 0.0)
+
+
+EFFECT = Effect("curvature", offers, run, reads=reads, of_pitch=of_pitch, peaks=peaks, of_contact=True)

@@ -1,0 +1,250 @@
+"""Curves of errors of velocity and acceleration by tolerances, to first order: derivatives of those of position.
+
+What is off along the outward normal N answers with G = √(1 + T²), T = tan β, over the length of an arm, or with
+G = 1/t at the reach t of a swinging face (``effects.motion_errors``). In the cam's frame the normal turns by χ', so
+that with derivatives by the cam angle
+
+    roller, face                  |G'|,                 |G''|
+    profile within ±t, n waves    t·√(G'² + n²G²),      t·(|G''| + n·√(4G'² + n²G²))
+    bore off by ε                 ε·√(G'² + G²χ'²),     ε·√((G'' − Gχ'²)² + (2G'χ' + Gχ'')²)
+
+by Bernstein's and Szegő's inequality for the profile (``effects.answers``). On a cylinder a bore that is
+off answers as y' does, in two directions. The others are derivatives of T, of sin ψ − T·cos ψ and of y'.
+
+Sources: S. Bernstein, Sur l'ordre de la meilleure approximation des fonctions continues, 1912; R. Boas, Entire
+Functions, ch. 11.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.core.kernels.compile import inlined
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.curves import curve, formula, further, turned_series
+from camopt.model.effects.case import Setup
+from camopt.model.effects.given import NO_BAND, GivenErrors
+from camopt.model.mechanisms.design import Designs
+from camopt.model.motion.programme import Programme
+
+TINY = 1e-60
+"""Below any square that counts: so that a root of two squares has a slope where both are 0."""
+
+
+@inlined
+def either(half, middle, c, c1):
+    """half·|c| + middle·c, and its slope."""
+    return half * np.abs(c) + middle * c, (half * np.sign(c) + middle) * c1
+
+
+@inlined
+def length(a, a1, b, b1):
+    """√(a² + b²), and its slope."""
+    root = np.sqrt(np.square(a) + np.square(b) + TINY)
+    return root, (a * a1 + b * b1) / root
+
+
+@inlined
+def of_normal(f, i, g, chi):
+    """What is off along the normal, from G and χ', each with derivatives."""
+    (g0, g1, g2, g3), (x1, x2, x3) = g, chi
+    n = f.waves[i]
+    if f.order == 1:
+        waved, waved1 = length(g1, g2, n * g0, n * g1)
+        turned, turned1 = length(g1, g2, g0 * x1, g1 * x1 + g0 * x2)
+        other, other1 = either(f.half[i], f.middle[i], g1, g2)
+    else:
+        steep, steep1 = length(2.0 * g1, 2.0 * g2, n * g0, n * g1)
+        waved, waved1 = np.abs(g2) + n * steep, np.sign(g2) * g3 + n * steep1
+        square = np.square(x1)
+        out, across = g2 - g0 * square, 2.0 * g1 * x1 + g0 * x2
+        out1, across1 = g3 - g1 * square - 2.0 * g0 * x1 * x2, 2.0 * g2 * x1 + 3.0 * g1 * x2 + g0 * x3
+        turned, turned1 = length(out, out1, across, across1)
+        other, other1 = either(f.half[i], f.middle[i], g2, g3)
+    value = f.profile[i] * waved + f.bore[i] * turned + other
+    return value, f.profile[i] * waved1 + f.bore[i] * turned1 + other1
+
+
+@inlined
+def of_motion(f, i, at):
+    """What answers as y' does."""
+    if f.order == 1:
+        ahead, ahead1 = either(f.turning[i], f.ahead[i], at.y2, at.y3)
+        across, across1 = length(at.y2, at.y3, at.y1, at.y2)
+    else:
+        ahead, ahead1 = either(f.turning[i], f.ahead[i], at.y3, at.y4)
+        across, across1 = length(at.y3 - at.y1, at.y4 - at.y2, 2.0 * at.y2, 2.0 * at.y3)
+    return ahead + f.around[i] * across, ahead1 + f.around[i] * across1
+
+
+@inlined
+def of_order(order, c1, c2, c3):
+    """The derivative of an order, and the next one."""
+    return (c1, c2) if order == 1 else (c2, c3)
+
+
+class NormalErrors(NamedTuple):
+    """What is off along the normal, mm (over an arm's length), of a velocity (order 1) or an acceleration (2).
+
+    The normal turns by χ' = 1 + swing·y' − way·β' in the cam's frame.
+    """
+
+    order: int
+    profile: FloatArray
+    waves: FloatArray
+    bore: FloatArray
+    half: FloatArray
+    middle: FloatArray
+
+
+class MotionRates(NamedTuple):
+    """turning·|y''| + ahead·y'' and around·√(y''² + y'²), or their next derivatives."""
+
+    order: int
+    turning: FloatArray
+    ahead: FloatArray
+    around: FloatArray
+
+
+class TraceErrorRates(NamedTuple):
+    """Those of a trace point: along the normal, of the motion, and half·|T'| + middle·T' of an offset or arm."""
+
+    pressure: Any
+    normal: NormalErrors
+    motion: MotionRates
+    swing: FloatArray
+    way: FloatArray
+    half: FloatArray
+    middle: FloatArray
+
+
+class ArmErrorRates(NamedTuple):
+    """Those of a trace point, and half·|g'| + middle·g' with g = sin ψ − T·cos ψ."""
+
+    trace: TraceErrorRates
+    cosine: FloatArray
+    sine: FloatArray
+    half: FloatArray
+    middle: FloatArray
+
+
+class FaceErrorRates(NamedTuple):
+    """``steady`` and of the motion, with tilting·|y''| and leaning·y'' or their next derivatives, mm."""
+
+    steady: FloatArray
+    motion: MotionRates
+
+
+class SwingingFaceErrorRates(NamedTuple):
+    """Those along the normal, of the motion, and half·|h'| + middle·h' with h = sin ψ/t."""
+
+    reach: Any
+    normal: NormalErrors
+    motion: MotionRates
+    cosine: FloatArray
+    sine: FloatArray
+    sense: FloatArray
+    half: FloatArray
+    middle: FloatArray
+
+
+@formula(TraceErrorRates)
+def trace_error_rates(f, i, at):
+    t, t1, t2, t3 = further(f.pressure, i, at)
+    square = 1.0 + np.square(t)
+    g0 = np.sqrt(square)
+    b1 = t1 / square
+    b2 = (t2 - 2.0 * t * t1 * b1) / square
+    b3 = (t3 - 2.0 * b1 * (np.square(t1) + t * t2) - 4.0 * t * t1 * b2) / square
+    g1 = t * t1 / g0
+    g2 = (np.square(t1) + t * t2 - np.square(g1)) / g0
+    g3 = (3.0 * t1 * t2 + t * t3 - 3.0 * g1 * g2) / g0
+    swing, way = f.swing[i], f.way[i]
+    chi = (1.0 + swing * at.y1 - way * b1, swing * at.y2 - way * b2, swing * at.y3 - way * b3)
+    normal, normal1 = of_normal(f.normal, i, (g0, g1, g2, g3), chi)
+    motion, motion1 = of_motion(f.motion, i, at)
+    c, c1 = of_order(f.normal.order, t1, t2, t3)
+    along, along1 = either(f.half[i], f.middle[i], c, c1)
+    return normal + motion + along, normal1 + motion1 + along1
+
+
+@formula(ArmErrorRates)
+def arm_error_rates(f, i, at):
+    value, slope = curve(f.trace, i, at)
+    t, t1, t2, t3 = further(f.trace.pressure, i, at)
+    (c, c1, c2, c3), (_, s1, s2, s3) = turned_series(f.cosine[i], f.sine[i], at)
+    g1, g2 = s1 - t1 * c - t * c1, s2 - t2 * c - 2.0 * t1 * c1 - t * c2
+    g3 = s3 - t3 * c - 3.0 * t2 * c1 - 3.0 * t1 * c2 - t * c3
+    g, next_ = of_order(f.trace.normal.order, g1, g2, g3)
+    off, off1 = either(f.half[i], f.middle[i], g, next_)
+    return value + off, slope + off1
+
+
+@formula(FaceErrorRates)
+def face_error_rates(f, i, at):
+    value, slope = of_motion(f.motion, i, at)
+    return f.steady[i] + value, slope
+
+
+@formula(SwingingFaceErrorRates)
+def swinging_face_error_rates(f, i, at):
+    t, t1, t2, t3 = further(f.reach, i, at)
+    g0 = 1.0 / t
+    g1 = -g0 * t1 / t
+    g2 = -(2.0 * g1 * t1 + g0 * t2) / t
+    g3 = -(3.0 * g2 * t1 + 3.0 * g1 * t2 + g0 * t3) / t
+    sense = f.sense[i]
+    chi = (1.0 + sense * at.y1, sense * at.y2, sense * at.y3)
+    normal, normal1 = of_normal(f.normal, i, (g0, g1, g2, g3), chi)
+    motion, motion1 = of_motion(f.motion, i, at)
+    _, (s, s1, s2, s3) = turned_series(f.cosine[i], f.sine[i], at)
+    h1, h2 = s1 * g0 + s * g1, s2 * g0 + 2.0 * s1 * g1 + s * g2
+    h3 = s3 * g0 + 3.0 * s2 * g1 + 3.0 * s1 * g2 + s * g3
+    h, next_ = of_order(f.normal.order, h1, h2, h3)
+    off, off1 = either(f.half[i], f.middle[i], h, next_)
+    return normal + motion + off, normal1 + motion1 + off1
+
+
+def rate_curve(
+    setup: Setup, given: GivenErrors, order: int, side: float, designs: Designs, programme: Programme
+) -> Any:
+    """Curve of the worst error of velocity (1) or acceleration (2) to one side, +1 or −1; mm (rad) per radⁿ."""
+    mechanism, zeros = setup.mechanism, np.zeros(len(designs))
+    sizes = {field: given.sizes.get(field, NO_BAND) for field in mechanism.sizes}
+    face = mechanism.flat_faced and not setup.angular
+    turning, ahead = given.phase.half, side * given.phase.middle
+    if face:
+        turning, ahead = turning + given.tilt.half, ahead - side * designs.sense * given.tilt.middle
+    developed, waves = mechanism.body.developed, float(given.waves or 0)
+    around = given.bore / designs.size if developed else zeros
+    motion = MotionRates(order, zeros + turning, zeros + ahead, zeros + around)
+    if face:
+        return FaceErrorRates(zeros + given.profile * waves**order + given.bore, motion)
+    pressure, length_of = mechanism.pressure(designs, programme), designs.arm_length if setup.angular else 1.0
+    swinging, bore = mechanism.flat_faced, 0.0 if developed else given.bore
+    off = sizes["face_offset"] if swinging else sizes.get("roller_radius", NO_BAND)
+    scale, sign = (1.0, -side) if swinging else (length_of, side)
+    normal = NormalErrors(
+        order,
+        zeros + given.profile / scale,
+        zeros + waves,
+        zeros + bore / scale,
+        zeros + off.half / scale,
+        zeros + sign * off.middle / scale,
+    )
+    sense = np.full(len(designs), designs.sense)
+    if swinging:
+        assert mechanism.reach is not None
+        reach, centre = mechanism.reach(designs, programme), sizes["centre_distance"]
+        half, middle = zeros + centre.half, zeros - side * centre.middle
+        return SwingingFaceErrorRates(reach, normal, motion, pressure.cosine, pressure.sine, sense, half, middle)
+    longer = sizes.get("arm_length", sizes.get("offset", NO_BAND))
+    lean = designs.sense if not setup.angular else -designs.sense if developed else -1.0
+    swing, way = (sense, sense) if setup.angular else (zeros, zeros + 1.0)
+    half, middle = zeros + longer.half / length_of, zeros + side * lean * longer.middle / length_of
+    trace = TraceErrorRates(pressure, normal, motion, swing, way, half, middle)
+    if "centre_distance" not in sizes:
+        return trace
+    centre = sizes["centre_distance"]
+    half, middle = zeros + centre.half / length_of, zeros - side * centre.middle / length_of
+    return ArmErrorRates(trace, pressure.cosine, pressure.sine, half, middle)

@@ -1,0 +1,48 @@
+"""Face: the least diameter of a flat face that turns in its guide, as that of a bucket tappet.
+
+The contact is a line of the cam's width b, square to the reach r along the face. The circle about the follower's
+axis that the line never leaves has the diameter 2·√(r² + (b/2)²), with the largest |r| of the turn; b is 0 where
+the scene gives no face width.
+
+Source: the reach is that of Norton, Cam Design and Manufacturing Handbook, ch. 7 (width of a flat face).
+"""
+
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics.stable import difference_of_squares_root
+from camopt.model.effects.case import Bounded, Case, Effect, Setup
+from camopt.model.effects.implied import Implied
+
+DIAMETER = "face_diameter_min_mm"
+FACE_REACHES = ("face_reach_max_mm", "face_reach_min_mm")
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    return () if setup.mechanism.reach is None or setup.angular else (DIAMETER,)
+
+
+def reads(setup: Setup) -> tuple[str, ...]:
+    return FACE_REACHES if offers(setup) else ()
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    width = case.each.bodies.face_width
+    width = 0.0 if width is None else width
+    found, far = (
+        2.0 * np.hypot(np.maximum(*map(np.abs, ends)), width / 2.0)
+        for ends in ([case.found[name] for name in FACE_REACHES], [case.far(name) for name in FACE_REACHES])
+    )
+    return {DIAMETER: Bounded(found, far - found, found)}
+
+
+def implies(setup: Setup, name: str, bound: float) -> Implied:
+    """The reach at which the circle about the follower's axis has the diameter."""
+    width = setup.bodies.face_width or 0.0
+    if name != DIAMETER or "materials.face_width" in setup.free or bound < width:
+        return Implied()
+    return Implied(reach=difference_of_squares_root(bound, width) / 2.0)
+
+
+EFFECT = Effect("face", offers, run, reads=reads, implies=implies, of_contact=True)

@@ -1,0 +1,70 @@
+"""Frame: how far apart two contacts of one follower are, which is the same at every cam angle.
+
+    two rollers that translate:  √((e₂ − e₁)² + (s₀₁ + s₀₂ + h)²)
+    two arms:                    η = ψ₀₁ + ψ₀₂ + h
+    two flat faces:              the breadth of the disc, R_b1 + R_b2 + h
+    two rollers about a rib, on arms:  δ = 2·arcsin(d/2l)
+
+with s₀ and ψ₀ of each contact at its lowest, and the lift h (``mechanisms.pairs``).
+"""
+
+from functools import partial
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import LARGEST
+from camopt.core.numerics.curves import Linear
+from camopt.model.effects.case import Case, Effect, Setup
+from camopt.model.effects.peak import AS_IT_IS, Peak, Times
+from camopt.model.mechanisms.design import Designs
+from camopt.model.mechanisms.ribs import spacing
+from camopt.model.motion.programme import Programme
+from camopt.model.motion.stroke import ALL_STROKES
+
+DISTANCE, ANGLE, BREADTH = "roller_distance_mm", "subtending_angle_deg", "breadth_mm"
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    if setup.mechanism.ribbed:
+        return (ANGLE,) if setup.angular else ()
+    if not setup.mechanism.further:
+        return ()
+    return (BREADTH if setup.mechanism.flat_faced else ANGLE if setup.angular else DISTANCE,)
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    (name,) = offers(case.setup)
+    return {name: _scale(case.setup).factor * _apart(case.setup, case.designs, case.programme)}
+
+
+def peaks(setup: Setup) -> dict[str, Peak]:
+    """As the largest value of a curve that is the same at every cam angle: searches and proofs ask that."""
+    curves = ((partial(_curve, setup), ALL_STROKES),)
+    return {name: Peak(curves, LARGEST, _scale(setup)) for name in offers(setup)}
+
+
+def _scale(setup: Setup) -> Times:
+    return Times(180.0 / pi) if setup.angular else AS_IT_IS
+
+
+def _curve(setup: Setup, designs: Designs, programme: Programme) -> Linear:
+    none = np.zeros(len(designs))
+    return Linear(none, none, none, _apart(setup, designs, programme) + none)
+
+
+def _apart(setup: Setup, designs: Designs, programme: Programme) -> Any:
+    """How far apart the contacts are, mm or rad."""
+    mechanism, lift = setup.mechanism, programme.lift
+    if mechanism.ribbed:
+        return spacing(mechanism, designs)
+    (contact,) = mechanism.further
+    second = contact.seen(designs)
+    if mechanism.start is None:
+        return designs.size + second.size + lift
+    along = mechanism.start(designs) + mechanism.start(second) + lift
+    return along if setup.angular else np.sqrt(np.square(second.offset - designs.offset) + np.square(along))
+
+
+EFFECT = Effect("frame", offers, run, is_of_sizes=True, peaks=peaks)

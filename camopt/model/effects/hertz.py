@@ -1,0 +1,178 @@
+"""Contact stress by Hertz: rollers and flat faces in line contact, spherical faces in a point.
+
+    line:   p₀ = √(E*/(π·L)·max N/R),    b = 2·√(N·R/(π·L·E*)),    largest shear 0.30028·p₀ at the depth 0.78615·b
+    point:  p₀ = ∛(E*²·max N·h/R_s²)
+
+with the relative radius R of ``effects.loads``, half-width b, face width L. The ellipse of a point contact has the
+relative radius R_s·(1 − κ·R_s) in the plane of the cam and R_s across it, where the cam is a cylinder; its h and
+half-axes are those of ``numerics.point_contact``, and must be small against the radii and the cam's width.
+On a concave flank that nearly conforms to the roller R grows without end and the stress falls to zero: the formulas
+hold while b is small against R_r.
+A knife edge has no width, and its stress no bound. In a groove the roller bears on one flank or the other: the one
+that pushes it outward where N > 0, and the one that pulls it back where N < 0. Each has a stress of its own; the
+larger is the contact stress. With clearance the roller may also strike the flank that does not carry:
+``contact_stress_either_MPa`` is the stress if |N| acts on the sharper of both. The flanks are R_r + j/2 from the
+pitch curve, with a clearance j, and the centre of the roller is j/2 beside it: κ/(1 ∓ κ·j/2) is in the place of κ.
+
+Source: Johnson, Contact Mechanics, ch. 4.
+"""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
+from camopt.core.numerics.curves import value_of
+from camopt.core.numerics.point_contact import ellipticity_of, integrals
+from camopt.model.effects import force
+from camopt.model.effects.bearing import bearing_bodies
+from camopt.model.effects.case import Case, Effect, Setup, of_setting
+from camopt.model.effects.loads import (
+    contact_load,
+    has_guide_friction,
+    is_sound,
+    normal_curve,
+    ways,
+)
+from camopt.model.effects.peak import Peak, Root, Scale, Variant, at_corners
+from camopt.model.effects.peak_columns import ExtremeOfEach, as_column, extreme_of, peak_column
+from camopt.model.mechanisms.design import Designs
+from camopt.model.mechanisms.elements import Flank
+
+SHEAR_SHARE, SHEAR_DEPTH = 0.3002831060007776, 0.7861513777574233  # of the largest shear: over p₀, over b
+STRESS, HALF_WIDTH, HALF_LENGTH = "contact_stress_max_MPa", "contact_half_width_mm", "contact_half_length_mm"
+SHEARED = "contact_shear_max_MPa"
+LINE_CONTACT = (STRESS, HALF_WIDTH, SHEARED, "contact_shear_depth_mm")
+POINT_CONTACT = (STRESS, HALF_WIDTH, HALF_LENGTH)
+FLANKS = {"contact_stress_push_MPa": 1.0, "contact_stress_pull_MPa": -1.0}
+"""The sign of the normal force on the flank behind each, where there is one that pulls."""
+EITHER = "contact_stress_either_MPa"
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    if setup.is_knife:
+        return (STRESS,)
+    flanks = (*FLANKS, EITHER) if setup.mechanism.pulls else ()
+    return (*(POINT_CONTACT if setup.spherical else LINE_CONTACT), *flanks)
+
+
+def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+    keys = force.missing(setup)
+    if not setup.bodies.modulus:
+        keys += ("materials.cam", "materials.follower")
+    if not setup.bodies.face_width and not setup.spherical:
+        keys += ("materials.face_width",)
+    return {name: keys for name in offers(setup) if keys and not setup.is_knife}
+
+
+def reads(setup: Setup) -> tuple[str, ...]:
+    if setup.is_knife:
+        return ()
+    return ("undercut", *(("jamming_margin",) if has_guide_friction(setup) else ()))
+
+
+def stress_variants(setup: Setup) -> list[tuple[Flank, float, Variant]]:
+    """The load that decides the stress on each flank, with the guide's friction each way: (flank, way, it)."""
+    return [
+        (flank, way, (partial(contact_load, setup, flank=flank, way=way), kinds))
+        for flank in setup.mechanism.flanks
+        for way, kinds in ways(setup)
+    ]
+
+
+def stress_scale(setup: Setup, factor: float = 1.0) -> Scale:
+    """From the load to a multiple of the stress, MPa: from N/R, N/mm, or at a point from N·h/R_s², N/mm²."""
+    degree = 3 if setup.spherical else 2
+    root, unit = Root(degree, load_of_unit_stress(setup), factor), Root(degree, 1.0, factor)
+    return of_setting(setup, root, unit, lambda each: 1.0 / load_of_unit_stress(each))
+
+
+def load_of_unit_stress(setup: Setup) -> Any:
+    """The load at which the stress is 1 MPa."""
+    modulus, width = setup.bodies.modulus, setup.bodies.face_width
+    assert modulus is not None
+    if setup.spherical:
+        return 1.0 / modulus**2
+    assert width is not None
+    return np.pi * width / modulus
+
+
+def stress_of(setup: Setup, load: Any, designs: Designs) -> Any:
+    """The contact stress at a load, MPa; 0 below 0."""
+    return stress_scale(setup).quantity(load, designs)
+
+
+def peaks(setup: Setup) -> dict[str, Peak]:
+    if setup.is_knife or lacks(setup):
+        return {}
+    curves, stress = tuple(variant for *_, variant in stress_variants(setup)), stress_scale(setup)
+    bodies = None if setup.spherical or has_guide_friction(setup) else bearing_bodies
+    found = {STRESS: Peak(curves, LARGEST, stress, at_corners, bodies=bodies)}
+    if not setup.spherical:
+        found[SHEARED] = found[STRESS]._replace(scale=stress_scale(setup, SHEAR_SHARE))
+    if setup.mechanism.pulls:
+        found[EITHER] = Peak(curves, LARGEST_MAGNITUDE, stress, at_corners)
+        found |= {name: Peak(tuple(_on_flank(setup, name)), LARGEST, stress, at_corners) for name in FLANKS}
+    return found
+
+
+def _on_flank(setup: Setup, name: str) -> list[Variant]:
+    """The load on the flanks that one sign of the normal force presses on."""
+    return [variant for flank, _, variant in stress_variants(setup) if flank.pressing == FLANKS[name]]
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    setup = case.setup
+    if setup.is_knife:
+        return {STRESS: np.inf}
+    known, sound = peaks(setup), is_sound(case)
+    columns: dict[str, Any] = {
+        name: peak_column(case, known[name], sound) for name in wanted & known.keys() - {STRESS, SHEARED}
+    }
+    patch_wanted = bool(wanted - known.keys())
+    top = extreme_of(case, known[STRESS], sound, located=patch_wanted)
+    columns |= {name: as_column(case, known[name], top) for name in (STRESS, SHEARED) if name in known}
+    if patch_wanted:
+        load, (width, length) = np.maximum(top.value, 0.0), np.zeros((2, len(case.designs)))
+        width[~np.isfinite(load)] = length[~np.isfinite(load)] = np.inf
+        for number, (flank, way, (make, _)) in enumerate(stress_variants(setup)):
+            here = np.flatnonzero(np.isfinite(load) & (load > 0.0) & (top.number == number))
+            if here.size:
+                width[here], length[here] = _patch(case, make, flank, way, here, top)
+        columns[HALF_WIDTH] = width
+        columns |= {HALF_LENGTH: length} if setup.spherical else {"contact_shear_depth_mm": SHEAR_DEPTH * width}
+    return columns
+
+
+def _patch(
+    case: Case, make: Any, flank: Flank, way: float, index: Any, top: ExtremeOfEach
+) -> tuple[FloatArray, FloatArray]:
+    """Half-axes of the contact where the stress is largest, in the plane of the cam and across it.
+
+    A line has the half-width 2·N/(π·L·p₀), and half its face width; an ellipse a = 2·R_s·p₀·B/(μ·E*) and b = μ·a.
+    """
+    setup, designs, programme = case.setup, case.designs.take(index), case.programme
+    load, normal = make(designs, programme), normal_curve(setup, designs, programme, way)
+    curved = setup.mechanism.curvature(designs, programme) if setup.mechanism.curvature else None
+    values = []
+    for turn in (-1e-12, 1e-12):  # to both sides of a jump
+        motion = programme.state(np.mod(top.where[index] + turn, 2 * np.pi))
+        bend = value_of(curved, ..., motion) if curved else 0.0
+        values.append(np.broadcast_arrays(value_of(load, ..., motion), value_of(normal, ..., motion), bend))
+    nearer = np.abs(values[0][0] - top.value[index]) < np.abs(values[1][0] - top.value[index])
+    _, force, bend = (np.where(nearer, one, two) for one, two in zip(*values, strict=True))
+    stress, bodies = stress_of(setup, top.value[index], designs), setup.at(designs).bodies
+    if setup.spherical:
+        assert bodies.modulus is not None
+        mu = ellipticity_of(1.0 - flank.bulge * designs.roller_radius * bend)
+        b, _ = integrals(mu)
+        across = np.asarray(2.0 * designs.roller_radius * stress * b / bodies.modulus)
+        return across / mu, across
+    assert bodies.face_width is not None
+    return 2.0 * np.abs(force) / (np.pi * bodies.face_width * stress), np.full_like(force, 0.5 * bodies.face_width)
+
+
+EFFECT = Effect(
+    "hertz", offers, run, lacks, reads, is_of_motion=lambda setup: setup.is_knife, peaks=peaks, of_contact=True
+)

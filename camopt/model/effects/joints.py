@@ -1,0 +1,206 @@
+"""Forces in the joints of a train: in its pins, on its pivots, and across its slides; the largest over the turn.
+
+They are what its masses, springs, loads and friction ask of each link (``trains.joints``), as S + ω²·I of panel
+polynomials, like the force that comes to the follower (``motion.load``): extremes are those of the continuous
+turn. They depend on the motion, the speed and the train alone; the follower's own mass and spring press on the cam,
+not on the train. The force on a pivot is the sum of the magnitudes of both forces on it, which is the largest that
+it can be, since a scene does not say how links are mounted. Where the velocity jumps, forces are infinite in all
+joints beyond which there is a mass.
+
+Source: Norton, Design of Machinery, ch. 11 (dynamic force analysis).
+"""
+
+from dataclasses import replace
+from functools import partial
+from math import degrees, inf
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.core.numerics.curves import Linear
+from camopt.core.numerics.extremes import Precision, extremes
+from camopt.core.numerics.state import TrainForces
+from camopt.core.numerics.taylor import Taylor
+from camopt.model.effects.case import Bounded, Case, Effect, Setup
+from camopt.model.effects.force import train_force
+from camopt.model.effects.settings import by_setting
+from camopt.model.effects.train_peak import TrainMotion, TrainPeak
+from camopt.model.mechanisms.design import Designs
+from camopt.model.motion.load import TrainLoad
+from camopt.model.motion.programme import Programme
+from camopt.model.motion.stroke import ALL_STROKES
+from camopt.model.trains.joints import JointForce, Weighted
+
+LARGEST_OF = {"joint": "joint_force_max_N", "pivot": "pivot_force_max_N", "guide": "slide_thrust_max_N"}
+AT, DIRECTION = "joint_force_max_at_deg", "joint_force_max_direction_deg"
+PRECISION = Precision(1e-14, 1e-9)
+
+
+class ForceRange(NamedTuple):
+    """The least and the largest value of a force over the turn, N, their cam angles, rad, and their half-widths."""
+
+    least: Any
+    largest: Any
+    least_at: Any
+    largest_at: Any
+    least_width: Any
+    largest_width: Any
+
+
+def forces_of(setup: Setup) -> tuple[JointForce, ...]:
+    """The forces in the joints of a train."""
+    return () if setup.train is None else setup.train.forces
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    kinds = {force.kind for force in forces_of(setup)}
+    found = tuple(name for kind, name in LARGEST_OF.items() if kind in kinds)
+    return (*found, AT, DIRECTION) if "joint" in kinds else found
+
+
+def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+    if setup.train is None:
+        return {}
+    if not setup.train.carried:
+        return dict.fromkeys(offers(setup), (f"a mass, spring or load in train.{setup.train.stages[-1]}",))
+    return dict.fromkeys(offers(setup), ("cam.rpm",)) if setup.train.has_mass and setup.omega is None else {}
+
+
+def joint_turn(programme: Programme, parts: tuple[Weighted, ...]) -> Programme:
+    """The turn of a follower with a force in joints of its train in place of the load that comes to it."""
+    assert isinstance(programme.load, TrainLoad)
+    return replace(programme, load=replace(programme.load, parts=parts))
+
+
+def force_range(programme: Programme, parts: tuple[Weighted, ...], speed: Any) -> ForceRange:
+    """The range of a force in joints over the turn at a speed, rad/s, or at an array of them."""
+    found: ForceRange = _force_range(joint_turn(programme, parts), speed)
+    return found
+
+
+@by_setting
+def _force_range(programme: Programme, speed: FloatArray) -> ForceRange:
+    none, load = np.zeros_like(speed), programme.load
+    assert isinstance(load, TrainLoad)
+    first = min(part.link for part in load.parts)
+    if programme.corners and any(each.mass and each.joint > first for each in load.train.carried):
+        return ForceRange(none - inf, none + inf, none, none, none, none)
+    force = train_force(Linear(none, none, none, none), none + 1.0, speed**2)
+    questions = [(ALL_STROKES, LEAST), (ALL_STROKES, LARGEST)]
+    return ForceRange(*np.concatenate(extremes(force, speed.size, programme.table, questions, PRECISION)))
+
+
+def force_at(programme: Programme, angles: FloatArray, speed: float) -> FloatArray:
+    """The force of the turn of a joint (``joint_turn``) at cam angles, rad, N."""
+    load = programme.state(angles).load
+    assert isinstance(load, TrainForces)
+    return np.asarray(load.value + speed**2 * load.carried)
+
+
+class JointRow(NamedTuple):
+    """A force in a joint over the turn: as where one is, or on a pivot the largest sum of two magnitudes."""
+
+    stage: int
+    joint: str
+    force_min_N: float | None  # noqa: N815
+    """Below 0 a coupler is pulled, and a roller is lifted off; None of a sum."""
+    force_max_N: float  # noqa: N815
+    largest_at_deg: float
+    """The cam angle of the largest magnitude."""
+    direction_deg: float | None
+    """Of that one, from the motion of the slide, or of a four-bar from the line of its pivots; None of a sum."""
+
+
+def joint_rows(setup: Setup, programme: Programme) -> list[JointRow]:
+    """The forces in all joints of a train, from the follower to the tool; none where a load or speed is lacking."""
+    if lacks(setup):
+        return []
+    speed = 0.0 if setup.omega is None else float(setup.omega)
+    return [_row(programme, force, speed) for force in forces_of(setup)]
+
+
+def _row(programme: Programme, force: JointForce, speed: float) -> JointRow:
+    value, at, _ = (float(each) for each in worst_of(programme, force, speed))
+    if len(force.parts) > 1:
+        return JointRow(force.stage, force.name, None, value, degrees(at), None)
+    found = force_range(programme, force.parts, speed)
+    way = float(direction_of(programme, force, np.array([at]))[0])
+    return JointRow(force.stage, force.name, float(found.least), float(found.largest), degrees(at), way)
+
+
+def direction_of(programme: Programme, force: JointForce, angles: FloatArray) -> FloatArray:
+    """The direction of a force of one link at cam angles, rad, in deg: of what is pressed, or pushed, along it."""
+    load, ((link, number, _),) = programme.load, force.parts
+    assert isinstance(load, TrainLoad)
+    moved = load.train.joints(Taylor([programme.at(angles)[0] + load.zero]))[link].moved
+    return np.degrees(load.train.links[link].forces[number].way(np.asarray(moved.terms[0])))
+
+
+class Worst(NamedTuple):
+    """The largest magnitude of some forces, N, its cam angle, rad, and how much larger it may be."""
+
+    value: Any
+    at: Any
+    room: Any
+
+
+def worst_of(programme: Programme, force: JointForce, speed: Any) -> Worst:
+    """The largest magnitude of a force over the turn."""
+    return _largest(worst for parts in force.sums for worst in _ends(force_range(programme, parts, speed)))
+
+
+def _ends(found: ForceRange) -> tuple[Worst, Worst]:
+    return (
+        Worst(-found.least, found.least_at, found.least_width),
+        Worst(found.largest, found.largest_at, found.largest_width),
+    )
+
+
+def _largest(found: Any) -> Worst:
+    value, at, room = (np.array(each) for each in zip(*found, strict=True))
+    best = value.argmax(axis=0)[None]
+    top = np.take_along_axis(value, best, 0)[0]
+    with np.errstate(invalid="ignore"):
+        over = np.where(np.isfinite(top), (value + room).max(axis=0) - top, 0.0)
+    return Worst(top, np.take_along_axis(at, best, 0)[0], over)
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    speed, columns = 0.0 if case.each.omega is None else case.each.omega, dict[str, Any]()
+    for kind, name in LARGEST_OF.items():
+        if not wanted & ({name, AT, DIRECTION} if kind == "joint" else {name}):
+            continue
+        forces = [force for force in forces_of(case.setup) if force.kind == kind]
+        worst = _largest(worst_of(case.programme, force, speed) for force in forces)
+        columns[name] = Bounded(worst.value, worst.room, worst.value)
+        if kind == "joint":
+            columns[AT] = np.degrees(worst.at)
+        if kind == "joint" and DIRECTION in wanted:
+            columns[DIRECTION] = _direction(case.programme, forces, speed)
+    return columns
+
+
+def train_peaks(setup: Setup) -> dict[str, TrainPeak]:
+    found = dict[str, TrainPeak]()
+    for kind, name in LARGEST_OF.items():
+        sums = [parts for force in forces_of(setup) if force.kind == kind for parts in force.sums]
+        curves = tuple(partial(_of_links, setup=setup, parts=parts) for parts in sums)
+        found[name] = TrainPeak(curves, LARGEST_MAGNITUDE)
+    return found
+
+
+def _of_links(designs: Designs, motion: TrainMotion, setup: Setup, parts: tuple[Weighted, ...]) -> Any:
+    omega = setup.at(designs).omega
+    return motion.force(parts, 0.0 if omega is None else omega)
+
+
+def _direction(programme: Programme, forces: list[JointForce], speed: Any) -> FloatArray:
+    """The direction of the largest of some forces, where it is largest."""
+    each = [worst_of(programme, force, speed) for force in forces]
+    ways = [direction_of(programme, one, np.atleast_1d(worst.at)) for one, worst in zip(forces, each, strict=True)]
+    largest = np.argmax([np.atleast_1d(worst.value) for worst in each], axis=0)
+    return np.asarray(np.choose(largest, ways).reshape(np.shape(each[0].value)))
+
+
+EFFECT = Effect("joints", offers, run, lacks=lacks, is_of_motion=lambda setup: True, train_peaks=train_peaks)

@@ -1,0 +1,35 @@
+"""Lift change: the largest change of the lift from one degree of the cam to the next.
+
+The largest |y'| over the turn, per degree of the cam: what a grinder's table of lifts, one a degree, has to follow.
+"""
+
+from math import radians
+from typing import Any
+
+from camopt.core.numerics import LARGEST_MAGNITUDE
+from camopt.model.effects.case import Case, Effect, Setup
+from camopt.model.effects.peak import Derivative, InDegrees, Peak
+from camopt.model.motion.programme import peak
+from camopt.model.motion.stroke import ALL_STROKES, RETURN, RISE
+
+
+def name_of(setup: Setup) -> str:
+    """The quantity, in mm (deg) per deg."""
+    return f"lift_change_max_{'deg' if setup.tool_turns else 'mm'}_per_deg"
+
+
+def per_degree(setup: Setup) -> float:
+    """From mm (rad) by rad to mm (deg) by deg."""
+    return 1.0 if setup.tool_turns else radians(1.0)
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    return {name_of(case.setup): peak(case.programme.tool, 1, ALL_STROKES) * per_degree(case.setup)}
+
+
+def peaks(setup: Setup) -> dict[str, Peak]:
+    scale = InDegrees(0 if setup.tool_turns else -1)
+    return {name_of(setup): Peak(((Derivative(1), RISE | RETURN),), LARGEST_MAGNITUDE, scale)}
+
+
+EFFECT = Effect("lift_change", lambda setup: (name_of(setup),), run, is_of_motion=lambda setup: True, peaks=peaks)

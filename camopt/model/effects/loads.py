@@ -1,0 +1,229 @@
+"""Loads on the contact as curves over the turn: normal force, side thrust, torque, load of the contact stress.
+
+With F the force along the motion (``effects.force``), t = tan β and a guide of length b and overhang a = a₀ − y,
+the contact gives G along the motion: F, and the friction at both ends of the guide, μ·q·|S|, against the motion.
+
+    G = F/D,    D = 1 − sgn(F·y')·μ·q·|t|,    q = (2a + b)/b,    N = G·√(1 + t²),    S = G·t,    T = G·y'
+
+An open cam cannot pull: where F < 0 contact is lost, and N and S are 0. T is that of the motion as prescribed.
+At rest friction may act either way, up to its limit; none is counted, and D = 1. F/l takes the place of F where the
+follower oscillates; a flat face that does touches at the distance r from the pivot, N = F/r. Line contact needs
+
+    N/R,    roller: 1/R = κ/(1 − κ·R_r) + 1/R_r = 1/(R_r·(1 − κ·R_r)),    flat face: R = ρ
+
+and a spherical face N·h(1 − κ·R_s)/R_s² (``numerics.point_contact``).
+
+Each is built from the mechanism's own curves of pressure angle, curvature, radius and reach.
+"""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE
+from camopt.core.numerics.curves import curve_type
+from camopt.core.numerics.extremes import Extremes
+from camopt.core.numerics.point_contact import pressure_factor, pressure_table
+from camopt.model.effects.case import Case, Setup
+from camopt.model.effects.force import force_curve, own_force_curve
+from camopt.model.effects.given import GivenDynamics
+from camopt.model.mechanisms.design import Designs
+from camopt.model.mechanisms.elements import Flank
+from camopt.model.motion.programme import Programme
+from camopt.model.motion.stroke import ALL_STROKES, INWARD, OUTWARD, RESTING
+
+
+@curve_type(loaded=True)
+def borne_force(at, force):
+    """The part of a force that an open cam bears [N]: 0 where it would have to pull."""
+    return np.maximum(force, 0.0)
+
+
+@curve_type(loaded=True)
+def preloaded_force(at, force, preload):
+    """What one of two preloaded contacts bears of a force, F/2 + max(|F|/2, P) [N] (``effects.preload``)."""
+    alone = np.maximum(0.5 * force - preload, 0.0)
+    return np.maximum(0.5 * force + preload + alone, 0.0)  # and 0 where F < −2·P: no difference of equals
+
+
+@curve_type(loaded=True)
+def guided_force(at, force, pressure, drag, slide):
+    """G of a follower in a guide with friction [N]; D = 1 − sgn(F)·(drag + slide·y)·|t|."""
+    return force / (1.0 - np.sign(force) * (drag + slide * at.y) * np.abs(pressure))
+
+
+@curve_type(loaded=True)
+def normal_force(at, along, pressure):
+    """N of a follower with a trace point [N]."""
+    return along * np.sqrt(np.square(pressure) + 1.0)
+
+
+@curve_type(loaded=True)
+def side_thrust(at, along, pressure, arm, reach):
+    """Side thrust times the arm of its guide, S·(arm + reach·y) [N, or N·mm where the arm is a length]."""
+    return along * pressure * (arm + reach * at.y)
+
+
+@curve_type
+def guide_drag(at, pressure, drag, slide):
+    """μ·q·t; at 1 the follower jams in its guide."""
+    return (drag + slide * at.y) * pressure
+
+
+@curve_type(loaded=True)
+def face_force(at, moment, distance):
+    """N on a flat face that oscillates [N]: the moment over the distance of the contact from the pivot."""
+    return moment / distance
+
+
+@curve_type(loaded=True)
+def roller_load(at, normal, curvature, roller_radius, pressing, bulge):
+    """N/R at a roller [N/mm]: above 0 where N presses it on the flank.
+
+    ``pressing`` is the sign of such an N; ``bulge`` is 1 if κ > 0 bends the flank towards the roller, else −1.
+    """
+    return pressing * normal / (roller_radius - bulge * roller_radius * roller_radius * curvature)
+
+
+@curve_type
+def curvature_beside(at, curvature, away):
+    """κ of a curve beside the pitch curve [1/mm], by ``away`` to the side to which κ > 0 is hollow [mm]."""
+    return curvature / (1.0 - away * curvature)
+
+
+@curve_type(loaded=True)
+def point_load(at, normal, curvature, face_radius, pressing, bulge, table=None):
+    """N·h/R_s² at a spherical face [N/mm²]; ``pressing`` and ``bulge`` as in ``roller_load``, ``table`` of h."""
+    h, _ = pressure_factor(1.0 - bulge * face_radius * curvature, table)
+    return pressing / (face_radius * face_radius) * (normal * h)
+
+
+@curve_type(loaded=True)
+def face_load(at, normal, radius):
+    """N/ρ at a flat face [N/mm]."""
+    return normal / radius
+
+
+@curve_type(loaded=True)
+def shaft_torque(at, along):
+    """T = G·y' [N·mm]."""
+    return along * at.y1
+
+
+def has_guide_friction(setup: Setup) -> bool:
+    """Whether the follower runs in a guide with friction."""
+    given = setup.dynamics
+    guided = not setup.angular and not setup.mechanism.flat_faced
+    return bool(guided and given.friction and given.guide_length is not None and given.overhang is not None)
+
+
+def friction(dynamics: GivenDynamics, count: int, way: float) -> tuple[Any, Any]:
+    """drag and slide: way·μ·q as a line in y."""
+    assert dynamics.guide_length is not None
+    assert dynamics.overhang is not None
+    q = 1.0 + 2.0 * dynamics.overhang / dynamics.guide_length
+    slide = -2.0 * dynamics.friction / dynamics.guide_length
+    ones = np.ones(count)
+    return way * dynamics.friction * q * ones, way * slide * ones
+
+
+def along_curve(
+    setup: Setup, designs: Designs, programme: Programme, way: float = 0.0, *, pulls: bool = False
+) -> Any:
+    """G, N (F/l, or the moment of an oscillating flat face), of a follower that moves outward (1), inward (−1) or
+    rests (0); ``pulls`` says that the cam gives F < 0 too."""
+    force = force_curve(setup, designs, programme)
+    if not (pulls or setup.mechanism.pulls):
+        force = _on_one_contact(setup, designs, force)
+    if not has_guide_friction(setup):
+        return force
+    pressure = setup.mechanism.pressure(designs, programme)
+    return guided_force(force, pressure, *friction(setup.at(designs).dynamics, len(designs), way))
+
+
+def _on_one_contact(setup: Setup, designs: Designs, force: Any) -> Any:
+    """The part of a force along the motion that presses on an open contact."""
+    preload = setup.at(designs).dynamics.pair_preload
+    if preload is None:
+        return borne_force(force)
+    lever = designs.arm_length if setup.angular and setup.mechanism.curvature else 1.0
+    return preloaded_force(force, preload / lever * np.ones(len(designs)))
+
+
+def normal_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
+    """The normal force of a mechanism, N, of a follower that moves one way."""
+    along = along_curve(setup, designs, programme, way)
+    if setup.mechanism.curvature:
+        return normal_force(along, setup.mechanism.pressure(designs, programme))
+    if not setup.angular:
+        return along
+    assert setup.mechanism.reach is not None
+    return face_force(along, setup.mechanism.reach(designs, programme))
+
+
+def torque_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
+    """The torque of the camshaft while the follower moves one way; without friction the same for all designs."""
+    if has_guide_friction(setup):
+        return shaft_torque(along_curve(setup, designs, programme, way, pulls=True))
+    return shaft_torque(own_force_curve(setup, designs, programme))
+
+
+def contact_load(
+    setup: Setup, designs: Designs, programme: Programme, flank: Flank | None = None, way: float = 0.0
+) -> Any:
+    """The load of the contact stress on a flank: N/R, N/mm; at a spherical face N·h/R_s², N/mm².
+
+    Without a flank, that on the first one, which pushes.
+    """
+    flank = flank or setup.mechanism.flanks[0]
+    normal = normal_curve(setup, designs, programme, way)
+    if setup.mechanism.curvature:
+        curvature = roller_path(setup, designs, programme, flank)
+        pressing, bent = (np.full(len(designs), sign) for sign in (flank.pressing, flank.bulge))
+        if setup.spherical:
+            return point_load(normal, curvature, designs.roller_radius, pressing, bent, pressure_table())
+        return roller_load(normal, curvature, designs.roller_radius, pressing, bent)
+    assert setup.mechanism.profile_radius is not None
+    return face_load(normal, setup.mechanism.profile_radius(designs, programme))
+
+
+def roller_path(setup: Setup, designs: Designs, programme: Programme, flank: Flank) -> Any:
+    """κ of the path of the trace point while it is on a flank: with a clearance it is beside the pitch curve."""
+    assert setup.mechanism.curvature is not None
+    found = setup.mechanism.curvature(designs, programme)
+    if setup.given.drive.clearance is None:
+        return found
+    return curvature_beside(found, flank.bulge * (setup.half_width(designs) - designs.roller_radius))
+
+
+def ways(setup: Setup) -> tuple[tuple[float, int], ...]:
+    """The directions of the guide's friction, each with the pieces of the turn on which it acts."""
+    return ((1.0, OUTWARD), (-1.0, INWARD), (0.0, RESTING)) if has_guide_friction(setup) else ((0.0, ALL_STROKES),)
+
+
+def driven(setup: Setup) -> int:
+    """The pieces on which the cam works against the guide's friction; there the follower may jam."""
+    return OUTWARD | INWARD if setup.mechanism.pulls else OUTWARD
+
+
+def drag_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
+    """μ·q·t."""
+    drag = friction(setup.at(designs).dynamics, len(designs), 1.0)
+    return guide_drag(setup.mechanism.pressure(designs, programme), *drag)
+
+
+def drag_of(case: Case, kinds: int) -> Extremes:
+    """The largest μ·q·|t| on some pieces of the turn."""
+    return case.extremes(partial(drag_curve, case.setup), [(kinds, LARGEST_MAGNITUDE)])
+
+
+def goal_of(setup: Setup) -> int:
+    """The extreme of a force along the motion that is the largest load on the flanks."""
+    return LARGEST_MAGNITUDE if setup.mechanism.pulls else LARGEST
+
+
+def is_sound(case: Case) -> Any:
+    """Designs with a contact that bears loads: the profile is not undercut, and the follower does not jam."""
+    undercut = np.broadcast_to(case.found.get("undercut", False), len(case.designs))
+    return ~undercut & (np.asarray(case.found.get("jamming_margin", 1.0)) > 0.0)

@@ -1,0 +1,103 @@
+"""Motion: peak velocity, acceleration and jerk of the follower. The same for all designs of a programme.
+
+With a train they are those of the tool, whose motion is asked; those of the follower have names of their own.
+
+velocity = ω·y', acceleration = ω²·y'', jerk = ω³·y''' at constant ω; without a speed, the derivatives by cam
+angle themselves. Where a lower derivative jumps a peak is an impulse, and is reported as infinite.
+"""
+
+from functools import cache
+from math import degrees
+from typing import Any
+
+from camopt.core.numerics import LARGEST_MAGNITUDE
+from camopt.core.quantities import (
+    AT_FOLLOWER,
+    DERIVATIVES,
+    displacement_unit,
+    dwell_error_quantity,
+    error_quantity,
+    motion_quantity,
+    motion_unit,
+)
+from camopt.model.effects.case import Case, Effect, Setup, of_setting
+from camopt.model.effects.peak import ByTime, Derivative, InDegrees, Peak, Scale, Times
+from camopt.model.motion.programme import peak
+from camopt.model.motion.stroke import RETURN, RISE
+
+MOVE_KINDS = {"rise": RISE, "return": RETURN, "": RISE | RETURN}
+
+
+def _curves(setup: Setup) -> dict[str, tuple[Derivative, int]]:
+    """Name of each quantity with its derivative and kinds of stroke."""
+    return _named(setup.tool_turns, None if setup.train is None else setup.angular, setup.omega is not None)
+
+
+@cache
+def _named(tool_turns: bool, follower_turns: bool | None, timed: bool) -> dict[str, tuple[Derivative, int]]:
+    """The same for a tool, a follower that drives it, if there is a train between them, and a speed or none."""
+    found = dict[str, tuple[Derivative, int]]()
+    for order, name in enumerate(DERIVATIVES, start=1):
+        for stroke, kinds in MOVE_KINDS.items():
+            found[motion_quantity(name, stroke, angular=tool_turns, timed=timed)] = Derivative(order), kinds
+        if follower_turns is not None:
+            quantity = motion_quantity(name, AT_FOLLOWER, angular=follower_turns, timed=timed)
+            found[quantity] = Derivative(order, at_follower=True), RISE | RETURN
+    return found
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    return tuple(_curves(setup))
+
+
+def unit_of(setup: Setup, order: int) -> str:
+    """The unit in tables of the tool's displacement (0), velocity (1), and so on."""
+    if not order:
+        return displacement_unit(angular=setup.tool_turns)
+    return motion_unit([*DERIVATIVES][order - 1], angular=setup.tool_turns, timed=setup.omega is not None)
+
+
+def error_names(setup: Setup) -> tuple[str, str, str, str]:
+    """The quantities of the largest errors of position, velocity and acceleration, and of the change in a dwell."""
+    angular, timed = setup.tool_turns, setup.omega is not None
+    first, second, third = (error_quantity(order, angular=angular, timed=timed) for order in range(3))
+    return first, second, third, dwell_error_quantity(angular=angular)
+
+
+def scale(setup: Setup, order: int, *, at_follower: bool = False) -> Any:
+    """From mm (rad) by cam angle to the table's unit: mm or deg, m by time, rad by time, mm or deg by cam angle."""
+    turns = setup.angular if at_follower else setup.tool_turns
+    if order and setup.omega is not None:
+        return setup.omega**order * (1.0 if turns else 1e-3)
+    return degrees(1.0) if turns else 1.0
+
+
+def derivative_scale(setup: Setup, order: int, *, at_follower: bool = False) -> Scale:
+    """As ``scale``, for any kind of number."""
+    turns = setup.angular if at_follower else setup.tool_turns
+    if setup.rpm is None:
+        return InDegrees(int(turns))
+    unit = 1.0 if turns else 1e3
+    by_time, by_unit = ByTime(unit, order, setup.rpm), Times(1.0 / unit)
+    return of_setting(setup, by_time, by_unit, lambda each: each.omega**order)
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    return {
+        name: peak(made.of(case.programme), made.order, kinds)
+        * scale(case.each, made.order, at_follower=made.at_follower)
+        for name, (made, kinds) in _curves(case.setup).items()
+        if name in wanted
+    }
+
+
+def peaks(setup: Setup) -> dict[str, Peak]:
+    return {name: _peak(setup, *which) for name, which in _curves(setup).items()}
+
+
+def _peak(setup: Setup, made: Derivative, kinds: int) -> Peak:
+    unit = derivative_scale(setup, made.order, at_follower=made.at_follower)
+    return Peak(((made, kinds),), LARGEST_MAGNITUDE, unit, made.jumps)
+
+
+EFFECT = Effect("motion", offers, run, is_of_motion=lambda setup: True, peaks=peaks, exact=True)

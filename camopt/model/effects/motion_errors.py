@@ -1,0 +1,260 @@
+"""Errors of the motion by the tolerances of a scene, to first order: the largest over the turn, and in dwells.
+
+A small error moves the follower by δ = (|N|·δn − N·δq)/(N·u), with the outward normal N where it touches, the
+direction u in which its trace point q moves with it, and what is off along the normal, δn, or of that point, δq. By
+the tangent T = tan β of the pressure angle that is
+
+    roller, profile, bore of a disc:  √(1 + T²)      offset, arm:  ± T      centre distance:  sin ψ − T·cos ψ
+
+over the length l of an arm; of a flat face 1, of a swinging one 1/t with the reach t, of its centre distance
+sin ψ/t, of a tilt the distance from the stem; of the phase, and of a cylinder's bore over R_m, y'. At worst all
+errors are at the ends of their zones that move the follower the same way, −1 or +1.
+
+In a dwell the follower stays, but for waves of the profile and the bore that turns with the cam.
+
+Source: the closed loop of cam and follower (Norton, Cam Design and Manufacturing Handbook, ch. 7), varied.
+"""
+
+from collections.abc import Mapping
+from functools import partial
+from math import inf, pi, sin
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.core.numerics import LARGEST, FloatArray
+from camopt.core.numerics.curves import curve, formula, value_of
+from camopt.core.numerics.trigonometry import turned
+from camopt.model.effects.case import Case, Effect, Setup
+from camopt.model.effects.error_extremes import dwell_errors, largest_errors
+from camopt.model.effects.error_rates import rate_curve
+from camopt.model.effects.given import NO_BAND, GivenErrors
+from camopt.model.effects.motion import derivative_scale, error_names, scale
+from camopt.model.effects.peak import InDegrees, Peak, PerDesign, Scale, Times
+from camopt.model.effects.peak_columns import peak_column
+from camopt.model.mechanisms.design import Designs
+from camopt.model.motion.programme import LEAST_JUMP, Programme
+from camopt.model.motion.stroke import ALL_STROKES
+
+TOLERANCES, WAVES = ("tolerances",), ("tolerances.waves",)
+"""The keys that a scene lacks without any, and for the slope of the profile."""
+
+
+class TraceError(NamedTuple):
+    """out·√(1 + T²) + along·|T| + leaning·T + turning·|y'| + ahead·y', mm (rad)."""
+
+    pressure: Any
+    out: FloatArray
+    along: FloatArray
+    leaning: FloatArray
+    turning: FloatArray
+    ahead: FloatArray
+
+
+class ArmError(NamedTuple):
+    """That of a trace point, and across·|g| + nearer·g with g = sin ψ − T·cos ψ; rad."""
+
+    trace: TraceError
+    cosine: FloatArray
+    sine: FloatArray
+    across: FloatArray
+    nearer: FloatArray
+
+
+class FaceError(NamedTuple):
+    """out + turning·|y'| + ahead·y' + tilting·|x| + leaning·x with x = ±y' − e, mm."""
+
+    offset: FloatArray
+    sense: FloatArray
+    out: FloatArray
+    turning: FloatArray
+    ahead: FloatArray
+    tilting: FloatArray
+    leaning: FloatArray
+
+
+class SwingingFaceError(NamedTuple):
+    """(out + across·|sin ψ| + nearer·sin ψ)/t + turning·|y'| + ahead·y', rad."""
+
+    reach: Any
+    cosine: FloatArray
+    sine: FloatArray
+    out: FloatArray
+    across: FloatArray
+    nearer: FloatArray
+    turning: FloatArray
+    ahead: FloatArray
+
+
+@formula(TraceError)
+def trace_error(f, i, at):
+    t, t1 = curve(f.pressure, i, at)
+    root = np.sqrt(1.0 + np.square(t))
+    value = f.out[i] * root + f.along[i] * np.abs(t) + f.leaning[i] * t
+    value = value + f.turning[i] * np.abs(at.y1) + f.ahead[i] * at.y1
+    slope = (f.out[i] * t / root + f.along[i] * np.sign(t) + f.leaning[i]) * t1
+    return value, slope + (f.turning[i] * np.sign(at.y1) + f.ahead[i]) * at.y2
+
+
+@formula(ArmError)
+def arm_error(f, i, at):
+    value, slope = curve(f.trace, i, at)
+    t, t1 = curve(f.trace.pressure, i, at)
+    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
+    g, g1 = sine - t * cosine, (cosine + t * sine) * at.y1 - t1 * cosine
+    value = value + f.across[i] * np.abs(g) + f.nearer[i] * g
+    return value, slope + (f.across[i] * np.sign(g) + f.nearer[i]) * g1
+
+
+@formula(FaceError)
+def face_error(f, i, at):
+    x, x1 = f.sense[i] * at.y1 - f.offset[i], f.sense[i] * at.y2
+    value = f.out[i] + f.turning[i] * np.abs(at.y1) + f.ahead[i] * at.y1
+    value = value + f.tilting[i] * np.abs(x) + f.leaning[i] * x
+    slope = (f.turning[i] * np.sign(at.y1) + f.ahead[i]) * at.y2
+    return value, slope + (f.tilting[i] * np.sign(x) + f.leaning[i]) * x1
+
+
+@formula(SwingingFaceError)
+def swinging_face_error(f, i, at):
+    t, t1 = curve(f.reach, i, at)
+    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
+    along = f.out[i] + f.across[i] * np.abs(sine) + f.nearer[i] * sine
+    along1 = (f.across[i] * np.sign(sine) + f.nearer[i]) * cosine * at.y1
+    value = along / t + f.turning[i] * np.abs(at.y1) + f.ahead[i] * at.y1
+    return value, (along1 - along * t1 / t) / t + (f.turning[i] * np.sign(at.y1) + f.ahead[i]) * at.y2
+
+
+def error_curve(setup: Setup, given: GivenErrors, side: float, designs: Designs, programme: Programme) -> Any:
+    """Curve of the worst error to one side, +1 or −1, of the follower; mm (rad)."""
+    mechanism, zeros = setup.mechanism, np.zeros(len(designs))
+    sizes = {field: given.sizes.get(field, NO_BAND) for field in mechanism.sizes}
+    out = zeros + (given.profile + sizes.get("roller_radius", NO_BAND).end(side))
+    turning, ahead = zeros + given.phase.half, zeros + side * given.phase.middle
+    if mechanism.body.developed:
+        turning = turning + given.bore / designs.size
+    else:
+        out = out + given.bore
+    if mechanism.flat_faced and not setup.angular:
+        tilting, leaning = zeros + given.tilt.half, zeros - side * given.tilt.middle
+        sense = np.full(len(designs), designs.sense)
+        return FaceError(zeros + designs.offset, sense, out, turning, ahead, tilting, leaning)
+    pressure = mechanism.pressure(designs, programme)
+    if mechanism.flat_faced:
+        assert mechanism.reach is not None
+        out, centre = out + sizes["face_offset"].end(-side), sizes["centre_distance"]
+        across, nearer = zeros + centre.half, zeros - side * centre.middle
+        reach = mechanism.reach(designs, programme)
+        return SwingingFaceError(reach, pressure.cosine, pressure.sine, out, across, nearer, turning, ahead)
+    length = designs.arm_length if setup.angular else 1.0
+    longer = sizes.get("arm_length", sizes.get("offset", NO_BAND))
+    way = designs.sense if not setup.angular else -designs.sense if mechanism.body.developed else -1.0
+    along, leaning = (zeros + longer.half) / length, (zeros + side * way * longer.middle) / length
+    trace = TraceError(pressure, out / length, along, leaning, turning, ahead)
+    if "centre_distance" not in sizes:
+        return trace
+    centre = sizes["centre_distance"]
+    across, nearer = (zeros + centre.half) / length, (zeros - side * centre.middle) / length
+    return ArmError(trace, pressure.cosine, pressure.sine, across, nearer)
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    return error_names(setup)
+
+
+def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+    given, names = setup.errors, offers(setup)
+    if given is None:
+        return dict.fromkeys(names, TOLERANCES)
+    return dict.fromkeys(names[1:3], WAVES) if given.profile and given.waves is None else {}
+
+
+def _ratio(setup: Setup) -> float | None:
+    """That of the train, if one contact moves it and it is the same everywhere, whatever the tolerances.
+
+    None where no curve tells errors (``effects.error_extremes``).
+    """
+    if setup.mechanism.further:
+        return None
+    if setup.errors is not None and setup.errors.links:
+        return None
+    return 1.0 if setup.train is None else setup.train.constant_ratio
+
+
+def peaks(setup: Setup) -> Mapping[str, Peak]:
+    given, ratio = setup.errors, _ratio(setup)
+    if given is None or ratio is None:
+        return {}
+    factor = abs(ratio)
+    scale: Scale = InDegrees(1, factor) if setup.tool_turns else Times(factor)
+    sides = (1.0, -1.0) if given.is_lopsided else (1.0,)
+    curves = tuple((partial(error_curve, setup, given, side), ALL_STROKES) for side in sides)
+    names = error_names(setup)
+    found = {names[0]: Peak(curves, LARGEST, scale)}
+    for order in (1, 2) if given.waves or not given.profile else ():
+        rates = tuple((partial(rate_curve, setup, given, order, side), ALL_STROKES) for side in sides)
+        unit = derivative_scale(setup, order)
+        unit = unit if factor == 1.0 else PerDesign(unit, lambda designs: factor)
+        found[names[order]] = Peak(rates, LARGEST, unit, partial(_jumps, setup, given, order))
+    return found
+
+
+def _jumps(setup: Setup, given: GivenErrors, order: int, programme: Programme) -> bool:
+    """Whether a jump of the motion makes an error of velocity (1) or acceleration (2) infinite, in every design.
+
+    Each does that changes the normal. Where a follower stands square to its cam, what is off along the normal
+    answers with √(1 + T²), which has no jump in its slope.
+    """
+    mechanism = setup.mechanism
+    if mechanism.flat_faced and not setup.angular and given.phase == NO_BAND and given.tilt == NO_BAND:
+        return False
+    even = given.is_square and not given.bore and given.phase == NO_BAND and given.sizes.keys() <= {"roller_radius"}
+    jumps = [jump for jump in programme.jumps if jump.order <= order]
+    if even and order == 2 and not programme.corners:
+        speeds = programme.at(np.array([jump.at for jump in jumps]))[1] if jumps else np.empty(0)
+        return bool(np.any(np.abs(speeds) > LEAST_JUMP * programme.table.most[:, 1].max()))
+    return bool(jumps)
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    *rates, dwell = error_names(case.setup)
+    if _ratio(case.setup) is None:
+        return _by_sampling(case, wanted)
+    every = peaks(case.setup)
+    found: dict[str, Any] = {name: peak_column(case, every[name]) for name in rates if name in wanted}
+    if dwell in wanted:
+        found[dwell] = _in_dwells(case)
+    return found
+
+
+def _by_sampling(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    """Those that no curve tells."""
+    *rates, dwell = error_names(case.setup)
+    every = {name: order for order, name in enumerate(rates) if name in wanted}
+    largest = largest_errors(case, [*every.values()])
+    found: dict[str, Any] = {
+        name: scale(case.each, k) * each for (name, k), each in zip(every.items(), largest, strict=True)
+    }
+    if dwell in wanted:
+        found[dwell] = scale(case.setup, 0) * dwell_errors(case)
+    return found
+
+
+def _in_dwells(case: Case) -> FloatArray:
+    """The largest change of the position in a dwell."""
+    setup, given, ratio = case.setup, case.setup.errors, _ratio(case.setup)
+    assert given is not None
+    assert ratio is not None
+    alone = GivenErrors({}, profile=1.0)
+    changes = [np.zeros(len(case.designs))]
+    for stroke in case.programme.tool.dwells:
+        at = case.programme.state(np.array([stroke.start + 0.5 * stroke.angle]))
+        answer = value_of(error_curve(setup, alone, 1.0, case.designs, case.programme), slice(None), at)
+        waves = 2.0 * given.profile * sin(min(0.5 * stroke.angle * (given.waves or inf), 0.5 * pi))
+        bore = 2.0 * given.bore * sin(min(0.5 * stroke.angle, 0.5 * pi))
+        changes.append(answer * (waves + (0.0 if setup.mechanism.body.developed else bore)))
+    unit = np.degrees(1.0) if setup.tool_turns else 1.0
+    return np.asarray(abs(ratio) * unit * np.max(changes, axis=0))
+
+
+EFFECT = Effect("motion_errors", offers, run, lacks=lacks, peaks=peaks)

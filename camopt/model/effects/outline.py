@@ -1,0 +1,105 @@
+"""Outline: the radius of the circle about the cam's axis that the turning cam needs, and what it leaves of room.
+
+The farthest point of a profile has its normal along the radius. So it is where the trace point C is farthest, at
+|C| − R_r; under a flat face, where the face is farthest: at R_b + y if it translates, at f + c·sin ψ if it swings.
+That is so for a profile that is not undercut; of one that is, this is an upper bound.
+
+Each of these rises with the displacement y and depends on nothing else of the motion: from the base circle to the
+highest position ψ stays below π of an arm, below π/2 of a face. So the farthest is that at the highest position; of
+the second disc of a pair, whose motion is reversed, at the lowest.
+
+The pivot of a follower that oscillates is at the distance c from the cam's axis. The turning cam stays from it by
+
+    c − R_out
+
+which has to be more than the radius of its boss. Below 0 the cam runs through the pivot: it breaks the limit
+``pivot_in_cam``, which holds for every cam.
+
+A groove in the face of a disc has an outer wall, at |C| + R_r where it is farthest, and half the clearance of the
+roller beyond that: that is its R_out. What is left to the edge of a disc of the diameter D is the wall D/2 − R_out.
+The follower is beside such a disc, so nothing is said of its pivot.
+
+Source: regrouped from Norton, Cam Design and Manufacturing Handbook, ch. 7.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import LARGEST, LEAST
+from camopt.core.numerics.curves import curve_type
+from camopt.model.effects.case import Case, Effect, Setup
+from camopt.model.effects.peak import Peak, size_of
+from camopt.model.effects.peak_columns import peak_column
+from camopt.model.mechanisms.design import Designs, itself
+from camopt.model.motion.programme import Programme
+from camopt.model.motion.stroke import ALL_STROKES
+
+RADIUS, CLEARANCE = "outer_radius_mm", "pivot_clearance_min_mm"
+EDGE_WALL = "edge_wall_min_mm"
+
+
+@curve_type
+def outline_clearance(at, outline, distance):
+    """A distance from the cam's axis, as that of the pivot, less how far the outline is from it [mm]."""
+    return distance - outline
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    mechanism = setup.mechanism
+    if mechanism.outline is None:
+        return ()
+    edge = (EDGE_WALL,) if "outer_diameter" in mechanism.body.part else ()
+    pivot = (CLEARANCE,) if mechanism.body.bounded and "centre_distance" in mechanism.sizes else ()
+    return (RADIUS, *pivot, *edge)
+
+
+def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+    lacking = EDGE_WALL in offers(setup) and setup.solid.outer_diameter is None
+    return {EDGE_WALL: ("part.outer_diameter",)} if lacking else {}
+
+
+def _outermost(setup: Setup, designs: Designs, programme: Programme) -> Any:
+    """Curve of the distance of the outline from the axis: of the flank farthest from it, beside the roller."""
+    assert setup.mechanism.outline is not None
+    side = max(flank.side for flank in setup.mechanism.flanks)
+    return setup.mechanism.outline(designs, programme, side * setup.half_width(designs))
+
+
+def _to_pivot(outline: Callable[[Designs, Programme], Any], designs: Designs, programme: Programme) -> Any:
+    return outline_clearance(outline(designs, programme), designs.centre_distance)
+
+
+def _to_edge(
+    outline: Callable[[Designs, Programme], Any], edge: float, designs: Designs, programme: Programme
+) -> Any:
+    return outline_clearance(outline(designs, programme), np.full(len(designs), edge))
+
+
+def _centre_distance(designs: Designs) -> Any:
+    """c, mm: clearances are right to so much of it."""
+    return designs.centre_distance
+
+
+def peaks(setup: Setup) -> dict[str, Peak]:
+    if setup.mechanism.outline is None:
+        return {}
+    outline, edge = partial(_outermost, setup), (setup.solid.outer_diameter or 0.0) / 2.0
+    per_body = 0.0 if setup.mechanism.alike is itself else -1.0 if setup.mechanism.flat_faced else 1.0
+    found = {
+        RADIUS: Peak(((outline, ALL_STROKES),), LARGEST),
+        CLEARANCE: Peak(
+            ((partial(_to_pivot, outline), ALL_STROKES),), LEAST, unit=_centre_distance, per_body=per_body
+        ),
+        EDGE_WALL: Peak(((partial(_to_edge, outline, edge), ALL_STROKES),), LEAST, unit=size_of),
+    }
+    return {name: found[name]._replace(at_ends=True) for name in offers(setup) if name not in lacks(setup)}
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    return {name: peak_column(case, peak) for name, peak in peaks(case.setup).items() if name in wanted}
+
+
+EFFECT = Effect("outline", offers, run, lacks, peaks=peaks, of_contact=True)

@@ -1,0 +1,60 @@
+"""Parts of the panels of a motion."""
+
+from collections.abc import Iterable
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import polynomial
+
+from camopt.core.numerics import FloatArray, IntArray
+from camopt.core.numerics.piecewise import MotionTable, carried_series, load_series
+from camopt.core.numerics.state import Load, State, TrainForces
+from camopt.model.effects.work import derivative
+from camopt.model.motion.load import TrainLoad
+from camopt.model.motion.programme import Programme
+
+
+class PanelParts(NamedTuple):
+    """Parts of panels (n,): the panel, and its ends in u."""
+
+    panel: IntArray
+    low: FloatArray
+    high: FloatArray
+
+    def at(self, share: FloatArray) -> FloatArray:
+        """u at places from −1 to 1 of each part."""
+        return 0.5 * ((1.0 - share) * self.low + (1.0 + share) * self.high)
+
+    def take(self, index: Any) -> "PanelParts":
+        """Some of the parts."""
+        return PanelParts(self.panel[index], self.low[index], self.high[index])
+
+
+def cut_panels(table: MotionTable, cuts: Iterable[tuple[int, float]]) -> PanelParts:
+    """All panels of a motion, cut at (panel, u)."""
+    whole = [(panel, -1.0) for panel in range(len(table.centre))]
+    panel, low = (np.array(column) for column in zip(*sorted([*whole, *cuts]), strict=True))
+    last = np.diff(panel, append=len(table.centre)) != 0
+    return PanelParts(panel, low, np.where(last, 1.0, np.append(low[1:], 1.0)))
+
+
+def motion_in(programme: Programme, parts: PanelParts, u: FloatArray) -> State:
+    """The state at places (…, n) of parts, without y''': slopes of curves are not valid."""
+    table = programme.table
+    y, y1, y2 = (polynomial.polyval(u, series[:, parts.panel], tensor=False) for series in _orders(programme))
+    if programme.load is None:
+        return State(y, y1, y2, 0.0)
+    load, carried = (
+        polynomial.polyval(u, series[:, parts.panel], tensor=False)
+        for series in (load_series(table), carried_series(table))
+    )
+    if isinstance(programme.load, TrainLoad):
+        return State(y, y1, y2, 0.0, TrainForces(load, 0.0, carried, 0.0))
+    return State(y, y1, y2, 0.0, Load(load, 0.0))
+
+
+@lru_cache(maxsize=64)
+def _orders(programme: Programme) -> tuple[FloatArray, ...]:
+    """y, y' and y'' as polynomials, which a bisection asks for again and again."""
+    return tuple(derivative(programme.table, order) for order in range(3))

@@ -1,0 +1,443 @@
+"""Peaks: quantities that are the extreme of curves over the turn.
+
+An effect says once which extreme of which curves a quantity is, and by which monotone map people read it (its
+scale). What designs of a box have at least, and what a bound on the quantity requires of the curves, in any kind of
+number, follow from that.
+"""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
+
+import numpy as np
+
+from camopt.core.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.core.numerics.trigonometry import arctangent
+from camopt.model.mechanisms.design import Designs
+from camopt.model.motion.programme import Programme
+
+Turn = TypeVar("Turn", bound="HasTool")
+
+
+class HasTool(Protocol):
+    """A motion that may drive a tool."""
+
+    @property
+    def tool(self) -> Any: ...
+
+
+Variant = tuple[Callable[[Designs, Programme], Any], int]
+"""A curve and the kinds of piece over which it counts."""
+
+
+class NumberKind(NamedTuple):
+    """A kind of number: how to make one from a double, its π, and its tangent."""
+
+    of: Callable[[float], Any]
+    pi: Callable[[], Any]
+    tan: Callable[[Any], Any]
+
+
+DOUBLES = NumberKind(float, lambda: math.pi, math.tan)
+
+
+CLEAR = 1e-9  # relative, of what is further from a bound than rounding
+
+
+def unweighted(designs: Designs) -> float:
+    """The weight of most curves."""
+    return 1.0
+
+
+def size_of(designs: Designs) -> Any:
+    """The unit of lengths."""
+    return designs.size
+
+
+class Bodies(NamedTuple):
+    """The radii, from and to, of bodies that may touch the cam; mm, for all pitch curves or each."""
+
+    least: Any = -math.inf
+    most: Any = math.inf
+
+    def both(self, other: "Bodies") -> "Bodies":
+        """Those that are in another range too."""
+        return Bodies(np.maximum(self.least, other.least), np.minimum(self.most, other.most))
+
+    def hold(self, radius: FloatArray) -> Any:
+        """Which radii are among them."""
+        return (self.least <= radius) & (radius <= self.most)
+
+
+BodiesOfCurves = Callable[[Any, Callable[[Designs], Any], Bodies], tuple[Bodies, Bodies]]
+"""From a case of pitch curves, the inverse of what designs are allowed, and some bodies: with which of these the
+curves hold it for certain, and with which they may."""
+
+
+class OfBody(ABC):
+    """A weight that depends on the radius of the body that touches the cam alone."""
+
+    @abstractmethod
+    def __call__(self, designs: Designs) -> Any: ...
+
+    @abstractmethod
+    def bodies(self, extreme: FloatArray, room: float) -> Bodies:
+        """The bodies with which the weight times an extreme is at most 1.
+
+        ``room``, relative, is kept from the ends of the range: more than rounding; or beyond them, if below 0.
+        """
+
+    @abstractmethod
+    def largest(self, bodies: Bodies) -> float:
+        """The largest weight with one of some bodies."""
+
+
+@dataclass(frozen=True)
+class BodyRadiusPlus(OfBody):
+    """R_r + ρ of a design: times the curvature of its pitch curve it is 1 where the profile's radius is ρ, mm."""
+
+    radius: float
+
+    def __call__(self, designs: Designs) -> Any:
+        return designs.roller_radius + self.radius
+
+    def bodies(self, extreme: FloatArray, room: float) -> Bodies:
+        return Bodies(most=_largest_weight(extreme) * (1.0 - room) - self.radius * (1.0 + room))
+
+    def largest(self, bodies: Bodies) -> float:
+        return float(bodies.most + self.radius)
+
+
+@dataclass(frozen=True)
+class BeyondBody(OfBody):
+    """R_c − R_r of a cutter larger than the roller, else 0, mm.
+
+    Times the curvature of the pitch curve it is −1 where the cutter just reaches a hollow flank.
+    """
+
+    radius: float
+
+    def __call__(self, designs: Designs) -> Any:
+        return np.maximum(self.radius - designs.roller_radius, 0.0)
+
+    def bodies(self, extreme: FloatArray, room: float) -> Bodies:
+        return Bodies(least=self.radius * (1.0 + room) - _largest_weight(extreme) * (1.0 - room))
+
+    def largest(self, bodies: Bodies) -> float:
+        return float(max(self.radius - bodies.least, 0.0))
+
+
+def _largest_weight(extreme: FloatArray) -> FloatArray:
+    """The largest weight that times an extreme is at most 1; −∞ where the extreme is infinite, for none will do."""
+    with np.errstate(divide="ignore"):
+        return np.where(extreme == np.inf, -np.inf, 1.0 / np.maximum(extreme, 0.0))
+
+
+def per_roller(designs: Designs) -> Any:
+    """1/R_r, 1/mm."""
+    return 1.0 / designs.roller_radius
+
+
+class Scale(ABC):
+    """A monotone map from the extreme of a curve to the quantity that people read.
+
+    The quantity is q where weight(q)·extreme is ``extreme_at`` q; no weight is below 0, since searches look where
+    the curve itself is largest or least.
+    """
+
+    falls: ClassVar[bool] = False
+    """Whether the quantity falls where the extreme rises."""
+
+    @abstractmethod
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        """The quantity of designs from the extreme; numbers or ranges."""
+
+    def change(self, extreme: FloatArray, by: FloatArray, designs: Designs) -> FloatArray:
+        """The change of the quantity for a change of the extreme; 0 where the quantity is infinite."""
+        with np.errstate(divide="ignore"):
+            near, far = (np.asarray(self.quantity(each, designs)) for each in (extreme, extreme + by))
+        finite = np.isfinite(near)
+        return np.where(finite, far - np.where(finite, near, 0.0), 0.0)
+
+    @abstractmethod
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        """The weighted extreme at a value of the quantity, in a kind of number."""
+
+    def weight(self, quantity: float) -> Callable[[Designs], Any]:
+        """The factor of the curve, which may depend on the design."""
+        return unweighted
+
+
+@dataclass(frozen=True)
+class Times(Scale):
+    """A multiple of the extreme."""
+
+    factor: float = 1.0
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return self.factor * extreme
+
+    def change(self, extreme: FloatArray, by: FloatArray, designs: Designs) -> FloatArray:
+        return self.factor * by
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return numbers.of(quantity) / numbers.of(self.factor)
+
+
+AS_IT_IS = Times()
+
+
+@dataclass(frozen=True)
+class Angle(Scale):
+    """The angle in deg of a tangent ≥ 0."""
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return np.degrees(arctangent(extreme))
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return numbers.tan(numbers.of(quantity) * numbers.pi() / 180)
+
+
+@dataclass(frozen=True)
+class ByTime(Scale):
+    """A derivative by time from that of the same order by the cam angle: extreme·ωⁿ/unit."""
+
+    unit: float
+    """Of the quantity, in mm (rad) per sⁿ."""
+    order: int
+    rpm: float
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return extreme * ((self.rpm * 2 * math.pi / 60) ** self.order * (1.0 / self.unit))
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        speed = numbers.of(self.rpm) * numbers.pi() / 30
+        return numbers.of(quantity) * numbers.of(self.unit) / speed**self.order
+
+
+@dataclass(frozen=True)
+class OverTurn(Scale):
+    """The integral over the turn that has the extreme as its mean: 2π·extreme."""
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return extreme * (2.0 * math.pi)
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return numbers.of(quantity) / (2 * numbers.pi())
+
+
+@dataclass(frozen=True)
+class InDegrees(Scale):
+    """A multiple of the extreme with its angle in deg: factor·extreme·(180/π)ⁿ, n = 1 or −1."""
+
+    power: int
+    factor: float = 1.0
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return self.factor * extreme * (180.0 / math.pi) ** self.power
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return numbers.of(quantity) / numbers.of(self.factor) / (180 / numbers.pi()) ** self.power
+
+
+@dataclass(frozen=True)
+class Root(Scale):
+    """A stress that grows with a root of the load: factor·(load/unit)^(1/degree), 0 where the load is below 0."""
+
+    degree: int
+    unit: float
+    """The load at a stress of 1."""
+    factor: float = 1.0
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        ratio = np.maximum(extreme, 0.0) / self.unit
+        return self.factor * (np.cbrt(ratio) if self.degree == 3 else np.sqrt(ratio))
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return (numbers.of(quantity) / numbers.of(self.factor)) ** self.degree * numbers.of(self.unit)
+
+
+@dataclass(frozen=True)
+class Over(Scale):
+    """The inverse of the extreme: factor/extreme, infinite where the extreme is 0 or less."""
+
+    factor: float
+    falls: ClassVar[bool] = True
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return self.factor / np.maximum(extreme, 0.0)
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return numbers.of(self.factor) / numbers.of(quantity)
+
+
+@dataclass(frozen=True)
+class LeftOfOne(Scale):
+    """The difference from 1: 1 − extreme."""
+
+    falls: ClassVar[bool] = True
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return 1.0 - extreme
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return 1 - numbers.of(quantity)
+
+
+@dataclass(frozen=True)
+class PerRoller(Scale):
+    """A multiple of the extreme over the radius of the roller."""
+
+    factor: float
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return extreme * self.factor / designs.roller_radius
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return numbers.of(quantity) / numbers.of(self.factor)
+
+    def weight(self, quantity: float) -> Callable[[Designs], Any]:
+        return per_roller
+
+
+@dataclass(frozen=True)
+class HalfWidthPlus:
+    """The same of a wall that is further from the pitch curve than R_r, for a clearance of the roller, mm."""
+
+    half_width: Callable[[Designs], Any]
+    radius: float
+
+    def __call__(self, designs: Designs) -> Any:
+        return self.half_width(designs) + self.radius
+
+
+@dataclass(frozen=True)
+class ConvexRadius(Scale):
+    """The least convex radius of the profile, from the sharpest curvature of the pitch curve: 1/κ − R_r.
+
+    With a ``half_width`` walls are so far from the pitch curve, in place of R_r.
+    """
+
+    half_width: Callable[[Designs], Any] | None = None
+
+    falls: ClassVar[bool] = True
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return 1.0 / np.maximum(extreme, 0.0) - self.weight(0.0)(designs)
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return numbers.of(1.0)
+
+    def weight(self, quantity: float) -> Callable[[Designs], Any]:
+        return BodyRadiusPlus(quantity) if self.half_width is None else HalfWidthPlus(self.half_width, quantity)
+
+
+@dataclass(frozen=True)
+class Cutter(Scale):
+    """The largest cutter that reaches every hollow flank: R_r − 1/κ, with κ of the pitch curve, hollow below 0."""
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return designs.roller_radius + 1.0 / np.maximum(-extreme, 0.0)
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return numbers.of(-1.0)
+
+    def weight(self, quantity: float) -> Callable[[Designs], Any]:
+        return BeyondBody(quantity)
+
+
+@dataclass(frozen=True)
+class PerDesign(Scale):
+    """A scale of the extreme times a factor ≥ 0 of each design."""
+
+    scale: Scale
+    factor: Callable[[Designs], Any]
+
+    @property
+    def falls(self) -> bool:  # type: ignore[override]
+        return self.scale.falls
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return self.scale.quantity(extreme * self.factor(designs), designs)
+
+    def change(self, extreme: FloatArray, by: FloatArray, designs: Designs) -> FloatArray:
+        factor = self.factor(designs)
+        return self.scale.change(extreme * factor, by * factor, designs)
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return self.scale.extreme_at(quantity, numbers)
+
+    def weight(self, quantity: float) -> Callable[[Designs], Any]:
+        weight = self.scale.weight(quantity)
+        return self.factor if weight is unweighted else lambda designs: self.factor(designs) * weight(designs)
+
+
+def never(programme: Programme) -> bool:
+    """Never: for quantities that stay finite at every jump of the motion."""
+    return False
+
+
+def at_corners(programme: Programme) -> bool:
+    """Whether the velocity jumps: inertia makes a load infinite there."""
+    return bool(programme.corners)
+
+
+@dataclass(frozen=True)
+class Derivative:
+    """The derivative of the displacement by the cam angle of some order, as a curve of all designs.
+
+    That which is asked: of the tool, or without a train of the follower, unless it is ``at_follower``.
+    """
+
+    order: int
+    at_follower: bool = False
+
+    def __call__(self, designs: Designs, programme: Programme) -> "Derivative":
+        return self
+
+    def jumps(self, programme: Programme) -> bool:
+        """Whether it is infinite somewhere."""
+        return any(jump.order < self.order for jump in self.of(programme).jumps)
+
+    def of(self, programme: Turn) -> Turn:
+        """The motion that it is of, from that of the follower: a programme, or its like."""
+        return programme if self.at_follower else programme.tool
+
+
+class Peak(NamedTuple):
+    """A quantity that is the extreme of some curves over the turn."""
+
+    curves: tuple[Variant, ...]
+    goal: int
+    """LARGEST, LEAST or LARGEST_MAGNITUDE, of all curves together."""
+    scale: Scale = AS_IT_IS
+    jumps: Callable[[Programme], bool] = never
+    """Whether jumps of a motion make it infinite, whatever the design."""
+    unit: Callable[[Designs], Any] | None = None
+    """What its error is relative to where that is larger than itself."""
+    extremes: tuple[str, ...] = ()
+    """The quantities that are the largest and the least of its curves, where a bound is compared with these."""
+    open_at_zero: bool = False
+    """Whether a bound of 0 is not met at 0."""
+    per_body: float = 0.0
+    """By how much it rises per mm of the body that touches the cam (``Mechanism.parallel``), from that of a body of
+    none. 0 where it does not rise in proportion."""
+    at_ends: bool = False
+    """Whether its curves depend on the displacement alone, and rise or fall with it."""
+    bodies: BodiesOfCurves | None = None
+    """Of profiles that are not undercut: with which bodies it is no larger than designs are allowed."""
+
+    @property
+    def is_least(self) -> bool:
+        """Whether the quantity is the least over the turn, so that its bound is one from below."""
+        return (self.goal == LEAST) != self.scale.falls
+
+    def over(self, kinds: int) -> "Peak":
+        """The same peak over other kinds of pieces."""
+        return self._replace(curves=tuple((make, kinds) for make, _ in self.curves))
+
+    def either_way(self) -> "Peak":
+        """The largest magnitude of the same curves."""
+        return self._replace(goal=LARGEST_MAGNITUDE)

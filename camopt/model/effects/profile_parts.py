@@ -1,0 +1,160 @@
+"""The profile of a disc cam in parts: each within a disc and near a straight line, its tangents within a cone.
+
+For a follower with a trace point, on a cam that is not undercut. Over the part [m − h, m + h] of the turn the pitch
+curve p has |p'(θ) − p'(m)| ≤ h·sup|p''|. So its direction, which is the profile's too, stays within
+δ = arcsin(h·sup|p''|/|p'(m)|) of that in the middle; the profile stays within h·(|p'(m)| + h·sup|p''|) + R_r·δ of
+its middle point, and within ½h²·sup|p''| + R_r·(1 − cos δ) of its tangent there. The trace point moves along a
+line, or on a circle about the pivot, so that sup|p''| follows from bounds of y' and y''. In double precision,
+with a margin for rounding.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import polynomial
+
+from camopt.core.numerics import ComplexArray, FloatArray, IntArray
+from camopt.core.numerics.piecewise import MotionTable
+from camopt.model.effects.case import Setup
+from camopt.model.mechanisms.design import Designs
+from camopt.model.mechanisms.elements import INNER_SIDE
+from camopt.model.motion.programme import Programme
+
+HALF_PART = np.pi / 100  # half of the cam angle of a first part
+PART_ERROR = 2e-14  # relative to the size of the cam, beyond the motion's error: some tens of what formulas lose
+
+
+class TurnParts(NamedTuple):
+    """Parts of the turn (n,), in order: cam angles in rad, and bounds of |y'|, |y''| and of errors in each."""
+
+    middle: FloatArray
+    half: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    error: FloatArray
+    """Of y and y'."""
+
+    def split(self, into: IntArray) -> "TurnParts":
+        """Each part cut into a number of equal ones; 0 leaves it out."""
+        halves = self.half / np.maximum(into, 1)
+        start, half, *bounds = (np.repeat(x, into) for x in (self.middle - self.half, halves, *self[2:]))
+        place = np.arange(half.size) - np.repeat(np.cumsum(into) - into, into)
+        return TurnParts(start + (2 * place + 1) * half, half, *bounds)
+
+
+def first_parts(programme: Programme) -> TurnParts:
+    """The panels of the motion, or parts of them: a jump of y' or y'' lies between two parts."""
+    table = programme.table
+    most, error = (rows[: table.centre.size] for rows in (table.most, table.error))  # the rest is of groups
+    panels = TurnParts(table.centre, table.half_width, most[:, 1], most[:, 2], np.max(error[:, :2], axis=1))
+    return panels.split(np.ceil(table.half_width / HALF_PART).astype(int))
+
+
+class Cover(NamedTuple):
+    """Enclosures of the profile over parts: arrays (..., n), lengths in mm, angles in rad."""
+
+    point: ComplexArray
+    """The profile in the middle of the part."""
+    tangent: ComplexArray
+    """Its direction there, of length 1."""
+    normal: ComplexArray
+    spread: FloatArray
+    """How far its direction is from that in the middle, at most; π if nothing is known."""
+    radius: FloatArray
+    """How far it is from the middle point, at most."""
+    bulge: FloatArray
+    """How far it is from the tangent in the middle point, at most."""
+    rounding: FloatArray
+    """How exact its points are."""
+
+    def take(self, index: Any) -> "Cover":
+        """Some of the parts."""
+        return self._replace(**{name: values[index] for name, values in self._asdict().items()})
+
+
+def cover(setup: Setup, design: Designs, programme: Programme, parts: TurnParts, side: float = INNER_SIDE) -> Cover:
+    """Enclose a wall of one design, or of several, (n, 1) each, over parts of the turn."""
+    y, y1 = position_and_speed(programme.table, parts.middle)
+    trace, velocity = (x + 1j * z for x, z in drawn(setup, design, start_height(setup, design) + y, y1))
+    reach = np.abs(design.centre_distance - trace) if setup.angular else 1.0  # of the trace point by y
+    distance, speed, radius = np.abs(trace), np.abs(velocity), setup.half_width(design)
+    inwards = -side * radius
+    fastest = np.minimum(parts.velocity, np.abs(y1) + parts.half * parts.acceleration + parts.error)
+    swing = np.square(fastest) if setup.angular else 0.0
+    bend = reach * (parts.acceleration + swing + (2.0 + parts.half) * fastest) + distance
+    rounding = PART_ERROR * (distance + reach * fastest + radius) + reach * parts.error
+    rounding = rounding * (1.0 + radius / speed)
+    ratio = (parts.half * bend + rounding) / speed
+    spread = np.where(ratio < 1.0, np.arcsin(np.minimum(ratio, 1.0)), np.pi)
+    turn = np.exp(-1j * design.sense * parts.middle)
+    tangent = turn * velocity / speed
+    normal = 1j * design.sense * tangent
+    away = parts.half * (speed + parts.half * bend) + radius * np.minimum(spread, 2.0) + rounding
+    bulge = 0.5 * np.square(parts.half) * bend + radius * 2.0 * np.square(np.sin(0.5 * spread)) + rounding
+    return Cover(turn * trace - inwards * normal, tangent, normal, spread, away, bulge, rounding)
+
+
+PartEnds = Sequence[ComplexArray]
+"""Where parts of a profile start, and where they end."""
+
+
+def part_ends(
+    setup: Setup, design: Designs, programme: Programme, parts: TurnParts, side: float = INNER_SIDE
+) -> PartEnds:
+    """The ends of parts of a wall of one design, or of several, (n, 1) each."""
+    angles = np.stack([parts.middle - parts.half, parts.middle + parts.half])
+    return list(points_at(setup, design, programme, angles, side))
+
+
+def points_at(
+    setup: Setup, design: Designs, programme: Programme, angles: FloatArray, side: float = INNER_SIDE
+) -> ComplexArray:
+    """A wall of one design, or of several, (n, 1) each, at cam angles in rad."""
+    y, y1 = position_and_speed(programme.table, angles)
+    x, z = profile(setup, on_side(setup, design, side), start_height(setup, design) + y, y1)
+    return np.asarray(np.exp(-1j * design.sense * angles) * (x + 1j * z))
+
+
+def position_and_speed(table: MotionTable, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """y and y' at cam angles in rad, by the panels' polynomials; neither jumps on a cam without undercut."""
+    angles = np.mod(angles, 2 * np.pi)
+    panel = np.searchsorted((table.centre - table.half_width)[1:], angles, side="right")
+    h, series = table.half_width[panel], table.coefficients.T
+    u = (angles - table.centre[panel]) / h
+    y, y1 = (polynomial.polyval(u, each[:, panel], tensor=False) for each in (series, polynomial.polyder(series)))
+    return np.asarray(y), np.asarray(y1 / h)
+
+
+def on_side(setup: Setup, designs: Designs, side: Any) -> Designs:
+    """Designs whose profile is the wall on a side of the trace point: beyond it, that of a roller below 0.
+
+    It is as far away as R_r and half of a clearance. Their height or angle at displacement 0 is that of the designs
+    themselves.
+    """
+    return replace(designs, roller_radius=-side * setup.half_width(designs))
+
+
+def start_height(setup: Setup, designs: Designs) -> Any:
+    """The height of the trace point, or the angle of the arm, at displacement 0. Numbers or ranges."""
+    assert setup.mechanism.start is not None
+    return setup.mechanism.start(designs)
+
+
+def drawn(setup: Setup, designs: Designs, s: Any, y1: Any) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
+    """The trace point T in the ground frame at a height or angle, and its velocity over the cam, mm/rad, as (x, y).
+
+    K·y' − iσT, where T moves by K = i per displacement, or, about a pivot at c, by i(c − T). Numbers or ranges.
+    """
+    assert setup.mechanism.trace_point is not None
+    x, z = setup.mechanism.trace_point(designs, s)
+    along, up = (z * y1, (designs.centre_distance - x) * y1) if setup.angular else (0.0, y1)
+    return (x, z), (along + designs.sense * z, up - designs.sense * x)
+
+
+def profile(setup: Setup, designs: Designs, s: Any, y1: Any) -> tuple[Any, Any]:
+    """The contact point (x, y) in the ground frame at a height or angle: T − R_r·n. Numbers or ranges."""
+    (x, z), (along, up) = drawn(setup, designs, s, y1)
+    share = designs.sense * designs.roller_radius / np.sqrt(np.square(along) + np.square(up))
+    return x + share * up, z - share * along

@@ -1,0 +1,32 @@
+"""Face reach: the travel of the contact along a flat face.
+
+Translating: from the follower's axis, y' − e·sense (sense +1 for ccw, −1 for cw); positive to the right of the axis
+if the cam turns ccw, to the left if cw. Oscillating: the distance from the pivot.
+"""
+
+from typing import Any
+
+from camopt.core.numerics import LARGEST, LEAST
+from camopt.model.effects.case import Case, Effect, Setup
+from camopt.model.effects.peak import Peak
+from camopt.model.effects.peak_columns import columns_of_ends
+from camopt.model.motion.stroke import ALL_STROKES
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    return () if setup.mechanism.reach is None else ("face_reach_max_mm", "face_reach_min_mm")
+
+
+def peaks(setup: Setup) -> dict[str, Peak]:
+    if setup.mechanism.reach is None:
+        return {}
+    curves, goals = ((setup.mechanism.reach, ALL_STROKES),), (LARGEST, LEAST)
+    return {name: Peak(curves, goal) for name, goal in zip(offers(setup), goals, strict=True)}
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    found = peaks(case.setup)
+    return dict(zip(found, columns_of_ends(case, *found.values()), strict=True))
+
+
+EFFECT = Effect("reach", offers, run, peaks=peaks, of_contact=True)

@@ -1,0 +1,73 @@
+"""Rib: how thick it is between the two rollers of a follower.
+
+With the angles α₁ and α₂ between the line through both rollers and the normals of their pitch curves, the distance
+d of their centres, and their clearance j,
+
+    t = d·cos(½(α₁ + α₂))/cos(½(α₂ − α₁)) − 2·R_r − j = d·(cos α₁ + cos α₂)/(1 + cos(α₂ − α₁)) − 2·R_r − j
+
+    α₁ = β₁ − σ·½δ,    α₂ = β₂ + σ·½δ,    sin(½δ) = d/(2l)      (translating: δ = 0)
+
+with the pressure angles β, the sense of rotation σ (1 of a disc), and arms of the length l (``mechanisms.ribs``).
+That is the distance of both flanks where they are arcs about one centre, as in dwells, or parallel lines; that of
+a follower that translates over a cylinder is nowhere less than the least t, and of others none was found that is.
+At 0 and below the rollers leave no rib, and it is no cam.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import LEAST
+from camopt.core.numerics.curves import curve_type
+from camopt.model.effects.case import Case, Effect, Setup
+from camopt.model.effects.peak import Peak
+from camopt.model.effects.peak_columns import peak_column
+from camopt.model.mechanisms import Designs
+from camopt.model.motion.programme import Programme
+from camopt.model.motion.stroke import ALL_STROKES
+
+THICKNESS = "rib_thickness_min_mm"
+
+
+@curve_type
+def rib_thickness(at, first, second, spacing, cosine, sine, rollers):
+    """t [mm]: from tan β at both rollers, d, cos and sin of σ·½δ, and 2·R_r + j."""
+    root, further = np.sqrt(1.0 + np.square(first)), np.sqrt(1.0 + np.square(second))
+    cos_1, sin_1 = (cosine + sine * first) / root, (cosine * first - sine) / root
+    cos_2, sin_2 = (cosine - sine * second) / further, (cosine * second + sine) / further
+    return spacing * (cos_1 + cos_2) / (1.0 + cos_1 * cos_2 + sin_1 * sin_2) - rollers
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    return (THICKNESS,) if setup.mechanism.ribbed else ()
+
+
+def _spacing(designs: Designs) -> Any:
+    """d, mm: thicknesses are right to so much of it."""
+    return designs.roller_spacing
+
+
+def peaks(setup: Setup) -> dict[str, Peak]:
+    mechanism = setup.mechanism
+
+    def thickness(designs: Designs, programme: Programme) -> Any:
+        d, zero = designs.roller_spacing, designs.size * 0.0
+        sine = 0.5 * d / designs.arm_length if setup.angular else zero
+        cosine, way = np.sqrt((1.0 - sine) * (1.0 + sine)), designs.sense if mechanism.body.developed else 1.0
+        (second,) = mechanism.further
+        first = mechanism.pressure(designs, programme)
+        other = second.mechanism.pressure(second.seen(designs), programme)
+        return rib_thickness(first, other, d, cosine + zero, way * sine, 2.0 * setup.half_width(designs) + zero)
+
+    return (
+        {THICKNESS: Peak(((thickness, ALL_STROKES),), LEAST, unit=_spacing, open_at_zero=True)}
+        if mechanism.ribbed
+        else {}
+    )
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    return {THICKNESS: peak_column(case, peaks(case.setup)[THICKNESS])}
+
+
+EFFECT = Effect("rib", offers, run, peaks=peaks)

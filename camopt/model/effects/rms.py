@@ -1,0 +1,46 @@
+"""Means of the motion: root mean square of acceleration and jerk, which heat a drive, and area below the lift.
+
+    √(1/(2π)·∮a² dθ),  a = ω²·y'', or the derivative by the cam angle without a speed; the jerk likewise
+    ∮y dθ from the lowest of the turn, which says how long a valve is how far open
+
+The motion is a polynomial on each panel, and these integrals exact. A root mean square is infinite where a lower
+derivative jumps. They depend on the motion and the speed alone.
+"""
+
+from typing import Any
+
+from camopt.core.quantities import RMS_ORDERS, motion_mean
+from camopt.model.effects.case import Case, Effect, Setup
+from camopt.model.effects.mean import Mean
+from camopt.model.effects.mean_columns import mean_column
+from camopt.model.effects.motion import derivative_scale
+from camopt.model.effects.peak import Derivative, InDegrees
+from camopt.model.motion.stroke import ALL_STROKES
+
+
+def _mean(setup: Setup, order: int) -> Mean:
+    by_angle = Derivative(order)
+    return Mean(((by_angle, ALL_STROKES),), 2, derivative_scale(setup, order), by_angle.jumps)
+
+
+def _lift_area(setup: Setup) -> dict[str, Mean]:
+    """360° times the mean displacement."""
+    name = f"lift_area_{'deg' if setup.tool_turns else 'mm'}_deg"
+    return {name: Mean(((Derivative(0), ALL_STROKES),), 1, InDegrees(int(setup.tool_turns), 360.0))}
+
+
+def means(setup: Setup) -> dict[str, Mean]:
+    turns, timed = setup.tool_turns, setup.omega is not None
+    roots = {motion_mean(n, angular=turns, timed=timed): _mean(setup, order) for n, order in RMS_ORDERS.items()}
+    return roots | _lift_area(setup)
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    return tuple(means(setup))
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    return {name: mean_column(case, mean) for name, mean in means(case.setup).items() if name in wanted}
+
+
+EFFECT = Effect("rms", offers, run, is_of_motion=lambda setup: True, means=means)

@@ -1,0 +1,38 @@
+"""Sizes of a design, the scene's numbers that vary from design to design, and the clearance of the shaft.
+
+No point of a profile is nearer to the cam centre than the base circle (the trace point is never nearer than
+the prime circle), so the clearance is base radius minus shaft radius, exactly.
+"""
+
+from typing import Any
+
+from camopt.model.effects.case import Case, Effect, Setup
+from camopt.model.effects.contacts import least_size_of
+from camopt.model.motion.stroke import RETURN, RISE
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    mechanism = setup.mechanism
+    names = ["law_rise", "law_return", *mechanism.size_quantities.values()]
+    if mechanism.body.closed and not mechanism.flat_faced:
+        names += ["prime_radius_mm"]
+    if setup.shaft_radius is not None:
+        names += ["shaft_clearance_mm"]
+    return (*names, *setup.varied.values())
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    designs, mechanism = case.designs, case.setup.mechanism
+    seconds = (each.seen(designs).sizes.items() for each in mechanism.further)
+    sizes = designs.sizes | {f"second_{name}": size for each in seconds for name, size in each}
+    return {
+        "law_rise": case.programme.law_names(RISE),
+        "law_return": case.programme.law_names(RETURN),
+        **{name: sizes[field] for field, name in mechanism.size_quantities.items()},
+        "prime_radius_mm": designs.prime_radius,
+        "shaft_clearance_mm": least_size_of(case.setup, designs) - (case.setup.shaft_radius or 0.0),
+        **{name: case.each.given[key] for key, name in case.setup.varied.items()},
+    }
+
+
+EFFECT = Effect("sizes", offers, run, is_of_sizes=True)

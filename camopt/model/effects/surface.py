@@ -1,0 +1,289 @@
+"""Sliding, rolling, wear and film thickness at the contact of a disc cam.
+
+By the cam angle, in mm/rad: the contact moves over the cam at c, over the follower at c_f, and the follower slides
+over the cam at v = c − c_f. With q the turning of the follower relative to the cam (1, or 1 ± ψ' of an arm) and N_p
+the speed of the trace point (``Mechanism.sliding``),
+
+    knife edge, spherical face:  v = N_p − q·R_s,          c = N_p·(1 − κ·R_s)
+    roller that does not slip:   v = 0,                    c = N_p·(1 − κ·R_r),    spins at N_p/R_r − q
+    flat face:                   v = R_b + y (swinging: q·f + c·sin ψ),            c = q·ρ
+
+and the surfaces carry the lubricant in at u = (c + c_f)/2 = c − v/2, the entrainment speed. Archard's wear takes
+the depth k_w·(N/L)·|v|/c off a point of the profile in each turn. Dowson and Higginson's least film of line contact
+is
+
+    h = 2.65·R·(α·E')^0.54·U^0.7·W^−0.13,    U = η·u/(E'·R),    W = N/(E'·R·L),    E' = 2·E*
+
+taken at each cam angle as if the motion were steady: 0 where u passes 0, though squeezing then leaves a little. It
+holds for stiff surfaces and oils that thicken under pressure. Point contacts have neither wear nor film here, and a
+knife edge no film.
+
+On the outer wall of a groove a roller spins the other way, at N_p/R_r + q; of grooves its spin on either wall is
+given, and no entrainment or film. The mantle of a cylinder does not turn below a roller: there q − 1 is in place of
+q.
+
+Sources: Archard, J. Appl. Phys. 24 (1953); Dowson and Higginson, Elasto-hydrodynamic Lubrication, ch. 7.
+"""
+
+from collections.abc import Mapping
+from functools import partial
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.core.numerics.curves import curve_type
+from camopt.core.numerics.jet import to_power
+from camopt.model.effects import force
+from camopt.model.effects.case import Bounded, Case, Effect, Setup, of_setting
+from camopt.model.effects.loads import contact_load, has_guide_friction, is_sound, normal_curve, roller_path, ways
+from camopt.model.effects.peak import AS_IT_IS, Over, Peak, PerRoller, Scale, Times, Variant, at_corners, never
+from camopt.model.effects.peak_columns import as_column, columns_of_ends, extreme_of, peak_column
+from camopt.model.mechanisms.design import Designs, Mechanism
+from camopt.model.mechanisms.elements import INNER_SIDE
+from camopt.model.motion.programme import Programme
+from camopt.model.motion.stroke import ALL_STROKES
+
+SLIDING, SPIN = "sliding_speed_max_m_s", "roller_speed_max_rpm"
+FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT = "entrainment_speed_max_m_s", "entrainment_speed_min_m_s"
+WEAR, FILM, RATIO = "wear_depth_max_um", "film_thickness_min_um", "film_ratio_min"
+LUBRICANT = ("viscosity", "pressure_viscosity")
+OF_SPEED, OF_LOAD, OF_RADIUS = 0.7, 0.13, 0.43  # exponents of u, 1/N and R in the film
+REPORTED_TURNS = 1e6
+
+
+@curve_type
+def trace_sliding(at, speed, radius, turns, turning):
+    """N_p − q·R [mm/rad], with q = turns + turning·y'."""
+    return speed - radius * (turns + turning * at.y1)
+
+
+@curve_type
+def spin_rate(at, speed, radius, turning):
+    """N_p' − R·q' [mm/rad²], with q = 1 + turning·y'; ``speed`` is N_p'."""
+    return speed - radius * turning * at.y2
+
+
+@curve_type
+def trace_entrainment(at, speed, curvature, radius, turning, slip):
+    """N_p·(1 − κ·R) − slip·(N_p − q·R)/2 [mm/rad]; ``slip`` is 0 for a roller, 1 for a tip that does not turn."""
+    half = 0.5 * slip
+    return speed * ((1.0 - half) - radius * curvature) + half * radius * (1.0 + turning * at.y1)
+
+
+@curve_type
+def face_entrainment(at, radius, sliding, turning):
+    """q·ρ − v/2 [mm/rad]."""
+    return (1.0 + turning * at.y1) * radius - 0.5 * sliding
+
+
+@curve_type(loaded=True)
+def face_wear(at, load, sliding, turning):
+    """N·|v|/(q·ρ) [N]; ``load`` is N/ρ."""
+    return load * np.abs(sliding) / (1.0 + turning * at.y1)
+
+
+@curve_type
+def relative_radius(at, curvature, roller_radius):
+    """R = R_r·(1 − κ·R_r) [mm]."""
+    return roller_radius - roller_radius * roller_radius * curvature
+
+
+@curve_type(loaded=True)
+def film_thinness(at, normal, entrainment, radius):
+    """N^0.13·u^−0.7·R^−0.43, the inverse of the film but for a factor; N, mm/rad, mm."""
+    spread = to_power(np.square(entrainment), -0.5 * OF_SPEED) * to_power(radius, -OF_RADIUS)
+    return to_power(normal, OF_LOAD) * spread
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    if speed_over_cam(setup.mechanism) is None:
+        return ()
+    if setup.mechanism.two_sided:
+        return (SPIN,) if setup.rolls else ()
+    worn = () if setup.spherical or setup.rolls else (WEAR,)
+    carried = () if setup.spherical or setup.is_knife else (FILM, RATIO)
+    return (SPIN if setup.rolls else SLIDING, FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT, *worn, *carried)
+
+
+def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+    bodies, speed = setup.bodies, () if setup.omega is not None else ("cam.rpm",)
+    loads = force.missing(setup)
+    needs = {WEAR: ("wear_rate", "face_width"), FILM: ("face_width", *LUBRICANT)}
+    needs[RATIO] = (*needs[FILM], "roughness")
+    found = {}
+    for name in offers(setup):
+        keys = tuple(f"materials.{key}" for key in needs.get(name, ()) if not getattr(bodies, key))
+        if name in (FILM, RATIO) and not bodies.modulus:
+            keys = ("materials.cam", "materials.follower", *keys)
+        absent = (*(loads if name in needs else speed), *keys)
+        if absent:
+            found[name] = absent
+    return found
+
+
+def reads(setup: Setup) -> tuple[str, ...]:
+    return (*(() if setup.is_knife else ("undercut",)), *(("jamming_margin",) if has_guide_friction(setup) else ()))
+
+
+def speed_over_cam(mechanism: Mechanism) -> Any:
+    """Curve of the speed of the trace point, or of a flat face, over the cam, mm/rad."""
+    return mechanism.sliding or mechanism.path
+
+
+def turning(setup: Setup, designs: Designs) -> FloatArray:
+    """The factor of y' in q."""
+    way = -1.0 if setup.mechanism.reverses else 1.0
+    return np.full(len(designs), way * designs.sense if setup.angular else 0.0)
+
+
+def sliding_curve(setup: Setup, designs: Designs, programme: Programme, side: float = INNER_SIDE) -> Any:
+    """v, mm/rad; for a roller, the value if it did not turn. On the wall on a side of the trace point."""
+    sliding = speed_over_cam(setup.mechanism)(designs, programme)
+    if setup.mechanism.curvature is None:
+        return sliding
+    turns = np.full(len(designs), 0.0 if setup.mechanism.body.developed else 1.0)
+    return trace_sliding(sliding, -side * designs.roller_radius, turns, turning(setup, designs))
+
+
+def spin_rate_curve(setup: Setup, designs: Designs, programme: Programme, side: float) -> Any:
+    """N_p' − R·q' on the wall on a side of the trace point, mm/rad²."""
+    assert setup.mechanism.speeding is not None
+    speed = setup.mechanism.speeding(designs, programme)
+    return spin_rate(speed, -side * designs.roller_radius, turning(setup, designs))
+
+
+def entrainment_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
+    """u, mm/rad."""
+    mechanism = setup.mechanism
+    sliding, turns = speed_over_cam(mechanism)(designs, programme), turning(setup, designs)
+    if mechanism.curvature is None:
+        assert mechanism.profile_radius is not None
+        return face_entrainment(mechanism.profile_radius(designs, programme), sliding, turns)
+    slip = np.full(len(designs), 0.0 if setup.rolls else 1.0)
+    return trace_entrainment(sliding, mechanism.curvature(designs, programme), designs.roller_radius, turns, slip)
+
+
+def wear_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
+    """N·|v|/c, N; a knife edge has v = c."""
+    if setup.is_knife:
+        return normal_curve(setup, designs, programme, way)
+    load, sliding = contact_load(setup, designs, programme), sliding_curve(setup, designs, programme)
+    return face_wear(load, sliding, turning(setup, designs))
+
+
+def thinness_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
+    """The inverse of the film, but for ``film_factor``."""
+    mechanism = setup.mechanism
+    normal, entrainment = (
+        normal_curve(setup, designs, programme, way),
+        entrainment_curve(setup, designs, programme),
+    )
+    if mechanism.curvature:
+        radius = relative_radius(roller_path(setup, designs, programme, mechanism.flanks[0]), designs.roller_radius)
+        return film_thinness(normal, entrainment, radius)
+    assert mechanism.profile_radius is not None
+    return film_thinness(normal, entrainment, mechanism.profile_radius(designs, programme))
+
+
+def wear_variants(name: str, setup: Setup) -> tuple[Variant, ...]:
+    """The curves that decide wear (film), with the guide's friction each way."""
+    make = wear_curve if name == WEAR else thinness_curve
+    return tuple((partial(make, setup, way=way), kinds) for way, kinds in ways(setup))
+
+
+def wear_factor(setup: Setup) -> Any:
+    """Depth in a million turns, µm, by N·v/c."""
+    bodies = setup.bodies
+    assert bodies.wear_rate is not None
+    assert bodies.face_width is not None
+    return REPORTED_TURNS * 1e3 * bodies.wear_rate / bodies.face_width
+
+
+def film_factor(setup: Setup) -> Any:
+    """Film, mm, over u^0.7·R^0.43/N^0.13."""
+    bodies, omega = setup.bodies, setup.omega
+    assert bodies.modulus is not None
+    assert bodies.viscosity is not None
+    assert bodies.pressure_viscosity is not None
+    assert bodies.face_width is not None
+    assert omega is not None
+    twice = 2.0 * bodies.modulus
+    speed, load = (bodies.viscosity * omega / twice) ** OF_SPEED, (twice * bodies.face_width) ** OF_LOAD
+    return 2.65 * (bodies.pressure_viscosity * twice) ** 0.54 * speed * load
+
+
+def peaks(setup: Setup) -> dict[str, Peak]:
+    if not offers(setup) or setup.omega is None:
+        return {}
+    return _speeds(setup) | _of_load(setup)
+
+
+def _speeds(setup: Setup) -> dict[str, Peak]:
+    sliding = tuple(
+        (partial(sliding_curve, setup, side=flank.side), ALL_STROKES) for flank in setup.mechanism.flanks
+    )
+    carrying = partial(entrainment_curve, setup), ALL_STROKES
+    jumps = never if setup.is_knife else at_corners
+    speed = of_setting(setup, Times(setup.omega / 1e3), AS_IT_IS, lambda each: each.omega / 1e3)
+    scale = speed
+    if setup.rolls:
+        turns = 30.0 / pi * setup.omega
+        scale = of_setting(setup, PerRoller(turns), PerRoller(1.0), lambda each: 30.0 / pi * each.omega)
+    found = {
+        SPIN if setup.rolls else SLIDING: Peak(sliding, LARGEST_MAGNITUDE, scale),
+        FASTEST_ENTRAINMENT: Peak((carrying,), LARGEST, speed, jumps),
+        SLOWEST_ENTRAINMENT: Peak((carrying,), LEAST, speed, jumps),
+    }
+    return {name: found[name] for name in found if name in offers(setup)}
+
+
+def _of_load(setup: Setup) -> dict[str, Peak]:
+    """Wear and film, if the scene gives the values that they need."""
+    missing = lacks(setup)
+    return {
+        name: Peak(wear_variants(name, setup), LARGEST, _scale(name, setup), at_corners)
+        for name in offers(setup)
+        if name in (WEAR, FILM, RATIO) and name not in missing
+    }
+
+
+def _scale(name: str, setup: Setup) -> Scale:
+    """From the extreme of its curves to wear or film."""
+    if name == WEAR:
+        return of_setting(setup, Times(wear_factor(setup)), AS_IT_IS, wear_factor)
+
+    def film(setup: Setup) -> Any:
+        unit: Any = 1e3 if name == FILM else 1.0 / setup.bodies.roughness
+        return film_factor(setup) * unit
+
+    return of_setting(setup, Over(film(setup)), Over(1.0), lambda each: 1.0 / film(each))
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    known, sound = peaks(case.setup), is_sound(case)
+    columns: dict[str, Any] = {name: peak_column(case, known[name]) for name in wanted & {SLIDING, SPIN}}
+    if wanted & {FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT, FILM, RATIO}:
+        ends = columns_of_ends(case, known[FASTEST_ENTRAINMENT], known[SLOWEST_ENTRAINMENT])
+        columns |= zip((FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT), ends, strict=True)
+    if wanted & {FILM, RATIO}:
+        columns |= _film(case, known, sound & _carries(*ends))
+    if WEAR in wanted:
+        columns[WEAR] = peak_column(case, known[WEAR], sound)
+    return columns
+
+
+def _carries(fastest: Bounded, slowest: Bounded) -> Any:
+    """Designs whose surfaces carry the lubricant in one direction over the whole turn."""
+    return (slowest.value + slowest.outward > 0.0) | (fastest.value + fastest.outward < 0.0)
+
+
+def _film(case: Case, known: Mapping[str, Peak], carried: Any) -> dict[str, Any]:
+    """The least film, while the bodies are pressed together."""
+    pressed = force.keeps_contact(case)
+    thinnest = extreme_of(case, known[FILM], carried & pressed)
+    return {name: as_column(case, known[name], thinnest) for name in (FILM, RATIO) if name in known}
+
+
+EFFECT = Effect("surface", offers, run, lacks, reads, peaks=peaks, of_contact=True)

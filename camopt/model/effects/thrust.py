@@ -1,0 +1,132 @@
+"""Normal force, side thrust, and their effect on the guide and the stem of the follower.
+
+    N = F/(cos β − sgn(F·y')·μ·q·|sin β|),  q = (2a + b)/b,    S = N·sin β
+    guide reaction S·(a + b)/b,    bending stress of the stem 32·S·a/(π·d³),    jams where μ·q·|tan β| = 1
+
+for a guide of length b and an overhang a = a₀ − y, from the trace point to the near end of the guide: both ends of
+the guide bear on the stem, S·(a + b)/b + S·a/b = q·S together, and rub against the motion, whose sign is that of y'
+whatever the stroke is called; at rest no friction is counted. Where F < 0 an open cam has lost contact: no load.
+The follower jams while it is driven outward, in a groove inward too. Without a guide there is no friction. An
+oscillating follower has S along its arm, and no guide.
+
+Source: Rothbart, Cam Design Handbook, ch. 6; Norton, Cam Design and Manufacturing Handbook, ch. 7.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import LARGEST_MAGNITUDE
+from camopt.model.effects import force
+from camopt.model.effects.case import Case, Effect, Setup, of_setting
+from camopt.model.effects.given import GivenDynamics
+from camopt.model.effects.loads import (
+    along_curve,
+    drag_curve,
+    driven,
+    friction,
+    goal_of,
+    has_guide_friction,
+    normal_curve,
+    side_thrust,
+    ways,
+)
+from camopt.model.effects.peak import AS_IT_IS, LeftOfOne, Peak, Scale, Times, at_corners, unweighted
+from camopt.model.effects.peak_columns import peak_column
+from camopt.model.mechanisms.design import Designs
+from camopt.model.motion.programme import Programme
+
+GUIDE = ("guide_length", "overhang")
+NEEDS = {  # keys of [follower.dynamics] beside those of a force
+    "guide_reaction_max_N": GUIDE,
+    "stem_bending_stress_max_MPa": ("overhang", "stem_diameter"),
+}
+JAMMING = ("jamming_margin", "jamming_angle_deg")
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    if setup.mechanism.flat_faced:
+        return ("normal_force_max_N",)
+    names = ("normal_force_max_N", "side_thrust_max_N")
+    return names if setup.angular or setup.mechanism.further else (*names, *NEEDS, *JAMMING)
+
+
+def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+    given, loads = setup.dynamics, force.missing(setup)
+    found = {}
+    for name in offers(setup):
+        keys = ("friction", *GUIDE) if name in JAMMING else NEEDS.get(name, ())
+        absent = tuple(f"follower.dynamics.{key}" for key in keys if not getattr(given, key) and key != "overhang")
+        if "overhang" in keys and given.overhang is None:
+            absent += ("follower.dynamics.overhang",)
+        absent += () if name in JAMMING else loads
+        if absent:
+            found[name] = absent
+    return found
+
+
+def thrust_curve(setup: Setup, designs: Designs, programme: Programme, way: float, of: str) -> Any:
+    """S·(arm + reach·y) of a follower that moves one way, for a quantity of side thrust."""
+    ones, pressure = np.ones(len(designs)), setup.mechanism.pressure(designs, programme)
+    arm, reach, _ = LEVERS[of](setup.at(designs).dynamics)
+    return side_thrust(along_curve(setup, designs, programme, way), pressure, arm * ones, reach * ones)
+
+
+def peaks(setup: Setup) -> dict[str, Peak]:
+    normal = tuple((partial(normal_curve, setup, way=way), kinds) for way, kinds in ways(setup))
+    found = {"normal_force_max_N": Peak(normal, goal_of(setup), jumps=at_corners)}
+    if has_guide_friction(setup):
+        drag = ((partial(drag_curve, setup), driven(setup)),)
+        found["jamming_margin"] = Peak(drag, LARGEST_MAGNITUDE, LeftOfOne(), unit=unweighted)
+    for name in levers(setup) if setup.mechanism.curvature else ():
+        curves = tuple((partial(thrust_curve, setup, way=way, of=name), kinds) for way, kinds in ways(setup))
+        found[name] = Peak(curves, LARGEST_MAGNITUDE, _scale(setup, name), at_corners)
+    return found
+
+
+def _scale(setup: Setup, of: str) -> Scale:
+    """From S·(arm + reach·y) to the quantity."""
+
+    def factor(setup: Setup) -> Any:
+        return LEVERS[of](setup.dynamics)[2]
+
+    return of_setting(setup, Times(factor(setup)), AS_IT_IS, factor)
+
+
+def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    setup, known, sound = case.setup, peaks(case.setup), True
+    columns: dict[str, Any] = {}
+    if has_guide_friction(setup):
+        margin = columns["jamming_margin"] = peak_column(case, known["jamming_margin"])
+        drag = friction(case.each.dynamics, len(case.designs) if case.designs.numbers else 1, 1.0)[0]
+        angle = np.degrees(np.arctan2(1.0, drag))
+        columns["jamming_angle_deg"] = angle if case.designs.numbers else float(angle[0])
+        sound = margin.value + margin.outward > 0.0
+    loads = wanted & known.keys() - {"jamming_margin"}
+    return columns | {name: peak_column(case, known[name], sound) for name in loads}
+
+
+def _reaction(given: GivenDynamics) -> tuple[Any, Any, Any]:
+    return 1.0 + given.overhang / given.guide_length, -1.0 / given.guide_length, 1.0
+
+
+LEVERS: dict[str, Callable[[GivenDynamics], tuple[Any, Any, Any]]] = {
+    "side_thrust_max_N": lambda given: (1.0, 0.0, 1.0),
+    "guide_reaction_max_N": _reaction,
+    "stem_bending_stress_max_MPa": lambda given: (given.overhang, -1.0, 32.0 / (pi * given.stem_diameter**3)),
+}
+"""What side thrust is multiplied with: a line in y (arm, reach), and a factor."""
+
+
+def levers(setup: Setup) -> tuple[str, ...]:
+    """The quantities of side thrust for which the scene gives the values needed."""
+    given = setup.dynamics
+    there = (True, bool(given.guide_length), bool(given.stem_diameter))
+    has = (name for name, enough in zip(LEVERS, there, strict=True) if enough)
+    return tuple(name for name in has if given.overhang is not None or name == "side_thrust_max_N")
+
+
+EFFECT = Effect("thrust", offers, lacks=lacks, of_pitch=of_pitch, peaks=peaks, of_contact=True)

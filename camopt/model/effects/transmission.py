@@ -1,0 +1,48 @@
+"""Transmission angle: how squarely couplers drive what they move; the least of a train over the turn.
+
+It is the acute angle between a coupler and the rocker or crank that it turns, or between a coupler and the line
+square to the slide that it moves. At 90° the coupler drives it squarely, near 0° not at all; by habit it is at
+least 40°, or 45° at speed. It depends on the position of the train alone, and is least at an end of the travel, or
+where its cosine is stationary between: on the line of the pivots of a four-bar linkage, with the crank square to
+the slide of a slider-crank, or, driven from the slide, with that abreast of the pivot.
+
+Source: Norton, Design of Machinery, ch. 3 and 4 (transmission angle).
+"""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import LEAST
+from camopt.model.effects.case import Bounded, Case, Effect, Setup
+from camopt.model.effects.peak import InDegrees
+from camopt.model.effects.train_peak import TrainMotion, TrainPeak
+from camopt.model.mechanisms.design import Designs
+from camopt.model.motion.driven import travel
+
+LEAST_ANGLE = "transmission_angle_min_deg"
+ROUNDED = 1e-12  # of the angle: what positions of joints lose
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    return (LEAST_ANGLE,) if setup.train is not None and setup.train.has_couplers else ()
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    assert case.setup.train is not None
+    least = np.degrees(case.setup.train.least_transmission(*travel(case.programme)))
+    return {LEAST_ANGLE: Bounded(least, -ROUNDED * least, least)}
+
+
+def train_peaks(setup: Setup) -> dict[str, TrainPeak]:
+    links = () if setup.train is None else setup.train.links
+    curves = tuple(partial(_angle, link=k) for k, link in enumerate(links) if link.couplers[0])
+    return {LEAST_ANGLE: TrainPeak(curves, LEAST, InDegrees(1))}
+
+
+def _angle(designs: Designs, motion: TrainMotion, link: int) -> Any:
+    return motion.transmission(link)
+
+
+EFFECT = Effect("transmission", offers, run, is_of_motion=lambda setup: True, train_peaks=train_peaks)

@@ -1,0 +1,52 @@
+"""Wall: the least thickness of metal round the bore and its keyway.
+
+That is the base circle of a disc cam, where a groove in its face is nearest to the axis too, and its hub where it
+has one; the inner flank of a rib on its face, at rest beyond the centre of its roller by the radius of that; the
+bottom of the groove of a cylindrical cam, and the foot of its rib.
+The corners of a keyway of width w and depth t in a bore of radius r are at √((r + t)² + w²/4) from the axis.
+"""
+
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from camopt.model.effects.case import Case, Effect, Setup
+from camopt.model.effects.implied import Implied
+from camopt.model.mechanisms.elements import INNER_SIDE
+
+WALL = "hub_wall_min_mm"
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    return (WALL,)
+
+
+def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+    return {} if setup.solid.bore_radius else {WALL: ("part.bore",)}
+
+
+def size_for_wall(setup: Setup, wall: float) -> float:
+    """The base (mean) radius at which the wall has a thickness; infinite if the hub's wall is thinner."""
+    solid = setup.solid
+    if solid.hub_radius and solid.hub_radius - solid.bore_reach < wall:
+        return inf
+    inwards = (solid.flank_height or 0.0) / 2.0 if setup.mechanism.body.developed else 0.0
+    return wall + solid.bore_reach + inwards
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    solid, designs, mechanism = case.setup.solid, case.designs, case.setup.mechanism
+    inside = not mechanism.body.developed and all(flank.side > INNER_SIDE for flank in mechanism.flanks)
+    beyond = (
+        designs.roller_radius + case.setup.half_width(designs) if inside else 0.0
+    )  # of the inner roller of a rib
+    about = designs.size + beyond - size_for_wall(case.setup, 0.0)
+    return {WALL: np.minimum(about, solid.hub_radius - solid.bore_reach) if solid.hub_radius else about}
+
+
+def implies(setup: Setup, name: str, bound: float) -> Implied:
+    return Implied(least_size=size_for_wall(setup, bound))
+
+
+EFFECT = Effect("wall", offers, run, lacks, implies=implies, is_of_sizes=True, of_contact=True)

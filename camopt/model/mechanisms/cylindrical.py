@@ -1,0 +1,77 @@
+"""Cylindrical cam, translating follower, developed at the mean radius R_m: the curve (R_m·θ, y).
+
+tan β = y'/R_m,    κ = (y''/R_m²) / (1 + (y'/R_m)²)^{3/2};    both flanks of the groove touch the roller
+"""
+
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics.curves import curve_type, further_formula
+from camopt.model.mechanisms.design import Designs, Mechanism, without_roller
+from camopt.model.mechanisms.elements import CYLINDER, GROOVED, ROUND, TRANSLATING
+from camopt.model.mechanisms.rest import ContactPoint, Off, Rest
+from camopt.model.mechanisms.trace import speed_change, trace_curvature
+from camopt.model.motion.programme import Programme
+
+
+@curve_type
+def cylindrical_pressure(at, mean_radius):
+    """tan β; ``mean_radius`` is R_m [mm]."""
+    return at.y1 / mean_radius
+
+
+@further_formula(cylindrical_pressure)
+def pressure_angle_further(f, i, at):
+    return at.y1 / f.mean_radius[i], at.y2 / f.mean_radius[i], at.y3 / f.mean_radius[i], at.y4 / f.mean_radius[i]
+
+
+@curve_type
+def cylindrical_path(at, mean_radius):
+    """The length of the pitch curve by the cam angle, √(R_m² + y'²) [mm/rad]."""
+    return np.sqrt(np.square(mean_radius) + np.square(at.y1))
+
+
+@curve_type
+def cylindrical_speed_change(at, mean_radius):
+    """The derivative of that length by the cam angle [mm/rad²]."""
+    return speed_change(at.y1, at.y2, mean_radius, 0.0)
+
+
+@curve_type
+def cylindrical_curvature(at, mean_radius):
+    """κ of the developed pitch curve [1/mm]."""
+    return trace_curvature(-at.y1, -at.y2, mean_radius, 0.0, 0.0)
+
+
+def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+    return (designs.size,)
+
+
+def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
+    return ContactPoint(angle * design.size, y, -y1, y * 0.0 + design.size)
+
+
+def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
+    """On the developed surface the follower has one line on which it moves."""
+    across, up = off.shift(_contact(design, lift, y * 0.0, y, y1))
+    return Rest(up, across / design.size)
+
+
+MECHANISM = Mechanism(
+    body=CYLINDER,
+    drive=GROOVED,
+    motion=TRANSLATING,
+    tips=ROUND,
+    sizes=("roller_radius",),
+    name="cylindrical cam, translating follower",
+    pressure=lambda designs, programme: cylindrical_pressure(designs.size),
+    curvature=lambda designs, programme: cylindrical_curvature(designs.size),
+    path=lambda designs, programme: cylindrical_path(designs.size),
+    speeding=lambda designs, programme: cylindrical_speed_change(designs.size),
+    assembly_margins=_assembly_margins,
+    assembly="the mean radius has to be above 0",
+    contact=_contact,
+    rest=_rest,
+    pitch=without_roller,
+)

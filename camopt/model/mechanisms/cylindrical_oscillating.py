@@ -1,0 +1,125 @@
+"""Cylindrical cam, oscillating follower, developed at the mean radius R_m.
+
+The arm of length l is square to the cam's axis at mid-swing and carries the roller on an arc, here laid on the
+developed (tangent) plane. With ψ = y − h/2 and the upper sign for a ccw cam the curve is
+
+    (R_m·θ ∓ l·(cos ψ − cos ψ_end), l·sin ψ)
+
+so that, with σ = +1 for ccw and −1 for cw,
+
+    tan β = (l·ψ' + σ·R_m·sin ψ)/(R_m·cos ψ),    N² = R_m² + 2σR_m·l·sin ψ·ψ' + l²ψ'²
+    κ = (β' − σψ')/N = (R_m·l·(cos ψ·ψ'' − sin ψ·ψ'²) − σl²ψ'³)/N³
+
+Known deviation: the true arc leaves the cylinder. At its ends it stands x = l(1 − cos ½h) off the plane's line
+of contact, and lies x²/(2R_m) above the cylinder; wrapping it instead of laying it flat shifts a point by about
+x³/(6R_m²) round the cylinder (for l = 100, h = 20°, R_m = 60 mm: x = 1.5 mm, 0.02 mm and 0.0002 mm).
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.curves import curve_type, further_formula, quotient, turned_series
+from camopt.core.numerics.trigonometry import turned
+from camopt.model.mechanisms.design import Designs, Mechanism, Misfit, without_roller
+from camopt.model.mechanisms.elements import CYLINDER, GROOVED, OSCILLATING, ROUND
+from camopt.model.mechanisms.rest import ContactPoint, Off, Rest, angle_by_sine
+from camopt.model.mechanisms.trace import course_over_cylinder, speed_change, trace_curvature
+from camopt.model.motion.programme import Programme
+
+
+@curve_type
+def swinging_pressure(at, mean_radius, arm_length, cosine, sine, sense):
+    """tan β; ``cosine`` and ``sine`` are those of the arm at the start."""
+    cosine, sine = turned(cosine, sine, at.y)
+    return (arm_length / mean_radius * at.y1 + sense * sine) / cosine
+
+
+@further_formula(swinging_pressure)
+def pressure_angle_further(f, i, at):
+    cosine, (s, s1, s2, s3) = turned_series(f.cosine[i], f.sine[i], at)
+    ratio, sense = f.arm_length[i] / f.mean_radius[i], f.sense[i]
+    w = (
+        ratio * at.y1 + sense * s,
+        ratio * at.y2 + sense * s1,
+        ratio * at.y3 + sense * s2,
+        ratio * at.y4 + sense * s3,
+    )
+    return quotient(w, cosine)
+
+
+@curve_type
+def swinging_path(at, mean_radius, arm_length, cosine, sine, sense):
+    """The length of the pitch curve by the cam angle, N [mm/rad]."""
+    cosine, sine = turned(cosine, sine, at.y)
+    swing = sense * arm_length * at.y1
+    return np.sqrt(np.square(mean_radius + swing * sine) + np.square(swing * cosine))
+
+
+@curve_type
+def swinging_curvature(at, mean_radius, arm_length, cosine, sine, sense):
+    """κ of the developed pitch curve [1/mm]."""
+    w, w1, s, s1 = course_over_cylinder(at, mean_radius, arm_length, cosine, sine, sense)
+    return trace_curvature(w, w1, s, s1, -sense * at.y1)
+
+
+@curve_type
+def swinging_speed_change(at, mean_radius, arm_length, cosine, sine, sense):
+    """The derivative of that length by the cam angle [mm/rad²]."""
+    w, w1, s, s1 = course_over_cylinder(at, mean_radius, arm_length, cosine, sine, sense)
+    return speed_change(w, w1, s, s1)
+
+
+def _fields(designs: Designs, programme: Programme) -> tuple[FloatArray, ...]:
+    ones, start = np.ones(len(designs)), -programme.lift / 2
+    return designs.size, designs.arm_length, ones * np.cos(start), ones * np.sin(start), ones * designs.sense
+
+
+def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+    return designs.size, np.pi - programme.lift
+
+
+def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
+    half, l, sense = lift / 2, design.arm_length, design.sense  # noqa: E741
+    cosine, sine = np.cos(y - half), np.sin(y - half)
+    x = angle * design.size - (cosine - np.cos(half)) * (sense * l)
+    return ContactPoint(x, sine * l, -y1 * cosine * l, y1 * sine * (sense * l) + design.size)
+
+
+def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
+    """The arm turns until its end is as high as the point, and the surface moves until both meet."""
+    psi, l, longer, sense = y - lift / 2, design.arm_length, off.of("arm_length"), design.sense  # noqa: E741
+    across, up = off.shift(_contact(design, lift, y * 0.0, y, y1))
+    cosine, sine = np.cos(psi), np.sin(psi)
+    moved = angle_by_sine(sine, cosine, (up - sine * longer) / (longer + l))
+    fall = np.sin(psi + moved * 0.5) * np.sin(moved * 0.5) * 2.0
+    return Rest(moved, (((cosine - fall) * longer - fall * l) * sense + across) / design.size)
+
+
+def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
+    lift = sizes["lift"]
+    if lift < 180.0:
+        return None
+    return "motion.lift", None, f"the arm swings {lift:g} deg; a swing stays below 180"
+
+
+MECHANISM = Mechanism(
+    body=CYLINDER,
+    drive=GROOVED,
+    motion=OSCILLATING,
+    tips=ROUND,
+    sizes=("roller_radius", "arm_length"),
+    name="cylindrical cam, oscillating follower",
+    pressure=lambda designs, programme: swinging_pressure(*_fields(designs, programme)),
+    curvature=lambda designs, programme: swinging_curvature(*_fields(designs, programme)),
+    path=lambda designs, programme: swinging_path(*_fields(designs, programme)),
+    speeding=lambda designs, programme: swinging_speed_change(*_fields(designs, programme)),
+    assembly_margins=_assembly_margins,
+    assembly="the mean radius has to be above 0, and the swing below 180 deg",
+    contact=_contact,
+    rest=_rest,
+    pitch=without_roller,
+    misfit=_misfit,
+)

@@ -1,0 +1,224 @@
+"""The elements of which mechanisms are made: bodies of cams, what follows them, and what keeps both together.
+
+The body of a cam has flanks, the sides that touch the follower. A follower has a motion, and a tip that touches the
+cam. A drive keeps it there: a spring, flanks that push it and pull it back, or two contacts.
+"""
+
+from typing import Literal, NamedTuple
+
+from camopt.core.quantities.scene_numbers import NUMBERS
+
+CamForm = Literal["disc", "cylindrical"]
+"""The forms of cams, as ``cam.form`` has them."""
+
+
+class Body(NamedTuple):
+    """The body of a cam: the keys of its sizes, and the properties of its form."""
+
+    form: CamForm
+    words: str
+    """What it is called."""
+    cam: tuple[str, ...]
+    """The keys of ``[cam]`` that it alone has, that of its size first."""
+    developed: bool
+    """Whether its curves are drawn on its mantle, laid flat. Others turn about the axis in a plane square to it."""
+    closed: bool
+    """Whether a profile goes round the axis in a plane: it encloses an area, and may cross itself."""
+    bounded: bool
+    """Whether that profile is its edge: it encloses the section of the cam."""
+    part: tuple[str, ...]
+    """The keys of ``[part]`` that it alone has."""
+    solid: tuple[str, ...]
+    """The keys of ``[part]`` without which its mass is not known, the density apart."""
+    flank_height: str = ""
+    """The key of ``[part]`` that says how high its flanks are; "" of a disc that has them over its thickness."""
+    foot: str = ""
+    """Where these are the lowest, in words."""
+
+    @property
+    def size(self) -> str:
+        """The key of its size in ``[cam]``, and in ``[search]``."""
+        return self.cam[0]
+
+    @property
+    def size_name(self) -> str:
+        """The size in words."""
+        return self.size.replace("_", " ")
+
+    @property
+    def size_quantity(self) -> str:
+        """The quantity that says how large it is."""
+        return f"{self.size}_mm"
+
+
+DISC = Body(
+    "disc",
+    "disc cam",
+    cam=("base_radius", "shaft_diameter"),
+    developed=False,
+    closed=True,
+    bounded=True,
+    part=("hub_diameter", "hub_length"),
+    solid=("thickness",),
+)
+FACE_GROOVE = Body(
+    "disc",
+    "grooved disc cam",
+    cam=DISC.cam,
+    developed=False,
+    closed=True,
+    bounded=False,
+    part=("outer_diameter", "groove_depth", "groove_fit", "groove_chamfer"),
+    solid=("thickness", "outer_diameter", "groove_depth"),
+    flank_height="groove_depth",
+)
+CYLINDER = Body(
+    "cylindrical",
+    "cylindrical cam",
+    cam=("mean_radius",),
+    developed=True,
+    closed=False,
+    bounded=False,
+    part=("groove_depth", "groove_fit", "groove_chamfer", "outer_fit"),
+    solid=("thickness", "groove_depth"),
+    flank_height="groove_depth",
+    foot="the bottom of the groove",
+)
+RIBBED_CYLINDER = Body(
+    "cylindrical",
+    "ribbed cylindrical cam",
+    cam=CYLINDER.cam,
+    developed=True,
+    closed=False,
+    bounded=False,
+    part=("rib_height", "outer_fit"),
+    solid=("thickness", "rib_height"),
+    flank_height="rib_height",
+    foot="the foot of the rib",
+)
+RIBBED_DISC = Body(
+    "disc",
+    "ribbed disc cam",
+    cam=DISC.cam,
+    developed=False,
+    closed=True,
+    bounded=False,
+    part=("outer_diameter", "rib_height"),
+    solid=("thickness", "outer_diameter", "rib_height"),
+    flank_height="rib_height",
+)
+BODIES: dict[str, Body] = {body.form: body for body in (DISC, CYLINDER)}
+"""By form: the usual one of each."""
+EVERY_BODY = (DISC, FACE_GROOVE, CYLINDER, RIBBED_CYLINDER, RIBBED_DISC)
+WHICH_DISC = "disc"
+"""What messages call the number of one of the discs of a pair."""
+
+
+INNER_SIDE = -1.0
+"""The side of the trace point on which the profile of an open cam is (``Flank.side``)."""
+
+
+class Flank(NamedTuple):
+    """A side of a cam that touches the follower, one follower radius from the pitch curve."""
+
+    name: str
+    """What tells it from the other ones, seen along the motion of the follower over the cam; "" of the only one."""
+    side: float
+    """Where it is along the outward normal of the pitch curve: −1 below the trace point, +1 beyond it."""
+    pressing: float
+    """The sign of the normal force N that presses the follower on it."""
+    kind: str = "flank"
+    """What it is called, after its name."""
+    bulge: float = 1.0
+    """1 if κ > 0 of the pitch curve bends it towards the follower, −1 if away from it."""
+
+    @property
+    def said(self) -> str:
+        """It in words."""
+        return f"{self.name} {self.kind}"
+
+
+OUTER = (Flank("", -1.0, 1.0),)
+"""The profile of an open cam: it can push the follower outward, and not pull it back."""
+GROOVE = (Flank("right", -1.0, 1.0, bulge=-1.0), Flank("left", 1.0, -1.0))
+"""Both walls of a groove: the one pushes the roller outward, the other pulls it back."""
+FACE_WALLS = (Flank("inner", INNER_SIDE, 1.0, "wall"), Flank("outer", -INNER_SIDE, -1.0, "wall", bulge=-1.0))
+"""Those of a groove in the face of a disc, whichever way it turns."""
+
+
+MotionName = Literal["translating", "oscillating"]
+"""How followers move, as ``follower.motion`` has it."""
+TipName = Literal["knife", "roller", "flat", "spherical"]
+"""What touches the cam, as ``follower.contact`` has it."""
+
+
+class FollowerMotion(NamedTuple):
+    """The way in which a follower moves: along a line, or about a pivot."""
+
+    name: MotionName
+    words: str
+    """The name with its article."""
+    angular: bool
+    """Whether its displacement is an angle, and what moves it a moment."""
+    unit: str
+    """Of its displacement in a scene."""
+
+    @property
+    def dynamics(self) -> tuple[str, ...]:
+        """The keys of ``[follower.dynamics]`` that it alone has."""
+        return tuple(each.name for each in NUMBERS if (each.turns if self.angular else each.slides))
+
+
+TRANSLATING = FollowerMotion("translating", "a translating", angular=False, unit="mm")
+OSCILLATING = FollowerMotion("oscillating", "an oscillating", angular=True, unit="deg")
+MOTIONS: dict[str, FollowerMotion] = {motion.name: motion for motion in (TRANSLATING, OSCILLATING)}
+
+
+class Tip(NamedTuple):
+    """The tip of a follower, which touches the cam."""
+
+    name: TipName
+    radius: str = ""
+    """The key of its radius in ``[follower]``; "" if it has none."""
+    trace: str = ""
+    """What its trace point is, in words."""
+
+
+KNIFE, ROLLER, FLAT, SPHERICAL = (
+    Tip("knife", trace="knife edge"),
+    Tip("roller", "roller_radius", "roller centre"),
+    Tip("flat"),
+    Tip("spherical", "face_radius", "face centre"),
+)
+TIPS: dict[str, Tip] = {tip.name: tip for tip in (KNIFE, ROLLER, FLAT, SPHERICAL)}
+ROUND = (KNIFE, ROLLER, SPHERICAL)
+"""Tips with a trace point: the edge, or the centre of the roller or face."""
+
+
+DriveName = Literal["spring", "groove", "conjugate", "breadth", "diameter", "rib"]
+"""What keeps a follower on its cam, as ``drive.kind`` has it."""
+
+
+class Drive(NamedTuple):
+    """A way to keep a follower on its cam. Mechanisms say on which cams, and with which followers, there is one."""
+
+    name: DriveName
+    words: str
+    """The name with its article."""
+    flanks: tuple[Flank, ...]
+    """The sides of the cam that touch the follower."""
+    keys: tuple[str, ...] = ()
+    """The keys of ``[drive]`` that it has, besides its kind."""
+    one_disc: bool = False
+    """Whether two contacts of the follower are on one disc, half a turn apart."""
+
+
+SPRUNG = Drive("spring", "a spring", flanks=OUTER)
+GROOVED = Drive("groove", "a groove", flanks=GROOVE, keys=("clearance", "roller_inertia", "friction"))
+PRELOAD = ("interference", "stiffness")
+"""The keys of a preload between two contacts."""
+CONJUGATE = Drive("conjugate", "a conjugate pair", flanks=OUTER, keys=(*PRELOAD, "base_radius", "roller_radius"))
+BREADTH = Drive("breadth", "a yoke of constant breadth", flanks=OUTER, keys=PRELOAD, one_disc=True)
+DIAMETER = Drive("diameter", "a yoke of constant diameter", flanks=OUTER, keys=PRELOAD, one_disc=True)
+RIBBED = Drive("rib", "a rib", flanks=OUTER, keys=(*PRELOAD, "clearance"))
+DRIVES: dict[str, Drive] = {drive.name: drive for drive in (SPRUNG, GROOVED, CONJUGATE, BREADTH, DIAMETER, RIBBED)}

@@ -1,0 +1,144 @@
+"""Disc cam, oscillating flat-faced follower.
+
+The face is a line at distance f from the pivot; ψ is the angle at the pivot between the line to the cam centre
+and the face, R_b = f + c·sin ψ₀. With q = 1 + p, p = ψ' for a ccw cam and −ψ' for a cw one, q > 0 needed:
+
+    contact at t = c·cos ψ / q along the face,    tan β = f / t
+    ρ = f + c·(sin ψ·(2q − 1)/q² + cos ψ·ψ''/q³),    slides at q·f + c·sin ψ per rad
+"""
+
+from collections.abc import Mapping
+from math import asin, degrees
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.curves import curve_type, further_formula, quotient, turned_series
+from camopt.core.numerics.trigonometry import turned
+from camopt.model.mechanisms.design import Designs, Mechanism, Misfit, by_difference
+from camopt.model.mechanisms.elements import DISC, FLAT, OSCILLATING, SPRUNG
+from camopt.model.mechanisms.rest import ContactPoint, Off, Rest, angle_by_sine
+from camopt.model.motion.contact import OscillatingFace
+from camopt.model.motion.programme import Programme
+
+
+@curve_type
+def swinging_face_sliding(at, face_offset, centre_distance, cosine, sine, sense):
+    """Speed of sliding [mm/rad]; ``cosine`` and ``sine`` are those of ψ₀."""
+    _, sine = turned(cosine, sine, at.y)
+    return (1.0 + sense * at.y1) * face_offset + centre_distance * sine
+
+
+@curve_type
+def swinging_face_pressure(at, face_offset, centre_distance, cosine, sine, sense):
+    """tan β."""
+    cosine, _ = turned(cosine, sine, at.y)
+    return face_offset / (centre_distance * cosine) * (1.0 + sense * at.y1)
+
+
+@curve_type
+def swinging_face_radius(at, face_offset, centre_distance, cosine, sine, sense):
+    """ρ of the profile [mm]."""
+    cosine, sine = turned(cosine, sine, at.y)
+    q = 1.0 + sense * at.y1
+    return face_offset + centre_distance * (sine * ((2.0 * q - 1.0) / (q * q)) + cosine * (at.y2 / (q * q * q)))
+
+
+@curve_type
+def swinging_face_reach(at, face_offset, centre_distance, cosine, sine, sense):
+    """Distance t of the contact from the pivot along the face [mm]."""
+    cosine, _ = turned(cosine, sine, at.y)
+    return centre_distance * cosine / (1.0 + sense * at.y1)
+
+
+@further_formula(swinging_face_reach)
+def reach_further(f, i, at):
+    c, sense = f.centre_distance[i], f.sense[i]
+    (cosine, cosine1, cosine2, cosine3), _ = turned_series(f.cosine[i], f.sine[i], at)
+    turning = (1.0 + sense * at.y1, sense * at.y2, sense * at.y3, sense * at.y4)
+    return quotient((c * cosine, c * cosine1, c * cosine2, c * cosine3), turning)
+
+
+@curve_type
+def swinging_face_outline(at, face_offset, centre_distance, cosine, sine):
+    """Distance of the face from the cam's axis [mm]."""
+    _, sine = turned(cosine, sine, at.y)
+    return face_offset + centre_distance * sine
+
+
+def first_sine(designs: Designs) -> FloatArray:
+    """sin ψ₀."""
+    return (designs.size - designs.face_offset) / designs.centre_distance
+
+
+def _fields(designs: Designs) -> tuple[FloatArray, ...]:
+    sine = np.minimum(np.maximum(first_sine(designs), -1.0), 1.0)
+    cosine = np.sqrt((1.0 - sine) * (1.0 + sine))
+    sense = np.full(len(designs), designs.sense)
+    return designs.face_offset, designs.centre_distance, cosine, sine, sense
+
+
+def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+    sine = first_sine(designs)
+    first = np.arcsin(np.minimum(np.maximum(sine, -1.0), 1.0))
+    return 1.0 + sine, 1.0 - sine, np.pi / 2 - programme.lift - first, slowest(designs.sense, programme)
+
+
+def slowest(sense: float, programme: Programme) -> float:
+    """The least q, at which the face turns against the cam."""
+    return 1.0 + programme.least_speed(sense)
+
+
+def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
+    psi = y + np.arcsin(first_sine(design))
+    cosine, sine = np.cos(psi), np.sin(psi)
+    c, f = design.centre_distance, design.face_offset
+    t = cosine * c / (y1 * design.sense + 1.0)
+    return ContactPoint(sine * f - t * cosine + c, cosine * f + t * sine, sine, cosine)
+
+
+def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
+    """The distance of the face from the axis, f + c·sin ψ, is larger by δn; the cam turns back with the face."""
+    at = _contact(design, lift, 0.0, y, y1)
+    more = off.along(at) - off.of("face_offset") - at.across * off.of("centre_distance")
+    moved = angle_by_sine(at.across, at.up, more / (design.centre_distance + off.of("centre_distance")))
+    return Rest(moved, -(moved * design.sense))
+
+
+def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
+    base, face, centre, lift = (sizes[name] for name in ("size", "face_offset", "centre_distance", "lift"))
+    if not abs(base - face) < centre:
+        between = f"between base radius and face offset ({abs(base - face):g})"
+        return "follower.centre_distance", centre, f"must be above the difference {between}"
+    start = degrees(asin((base - face) / centre))
+    if start + lift < 90.0:
+        return None
+    return "motion.lift", None, f"the face starts at {start:g} deg and rises {lift:g}: it stays below 90 deg"
+
+
+def _on_profile(sizes: Mapping[str, float], sense: float) -> OscillatingFace:
+    return OscillatingFace(sizes["centre_distance"], sizes["face_offset"], sense)
+
+
+MECHANISM = Mechanism(
+    body=DISC,
+    drive=SPRUNG,
+    motion=OSCILLATING,
+    tips=(FLAT,),
+    sizes=("centre_distance", "face_offset"),
+    name="disc cam, oscillating flat-faced follower",
+    pressure=lambda designs, programme: swinging_face_pressure(*_fields(designs)),
+    profile_radius=lambda designs, programme: swinging_face_radius(*_fields(designs)),
+    sliding=lambda designs, programme: swinging_face_sliding(*_fields(designs)),
+    reach=lambda designs, programme: swinging_face_reach(*_fields(designs)),
+    outline=lambda designs, programme, beyond: swinging_face_outline(*_fields(designs)[:4]),
+    assembly_margins=_assembly_margins,
+    assembly="the face has to touch the base circle, and to swing by less than the cam turns",
+    contact=_contact,
+    rest=_rest,
+    misfit=_misfit,
+    profile=by_difference,
+    parallel="face_offset",
+    on_profile=_on_profile,
+)

@@ -1,0 +1,113 @@
+"""Disc cam, translating follower with a trace point: knife edge, roller or spherical face.
+
+The follower has the displacement y, and y', y'' and so on are its derivatives by the cam angle in rad. The trace
+point is (offset, s) with s = s₀ + y and s₀ = √(R_p² − e²). The lead e is the offset if the cam turns ccw, and minus
+the offset if it turns cw. With w = y' − e:
+
+    tan β = w / s,    N² = s² + w²,    κ_pitch = (1 − β') / N = (N² + w·y' − s·y'') / N³   (> 0 convex)
+
+Source: Norton, Cam Design and Manufacturing Handbook, ch. 7; regrouped.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.curves import curve_type, further_formula, quotient
+from camopt.model.mechanisms.design import Designs, Mechanism, Misfit, drawn_by_point
+from camopt.model.mechanisms.elements import DISC, ROUND, SPRUNG, TRANSLATING
+from camopt.model.mechanisms.rest import ContactPoint, Off, Rest, turned_by
+from camopt.model.mechanisms.trace import speed_change, trace_curvature
+from camopt.model.motion.contact import TranslatingPoint
+from camopt.model.motion.programme import Programme
+
+
+@curve_type
+def translating_pressure(at, lead, height):
+    """tan β; ``lead`` is e, ``height`` is s₀ [mm]."""
+    return (at.y1 - lead) / (at.y + height)
+
+
+@further_formula(translating_pressure)
+def pressure_angle_further(f, i, at):
+    return quotient((at.y1 - f.lead[i], at.y2, at.y3, at.y4), (f.height[i] + at.y, at.y1, at.y2, at.y3))
+
+
+@curve_type
+def translating_speed(at, lead, height):
+    """N [mm/rad]."""
+    return np.sqrt(np.square(at.y + height) + np.square(at.y1 - lead))
+
+
+@curve_type
+def translating_speed_change(at, lead, height):
+    """N' [mm/rad²]."""
+    return speed_change(at.y1 - lead, at.y2, at.y + height, at.y1)
+
+
+@curve_type
+def translating_curvature(at, lead, height):
+    """κ of the pitch curve [1/mm]."""
+    return trace_curvature(at.y1 - lead, at.y2, at.y + height, at.y1, 1.0)
+
+
+@curve_type
+def translating_outline(at, lead, height, roller_radius):
+    """Distance of the trace point from the cam's axis less R_r [mm]."""
+    return np.sqrt(np.square(at.y + height) + np.square(lead)) - roller_radius
+
+
+def height(designs: Designs) -> FloatArray:
+    """s₀, the trace point's least height above the cam centre, mm."""
+    return designs.height
+
+
+def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+    return designs.prime_radius - designs.offset, designs.prime_radius + designs.offset
+
+
+def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
+    s = y + height(design)
+    return ContactPoint(s * 0.0 + design.offset, s, (design.lead - y1) * design.sense, s)
+
+
+def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
+    """The point of the cam is turned to the follower's line, x = e + δe, where it has the height of a root."""
+    at, wide = _contact(design, lift, 0.0, y, y1), off.of("offset")
+    across, up = off.shift(at)
+    more = (across - wide) * (at.x * 2.0 + across + wide) + up * (at.y * 2.0 + up)
+    moved = more / (np.sqrt(np.square(at.y) + more) + at.y)
+    return Rest(moved, turned_by(design.sense, at, (across, up), (wide, moved)))
+
+
+def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
+    prime, offset = sizes["size"] + sizes["roller_radius"], sizes["offset"]
+    if abs(offset) < prime:
+        return None
+    return "follower.offset", offset, f"must be smaller than the prime radius ({prime:g})"
+
+
+MECHANISM = Mechanism(
+    body=DISC,
+    drive=SPRUNG,
+    motion=TRANSLATING,
+    tips=ROUND,
+    sizes=("roller_radius", "offset"),
+    name="disc cam, translating follower with a trace point",
+    pressure=lambda designs, programme: translating_pressure(designs.lead, height(designs)),
+    sliding=lambda designs, programme: translating_speed(designs.lead, height(designs)),
+    speeding=lambda designs, programme: translating_speed_change(designs.lead, height(designs)),
+    curvature=lambda designs, programme: translating_curvature(designs.lead, height(designs)),
+    outline=lambda designs, programme, beyond: translating_outline(designs.lead, height(designs), -beyond),
+    start=height,
+    trace_point=lambda designs, height: (designs.offset, height),
+    assembly_margins=_assembly_margins,
+    assembly="the offset has to be smaller than the prime radius",
+    contact=_contact,
+    rest=_rest,
+    pitch=drawn_by_point,
+    misfit=_misfit,
+    on_profile=lambda sizes, sense: TranslatingPoint(sizes["roller_radius"], sense * sizes["offset"]),
+)

@@ -1,0 +1,71 @@
+"""Other names of laws and segments: of classrooms, German ones as in VDI 2143, and short English ones.
+
+Sources: VDI 2143 Blatt 1 (the names of its laws; read through what papers and programs quote of it); Volmer,
+Getriebetechnik: Kurvengetriebe. Those of classrooms: R. S. Khurmi, J. K. Gupta, Theory of Machines, chapter
+Cams, and lectures on it.
+"""
+
+import re
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
+
+from camopt.core.mistakes import ALIKE_SHARE, nearest
+from camopt.model.motion import LAWS
+
+ALIASES: dict[str, tuple[str, ...]] = {
+    "uniform": ("uniform-velocity", "constant-velocity", "linear", "gerade"),
+    "parabolic": (
+        *("uniform-acceleration", "uniform-acceleration-and-retardation", "uniform-acceleration-and-deceleration"),
+        *("uniform-acceleration-and-uniform-retardation", "constant-acceleration", "parabola"),
+        "quadratische-parabel",
+    ),
+    "cubic": ("poly23", "2-3-polynomial", "polynom-3-grades"),
+    "harmonic": ("shm", "simple-harmonic", "einfache-sinoide"),
+    "cycloidal": ("cycloid", "bestehorn-sinoide", "geneigte-sinoide", "sinoide-von-bestehorn"),
+    "poly345": ("3-4-5-polynomial", "polynom-5-grades"),
+    "poly4567": ("4-5-6-7-polynomial", "polynom-7-grades"),
+    "modified-trapezoid": ("modifiziertes-beschleunigungstrapez",),
+    "modified-sine": ("modifizierte-sinoide",),
+    "poly56789": ("5-6-7-8-9-polynomial", "polynom-9-grades"),
+    "modified-constant-velocity": ("mcv50",),
+}
+"""Other names of laws, by law."""
+SEGMENTS: dict[str, tuple[str, ...]] = {
+    "rise": ("outstroke", "outward stroke", "ascent", "lift"),
+    "dwell": ("rest",),
+    "return": ("return stroke", "inward stroke", "descent", "fall"),
+    "move": (),
+    "constant-velocity": ("uniform velocity",),
+}
+"""Other names of segments, by kind."""
+LAST_WORDS = re.compile("(motion|period|stroke)$")
+
+
+def _letters(name: str) -> str:
+    """The letters and digits that tell a name from others: small, without "and", "equal" and ``LAST_WORDS``."""
+    words = re.findall(r"[^\W_]+", name.lower().replace(".", ""))
+    return LAST_WORDS.sub("", "".join(word for word in words if word not in ("and", "equal")))
+
+
+def _by_letters(names: Iterable[str], aliases: Mapping[str, tuple[str, ...]]) -> dict[str, str]:
+    return {_letters(each): name for name in names for each in (name, *aliases.get(name, ()))}
+
+
+_LAWS, _SEGMENTS = _by_letters(LAWS, ALIASES), _by_letters(SEGMENTS, SEGMENTS)
+
+
+def law_named(name: str) -> str:
+    """The name that scenes use of a law by any of its names; a name that is none as it is."""
+    return name if name in LAWS else _LAWS.get(_letters(name), name)
+
+
+def segment_named(name: str) -> str:
+    """The kind of a segment by any of its names; a name that is none as it is."""
+    return _SEGMENTS.get(_letters(name), name)
+
+
+def nearest_law(name: str, known: Iterable[str]) -> str:
+    """The end of a message: the known law with the most similar name, of all its names, or all known laws."""
+    by_letters = _by_letters(known := (*known,), ALIASES)
+    close = get_close_matches(_letters(name), by_letters, n=1, cutoff=ALIKE_SHARE)
+    return nearest(by_letters[close[0]] if close else name, known)

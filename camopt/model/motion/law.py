@@ -1,0 +1,116 @@
+"""A motion law: a module, or a member of a family of laws (a class), with four functions on the unit stroke.
+
+``displacement(x)`` runs from s(0) = 0 to s(1) = 1; ``velocity``, ``acceleration`` and ``jerk`` are its first
+three derivatives by x. ``BREAKS`` are the points between which all four are smooth, 0 and 1 included; *at* a
+break a verb may return either one-sided value, so the motion tables evaluate strictly between breaks.
+
+Laws need not rest at their ends. ``joined_by`` tells what a law joins, in the letters of VDI 2143.
+
+A new law is a module of this folder or a member of a family, a name in the list of ``motion``, its exact form for
+the oracle of proofs in ``tests/support/balls/laws.py``, and its formula in ``tests/support/naive.py`` for the
+50-digit reference, which ``tests/data/make_reference.py`` computes.
+"""
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from camopt.core.numerics import FloatArray
+
+
+class Law(Protocol):
+    """The functions and constants that every law has."""
+
+    @property
+    def NAME(self) -> str: ...  # noqa: N802
+    @property
+    def TITLE(self) -> str: ...  # noqa: N802
+    @property
+    def SOURCE(self) -> str: ...  # noqa: N802
+    @property
+    def BREAKS(self) -> tuple[float, ...]: ...  # noqa: N802
+
+    def __hash__(self) -> int: ...
+    def displacement(self, x: ArrayLike, /) -> FloatArray: ...
+    def velocity(self, x: ArrayLike, /) -> FloatArray: ...
+    def acceleration(self, x: ArrayLike, /) -> FloatArray: ...
+    def jerk(self, x: ArrayLike, /) -> FloatArray: ...
+
+
+class ByOrder:
+    """The four verbs of a law that has one formula for a derivative of any order."""
+
+    def _at(self, x: ArrayLike, order: int) -> FloatArray:
+        raise NotImplementedError
+
+    def displacement(self, x: ArrayLike, /) -> FloatArray:
+        return self._at(x, 0)
+
+    def velocity(self, x: ArrayLike, /) -> FloatArray:
+        return self._at(x, 1)
+
+    def acceleration(self, x: ArrayLike, /) -> FloatArray:
+        return self._at(x, 2)
+
+    def jerk(self, x: ArrayLike, /) -> FloatArray:
+        return self._at(x, 3)
+
+
+class BySeries(ByOrder):
+    """The four verbs of a law whose lower derivatives come with the one that is asked for."""
+
+    def _up_to(self, x: ArrayLike, order: int) -> Sequence[FloatArray]:
+        """Displacement, velocity and so on, up to the derivative of some order."""
+        raise NotImplementedError
+
+    def _at(self, x: ArrayLike, order: int) -> FloatArray:
+        return self._up_to(x, order)[order]
+
+
+def derivatives_of(law: Law, x: ArrayLike, order: int) -> Sequence[FloatArray]:
+    """Displacement, velocity and so on of a law, up to the derivative of some order."""
+    if isinstance(law, BySeries):
+        return law._up_to(x, order)
+    return [verb(x) for verb in (law.displacement, law.velocity, law.acceleration, law.jerk)[: order + 1]]
+
+
+def folded(x: ArrayLike) -> tuple[FloatArray, Any]:
+    """x mirrored into the first half of the stroke, and a mask of the mirrored ones.
+
+    A symmetric law, s(1−x) = 1 − s(x), is evaluated from the nearer end, where its formulas keep their digits.
+    """
+    x = np.asarray(x, dtype=float)
+    mirrored = x > 0.5
+    return np.where(mirrored, 1.0 - x, x), mirrored
+
+
+VDI_STATES = {(False, False): "R", (True, False): "G", (False, True): "U", (True, True): "B"}
+"""Whether there is a velocity and an acceleration: rest (Rast), constant velocity (Geschwindigkeit), reversal
+(Umkehr), and motion in general (Bewegung)."""
+UNIT_SAMPLES = np.linspace(0.0, 1.0, 257)
+LEAST_SHARE = 1e-9  # of the largest value: less is rounding
+
+
+def joined_by(law: Law) -> str:
+    """The motion task of VDI 2143 of a law, such as R-G, by its first two derivatives at both ends."""
+    ends = [
+        np.abs(verb([0.0, 1.0])) > LEAST_SHARE * np.abs(verb(UNIT_SAMPLES)).max()
+        for verb in (law.velocity, law.acceleration)
+    ]
+    return "-".join(
+        VDI_STATES[bool(velocity), bool(acceleration)] for velocity, acceleration in zip(*ends, strict=True)
+    )
+
+
+def is_still(law: Law) -> bool:
+    """Whether a law has no velocity at its ends, so that it makes no corner beside a dwell."""
+    return not {"G", "B"} & set(joined_by(law))
+
+
+def is_symmetric(law: Law) -> bool:
+    """Whether the second half of a stroke is the first from its other end: s(1 − x) = 1 − s(x)."""
+    return bool(
+        np.abs(law.displacement(UNIT_SAMPLES) + law.displacement(1.0 - UNIT_SAMPLES) - 1.0).max() <= LEAST_SHARE
+    )

@@ -1,0 +1,85 @@
+"""Polynomials by boundary conditions: displacement, velocity, acceleration … given at both ends of a stroke.
+
+    uniform      s = x
+    cubic        s = x²(3 − 2x)
+    poly8        s = 6.09755x³ − 20.7804x⁵ + 26.73155x⁶ − 13.60965x⁷ + 2.56095x⁸
+
+With uniform velocity the follower starts and stops at full speed: the velocity jumps at both ends, so the
+acceleration there is an impulse. A knife edge can follow the corner; a roller cannot (the convex corner undercuts).
+The cubic has no velocity at its ends; its peaks are 1.5 of velocity and 6 of acceleration (at the ends, where it
+jumps). The eighth-power polynomial is a rise that turns at once into a return.
+
+Source: Norton, Cam Design and Manufacturing Handbook, ch. 3 (polynomial functions); the Bernstein form is that of
+Farin, Curves and Surfaces for CAGD, ch. 5.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from itertools import pairwise
+from math import comb, perm
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from camopt.core.numerics import FloatArray
+from camopt.model.motion.law import ByOrder
+
+HIGHEST = 12  # degree: the panels of a motion hold it without an error
+
+
+@dataclass(frozen=True)
+class PolynomialLaw(ByOrder):
+    """The polynomial of least degree with the given s, s', s'', … at x = 0 (``start``) and at x = 1 (``end``).
+
+    Any number of conditions at either end, ``HIGHEST`` + 1 in all at most; s(1) may be any number. The Bernstein
+    coefficients follow from the conditions without a system of equations, in rational numbers, and are rounded
+    once. In this form a derivative that is zero at an end keeps all its digits near it.
+    """
+
+    NAME: str
+    start: tuple[float, ...]
+    end: tuple[float, ...]
+    TITLE: str = "polynomial"
+    SOURCE: str = "the scene"
+    BREAKS: ClassVar[tuple[float, ...]] = (0.0, 1.0)
+
+    @property
+    def degree(self) -> int:
+        return len(self.start) + len(self.end) - 1
+
+    @cached_property
+    def _terms(self) -> list[FloatArray]:
+        """Of s and its first three derivatives: the factors of xᵏ(1 − x)ⁿ⁻ᵏ for k = 0 … n."""
+        before = _bernstein(self.start, self.degree)
+        after = _bernstein([(-1.0) ** k * value for k, value in enumerate(self.end)], self.degree)
+        values, found = [*before, *reversed(after)], []
+        for degree in range(self.degree, self.degree - 4, -1):
+            found.append(np.array([comb(degree, k) * value for k, value in enumerate(values)], dtype=float))
+            values = [degree * (b - a) for a, b in pairwise(values)]
+        return found
+
+    def _at(self, x: ArrayLike, order: int) -> FloatArray:
+        x, terms = np.asarray(x, dtype=float)[..., None], self._terms[order]
+        power = np.arange(terms.size)
+        return np.asarray((terms * x**power * (1.0 - x) ** power[::-1]).sum(axis=-1))
+
+
+_ROTHBART = "Rothbart, Cam Design Handbook, ch. 3"
+uniform = PolynomialLaw("uniform", (0.0,), (1.0,), "uniform velocity", "Khurmi & Gupta, Theory of Machines, ch. 20")
+cubic = PolynomialLaw("cubic", (0.0, 0.0), (1.0, 0.0), "cubic (2-3 polynomial)", _ROTHBART)
+poly8 = PolynomialLaw(
+    "poly8",
+    (0.0, 0.0, 0.0, 36.5853, 0.0),
+    (1.0, 0.0, -5.2683, 0.0),
+    "eighth-power polynomial",
+    f"Kloomok & Muffley, Product Engineering, Feb. 1955; {_ROTHBART}",
+)
+
+
+def _bernstein(derivatives: Iterable[float], degree: int) -> list[Fraction]:
+    """The first Bernstein coefficients, as many as derivatives at x = 0: Δᵏb₀ = s⁽ᵏ⁾(0)·(n − k)!/n!."""
+    steps = [Fraction(value) / perm(degree, k) for k, value in enumerate(derivatives)]
+    return [sum((comb(j, k) * steps[k] for k in range(j + 1)), Fraction(0)) for j in range(len(steps))]

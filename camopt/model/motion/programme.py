@@ -1,0 +1,446 @@
+"""A programme: rises, dwells and returns in the order of one turn, and the external load that goes with it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from itertools import groupby
+from math import inf, pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import polynomial
+
+from camopt.core.numerics import BoolArray, FloatArray, IntArray
+from camopt.core.numerics.panels import TABLE_DEGREE
+from camopt.core.numerics.piecewise import (
+    MotionTable,
+    bernstein,
+    carried_series,
+    groups_of,
+    load_series,
+    node_values,
+    places_of_sign_change,
+    ranges,
+)
+from camopt.core.numerics.quadrature import gauss
+from camopt.core.numerics.stable import matrix_product
+from camopt.core.numerics.state import State
+from camopt.model.motion import LAWS
+from camopt.model.motion.installed import InstalledLaw
+from camopt.model.motion.joints import with_moves
+from camopt.model.motion.law import Law
+from camopt.model.motion.load import ExternalLoad, TrainLoad
+from camopt.model.motion.segments import GivenSegment, strokes_from
+from camopt.model.motion.spline import SplineLaw
+from camopt.model.motion.stroke import (
+    ALL_STROKES,
+    DWELL,
+    INWARD,
+    OUTWARD,
+    RESTING,
+    RETURN,
+    RISE,
+    WAY_OF,
+    Stroke,
+    way_of,
+)
+from camopt.model.motion.table import cut_at, stroke_coefficients, turnings
+
+TURN_PANELS = 24
+LEAST_JUMP = 1e-9  # jumps below this share of the largest value in the turn are rounding
+JUMP_SIDE = 1e-12  # rad, to either side of a jump
+OVERSHOOT = 1e-12  # by how much rounding may take a law below 0 or above 1
+
+
+class Jump(NamedTuple):
+    """A discontinuity of y' (a corner) or y'' between two smooth pieces."""
+
+    order: int  # of the derivative that jumps
+    at: float  # cam angle, rad
+    size: float  # right value minus left value
+    after: float  # right value
+    kinds: int  # of the two strokes that meet there
+
+
+@dataclass(frozen=True)
+class Programme:
+    """The motion of one turn. Hashable; its tables are made once and shared.
+
+    Displacements are counted from the lowest of the turn, which is on the base circle.
+    """
+
+    strokes: tuple[Stroke, ...]
+    load: ExternalLoad | TrainLoad | None = None
+    """What the external load is over the turn, unless it is constant; with a train, all that it brings."""
+    start: float = 0.0
+    """The displacement at the start of the turn, as a proof takes it: mm, or deg where it is angular."""
+    radii: tuple[float, ...] = ()
+    """Of a cam that is given by its profile: of the arcs of the pitch curve (of a flat face: of the profile), mm;
+    below 0 where hollow, infinite for a line."""
+    asked: "Programme | None" = None
+    """The motion of the tool that the follower drives through a train, if there is one; without loads."""
+    given_at_follower: bool = False
+    """Whether that of the follower is the one that is given, and the tool's follows from it."""
+    reverse_of: "Programme | None" = None
+    """The turn whose displacement y is lift − y here, if this one is reversed."""
+
+    @property
+    def tool(self) -> "Programme":
+        """The motion that is asked: that of the tool, or without a train of the follower itself."""
+        return self.asked or self
+
+    @property
+    def given(self) -> "Programme":
+        """The motion that is given: that of the tool, or of the follower itself, without what a train brings."""
+        if self.asked is None:
+            return self
+        return replace(self, asked=None, load=None) if self.given_at_follower else self.asked
+
+    @classmethod
+    def from_segments(
+        cls,
+        segments: Sequence[GivenSegment | tuple[str, float, float, str | None]],
+        *,
+        angular: bool,
+        laws: Mapping[str, Law] = LAWS,
+        load: ExternalLoad | TrainLoad | None = None,
+    ) -> "Programme":
+        """From segments as they are given; those of no length drop out. Displacements are in deg if ``angular``."""
+        start, strokes = strokes_from([GivenSegment(*each) for each in segments], angular=angular, laws=laws)
+        return cls(with_moves(strokes), load, start).on_base_circle()
+
+    def with_laws(self, rise: Law | None, fall: Law | None) -> "Programme":
+        """The same turn with other laws on its rises and returns (None keeps them)."""
+        chosen = {RISE: rise, RETURN: fall}
+        strokes = [replace(s, law=chosen.get(s.kind) or s.law) for s in self.strokes]
+        return replace(self, strokes=with_moves(strokes)).on_base_circle()
+
+    @cached_property
+    def reversed(self) -> "Programme":
+        """The turn with the displacement lift − y, without loads and train: that of a second disc of a pair."""
+        strokes = tuple(each.reversed(self.lift) for each in self.strokes)
+        return Programme(strokes, start=(self.lift - self.strokes[0].low) / self.unit, reverse_of=self)
+
+    def on_base_circle(self) -> "Programme":
+        """The same turn with its displacements relative to the lowest one."""
+        least, most = self.levels
+        if abs(least) <= LEAST_JUMP * (most - least):
+            return self
+        start = self.start - least / self.unit
+        up = start * self.unit - self.strokes[0].low
+        moved = tuple(replace(s, low=s.low + up, high=s.high + up) for s in self.strokes)
+        return replace(self, strokes=moved, start=start)
+
+    @property
+    def unit(self) -> float:
+        """The unit of given positions, in mm or rad."""
+        return next((stroke.given.unit for stroke in self.strokes if stroke.given), 1.0)
+
+    def law_names(self, kind: int) -> str:
+        """The laws of the strokes of a kind of the tool, in order, joined by "+" where they differ."""
+        return "+".join(dict.fromkeys(s.law.NAME for s in self.tool.strokes if s.kind == kind and s.law))
+
+    @property
+    def sampled(self) -> bool:
+        """Whether a law comes from the points of a table or the functions of a package: unknown between."""
+        return any(isinstance(s.law, SplineLaw | InstalledLaw) and s.law.sampled for s in self.tool.strokes)
+
+    @property
+    def monotone(self) -> bool:
+        """Whether the follower turns back only between strokes."""
+        return not any(s.law and (s.is_move or turnings(s.law, TURN_PANELS)) for s in self.strokes)
+
+    @property
+    def lift(self) -> float:
+        """The highest displacement of the turn, mm (rad)."""
+        return self.levels[1]
+
+    @cached_property
+    def levels(self) -> tuple[float, float]:
+        """The lowest and the highest displacement of the turn, mm (rad): where strokes end, or turn back."""
+        found = [y for stroke in self.strokes for y in (stroke.low, stroke.high)]
+        for stroke in self.strokes:
+            if stroke.law is not None and (places := turnings(stroke.law, TURN_PANELS)):
+                found += (stroke.low + stroke.size * stroke.law.displacement(np.array(places))).tolist()
+        return min(found), max(found)
+
+    def has(self, kinds: int) -> bool:
+        """Whether any piece of the turn has one of some kinds, or moves in one of some ways."""
+        return bool(self.kinds & kinds)
+
+    @cached_property
+    def kinds(self) -> int:
+        """All kinds of its pieces, and ways in which it moves."""
+        return int(np.bitwise_or.reduce(self.table.kind))
+
+    @cached_property
+    def table(self) -> MotionTable:
+        """The programme as panel polynomials."""
+        return _table(self)
+
+    @property
+    def starts(self) -> FloatArray:
+        """The cam angle at which each piece of the table starts, rad."""
+        first = self.table.first_panel[:-1]
+        return np.asarray(self.table.centre[first] - self.table.half_width[first])
+
+    @cached_property
+    def jumps(self) -> tuple[Jump, ...]:
+        """Where y' or y'' is discontinuous, the end of the turn joined to its start."""
+        return tuple(jumps_of(self, (1, 2)))
+
+    @cached_property
+    def unseen_jump(self) -> float:
+        """The largest jump of y'' that is rounding."""
+        return LEAST_JUMP * float(self.table.most[:, 2].max()) + 2.0 * float(self.table.error[:, 2].max())
+
+    @cached_property
+    def dwells(self) -> tuple[Stroke, ...]:
+        """The dwells, in the order of the turn: neighbouring ones are one, and so are the last and the first.
+
+        One over the end of the turn ends beyond it; at the angles there the last stroke, which rests, goes on.
+        """
+        rests = [stroke.kind == DWELL for stroke in self.strokes]
+        first = rests.index(False) if rests[-1] and not all(rests) else 0
+        order = self.strokes[first:] + self.strokes[:first]
+        runs = [[*run] for rest, run in groupby(order, lambda stroke: stroke.kind == DWELL) if rest]
+        return tuple(replace(run[0], angle=sum(each.angle for each in run), given=None) for run in runs)
+
+    @property
+    def corners(self) -> tuple[Jump, ...]:
+        """Jumps of y': the acceleration there is an impulse, the pitch curve has a corner."""
+        return tuple(j for j in self.jumps if j.order == 1)
+
+    def at(self, angles: FloatArray, order: int = 3) -> FloatArray:
+        """(y, y', y'', y''') up to an order at cam angles (rad), one row each, from the laws themselves."""
+        angles = np.asarray(angles, dtype=float)
+        out = np.zeros((order + 1, *angles.shape))
+        edges = np.array([s.start for s in self.strokes])
+        index = np.searchsorted(edges, angles, side="right") - 1
+        for k in np.unique(index[index >= 0]):
+            here = index == k
+            out[:, here] = self.strokes[k].motion(angles[here], order)
+        return out
+
+    def state(self, angles: FloatArray) -> State:
+        """The state of the follower at the given cam angles, which curves take."""
+        motion = self.at(angles)
+        load = None if self.load is None else self.load.state(angles, motion, way_of(self.kinds_at(angles)))
+        y, y1, y2, y3 = motion
+        return State(y, y1, y2, y3, load)
+
+    def least_speed(self, sense: float) -> float:
+        """The least y' of the turn, or with a sense of −1 of the turn the other way."""
+        return min(sense * speed for speed in span(self, (0, 1), ALL_STROKES))
+
+    def panels_of(self, kinds: int) -> BoolArray:
+        """The panels of the table in pieces of some kinds, or of some ways."""
+        return np.repeat((self.table.kind & kinds) != 0, np.diff(self.table.first_panel))
+
+    def kinds_at(self, angles: FloatArray) -> IntArray:
+        """The kinds of the pieces at cam angles, and the ways in which the follower moves there."""
+        return np.asarray(self.table.kind[np.searchsorted(self.starts[1:], angles, side="right")])
+
+    def one_sided(self, angles: FloatArray, kinds: int) -> FloatArray:
+        """The cam angles just before and just after the given ones, (2, …), for both one-sided values at a jump.
+
+        All lie in pieces of the given kinds: an angle that does not becomes that of the other side, or else the
+        middle of one of the pieces. (0, …) if there is no such piece.
+        """
+        table, starts = self.table, self.starts
+        chosen = np.flatnonzero(table.kind & kinds)
+        if not chosen.size:
+            return np.empty((0, *angles.shape))
+        middle = np.mean([*starts, self.strokes[-1].end][chosen[0] : chosen[0] + 2])
+        sides = np.mod(np.stack([angles - JUMP_SIDE, angles + JUMP_SIDE]), self.strokes[-1].end)
+        inside = (self.kinds_at(sides) & kinds) != 0
+        return np.where(inside, sides, np.where(inside[::-1], sides[::-1], middle))
+
+    def cuts(self, stroke: Stroke) -> tuple[float, ...]:
+        """Where the motion turns back or the load has a corner, as shares of a stroke; those outside it too."""
+        corners = tuple((angle - stroke.start) / stroke.angle for angle in (self.load.angles if self.load else ()))
+        return corners if stroke.law is None else (*turnings(stroke.law, TURN_PANELS), *corners)
+
+
+@lru_cache(maxsize=512)
+def _table(programme: Programme) -> MotionTable:
+    rows, centres, halves, pieces, kinds = [], [], [], [0], []
+    numbers: list[IntArray] = []
+    for stroke in programme.strokes:
+        if stroke.law is None:
+            ends = np.array(cut_at((0.0, 1.0), programme.cuts(stroke)))
+            counts: tuple[int, ...] = (1,) * (len(ends) - 1)
+            coefficients = np.zeros((len(counts), TABLE_DEGREE + 1))
+        else:
+            coefficients, ends, counts = stroke_coefficients(stroke.law, TURN_PANELS, programme.cuts(stroke))
+        row = coefficients * stroke.size
+        # the direction of motion of each piece of a stroke, from its coefficients (panels, powers)
+        last = np.cumsum(counts) - 1
+        first = last - np.array(counts) + 1
+        left, right = polynomial.polyval(np.array([-1.0, 1.0]), row.T).T
+        ways = [int({1: OUTWARD, -1: INWARD}.get(way, RESTING)) for way in np.sign(right[last] - left[first])]
+        row[:, 0] += stroke.low
+        rows.append(row)
+        centres.append(stroke.start + stroke.angle * (ends[1:] + ends[:-1]) / 2)
+        halves.append(stroke.angle * np.diff(ends) / 2)
+        numbers.append(np.full(len(row), len(numbers), dtype=np.int64))
+        for count, way in zip(counts, ways, strict=True):
+            pieces.append(pieces[-1] + count)
+            kinds.append(_kind(stroke, way) | way)
+    coefficients, centre, half_width = np.concatenate(rows), np.concatenate(centres), np.concatenate(halves)
+    first_panel, number = np.array(pieces), np.concatenate(numbers)
+    group = groups_of(first_panel)
+    low, high, most, error = ranges(coefficients, half_width, number, group)
+    table = MotionTable(
+        coefficients,
+        centre,
+        half_width,
+        first_panel,
+        np.array(kinds),
+        np.empty(0),
+        group,
+        low,
+        high,
+        most,
+        error,
+        None,
+    )
+    table = table._replace(nodes=node_values(table, first_panel))
+    return table if programme.load is None else table._replace(load=programme.load.tabulated(table, number))
+
+
+def _kind(stroke: Stroke, way: int) -> int:
+    """The kind of a piece of a stroke: that of the stroke, or for a move, that of its direction."""
+    return next(kind for kind in WAY_OF if WAY_OF[kind] == way) if stroke.is_move else stroke.kind
+
+
+def jumps_of(programme: Programme, orders: Sequence[int]) -> list[Jump]:
+    """Where derivatives of some orders are discontinuous: of a piece the first of them alone."""
+    table = programme.table
+    pieces = np.arange(table.kind.size)
+    first = table.nodes[table.first_panel[:-1] + pieces]
+    last = table.nodes[table.first_panel[1:] + pieces]
+    scale = np.max(np.abs(table.nodes), axis=0)
+    start = table.centre[table.first_panel[:-1]] - table.half_width[table.first_panel[:-1]]
+    found = []
+    for q in pieces:
+        change = first[q] - last[q - 1]
+        for order in orders:
+            if abs(change[order]) > LEAST_JUMP * scale[order]:
+                kinds = int(table.kind[q] | table.kind[q - 1])
+                found.append(Jump(order, float(start[q]), float(change[order]), float(first[q, order]), kinds))
+                break
+    return found
+
+
+def peak(programme: Programme, order: int, kinds: int) -> float:
+    """Largest |derivative of that order| over the strokes of the given kinds, by cam angle.
+
+    Infinite where a lower derivative jumps in one of them or at its ends.
+    """
+    if any(j.order < order and j.kinds & kinds for j in programme.jumps):
+        return inf
+    least, largest = span(programme, (0.0,) * order + (1.0,), kinds)
+    return max(-least, largest, 0.0)
+
+
+USUAL_ORDERS = 4  # up to the jerk: all are made at once, for one is seldom asked without the others
+
+
+@lru_cache(maxsize=4096)
+def span(
+    programme: Programme, weights: tuple[float, ...], kinds: int, load: float = 0.0, carried: float = 0.0
+) -> tuple[float, float]:
+    """Least and largest value of w₀·y + w₁·y' + w₂·y'' + … over the strokes of the given kinds.
+
+    ``load`` is the factor of an external load that changes, ``carried`` that of what a train carries. Exact: the
+    extremes of each panel's polynomial, found from the roots of its derivative; one-sided values at jumps.
+    (inf, -inf) if there is no such stroke.
+    """
+    found = _derivatives(programme, max(len(weights), USUAL_ORDERS), kinds)
+    if found is None:
+        return inf, -inf
+    factors, terms = np.array((*weights, load, carried)), [*range(len(weights)), -2, -1]
+    series, slope, ends, slopes, bounds = (_summed(factors, each[terms]) for each in found)
+    low, high = bounds.min(axis=0), bounds.max(axis=0)
+    least, largest, rounding = float(ends.min()), float(ends.max()), OVERSHOOT * max(-low.min(), high.max())
+    turning = (slopes.min(axis=0) < 0) & (slopes.max(axis=0) > 0)  # the others have no extreme inside,
+    beyond = (low < least + rounding) | (high > largest - rounding)  # or none that exceeds an end
+    inside = [v for k in np.flatnonzero(turning & beyond) for v in _stationary_values(series[:, k], slope[:, k])]
+    return min([least, *inside]), max([largest, *inside])
+
+
+@lru_cache(maxsize=256)
+def _derivatives(programme: Programme, orders: int, kinds: int) -> tuple[FloatArray, ...] | None:
+    """Of y, y', y'' …, load and inertia on the panels of some kinds: coefficients, slopes', ends, bounds of both.
+
+    Each is (orders + 2, …, panels), but for ends, (orders + 2, panels, 2). Bounds are Bernstein coefficients, those
+    of slopes first: where they are of one sign, a slope has no root.
+    """
+    table = programme.table
+    chosen = programme.panels_of(kinds)
+    if not chosen.any():
+        return None
+    y, h = table.coefficients[chosen].T, table.half_width[chosen]
+    series = np.zeros((orders + 2, *y.shape))
+    for order in range(orders):
+        series[order, : len(y) - order] = polynomial.polyder(y, order) / h**order
+    for place, force in enumerate((load_series(table), carried_series(table)), start=orders):
+        series[place, : len(force)] = force[:, chosen]
+    slope = series[:, 1:] * np.arange(1.0, len(y))[:, None]
+    by_powers, slopes = np.moveaxis(series, 1, 0), np.moveaxis(slope, 1, 0)
+    bounds = (matrix_product(bernstein(len(each) - 1), each) for each in (slopes, by_powers))
+    ends = polynomial.polyval(np.array([-1.0, 1.0]), by_powers)
+    return series, slope, ends, *(np.moveaxis(each, 1, 0) for each in bounds)
+
+
+def _summed(factors: FloatArray, terms: FloatArray) -> FloatArray:
+    """The sum of terms (orders + 1, …), each times its factor."""
+    used = np.flatnonzero(factors)
+    return matrix_product(factors[used], terms[used])
+
+
+def _stationary_values(series: FloatArray, slope: FloatArray) -> list[float]:
+    """Values of a polynomial where it is stationary in [−1, 1]."""
+    return [float(polynomial.polyval(u, series)) for u in places_of_sign_change(slope)]
+
+
+def mean_of_powers(programme: Programme, order: int, power: int) -> float:
+    """1/2π·∫ (y⁽ᵏ⁾)ᵖ dθ over the turn, p = 1 or 2; Gauss's rule on each panel, exact for its polynomial."""
+    table = programme.table
+    nodes, weights, _ = gauss(table.coefficients.shape[1])
+    values = polynomial.polyval(nodes, polynomial.polyder(table.coefficients.T, order), tensor=True)
+    powers = matrix_product((values / table.half_width[:, None] ** order) ** power, weights) * table.half_width
+    return float(powers.sum() / (2 * pi))
+
+
+def root_mean_square(programme: Programme, order: int) -> float:
+    """√(1/2π·∫ (y⁽ᵏ⁾)² dθ) over the turn."""
+    return sqrt(mean_of_powers(programme, order, 2))
+
+
+def unit_span(law: Law) -> tuple[float, float]:
+    """Least and largest displacement of a law's unit stroke: 0 and 1, or beyond by more than rounding."""
+    least, largest = span(Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),)), (1.0,), RISE)
+    return least if least < -OVERSHOOT else 0.0, largest if largest > 1.0 + OVERSHOOT else 1.0
+
+
+PEAKS = {"peak_velocity": 1, "peak_acceleration": 2, "peak_jerk": 3}
+
+
+def law_peaks(law: Law) -> dict[str, float | str]:
+    """Peak velocity, acceleration and jerk of a law's unit stroke between dwells, and which derivative jumps."""
+    rest = Stroke(DWELL, None, 1.0, 1.0, 1.0, 1.0)
+    rise = Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0)
+    fall = Stroke(RETURN, law, 2.0, 1.0, 1.0, 0.0)
+    turn = Programme((rise, rest, fall, replace(rest, start=3.0, low=0.0, high=0.0)))
+    jumps = {1: "velocity", 2: "acceleration"}
+    lowest = min((jump.order for jump in turn.jumps if jump.kinds & RISE), default=0)
+    return {**{name: peak(turn, order, RISE) for name, order in PEAKS.items()}, "jumps": jumps.get(lowest, "")}
+
+
+def peaks_inside(law: Law) -> dict[str, float]:
+    """The largest derivatives within a law's unit stroke, without its ends."""
+    alone = Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),))
+    spans = {name: span(alone, (0.0,) * order + (1.0,), RISE) for name, order in PEAKS.items()}
+    return {name: max(abs(least), abs(largest)) for name, (least, largest) in spans.items()}

@@ -1,0 +1,149 @@
+"""The SCCA family: accelerations of quarter sines, constants and cosines (sine–constant–cosine acceleration).
+
+On the first half of the stroke the acceleration rises as a quarter sine over b/2, is constant (A) over c/2 and
+falls as a cosine over d/2; a share e of the stroke at constant velocity may follow. The second half mirrors the
+first: s(1 − x) = 1 − s(x). With p = b + c + d, and p + e = 1:
+
+    A = 1/{[(π² − 8)(b² − d²) − 2π(π − 2)·b·p + π²p²]/(4π²) + V·e},   V = (b + d)/π + c/2,
+
+and the peaks are V·A of velocity, A of acceleration and πA/b (or πA/d, if more) of jerk. Without b the acceleration
+jumps at the ends, without d between c and what follows. The family joins parabolic (b, c, d = 0, 1, 0), harmonic
+(0, 0, 1) and cycloidal motion (½, 0, ½).
+
+Source: Norton, Cam Design and Manufacturing Handbook, ch. 3.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.stable import angle_minus_sine
+from camopt.model.motion.law import folded
+
+Verb = Callable[[FloatArray, float], FloatArray]
+"""Of a distance t from the start of a piece and of its length, under an acceleration of 1 at most."""
+
+
+def _wave(length: float) -> float:
+    """The angular frequency of a quarter sine."""
+    return np.pi / 2 / length
+
+
+RAMP: tuple[Verb, ...] = (
+    lambda t, length: angle_minus_sine(_wave(length) * t) / _wave(length) ** 2,
+    lambda t, length: 2.0 * np.sin(_wave(length) / 2 * t) ** 2 / _wave(length),
+    lambda t, length: np.sin(_wave(length) * t),
+    lambda t, length: _wave(length) * np.cos(_wave(length) * t),
+)
+CONSTANT: tuple[Verb, ...] = (
+    lambda t, _: t * t / 2,
+    lambda t, _: t,
+    lambda t, _: np.ones_like(t),
+    lambda t, _: np.zeros_like(t),
+)
+FALL: tuple[Verb, ...] = (
+    lambda t, length: 2.0 * np.sin(_wave(length) / 2 * t) ** 2 / _wave(length) ** 2,
+    lambda t, length: np.sin(_wave(length) * t) / _wave(length),
+    lambda t, length: np.sin(_wave(length) * (length - t)),  # cos: full digits where it passes through zero
+    lambda t, length: -_wave(length) * np.sin(_wave(length) * t),
+)
+ZERO: tuple[Verb, ...] = (lambda t, _: np.zeros_like(t),) * 4
+
+
+class Quarter(NamedTuple):
+    """A piece of the first half of a stroke, and s and v at its start."""
+
+    verbs: tuple[Verb, ...]
+    start: float
+    length: float
+    s: float
+    v: float
+
+
+@dataclass(frozen=True)
+class SCCALaw:
+    """A law by the shares (b, c, d, e) of its stroke: sine ramps, constant acceleration, cosine, constant velocity.
+
+    Shares are 0 or more, and those but e not all 0. Should they not add up to 1, they are shares of their sum.
+    """
+
+    NAME: str
+    shares: tuple[float, float, float, float]
+    TITLE: str = "sine-constant-cosine acceleration"
+    SOURCE: str = "the scene"
+
+    @cached_property
+    def _half(self) -> list[Quarter]:
+        """The pieces of the first half that are not empty, scaled so that s is ½ at its end."""
+        found, start, s, v = [], 0.0, 0.0, 0.0
+        for verbs, share in zip((RAMP, CONSTANT, FALL, ZERO), self.shares, strict=True):
+            if share > 0.0:
+                length = share / sum(self.shares) / 2
+                found.append(Quarter(verbs, start, length, s, v))
+                gain_s, gain_v = (float(verb(np.array(length), length)) for verb in verbs[:2])
+                start, s, v = start + length, s + v * length + gain_s, v + gain_v
+        return found
+
+    @cached_property
+    def _size(self) -> float:
+        """The largest acceleration."""
+        verbs, _, length, s, v = self._half[-1]
+        return 0.5 / (s + v * length + float(verbs[0](np.array(length), length)))
+
+    @cached_property
+    def BREAKS(self) -> tuple[float, ...]:  # noqa: N802
+        verbs, _, length, _, _ = self._half[-1]
+        inner = [piece.start for piece in self._half[1:]]
+        middle = [0.5] if verbs[2](np.array(length), length) != 0.0 else []
+        return (0.0, *inner, *middle, *(1.0 - x for x in reversed(inner)), 1.0)
+
+    def _at(self, near: FloatArray, order: int) -> FloatArray:
+        """A derivative on the first half of the stroke."""
+        found = np.zeros_like(near)
+        for verbs, start, length, s, v in self._half:
+            t = near - start
+            before = (s + v * t, v, 0.0, 0.0)[order]
+            found = np.where(near < start, found, before + verbs[order](t, length))
+        return self._size * found
+
+    def displacement(self, x: ArrayLike, /) -> FloatArray:
+        near, mirrored = folded(x)
+        s = self._at(near, 0)
+        return np.where(mirrored, 1.0 - s, s)
+
+    def velocity(self, x: ArrayLike, /) -> FloatArray:
+        return self._at(folded(x)[0], 1)
+
+    def acceleration(self, x: ArrayLike, /) -> FloatArray:
+        near, mirrored = folded(x)
+        a = self._at(near, 2)
+        return np.where(mirrored, -a, a)
+
+    def jerk(self, x: ArrayLike, /) -> FloatArray:
+        return self._at(folded(x)[0], 3)
+
+
+_NORTON = "Norton, Cam Design and Manufacturing Handbook, ch. 3"
+modified_trapezoid = SCCALaw("modified-trapezoid", (0.25, 0.5, 0.25, 0.0), "modified trapezoid", _NORTON)
+"""Peaks: velocity 2, acceleration 8π/(2 + π) = 4.8881, jerk 61.426."""
+modified_sine = SCCALaw("modified-sine", (0.25, 0.0, 0.75, 0.0), "modified sine", _NORTON)
+"""Peaks: velocity 4π/(4 + π) = 1.7596, acceleration 4π²/(4 + π) = 5.5280, jerk 69.466 (at the ends)."""
+modified_constant_velocity = SCCALaw(
+    "modified-constant-velocity",
+    (0.125, 0.0, 0.375, 0.5),
+    "modified constant velocity (50 %)",
+    "Sankyo Seisakusho, Cam Terminology (MCV curve); its shares: docs.rs/dsmc, trajectory/mcv.rs",
+)
+"""A modified sine with half of the stroke at constant velocity. Peaks: 1.2753, 8.0127, 201.38."""
+cycloidal_constant_velocity = SCCALaw(
+    "cycloidal-constant-velocity",
+    (0.25, 0.0, 0.25, 0.5),
+    "cycloidal, constant velocity (50 %)",
+    "MechDesigner, MotionDesigner Reference: Cycloidal-CV50",
+)
+"""Half a cycloidal acceleration over a quarter of the stroke at each end. Peaks: 4/3, 8π/3, 32π²/3."""

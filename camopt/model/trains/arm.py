@@ -1,0 +1,94 @@
+"""An arm whose end moves a slide by a roller or a rounded pad on a face that is square to the slide's motion.
+
+Turned by φ from its start angle α, which is measured from the line square to the motion, an arm of length l gives
+
+    z = l·(sin(α + φ) − sin α)        z′ = l·cos(α + φ)
+
+whatever the radius of the roller or pad, since the face is square to the motion. It is at a dead point where it
+points along the motion.
+
+Source: Norton, Design of Machinery, ch. 2 (the Scotch yoke is the same pairing).
+"""
+
+from cmath import rect
+from dataclasses import dataclass
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.taylor import Series, angle_of, direction, root
+from camopt.model.trains.link import NO_COUPLERS, RADIAN, DeadPoint, Force, needed, one_like
+from camopt.model.trains.sketch import Port, Sketch, Standing, bar, sliding
+
+ALONG = "the arm points along the motion of the slide"
+
+
+@dataclass(frozen=True)
+class Arm:
+    """From an angle to a length; mm and rad."""
+
+    length: Any
+    start: Any
+    cosine: Any
+    sine: Any
+    """Of the start angle, as both formulas take it."""
+    couplers = NO_COUPLERS
+    forces = (Force("roller", "joint", one_like, touches=True),)
+
+    @property
+    def turns(self) -> tuple[bool, bool]:
+        return True, False
+
+    @property
+    def ends(self) -> tuple[DeadPoint, DeadPoint]:
+        return DeadPoint(-pi / 2 - self.start, ALONG), DeadPoint(pi / 2 - self.start, ALONG)
+
+    def forward(self, given: Series) -> Series:
+        cosine, sine = direction(given)
+        return (sine * self.cosine + (cosine - 1.0) * self.sine) * self.length
+
+    def backward(self, asked: Series) -> Series:
+        sine = asked / self.length + self.sine
+        cosine = root(-((sine - 1.0) * (sine + 1.0)))
+        return angle_of(cosine * self.cosine + sine * self.sine, sine * self.cosine - cosine * self.sine)
+
+    def ratio(self, given: Series) -> Series:
+        cosine, sine = direction(given)
+        return (cosine * self.cosine - sine * self.sine) * self.length
+
+    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
+        """The arm with its roller, and above it what it lifts; below it what lifts it, which is drawn elsewhere."""
+        end = self.length * np.exp(1j * (self.start + given))
+        first, roller = complex(rect(self.length, self.start)), 0.035 * size
+        members = [bar((np.zeros_like(end), end)), sliding("roller", np.array([roller]), end)]
+        standing = [Standing("pivot", 0.0)]
+        if back:
+            return Sketch(members, standing, Port(0.0, -1.0), Port(first - 1j * roller, 1j))
+        thick, half, travel = 0.03 * size, 0.02 * size, float(np.ptp(asked))
+        guide, low, high = 2 * thick + travel, end.real.min() - first.real, end.real.max() - first.real
+        top, ends = guide + 0.25 * size, (min(low, 0.0) - roller, max(high, 0.0) + roller)
+        face = np.array([ends[0], ends[1], ends[1] + 1j * thick, half + 1j * thick, half + 1j * top])
+        face = np.append(face, [-half + 1j * top, -half + 1j * thick, ends[0] + 1j * thick])
+        members.append(sliding("slide", face, first + 1j * (asked + roller)))
+        place = first + 1j * (roller + float(asked.min()) + guide + 0.07 * size)
+        return Sketch(
+            members,
+            [*standing, Standing("guide", place, 0.06j * size)],
+            Port(0.0, 1.0),
+            Port(first + 1j * (roller + top), 1j),
+        )
+
+
+def arm(length: Any, angle: Any) -> Arm:
+    """An arm with its start angle in deg.
+
+    Raises
+    ------
+    Unassembled
+        If the angle is not between −90 and 90.
+    """
+    needed(90.0 - abs(angle), lambda: f"an arm at {angle:g} deg {ALONG.removeprefix('the arm ')}, or beyond")
+    start = angle * RADIAN
+    return Arm(length, start, np.cos(start), np.sin(start))

@@ -1,0 +1,157 @@
+"""A crank that moves a slide by a coupler.
+
+With the crank a at the angle φ from the slide's motion, the coupler b, and the slide's line at the offset e from
+the crank's pivot, the pin of the slide is ahead of the pivot by
+
+    x = a·cos φ + Q,    Q = √(b² − S²),    S = a·sin φ − e        x′ = −a·sin φ − S·a·cos φ/Q
+
+and the slide gives back the angle φ = arg(x + i·e) ± acos((x² + e² + a² − b²)/(2·a·√(x² + e²))). Dead points are
+where crank and coupler are in line, (a ± b)·sin φ = e, and where the coupler is square to the slide, |S| = b.
+
+Source: Norton, Design of Machinery, ch. 4 (the offset slider-crank).
+"""
+
+from dataclasses import dataclass
+from math import asin, atan2, pi
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.stable import difference_of_squares_root
+from camopt.core.numerics.taylor import Series, angle_of, direction, quotient, root
+from camopt.model.trains.link import (
+    FLAT,
+    RADIAN,
+    Bar,
+    Coupler,
+    DeadPoint,
+    Force,
+    Vector,
+    acute,
+    nearest_ends,
+    needed,
+    one_like,
+    position_at,
+    square_to,
+)
+from camopt.model.trains.sketch import Port, Sketch, Standing, bar, sliding
+
+IN_LINE = "crank and coupler are in line"
+SQUARE = "the coupler is square to the slide"
+
+
+@dataclass(frozen=True)
+class Crank:
+    """From an angle to a length; mm and rad. The slide's motion is positive away from the pivot."""
+
+    crank: Any
+    coupler: Any
+    offset: Any
+    start: Any
+    place: Any
+    """x in the start position."""
+    bar: Bar
+    """The crank as the slide turns it."""
+
+    @property
+    def turns(self) -> tuple[bool, bool]:
+        return True, False
+
+    @property
+    def ends(self) -> tuple[DeadPoint, DeadPoint]:
+        a, b, e = self.crank, self.coupler, self.offset
+        places = [DeadPoint(asin(e / (a + b)), IN_LINE)]
+        if abs(e) <= abs(a - b) and a != b:
+            places.append(DeadPoint(pi - asin(e / (a - b)), IN_LINE))
+        for across in (e + b, e - b):
+            if abs(across) <= a + FLAT * (a + b + abs(e)):
+                angle = atan2(across, difference_of_squares_root(a, across))
+                places += [DeadPoint(angle, SQUARE), DeadPoint(pi - angle, SQUARE)]
+        return nearest_ends(each._replace(at=each.at - self.start) for each in places)
+
+    def forward(self, given: Series) -> Series:
+        cosine, sine = direction(given + self.start)
+        across = sine * self.crank - self.offset
+        return cosine * self.crank + root(-((across - self.coupler) * (across + self.coupler))) - self.place
+
+    def ratio(self, given: Series) -> Series:
+        cosine, sine = direction(given + self.start)
+        along, across = self._along_and_across(sine)
+        return (sine + quotient(across * cosine, along)) * -self.crank
+
+    def _along_and_across(self, sine: Series) -> tuple[Series, Series]:
+        """The coupler from the slide's pin to the crank's: how far ahead the slide is, and S."""
+        across = sine * self.crank - self.offset
+        return root(-((across - self.coupler) * (across + self.coupler))), across
+
+    @property
+    def forces(self) -> tuple[Force, ...]:
+        """b/Q in the coupler, and S/Q across the slide."""
+        across = Force("guide", "guide", self._thrust, way=square_to)
+        return Force("coupler", "joint", self._pushed, way=self._way), across
+
+    def _way(self, given: FloatArray) -> FloatArray:
+        along, across = self._coupler(given + self.start)
+        return np.asarray(np.arctan2(across, along))
+
+    def _pushed(self, given: Series) -> Series:
+        along, _ = self._along_and_across(direction(given + self.start).sine)
+        return quotient(one_like(given) * self.coupler, along)
+
+    def _thrust(self, given: Series) -> Series:
+        along, across = self._along_and_across(direction(given + self.start).sine)
+        return quotient(across, along)
+
+    @property
+    def couplers(self) -> tuple[Coupler, Coupler]:
+        """Against the line square to the slide, where the crank drives; against the crank, where the slide does."""
+        places = (k * pi / 2 - self.start for k in range(-5, 6, 2))
+        by_crank = Coupler(lambda turned: acute((0.0, 1.0), self._coupler(turned + self.start)), tuple(places))
+        return by_crank, Coupler(self._angle_to_crank, (-self.place,))
+
+    def _coupler(self, angle: Any) -> Vector:
+        """From the crank's pin to the slide's."""
+        across = self.crank * np.sin(angle) - self.offset
+        return np.sqrt((self.coupler - across) * (self.coupler + across)), -across
+
+    def _angle_to_crank(self, moved: Any) -> Any:
+        angle = position_at(self.backward, moved) + self.start
+        return acute((np.cos(angle), np.sin(angle)), self._coupler(angle))
+
+    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
+        """Crank, coupler, and the slide in its guide."""
+        pin = self.crank * np.exp(1j * (self.start + given))
+        slide, half = asked + self.place + 1j * self.offset, 0.035 * size
+        block = half * np.array([-1.8 - 1j, 1.8 - 1j, 1.8 + 1j, -1.8 + 1j])
+        first, way = complex(self.place, self.offset), complex(float(np.ptp(asked)) / 2 + 3 * half)
+        middle = first + float(asked.min() + asked.max()) / 2
+        return Sketch(
+            [sliding("slide", block, slide), bar((np.zeros_like(pin), pin)), bar((pin, slide))],
+            [Standing("guide", middle, way), Standing("pivot", 0.0)],
+            Port(0.0, 1.0),
+            Port(first, 1.0),
+        )
+
+    def backward(self, asked: Series) -> Series:
+        x = asked + self.place
+        towards = angle_of(x * self.place + self.offset * self.offset, asked * -self.offset)
+        return self.bar.angle(towards, x * x + self.offset * self.offset)
+
+
+def crank(length: Any, coupler: Any, offset: Any, angle: Any) -> Crank:
+    """A crank with its start angle in deg.
+
+    Raises
+    ------
+    Unassembled
+        If the coupler does not reach the slide's line, or is at a dead point at the start.
+    """
+    start = angle * RADIAN
+    cosine, sine = np.cos(start), np.sin(start)
+    across = sine * length - offset
+    far = "the coupler ({:g}) does not reach the slide: it is {:g} away"
+    needed(coupler - abs(across), lambda: far.format(coupler, abs(across)))
+    place = cosine * length + np.sqrt((coupler - across) * (coupler + across))
+    x, y = cosine * place + sine * offset, sine * place - cosine * offset
+    return Crank(length, coupler, offset, start, place, Bar(length, coupler, np.sign(y), np.arctan2(y, x)))

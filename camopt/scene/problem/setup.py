@@ -1,0 +1,124 @@
+"""The setup: values that all designs of a scene share, in inside units: mm, s, N, t, rad."""
+
+from collections.abc import Iterator
+from math import radians
+from typing import Any
+
+from camopt.core.numerics.taylor import Taylor
+from camopt.core.quantities import NUMBER_COLUMNS
+from camopt.model.effects import GivenErrors, GivenNumbers, Setup, SolidGiven
+from camopt.model.effects.given import Band
+from camopt.model.mechanisms import FIELDS
+from camopt.model.trains.train import Train
+from camopt.scene.load import constant_and_changing
+from camopt.scene.materials import MATERIALS
+from camopt.scene.own_quantities import own_quantities
+from camopt.scene.problem.variables import is_of_train, variables_of
+from camopt.scene.scene import Scene
+from camopt.scene.sizes import FOLLOWER_SIZES
+from camopt.scene.tolerances import moves_tool, zone_of
+from camopt.scene.train import train_from, trains_from
+
+
+def setup_of(scene: Scene) -> Setup:
+    """The setup of a scene, with the largest of the numbers that its search varies and that it does not give."""
+    angular = scene.mechanism.motion.angular
+    return Setup(
+        mechanism=scene.mechanism,
+        tip=scene.tip,
+        relative_error=scene.accuracy.relative_error,
+        given=GivenNumbers(_numbers(scene), angular, scene.tool_turns),
+        solid=_solid(scene),
+        train=train_from(scene.train, angular=angular),
+        errors=_errors(scene),
+        own=own_quantities(scene.quantities),
+        varied={each.key: each.quantity for each in variables_of(scene) if each.is_number and each.is_searched},
+    )
+
+
+def _numbers(scene: Scene) -> dict[str, float | None]:
+    """The numbers of a scene by key, with those of its materials where it only names them."""
+    of_train = filter(is_of_train, (*scene.search.numbers, *scene.tolerances.numbers))
+    numbers, given = scene.numbers((*NUMBER_COLUMNS, *of_train)), scene.materials
+    load, _ = constant_and_changing(load_and_unit(scene)[0], 1.0)
+    numbers["follower.dynamics.load"] = load
+    for body in ("cam", "follower"):
+        listed = MATERIALS.get(getattr(given, body))
+        for name in ("modulus", "poisson") if listed else ():
+            key = f"materials.{body}_{name}"
+            numbers[key] = getattr(listed, name) if numbers[key] is None else numbers[key]
+    return numbers
+
+
+def _errors(scene: Scene) -> GivenErrors | None:
+    """What ``[tolerances]`` says; a class of ISO 286 is of the size that the scene gives."""
+    given = scene.tolerances
+    zones = {
+        key: zone_of(given.numbers[f"follower.{key}"], key, getattr(scene.follower, key) or 0.0)
+        for key in FOLLOWER_SIZES
+        if f"follower.{key}" in given.numbers
+    }
+    angles = {
+        key: zone_of(each, key, 0.0).scaled(radians(1.0))
+        for key, each in (("phase", given.phase), ("tilt", given.face_tilt), ("disc_phase", given.disc_phase))
+        if each
+    }
+    second, links = dict(_second_bands(scene)), dict(_links(scene))
+    if not (zones or angles or given.profile or given.bore_eccentricity or second or links):
+        return None
+    return GivenErrors(
+        {FIELDS[key]: Band(each.lower, each.upper) for key, each in zones.items()},
+        profile=given.profile or 0.0,
+        waves=given.waves,
+        bore=given.bore_eccentricity or 0.0,
+        is_square=not (scene.mechanism.motion.angular or scene.follower.offset or scene.search.offset),
+        second=second,
+        links=links,
+        **{key: Band(each.lower, each.upper) for key, each in angles.items()},
+    )
+
+
+def _second_bands(scene: Scene) -> Iterator[tuple[str, Band]]:
+    """The bands of sizes of a second contact that move the tool, by key."""
+    for key in scene.mechanism.second_keys:
+        if (given := scene.tolerances.numbers.get(key)) is None or not moves_tool(key):
+            continue
+        name = key.partition(".")[2]
+        size = getattr(scene.drive, name)
+        zone = zone_of(given, name, getattr(scene.follower, name) or 0.0 if size is None else size)
+        yield key, Band(zone.lower, zone.upper)
+
+
+def _links(scene: Scene) -> Iterator[tuple[str, tuple[Band, Train]]]:
+    """The bands of numbers of the train that move the tool, by key, each with the train as a series of it."""
+    angular = scene.mechanism.motion.angular
+    for key, given in scene.tolerances.numbers.items():
+        if is_of_train(key) and moves_tool(key) and (nominal := scene.numbers((key,))[key]) is not None:
+            zone = zone_of(given, key.rpartition(".")[2], nominal)
+            made = trains_from(scene.train, {key: Taylor([nominal, 1.0])}, angular=angular)
+            yield key, (Band(zone.lower, zone.upper), made)
+
+
+def load_and_unit(scene: Scene) -> tuple[Any, float]:
+    """The external load as the scene gives it, and its unit in N (N·mm)."""
+    given = scene.follower.dynamics
+    return given and given.load, 1e3 if scene.mechanism.motion.angular else 1.0
+
+
+def _solid(scene: Scene) -> SolidGiven:
+    """The cam as a solid, completed from other tables of the scene."""
+    part = scene.whole_part
+    return SolidGiven(
+        thickness=part.thickness,
+        density=None if part.density is None else part.density * 1e-12,  # kg/m³ to t/mm³
+        bore_radius=(part.bore or 0.0) / 2,
+        bore_reach=part.bore_reach,
+        keyway_width=part.keyway_width or 0.0,
+        keyway_depth=part.keyway_depth or 0.0,
+        keyway_angle=radians(part.keyway_angle or 0.0),
+        hub_radius=(part.hub_diameter or 0.0) / 2,
+        hub_length=part.hub_length or 0.0,
+        groove_depth=part.groove_depth,
+        rib_height=part.rib_height,
+        outer_diameter=part.outer_diameter,
+    )

@@ -1,0 +1,320 @@
+"""Two results side by side: designs that came, went or changed, fronts, settings, and quantities of two cams."""
+
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass
+from math import isinf, isnan
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.numerics import IndexArray
+from camopt.core.quantities.shown import Drawn
+from camopt.core.storage.tables import no_table
+from camopt.scene.arguments import options_by_keyword
+from camopt.scene.scene import Scene
+from camopt.show.comparing.designs import (
+    Change,
+    Index,
+    Matching,
+    changed_quantities,
+    checked_place,
+    matched,
+    write_differences,
+)
+from camopt.show.comparing.fronts import Fronts, compared_fronts
+from camopt.show.comparing.scenes import Difference, Values, compared_cams, differing, is_cam
+from camopt.show.comparing.sections import sections_of
+from camopt.show.comparing.sides import DesignTable, Side, side_of
+from camopt.solve.tables.designs import DESIGNS, PARETO
+from camopt.solve.tables.result import Result, Table
+
+SHOWN_DESIGNS = 5
+"""Designs of each kind that are shown."""
+
+
+@dataclass(frozen=True, eq=False)
+class TableComparison:
+    """Two tables of designs."""
+
+    designs: tuple[int, int]
+    """How many A and B have."""
+    went: Index
+    """The rows of A, counted from 0, whose designs B has not."""
+    came: Index
+    """The rows of B whose designs A has not."""
+    changed: IndexArray
+    """The rows (A, B) of designs of both that differ in a quantity, (designs, 2)."""
+    beyond: int
+    """How many of these differ by more than the relative errors of both scenes."""
+    quantities: dict[str, Change]
+    """The quantities that changed, by name."""
+    columns_in_a: tuple[str, ...]
+    """Columns that B has not."""
+    columns_in_b: tuple[str, ...]
+    """Columns that A has not."""
+    objectives: tuple[dict[str, str], dict[str, str]]
+    """What A and B minimise and maximise."""
+    units: dict[str, str]
+    """The units of the objectives of A."""
+    fronts: Fronts | None
+    """The fronts; None where the objectives differ, or another table of the folder has the front."""
+    first: dict[str, list[dict[str, Any]]]
+    """Sizes and objectives of a few designs that went and came, the best feasible ones by the first objective."""
+
+    @property
+    def same(self) -> bool:
+        """Whether both have the same designs with the same quantities, in any order."""
+        return not any((self.went.size, self.came.size, len(self.changed), self.columns_in_a, self.columns_in_b))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Counts and quantities as plain values."""
+        return {
+            "same": self.same,
+            "designs": {"a": self.designs[0], "b": self.designs[1]},
+            "went": self.went.size,
+            "came": self.came.size,
+            "changed": len(self.changed),
+            "beyond_accuracy": self.beyond,
+            "quantities": {name: _plain(asdict(each)) for name, each in self.quantities.items()},
+            "columns_only_in": {"a": list(self.columns_in_a), "b": list(self.columns_in_b)},
+            "objectives": dict(zip("ab", self.objectives, strict=True)),
+            "fronts": self.fronts and self.fronts.to_dict(),
+            "first": {kind: [_plain(row) for row in rows] for kind, rows in self.first.items()},
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison(Result, Drawn):
+    """Two results side by side.
+
+    Attributes
+    ----------
+    a : str
+        What A is.
+    b : str
+        What B is.
+    settings : dict
+        By the names of scenes, and of tables with a scene in them: the keys in which the scenes differ, with what
+        A and B have there (None where it is not set). Scenes that do not differ are not there.
+    scenes : dict
+        Likewise, the scenes that differ: (A, B).
+    cams : dict
+        Likewise, of scenes that are cams with all their sizes, and of which no table was made: each quantity that
+        differs by more than the relative errors of both, by name, with ``a``, ``b`` and ``difference``, b less a
+        (None where one is not set, infinite or no number).
+    by_table : dict
+        By name of the table: ``went`` and ``came``, the rows of A and B whose designs the other has not;
+        ``changed``, pairs of rows; ``quantities``, how each that changed did; ``fronts``; ``to_dict()``.
+    only_in_a : tuple of str
+        Scenes and tables that B has not.
+    only_in_b : tuple of str
+        Scenes and tables that A has not.
+    versions : tuple of str
+        The versions of camopt that wrote the tables of A, and those of B.
+
+    Examples
+    --------
+    >>> search = {"base_radius": [110, 120, 130], "offset": [20], "law": ["cycloidal"]}
+    >>> scene = camopt.find_scene("roller-1000rpm").replace(search=search)
+    >>> before = camopt.sweep(scene, out="before")
+    >>> after = camopt.sweep(scene.replace(**{"search.base_radius": [120, 130, 140]}), out="after")
+    >>> found = camopt.compare(before, after)
+    >>> found.settings["designs.parquet, pareto.parquet, scene.toml"]
+    {'search.base_radius': ([110.0, 120.0, 130.0], [120.0, 130.0, 140.0])}
+    """
+
+    picture = "comparing.picture"
+    a: str
+    b: str
+    settings: dict[str, dict[str, Difference]]
+    scenes: dict[str, tuple[Scene, Scene]]
+    cams: dict[str, dict[str, Values]]
+    by_table: dict[str, TableComparison]
+    only_in_a: tuple[str, ...]
+    only_in_b: tuple[str, ...]
+    versions: tuple[str, str]
+
+    def __repr__(self) -> str:
+        words = "the same" if self.same else "not the same"
+        return f"<Comparison: {self.a} and {self.b} are {words}>"
+
+    @property
+    def same(self) -> bool:
+        """Whether settings and designs are the same; versions of camopt may differ."""
+        differ = (self.settings, self.only_in_a, self.only_in_b)
+        return not any(differ) and all(each.same for each in self.by_table.values())
+
+    def sections(self) -> Iterator[Table | str]:
+        """The differences, or a line that there are none."""
+        return sections_of(self)
+
+    def document(self) -> dict[str, Any]:
+        """What differs, by kind."""
+        settings = {
+            names: {key: dict(zip("ab", pair, strict=True)) for key, pair in keys.items()}
+            for names, keys in self.settings.items()
+        }
+        return {
+            "a": self.a,
+            "b": self.b,
+            "same": self.same,
+            "versions": dict(zip("ab", self.versions, strict=True)),
+            "settings": settings,
+            "cams": {names: {n: _plain(v._asdict()) for n, v in each.items()} for names, each in self.cams.items()},
+            "only_in": {"a": list(self.only_in_a), "b": list(self.only_in_b)},
+            "tables": {name: each.to_dict() for name, each in self.by_table.items()},
+        }
+
+
+def _plain(record: Mapping[str, Any]) -> dict[str, Any]:
+    """A record with None for what is no finite number."""
+    odd = {n for n, value in record.items() if isinstance(value, float) and (isinf(value) or isnan(value))}
+    return {name: None if name in odd else value for name, value in record.items()}
+
+
+@options_by_keyword
+def compare(a: Any, b: Any, *, out: str | os.PathLike[str] | None = None) -> Comparison:
+    """Compare two results: designs, Pareto fronts, settings, and of two cams their quantities.
+
+    Parameters
+    ----------
+    a : str, os.PathLike, Scene, Sweep, Frontier or pandas.DataFrame
+        A folder that a command wrote, a table of designs (Parquet, or what ``camopt.load`` makes of it), a
+        scene, or what ``sweep`` (with ``out``) or ``frontier`` gives.
+    b : str, os.PathLike, Scene, Sweep, Frontier or pandas.DataFrame
+        The other: a folder beside a folder, whose scenes and tables of the same names are compared; a table or a
+        scene beside a table or a scene.
+    out : str or os.PathLike, optional
+        A table (.parquet or .csv) to write, of the designs that differ. Its column ``change`` is "went", "came",
+        or "before" and "after" of a design that changed; ``table`` and ``row`` say where the row comes from.
+
+    Returns
+    -------
+    Comparison
+        What differs. Designs are the same if their laws, sizes and other searched numbers are, exactly; those of a
+        frontier if their motions are, too. They changed if any other quantity differs at all, and beyond the
+        accuracy if by more than the ``[accuracy] relative_error`` of both scenes together, relative.
+
+    Raises
+    ------
+    BadInput
+        If one is no result, is damaged, or there is nothing in it that the other has too.
+    OSError
+        If a file cannot be read or written.
+
+    References
+    ----------
+    E. Zitzler, L. Thiele, M. Laumanns, C. M. Fonseca, V. Grunert da Fonseca, Performance assessment of
+    multiobjective optimizers, IEEE Trans. Evol. Comput. 7 (2003).
+    H. Ishibuchi, H. Masuda, Y. Tanigaki, Y. Nojima, Modified distance calculation in generational distance and
+    inverted generational distance, EMO 2015.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("two-pauses")
+    >>> found = camopt.compare(scene, scene.replace(**{"cam.base_radius": 60}))
+    >>> found.settings
+    {'scene': {'cam.base_radius': (25.0, 60.0)}}
+    >>> round(found.cams["scene"]["pressure_angle_max_deg"].difference, 3)
+    -12.659
+    """
+    place = None if out is None else checked_place(out)
+    with ExitStack() as stack:
+        one, other = (side_of(each, stack) for each in (a, b))
+        files = [file for file in (*one.files, *other.files) if file.exists()]
+        if place and place.exists() and any(map(place.samefile, files)):
+            raise BadInput([Mistake("camopt", "out", str(place), "another file: this one is compared")])
+        names = [name for name in one.scenes if name in other.scenes]
+        if not names:
+            why = f"a result with something that the other has too; there are {_listed(one)}, and {_listed(other)}"
+            raise BadInput([Mistake("camopt", "result", other.name, why)])
+        pairs = {name: (one.tables[name], other.tables[name]) for name in one.tables if name in other.tables}
+        for pair in pairs.values():
+            _check_types(*pair)
+        found = {name: matched(*pair) for name, pair in pairs.items()}
+        fronts = {name for name in pairs if name != DESIGNS or PARETO not in pairs}
+        tables = {name: _compared(*pair, found[name], name in fronts) for name, pair in pairs.items()}
+        scenes = _that_differ(one, other, names)
+        searched = {table.scene for side in (one, other) for table in side.tables.values()}
+        cams = [pair for pair in scenes.values() if searched.isdisjoint(pair) and all(map(is_cam, pair))]
+        if place:
+            every = {name: (*pair, found[name], tables[name].changed) for name, pair in pairs.items()}
+            write_differences(every, place)
+        return Comparison(
+            one.name,
+            other.name,
+            {names: differing(*pair) for names, pair in scenes.items()},
+            scenes,
+            {names: compared_cams(*pair) for names, pair in scenes.items() if pair in cams},
+            tables,
+            tuple(name for name in one.scenes if name not in other.scenes),
+            tuple(name for name in other.scenes if name not in one.scenes),
+            (_versions(one), _versions(other)),
+        )
+
+
+def _check_types(a: DesignTable, b: DesignTable) -> None:
+    """BadInput where a column of both has other types; one without a value has any."""
+    for name in a.names:
+        kinds = {side.layout.field(name).type for side in (a, b) if name in side.names} - {pa.null()}
+        if len(kinds) > 1:
+            raise no_table(b.name, f"its column {name} has another type than in {a.name}")
+
+
+def _listed(side: Side) -> str:
+    return f"{', '.join(side.scenes)} in {side.name}"
+
+
+def _versions(side: Side) -> str:
+    return ", ".join(sorted({table.version for table in side.tables.values()}))
+
+
+def _that_differ(a: Side, b: Side, names: Iterable[str]) -> dict[str, tuple[Scene, Scene]]:
+    """The pairs of scenes that differ in a setting; names of the same two scenes are told together."""
+    alike: dict[tuple[Scene, Scene], list[str]] = {}
+    for name in names:
+        alike.setdefault((a.scenes[name], b.scenes[name]), []).append(name)
+    return {", ".join(each): pair for pair, each in alike.items() if differing(*pair)}
+
+
+def _compared(a: DesignTable, b: DesignTable, pairs: Matching, of_front: bool) -> TableComparison:
+    differs, beyond = np.zeros((2, pairs.in_a.size), dtype=bool)
+    quantities = {}
+    for name, change, here, there in changed_quantities(a, b, pairs):
+        quantities[name] = change
+        differs |= here
+        beyond |= there
+    comparable = of_front and a.objectives == b.objectives and a.objectives
+    return TableComparison(
+        designs=(a.count, b.count),
+        went=pairs.went,
+        came=pairs.came,
+        changed=np.column_stack([pairs.in_a[differs], pairs.in_b[differs]]),
+        beyond=int(beyond.sum()),
+        quantities=quantities,
+        columns_in_a=tuple(name for name in a.names if name not in b.names),
+        columns_in_b=tuple(name for name in b.names if name not in a.names),
+        objectives=(_in_words(a), _in_words(b)),
+        units={name: a.units[name] for name in a.objectives},
+        fronts=compared_fronts(a.front(), b.front()) if comparable else None,
+        first={"went": _first(a, pairs.went), "came": _first(b, pairs.came)},
+    )
+
+
+def _in_words(table: DesignTable) -> dict[str, str]:
+    return {name: "minimise" if sign > 0.0 else "maximise" for name, sign in table.objectives.items()}
+
+
+def _first(table: DesignTable, rows: Index) -> list[dict[str, Any]]:
+    """Sizes and objectives of a few of some rows, with their numbers: the best of the feasible ones first."""
+    if not rows.size:
+        return []
+    worse = [sign * table.floats(name)[rows] for name, sign in table.objectives.items()][:1]
+    rows = rows[np.lexsort([*worse, ~table.possible()[rows]])][:SHOWN_DESIGNS]
+    names = [name for name in dict.fromkeys((*table.key, *table.objectives)) if name != "scene"]
+    columns = {name: table.column(name).take(rows).to_pylist() for name in names}
+    return [{"row": int(row), **{n: columns[n][k] for n in names}} for k, row in enumerate(rows)]

@@ -1,0 +1,240 @@
+"""The designs of two tables: which came, which went, and which have other quantities.
+
+Designs are matched by integers: each value of a column of the key is numbered over both tables, and these numbers,
+column after column, number the designs. This is exact, its time grows with the rows, and a few columns at once are
+in memory.
+"""
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+from pyarrow import csv
+
+from camopt.core.numerics import BoolArray, FloatArray, IndexArray, IntArray
+from camopt.core.storage.files import check_writable, checked_suffix, path_of, whole_file
+from camopt.core.storage.tables import write_table
+from camopt.core.storage.version import VERSION
+from camopt.scene.text import parsed
+from camopt.show.comparing.sides import OWN_SCENE, DesignTable
+
+Index = IndexArray
+MOST_CODES = 2**62
+ERROR_BOUND = "relative_half_width"
+"""A bound on errors: it may change, and the quantities need not."""
+
+
+class Matching(NamedTuple):
+    """Rows by number: those of designs that both tables have, pair by pair, and those that one alone has."""
+
+    in_a: Index
+    in_b: Index
+    went: Index
+    came: Index
+
+
+@dataclass(frozen=True)
+class Change:
+    """How a quantity changed, over the designs that both tables have."""
+
+    designs: int
+    """Designs in which it differs at all."""
+    beyond: int
+    """Those of them in which it differs by more than the relative errors of both scenes, or is no number."""
+    largest: float | None
+    """The largest change, relative to the larger value; None of what is no number."""
+    a: Any
+    """The value in A where the change is largest."""
+    b: Any
+    """And in B."""
+    rows: tuple[int, int]
+    """Row of this design in A, and in B."""
+
+
+def matched(a: DesignTable, b: DesignTable) -> Matching:
+    """Pair the rows of the same designs; of designs that a table has several times, in the order of rows."""
+    codes = np.zeros(a.count + b.count, dtype=np.int64)
+    for name in dict.fromkeys((*a.key, *b.key)):
+        codes = _joined(codes, _numbered(*(_key_column(each, name) for each in (a, b))))
+    codes = _dense(codes)
+    if any(np.bincount(side).max(initial=0) > 1 for side in (codes[: a.count], codes[a.count :])):
+        again = np.concatenate([_occurrence(codes[: a.count]), _occurrence(codes[a.count :])])
+        codes = _dense(_joined(codes, again))
+    place = np.full(int(codes.max(initial=-1)) + 1, -1, dtype=np.intp)
+    place[codes[a.count :]] = np.arange(b.count)
+    partner = place[codes[: a.count]]
+    in_a = np.flatnonzero(partner >= 0)
+    in_b = partner[in_a]
+    alone = np.ones(b.count, dtype=bool)
+    alone[in_b] = False
+    return Matching(in_a, in_b, np.flatnonzero(partner < 0), np.flatnonzero(alone))
+
+
+def _joined(codes: IntArray, more: IntArray) -> IntArray:
+    """Numbers of pairs of numbers."""
+    many = int(more.max(initial=0)) + 1
+    if (int(codes.max(initial=0)) + 1) * many > MOST_CODES:
+        codes = _dense(codes)
+    return codes * many + more
+
+
+def _dense(codes: IntArray) -> IntArray:
+    """The same numbers from 0 without a gap."""
+    return np.asarray(pa.array(codes).dictionary_encode().indices.to_numpy(), dtype=np.int64)
+
+
+def _occurrence(codes: IntArray) -> IntArray:
+    """How often each number came before in its place."""
+    order = np.argsort(codes, kind="stable")
+    ordered = codes[order]
+    first = np.concatenate([[True], ordered[1:] != ordered[:-1]])[: codes.size]
+    start = np.maximum.accumulate(np.where(first, np.arange(codes.size), 0))
+    found = np.empty(codes.size, dtype=np.int64)
+    found[order] = np.arange(codes.size) - start
+    return found
+
+
+def _key_column(table: DesignTable, name: str) -> pa.Array:
+    """A column of the key, or what the scene has in its place; of a scene of its own a design has its motion."""
+    if name not in table.names:
+        value = table.fixed(name)
+        return pa.nulls(table.count) if value is None else pa.array(np.full(table.count, value))
+    column = table.column(name)
+    if name != OWN_SCENE:
+        return column
+    return pa.array([text and _motion(parsed(text, table.name)) for text in column.to_pylist()], pa.string())
+
+
+def _motion(tables: Mapping[str, Any]) -> str:
+    """What of a scene makes the motion."""
+    return repr([tables.get(key) for key in ("motion", "profile", "laws")])
+
+
+def _numbered(a: pa.Array, b: pa.Array) -> IntArray:
+    """Each value of two columns, one after the other, by a number of its own; −0 is 0."""
+    both = pa.concat_arrays(_alike(a, b))
+    coded = both.dictionary_encode(null_encoding="encode")
+    return np.asarray(coded.indices.to_numpy(zero_copy_only=False), dtype=np.int64)
+
+
+def _alike(*columns: pa.Array) -> list[pa.Array]:
+    """Columns of one type: numbers if all are, or else texts."""
+    if all(_is_number(column.type) for column in columns):
+        return [pa.compute.add(column.cast(pa.float64()), 0.0) for column in columns]
+    return [as_text(column) for column in columns]
+
+
+def _is_number(kind: pa.DataType) -> bool:
+    return bool(pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_null(kind))
+
+
+def as_text(column: pa.Array) -> pa.Array:
+    """A column of texts, flags or lists of texts as one of texts."""
+    if pa.types.is_list(column.type):
+        return pa.array([None if each is None else ", ".join(each) for each in column.to_pylist()], pa.string())
+    return column.cast(pa.string())
+
+
+def changed_quantities(
+    a: DesignTable, b: DesignTable, pairs: Matching
+) -> Iterator[tuple[str, Change, BoolArray, BoolArray]]:
+    """Each quantity that changed: its name, how, and in which of the pairs at all and beyond the accuracy."""
+    if not pairs.in_a.size:
+        return
+    for name in a.names:
+        if name not in b.names or name in a.key:
+            continue
+        one, other = a.column(name).take(pa.array(pairs.in_a)), b.column(name).take(pa.array(pairs.in_b))
+        numbers = _is_number(one.type) and _is_number(other.type)
+        found = _changed_numbers if numbers else _changed_words
+        differs, share, beyond = found(one, other, a.scene.accuracy.relative_error, b.scene.accuracy.relative_error)
+        if not differs.any():
+            continue
+        if name == ERROR_BOUND:
+            beyond = np.zeros_like(beyond)
+        i = int(np.argmax(share))
+        yield (
+            name,
+            Change(
+                designs=int(differs.sum()),
+                beyond=int(beyond.sum()),
+                largest=float(share[i]) if numbers else None,
+                a=one[i].as_py(),
+                b=other[i].as_py(),
+                rows=(int(pairs.in_a[i]), int(pairs.in_b[i])),
+            ),
+            differs,
+            beyond,
+        )
+
+
+Differences = tuple[BoolArray, FloatArray, BoolArray]
+"""Whether values differ, by which share of the larger, and whether beyond the accuracy."""
+
+
+def _changed_numbers(a: pa.Array, b: pa.Array, error_a: float, error_b: float) -> Differences:
+    """Of numbers; what is missing on one side, or infinite, differs by an infinite share."""
+    x, y = (np.asarray(column.to_numpy(zero_copy_only=False), dtype=float) for column in (a, b))
+    differs = (x != y) & ~(np.isnan(x) & np.isnan(y))
+    share, beyond = np.zeros(x.size), np.zeros(x.size, dtype=bool)
+    x, y = x[differs], y[differs]
+    with np.errstate(invalid="ignore", over="ignore"):
+        apart, largest = np.abs(x - y), np.maximum(np.abs(x), np.abs(y))
+        finite = np.isfinite(apart)
+        share[differs] = np.where(finite, apart / np.where(finite, largest, 1.0), np.inf)
+        beyond[differs] = ~finite | (apart > error_a * np.abs(x) + error_b * np.abs(y))
+    return differs, share, beyond
+
+
+def _changed_words(a: pa.Array, b: pa.Array, *_: float) -> Differences:
+    """Of texts, flags and lists of texts."""
+    codes = _numbered(a, b)
+    differs = codes[: len(a)] != codes[len(a) :]
+    return differs, differs.astype(float), differs
+
+
+PARQUET, CSV = ".parquet", ".csv"
+ORIGIN = pa.schema({"change": pa.string(), "table": pa.string(), "row": pa.int64()})
+"""Columns that say where a row comes from, and what happened to its design."""
+Different = tuple[DesignTable, DesignTable, Matching, IndexArray]
+"""Two tables, which of their rows are of the same designs, and pairs of rows that changed."""
+
+
+def checked_place(path: str | os.PathLike[str]) -> Path:
+    """The file to write; BadInput unless it is of a known kind, OSError if it cannot be written."""
+    checked_suffix(path, "out", (PARQUET, CSV))
+    place = path_of(path)
+    check_writable(place)
+    return place
+
+
+def write_differences(found: Mapping[str, Different], path: Path) -> None:
+    """Write all rows of designs that went, came or changed, with where they come from."""
+    parts = [part for name, each in found.items() for part in _parts(name, *each)]
+    table = pa.concat_tables([ORIGIN.empty_table(), *parts], promote_options="default")
+    if path.suffix.lower() == PARQUET:
+        write_table(table.replace_schema_metadata({"camopt_version": VERSION}), path)
+        return
+    columns = {name: table[name].combine_chunks() for name in table.column_names}
+    texts = {name: as_text(column) if pa.types.is_list(column.type) else column for name, column in columns.items()}
+    with whole_file(path) as partial:
+        csv.write_csv(pa.table(texts), partial)
+
+
+def _parts(name: str, a: DesignTable, b: DesignTable, pairs: Matching, changed: IndexArray) -> Iterator[pa.Table]:
+    """The rows of two tables by what happened to them; of those that changed, both."""
+    for change, table, rows in (
+        ("went", a, pairs.went),
+        ("came", b, pairs.came),
+        ("before", a, changed[:, 0]),
+        ("after", b, changed[:, 1]),
+    ):
+        if rows.size:
+            origin = [pa.repeat(change, rows.size), pa.repeat(name, rows.size), pa.array(rows.astype(np.int64))]
+            taken = [table.column(each).take(pa.array(rows)) for each in table.names]
+            layout = [field.with_nullable(True) for field in table.layout]  # another table may lack a column
+            yield pa.table([*origin, *taken], schema=pa.schema([*ORIGIN, *layout]))

@@ -1,0 +1,1 @@
+"""Drawing: the cam with its diagrams, and parts of pictures that other parts put together."""

@@ -1,0 +1,214 @@
+"""Animations: a cam turning under its follower, with diagrams whose cursors follow it.
+
+One is an SVG file without a script: the drawing at cam angle 0, with SMIL elements that move it. Browsers turn it;
+programs that know no SMIL show the first frame.
+"""
+
+from base64 import b64encode
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from io import StringIO
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from camopt.core.numerics import ComplexArray, FloatArray
+from camopt.core.storage.files import checked_suffix, whole_file
+from camopt.scene.arguments import SceneSource, scene_from
+from camopt.scene.problem.problem import resolve_design
+from camopt.show.drawing.bodies import FRAMES, TURN_TIME, Reading, Stage
+from camopt.show.drawing.frames import ffmpeg, write_gif, write_mp4
+from camopt.show.drawing.picture import Picture
+from camopt.show.drawing.stage import DISC_SIZE, GROOVE_SIZE, set_stage
+from camopt.show.drawing.style import Target, canvas
+
+MOVING_KINDS = (".svg", ".gif", ".mp4")
+
+
+@dataclass(frozen=True)
+class Animation:
+    """A cam that turns under its follower; a notebook shows it.
+
+    Attributes
+    ----------
+    name : str
+        The name of the scene.
+    svg : str
+        An animated SVG file: without scripts, one turn in 4 s.
+
+    Examples
+    --------
+    >>> animation = camopt.animate(camopt.find_scene("two-pauses"))
+    >>> "<animateTransform " in animation.svg, "<script" in animation.svg
+    (True, False)
+    """
+
+    name: str
+    svg: str = field(repr=False)
+
+    def _repr_html_(self) -> str:
+        image = b64encode(self.svg.encode()).decode()
+        return f'<img src="data:image/svg+xml;base64,{image}" alt="a cam turning under its follower">'
+
+
+def animate(scene: SceneSource, path: Target = None) -> Animation:
+    """Animate a scene's cam, turning under its follower; to an SVG, GIF or MP4 file as well, if a path is given.
+
+    Beside the cam, to scale, are diagrams of displacement, acceleration and pressure angle, whose cursors show the
+    values at the cam angle; of a cylindrical cam the developed groove moves past the follower. One turn takes 4 s
+    and 100 frames, each computed from the motion itself; between them, an SVG is interpolated. The same scene gives
+    the same SVG or GIF, and the file appears only when whole.
+
+    Parameters
+    ----------
+    scene : Scene, str or os.PathLike
+        A scene with sizes of its own.
+    path : str or os.PathLike, optional
+        A file to write as well. SVG: one file without scripts, which browsers animate, and other programs show as
+        it is at cam angle 0. MP4 needs ffmpeg, on the machine or by ``pip install "camopt[video]"``.
+
+    Returns
+    -------
+    Animation
+        Which a notebook shows; ``svg`` is the text of the SVG file.
+
+    Raises
+    ------
+    BadInput
+        If the file's name does not end in .svg, .gif or .mp4, or if there is no ffmpeg for an MP4.
+    OSError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> animation = camopt.animate(camopt.find_scene("two-pauses"), "turning.svg")
+    """
+    scene = scene_from(scene)
+    suffix = None if path is None else checked_suffix(path, "path", MOVING_KINDS)
+    if suffix == ".mp4":
+        ffmpeg()  # or the trouble is known before the work
+    picture = Picture(scene, resolve_design(scene))
+    with canvas(None, GROOVE_SIZE if picture.problem.setup.mechanism.body.developed else DISC_SIZE) as figure:
+        stage = set_stage(figure, picture)
+        animation = Animation(scene.name, moving_svg(stage))
+        if path is not None and suffix is not None:
+            with whole_file(path) as partial:
+                if suffix == ".svg":
+                    partial.write_text(animation.svg, encoding="utf-8", newline="\n")
+                else:
+                    (write_gif if suffix == ".gif" else write_mp4)(stage, partial)
+    return animation
+
+
+NAMESPACE = "http://www.w3.org/2000/svg"
+PER_INCH = 72.0  # of an inch; the unit of the file
+PAGES_AROUND = 2.0  # widths of the page on each side, where lines are drawn too: they may come onto it
+TEXT_ABOVE, TEXT_BELOW, TEXT_LEFT = 9.0, 3.0, 120.0  # points of a text that are shown, from its foot and its end
+READING_STEP = 24.0  # points from one text of a column to the next
+
+Element = ElementTree.Element
+
+
+def moving_svg(stage: Stage) -> str:
+    """The text of the file."""
+    for place, body in enumerate(stage.bodies):
+        body.axes.set_gid(f"body-{place}")
+    for place, reading in enumerate(stage.readings):
+        reading.text.set_gid(f"reading-{place}")
+    root = _drawn(stage.figure)
+    groups = {group.get("id"): group for group in root.iter(f"{{{NAMESPACE}}}g")}
+    for place, body in enumerate(stage.bodies):
+        group = groups[f"body-{place}"]
+        for kind, values in body.svg_motions(_units(body.axes, stage.figure)).items():
+            if len(set(values)) > 1:
+                _animate(_inside(group), kind, values, "linear")
+        if body.windowed:
+            _clip(group, _window(body.axes, stage.figure))
+    for place, reading in enumerate(stage.readings):
+        _change(groups[f"reading-{place}"], reading)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _drawn(figure: Any) -> Element:
+    """The picture without motion, on a wide page: matplotlib leaves out what is off the page."""
+    from matplotlib.transforms import Bbox
+
+    width, height = figure.get_size_inches()
+    wide = Bbox.from_bounds(-PAGES_AROUND * width, 0.0, (1.0 + 2.0 * PAGES_AROUND) * width, height)
+    file = StringIO()
+    figure.savefig(file, format="svg", metadata={"Date": None}, bbox_inches=wide)
+    ElementTree.register_namespace("", NAMESPACE)
+    ElementTree.register_namespace("xlink", "http://www.w3.org/1999/xlink")
+    root = ElementTree.fromstring(file.getvalue())
+    width, height = width * PER_INCH, height * PER_INCH
+    root.set("viewBox", f"{PAGES_AROUND * width:g} 0 {width:g} {height:g}")
+    root.set("width", f"{width:g}pt")
+    root.set("height", f"{height:g}pt")
+    return root
+
+
+def _change(group: Element, reading: Reading) -> None:
+    """Show one text after the other: a column of texts jumps past a window of one line."""
+    (first,) = group.iter(f"{{{NAMESPACE}}}text")
+    x, y = (float(first.get(key, "0")) for key in "xy")
+    column = _inside(group)
+    first.attrib.pop("transform", None)
+    for place, words in enumerate(reading.values[1:FRAMES], start=1):
+        text = ElementTree.SubElement(column, f"{{{NAMESPACE}}}text", first.attrib)
+        text.set("y", f"{y + place * READING_STEP:.6g}")
+        text.text = words
+    _animate(column, "translate", [f"0 {-place * READING_STEP:.6g}" for place in range(FRAMES)], "discrete")
+    _clip(group, (x - TEXT_LEFT, y - TEXT_ABOVE, TEXT_LEFT, TEXT_ABOVE + TEXT_BELOW))
+
+
+def _inside(group: Element) -> Element:
+    """A new element that takes all that is in a group."""
+    within = list(group)
+    for element in within:
+        group.remove(element)
+    moved = ElementTree.SubElement(group, f"{{{NAMESPACE}}}g")
+    moved.extend(within)
+    return moved
+
+
+def _animate(element: Element, kind: str, values: list[str], mode: str) -> None:
+    """Animate the transform of an element over one turn, again and again."""
+    ElementTree.SubElement(
+        element,
+        f"{{{NAMESPACE}}}animateTransform",
+        attributeName="transform",
+        type=kind,
+        values=";".join(values),
+        calcMode=mode,
+        dur=f"{TURN_TIME:g}s",
+        repeatCount="indefinite",
+    )
+
+
+def _clip(group: Element, window: tuple[float, float, float, float]) -> None:
+    """Show only the part of a group within a rectangle: left, top, width, height."""
+    name = f"{group.get('id')}-window"
+    clip = ElementTree.Element(f"{{{NAMESPACE}}}clipPath", id=name)
+    sides = dict(zip(("x", "y", "width", "height"), (f"{side:.6g}" for side in window), strict=True))
+    ElementTree.SubElement(clip, f"{{{NAMESPACE}}}rect", sides)
+    group.insert(0, clip)
+    group.set("clip-path", f"url(#{name})")
+
+
+def _window(axes: Any, figure: Any) -> tuple[float, float, float, float]:
+    """The box of axes in the file: left, top, width, height in points."""
+    box, (width, height) = axes.get_position(), figure.get_size_inches() * PER_INCH
+    return (PAGES_AROUND + box.x0) * width, (1.0 - box.y1) * height, box.width * width, box.height * height
+
+
+def _units(axes: Any, figure: Any) -> Callable[[ComplexArray], FloatArray]:
+    """From points of axes to places in the file, (n, 2), in points."""
+    left, top, width, height = _window(axes, figure)
+    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+
+    def places(points: ComplexArray) -> FloatArray:
+        across, up = (points.real - x0) / (x1 - x0), (points.imag - y0) / (y1 - y0)
+        return np.column_stack([left + across * width, top + (1.0 - up) * height])
+
+    return places

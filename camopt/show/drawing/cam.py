@@ -1,0 +1,278 @@
+"""A disc cam with its follower drawn to scale, at cam angle 0."""
+
+from typing import Any
+
+import numpy as np
+import scipy
+from shapely import LinearRing, Point, Polygon, make_valid
+
+from camopt.core.numerics import ComplexArray
+from camopt.core.quantities.unit_systems import computed, shown, shown_unit
+from camopt.model.mechanisms.geometry import CamCurves, cam_curves
+from camopt.model.motion.stroke import DWELL
+from camopt.show.drawing.follower import Parts, draw_follower
+from camopt.show.drawing.labels import Label, around
+from camopt.show.drawing.linkage import draw_linkage
+from camopt.show.drawing.picture import (
+    STROKE_NAMES,
+    Picture,
+    area,
+    draw_circle,
+    draw_line,
+    fit_axes,
+    in_figures,
+    round_length,
+)
+from camopt.show.drawing.second import draw_second_contact, draw_second_disc, outline_of
+from camopt.show.drawing.style import (
+    COLOURS,
+    FAINT,
+    FILL,
+    INK,
+    MUTED,
+    PITCH_COLOUR,
+    PROFILE,
+    REFERENCE_COLOUR,
+    SMALL,
+    TEXT,
+    TITLE_SIZE,
+)
+
+FROM_START = (7.0, 16.0, 28.0)  # points: of a cam angle from where its stroke begins
+ASIDE = (5.0, 8.0, 12.0, 16.0, 22.0, 30.0)  # points: of ω from its arrow
+CROSS = np.array([1, 1j, -1, -1j])
+MARGIN = 0.08  # of the radius of a groove: what is drawn beside it where the diameter of its disc is not given
+UNSEEN = 1e-4  # of the cam: an offset smaller than that is none to the eye
+
+
+def draw_disc(axes: Any, picture: Picture) -> list[Label]:
+    """A disc cam at cam angle 0 with its follower; the labels to settle."""
+    whole, picture = picture, picture.contacts[0]
+    pitch = np.concatenate([c.pitch for c in picture.curves])
+    size = float(np.abs(pitch).max())
+    draw_body(axes, whole)
+    draw_second_disc(axes, whole)
+    labels = [*draw_strokes(axes, picture), draw_sense(axes, picture)]
+    spans = draw_follower(Parts(axes, axes, axes), picture, size)
+    second = [*draw_second_contact(axes, whole), outline_of(whole)]
+    body = reach_of_body(picture) * CROSS
+    parts = [pitch, body, *_draw_circles(axes, whole, pitch, size), *spans, *second]
+    frame(axes, np.concatenate([*parts, *draw_linkage(axes, picture, spans, size)]))
+    return labels
+
+
+def corner_arc(before: CamCurves, after: CamCurves, radius: float) -> ComplexArray:
+    """The arc of the roller where the normal jumps, at a corner of the pitch curve."""
+    turn = np.angle(after.normal[0] / before.normal[-1])
+    steps = np.linspace(0.0, turn, max(2, int(abs(np.degrees(turn)))))
+    arc: ComplexArray = after.pitch[0] - radius * before.normal[-1] * np.exp(1j * steps)
+    return arc
+
+
+def draw_body(axes: Any, picture: Picture) -> None:
+    """The profile, the walls of a groove, or the flanks of a rib, coloured by stroke, on the body; without what
+    undercutting removes."""
+    mechanism = picture.problem.setup.mechanism
+    fill = _fill_profile if mechanism.body.bounded else _fill_rib if mechanism.ribbed else _fill_face
+    fill(axes, picture if mechanism.ribbed else picture.contacts[0])
+    named = set[Any]()
+    for each in picture.on_body:
+        _draw_flanks(axes, each, named)
+        if float(each.problem.design.roller_radius[0]) > 0.0:
+            pitch = np.concatenate([c.pitch for c in each.curves])
+            style = {"color": PITCH_COLOUR, "lw": 1.0, "ls": (0, (9, 2.5, 1.5, 2.5)), "zorder": 3}
+            label = None if "pitch curve" in named else "pitch curve"
+            draw_line(axes, np.append(pitch, pitch[0]), label=label, **style)
+            named.add(label)
+
+
+def _draw_flanks(axes: Any, picture: Picture, named: set[Any]) -> None:
+    """The flanks at one contact, by stroke; the strokes that have a label already are ``named``."""
+    radius = float(picture.problem.design.roller_radius[0])
+    thin = {"lw": 0.9, "alpha": 0.9} if picture.undercut else {"lw": 2.2}
+    for place, (kind, curves) in enumerate(zip(picture.kinds, picture.curves, strict=True)):
+        for flank, wall in zip(picture.problem.setup.mechanism.flanks, curves.profile, strict=True):
+            label = f"profile, {STROKE_NAMES[kind]}" if kind not in named else None
+            draw_line(axes, wall, color=COLOURS[kind], label=label, zorder=4, solid_capstyle="round", **thin)
+            corner = corner_arc(picture.curves[place - 1], curves, -flank.side * radius)
+            draw_line(axes, corner, color=COLOURS[DWELL], zorder=3.9, **thin)
+            named.add(kind)
+
+
+def _fill_profile(axes: Any, picture: Picture) -> None:
+    """What is inside the profile."""
+    solid = remaining(picture) if picture.undercut else np.concatenate([c.profile[0] for c in picture.curves])
+    edge = {"edgecolor": INK, "label": "what is left of the cam"} if picture.undercut else {"edgecolor": "none"}
+    area(axes, solid, facecolor=FILL, lw=1.4, zorder=1, **edge)
+
+
+def _fill_face(axes: Any, picture: Picture) -> None:
+    """A disc with the groove that a roller sweeps in its face."""
+    _fill_plate(axes, picture, FILL)
+    pitch = np.concatenate([c.pitch for c in picture.curves])
+    swept = LinearRing(np.column_stack([pitch.real, pitch.imag]))
+    swept = swept.buffer(float(picture.problem.design.roller_radius[0]), quad_segs=64)
+    style = {"edgecolor": INK if picture.undercut else "none", "lw": 1.0, "zorder": 1.5}
+    for colour, ring in [("white", swept.exterior), *((FILL, hole) for hole in swept.interiors)]:
+        axes.fill(*np.asarray(ring.coords).T, facecolor=colour, **style)
+
+
+def _fill_rib(axes: Any, picture: Picture) -> None:
+    """A disc with a rib on its face."""
+    _fill_plate(axes, picture.contacts[0], "white")
+    outer, inner = (np.concatenate([c.profile[0] for c in each.curves]) for each in picture.contacts)
+    area(axes, np.concatenate([outer, outer[:1], inner[:1], inner[::-1]]), facecolor=FILL, lw=0.0, zorder=1.5)
+
+
+def _fill_plate(axes: Any, picture: Picture, colour: str) -> None:
+    """The face of a disc, with its edge if its diameter is known."""
+    edge = reach_of_body(picture) * np.exp(1j * np.linspace(0.0, 2 * np.pi, 721))
+    known = picture.problem.setup.solid.outer_diameter is not None
+    area(axes, edge, facecolor=colour, edgecolor=INK if known else "none", lw=1.0, zorder=1)
+
+
+def reach_of_body(picture: Picture) -> float:
+    """How far the body of a disc cam reaches from its axis, mm; of one that is not known, what is drawn of it."""
+    mechanism, solid = picture.problem.setup.mechanism, picture.problem.setup.solid
+    reach = float(max(np.abs(c.profile).max() for c in picture.curves))
+    return reach if mechanism.body.bounded else (solid.outer_diameter or 0.0) / 2 or reach * (1.0 + MARGIN)
+
+
+def remaining(picture: Picture) -> ComplexArray:
+    """The outline of an undercut cam: all that no position of the follower covers."""
+    pitch = np.concatenate([c.pitch for c in picture.curves])
+    if picture.problem.setup.mechanism.flat_faced:
+        normal = np.concatenate([c.normal for c in picture.curves])
+        support = (pitch * normal.conj()).real
+        corners = scipy.spatial.HalfspaceIntersection(
+            np.column_stack([normal.real, normal.imag, -support]), np.zeros(2)
+        ).intersections
+        outline = corners[:, 0] + 1j * corners[:, 1]
+        return np.asarray(outline[np.argsort(np.angle(outline))])
+    cut = make_valid(Polygon(np.column_stack([pitch.real, pitch.imag])))
+    cut = cut.buffer(-float(picture.problem.design.roller_radius[0]), quad_segs=64)
+    parts = [part for part in getattr(cut, "geoms", [cut]) if not part.is_empty]
+    if not parts:
+        return np.zeros(1, dtype=complex)
+    x, y = np.asarray(min(parts, key=lambda part: part.distance(Point(0, 0))).exterior.coords.xy)
+    return np.asarray(x + 1j * y)
+
+
+def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float) -> list[ComplexArray]:
+    """Base, prime, pitch, offset and shaft circles, the centre and the follower's axis; the points they span.
+
+    The pitch circle is that of the steepest contact.
+    """
+    steepest, picture = picture.steepest, picture.contacts[0]
+    problem = picture.problem
+    mechanism = problem.setup.mechanism
+    spans, lowest = [], float(pitch.imag.min()) if mechanism.body.bounded else -reach_of_body(picture)
+    base, radius = float(problem.design.size[0]), float(problem.design.roller_radius[0])
+    thin = {"lw": 0.8, "zorder": 2.5}
+    draw_circle(axes, base, color=MUTED, label=f"base circle, R {in_figures(base)}", **thin)
+    if radius > 0.0:
+        label = f"prime circle, R {in_figures(base + radius)}"
+        draw_circle(axes, base + radius, color=MUTED, ls=(0, (5, 3)), label=label, **thin)
+    if not mechanism.flat_faced:
+        through = steepest.values["pitch_circle_radius_mm"]
+        label = f"pitch circle, R {in_figures(through)}"
+        draw_circle(axes, through, color=REFERENCE_COLOUR, ls=(0, (1.5, 2.5)), label=label, **thin)
+        spans.append(through * CROSS)
+        lowest = min(lowest, -through)
+        _mark_pitch_point(axes, steepest, mirrored=steepest is not picture and not mechanism.at_rib)
+    draw_centre(axes, picture, size)
+    if not problem.setup.angular:
+        spans.append(_draw_offset(axes, float(problem.design.offset[0]), lowest, size))
+    return spans
+
+
+def draw_centre(axes: Any, picture: Picture, size: float) -> None:
+    """The shaft, and a mark at its centre."""
+    shaft, mark = picture.problem.setup.shaft_radius, 0.06 * size
+    if shaft is not None:
+        draw_circle(axes, shaft, color=INK, lw=1.0, zorder=2.6)
+        area(axes, shaft * np.exp(1j * np.linspace(0, 2 * np.pi, 181)), facecolor="white", zorder=2.2)
+    draw_line(axes, [-mark, mark], color=INK, lw=0.8, zorder=5)
+    draw_line(axes, [-mark * 1j, mark * 1j], color=INK, lw=0.8, zorder=5)
+    draw_circle(axes, 0.012 * size, color=INK, lw=0.8, zorder=5)
+
+
+def _mark_pitch_point(axes: Any, picture: Picture, *, mirrored: bool) -> None:
+    """A ring at the pitch point; of a contact with a second disc, which is drawn as in a mirror."""
+    problem, at = picture.problem, np.radians([picture.values["pressure_angle_max_at_deg"]])
+    point = cam_curves(problem.setup.mechanism, problem.design, problem.programme, at).pitch
+    style = {"ls": "none", "marker": "o", "ms": 5, "mfc": "white", "mec": REFERENCE_COLOUR, "zorder": 6}
+    draw_line(axes, point.conj() if mirrored else point, label="pitch point", **style)
+
+
+def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> ComplexArray:
+    """The offset circle, the follower's axis, and the offset as a dimension below the cam."""
+    dashes = {"color": MUTED, "lw": 0.7, "ls": (0, (12, 3, 2, 3)), "zorder": 2}
+    offset = offset if abs(offset) > UNSEEN * size else 0.0
+    level = lowest - (0.1 * size if offset else 0.02 * size)
+    ends = 1j * np.array([level - 0.03 * size, 0.4 * size])
+    draw_line(axes, ends, **dashes)
+    if offset == 0.0:
+        return ends
+    draw_circle(
+        axes,
+        abs(offset),
+        color=REFERENCE_COLOUR,
+        lw=0.8,
+        zorder=2.5,
+        label=f"offset circle, R {in_figures(abs(offset))}",
+    )
+    draw_line(axes, offset + 1j * np.array([level - 0.03 * size, 0.9 * size]), **dashes)
+    arrow = {"arrowstyle": "<|-|>", "color": MUTED, "lw": 0.7, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
+    axes.annotate("", (0.0, level), (offset, level), arrowprops=arrow)
+    side = 1.0 if offset > 0 else -1.0
+    place = {"ha": "left" if offset > 0 else "right", "va": "center", "fontsize": TEXT, "color": INK}
+    axes.text(offset + side * 0.03 * size, level, f"offset {in_figures(offset)}", **place)
+    return ends
+
+
+def draw_strokes(axes: Any, picture: Picture) -> list[Label]:
+    """A ray where each stroke begins, with its cam angle, inside the profile if there is room."""
+    problem = picture.problem
+    starts = np.array([s.start for s in problem.programme.strokes])
+    mechanism, design = problem.setup.mechanism, problem.design
+    found = cam_curves(mechanism, design, problem.programme, starts)
+    feet = np.exp(-1j * design.sense * starts) * (0.0 if mechanism.flat_faced else design.offset[0])
+    labels = []
+    for angle, point, foot in zip(starts, found.profile[0], feet, strict=True):
+        draw_line(axes, [foot, point], color=FAINT, lw=0.7, zorder=2)
+        box = {"boxstyle": "round,pad=0.15", "fc": FILL, "ec": "none"}
+        style = {"fontsize": SMALL, "color": MUTED, "bbox": box, "zorder": 4.5}
+        places = around(FROM_START, float(np.angle(foot - point)))
+        labels.append(Label(axes, f"{np.degrees(angle):.4g}°", (point.real, point.imag), places, style, PROFILE))
+    return labels
+
+
+def draw_sense(axes: Any, picture: Picture) -> Label:
+    """An arrow for the sense of rotation, where the cam has most room inside; its label."""
+    design = picture.problem.design
+    marks = [np.pi / 2, *(np.pi / 2 - design.sense * s.start for s in picture.problem.programme.strokes)]
+    places = np.radians(np.arange(0, 360, 15))
+    room = np.min(np.abs(np.angle(np.exp(1j * (places[:, None] - np.array(marks))))), axis=1)
+    middle, half = places[int(np.argmax(room))], np.radians(32.0)
+    base, shaft = float(design.size[0]), picture.problem.setup.shaft_radius or 0.0
+    radius = max(0.6 * base, (shaft + base) / 2)
+    arc = radius * np.exp(1j * (middle + design.sense * np.linspace(-half, half, 41)))
+    draw_line(axes, arc, color=INK, lw=1.3, zorder=5)
+    ends = [(point.real, point.imag) for point in (arc[-1], arc[-3])]
+    axes.annotate("", *ends, arrowprops={"arrowstyle": "-|>", "color": INK, "mutation_scale": 13}, zorder=5)
+    beside = radius * np.exp(1j * middle)
+    style = {"fontsize": TITLE_SIZE, "color": INK, "zorder": 5}
+    return Label(axes, "ω", (beside.real, beside.imag), around(ASIDE, middle + np.pi, 24), style)
+
+
+def frame(axes: Any, points: ComplexArray) -> tuple[complex, float]:
+    """Limits round the points, no axes, and a bar of round length for scale; as ``fit`` what was chosen."""
+    corner, unit = fit_axes(axes, points, 0.03)
+    axes.set_axis_off()
+    length = round_length(shown(unit * axes.get_position().width * axes.figure.get_size_inches()[0] / 6, "mm"))
+    text, length = f"{length:g} {shown_unit('mm')}", computed(length, "mm")
+    draw_line(axes, [corner, corner + length], color=INK, lw=2.5, solid_capstyle="butt", clip_on=False)
+    place = corner + 0.07j * unit
+    axes.text(place.real, place.imag, text, fontsize=TEXT, color=INK, ha="left", va="bottom")
+    return corner, unit

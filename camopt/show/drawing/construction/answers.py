@@ -1,0 +1,86 @@
+"""The largest velocities and accelerations as the lectures write them: formula, numbers, answer.
+
+Over a stroke S in the cam angle θ at ω: v = c·ωS/θ and a = d·ω²S/θ². Without a speed they are by cam angle (ω = 1).
+Source: Khurmi & Gupta, Theory of Machines, ch. 20.
+"""
+
+from collections.abc import Iterator
+from math import degrees, inf, pi
+
+import numpy as np
+
+from camopt.core.quantities.unit_systems import shown, shown_unit
+from camopt.model.motion.programme import law_peaks
+from camopt.show.drawing.construction.displacement import displacement_text
+from camopt.show.drawing.construction.inversion import Inversion
+from camopt.show.drawing.construction.stations import Division
+from camopt.show.drawing.picture import STROKE_NAMES, Picture, four_digits
+
+FORMULAS: dict[str, tuple[tuple[str, str], tuple[str, str]]] = {
+    "uniform": (("ωS/θ", "{w}{s} / {t}"), ("", "")),
+    "harmonic": (("πωS/(2θ)", "π × {w}{s} / (2 × {t})"), ("π²ω²S/(2θ²)", "π² × {w}{s} / (2 × {t}²)")),
+    "parabolic": (("2ωS/θ", "2 × {w}{s} / {t}"), ("4ω²S/θ²", "4 × {w}{s} / {t}²")),
+    "cycloidal": (("2ωS/θ", "2 × {w}{s} / {t}"), ("2πω²S/θ²", "2π × {w}{s} / {t}²")),
+}
+"""By law, the largest velocity and acceleration: in letters, and with places for the numbers."""
+
+
+def answers(inversion: Inversion) -> list[str]:
+    """The lines of the answers: the angular velocity, then velocity and acceleration of each stroke."""
+    rpm, (omega, _) = inversion.picture.scene.cam.rpm, _speed(inversion.picture)
+    lines = [] if rpm is None else [f"ω = 2πN/60 = 2π × {rpm:g}/60 = {four_digits(omega)} rad/s"]
+    return lines + [text for _, text in peak_answers(inversion)]
+
+
+def _speed(picture: Picture) -> tuple[float, str]:
+    """The angular velocity of the cam, rad/s, and the unit of time; by the cam angle 1 and rad."""
+    rpm = picture.scene.cam.rpm
+    return (1.0, "rad") if rpm is None else (2.0 * pi * rpm / 60.0, "s")
+
+
+def peak_answers(inversion: Inversion) -> list[tuple[float, str]]:
+    """Velocity and acceleration of each stroke by a law, as numbers in the unit shown and as lines.
+
+    There are none behind a train, where no law is the follower's.
+    """
+    divisions = inversion.plan.divisions if inversion.problem.programme.asked is None else []
+    return [answer for division in divisions for answer in _of_stroke(inversion.picture, division)]
+
+
+def _of_stroke(picture: Picture, division: Division) -> Iterator[tuple[float, str]]:
+    stroke = division.stroke
+    if stroke is None or stroke.law is None:
+        return
+    (omega, time), angular, length = _speed(picture), picture.problem.setup.angular, shown_unit("mm")
+    metres = time == "s" and length == "mm"
+    travel = abs(stroke.high - stroke.low) * (1e-3 if metres and not angular else 1.0)
+    travel = travel if angular or metres else shown(travel, "mm")
+    travel = degrees(travel) if angular and time == "rad" else travel
+    base = ("rad" if time == "s" else "deg") if angular else "m" if metres else length
+    peaks, ends = law_peaks(stroke.law), f"{division.start.letter}–{division.end.letter}"
+    angle = f"θ = {four_digits(degrees(stroke.angle))}° = {four_digits(stroke.angle)} rad"
+    given = f"{STROKE_NAMES[stroke.kind]} {ends}, {angle}, S = {four_digits(travel)} {base}:  "
+    letters = ("ωf", "αf") if angular else ("v", "a")
+    for order, (peak, power) in enumerate((("peak_velocity", ""), ("peak_acceleration", "²"))):
+        factor = float(peaks[peak])
+        general = f"{four_digits(factor)} ω{power}S/θ{power}", f"{four_digits(factor)} × {{w}}{{s}} / {{t}}{power}"
+        symbols, numbers = FORMULAS[stroke.law.NAME][order] if stroke.law.NAME in FORMULAS else general
+        label = f"{' ' * 6 if order else given}{letters[order]} = "
+        value = factor * (omega / stroke.angle) ** (order + 1) * travel
+        if value == inf:
+            yield value, f"{label}0 on the way, infinite at its ends"
+            continue
+        speed = f"{four_digits(omega)}{power} × " if time == "s" else ""
+        symbols = symbols if speed else symbols.replace("ω²", "").replace("ω", "")
+        numbers = numbers.format(w=speed, s=four_digits(travel), t=four_digits(stroke.angle))
+        yield value, f"{label}{symbols} = {numbers} = {four_digits(value)} {base}/{time}{power}"
+
+
+def given_motion(inversion: Inversion) -> str:
+    """The motion as a problem gives it: "rise 50 mm in 120°, dwell 30°, …"."""
+    lines = []
+    for name, start, end in inversion.plan.segments:
+        low, high = inversion.problem.programme.at(np.array([start, end]), 0)[0]
+        change = "" if name == "dwell" else f" {displacement_text(abs(high - low), inversion.angular)} in"
+        lines.append(f"{name}{change} {four_digits(degrees(end - start))}°")
+    return ", ".join(lines)

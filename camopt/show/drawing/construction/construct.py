@@ -1,0 +1,138 @@
+"""The construction as a result: the table of its stations, and what ``plot`` draws."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import degrees
+from typing import Any
+
+import numpy as np
+
+from camopt.core.quantities.shown import Drawn
+from camopt.core.quantities.unit_systems import shown, shown_unit
+from camopt.model.mechanisms.geometry import cam_curves
+from camopt.scene.arguments import SceneSource, scene_from
+from camopt.scene.scene import Scene
+from camopt.show.drawing.construction.inversion import Inversion
+from camopt.show.drawing.construction.stations import USUAL_PARTS
+from camopt.solve.tables.result import NUMERIC, Cell, Result, Table
+
+
+@dataclass(frozen=True)
+class Construction(Result, Drawn):
+    """How a cam is constructed with ruler and compasses: its stations, step by step; ``plot`` draws it.
+
+    Attributes
+    ----------
+    scene : Scene
+        What was asked.
+    parts : int
+        Equal parts of each stroke.
+
+    Examples
+    --------
+    >>> found = camopt.construct(camopt.find_scene("two-pauses"))
+    >>> [row["letter"] for row in found.records()][:3]
+    ['A', 'B', 'C']
+    """
+
+    scene: Scene
+    parts: int
+
+    picture = "drawing.construction.sheet"
+    main_rows = "stations"
+
+    @cached_property
+    def inversion(self) -> Inversion:
+        """The follower as the cam sees it, with all steps of the profile."""
+        return Inversion.from_scene(self.scene, self.parts)
+
+    def records(self) -> list[dict[str, Any]]:
+        """A mapping for each station: its number and letter, cam angle, displacement, and two points.
+
+        ``point`` is what the construction sets off (the trace point, or the foot on a flat face), ``profile`` where
+        the cam is touched: radius (mm) and polar angle (deg, from 0 up to 360), or on the developed surface of a
+        cylinder x and y (mm).
+        """
+        inversion, problem = self.inversion, self.inversion.problem
+        stations = inversion.plan.stations
+        angles, levels = (
+            np.array(each) for each in zip(*((s.angle, s.displacement) for s in stations), strict=True)
+        )
+        curves = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
+        points = (_pairs(each, inversion) for each in (inversion.point_at(angles, levels), curves.profile[0]))
+        unit = degrees(1.0) if inversion.angular else 1.0
+        return [
+            {
+                "station": station.number,
+                "letter": station.letter,
+                "cam_angle_deg": degrees(station.angle),
+                "displacement": unit * station.displacement,
+                "point": point,
+                "profile": profile,
+            }
+            for station, point, profile in zip(stations, *points, strict=True)
+        ]
+
+    def document(self) -> dict[str, Any]:
+        """A record for each station."""
+        return {"scene": self.scene.name, "stations": self.records()}
+
+    def table(self) -> Table:
+        """A row for each station, in the units shown."""
+        length, inversion = shown_unit("mm"), self.inversion
+        kinds = [f"x, {length}", f"y, {length}"] if inversion.is_developed else [f"r, {length}", "φ, deg"]
+        pairs = [f"{name} {kind}" for name in ("point", "profile") for kind in kinds]
+        heads = ["cam, deg", f"y, {'deg' if inversion.angular else length}", *pairs]
+        rows = []
+        for row in self.records():
+            y = row["displacement"] if inversion.angular else shown(row["displacement"], "mm")
+            numbers = [f"{row['cam_angle_deg']:.4g}", f"{round(y, 3) + 0.0:.3f}"]
+            for first, second in (row["point"], row["profile"]):
+                other = shown(second, "mm") if inversion.is_developed else second
+                numbers += [f"{round(value, 3) + 0.0:.3f}" for value in (shown(first, "mm"), other)]
+            rows.append([row["station"], row["letter"], *(text.replace("-", "−") for text in numbers)])
+        title = f"{self.scene.name}: stations of the construction"
+        return Table.of(title, ["", "", *(Cell(text, NUMERIC) for text in heads)], rows)
+
+
+def construct(scene: SceneSource, parts: int = USUAL_PARTS) -> Construction:
+    """Construct a scene's cam as lectures do: numbered stations, kinematic inversion, envelope.
+
+    Parameters
+    ----------
+    scene : Scene, str or os.PathLike
+        A scene with sizes of its own, whose follower touches the cam in one place.
+    parts : int, default 6
+        Equal parts of each stroke, an even number from 4 to 24.
+
+    Returns
+    -------
+    Construction
+        Its table by station; ``plot`` draws the sheet.
+
+    Raises
+    ------
+    BadInput
+        If the number of parts is another one, the follower has two contacts, or the mechanism cannot be put
+        together.
+
+    References
+    ----------
+    R. S. Khurmi and J. K. Gupta, Theory of Machines, ch. 20.
+
+    Examples
+    --------
+    >>> construction = camopt.construct(camopt.find_scene("two-pauses"), parts=8)
+    >>> figure = camopt.plot(construction, "construction.pdf")
+    """
+    scene = scene_from(scene)
+    found = Construction(scene, parts)
+    assert found.inversion  # refuses what cannot be constructed
+    return found
+
+
+def _pairs(points: Any, inversion: Inversion) -> list[tuple[float, float]]:
+    """Radius (mm) and polar angle (deg, from 0 up to 360); of a developed surface x and y (mm)."""
+    polar = np.abs(points), np.degrees(np.angle(points)) % 360.0
+    columns = (points.real, points.imag) if inversion.is_developed else polar
+    return [*zip(*(column.tolist() for column in columns), strict=True)]

@@ -1,0 +1,239 @@
+"""The displacement diagram, constructed stroke by stroke: how its ordinates are found with ruler and compasses.
+
+Sources: Khurmi & Gupta, Theory of Machines, ch. 20 (straight lines, semicircle, double parabola); the lecture notes
+on cams and followers (generating circle of the cycloid).
+"""
+
+from collections.abc import Callable
+from math import degrees, pi
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.core.numerics import ComplexArray, FloatArray
+from camopt.model.motion import LAWS
+from camopt.show.drawing.construction.shapes import Letter, Shape, Step, arc, circle, line
+from camopt.show.drawing.construction.stations import Division, StationPlan
+from camopt.show.drawing.picture import four_digits, told
+
+UP, DOWN, LEFT = pi / 2, -pi / 2, pi
+SAME_POINT = 1e-6  # mm on the paper
+
+
+class DiagramScale(NamedTuple):
+    """Where a cam angle (rad) and a displacement (mm or rad) are on the paper, mm from A."""
+
+    per_angle: float
+    per_displacement: float
+
+    def place(self, angle: float, displacement: float) -> complex:
+        return complex(self.per_angle * angle, self.per_displacement * displacement)
+
+
+class LawConstruction(NamedTuple):
+    """The construction of one stroke: its sentence, lines and letters, and the points that it gives (paper, mm)."""
+
+    sentence: str
+    shapes: list[Shape]
+    letters: list[Letter]
+    points: ComplexArray
+
+
+SMALL_LETTERS = " abcdefghijklmnopqrstuvwxyz"
+"""a for 1, b for 2, …"""
+
+
+def _frame(scale: DiagramScale, division: Division) -> tuple[complex, complex, FloatArray, list[str]]:
+    """Both ends of a stroke on the paper, the abscissae of its stations, and their numbers."""
+    places = [scale.place(each.angle, each.displacement) for each in division.stations]
+    return places[0], places[-1], np.real(places), [each.number for each in division.stations]
+
+
+def straight_line(scale: DiagramScale, division: Division) -> LawConstruction:
+    """Uniform velocity: one straight line from end to end."""
+    start, end, x, _ = _frame(scale, division)
+    points = start + (end - start) * (x - x[0]) / (x[-1] - x[0])
+    return LawConstruction("Uniform velocity: join both ends of the stroke by a straight line.", [], [], points)
+
+
+def semicircle(scale: DiagramScale, division: Division) -> LawConstruction:
+    """Simple harmonic motion: horizontals from equal parts of a semicircle on the stroke."""
+    start, end, x, number = _frame(scale, division)
+    count = len(number) - 1
+    low, high = sorted((start.imag, end.imag))
+    middle, radius = 1j * (low + high) / 2, (high - low) / 2
+    turns = np.pi * np.arange(count + 1) / count
+    on_circle = middle + radius * (-np.sin(turns) - 1j * np.cos(turns))
+    if start.imag > end.imag:
+        on_circle = on_circle[::-1]
+    points = x + 1j * on_circle.imag
+    shapes = [arc("semicircle", middle, middle + 1j * radius, pi, "construction")]
+    inner = range(1, count)
+    shapes += [line(f"projection-{number[k]}", (on_circle[k], points[k]), "projection") for k in inner]
+    rising = start.imag < end.imag
+    names = [SMALL_LETTERS[k if rising else count - k] for k in inner]
+    letters = [
+        Letter(name, complex(on_circle[k]), float(np.angle(on_circle[k] - middle)), "note")
+        for k, name in zip(inner, names, strict=True)
+    ]
+    sentence = (
+        f"Simple harmonic motion: divide a semicircle on AY into {count} equal arcs by a, b, c … The "
+        "horizontal through a "
+        "meets the first vertical of the rise and the last but one of the return, that through b the next, and "
+        "so on."
+    )
+    return LawConstruction(sentence, shapes, letters, points)
+
+
+def double_parabola(scale: DiagramScale, division: Division) -> LawConstruction:
+    """Uniform acceleration and retardation: rays from both ends to equal parts of the middle vertical."""
+    start, end, x, number = _frame(scale, division)
+    count = len(number) - 1
+    half, middle = count // 2, (x[0] + x[-1]) / 2
+    marks = middle + 1j * (start.imag + (end.imag - start.imag) * np.arange(count + 1) / count)
+    feet = np.where(np.arange(count + 1) <= half, start, end)
+    share = (x - feet.real) / (marks.real - feet.real)
+    points = x + 1j * (feet.imag + share * (marks.imag - feet.imag))
+    shapes = [line(f"middle-{number[half]}", (marks[0], marks[-1]), "construction")]
+    shapes += [
+        line(f"ray-{number[k]}", (foot, marks[k]), "projection")
+        for k in range(1, count)
+        for foot in ((start, end) if k == half else (complex(feet[k]),))
+    ]
+    letters = [Letter(SMALL_LETTERS[k], complex(marks[k]), 0.0, "note") for k in range(1, count)]
+    sentence = (
+        f"Uniform acceleration and retardation: divide the middle vertical of the stroke into {count} equal "
+        "parts by a, b, c "
+        "… Join the start of the stroke to the parts of the first half, and its end to those of the second "
+        "half. The line "
+        "to a cuts the first vertical, that to b the second, and so on, in points of a double parabola."
+    )
+    return LawConstruction(sentence, shapes, letters, points)
+
+
+def generating_circle(scale: DiagramScale, division: Division) -> LawConstruction:
+    """Cycloidal motion: parallels to the diagonal from the projected points of the circle that generates it."""
+    start, end, x, number = _frame(scale, division)
+    count = len(number) - 1
+    rising = end.imag > start.imag
+    centre = start if rising else end
+    radius = abs(end.imag - start.imag) / (2.0 * pi)
+    turns = 2.0 * pi * np.arange(count + 1) / count
+    on_circle = centre + radius * np.exp((-1j if rising else 1j) * turns)
+    projected = centre.real + 1j * on_circle.imag
+    points = x + 1j * (projected.imag + (end - start).imag / (end - start).real * (x - centre.real))
+    shapes = [
+        circle(f"generating-circle-{number[-1]}", centre, radius, "construction"),
+        line(f"diagonal-{number[-1]}", (start, end), "construction"),
+        line(f"diameter-{number[-1]}", (centre - 1j * radius, centre + 1j * radius), "construction"),
+    ]
+    inner = range(1, count)
+    shapes += [line(f"across-{number[k]}", (on_circle[k], projected[k]), "projection") for k in inner]
+    shapes += [line(f"parallel-{number[k]}", (projected[k], points[k]), "projection") for k in inner]
+    letters = [
+        Letter(SMALL_LETTERS[k], complex(on_circle[k]), float(np.angle(on_circle[k] - centre)), "note")
+        for k in inner
+    ]
+    sentence = (
+        "Cycloidal motion: draw the diagonal of the stroke, and a circle of radius S/2π about its lower end. "
+        "Divide the circle "
+        f"into {count} equal parts by a, b, c …, from the horizontal, downwards on a rise and upwards on a "
+        "return. Project "
+        "these on the vertical diameter. The parallel to the diagonal from a cuts the first vertical, from b "
+        "the second …"
+    )
+    return LawConstruction(sentence, shapes, letters, points)
+
+
+def given_ordinates(scale: DiagramScale, division: Division) -> LawConstruction:
+    """Any other law: the ordinates of its equation, which the table lists."""
+    points = np.array([scale.place(each.angle, each.displacement) for each in division.stations])
+    law = division.stroke and division.stroke.law
+    what = f"{law.TITLE} motion" if law and law.NAME in LAWS else "the follower"
+    return LawConstruction(f"Set off the ordinates of the table for {what}.", [], [], points)
+
+
+BY_LAW: dict[str, Callable[[DiagramScale, Division], LawConstruction]] = {
+    "uniform": straight_line,
+    "harmonic": semicircle,
+    "parabolic": double_parabola,
+    "cycloidal": generating_circle,
+}
+"""The laws that have a construction; others have their ordinates alone."""
+
+
+def construct_laws(plan: StationPlan, scale: DiagramScale) -> list[LawConstruction]:
+    """The construction of each stroke. Behind a train the follower moves by no law, but by what the tool asks."""
+    found = []
+    for division in plan.divisions:
+        law = division.stroke and division.stroke.law
+        known = BY_LAW.get(law.NAME) if law and plan.programme.asked is None else None
+        found.append((known or given_ordinates)(scale, division))
+    return found
+
+
+def displacement_steps(plan: StationPlan, scale: DiagramScale) -> list[Step]:
+    """The steps of the displacement diagram; its points are mm on the paper, from A."""
+    constructed = construct_laws(plan, scale)
+    return [*_axes(plan, scale), *_laws(constructed), _curve(plan, scale, constructed)]
+
+
+def displacement_text(displacement: float, angular: bool) -> str:
+    """A displacement of the follower with its unit: a length, or an angle in degrees."""
+    return f"{four_digits(degrees(displacement))}°" if angular else told(displacement)
+
+
+def _axes(plan: StationPlan, scale: DiagramScale) -> list[Step]:
+    """The cam angle along, the stroke up, and the verticals of the stations."""
+    ends = [scale.place(angle, 0.0) for _, angle in plan.edges]
+    letters = [Letter(name, place, DOWN) for (name, _), place in zip(plan.edges, ends, strict=True)]
+    for place, after, (_, start, end) in zip(ends, ends[1:], plan.segments, strict=False):
+        letters.append(Letter(f"{four_digits(degrees(end - start))}°", (place + after) / 2 - 5.5j, DOWN, "note"))
+    lift = plan.programme.lift
+    top, right, text = scale.place(0.0, lift), ends[-1], displacement_text(lift, plan.picture.problem.setup.angular)
+    frame = [line("axis-AY", (0.0, top), "axis"), line("rectangle", (top, top + right, right), "thin")]
+    stroke = [Letter("Y", top, LEFT), Letter(f"S = {text}", right + top / 2, 0.0, "note")]
+    feet = [(each.number, scale.place(each.angle, 0.0)) for each in plan.stations]
+    verticals = [line(f"vertical-{number}", (foot, foot + top), "thin") for number, foot in feet]
+    numbers = [Letter(number, foot, DOWN, "number") for number, foot in feet if number != "0"]
+    divided = f"Divide each stroke into {plan.parts} equal parts, and draw a vertical at each point."
+    return [
+        Step(
+            f"Draw AX = 360° to scale. Mark {plan.segment_words()}.",
+            [line("axis-AX", (0.0, right), "axis")],
+            letters,
+        ),
+        Step(f"Draw AY = {text}, the stroke, and complete the rectangle.", frame, stroke),
+        Step(divided, verticals, numbers),
+    ]
+
+
+def _laws(constructed: list[LawConstruction]) -> list[Step]:
+    """A step for each law; strokes with the same sentence share one, and points that they share have one letter."""
+    steps: dict[str, Step] = {}
+    for each in constructed:
+        step = steps.setdefault(each.sentence, Step(each.sentence, [], []))
+        step.shapes.extend(each.shapes)
+        known = [(letter.text, letter.point) for letter in step.letters]
+        step.letters.extend(
+            new
+            for new in each.letters
+            if not any(text == new.text and abs(point - new.point) < SAME_POINT for text, point in known)
+        )
+    return list(steps.values())
+
+
+def _curve(plan: StationPlan, scale: DiagramScale, constructed: list[LawConstruction]) -> Step:
+    """The curve itself, exact, with the points that the constructions give."""
+    angles = np.concatenate(plan.picture.pieces)
+    heights = np.concatenate([motion[0] for motion in plan.picture.motion])
+    shapes = [Shape("displacement", scale.per_angle * angles + 1j * scale.per_displacement * heights, "curve")]
+    points = {
+        station.letter: point
+        for division, found in zip(plan.divisions, constructed, strict=True)
+        for station, point in zip(division.stations, found.points.tolist(), strict=True)
+    }
+    feet = {each: scale.place(each.angle, 0.0) for each in plan.stations}
+    shapes += [line(f"ordinate-{s.number}", (foot, points[s.letter]), "ordinate") for s, foot in feet.items()]
+    letters = [Letter(letter, point, UP) for letter, point in points.items()]
+    return Step(f"{plan.curve_words}: the displacement diagram.", shapes, letters)

@@ -1,0 +1,54 @@
+"""What a construction is made of: lines with names, letters, and steps with a sentence each."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.core.numerics import ComplexArray
+
+CIRCLE_POINTS = 721
+ARC_POINTS = 61
+
+
+class Shape(NamedTuple):
+    """A line of the drawing: its name, which is its id in an SVG file, its points (mm), and its pen."""
+
+    name: str
+    points: ComplexArray
+    pen: str = "thin"
+
+
+class Letter(NamedTuple):
+    """A letter, number or short text at a point (mm), and the direction (rad) in which it stands from there."""
+
+    text: str
+    point: complex
+    direction: float = 0.0
+    pen: str = "letter"
+
+
+class Step(NamedTuple):
+    """One step of a construction: its sentence, and what it adds to the drawing."""
+
+    sentence: str
+    shapes: list[Shape]
+    letters: list[Letter]
+
+
+def line(name: str, points: Iterable[complex], pen: str = "thin") -> Shape:
+    """A line through points."""
+    return Shape(name, np.asarray(list(points), dtype=complex), pen)
+
+
+def circle(name: str, centre: complex, radius: float, pen: str = "thin") -> Shape:
+    """A circle; its centre and all points are exact to rounding."""
+    return arc(name, centre, centre + radius, 2.0 * np.pi, pen, CIRCLE_POINTS)
+
+
+def arc(
+    name: str, centre: complex, start: complex, turn: float, pen: str = "thin", count: int = ARC_POINTS
+) -> Shape:
+    """An arc from a point through an angle (rad, anticlockwise) about a centre."""
+    turns = np.exp(1j * np.linspace(0.0, turn, count))
+    return Shape(name, np.asarray(centre + (start - centre) * turns), pen)

@@ -1,0 +1,157 @@
+"""StationPlan: the numbered cam angles at which a construction sets off the displacement.
+
+Each stroke is divided into equal parts. Its points are 1, 2, 3 … on the first stroke, 0′, 1′, 2′ … on the second,
+and so on; letters name the same points on the curves. Dwells have their ends alone.
+"""
+
+from collections.abc import Iterator
+from functools import cached_property
+from itertools import count, pairwise
+from math import degrees, pi
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.model.motion.stroke import DWELL, Stroke
+from camopt.show.drawing.picture import Picture, four_digits
+
+USUAL_PARTS, FEWEST_PARTS, MOST_PARTS = 6, 4, 24
+LETTERS = "ABCDEFGHJKLMNPUVWZ"
+"""Letters of stations: without I and O, and without those of the diagram (Q, R, S, T, X, Y).
+
+They come again as A₂, B₂ …: A₁ is the pivot of an arm.
+"""
+DIVIDERS = "STRQ"
+"""Letters of cam angles at which a stroke or dwell ends while the follower is not at its lowest."""
+SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+PRIMES = ("", "′", "″", "‴")
+FULL_TURN = 2.0 * pi
+SAME = 1e-9  # rad, and of the lift: places as near as that are the same
+
+
+class Station(NamedTuple):
+    """A numbered cam angle (rad) with its letter and the displacement there, mm or rad."""
+
+    number: str
+    letter: str
+    angle: float
+    displacement: float
+
+
+class Division(NamedTuple):
+    """A rise or return without a stop, with its stations; ``stroke`` is None where it is no stroke by a law."""
+
+    stations: tuple[Station, ...]
+    stroke: Stroke | None
+
+    @property
+    def start(self) -> Station:
+        return self.stations[0]
+
+    @property
+    def end(self) -> Station:
+        return self.stations[-1]
+
+
+class StationPlan:
+    """The divided strokes of a motion, and the letters of all their points.
+
+    Parameters
+    ----------
+    picture : Picture
+        The scene, with the motion of the follower.
+    parts : int
+        Equal parts of each stroke: an even number from 4 to 24.
+
+    Raises
+    ------
+    BadInput
+        If the number of parts is another one.
+    """
+
+    def __init__(self, picture: Picture, parts: int) -> None:
+        if isinstance(parts, bool) or parts not in range(FEWEST_PARTS, MOST_PARTS + 1, 2):
+            allowed = f"an even number from {FEWEST_PARTS} to {MOST_PARTS}"
+            raise BadInput([Mistake("camopt", "construction", parts, allowed)])
+        self.picture, self.programme, self.parts = picture, picture.problem.programme, parts
+
+    def _legs(self) -> Iterator[tuple[float, float, Stroke | None]]:
+        """Start, end (rad) and stroke of each division: strokes by laws, and each rise and return of moves."""
+        kept = [stroke for stroke in self.programme.strokes if not stroke.is_move]
+        yield from ((stroke.start, stroke.end, stroke) for stroke in kept if stroke.kind != DWELL)
+        edges = [0.0, *(edge for stroke in kept for edge in (stroke.start, stroke.end)), FULL_TURN]
+        for low, high in zip(edges[::2], edges[1::2], strict=True):  # between them there are moves
+            for kind, start, end in self.picture.stretches:
+                ends = max(start, low), min(end, high)
+                if kind != DWELL and ends[1] - ends[0] > SAME:
+                    yield (*ends, None)
+
+    @cached_property
+    def divisions(self) -> list[Division]:
+        """All strokes with their stations. Strokes that meet share the station between them."""
+        found: list[Division] = []
+        letters = (f"{name}{k + 1}".translate(SUBSCRIPTS) if k else name for k in count() for name in LETTERS)
+        for number, (start, end, stroke) in enumerate(sorted(self._legs(), key=lambda leg: leg[0])):
+            prime = PRIMES[number] if number < len(PRIMES) else f"({number})"
+            angles = start + (end - start) * np.arange(self.parts + 1) / self.parts
+            stations = []
+            for place, (angle, level) in enumerate(zip(angles, self.programme.at(angles, 0)[0], strict=True)):
+                if place == 0 and found and angle - found[-1].end.angle < SAME:
+                    stations.append(found[-1].end)
+                elif found and angle > FULL_TURN - SAME and found[0].start.angle < SAME:
+                    stations.append(found[0].start._replace(angle=float(angle)))
+                else:
+                    stations.append(Station(f"{place}{prime}", next(letters), float(angle), float(level)))
+            found.append(Division(tuple(stations), stroke))
+        return found
+
+    @cached_property
+    def segments(self) -> list[tuple[str, float, float]]:
+        """Rises, returns and dwells of the turn with their ends (rad)."""
+        found, at = list[tuple[str, float, float]](), 0.0
+        for division in self.divisions:
+            first, last = division.start, division.end
+            found += [("dwell", at, first.angle)] if first.angle > at + SAME else []
+            found.append(("rise" if last.displacement > first.displacement else "return", first.angle, last.angle))
+            at = last.angle
+        return found if at > FULL_TURN - SAME else [*found, ("dwell", at, FULL_TURN)]
+
+    @cached_property
+    def stations(self) -> list[Station]:
+        """All stations of the turn in order, each once."""
+        every = [each for division in self.divisions for each in division.stations]
+        return list({each.letter: each for each in reversed(every)}.values())[::-1]
+
+    @cached_property
+    def edges(self) -> list[tuple[str, float]]:
+        """Letters and cam angles (rad) of the ends of all rises, returns and dwells, from A to X.
+
+        One at which the follower is at its lowest has the letter of its station, but not on the pivot circle of an
+        arm. A turn that begins with a dwell begins at A₀.
+        """
+        reserve = (f"{name}{k + 1}".translate(SUBSCRIPTS) if k else name for k in count() for name in DIVIDERS)
+        least = -1.0 if self.picture.problem.setup.angular else SAME * self.programme.lift
+        lowest = {round(s.angle, 9): s.letter for s in self.stations if s.displacement <= least}
+        inner = [start for _, start, _ in self.segments[1:]]
+        return [
+            ("A" if self.divisions[0].start.angle < SAME else "A₀", 0.0),
+            *((lowest.get(round(angle, 9)) or next(reserve), angle) for angle in inner),
+            ("X", FULL_TURN),
+        ]
+
+    def segment_words(self, middle: str = "", first: str = "", last: str = "X") -> str:
+        """The segments as "AS = 60° (rise)", joined; as angles about O "AOS = 60°", by other names of both ends."""
+        names = [first or self.edges[0][0], *(name for name, _ in self.edges[1:-1]), last]
+        parts = [
+            f"{one}{middle}{other} = {four_digits(degrees(end - start))}° ({name})"
+            for (one, other), (name, start, end) in zip(pairwise(names), self.segments, strict=True)
+        ]
+        return " and ".join(filter(None, (", ".join(parts[:-1]), parts[-1])))
+
+    @property
+    def curve_words(self) -> str:
+        """ "Join A, B, C … P by a smooth curve"; with corners where the velocity jumps."""
+        names = [each.letter for each in self.stations]
+        corners = ", with corners where the velocity jumps" if self.programme.corners else ""
+        return f"Join {', '.join(names[:3])} … {names[-1]} by a smooth curve{corners}"

@@ -1,0 +1,206 @@
+"""One picture of one design: the diagrams of its motion, pressure angle and curvature, and the cam to scale."""
+
+from math import ceil
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.core.quantities.unit_systems import shown
+from camopt.model.effects.rib import THICKNESS
+from camopt.scene.problem.problem import resolve_design
+from camopt.scene.scene import Scene
+from camopt.show.drawing import diagrams
+from camopt.show.drawing.cam import draw_disc
+from camopt.show.drawing.dynamics import dynamics_panels
+from camopt.show.drawing.groove import draw_groove
+from camopt.show.drawing.labels import Label, settle
+from camopt.show.drawing.loads import load_panels
+from camopt.show.drawing.panels import Panel, panels
+from camopt.show.drawing.picture import Picture, four_digits, told
+from camopt.show.drawing.style import ALARM, HEADING, INK, MUTED, PAGE_TITLE, TITLE_SIZE, Figure, Target, canvas
+from camopt.solve.tables.designs import Design
+from camopt.solve.verdicts.evaluation import Evaluation
+from camopt.solve.verdicts.judging import excesses, violations
+
+
+def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
+    """Draw a scene's cam, with its follower and diagrams; to a PNG, SVG or PDF file as well, if a path is given."""
+    scene = what if isinstance(what, Scene) else what.scene
+    picture = Picture(scene, resolve_design(scene))
+    developed = picture.problem.setup.mechanism.body.developed
+    shown = shown_panels(picture)
+    page = _below_a_groove(len(shown)) if developed else _beside_a_disc(len(shown))
+    with canvas(path, (FIGURE_WIDTH, page.height)) as figure:
+        axes = [figure.add_axes(page.on_figure(box)) for box in page.panels]
+        _header(figure, picture)
+        labels = diagrams.draw_diagrams(axes, picture, shown, page.heads, page.feet)
+        settle(figure, [*labels, *_draw_cam(figure, picture, page)])
+    return figure
+
+
+def shown_panels(picture: Picture) -> list[Panel]:
+    """The diagrams of motion, pressure angle, curvature and computed loads, in the units that are shown."""
+    return [each.as_shown() for each in (*panels(picture), *dynamics_panels(picture), *load_panels(picture))]
+
+
+def draw_in(axes: Any, what: Scene | Evaluation | Design) -> None:
+    """Draw the cam to scale at cam angle 0."""
+    scene = what if isinstance(what, Scene) else what.scene
+    settle(axes.figure, _draw_to_scale(axes, Picture(scene, resolve_design(scene))))
+
+
+def _draw_to_scale(axes: Any, picture: Picture) -> list[Label]:
+    """The cam to scale; the labels to settle."""
+    if not picture.exists:
+        axes.set_axis_off()
+        axes.text(0.5, 0.5, "this mechanism cannot be put together", ha="center", color=ALARM, fontsize=TITLE_SIZE)
+        return []
+    developed = picture.problem.setup.mechanism.body.developed
+    labels: list[Label] = (draw_groove if developed else draw_disc)(axes, picture)
+    return labels
+
+
+def _draw_cam(figure: Any, picture: Picture, page: Any) -> list[Label]:
+    """The cam to scale, with the legend of its lines; the labels to settle."""
+    developed = picture.problem.setup.mechanism.body.developed
+    cam = figure.add_axes(page.on_figure(page.cam))
+    labels = _draw_to_scale(cam, picture)
+    if not picture.exists:
+        return []
+    handles, names = cam.get_legend_handles_labels()
+    place: dict[str, Any] = {"bbox_to_anchor": (page.legend[0], page.legend[1] / page.height)}
+    columns = len(names) if developed else min(len(names), 4)
+    place |= {"ncols": columns, "columnspacing": 1.8}
+    figure.legend(handles, names, loc="lower center", **place)
+    return labels
+
+
+BETWEEN = "  ·  "  # things that stand in a line
+FIGURE_WIDTH = 15.5  # inches
+ACROSS = 200  # characters of a heading that go across the figure
+COLUMN_ENDS, COLUMN_WIDTH = (0.045, 0.54), 0.44  # left ends and width of diagrams, as shares of the figure
+TALL = 1.0333  # inches: a diagram
+Corners = tuple[float, float, float, float]
+
+
+class Page(NamedTuple):
+    """Places on the figure: across as shares of its width, upwards in inches."""
+
+    height: float
+    cam: Corners
+    legend: tuple[float, float]
+    panels: list[Corners]
+    heads: tuple[int, ...]
+    """Diagrams with the names of the strokes above them."""
+    feet: tuple[int, ...]
+    """Diagrams with the cam angle below them."""
+
+    def on_figure(self, box: Corners) -> Corners:
+        """In shares of the figure."""
+        left, bottom, width, height = box
+        return left, bottom / self.height, width, height / self.height
+
+
+def _beside_a_disc(count: int) -> Page:
+    """Six diagrams beside the cam, the others below in two columns, row by row."""
+    rows, step = ceil(max(count - 6, 0) / 2), TALL + 0.34
+    below = rows * step
+    lift = 0.65 if rows else 0.0  # room for the names of the strokes
+    places = [(0, k) if k < 6 else (k % 2, 6 + (k - 6) // 2) for k in range(count)]
+    panels = [(COLUMN_ENDS[k], below + 8.5 - TALL - row * step, COLUMN_WIDTH, TALL) for k, row in places]
+    heads = (0, 7) if count > 7 else (0,)
+    feet = tuple({COLUMN_ENDS.index(left): place for place, (left, *_) in enumerate(panels)}.values())
+    cam = (0.53, below + 1.25 + lift, 0.45, 7.45 - lift)
+    return Page(below + 10.0, cam, (0.755, below + 0.2 + lift), panels, heads, feet)
+
+
+def _below_a_groove(count: int) -> Page:
+    """Diagrams in two columns, one after the other, below the long groove."""
+    rows, step = ceil(count / 2), TALL + 0.45
+    height = 6.0 + rows * step - 0.45
+    places = [divmod(k, rows) for k in range(count)]
+    panels = [(COLUMN_ENDS[k], height - 5.4 - TALL - row * step, COLUMN_WIDTH, TALL) for k, row in places]
+    cam, legend = (0.045, height - 4.0, 0.935, 2.5), (0.5, height - 4.75)
+    return Page(height, cam, legend, panels, (0, rows), (rows - 1, count - 1))
+
+
+def _header(figure: Any, picture: Picture) -> None:
+    """The scene's name, its mechanism and sizes, and the main results."""
+    name = picture.scene.name
+    shown = name if len(name) <= 90 else name[:89] + "…"
+    inch = 1.0 / figure.get_figheight()
+    figure.text(0.045, 1.0 - 0.42 * inch, shown, fontsize=PAGE_TITLE, fontweight="bold")
+    sizes = sizes_in_words(picture)
+    fitting = HEADING * min(1.0, ACROSS / len(sizes))
+    figure.text(0.045, 1.0 - 0.66 * inch, sizes, fontsize=fitting, color=MUTED)
+    figure.text(0.045, 1.0 - 0.87 * inch, results_in_words(picture), fontsize=HEADING, color=INK)
+    if picture.exists:
+        figure.text(
+            0.98,
+            1.0 - 0.42 * inch,
+            _faults(picture),
+            fontsize=TITLE_SIZE,
+            color=ALARM,
+            ha="right",
+            fontweight="bold",
+        )
+
+
+def sizes_in_words(picture: Picture) -> str:
+    """The mechanism, its speed, its sizes and laws, as a line under a title."""
+    scene, values = picture.scene, picture.values
+    words = [f"{scene.cam.form} cam, {scene.follower.motion} {scene.follower.contact} follower", scene.cam.rotation]
+    words += [] if scene.cam.rpm is None else [f"{scene.cam.rpm:g} rev/min"]
+    round_body = "face radius" if scene.follower.contact == "spherical" else "roller radius"
+    names = {
+        "base_radius_mm": "base radius",
+        "mean_radius_mm": "mean radius",
+        "roller_radius_mm": round_body,
+        "offset_mm": "offset",
+        "arm_length_mm": "arm",
+        "centre_distance_mm": "pivot at",
+        "face_offset_mm": "face offset",
+        "roller_spacing_mm": "rollers apart by",
+    }
+    sizes = [f"{words} {told(values[key])}" for key, words in names.items() if values.get(key)]
+    seconds = {f"second_{key}": words for key, words in names.items() if f"second_{key}" in values}
+    own = [
+        f"{words} {told(values[key])}"
+        for key, words in seconds.items()
+        if values[key] != values[key.removeprefix("second_")]
+    ]
+    sizes += [f"second disc: {', '.join(own) or 'the same sizes'}"] if seconds else []
+    laws = [f"{kind} {values[f'law_{kind}']}" for kind in ("rise", "return") if values[f"law_{kind}"]]
+    return BETWEEN.join([*words, *sizes, *laws])
+
+
+def results_in_words(picture: Picture) -> str:
+    """The largest pressure angles, the least radius and other results of geometry, as a line under a title."""
+    values = picture.values
+    names = {"pressure_angle_max_rise_deg": "rise", "pressure_angle_max_return_deg": "return"}
+    whose = "" if picture.problem.setup.train is None else " of the follower"
+    angles = [f"{word}{whose} {four_digits(values[key])}°" for key, word in names.items()]
+    square = values["pressure_angle_max_deg"] == 0.0
+    words = ["pressure angle 0" if square else f"largest pressure angle: {', '.join(angles)}"]
+    least = values["profile_radius_min_mm"]
+    if np.isfinite(least) and least > 0.0 and not picture.undercut:
+        words.append(f"least convex radius of the profile {told(least)}")
+    if THICKNESS in values:
+        words.append(f"thickness of the rib {told(values[THICKNESS])}")
+    if "face_reach_min_mm" in values:
+        least, most = (values[f"face_reach_{end}_mm"] for end in ("min", "max"))
+        words.append(f"contact on the face from {four_digits(shown(least, 'mm'))} to {told(most)}")
+    if "shaft_clearance_mm" in values:
+        words.append(f"clear of the shaft by {told(values['shaft_clearance_mm'])}")
+    return BETWEEN.join(words)
+
+
+def _faults(picture: Picture) -> str:
+    """Undercut, and the limits that the design exceeds."""
+    problem = picture.problem
+    columns = {name: np.atleast_1d(value) for name, value in picture.values.items()}
+    excess = excesses(problem.limits, columns, problem.design)
+    broken = str(violations(problem.limits, excess)[0]) if problem.limits else ""
+    names = [name.replace("_", " ") for name in broken.split(",") if name and name != "undercut"]
+    faults = ["undercut"] if picture.undercut else []
+    return BETWEEN.join([*faults, *([f"exceeds: {', '.join(names)}"] if names else [])])

@@ -1,0 +1,144 @@
+"""The one style of all pictures: colours, pens, sizes of text; and their figures, whose files appear only whole.
+
+The colours of a series are those of Okabe and Ito, Color Universal Design (2008), which people of every colour
+vision tell apart; its lines differ in dashes or marks as well.
+"""
+
+import os
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from camopt.core.storage.files import checked_suffix, whole_file
+from camopt.model.motion.stroke import DWELL, RETURN, RISE
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Figure
+else:
+    Figure = Any  # the type of pictures: matplotlib is imported when one is drawn
+
+INK, MUTED, FAINT, FILL, BODY, ALARM = "#22303c", "#5f6b76", "#c3cad1", "#eef2f5", "#dbe1e7", "#b3261e"
+PALE_ALARM = "#f4dedd"  # of areas: printers lose opacity
+PITCH_COLOUR, REFERENCE_COLOUR, SECOND_COLOUR = "#3f7d58", "#8a6fae", "#b58a1b"
+COLOURS = {RISE: "#2a6ca3", RETURN: "#c0632a", DWELL: "#45525e"}
+SHADES = {RISE: "#e9f1f8", RETURN: "#faefe6", DWELL: "white"}
+SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#22303c", "#8c8c8c")
+DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (1, 1.5)), (0, (7, 2, 1.5, 2)))
+
+PAGE_TITLE, TITLE_SIZE, HEADING, TEXT, SMALL = 14.0, 10.5, 8.5, 8.0, 7.5  # points
+PROFILE = 1.3  # points: lines as thick as that are the outlines of a cam and its follower
+GRID_STYLE: dict[str, Any] = {"lw": 0.4, "color": FAINT, "alpha": 0.6}
+DOT: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 3.0, "mew": 0.0}
+LIMIT: dict[str, Any] = {"color": ALARM, "lw": 1.0, "ls": (0, (5, 3))}
+
+RC: dict[str, Any] = {
+    "svg.fonttype": "none",  # text stays text
+    "svg.hashsalt": "camopt",  # the same picture gives the same file
+    "pdf.fonttype": 42,
+    "font.size": TEXT,
+    "font.family": "DejaVu Sans",
+    "axes.edgecolor": FAINT,
+    "axes.linewidth": 0.8,
+    "axes.labelcolor": INK,
+    "axes.titlecolor": INK,
+    "axes.titlesize": HEADING,
+    "axes.titley": 1.0,  # or each drawing looks for ticks above the axes, which no picture has
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.formatter.useoffset": False,
+    "text.color": INK,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelsize": SMALL,
+    "ytick.labelsize": SMALL,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "legend.frameon": False,
+    "legend.fontsize": TEXT,
+    "hatch.linewidth": 0.6,
+    "hatch.color": MUTED,
+}
+ON_WHITE: dict[str, Any] = {"zorder": 6, "bbox": {"fc": "white", "ec": "none", "pad": 1.0}}
+"""Text that lines do not cross."""
+
+
+def pen_of(place: int) -> dict[str, Any]:
+    """Colour and dashes of a line of a series, by its place; lines of one colour have other dashes."""
+    rounds, colour = divmod(place, len(SERIES))
+    return {"color": SERIES[colour], "ls": DASHES[(colour + rounds) % len(DASHES)]}
+
+
+def dress(axes: Any) -> None:
+    """The grid that all diagrams have."""
+    axes.grid(True, which="major", zorder=0.5, **GRID_STYLE)
+
+
+STILL_KINDS = (".png", ".svg", ".pdf")
+DATES: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+
+
+Target = str | os.PathLike[str] | None
+"""The file of a picture; None for a figure that is only drawn."""
+
+
+@contextmanager
+def canvas(path: Target, size: tuple[float, float], *, powers: bool = False, **options: Any) -> "Iterator[Figure]":
+    """An empty figure of a size in inches, which is saved to the path, if any, when the block ends without error.
+
+    The suffix of the path gives the format; the errors are those of ``plot``. The same drawing gives the same
+    file. A $ in a text stays a $, unless ``powers`` asks for axes with powers of ten.
+    """
+    with pages(path, [size], powers=powers, **options) as (figure,):
+        yield figure
+
+
+@contextmanager
+def style(*, powers: bool = False) -> Iterator[None]:
+    """The one style of all pictures, while the block runs."""
+    import matplotlib.style
+
+    with (
+        matplotlib.style.context(["default", {**RC, "text.parse_math": powers}], after_reset=True),
+        warnings.catch_warnings(),
+    ):
+        warnings.filterwarnings("ignore", message="Glyph .* missing")  # a name in a script the font lacks
+        yield
+
+
+@contextmanager
+def pages(
+    path: Target, sizes: Sequence[tuple[float, float]], *, powers: bool = False, **options: Any
+) -> "Iterator[Sequence[Figure]]":
+    """Empty figures as of ``canvas``, the pages of one file; only a PDF has more than one."""
+    from camopt.show.drawing.empty_figure import EmptyFigure  # noqa: PLC0415  it imports matplotlib
+
+    if path is not None:
+        checked_suffix(path, "path", STILL_KINDS if len(sizes) == 1 else (".pdf",))
+    with style(powers=powers):
+        figures = [EmptyFigure(size, **options) for size in sizes]
+        yield figures
+        if path is None:
+            for figure in figures:
+                figure.draw_without_rendering()  # makes the ticks, in this style, wherever it is shown later
+        else:
+            drawn = _drawn(figures, Path(path).suffix.lower())
+            with whole_file(path) as partial:
+                partial.write_bytes(drawn)
+
+
+def _drawn(figures: "Sequence[Figure]", suffix: str) -> bytes:
+    """The bytes of a file; one that cannot be finished gives matplotlib other trouble than the disk's."""
+    file = BytesIO()
+    if suffix == ".pdf":
+        from matplotlib.backends.backend_pdf import PdfPages
+
+        with PdfPages(file, metadata=DATES[suffix]) as book:
+            for figure in figures:
+                figure.savefig(book, format="pdf")
+    else:
+        (figure,) = figures
+        figure.savefig(file, format=suffix[1:], metadata=DATES.get(suffix))
+    return file.getvalue()

@@ -1,0 +1,296 @@
+"""The cam as points for a machine or another program: displacement, pitch curve, profile and cutter path."""
+
+import os
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import ArrayLike
+from pyarrow import csv
+
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.numerics import ComplexArray, FloatArray
+from camopt.core.quantities import AT_FOLLOWER, DERIVATIVES, displacement_unit, motion_quantity
+from camopt.core.quantities.unit_systems import shown, shown_unit
+from camopt.core.storage.files import checked_suffix, whole_file
+from camopt.core.storage.tables import write_table
+from camopt.core.storage.version import VERSION
+from camopt.model.effects import Case
+from camopt.model.effects.curvature import CUTTER
+from camopt.model.effects.motion import scale
+from camopt.model.mechanisms.elements import WHICH_DISC
+from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
+from camopt.scene.problem.problem import Problem, resolve_design
+from camopt.scene.problem.rows import Rows
+from camopt.scene.scene import Scene
+from camopt.show.drawing.picture import Picture
+from camopt.show.exporting.loads import load_column, load_of, loads_at
+from camopt.show.exporting.spacing import checked_angles, in_steps, within_chord
+from camopt.solve.contour.curve import CamCurve, curves_of, discs_of
+from camopt.solve.tables.cells import name_in_shown_unit
+from camopt.solve.tables.result import Columns
+from camopt.solve.tables.table import to_table
+from camopt.solve.tables.workbook import write_workbook
+from camopt.solve.verdicts.running import run_effects
+
+COLUMN_NOTES = {
+    "cam_angle_deg": ("deg", "Cam angle."),
+    "displacement_mm": ("mm", "Displacement of the follower."),
+    "displacement_deg": ("deg", "Swing of the follower."),
+    "tool_displacement_mm": ("mm", "Displacement of the tool that the follower drives."),
+    "tool_displacement_deg": ("deg", "Swing of the tool that the follower drives."),
+    "pitch": ("mm", "Pitch curve: the trace point."),
+    "profile": ("mm", "Profile."),
+    "profile_left": ("mm", "Flank of the groove to the left, seen along the motion of the roller in it."),
+    "profile_right": ("mm", "Flank of the groove to the right."),
+    "profile_inner": ("mm", "Inner wall of a groove in the face of a disc."),
+    "profile_outer": ("mm", "Its outer wall."),
+    "cutter": ("mm", "Path of the cutter's centre."),
+    "cutter_left": ("mm", "Path of the cutter's centre that makes the left flank."),
+    "cutter_right": ("mm", "Path of the cutter's centre that makes the right flank."),
+    "cutter_inner": ("mm", "Path of the cutter's centre that makes the inner wall."),
+    "cutter_outer": ("mm", "Path of the cutter's centre that makes the outer wall."),
+    "second_pitch": ("mm", "Pitch curve of the second disc of a pair, or of the second roller about a rib."),
+    "second_profile": ("mm", "Profile of the second disc of a pair, or the second flank of a rib."),
+    "second_cutter": ("mm", "Path of the centre of the cutter that makes it."),
+}
+
+FORM = {
+    "x_mm": ("mm", ""),
+    "y_mm": ("mm", ""),
+    "normal_x": ("", "Unit normal, out of the steel."),
+    "normal_y": ("", "Unit normal, out of the steel."),
+    "curvature_per_mm": ("1/mm", "Curvature, above 0 where the steel is convex; that after a jump."),
+    "radius_mm": ("mm", "Distance from the axis, the polar radius: no radius of curvature."),
+    "angle_deg": ("deg", "Direction from the axis, anticlockwise from the x axis."),
+}
+"""Columns of a curve, by what follows its name: unit, and the words after those of the curve."""
+
+
+@options_by_keyword
+def cam_points(
+    scene: SceneSource,
+    angles: ArrayLike | None = None,
+    *,
+    cutter_radius: float | None = None,
+    step: float | None = None,
+    chord: float | None = None,
+    disc: int | None = None,
+) -> Columns:
+    """Points of a scene's cam: columns by name, each an array (n,) with one value for each cam angle.
+
+    Columns: ``cam_angle_deg``; ``displacement_mm`` (``displacement_deg`` when oscillating) of the follower, and
+    with a train ``tool_displacement_mm`` (``tool_displacement_deg``); velocity, acceleration and jerk as
+    ``velocity_m_s``, ``acceleration_m_s2``, ``jerk_m_s3`` (by the cam angle, ``velocity_mm_per_rad``, without a
+    speed), named as in ``evaluate``: with a train those of the tool, and ``velocity_follower_m_s`` of the
+    follower; where one jumps, that after the jump; and the x and y in mm of each curve, as
+    ``profile_x_mm``, ``profile_y_mm``: ``pitch`` (not for a flat face, which has no trace point), ``profile``, and
+    ``cutter`` if a cutter radius is given. The groove of a cylindrical cam has ``profile_left`` and
+    ``profile_right`` in place of ``profile``, that in the face of a disc ``profile_inner`` and ``profile_outer``,
+    and likewise two cutter paths. Of a conjugate pair there are both discs in one frame, those of the second one as
+    ``second_profile_x_mm``.
+
+    Curves of disc cams have polar coordinates, too (``profile_radius_mm``, the distance from the axis, and
+    ``profile_angle_deg`` from the x axis; ``pitch_radius_mm`` of the roller's centre). Of each profile also the
+    unit normal out of the steel (``profile_normal_x``, ``profile_normal_y``) and the curvature
+    (``profile_curvature_per_mm``, positive where convex). Then each load of the effects that the scene
+    calls for, as ``contact_force_N``, ``torque_N_m``, ``contact_stress_MPa``; of several that friction can make,
+    the largest. Where a load jumps, as friction does at the end of a stroke, its value is the side with the larger
+    magnitude (of a film and of the force of an elastic train the smaller value), as in its extreme. A load that is
+    infinite somewhere has no column. Of two contacts there are those of each, as
+    ``first_contact_force_N`` and ``second_contact_force_N``, with the preload shared.
+
+    A disc cam is in its own frame, which is the ground frame at cam angle 0: cam centre at the origin,
+    follower above it. A cylindrical cam is developed: x runs round it at the mean radius, as the cam angle does, y
+    along its axis. Where the velocity of the follower jumps, the normal is that after the jump.
+
+    Parameters
+    ----------
+    scene : Scene, str or os.PathLike
+        A validated scene.
+    angles : array_like, optional
+        Cam angles in deg, from 0 to 360, in any order; without them, a step and a chord, 0, 1, … 360.
+    cutter_radius : float, optional
+        Radius of a cutter or grinding wheel in mm. One larger than the quantity ``cutter_radius_max_mm``
+        cannot reach the concave flanks: its path is given all the same.
+    step : float, optional
+        Cam angles in even steps of so many deg instead.
+    chord : float, optional
+        Cam angles so close that straight lines from point to point leave the curves by at most so many mm.
+    disc : int, optional
+        1 or 2: the disc of a conjugate pair whose curves are wanted alone.
+
+    Returns
+    -------
+    Columns
+        A mapping of the columns above to arrays of numpy; ``to_pandas`` gives their rows.
+
+    Raises
+    ------
+    BadInput
+        For a cutter radius that is not above 0, or larger than the groove; for cam angles outside 0 to 360, a step
+        or a chord that is not above 0, or more than one of the three; for a disc that the cam has not.
+
+    Examples
+    --------
+    >>> points = camopt.cam_points(camopt.find_scene("roller-1000rpm"), [0, 90, 180])
+    >>> points["displacement_mm"].round(3).tolist()
+    [0.0, 43.75, 50.0]
+    """
+    scene = scene_from(scene)
+    problem = resolve_design(scene)
+    curves = curves_of(problem, cutter_radius, disc)
+    if not curves:
+        raise BadInput([Mistake("camopt", WHICH_DISC, disc, "the number of a disc of the cam")])
+    for each in discs_of(problem):
+        if disc in (None, each.number):
+            check_cutter(each.problem, cutter_radius)
+    degrees = _degrees(problem, curves, angles, step, chord)
+    radians = np.radians(degrees)
+    displacement = problem.programme.at(radians)[0]
+    unit = displacement_unit(angular=problem.setup.angular)
+    columns = {"cam_angle_deg": degrees}
+    columns[f"displacement_{unit}"] = np.degrees(displacement) if unit == "deg" else displacement
+    if problem.setup.train is not None:
+        moved, turns = problem.programme.tool.at(radians)[0], problem.setup.tool_turns
+        columns[f"tool_displacement_{'deg' if turns else 'mm'}"] = np.degrees(moved) if turns else moved
+    columns |= _derivatives(problem, radians)
+    at = {name: curve.at(radians, curve.points) for name, curve in curves.items()}
+    for name, points in at.items():
+        columns |= {f"{name}_x_mm": points.real.copy(), f"{name}_y_mm": points.imag.copy()}
+        if curves[name].closed:
+            polar = np.abs(points), np.degrees(np.angle(points)) % 360.0
+            columns |= dict(zip((f"{name}_radius_mm", f"{name}_angle_deg"), polar, strict=True))
+    for name in (name for name in curves if name.removeprefix("second_").startswith("profile")):
+        columns |= {f"{name}_{key}": v for key, v in _form(curves[name], radians).items()}
+    columns |= loads_at(Picture(scene, problem), degrees)
+    return Columns(columns, {name: _about(name)["unit"] for name in columns})
+
+
+def _derivatives(problem: Problem, angles: FloatArray) -> dict[str, FloatArray]:
+    """Velocity, acceleration and jerk at cam angles in rad: of what is asked to move, and of its follower."""
+    setup, found = problem.setup, dict[str, FloatArray]()
+    sides = [(problem.programme.tool, "", setup.tool_turns)]
+    sides += [(problem.programme, AT_FOLLOWER, setup.angular)] if setup.train is not None else []
+    for programme, whose, turns in sides:
+        rows = programme.at(angles)
+        for order, name in enumerate(DERIVATIVES, start=1):
+            quantity = motion_quantity(name, whose, angular=turns, timed=setup.omega is not None)
+            found[load_column(quantity)] = rows[order] * scale(setup, order, at_follower=bool(whose))
+    return found
+
+
+def _form(curve: CamCurve, angles: FloatArray) -> dict[str, FloatArray]:
+    """Normal and curvature of a profile at cam angles in rad."""
+    outwards = -1.0 if curve.distance > 0.0 else 1.0  # the steel is on the other side of the pitch curve's normal
+    normal = outwards * curve.at(angles, curve.normals)
+    bend = -outwards * (curve.sense or curve.mirror) * curve.at(angles, curve.curvatures)
+    return {"normal_x": normal.real.copy(), "normal_y": normal.imag.copy(), "curvature_per_mm": bend}
+
+
+def _degrees(
+    problem: Problem,
+    curves: dict[str, CamCurve],
+    angles: ArrayLike | None,
+    step: float | None,
+    chord: float | None,
+) -> FloatArray:
+    """The cam angles of the points: given ones, even steps, or steps as small as the chord needs."""
+    given = {"angles": angles, "step": step, "chord": chord}
+    if len(names := [name for name, value in given.items() if value is not None]) > 1:
+        why = f"give one of {', '.join(names)}, not several"
+        raise BadInput([Mistake("camopt", names[-1], given[names[-1]], why, bare=True)])
+    if chord is None:
+        return in_steps(1.0 if step is None else step) if angles is None else checked_angles(angles)
+    starts = np.degrees([stroke.start for stroke in problem.programme.strokes])
+
+    def points_at(degrees: FloatArray) -> list[ComplexArray]:
+        return [curve.at(np.radians(degrees), curve.points) for curve in curves.values()]
+
+    return within_chord(chord, starts, points_at)
+
+
+def write_points(
+    scene: Scene,
+    path: str | os.PathLike[str],
+    cutter_radius: float | None = None,
+    *,
+    step: float | None = None,
+    chord: float | None = None,
+) -> None:
+    """Write ``cam_points`` to a CSV, Parquet or Excel file, as its suffix says.
+
+    The file appears only when whole. Parquet carries units, descriptions, the scene and the version in its
+    metadata (``camopt.load`` reads it); CSV has a line of column names, and every digit. An Excel workbook has the
+    units in its second row, and the scene on a sheet of its own; it takes ``pip install "camopt[excel]"``.
+
+    Raises
+    ------
+    BadInput
+        For another suffix, a library that is missing, or as ``cam_points``.
+    OSError
+        If the file cannot be written.
+    """
+    suffix = checked_suffix(path, "path", tuple(WRITERS))
+    columns = cam_points(scene, None, cutter_radius=cutter_radius, step=step, chord=chord)
+    WRITERS[suffix](columns, scene, path)
+
+
+def _as_shown(columns: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], list[str]]:
+    """The columns in the units in which results are shown, with names that say so, and these units."""
+    units = {name: _about(name)["unit"] for name in columns}
+    found = {name_in_shown_unit(name, unit): shown(columns[name], unit) for name, unit in units.items()}
+    return found, [shown_unit(unit) for unit in units.values()]
+
+
+def _write_csv(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
+    found, _ = _as_shown(columns)
+    layout = pa.schema([pa.field(name, pa.float64(), nullable=False) for name in found])
+    table = to_table(Rows(found, columns["cam_angle_deg"].size), layout)
+    with whole_file(path) as partial, partial.open("wb") as file:
+        csv.write_csv(table, file, csv.WriteOptions(quoting_style="none"))
+
+
+def _write_parquet(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
+    fields = [pa.field(name, pa.float64(), nullable=False, metadata=_about(name)) for name in columns]
+    layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})
+    write_table(to_table(Rows({**columns}, columns["cam_angle_deg"].size), layout), path)
+
+
+def _write_workbook(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
+    found, units = _as_shown(columns)
+    write_workbook(path, {"points": (list(found), units, list(found.values()))}, scene)
+
+
+WRITERS = {".csv": _write_csv, ".parquet": _write_parquet, ".xlsx": _write_workbook}
+"""What writes the columns of ``cam_points``, by the suffix of the file."""
+
+
+def check_cutter(problem: Problem, radius: float | None) -> None:
+    """BadInput for a cutter that is wider than the largest that reaches every concave flank."""
+    if radius is None:
+        return
+    mechanism, widest = problem.setup.mechanism, np.inf  # a flat face leaves no concave flank
+    if mechanism.cut_as_by_roller:
+        widest = problem.half_width
+    elif not mechanism.flat_faced:
+        case = Case(problem.setup, problem.programme, problem.design)
+        widest = float(run_effects(case, [CUTTER]).column(CUTTER)[0])
+    if widest <= 0.0:
+        why = "has no place: no cutter reaches into the hollow corner of the profile, where the velocity jumps"
+        raise BadInput([Mistake("camopt", "cutter_radius", radius, why, bare=True)])
+    at_most = f"above 0 and at most {widest:g} mm, or it cuts into the profile"
+    allowed = "above 0 mm" if np.isinf(widest) else at_most
+    if not (0.0 < radius <= widest and np.isfinite(radius)):
+        raise BadInput([Mistake("camopt", "cutter_radius", radius, allowed)])
+
+
+def _about(column: str) -> dict[str, str]:
+    if (quantity := load_of(column)) is not None:
+        return {"unit": quantity.unit, "symbol": "", "description": f"Along the turn: {quantity.sentence}"}
+    if column in COLUMN_NOTES:
+        unit, description = COLUMN_NOTES[column]
+    else:
+        form = next(form for form in FORM if column.endswith(f"_{form}"))
+        unit, words = FORM[form]
+        description = f"{COLUMN_NOTES[column.removesuffix(f'_{form}')][1]} {words}".rstrip()
+    return {"unit": unit, "symbol": "", "description": description}

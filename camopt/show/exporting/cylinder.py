@@ -1,0 +1,163 @@
+"""The solid of a cylindrical cam: a cylinder with a groove or a rib whose walls are those that rollers touch.
+
+It stands from z = 0 to ``part.thickness``, with the groove in the middle of that, and from the mean radius half of
+``groove_depth`` inwards and outwards. The bottom of the groove is a cylinder, which the roller does not touch. So
+is the top of a rib, which stands on a cylinder as high as ``rib_height``.
+
+Round the cam it is made of sectors, each of a lower and an upper wall (B-spline surfaces), a bottom, and two parts
+of the outer cylinder; of a rib a top, and two parts of the inner one. Neighbours share their edges: no surfaces are
+intersected.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.numerics import FloatArray
+from camopt.show.exporting import shapes
+from camopt.show.exporting.exported import Workpiece
+from camopt.show.exporting.groove import WALL_SIDES, Groove, Skin, carved, sectioned, skin, spline_of, undercut_at
+from camopt.show.exporting.shapes import Shape
+from camopt.solve.contour.curve import groove_heights
+
+LOWER, UPPER = 0, 1  # of walls, and of what is below or above the groove
+INNER_EDGE, OUTER_EDGE = 0, -1  # of the edges of a wall
+
+
+def _between(groove: Groove) -> tuple[int, float]:
+    """The edges of walls between which the bottom of a groove is, or the top of a rib, and its radius, mm."""
+    return (INNER_EDGE, groove.inner) if groove.below is None else (OUTER_EDGE, groove.outer)
+
+
+def _beside(groove: Groove) -> tuple[int, float]:
+    """The other ones, at the cylinder that goes on to both ends, and its radius, mm."""
+    return (OUTER_EDGE, groove.outer) if groove.below is None else (INNER_EDGE, groove.inner)
+
+
+WALL_SHARE = 0.1  # of what is asked for: how near walls come, so that they meet cylinders well
+
+
+def grooved_body(work: Workpiece, chord: float) -> tuple[Shape, float]:
+    """The cam without its bore, and the largest distance of its walls from the true ones where compared, mm.
+
+    Raises
+    ------
+    BadInput
+        If the groove (rib) is so deep that at some radius the roller would cut away a part of a wall, or no walls
+        come within ``chord`` mm.
+    """
+    height = work.part.thickness
+    assert height
+    groove = sectioned(_possible_groove(work), WALL_SHARE * chord)
+    lift = (height - sum(groove_heights(work.problem))) / 2
+    walls = [
+        [skin(groove, sector, side, WALL_SHARE * chord).lifted(lift) for side in WALL_SIDES]
+        for sector in groove.sectors()
+    ]
+    off = max(wall.off for pair in walls for wall in pair)
+    if off > chord:
+        raise BadInput([Mistake("camopt", "chord", chord, f"larger: the walls come no nearer than {off:.2g} mm")])
+    return shapes.sewn(_faces(groove, walls, height)), off
+
+
+def _possible_groove(work: Workpiece) -> Groove:
+    """The groove; BadInput if it is undercut at some radius."""
+    groove, part = carved(work), work.part
+    lost = undercut_at(groove)
+    if lost is not None:
+        why = f"smaller: at the radius {lost:.6g} the roller would cut away a part of a wall"
+        key = work.problem.setup.mechanism.body.flank_height
+        raise BadInput([Mistake(work.scene.file, f"part.{key}", getattr(part, key), why)])
+    return groove
+
+
+@dataclass(frozen=True)
+class _Joint:
+    """Where two sectors meet: vertices on both walls and both ends of the cam, and the edges between them."""
+
+    walls: list[dict[int, Shape]]
+    """Of the lower and the upper wall, the vertices inside and outside."""
+    rims: list[Shape]
+    rulings: list[Shape]
+    bottom: Shape
+    lines: list[Shape]
+    """On the cylinder beside them, from the walls to the ends."""
+
+
+@dataclass(frozen=True)
+class _Sector:
+    """Edges round the cam between two joints, of the lower and the upper wall and of both ends."""
+
+    skins: list[Skin]
+    walls: list[dict[int, Shape]]
+    rims: list[Shape]
+    here: _Joint
+    there: _Joint
+
+
+def _joint(groove: Groove, walls: list[Skin], height: float) -> _Joint:
+    """The joint where walls start."""
+    corners, (between, _), (beside, _) = [wall.poles[0] for wall in walls], _between(groove), _beside(groove)
+    ends = [{at: shapes.vertex(corner[at]) for at in (INNER_EDGE, OUTER_EDGE)} for corner in corners]
+    rims = [shapes.vertex([*corner[beside, :2], z]) for corner, z in zip(corners, (0.0, height), strict=True)]
+    rulings = [
+        shapes.spline_edge(wall.poles[0], wall.knots[1], (end[INNER_EDGE], end[OUTER_EDGE]))
+        for wall, end in zip(walls, ends, strict=True)
+    ]
+    way = _across(groove, *(corner[between] for corner in corners))
+    bottom = shapes.spline_edge(*way, [end[between] for end in ends])
+    lines = [shapes.line_edge(end[beside], rim) for end, rim in zip(ends, rims, strict=True)]
+    return _Joint(ends, rims, rulings, bottom, lines)
+
+
+def _across(groove: Groove, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Poles and knots of the helix between two points of the bottom."""
+    share = np.linspace(0.0, 1.0, 12)
+    height, around = ((1.0 - share) * low[k] + share * high[k] for k in (2, 3))
+    polar, (_, radius) = groove.polar(around), _between(groove)
+    return spline_of(share, np.stack([radius * np.cos(polar), radius * np.sin(polar), height], axis=-1))
+
+
+def _sector(groove: Groove, skins: list[Skin], here: _Joint, there: _Joint, height: float) -> _Sector:
+    walls = [
+        {
+            at: shapes.spline_edge(wall.poles[:, at], wall.knots[0], (here.walls[side][at], there.walls[side][at]))
+            for at in (INNER_EDGE, OUTER_EDGE)
+        }
+        for side, wall in enumerate(skins)
+    ]
+    rims = [
+        shapes.arc_edge(shapes.gp_point(0.0, 0.0, z), _beside(groove)[1], -groove.sense, *ends)
+        for z, ends in zip((0.0, height), zip(here.rims, there.rims, strict=True), strict=True)
+    ]
+    return _Sector(skins, walls, rims, here, there)
+
+
+def _faces(groove: Groove, walls: list[list[Skin]], height: float) -> Iterator[Shape]:
+    """All faces, from walls of neighbouring sectors."""
+    joints = [_joint(groove, pair, height) for pair in walls]
+    ends = pairwise([*joints, joints[0]])
+    sectors = [_sector(groove, pair, *each, height) for pair, each in zip(walls, ends, strict=True)]
+    for sector in sectors:
+        yield from _sector_faces(groove, sector)
+    for side in (LOWER, UPPER):
+        yield shapes.flat(shapes.wire(sector.rims[side] for sector in sectors))
+
+
+def _sector_faces(groove: Groove, sector: _Sector) -> Iterator[Shape]:
+    """Walls, bottom and outside: each between an edge below it, which runs on with the cam angle, and one above."""
+    here, there, (low, high), rims = sector.here, sector.there, sector.walls, sector.rims
+    for wall, edges, start, end in zip(sector.skins, sector.walls, here.rulings, there.rulings, strict=True):
+        surface = shapes.spline_surface(wall.poles, *wall.knots)
+        yield shapes.face(surface, [edges[INNER_EDGE], end, edges[OUTER_EDGE], start])
+    seam = float(groove.polar(sector.skins[0].poles[0, 0, 3])) + np.pi
+    (between, bottom), (beside, outside) = _between(groove), _beside(groove)
+    for radius, loop in (
+        (bottom, [low[between], there.bottom, high[between], here.bottom]),
+        (outside, [rims[LOWER], there.lines[LOWER], low[beside], here.lines[LOWER]]),
+        (outside, [high[beside], there.lines[UPPER], rims[UPPER], here.lines[UPPER]]),
+    ):
+        yield shapes.face(shapes.round_surface(radius, seam), loop, backwards=groove.sense > 0.0)

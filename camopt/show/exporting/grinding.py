@@ -1,0 +1,143 @@
+"""A table for a cam grinder: for each angle of the workpiece, how far the centre of the wheel is from its axis.
+
+The workpiece turns, and the wheel moves straight towards its axis. It grinds the profile if its centre stands at
+the polar radius of its path, at the polar angle to which the workpiece is turned. Lift is that radius less its
+least value: what a radial roller of the wheel's radius would do.
+
+A rib of a cylinder is ground by a finger wheel whose axis is square to that of the cam. In the place of a roller,
+and as large, it grinds the flank that this roller touches, at every depth (``exporting.groove_program``): its
+centre is along the axis of the cam where the roller's is, and beside it by what an arm has swung away. A smaller
+one leaves as much on the flank as its radius is less.
+
+Source: Norton, Cam Design and Manufacturing Handbook, ch. 14 (cam grinding).
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.numerics import BISECTIONS, FloatArray
+from camopt.core.quantities.unit_systems import INCH, MM, shown, shown_unit, system_shown
+from camopt.core.storage.files import write_text
+from camopt.core.storage.version import VERSION
+from camopt.show.exporting.cam_points import check_cutter
+from camopt.show.exporting.exported import Export, Workpiece
+from camopt.show.exporting.groove_program import left_on_walls
+from camopt.show.exporting.spacing import in_steps
+from camopt.solve.contour.curve import CamCurve, SmoothPart, cylinder_ends
+
+DECIMALS = {MM: 6, INCH: 7}
+"""Of lengths in each system."""
+CHECKED_ANGLES = 20_001  # cam angles at which the path must go round one way
+NO_SIDE = 1e-9  # mm: what is no further beside the axis is in its plane
+
+
+def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step: float = 1.0) -> Export:
+    """Write angles (deg), lifts and distances of the centres (mm), in even steps of the workpiece's angle.
+
+    The angle is that of the direction from the axis to the wheel's centre, from the y axis of the cam's drawing, in
+    the sense in which the cam angle grows. ``cutter_radius`` (mm) is that of the wheel. Of a rib places along the
+    axis of the cam.
+    """
+    problem = work.problem
+    if problem.setup.mechanism.two_sided:
+        raise BadInput(
+            [Mistake("camopt", "file", path.name, "written for open disc cams and ribs; a groove is not ground so")]
+        )
+    if cutter_radius is None:
+        raise BadInput([Mistake("camopt", "cutter_radius", None, "missing: the radius of the wheel", bare=True)])
+    if problem.setup.mechanism.body.developed:
+        return _write_rib(work, path, cutter_radius, step)
+    check_cutter(work.only.problem, cutter_radius)
+    angles = in_steps(step)
+    radii = _radii(work, work.only.curves(cutter_radius)["cutter"], angles)
+    lift_max = float(np.ptp(radii))
+    unit, decimals = shown_unit("mm"), DECIMALS[system_shown()]
+    centres, wheel = shown(radii, "mm"), shown(cutter_radius, "mm")
+    lifts = centres - centres.min()
+    lines = [
+        f"# {work.title}",
+        f"# camopt {VERSION}; wheel or roller of radius {wheel:.9g} {unit}, moving straight towards the axis",
+        "# angle_deg: of the wheel's centre about the axis, from the y axis of the drawing, as the cam angle grows",
+        f"# (in the drawing {'clockwise' if problem.design.sense > 0.0 else 'anticlockwise'})",
+        f"# lift_{unit}: of the centre above its least distance from the axis, {centres.min():.{decimals}f} {unit}",
+        f"# angle_deg lift_{unit} centre_{unit}",
+        *(f"{a:.10g} {y:.{decimals}f} {r:.{decimals}f}" for a, y, r in zip(angles, lifts, centres, strict=True)),
+    ]
+    write_text(path, "\n".join(lines) + "\n")
+    return Export(path, about={"lines": angles.size, "lift_max_mm": lift_max})
+
+
+def _turned(curve: CamCurve, span: SmoothPart, angles: FloatArray) -> FloatArray:
+    """Direction of the curve's points minus the cam angle, rad: within π of 0, or of π where the mirror puts it."""
+    points = curve.points(span, angles) / (1j * curve.mirror) * np.exp(1j * curve.sense * angles)
+    return np.asarray((0.0 if curve.mirror > 0.0 else np.pi) - curve.sense * np.angle(points))
+
+
+def _radii(work: Workpiece, curve: CamCurve, degrees: FloatArray) -> FloatArray:
+    """Distance of the curve from the axis in some directions: the cam angles by halving."""
+
+    def ahead(angles: FloatArray) -> FloatArray:
+        return np.asarray(curve.at(angles, lambda span, a: _turned(curve, span, a)))
+
+    looked = np.linspace(0.0, 2.0 * np.pi, CHECKED_ANGLES)
+    directions = looked + ahead(looked)
+    if np.any(np.diff(directions) <= 0.0):
+        why = "a cam whose wheel path goes round the axis one way; this one comes back: choose a smaller wheel"
+        raise BadInput([Mistake(work.scene.file, "cam", None, why, bare=True)])
+    wanted = np.radians(degrees)
+    wanted = directions[0] + (wanted - directions[0]) % (2.0 * np.pi)
+    place = np.clip(np.searchsorted(directions, wanted, side="right") - 1, 0, CHECKED_ANGLES - 2)
+    low, high = looked[place], looked[place + 1]
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        past = middle + ahead(middle) > wanted
+        low, high = np.where(past, low, middle), np.where(past, middle, high)
+    return np.asarray(np.abs(curve.at(low, curve.points)))
+
+
+def _write_rib(work: Workpiece, path: Path, cutter_radius: float, step: float) -> Export:
+    """Write cam angles (deg) in even steps, and the places of the wheel's centre at both flanks (mm)."""
+    check_cutter(work.problem, cutter_radius)
+    angles = in_steps(step)
+    columns = dict(_places(work, angles))
+    wheel, unit, decimals = shown(cutter_radius, "mm"), shown_unit("mm"), DECIMALS[system_shown()]
+    turned = "ccw" if work.problem.design.sense > 0.0 else "cw"
+    zero = "lower end of the cylinder" if work.part.thickness else "middle of the first roller at cam angle 0"
+    swings = len(columns) > len(work.discs)
+    aside = [
+        f"# beside_{unit}: from the plane through the axis of the cam, against the way of the surface"
+    ] * swings
+    lines = [
+        f"# {work.title}",
+        f"# camopt {VERSION}; finger wheel of radius {wheel:.9g} {unit}, its axis square to that of the cam",
+        f"# angle_deg: by which the cam is turned, {turned} as seen from above",
+        f"# along_{unit}: of the wheel's centre at each flank, upwards; zero: {zero}",
+        *aside,
+        " ".join(["# angle_deg", *(f"{name}_{unit}" for name in columns)]),
+    ]
+    rows = [shown(values, "mm") for values in columns.values()]
+    lines += [
+        " ".join([f"{angle:.10g}", *(f"{value + 0.0:.{decimals}f}" for value in row)])
+        for angle, *row in zip(angles, *rows, strict=True)
+    ]
+    write_text(path, "\n".join(lines) + "\n")
+    return Export(path, about={"lines": angles.size}, notes=tuple(left_on_walls(work, cutter_radius)))
+
+
+def _places(work: Workpiece, degrees: FloatArray) -> Iterator[tuple[str, FloatArray]]:
+    """Places along the axis of the cam, and beside it of rollers that swing."""
+    problem, angles = work.problem, np.radians(degrees)
+    pitch = {
+        name: curve.at(angles, curve.points) for name, curve in work.curves().items() if name.endswith("pitch")
+    }
+    first = float(pitch["pitch"].imag[0])
+    low = cylinder_ends(problem, work.part.thickness)[0] if work.part.thickness else first
+    for name, points in pitch.items():
+        which = "second" if name.startswith("second_") else "first"
+        beside = points.real - problem.design.size * angles
+        yield f"{which}_along", points.imag - low
+        if np.abs(beside).max() > NO_SIDE:
+            yield f"{which}_beside", beside

@@ -1,0 +1,130 @@
+"""Settings that programs for machines have in common: what they need, and their ranges."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import ceil, isfinite
+
+from camopt.core.mistakes import Mistake
+from camopt.core.quantities.unit_systems import MM, computed, shown, shown_unit, system_shown
+from camopt.show.exporting.program import DIALECTS
+from camopt.solve.contour.follow import CHORD
+
+ALLOWED_DECIMALS = range(3, 7)
+MILLINGS = ("climb", "conventional")
+ROTARY_AXES = ("A", "C")
+MOST_STEPS = 1000  # of the depth
+LEAST_CHORD = 5.0  # last digits
+CLEARANCE = 5.0  # mm above the part
+BESIDE_A_RIB = "what is further from the rib than the cutter reaches is not cut away: turn or mill it away before"
+LARGEST_RADIUS = 10_000.0  # mm
+
+
+@dataclass(frozen=True)
+class Milling:
+    """What is asked of a program, lengths in mm; None where nothing is."""
+
+    control: str
+    decimals: int
+    chord: float
+    """The largest distance of the path from the true one."""
+    cutter_radius: float | None
+    feed: float | None
+    """mm/min."""
+    depth: float | None
+    depth_step: float | None
+    roughing: float
+    """What first cuts leave."""
+    roughing_feed: float | None
+    direction: str
+    tool: int | None
+    spindle: float | None
+    """rev/min."""
+    coolant: bool
+    blank_diameter: float | None
+    largest_radius: float
+    """Of arcs; those of a larger one are lines."""
+    rotary: str | None
+    """The axis about which the cam turns."""
+
+    @property
+    def last_digit(self) -> float:
+        """Of coordinates, mm."""
+        return last_digit(self.decimals)
+
+    @property
+    def levels(self) -> list[float | None]:
+        """The depths of the cuts, in even steps."""
+        if self.depth is None:
+            return [None]
+        count = ceil(self.depth / self.depth_step * (1.0 - 1e-12)) if self.depth_step else 1
+        return [self.depth * (k + 1) / count for k in range(count)]
+
+    @property
+    def mistakes(self) -> Iterator[Mistake]:
+        """What no program can have, and what there is none without."""
+        for name in ("cutter_radius", "feed"):
+            if getattr(self, name) is None:
+                yield Mistake("camopt", name, None, "missing: a program needs it", bare=True)
+        for name, other in (("spindle", "tool"), ("roughing_feed", "roughing"), ("depth_step", "depth")):
+            if getattr(self, name) is not None and not getattr(self, other):
+                why = f"needs {other} as well, which is not given"
+                yield Mistake("camopt", name, getattr(self, name), why, bare=True)
+        yield from self._out_of_range()
+        least = least_chord(self.decimals)
+        if not self.chord >= least:
+            why = f"at least {least:g} mm: a program has {self.decimals} decimals"
+            yield Mistake("camopt", "chord", self.chord, why)
+
+    @property
+    def left_out(self) -> Iterator[str]:
+        """What a machine needs, and the program does not say."""
+        if self.spindle is None:
+            yield "no speed of the spindle is given (spindle, with a tool): the program does not start it"
+
+    def _out_of_range(self) -> Iterator[Mistake]:
+        for name in ABOVE_ZERO:
+            value = getattr(self, name)
+            if value is not None and not (isfinite(value) and value > 0.0):
+                yield Mistake("camopt", name, value, "above 0")
+        for name, known in ALLOWED.items():
+            value = getattr(self, name)
+            if value not in known and (name, value) != ("rotary", None):
+                yield Mistake("camopt", name, value, f"one of {', '.join(map(str, known))}")
+        if not 0.0 <= self.roughing <= 1e3:
+            yield Mistake("camopt", "roughing", self.roughing, "from 0 to 1000 mm")
+        if self.tool is not None and not 1 <= self.tool <= 99_999:
+            yield Mistake("camopt", "tool", self.tool, "from 1 to 99999")
+        least = self.depth / MOST_STEPS if self.depth else 0.0
+        if self.depth_step and self.depth_step < least:
+            why = f"at least {least:g} mm: {MOST_STEPS} steps at most"
+            yield Mistake("camopt", "depth_step", self.depth_step, why)
+
+
+ABOVE_ZERO = ("feed", "roughing_feed", "depth", "depth_step", "spindle", "blank_diameter", "largest_radius")
+ALLOWED = {
+    "direction": MILLINGS,
+    "control": tuple(DIALECTS),
+    "decimals": ALLOWED_DECIMALS,
+    "rotary": ROTARY_AXES,
+}
+
+
+def last_digit(decimals: int) -> float:
+    """The last digit of coordinates with some decimals in the unit that is shown, mm."""
+    return float(computed(10.0**-decimals, "mm"))
+
+
+def usual_decimals(control: str) -> int:
+    """Those of a control, and one more in inch, which is longer."""
+    finer = int(system_shown() != MM)
+    return DIALECTS[control].decimals + finer if control in DIALECTS else ALLOWED_DECIMALS[0]
+
+
+def least_chord(decimals: int) -> float:
+    """The smallest chord that some decimals can hold: five of the last one, mm."""
+    return LEAST_CHORD * last_digit(decimals) if decimals in ALLOWED_DECIMALS else CHORD
+
+
+def with_shown_unit(length: float, form: str = ".6g") -> str:
+    """A length, mm, as programs tell it."""
+    return f"{shown(length, 'mm'):{form}} {shown_unit('mm')}"

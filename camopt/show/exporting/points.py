@@ -1,0 +1,38 @@
+"""Points of the cam's curves as a table: CSV, Parquet or an Excel workbook."""
+
+from pathlib import Path
+
+import numpy as np
+
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.show.exporting.cam_points import WRITERS, cam_points
+from camopt.show.exporting.exported import CurveInFile, Export, Workpiece
+from camopt.solve.contour.deviation import deviation_bound
+from camopt.solve.contour.follow import AIM, CHORD, check_kind, lines_through
+
+
+def write(
+    work: Workpiece,
+    path: Path,
+    chord: float | None = None,
+    step: float | None = None,
+    cutter_radius: float | None = None,
+) -> Export:
+    """Write what ``cam_points`` gives, as close as ``chord`` (mm) or in steps (deg) of the cam angle.
+
+    How far straight lines from point to point are from the curves is proved.
+    """
+    if step is not None and chord is not None:
+        raise BadInput([Mistake("camopt", "step", step, "not together with a chord: one of both", bare=True)])
+    check_kind("polyline", CHORD if chord is None else chord)
+    spacing = {"chord": AIM * (chord or CHORD)} if step is None else {"step": step}
+    columns = cam_points(work.scene, None, cutter_radius=cutter_radius, disc=work.disc, **spacing)
+    angles = np.radians(columns["cam_angle_deg"])
+    curves = {
+        name: CurveInFile(
+            angles.size - 1, "lines", deviation_bound(curve, lines_through(curve, angles), chord or CHORD)
+        )
+        for name, curve in work.curves(cutter_radius).items()
+    }
+    WRITERS[path.suffix.lower()](columns, work.scene, path)
+    return Export(path, curves, {"points": angles.size})

@@ -1,0 +1,191 @@
+"""Programs for machines, line by line, in the words of their controls: templates, a record for each dialect.
+
+Sources: ISO 6983-1 and DIN 66025 (iso); the programming manuals of Fanuc (series 0i, milling), Siemens (Sinumerik
+840D) and Heidenhain (TNC, conversational; M116 for feeds of rotary axes).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from camopt.core.quantities.unit_systems import INCH, MM, shown, system_shown
+from camopt.solve.contour.path import ArcPath
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """Templates of lines: x, y, z are where a move goes, cx and cy its centre, i and j that from its start."""
+
+    start: tuple[str, ...]
+    """Before what the program tells of itself."""
+    modes: tuple[str, ...]
+    """What holds for all moves: mm or inch, the plane XY, absolute, feed by the minute, no compensation."""
+    end: tuple[str, ...]
+    comment: str
+    units: Mapping[str, str] = field(default_factory={MM: "G21", INCH: "G20"}.copy)
+    """What says in which units lengths are."""
+    rapid: str = "G0 X{x} Y{y}"
+    line: str = "G1 X{x} Y{y}"
+    arc: str = "G{way} X{x} Y{y} I{i} J{j}"
+    ways: tuple[str, str] = ("2", "3")
+    """Clockwise and anticlockwise."""
+    up: str = "G0 Z{z}"
+    down: str = "G1 Z{z}"
+    feed: str = " F{feed}"
+    """What follows a move where the feed changes."""
+    tool: tuple[str, ...] = ("T{tool} M6",)
+    spindle: str = "S{speed} M3"
+    coolant: str = "M8"
+    still: str = "M5"
+    """The spindle stops."""
+    dry: str = "M9"
+    """The coolant stops."""
+    sign: str = ""
+    """Of numbers: "+" where they all have one."""
+    decimals: int = 4
+    """Of coordinates in mm; in inch one more."""
+    by_time: bool = True
+    """Whether feeds of moves that turn the part are moves by the minute, else lengths at its surface."""
+    turning: tuple[str, ...] = ("G93",)
+    """What holds for such moves, after ``modes``."""
+    straight: tuple[str, ...] = ("G94",)
+    """And what holds again after them."""
+    numbered: bool = False
+    """Whether lines have numbers, from 0."""
+
+
+DIALECTS = {
+    "iso": Dialect(start=(), modes=("{units} G17 G90 G94 G40",), end=("M30",), comment="({})"),
+    "fanuc": Dialect(
+        start=("%", "O0001"),
+        modes=("{units} G17 G90 G94 G40 G49 G80 G54",),
+        end=("M30", "%"),
+        comment="({})",
+        tool=("T{tool} M6", "G43 H{tool}"),
+        decimals=3,
+    ),
+    "siemens": Dialect(
+        start=(),
+        modes=("{units} G17 G90 G94 G40 G54",),
+        units={MM: "G71", INCH: "G70"},
+        end=("M30",),
+        comment="; {}",
+        tool=("T{tool} D1", "M6"),
+    ),
+    "heidenhain": Dialect(
+        start=("BEGIN PGM CAM {units}",),
+        modes=(),
+        end=("M30", "END PGM CAM {units}"),
+        units={MM: "MM", INCH: "INCH"},
+        comment="; {}",
+        rapid="L X{x} Y{y} R0 FMAX",
+        line="L X{x} Y{y} R0",
+        arc="CC X{cx} Y{cy}\nC X{x} Y{y} DR{way}",
+        ways=("-", "+"),
+        up="L Z{z} R0 FMAX",
+        down="L Z{z} R0",
+        tool=("TOOL CALL {tool} {axis} S{speed}",),
+        spindle="M3",
+        sign="+",
+        by_time=False,
+        turning=("M116",),
+        straight=("M117",),
+        numbered=True,
+    ),
+}
+"""By the name of the control."""
+BY_ENDING = {".nc": "iso", ".mpf": "siemens", ".h": "heidenhain"}
+"""The dialect of a file whose control is not named."""
+
+
+@dataclass
+class Program:
+    """Lines so far; coordinates are given in mm and written in the unit that is shown, with some decimals."""
+
+    words: Dialect
+    decimals: int
+    lines: list[str] = field(default_factory=list)
+    feed: str = ""
+    """The last feed, mm/min, which holds until another is said."""
+    at: tuple[str, str] | None = None
+    """Where the machine stands, in the digits of the program."""
+
+    def say(self, *templates: str, **values: object) -> None:
+        """Add lines of the dialect."""
+        for each in templates:
+            self.lines += each.format(units=self.words.units[system_shown()], **values).split("\n")
+
+    def start(self, tool: int | None, spindle: float | None, coolant: bool, axis: str = "Z") -> None:
+        """Take the cutter, which is along an axis, and switch on what turns and flows."""
+        if tool is not None:
+            self.say(*self.words.tool, tool=tool, speed=f"{spindle or 0:g}", axis=axis)
+        if spindle is not None:
+            self.say(self.words.spindle, speed=f"{spindle:g}")
+        if coolant:
+            self.say(self.words.coolant)
+
+    def stop(self, spindle: float | None, coolant: bool) -> None:
+        """Switch off what was switched on, and end."""
+        if coolant:
+            self.say(self.words.dry)
+        if spindle is not None:
+            self.say(self.words.still)
+        self.say(*self.words.end)
+
+    def comment(self, text: str) -> None:
+        """Add a comment that any control takes."""
+        plain = text.encode("ascii", "replace").decode().replace("(", "[").replace(")", "]")
+        self.lines.append(self.words.comment.format(plain))
+
+    def rapid(self, to: complex) -> None:
+        """Go to a point as fast as the machine can, above the part or outside of it."""
+        self.at = x, y = self._place(to)
+        self.say(self.words.rapid, x=x, y=y)
+
+    def up(self, height: float) -> None:
+        self.say(self.words.up, z=self.number(height))
+
+    def down(self, height: float, feed: float) -> None:
+        self.say(self.words.down + self._fed(feed), z=self.number(height))
+
+    def line(self, to: complex, feed: float) -> None:
+        """Go straight to a point; nothing where the machine stands there already, but for its digits."""
+        if (place := self._place(to)) != self.at:
+            self.at = x, y = place
+            self.say(self.words.line + self._fed(feed), x=x, y=y)
+
+    def arc(self, start: complex, end: complex, bulge: float, feed: float) -> None:
+        """Move from where the machine stands, by an arc or, without a bulge, by a line."""
+        if not bulge or self._place(end) == self.at:  # an arc that ends where it begins would be a whole circle
+            self.line(end, feed)
+            return
+        self.at = self._place(end)
+        way = (end - start) * (0.5 + 0.25j * (1.0 / bulge - bulge))
+        numbers = {"x": end.real, "y": end.imag, "i": way.real, "j": way.imag}
+        numbers |= {"cx": (start + way).real, "cy": (start + way).imag}
+        texts = {name: self.number(value) for name, value in numbers.items()}
+        self.say(self.words.arc + self._fed(feed), way=self.words.ways[int(bulge > 0.0)], **texts)
+
+    def along(self, path: ArcPath, feed: float) -> None:
+        """Move along a path from its first vertex, where the machine stands."""
+        for one, other, bulge in zip(path.vertices, path.vertices[1:], path.bulges, strict=False):
+            self.arc(one, other, bulge, feed)
+
+    def _place(self, to: complex) -> tuple[str, str]:
+        return self.number(to.real), self.number(to.imag)
+
+    def number(self, value: float) -> str:
+        """A coordinate; zero has no minus."""
+        return f"{np.round(shown(value, 'mm'), self.decimals) + 0.0:{self.words.sign}.{self.decimals}f}"
+
+    def text(self) -> str:
+        """The whole program."""
+        numbered = (f"{k} {line}" for k, line in enumerate(self.lines))
+        return "\n".join([*(numbered if self.words.numbered else self.lines)]) + "\n"
+
+    def _fed(self, feed: float) -> str:
+        """The words of a feed that is not the one that holds."""
+        text = f"{shown(feed, 'mm/min'):g}"
+        said, self.feed = self.feed, text
+        return "" if said == text else self.words.feed.format(feed=text)

@@ -1,0 +1,12 @@
+"""The scene itself as TOML: the source of every other file."""
+
+from pathlib import Path
+
+from camopt.scene.written import write_scene
+from camopt.show.exporting.exported import Export, Workpiece
+
+
+def write(work: Workpiece, path: Path) -> Export:
+    """Write the scene as TOML, with all that it takes from other files."""
+    write_scene(path, work.scene)
+    return Export(path)

@@ -1,0 +1,236 @@
+"""Solids in the boundary representation of Open CASCADE: edges, faces, extrusions and measurements.
+
+Lengths are mm. Open CASCADE takes points that are nearer than 1e-7 mm for one.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from OCP.BRep import BRep_Builder
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
+from OCP.BRepBuilderAPI import (
+    BRepBuilderAPI_MakeEdge,
+    BRepBuilderAPI_MakeFace,
+    BRepBuilderAPI_MakeSolid,
+    BRepBuilderAPI_MakeVertex,
+    BRepBuilderAPI_MakeWire,
+    BRepBuilderAPI_Sewing,
+)
+from OCP.BRepCheck import BRepCheck_Analyzer
+from OCP.BRepGProp import BRepGProp
+from OCP.BRepLib import BRepLib
+from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+from OCP.collections import (
+    Array1_double,
+    Array1_gp_Pnt,
+    Array1_int,
+    Array2_gp_Pnt,
+    IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher,
+)
+from OCP.Geom import Geom_BSplineCurve, Geom_BSplineSurface, Geom_CylindricalSurface
+from OCP.gp import gp, gp_Ax2, gp_Ax3, gp_Circ, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
+from OCP.GProp import GProp_GProps
+from OCP.ShapeFix import ShapeFix_Face
+from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_SHELL, TopAbs_SOLID
+from OCP.TopExp import TopExp
+from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS, TopoDS_Face
+
+from camopt.core.numerics import ComplexArray, FloatArray
+from camopt.solve.contour.path import ArcPath, CubicPath
+
+Shape = Any
+"""Of Open CASCADE, whose classes mypy does not know."""
+EDGE, FACE, SOLID = TopAbs_EDGE, TopAbs_FACE, TopAbs_SOLID
+TOUCHING_MM = 1e-7  # mm: what is nearer is one
+FLAT_ARC = 1e-8  # mm: an arc that is no higher is a line; the centre of a flatter one would be rounded by as much
+
+
+def gp_point(x: float, y: float, z: float) -> Shape:
+    return gp_Pnt(float(x), float(y), float(z))
+
+
+def circle_wire(radius: float) -> Shape:
+    """A wire about the axis z, in the plane z = 0."""
+    return wire([BRepBuilderAPI_MakeEdge(gp_Circ(gp.XOY_s(), radius)).Edge()])
+
+
+def wire(edges: Iterable[Shape]) -> Shape:
+    """Edges that follow each other."""
+    made = BRepBuilderAPI_MakeWire()
+    for edge in edges:
+        made.Add(edge)
+    return made.Wire()
+
+
+def closed_wire(path: ArcPath | CubicPath) -> Shape:
+    """A closed path in the plane z = 0."""
+    return wire(_arcs(path) if isinstance(path, ArcPath) else _splines(path))
+
+
+def _vertices(points: ComplexArray) -> list[Shape]:
+    """Vertices at points x + iy, the first once more at the end."""
+    found = [vertex((p.real, p.imag, 0.0)) for p in points]
+    return [*found, found[0]]
+
+
+def _arcs(path: ArcPath) -> Iterator[Shape]:
+    """True arcs of circles, and lines."""
+    corners = _vertices(path.vertices[:-1])
+    heights = np.abs(path.bulges * path.chords) / 2
+    with np.errstate(divide="ignore"):
+        radii = 1.0 / np.abs(path.curvatures)
+    for k, (centre, height) in enumerate(zip(path.centres, heights, strict=True)):
+        if height <= FLAT_ARC:
+            yield line_edge(*corners[k : k + 2])
+        else:
+            yield arc_edge(gp_point(centre.real, centre.imag, 0.0), radii[k], path.bulges[k], *corners[k : k + 2])
+
+
+def _splines(path: CubicPath) -> Iterator[Shape]:
+    """A B-spline over the cam angle (rad) on each span of the motion, with a continuous tangent."""
+    spans = np.array(path.spans)
+    pieces = [np.flatnonzero(spans == span) for span in dict.fromkeys(path.spans)]
+    corners = _vertices(np.array([path.controls[each[0], 0] for each in pieces]))
+    for k, piece in enumerate(pieces):
+        controls = path.controls[piece]
+        poles = np.concatenate([controls[0, :1], controls[:, 1:3].ravel(), controls[-1, 3:]])
+        poles[-1] = path.controls[pieces[(k + 1) % len(pieces)][0], 0]
+        knots = np.repeat(np.append(path.angles[piece, 0], path.angles[piece[-1], 1]), 2)
+        ends = np.repeat(knots[[0, -1]], 2)
+        places = np.column_stack([poles.real, poles.imag, np.zeros(poles.size)])
+        yield spline_edge(places, np.concatenate([ends[:2], knots, ends[2:]]), corners[k : k + 2])
+
+
+def spline_edge(poles: FloatArray, knots: FloatArray, ends: Sequence[Shape]) -> Shape:
+    """An edge along a B-spline of poles (n, 3 or more: x, y, z), from a vertex to a vertex.
+
+    Each knot is there as often as it counts.
+    """
+    places = Array1_gp_Pnt(1, len(poles))
+    for k, pole in enumerate(poles, 1):
+        places.SetValue(k, gp_point(*pole[:3]))
+    each, times = np.unique(knots, return_counts=True)
+    degree = len(knots) - len(poles) - 1
+    curve = Geom_BSplineCurve(places, _cad_array(Array1_double, each), _cad_array(Array1_int, times), degree)
+    return BRepBuilderAPI_MakeEdge(curve, *ends, float(knots[0]), float(knots[-1])).Edge()
+
+
+def spline_surface(poles: FloatArray, first: FloatArray, second: FloatArray) -> Shape:
+    """A B-spline surface of poles (n, m, 3 or more), with each knot as often as it counts."""
+    count, across = poles.shape[:2]
+    places = Array2_gp_Pnt(1, count, 1, across)
+    for k, m in np.ndindex(count, across):
+        places.SetValue(k + 1, m + 1, gp_point(*poles[k, m, :3]))
+    knots, times = zip(*(np.unique(each, return_counts=True) for each in (first, second)), strict=True)
+    degrees = len(first) - count - 1, len(second) - across - 1
+    reals, integers = (
+        [_cad_array(kind, each) for each in both] for kind, both in ((Array1_double, knots), (Array1_int, times))
+    )
+    return Geom_BSplineSurface(places, *reals, *integers, *degrees)
+
+
+def round_surface(radius: float, seam: float) -> Shape:
+    """A cylinder about the axis z, with its seam at an angle (rad) from the x axis."""
+    start = gp_Dir(float(np.cos(seam)), float(np.sin(seam)), 0.0)
+    return Geom_CylindricalSurface(gp_Ax3(gp.Origin_s(), gp.DZ_s(), start), radius)
+
+
+def vertex(place: Iterable[float]) -> Shape:
+    return BRepBuilderAPI_MakeVertex(gp_point(*list(place)[:3])).Vertex()
+
+
+def line_edge(first: Shape, last: Shape) -> Shape:
+    return BRepBuilderAPI_MakeEdge(first, last).Edge()
+
+
+def arc_edge(centre: Shape, radius: float, sense: float, first: Shape, last: Shape) -> Shape:
+    """A part of a circle normal to the axis z, from a vertex to a vertex, anticlockwise for a sense above 0."""
+    axes = gp_Ax2(centre, gp_Dir(0.0, 0.0, float(np.sign(sense))))
+    return BRepBuilderAPI_MakeEdge(gp_Circ(axes, float(radius)), first, last).Edge()
+
+
+def face(surface: Shape, edges: Iterable[Shape], backwards: bool = False) -> Shape:
+    """The part of a surface within a closed chain of edges, anticlockwise or ``backwards``."""
+    made = TopoDS_Face()
+    builder = BRep_Builder()
+    builder.MakeFace(made, surface, TOUCHING_MM)
+    loop = wire(edges)
+    builder.Add(made, loop.Reversed() if backwards else loop)
+    fixed = ShapeFix_Face(made)
+    fixed.Perform()
+    return fixed.Face()
+
+
+def flat(outer: Shape) -> Shape:
+    """The face in the plane of a wire."""
+    return BRepBuilderAPI_MakeFace(outer, True).Face()
+
+
+def sewn(faces: Iterable[Shape]) -> Shape:
+    """The solid that faces enclose."""
+    sewing = BRepBuilderAPI_Sewing(TOUCHING_MM)
+    for each in faces:
+        sewing.Add(each)
+    sewing.Perform()
+    shell = TopoDS.Shell(parts(sewing.SewedShape(), TopAbs_SHELL)[0])
+    solid = BRepBuilderAPI_MakeSolid(shell).Solid()
+    BRepLib.OrientClosedSolid_s(solid)
+    return solid
+
+
+def _cad_array(kind: Any, values: np.ndarray) -> Shape:
+    """Numbers as an array of Open CASCADE of some kind."""
+    found = kind(1, len(values))
+    for k, value in enumerate(values.tolist(), 1):
+        found.SetValue(k, value)
+    return found
+
+
+def extruded(outer: Shape, low: float, high: float) -> Shape:
+    """The solid between two heights that has a wire in the plane z = 0 as its outline."""
+    along = gp_Trsf()
+    along.SetTranslation(gp_Vec(0.0, 0.0, low))
+    body = BRepPrimAPI_MakePrism(flat(outer), gp_Vec(0.0, 0.0, high - low)).Shape()
+    return body.Moved(TopLoc_Location(along))
+
+
+def fused(first: Shape, second: Shape) -> Shape:
+    return BRepAlgoAPI_Fuse(first, second).Shape()
+
+
+def cut(first: Shape, second: Shape) -> Shape:
+    """The first solid without the second."""
+    return BRepAlgoAPI_Cut(first, second).Shape()
+
+
+def parts(shape: Shape, kind: Shape) -> list[Shape]:
+    """The faces (``FACE``), edges or solids of a shape, each once."""
+    found = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
+    TopExp.MapShapes_s(shape, kind, found)
+    return [found.FindKey(k) for k in range(1, found.Extent() + 1)]
+
+
+def measures(shape: Shape) -> dict[str, float]:
+    """Numbers of its solids, faces and edges, and its volume in mm³."""
+    return {
+        "solids": len(parts(shape, SOLID)),
+        "faces": len(parts(shape, FACE)),
+        "edges": len(parts(shape, EDGE)),
+        "volume_mm3": volume_of(shape),
+    }
+
+
+def volume_of(shape: Shape) -> float:
+    """mm³; below 0 where faces look inwards."""
+    found = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, found, True)
+    return float(found.Mass())
+
+
+def is_closed(shape: Shape, count: int = 1) -> bool:
+    """Whether a shape is so many closed solids, with faces that meet and that look outwards."""
+    solids = parts(shape, SOLID)
+    valid = len(solids) == count and bool(BRepCheck_Analyzer(shape).IsValid())
+    return valid and all(volume_of(each) > 0.0 for each in solids)

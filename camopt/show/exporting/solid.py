@@ -1,0 +1,181 @@
+"""The cam as a solid in its own frame: x and y as in the profile, z towards the viewer of the front view.
+
+A disc cam is a plate from z = 0 to its thickness, with a hub on the far side of that; bore and keyway go through
+both. Of a conjugate pair the second disc stands on z = 0, and the first one before it, a gap apart
+(``Part.plates``). Their hub makes one solid of both, as of one blank: nothing can turn one against the other.
+Without it they are two, each keyed to the shaft. The first disc alone has the whole hub, and the second none of it.
+A groove is in the far face of a disc, whose plate is round then, or a rib on it. Profiles, and walls of a groove or
+rib, are followed by true arcs, by B-splines or by lines, within a deviation that is proved. For a cylinder see
+``camopt.show.exporting.cylinder``.
+"""
+
+from collections.abc import Iterator, Mapping
+from functools import reduce
+from typing import Any, NamedTuple
+
+from OCP.Standard import Standard_ConstructionError, Standard_Failure
+from OCP.StdFail import StdFail_NotDone
+
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.model.effects import Case
+from camopt.model.effects.outline import RADIUS
+from camopt.model.mechanisms.elements import CYLINDER, DISC, FACE_GROOVE, RIBBED_CYLINDER, RIBBED_DISC
+from camopt.scene.part import Part
+from camopt.show.exporting import shapes
+from camopt.show.exporting.cylinder import grooved_body
+from camopt.show.exporting.exported import CurveInFile, Workpiece, told
+from camopt.show.exporting.shapes import Shape
+from camopt.solve.contour.curve import SECOND
+from camopt.solve.contour.follow import Followed, check_kind, follow
+from camopt.solve.contour.hole import bore_with_keyway
+from camopt.solve.verdicts.running import run_effects
+
+OVERCUT = 1.0  # mm: by how much a bore is cut longer than the part, at both ends
+
+CAD_ERRORS = (Standard_ConstructionError, Standard_Failure, StdFail_NotDone)
+"""What Open CASCADE raises for edges and faces that are none; they have no common base here."""
+
+
+class CadSolid(NamedTuple):
+    """A solid of Open CASCADE, with the report on it."""
+
+    shape: Shape
+    curves: Mapping[str, CurveInFile]
+    """Of a disc cam its profile, or walls, with the deviation that is proved."""
+    about: dict[str, Any]
+
+
+def solid_of(work: Workpiece, chord: float, curves: str) -> CadSolid:
+    """The solid of a cam, or those of a pair, profiles or groove within ``chord`` mm of the true ones.
+
+    Raises
+    ------
+    BadInput
+        For each size of ``[part]`` that a solid needs and the scene has not, for a groove that is undercut at some
+        depth, for a ``chord`` as large as a wall, and where Open CASCADE finds that the solid is none.
+    """
+    mistakes = list(_lacks(work))
+    if mistakes:
+        raise BadInput(mistakes)
+    try:
+        found = _MAKERS[work.problem.setup.mechanism.body](work, chord, curves)
+    except CAD_ERRORS:
+        found = None
+    joined = work.part.hub_diameter or work.problem.setup.mechanism.ribbed  # flanks of a rib are on one body
+    if found is None or not shapes.is_closed(found.shape, 1 if joined else len(work.discs)):
+        faults = f"faces cross each other, or are smaller than {shapes.TOUCHING_MM} mm"
+        why = f"makes no valid solid at a chord of {chord:g} mm: {faults}"
+        raise BadInput([Mistake(work.scene.file, "part", None, why, bare=True)])
+    return found._replace(about=found.about | shapes.measures(found.shape))
+
+
+def _follow_profiles(work: Workpiece, chord: float, curves: str) -> dict[str, Followed]:
+    """The profiles, walls or flanks of a cam by name, within the chord with what flat arcs lose as lines."""
+    check_kind(curves, chord)
+    own = {name: curve for name, curve in work.curves().items() if not name.endswith("pitch")}
+    found = {name: follow(curve, curves, chord - shapes.FLAT_ARC) for name, curve in own.items()}
+    return {name: each._replace(deviation=each.deviation + shapes.FLAT_ARC) for name, each in found.items()}
+
+
+def _discs(work: Workpiece, chord: float, curves: str) -> CadSolid:
+    followed = _follow_profiles(work, chord, curves)
+    _check_wall(work, chord, max(each.deviation for each in followed.values()))
+    plates = [
+        shapes.extruded(shapes.closed_wire(profile.path), *work.part.plates[disc.number - 1])
+        for disc, profile in zip(work.discs, followed.values(), strict=True)
+    ]
+    hub = () if work.disc == SECOND else _hub(work.part)
+    body = reduce(shapes.fused, [*plates, *hub])
+    return CadSolid(_with_bore(work.part, body), told(followed), {})
+
+
+def _grooved_disc(work: Workpiece, chord: float, curves: str) -> CadSolid:
+    part, walls = work.part, _follow_profiles(work, chord, curves)
+    inner, outer = (walls[name] for name in ("profile_inner", "profile_outer"))
+    _check_wall(work, chord, inner.deviation)
+    assert part.thickness
+    assert part.groove_depth
+    assert part.outer_diameter
+    top, bottom = part.thickness + OVERCUT, part.thickness - part.groove_depth
+    core = shapes.extruded(shapes.closed_wire(inner.path), bottom - OVERCUT, top + OVERCUT)
+    groove = shapes.cut(shapes.extruded(shapes.closed_wire(outer.path), bottom, top), core)
+    plate = shapes.extruded(shapes.circle_wire(part.outer_diameter / 2), 0.0, part.thickness)
+    return CadSolid(_with_bore(part, shapes.cut(plate, groove)), told(walls), {})
+
+
+def _ribbed_disc(work: Workpiece, chord: float, curves: str) -> CadSolid:
+    part, flanks = work.part, _follow_profiles(work, chord, curves)
+    assert part.thickness
+    assert part.rib_height
+    assert part.outer_diameter
+    face = part.thickness - part.rib_height
+    outer, inner = (shapes.closed_wire(each.path) for each in flanks.values())
+    within = shapes.extruded(inner, face, part.thickness + OVERCUT)
+    rib = shapes.cut(shapes.extruded(outer, 0.0, part.thickness), within)
+    plate = shapes.extruded(shapes.circle_wire(part.outer_diameter / 2), 0.0, face)
+    return CadSolid(_with_bore(part, shapes.fused(plate, rib)), told(flanks), {})
+
+
+def _cylinder(work: Workpiece, chord: float, curves: str) -> CadSolid:
+    body, off = grooved_body(work, chord)
+    return CadSolid(_with_bore(work.part, body), {}, {"wall_deviation_measured_mm": off})
+
+
+_MAKERS = {
+    DISC: _discs,
+    FACE_GROOVE: _grooved_disc,
+    RIBBED_DISC: _ribbed_disc,
+    CYLINDER: _cylinder,
+    RIBBED_CYLINDER: _cylinder,
+}
+"""By body."""
+
+
+def _lacks(work: Workpiece) -> Iterator[Mistake]:
+    scene, part, body = work.scene, work.part, work.problem.setup.mechanism.body
+    for key in body.solid:
+        if getattr(part, key) is None:
+            yield Mistake(scene.file, f"part.{key}", None, "missing; a solid needs it", bare=True)
+    base = _least_base(work)
+    if body.closed and part.bore_reach >= base:
+        why = f"must leave a wall to the base circle (radius {base:g}); a bore as wide leaves no solid"
+        yield Mistake(scene.file, "cam.shaft_diameter", scene.cam.shaft_diameter, why, bare=True)
+    if part.outer_diameter is not None:
+        problem = work.problem
+        found = run_effects(Case(problem.setup, problem.programme, problem.design), [RADIUS])
+        far = 2.0 * float(found.column(RADIUS)[0])
+        if part.outer_diameter <= far:
+            what = body.flank_height.partition("_")[0]
+            why = f"above {far:.6g}: the {what} breaks out of the edge"
+            yield Mistake(scene.file, "part.outer_diameter", part.outer_diameter, why)
+
+
+def _check_wall(work: Workpiece, chord: float, deviation: float) -> None:
+    """BadInput if the profile may be so far off that it meets the bore."""
+    wall = _least_base(work) - work.part.bore_reach
+    if deviation >= wall:
+        raise BadInput([Mistake("camopt", "chord", chord, f"smaller: the wall about the bore has {wall:.3g} mm")])
+
+
+def _least_base(work: Workpiece) -> float:
+    """The radius of the smallest base circle, mm."""
+    return min(float(each.problem.design.size[0]) for each in work.discs)
+
+
+def _hub(part: Part) -> Iterator[Shape]:
+    """What of the hub is between plates, and before the first one."""
+    if not part.hub_diameter:
+        return
+    plates = sorted(part.plates)
+    for (_, foot), (end, _) in zip(plates, [*plates[1:], (part.hub_length or 0.0, 0.0)], strict=True):
+        if end - foot > shapes.TOUCHING_MM:
+            yield shapes.extruded(shapes.circle_wire(part.hub_diameter / 2), foot, end)
+
+
+def _with_bore(part: Part, body: Shape) -> Shape:
+    """A body that stands on z = 0, less its bore and keyway."""
+    if not part.bore:
+        return body
+    outline = shapes.closed_wire(bore_with_keyway(part)) if part.keyway_width else shapes.circle_wire(part.bore / 2)
+    whole = max(part.width, part.hub_length or 0.0)
+    return shapes.cut(body, shapes.extruded(outline, -OVERCUT, whole + OVERCUT))

@@ -1,0 +1,84 @@
+"""Cam angles for the points of a cam: in even steps, or in steps as small as a chord needs."""
+
+from collections.abc import Callable
+from math import floor, isfinite
+from numbers import Real
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.numerics import ComplexArray, FloatArray
+
+MOST_POINTS = 1_000_000  # points
+WIDEST_STEP = 10.0  # deg: the coarsest spacing
+NARROWEST_STEP = 1e-7  # deg: a jump of the velocity tears the curves apart, however near it the points are
+WITHIN = np.linspace(0.0, 1.0, 9)[1:-1]  # where an arc is looked at between its ends
+
+Curves = Callable[[FloatArray], list[ComplexArray]]
+"""From cam angles (deg) to the points of some curves there, mm."""
+
+
+def checked_angles(angles: ArrayLike) -> FloatArray:
+    """Cam angles as an array; BadInput for none, or for one outside 0 to 360 deg."""
+    try:
+        degrees = np.array(angles, dtype=float).reshape(-1)
+    except (TypeError, ValueError):
+        degrees = np.empty(0)
+    if not degrees.size:
+        raise BadInput([Mistake("camopt", "angles", angles, "at least one number of degrees")])
+    outside = degrees[~((degrees >= 0.0) & (degrees <= 360.0))]
+    if outside.size:
+        raise BadInput([Mistake("camopt", "angles", float(outside[0]), "from 0 to 360 deg")])
+    return degrees
+
+
+def in_steps(step: float) -> FloatArray:
+    """Cam angles (deg) from 0 to 360 in even steps; the last falls short where they do not divide the turn."""
+    if not (isinstance(step, Real) and isfinite(step) and 360.0 / MOST_POINTS <= step <= 360.0):
+        raise BadInput([Mistake("camopt", "step", step, f"from {360.0 / MOST_POINTS:g} to 360 deg")])
+    count = floor(360.0 / step * (1.0 + 1e-12))
+    return np.append(step * np.arange(count), [step * count, 360.0] if 360.0 - step * count > 1e-9 else [360.0])
+
+
+def within_chord(chord: float, starts: FloatArray, curves: Curves) -> FloatArray:
+    """Cam angles (deg) from 0 to 360 in steps so small that chords deviate from no curve by more than ``chord`` mm.
+
+    Arcs are halved until the curve is so near their chord at seven places between the ends. ``starts`` are angles
+    at which the motion changes; they are among those found.
+    """
+    if not (isinstance(chord, Real) and isfinite(chord) and chord > 0.0):
+        raise BadInput([Mistake("camopt", "chord", chord, "above 0 mm")])
+    even = np.linspace(0.0, 360.0, round(360.0 / WIDEST_STEP) + 1)
+    even = even[np.abs(even[:, None] - starts).min(axis=1, initial=np.inf) > NARROWEST_STEP]
+    angles = np.unique(np.concatenate([even, starts]))
+    pending = np.ones(angles.size - 1, dtype=bool)
+    while pending.any():
+        ends = np.array([angles[:-1][pending], angles[1:][pending]])
+        sagitta = _sagitta(ends, curves)
+        wide = (sagitta > chord) & (ends[1] - ends[0] > NARROWEST_STEP)
+        more = np.sqrt(sagitta[wide] / (4.0 * chord)).sum()  # each half has a quarter of the sagitta
+        if angles.size + more > MOST_POINTS:
+            raise BadInput(
+                [Mistake("camopt", "chord", chord, f"larger: this one needs over {MOST_POINTS:,} points")]
+            )
+        halved = (ends.sum(axis=0) / 2)[wide]
+        every = np.concatenate([angles, halved])
+        pending = np.isin(np.sort(every)[:-1], np.concatenate([ends[0][wide], halved]))
+        angles = np.sort(every)
+    return angles
+
+
+def _sagitta(ends: FloatArray, curves: Curves) -> FloatArray:
+    """Largest distance of the curves from the chords of arcs, mm: (2, arcs) to (arcs,)."""
+    low, high = ends
+    angles = low + (high - low) * np.concatenate([[0.0], WITHIN, [1.0]])[:, None]
+    furthest = np.zeros(low.size)
+    for points in curves(angles.reshape(-1)):
+        first, *between, last = points.reshape(angles.shape)
+        along = last - first
+        length = np.abs(along)
+        unit = np.where(length > 0.0, along / np.where(length > 0.0, length, 1.0), 0.0)
+        offsets = [p - first - unit * np.clip(((p - first) * unit.conjugate()).real, 0.0, length) for p in between]
+        furthest = np.maximum(furthest, np.abs(offsets).max(axis=0))
+    return furthest

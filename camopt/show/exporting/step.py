@@ -1,0 +1,75 @@
+"""STEP (ISO 10303-21, AP214), for CAD: the solid of a cam with its true arcs, cylinders and B-splines; in mm.
+
+The time stamp is that of no time: so the same cam gives the same file, and a file that differs is of another cam.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
+from OCP.IFSelect import IFSelect_RetDone
+from OCP.Interface import Interface_Static
+from OCP.Message import Message
+from OCP.StepBasic import StepBasic_Product
+from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
+from OCP.TCollection import TCollection_HAsciiString
+
+from camopt.core.storage.files import whole_file
+from camopt.core.storage.version import VERSION
+from camopt.show.exporting.exported import Export, Workpiece
+from camopt.show.exporting.solid import solid_of
+from camopt.solve.contour.follow import CHORD
+
+CURVES_TWICE = "write.surfacecurve.mode"  # edges in the parameters of their surfaces as well: as many bytes again
+EPOCH = "1970-01-01T00:00:00"
+
+
+def write(work: Workpiece, path: Path, chord: float = CHORD, curves: str = "arcs") -> Export:
+    """Write the solid of a cam that has a thickness; walls of a groove are B-splines, whatever ``curves`` says."""
+    solid, part = solid_of(work, chord, curves), work.part
+    with whole_file(path) as partial, quiet():
+        writer = STEPControl_Writer()
+        Interface_Static.SetIVal_s(CURVES_TWICE, 0)
+        writer.Transfer(solid.shape, STEPControl_AsIs)
+        name = work.title
+        _name(writer, name, part.number or name, part.designer or "")
+        if writer.Write(str(partial)) != IFSelect_RetDone:
+            raise OSError(f"{path}: Open CASCADE could not write it")
+    return Export(path, solid.curves, solid.about)
+
+
+def _name(writer: STEPControl_Writer, name: str, number: str, author: str) -> None:
+    """Name the product, and describe it in the header."""
+    model = writer.Model()
+    header = APIHeaderSection_MakeHeader(model)
+    header.SetName(text(name))
+    header.SetTimeStamp(text(EPOCH))
+    header.SetAuthorValue(1, text(author))
+    header.SetOrganizationValue(1, text(""))
+    header.SetOriginatingSystem(text(f"camopt {VERSION}"))
+    header.SetAuthorisation(text(""))
+    entities = (model.Value(k) for k in range(1, model.NbEntities() + 1))
+    for product in (entity for entity in entities if isinstance(entity, StepBasic_Product)):
+        product.SetName(text(name))
+        product.SetId(text(number))
+
+
+def text(words: str) -> TCollection_HAsciiString:
+    """A text in the characters of ISO 10303-21; others are written as their Unicode numbers."""
+    numbers = (f"\\X2\\{ord(c):04X}\\X0\\" if ord(c) < 0x10000 else f"\\X4\\{ord(c):08X}\\X0\\" for c in words)
+    return TCollection_HAsciiString("".join(c if c.isascii() else n for c, n in zip(words, numbers, strict=True)))
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keep Open CASCADE from writing to standard output."""
+    messenger = Message.DefaultMessenger_s()
+    printers = list(messenger.Printers())
+    for printer in printers:
+        messenger.RemovePrinter(printer)
+    try:
+        yield
+    finally:
+        for printer in printers:
+            messenger.AddPrinter(printer)

@@ -1,0 +1,1 @@
+"""Pictures of results: fronts, free laws, frontiers, tolerances, measured motions."""

@@ -1,0 +1,184 @@
+"""The picture of a frontier: new laws as a front, the values that no motion can reach, known laws as points."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import isinf, pi
+from typing import Any, cast
+
+import numpy as np
+
+from camopt.core.quantities.unit_systems import shown, shown_unit
+from camopt.model.motion.stroke import RISE
+from camopt.show.drawing.labels import Label, around, settle
+from camopt.show.drawing.style import (
+    ALARM,
+    COLOURS,
+    INK,
+    LIMIT,
+    MUTED,
+    PAGE_TITLE,
+    TEXT,
+    Figure,
+    Target,
+    canvas,
+    dress,
+)
+from camopt.solve.synthesis.traded import Frontier
+from camopt.solve.synthesis.units import unit_of
+from camopt.solve.tables.designs import joined_laws
+
+FREE_COLOUR = COLOURS[RISE]
+LOG_RATIO = 5.0  # a ratio of values that is shown on a logarithmic scale
+AXES_MARGIN = 0.06  # of the span of the points, around them
+DISTANCES = (6.0, 10.0, 16.0)  # points: of a label from its point
+LEFT_BELOW = 1.25 * pi
+UNIT_LETTERS = str.maketrans({"·": "_", "/": "_", "µ": "u"})  # units as the names of quantities write them
+AXIS_NAMES = {
+    "size": "size (radius of the cam)",
+    "velocity": "velocity (largest)",
+    "acceleration": "acceleration (largest)",
+    "jerk": "jerk (largest)",
+    "acceleration_rms": "acceleration rms (root mean square)",
+    "jerk_rms": "jerk rms (root mean square)",
+    "residual_vibration": "residual vibration (in a dwell)",
+    "lost_lift_area": "lost lift area (of the highest lift all round)",
+}
+"""Words for terms, which begin with the name that tables have for them."""
+
+
+def draw_in(axes: Any, found: Frontier) -> None:
+    """Draw a frontier: its first axis up, the second to the right, a third as colours."""
+    labels = _draw_frontier(axes, _as_shown(found))
+    axes.legend()
+    settle(axes.figure, labels)
+
+
+def _draw_frontier(axes: Any, found: Frontier) -> list[Label]:
+    """The frontier, the known laws, and what no motion can reach; the labels to settle."""
+    (_cloud if len(found.axes) == 3 else _curve)(axes.figure, axes, found)
+    labels = list(_known(axes, found))
+    axes.set(xlabel=_label(found, found.axes[1]), ylabel=_label(found, found.axes[0]))
+    dress(axes)
+    _frame(axes, found)
+    _excluded(axes, found)
+    return labels
+
+
+def draw(found: Frontier, path: Target = None) -> "Figure":
+    """Draw a frontier on a figure of its own."""
+    found = _as_shown(found)
+    with canvas(path, (10.5, 7.0), layout="constrained") as figure:
+        axes = figure.subplots()
+        title = f"{found.scene.name}: the trade-off with free motion laws"
+        axes.set_title(title, loc="left", fontsize=PAGE_TITLE, weight="bold")
+        labels = _draw_frontier(axes, found)
+        figure.legend(loc="outside lower center", ncols=2)
+        settle(figure, labels)
+    return figure
+
+
+def _label(found: Frontier, axis: str) -> str:
+    """What an axis shows, with its unit."""
+    unit = unit_of(axis, found.scene)
+    words = AXIS_NAMES.get(axis) or axis.removesuffix(f"_{unit.translate(UNIT_LETTERS)}").replace("_", " ")
+    return f"{words}, {shown_unit(unit)}" if unit else words
+
+
+def _as_shown(found: Frontier) -> Frontier:
+    """The frontier with the values of its axes in the units in which they are shown."""
+    units = found.units
+
+    def converted(row: Mapping[str, Any]) -> Any:
+        known = {name: unit for name, unit in units.items() if row.get(name) is not None}
+        return {**row, **{name: shown(row[name], unit) for name, unit in known.items()}}
+
+    least = {axis: tuple(end and shown(end, units[axis]) for end in ends) for axis, ends in found.least.items()}
+    rows, known = ([converted(row) for row in each] for each in (found.rows, found.known))
+    return replace(found, rows=rows, known=known, least=cast("dict[str, tuple[float, float | None]]", least))
+
+
+def _curve(figure: Any, axes: Any, found: Frontier) -> None:
+    """Two axes: the front as a curve."""
+    up, across = found.axes
+    rows = sorted(found.rows, key=lambda row: float(row[across]))
+    axes.plot(
+        *([row[axis] for row in rows] for axis in (across, up)),
+        "-o",
+        color=FREE_COLOUR,
+        lw=1.8,
+        ms=4,
+        label=_free(found),
+        zorder=4,
+    )
+
+
+def _free(found: Frontier) -> str:
+    """The description of the new laws, by how they were found."""
+    words = "free laws, proved to meet every limit"
+    return f"{words}; local optima" if found.local else words
+
+
+def _excluded(axes: Any, found: Frontier) -> None:
+    """The values that no motion can reach: a rectangle for each bound, and the outline of all."""
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    corners = [(min(a, right), min(b, top)) for a, b in found.excluded if a > left and b > bottom]
+    if not corners:
+        return
+    x = [left, *(a for a, _ in corners)]
+    y = [b for _, b in corners]
+    axes.stairs(y, x, baseline=bottom, fill=True, color=ALARM, alpha=0.07, lw=0, zorder=1)
+    outline = [point for b, a, c in zip(y, x, x[1:], strict=False) for point in ((a, b), (c, b))]
+    outline = outline[int(y[0] == top) :]  # the edge of the picture is no bound
+    outline += [] if corners[-1][0] == right else [(corners[-1][0], bottom)]
+    axes.plot(
+        *zip(*outline, strict=True),
+        label="no motion within the other limits reaches the shaded region",
+        zorder=3,
+        **LIMIT,
+    )
+
+
+def _cloud(figure: Any, axes: Any, found: Frontier) -> None:
+    """Three axes: the front as points, the third axis as their colour."""
+    up, across, third = found.axes
+    x, y, z = (np.array([row[axis] for row in found.rows]) for axis in (across, up, third))
+    norm = "log" if z.min() > 0.0 and z.max() > LOG_RATIO * z.min() else "linear"
+    points = axes.scatter(x, y, c=z, cmap="viridis", norm=norm, s=26, zorder=4, label=_free(found))
+    bar = figure.colorbar(points, ax=axes, label=_label(found, third), pad=0.01, format="{x:.3g}")
+    bar.ax.yaxis.set_minor_formatter("{x:.3g}")
+
+
+def _shown(found: Frontier) -> list[dict[str, Any]]:
+    """The known laws that are within the picture."""
+    up, across = found.axes[:2]
+    return [row for row in found.known if not isinf(row[across]) and not isinf(row[up])]
+
+
+def _known(axes: Any, found: Frontier) -> list[Label]:
+    """The known laws as points, hollow if they exceed other limits; their names."""
+    up, across = found.axes[:2]
+    words = {True: "known laws, each on its smallest cam", False: "known laws that break another limit"}
+    labels = []
+    for within, label in words.items():
+        rows = [row for row in _shown(found) if row["within"] == within]
+        points = [(row[across], row[up]) for row in rows]
+        if points:
+            face = MUTED if within else "white"
+            axes.scatter(*zip(*points, strict=True), s=34, zorder=5, label=label, facecolor=face, edgecolor=MUTED)
+        for row, point in zip(rows, points, strict=True):
+            laws = joined_laws(row["law_rise"], row["law_return"])
+            style = {"fontsize": TEXT, "color": INK, "zorder": 6}
+            labels.append(Label(axes, laws, point, around(DISTANCES, LEFT_BELOW), style))
+    return labels
+
+
+def _frame(axes: Any, found: Frontier) -> None:
+    """Limits round all points, and round the least value of any motion if it is near them."""
+    up, across = found.axes[:2]
+    for axis, name in ((axes.set_xlim, across), (axes.set_ylim, up)):
+        values = [float(row[name]) for row in (*found.rows, *_shown(found))]
+        low, high = min(values), max(values)
+        span = (high - low) or abs(high) or 1.0
+        least = found.least[name][1]
+        low = min(low, least) if least is not None and least > low - span else low
+        axis(low - AXES_MARGIN * span, high + AXES_MARGIN * span)

@@ -1,0 +1,206 @@
+"""The picture of motion errors: worst case and root sum square over the turn, the worst cam, what contributes.
+
+The picture of a batch of cams: how many have which largest errors and which quantities of limits.
+"""
+
+from math import ceil
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from camopt.core.quantities import QUANTITIES
+from camopt.core.quantities.unit_systems import shown, shown_unit
+from camopt.model.effects.answers import ORDERS
+from camopt.model.effects.motion import scale
+from camopt.scene.problem.problem import resolve_design
+from camopt.show.drawing.style import (
+    ALARM,
+    INK,
+    LIMIT,
+    MUTED,
+    ON_WHITE,
+    PAGE_TITLE,
+    SERIES,
+    Figure,
+    Target,
+    canvas,
+    dress,
+)
+from camopt.solve.tables.cells import number, suffix_of
+from camopt.solve.tolerances.errors import off_of
+from camopt.solve.tolerances.real_cam import RealCam
+from camopt.solve.tolerances.turn import BAND, NAMES, TurnErrors, band_ends, worst, worst_ends
+
+if TYPE_CHECKING:
+    from camopt.solve.tolerances.batch import Batch
+    from camopt.solve.tolerances.tolerance import MotionError, MotionErrors
+
+LIGHT, DARK = "#d9e6f2", "#9fc0dd"
+PLACES = 1441
+"""On the worst cam, where its error is drawn."""
+
+
+def draw(what: Any, path: Target = None) -> "Figure":
+    """Draw the errors of the motion by tolerances, or of a batch of cams."""
+    return _draw_batch(what, path) if hasattr(what, "samples") else _draw_errors(what, path)
+
+
+def _draw_errors(what: "MotionErrors", path: Target = None) -> "Figure":
+    """Draw the errors of displacement, velocity and acceleration over the turn, and the share of each tolerance."""
+    turn = TurnErrors(what.scene, resolve_design(what.scene))
+    with canvas(path, (12.5, 9.0), layout="constrained") as figure:
+        title = f"{what.scene.name}: errors of the motion by its tolerances"
+        figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
+        panels = figure.subplots(ORDERS, 2, width_ratios=[2.2, 1.0])
+        keys = sorted(what.errors[0].shares, key=what.errors[0].shares.__getitem__)
+        for order, error in enumerate(what.errors):
+            _over_turn(panels[order, 0], turn, order, error)
+            _worst_cam(panels[order, 0], turn, order, what)
+            _tornado(panels[order, 1], keys, error)
+        panels[-1, 0].set_xlabel("cam angle, deg")
+        handles, labels = panels[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower left", ncols=4)
+    return figure
+
+
+def draw_in(axes: Any, what: "MotionErrors") -> None:
+    """Draw the error of displacement over the turn."""
+    turn = TurnErrors(what.scene, resolve_design(what.scene))
+    _over_turn(axes, turn, 0, what.errors[0])
+    _worst_cam(axes, turn, 0, what)
+    axes.set_xlabel("cam angle, deg")
+    axes.legend()
+
+
+def _over_turn(axes: Any, turn: TurnErrors, order: int, error: "MotionError") -> None:
+    """The range of an error at each cam angle."""
+    angles, unit = np.degrees(turn.nodes), shown(scale(turn.problem.setup, order), error.unit)
+    axes.set_title(f"{NAMES[order].capitalize()} error, {shown_unit(error.unit)}", loc="left")
+    axes.set(xlim=(0.0, 360.0), xticks=np.arange(0, 361, 60))
+    bounded = bool(np.isfinite(worst(turn.sampled, order)).all())
+    if not turn.sampled:
+        axes.text(0.5, 0.5, "no tolerance moves the tool", transform=axes.transAxes, ha="center", color=MUTED)
+    elif bounded:
+        bands = (
+            (worst_ends(turn.sampled, order), LIGHT, "worst case"),
+            (band_ends(turn.sampled, order), DARK, BAND),
+        )
+        for ends, colour, label in sorted(bands, key=lambda band: -band[0].magnitude.max()):  # the wider behind
+            axes.fill_between(angles, unit * ends.lower, unit * ends.upper, color=colour, lw=0, label=label)
+        if error.at_deg is not None:
+            axes.axvline(error.at_deg, color=MUTED, lw=0.8, ls=":", label="where the worst case is largest")
+    if np.isinf(error.worst) and bounded:
+        where = f"between jumps; infinite at {turn.impulses_said(order)}"
+        axes.set_title(where, loc="right", color=MUTED, fontsize="small", fontweight="normal")
+    elif np.isinf(error.worst):
+        keys = [key for key, at in turn.unbounded(order).items() if at is None]
+        waves = "the profile's error may have any slope:\ntolerances.waves is not given"
+        said = waves if "profile" in keys else f"no bound: {', '.join(keys)}"
+        axes.text(0.5, 0.5, said, transform=axes.transAxes, ha="center", va="center", color=MUTED)
+    if not bounded:
+        axes.set_yticks([])
+    dress(axes)
+
+
+def _worst_cam(axes: Any, turn: TurnErrors, order: int, what: "MotionErrors") -> None:
+    """The error of the cam whose displacement is the furthest off, by exact contact."""
+    if turn.problem.setup.mechanism.further and turn.problem.setup.train is not None:
+        return  # what both contacts do is known of the follower alone
+    places = np.union1d(turn.nodes, np.linspace(0.0, turn.nodes[-1], PLACES))
+    off = off_of(what.worst_case.errors, places.size)
+    cams, unit = RealCam(turn.problem, 0), shown(scale(turn.problem.setup, order), what.errors[order].unit)
+    with np.errstate(all="ignore"):
+        angles = cams.within(cams.angle(off, places))
+        values = unit * cams.errors(off, places, order)
+    if not np.isfinite(worst(turn.sampled, order)).all():
+        return
+    ends, first = axes.get_ylim(), np.argsort(angles, kind="stable")
+    axes.plot(np.degrees(angles[first]), values[first], color=ALARM, lw=1.0, label="the worst cam of displacement")
+    axes.set_ylim(ends)
+
+
+def _tornado(axes: Any, keys: list[str], error: "MotionError") -> None:
+    """What each tolerance contributes to the worst case, from below, in the order of all panels."""
+    values = shown(np.array([error.shares[key] for key in keys]), error.unit)
+    axes.set_title(
+        f"Worst case, {shown_unit(error.unit)}" if np.isfinite(error.worst) else "Worst case: infinite", loc="left"
+    )
+    axes.set_yticks(range(len(keys)), labels=[key.removeprefix("follower.").replace("_", " ") for key in keys])
+    axes.set_ylim(-0.8, max(len(keys), 4) - 0.2)
+    if np.isfinite(values).all():
+        axes.barh(range(len(keys)), values, color=SERIES[0], height=0.6, zorder=3)
+        for place, value in enumerate(values):
+            axes.text(value, place, f" {value:.3g}", va="center", ha="left")
+        axes.set_xlim(0.0, 1.25 * float(values.max(initial=0.0) or 1.0))
+        axes.locator_params(axis="x", nbins=4)
+    else:
+        axes.set_xlim(0.0, 1.0)
+        axes.set_xticks([])
+        for place, value in enumerate(values):
+            axes.text(0.02, place, "∞" if np.isinf(value) else f"{value:.3g}", va="center")
+    dress(axes)
+
+
+BINS, ACROSS = 60, 3
+BEYOND = 0.0005
+"""The share of the cams on either side that are beyond a histogram's range, in its outermost bins."""
+NEARLY_ALL = 0.9973
+SAME = 1e-9
+"""Relative: numbers that differ by less are the same."""
+
+
+def _draw_batch(what: "Batch", path: Target = None) -> "Figure":
+    """Draw a histogram of each error of the motion, and of the quantity of each limit, with what is allowed."""
+    columns = [(name, each) for name, each in what.samples.items() if "_off_" not in name]
+    bounds = what.bounds
+    rows = ceil(len(columns) / ACROSS)
+    with canvas(path, (12.5, 1.0 + 2.4 * rows), layout="constrained") as figure:
+        title = f"{what.scene.name}: {what.cams:,} cams drawn by the tolerances, {what.outside:,} of them outside"
+        figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
+        panels = figure.subplots(rows, ACROSS, squeeze=False).ravel()
+        for axes, (name, column) in zip(panels, columns, strict=False):
+            _histogram(axes, name, column, bounds.get(name))
+        for axes in panels[: len(columns) : ACROSS]:
+            axes.set_ylabel("cams")
+        for axes in panels[len(columns) :]:
+            axes.set_axis_off()
+        pairs = (zip(*axes.get_legend_handles_labels(), strict=True) for axes in panels)
+        handles = {label: handle for each in pairs for handle, label in each}
+        figure.legend(handles.values(), handles.keys(), loc="outside lower left", ncols=4)
+    return figure
+
+
+def _histogram(axes: Any, name: str, column: Any, bound: float | None) -> None:
+    """The cams by one of their numbers."""
+    values = shown(column.values[np.isfinite(column.values)], column.unit)
+    words = name.removesuffix(suffix_of(column.unit)).replace("_", " ").capitalize()
+    axes.set_title(f"{words}, {shown_unit(column.unit)}", loc="left")
+    low, high = np.quantile(values, [BEYOND, 1.0 - BEYOND]) if values.size else (0.0, 0.0)
+    if high - low <= SAME * max(abs(low), abs(high), SAME):
+        what = f"{number(float(high))} for all" if values.size else "none is put together"
+        axes.text(0.5, 0.5, what, transform=axes.transAxes, ha="center", va="center", color=MUTED)
+        axes.set(xticks=[], yticks=[])
+    else:
+        axes.hist(np.clip(values, low, high), BINS, range=(low, high), color=SERIES[0], zorder=3)
+        least = name in QUANTITIES and QUANTITIES[name].side < 0.0
+        share, label = (1.0 - NEARLY_ALL, "99.73 % are above") if least else (NEARLY_ALL, "99.73 % are below")
+        median, nearly_all = np.quantile(values, [0.5, share])
+        axes.axvline(median, color=INK, lw=1.0, label="half of the cams", zorder=4)
+        axes.axvline(nearly_all, color=MUTED, lw=1.0, ls=":", label=label, zorder=4)
+        axes.locator_params(axis="y", nbins=4, integer=True)
+    if bound is not None:
+        _limit(axes, shown(bound, column.unit), low, high)
+    axes.locator_params(axis="x", nbins=5)
+    dress(axes)
+
+
+def _limit(axes: Any, bound: float, low: float, high: float) -> None:
+    """A limit: a line where it is near the cams, else in words."""
+    if low - (high - low) < bound < high + (high - low):
+        axes.axvline(bound, **LIMIT, label="limit", zorder=5)
+    else:
+        said = number(float(bound))
+        place, side, words = (
+            (0.02, "left", f"← limit {said}") if bound < low else (0.98, "right", f"limit {said} →")
+        )
+        axes.text(place, 0.95, words, transform=axes.transAxes, ha=side, va="top", color=ALARM, **ON_WHITE)

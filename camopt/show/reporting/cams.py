@@ -1,0 +1,192 @@
+"""The page of one cam, or of a few side by side: turning, with diagrams, limits, sizes, effects and files."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+from camopt.core.mistakes import BadInput
+from camopt.core.quantities.unit_systems import shown, shown_unit
+from camopt.scene.oddities import no_wall
+from camopt.scene.problem.problem import Problem, resolve_design
+from camopt.scene.scene import Scene
+from camopt.show.drawing.figures import results_in_words, sizes_in_words
+from camopt.show.drawing.picture import Picture
+from camopt.show.exporting.export import export
+from camopt.show.reporting.cam import cam_of
+from camopt.show.reporting.page import data_url, rendered
+from camopt.show.reporting.sections import (
+    effects_sheet,
+    given_sheet,
+    limits_sheet,
+    motion_sheet,
+    quantities_sheet,
+    train_sheets,
+    verdict_line,
+)
+from camopt.show.reporting.tolerances import CAMS, has_tolerances, picture_of
+from camopt.solve.tables.result import Cell, Result, Table
+from camopt.solve.tolerances.batch import sample_cams
+from camopt.solve.tolerances.tolerance import tolerance
+from camopt.solve.verdicts.evaluation import Evaluation, evaluate_design
+
+MEDIA_TYPES = {".toml": "application/toml", ".csv": "text/csv", ".dxf": "image/vnd.dxf"}
+
+
+@dataclass(frozen=True)
+class ShownCam:
+    """One cam on a page, what it is called there, and a sentence about it for the head of the page."""
+
+    label: str
+    scene: Scene
+    told: str = ""
+    result: Result | None = None
+    """A result whose tables and sentences have a chapter of their own."""
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """Tables, or a text, under a heading that unfolds."""
+
+    title: str
+    tables: list[Table] = field(default_factory=list)
+    text: str = ""
+    open: bool = False
+    picture: str = ""
+    """A picture, as an address that holds it."""
+
+
+def cams_page(cams: Sequence[ShownCam], title: str = "", told: Sequence[str] = ()) -> str:
+    """The page of some cams: of one with its name as title, of several side by side at one scale.
+
+    ``told`` are sentences for the head of the page.
+    """
+    problems = [resolve_design(shown.scene) for shown in cams]
+    found = [evaluate_design(shown.scene, problem) for shown, problem in zip(cams, problems, strict=True)]
+    labels = [shown.label for shown in cams]
+    limits = [limits_sheet(each, problem) for each, problem in zip(found, problems, strict=True)]
+    several = len(cams) > 1
+    pictures = [Picture(shown.scene, problem) for shown, problem in zip(cams, problems, strict=True)]
+    words = [words_of(picture) for picture in pictures]
+    head = [*([] if several else words[0]), *told]
+    lines = [*_verdicts(cams, limits, labels), *_warnings(found, labels), *(Cell(text) for text in head)]
+    if any(picture.undercut for picture in pictures):
+        lines.append(Cell(UNDERCUT_NOTE))
+    titled = [replace(s, title=f"{label}: limits") for label, s in zip(labels, limits, strict=True)]
+    sections = [
+        Chapter("Quantities", [quantities_sheet(found, problems, labels if several else ["value"])], open=several),
+        *(each for shown, p in zip(cams, problems, strict=True) for each in chapters_of(shown, p, several=several)),
+    ]
+    files, why = _files(cams, several)
+    return rendered(
+        "cams",
+        title or cams[0].scene.name,
+        {"cams": [cam_of(picture) for picture in pictures], "labels": labels, "words": words},
+        lines=[*lines, *([Cell(f"No files for machines: the cam {why}.", "alarm")] if why else [])],
+        tables=titled if several else limits,
+        sections=sections,
+        downloads=files,
+        several=several,
+    )
+
+
+UNDERCUT_NOTE = "The follower is drawn on the profile in theory; what is thin of it is cut away."
+
+
+def _verdicts(cams: Sequence[ShownCam], limits: list[Table], labels: list[str]) -> list[Cell]:
+    lines = [verdict_line(sheet, shown.scene) for shown, sheet in zip(cams, limits, strict=True)]
+    if len(lines) == 1:
+        return lines
+    return [Cell(f"{label} — {line.text}", line.kind) for label, line in zip(labels, lines, strict=True)]
+
+
+def _warnings(found: Sequence[Evaluation], labels: list[str]) -> list[Cell]:
+    """What to know of cams unasked; of several with the name of each."""
+    told = [(label, text) for label, each in zip(labels, found, strict=True) for text in each.warnings]
+    return [
+        Cell(f"{label} — {text}." if len(labels) > 1 else f"{text[0].upper()}{text[1:]}.", "alarm")
+        for label, text in told
+    ]
+
+
+def words_of(picture: Picture) -> list[str]:
+    """The sizes and the first results of a cam, and if it has no wall about its bore."""
+    thin = [f"{each[0].upper()}{each[1:]}." for each in no_wall(picture.scene)]
+    return [sizes_in_words(picture), *([results_in_words(picture)] if picture.exists else []), *thin]
+
+
+def chapters_of(
+    shown: ShownCam, problem: Problem, *, several: bool = False, pictures: bool = True
+) -> list[Chapter]:
+    """What a scene gives, what it calls for, and what its tolerances do, with a picture if wanted."""
+    prefix = f"{shown.label}: " if several else ""
+    return [
+        *_of_result(shown.result, prefix),
+        Chapter(
+            _titled(prefix, "Sizes, materials and motion"),
+            [given_sheet(shown.scene), motion_sheet(shown.scene), *train_sheets(shown.scene)],
+        ),
+        Chapter(_titled(prefix, "Effects"), [effects_sheet(problem)]),
+        *_of_tolerances(shown.scene, problem, prefix, pictures),
+        Chapter(_titled(prefix, "Scene (TOML)"), text=shown.scene.to_toml()),
+    ]
+
+
+def _of_result(result: Result | None, prefix: str) -> list[Chapter]:
+    """The tables of a result, and its sentences below them."""
+    if result is None:
+        return []
+    sentences = [each for each in result.sections() if isinstance(each, str) and each]
+    tables = [*result.tables(), Table.of("In words", [""], [[each] for each in sentences])]
+    return [Chapter(_titled(prefix, "Result"), tables if sentences else tables[:-1], open=True)]
+
+
+def _of_tolerances(scene: Scene, problem: Problem, prefix: str, pictures: bool) -> list[Chapter]:
+    """How far the motion of a real cam may be off, and what is left of limits; nothing of a scene without them."""
+    if not has_tolerances(scene, problem):
+        return []
+    found = tolerance(scene)
+    picture = picture_of(found) if pictures and found.errors else ""
+    tables = [*found.tables(), *sample_cams(scene, CAMS).tables()]
+    return [Chapter(_titled(prefix, "Tolerances"), tables, picture=picture)]
+
+
+def _titled(prefix: str, title: str) -> str:
+    return f"{prefix}{title[0].lower()}{title[1:]}" if prefix else title
+
+
+def _files(cams: Sequence[ShownCam], several: bool) -> tuple[list[Any], str]:
+    files, reasons = [], []
+    for place, cam in enumerate(cams, start=1):
+        stem = re.sub(r"[^\w-]+", "-", cam.scene.name).strip("-")[:40] or "cam"
+        found, why = downloads_of(cam.scene, f"{stem}-{place}" if several else stem)
+        files += found
+        reasons += [why] if why else []
+    return files, "; ".join(dict.fromkeys(reasons))
+
+
+class Download(NamedTuple):
+    """A file inside the page."""
+
+    name: str
+    address: str
+    about: str
+
+
+def downloads_of(scene: Scene, stem: str) -> tuple[list[Download], str]:
+    """The files of a cam; of one that cannot be made the scene alone, and why."""
+    found, why = [], ""
+    with TemporaryDirectory() as folder:
+        for suffix, kind in MEDIA_TYPES.items():
+            path = Path(folder) / f"{stem}{suffix}"
+            try:
+                written = export(scene, path)
+            except BadInput as refused:
+                why = "; ".join(mistake.allowed for mistake in refused.mistakes)
+                continue
+            unit, of = shown_unit("mm"), written.curves.items()
+            within = [f"{name} within {shown(c.deviation_mm, 'mm'):.2g} {unit} (proved)" for name, c in of]
+            found.append(Download(path.name, data_url(path.read_bytes(), kind), "; ".join(within)))
+    return found, why

@@ -1,0 +1,71 @@
+"""Lists of the motion laws, of the keys of a scene and of the shipped scenes."""
+
+import tomllib
+from dataclasses import replace
+from itertools import groupby
+from typing import Any
+
+from camopt.model.motion import LAWS
+from camopt.model.motion.aliases import ALIASES
+from camopt.model.motion.law import joined_by
+from camopt.model.motion.programme import PEAKS, law_peaks, peaks_inside
+from camopt.scene.keys import KeyInWords, found_keys
+from camopt.scene.places import table_heading
+from camopt.scene.schema import TABLES
+from camopt.scene.sources import shipped_scenes, shipped_toml
+from camopt.solve.tables.result import ABOUT, Cell, Listing, Table, table_of
+
+SCALED = "By the cam angle, a stroke of lift h over an angle β (rad) has these peaks times h/β, h/β² and h/β³."
+
+
+def list_laws() -> Listing:
+    """The motion laws with what they join and the peaks of their unit stroke."""
+    records: list[dict[str, Any]] = [
+        {
+            "law": name,
+            "title": law.TITLE,
+            "joins": joined_by(law),
+            **law_peaks(law),
+            **{f"{peak}_inside": value for peak, value in peaks_inside(law).items()},
+            "source": law.SOURCE,
+            "aliases": list(ALIASES.get(name, ())),
+        }
+        for name, law in LAWS.items()
+    ]
+    names = ["law", "title", "joins", *PEAKS, "jumps"]
+    title = "Motion laws between dwells (stroke 1, angle 1); they join rest R, constant velocity G, reversal U"
+    jumping = [{**each, **{peak: each[f"{peak}_inside"] for peak in PEAKS}} for each in records if each["jumps"]]
+    other = [{"law": name, "other names": ", ".join(aliases)} for name, aliases in ALIASES.items()]
+    parts = (
+        replace(table_of(title, records, names), note=SCALED),
+        table_of("Inside the stroke, of those with a jump beside a dwell", jumping, names[:-1]),
+        table_of("Other names that scenes may use", other, ["law", "other names"]),
+    )
+    return Listing(records, parts)
+
+
+KEY_HEADS: list[Cell | str] = ["key", "unit", "allowed", "if not given", Cell("what it is", ABOUT)]
+
+
+def list_keys(name: str | None) -> Listing:
+    """The keys of a table or of all, table by table."""
+    keys = found_keys(name)
+    return Listing(keys, tuple(_key_table(table, [*each]) for table, each in groupby(keys, lambda key: key.table)))
+
+
+def _key_table(table: str, keys: list[KeyInWords]) -> Table:
+    """The keys of one table."""
+    what = (TABLES[table].__doc__ or "").split("\n")[0]
+    return Table.of(f"{table_heading(table)}  {what}" if table else "At the top", KEY_HEADS, map(_key_row, keys))
+
+
+def _key_row(key: KeyInWords) -> list[Cell | str]:
+    """A key as a row."""
+    default = "needed" if key.needed else str(key.default).lower() if isinstance(key.default, bool) else key.default
+    return [key.key, key.unit, key.allowed, "" if default is None else str(default), Cell(key.sentence, ABOUT)]
+
+
+def list_scenes() -> Listing:
+    """The shipped scenes with their titles."""
+    records = [{"name": each, "title": tomllib.loads(shipped_toml(each))["name"]} for each in shipped_scenes()]
+    return Listing(records, (table_of("Shipped scenes", records, ["name", "title"]),))

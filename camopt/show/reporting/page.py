@@ -1,0 +1,85 @@
+"""The page as text: templates filled, style and program inside, nothing from anywhere else.
+
+What is filled in is escaped (Jinja), data are JSON that closes no element, and a content security policy lets the
+browser run this one program and fetch nothing: a name in a scene stays text.
+"""
+
+import json
+import zlib
+from base64 import b64encode
+from collections.abc import Mapping
+from functools import cache
+from hashlib import sha256
+from importlib.resources import files
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from camopt.core.storage.version import VERSION
+from camopt.solve.tables.html import html_table
+from camopt.solve.tables.result import Table
+
+TURNING = ("geometry", "drawing", "cam", "diagrams", "player", "theme", "printing")
+PROGRAMS = {
+    "cams": (*TURNING, "cams_page", "start"),
+    "results": (*TURNING, "rows", "scatter", "parallel", "tables", "grid", "results_page", "start"),
+    "serve": (*TURNING, "tables", "controls", "asking", "serve_page", "start"),
+}
+"""The parts of the program of each kind of page, in the order in which they need each other."""
+
+
+def rendered(kind: str, title: str, data: Mapping[str, Any], **more: Any) -> str:
+    """A page of one of the kinds of ``PROGRAMS``: its title, the data of its program, what its template shows."""
+    style, script = _asset("page.css"), "\n".join(_asset(f"{part}.js") for part in PROGRAMS[kind])
+    text = json.dumps({"page": kind, **data}, allow_nan=False, ensure_ascii=True, separators=(",", ":"))
+    for sign in "<>&":  # or the text could close its element, or open another
+        text = text.replace(sign, f"\\u{ord(sign):04x}")
+    return str(
+        _templates()
+        .get_template(f"{kind}.html")
+        .render(
+            title=title,
+            version=VERSION,
+            style=Markup(style),
+            script=Markup(script),
+            style_hash=Markup(_hash(style)),
+            script_hash=Markup(_hash(script)),
+            data=Markup(text),
+            **more,
+        )
+    )
+
+
+@cache
+def _templates() -> Any:
+    made = Environment(
+        loader=PackageLoader("camopt.show.reporting"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    made.globals["html_table"] = _whole_table
+    return made
+
+
+def _whole_table(table: Table | Mapping[str, Any]) -> Any:
+    """A table as HTML, all rows of it; or one as an answer to a page has it, a mapping."""
+    whole = table if isinstance(table, Table) else Table(**table)
+    return Markup(html_table(whole, len(whole.rows)))
+
+
+@cache
+def _asset(name: str) -> str:
+    return (files("camopt.show.reporting") / "assets" / name).read_text(encoding="utf-8")
+
+
+def _hash(text: str) -> str:
+    return f"sha256-{b64encode(sha256(text.encode()).digest()).decode()}"
+
+
+def deflated(data: bytes) -> str:
+    """Bytes as a page holds them: deflated, in base64."""
+    return b64encode(zlib.compress(data, 9)).decode()
+
+
+def data_url(data: bytes, kind: str) -> str:
+    """A file inside the page, as an address."""
+    return f"data:{kind};base64,{b64encode(data).decode()}"

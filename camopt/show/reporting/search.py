@@ -1,0 +1,96 @@
+"""The search for the smallest cam in a process of its own: the page goes on meanwhile, and may call it off."""
+
+import os
+import signal
+from collections.abc import Mapping
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from threading import Lock, Thread
+from typing import Any
+
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.scene.scene import Scene
+from camopt.solve.smallest.optimise import optimise
+
+TIME_LIMIT = 60.0
+
+
+def found_by(scene: Scene, seconds: float = TIME_LIMIT) -> dict[str, Any]:
+    """The scene of the smallest cam and a sentence about it; or why there is none, as ``why``."""
+    try:
+        result = optimise(scene, seconds=seconds)
+    except BadInput as refused:
+        return {"why": "; ".join(f"{each.key}: {each.allowed}" for each in refused.mistakes)}
+    if result.best is None:
+        laws = "; ".join(f"{law}: {why}" for law, why in result.obstacles.items())
+        return {"why": f"no cam meets all limits. In the way are {laws}"}
+    best = result.best
+    proof = "proved" if best["proved"] else f"a cam smaller by up to {best['gap_mm']:.3g} mm may exist"
+    binding = ", ".join(name.replace("_", " ") for name in best["binding"])
+    held = f"; held by {binding}" if binding else ""
+    return {"scene": best.scene.to_dict(), "told": f"The smallest cam: {proof}{held}."}
+
+
+def end_with_parent() -> None:
+    """Have this process end when the one that started it does, however that ends."""
+    parent = parent_process()
+    assert parent is not None
+
+    def wait() -> None:
+        parent.join()
+        os._exit(1)
+
+    Thread(target=wait, daemon=True).start()
+
+
+def _work(tables: Mapping[str, Any], file: str, out: Connection) -> None:
+    """What the process does. An interrupt of the terminal is for the server, which ends it."""
+    end_with_parent()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        out.send(found_by(Scene.from_dict(dict(tables), file)))
+    except Exception as fault:
+        out.send({"why": f"the search failed: {type(fault).__name__}: {fault}"})
+
+
+class Background:
+    """At most one search at a time."""
+
+    def __init__(self) -> None:
+        self.lock = Lock()
+        self.process: BaseProcess | None = None
+
+    def run(self, scene: Scene) -> dict[str, Any]:
+        """What ``found_by`` finds, in time; ``why`` if it is called off.
+
+        Raises
+        ------
+        BadInput
+            If another search is under way.
+        """
+        context = get_context("spawn")
+        with self.lock:
+            if self.process is not None:
+                raise BadInput([Mistake("page", "smallest", None, "another search is under way", bare=True)])
+            ours, theirs = context.Pipe(duplex=False)
+            process = context.Process(target=_work, args=(scene.to_dict(), scene.file, theirs), daemon=True)
+            process.start()
+            theirs.close()
+            self.process = process
+        try:
+            found: dict[str, Any] = ours.recv()
+            return found
+        except EOFError:
+            return {"why": "it ended without an answer" if self.process is process else "called off"}
+        finally:
+            ours.close()
+            self.stop()
+
+    def stop(self) -> None:
+        """End the search, if there is one."""
+        with self.lock:
+            process, self.process = self.process, None
+        if process is not None:
+            process.terminate()
+            process.join()

@@ -1,0 +1,352 @@
+"""The views of a cylindrical cam: groove or rib developed at the mean radius, its section, the hole for the shaft.
+
+The groove (rib) is drawn over one turn, with cam angle 0 on the left: as seen from outside where the cam turns
+clockwise (as seen from above, where the lift goes), else from inside. Its middle is in the middle of the
+cylinder's length. The section goes through the axis, at the cam angles of the keyway and opposite to it; the
+groove (rib) is as wide in it as its flanks at the mean radius are apart along the axis.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from math import degrees, pi
+from typing import Any
+
+import numpy as np
+from shapely import LineString, box, union_all
+
+from camopt.core.numerics import ComplexArray
+from camopt.scene.part import Part
+from camopt.show.sheet import symbols
+from camopt.show.sheet.cam import POINT_STEP, TrueCam
+from camopt.show.sheet.dimensions import (
+    ARROW,
+    CELL,
+    DATUM_REACH,
+    FIRST_LEVEL,
+    LEVEL_STEP,
+    OVER_LINE,
+    ROOM,
+    STEM,
+    arrow,
+    datum_at,
+    distance,
+)
+from camopt.show.sheet.marks import (
+    CHAIN,
+    DOUBLE_CHAIN,
+    LARGE,
+    MEDIUM,
+    THICK,
+    Line,
+    Marks,
+    Pen,
+    Words,
+    box_of,
+    line,
+    moved,
+    rectangle,
+    said,
+    width_of,
+)
+from camopt.show.sheet.section import Gap, hatching, mouth, outlines
+from camopt.show.sheet.sizes import (
+    after_size,
+    bore_said,
+    hole_outline,
+    keyway_depth_said,
+    keyway_width_said,
+    width_said,
+)
+from camopt.solve.contour.curve import cylinder_ends, groove_heights
+from camopt.solve.contour.hole import keyway_turn
+
+BESIDE_GROOVE = 0.15  # of the height of the groove: what is drawn beside it where the length is not given
+VIEW_GAP = 12.0  # mm: one view from the next
+LEADER = 12.0  # mm: from a frame back to where its leader ends
+
+
+def _heights_at(x: float, line: ComplexArray) -> ComplexArray:
+    """The heights at which a line passes a vertical."""
+    beside, y = line.real - x, line.imag
+    before = np.flatnonzero((beside[:-1] < 0.0) != (beside[1:] < 0.0))
+    share = beside[before] / (beside[before] - beside[before + 1])
+    return np.asarray(y[before] + share * (y[before + 1] - y[before]))
+
+
+@dataclass(frozen=True)
+class DevelopedView:
+    """A cylindrical cam; lengths in mm on the paper, at a scale."""
+
+    cam: TrueCam
+    scale: float
+
+    @property
+    def part(self) -> Part:
+        return self.cam.part
+
+    @property
+    def mean(self) -> float:
+        return self.cam.size * self.scale
+
+    @property
+    def around(self) -> float:
+        return 2 * pi * self.mean
+
+    @cached_property
+    def pitch(self) -> ComplexArray:
+        """The path of the roller's centre, or of the trace point of another tip, developed."""
+        return self.cam.trace * self.scale
+
+    @cached_property
+    def ends(self) -> tuple[float, float]:
+        """From where to where the cylinder is, along its axis."""
+        low, high = groove_heights(self.cam.problem)
+        shown = (1.0 + 2 * BESIDE_GROOVE) * (high - low + 2 * self.cam.roller)
+        bottom, top = cylinder_ends(self.cam.problem, self.part.thickness or shown)
+        return bottom * self.scale, top * self.scale
+
+    def groove(self) -> Marks:
+        """The developed cylinder from its lower left corner at x = 0."""
+        bottom, top = self.ends
+        marks: Marks = [rectangle(1j * bottom, complex(self.around, top), THICK)]
+        marks += self._on_face(self._curves("profile"), THICK)
+        marks += self._on_face(self._curves("pitch"), DOUBLE_CHAIN)
+        for name, begin, end in self.cam.segments:
+            x = begin * self.mean
+            marks += [
+                *self._stroke(name, begin, end),
+                line(complex(x, top + 1.0), complex(x, top + FIRST_LEVEL + 4.0)),
+            ]
+            marks += [line(complex(x, bottom), complex(x, top), pen=CHAIN)] if x else []
+        marks.append(line(complex(self.around, top + 1.0), complex(self.around, top + FIRST_LEVEL + 4.0)))
+        return [*marks, *self._lengths(), *self._sense()]
+
+    def _stroke(self, name: str, begin: float, end: float) -> Marks:
+        """The follower's motion over cam angles (rad), written above the cylinder."""
+        x, to, foot = begin * self.mean, end * self.mean, self.ends[1] + FIRST_LEVEL + 2.0
+        beside = {LARGE: ROOM + ARROW, MEDIUM: ROOM}  # large letters reach down to the arrows
+        height = next((h for h, room in beside.items() if width_of(name, h) + 2 * room <= to - x), None)
+        if height is None:
+            at = complex((x + to + MEDIUM) / 2, foot + 3.0)
+            return [Words(at, name, MEDIUM, 0.0, pi / 2)]
+        ends = complex(x, foot), complex(to, foot)
+        heads = [arrow(ends[0], -1.0), arrow(ends[1], 1.0)] if to - x > 8.0 else []
+        return [line(*ends), *heads, Words(complex((x + to) / 2, foot + OVER_LINE), name, height, 0.5)]
+
+    def _curves(self, kind: str) -> list[ComplexArray]:
+        """The flanks, or the paths of rollers, over this turn, the one before and the one after."""
+        found = [curve.points * self.scale for name, curve in self.cam.curves.items() if kind in name]
+        return [np.concatenate([each - self.around, each, each + self.around]) for each in found]
+
+    def _on_face(self, curves: list[ComplexArray], pen: Pen) -> Iterator[Line]:
+        """Curves as far as they are on the cylinder."""
+        bottom, top = self.ends
+        face = box(0.0, bottom, self.around, top)
+        for curve in curves:
+            inside = LineString(np.column_stack([curve.real, curve.imag])).intersection(face)
+            for piece in getattr(inside, "geoms", [inside]):
+                if piece.geom_type == "LineString" and not piece.is_empty:
+                    x, y = np.asarray(piece.coords.xy)
+                    yield Line(x + 1j * y, pen)
+
+    def _lengths(self) -> Marks:
+        bottom, top = self.ends
+        foot, end = 1j * bottom, self.around + 1j * bottom
+        marks = distance(foot, end, 1.0, -FIRST_LEVEL, self._circumference)
+        if self.part.thickness:
+            marks += distance(end, end + 1j * (top - bottom), 1j, -FIRST_LEVEL, said(self.part.thickness))
+        return [*marks, *self._width()]
+
+    @property
+    def _circumference(self) -> str:
+        size = self.cam.size
+        return f"{said(2 * pi * size)} (2π · R{said(size)})"
+
+    def _width(self) -> Marks:
+        """The width of groove or rib at cam angle 0, and how far its middle is from the lower face."""
+        start, bottom, half = self._start, 1j * self.ends[0], self._half
+        text = said(2 * half / self.scale) if self.cam.ribbed else width_said(self.cam)
+        marks = distance(start - 1j * half, start + 1j * half, 1j, FIRST_LEVEL, text)
+        if self.part.thickness:
+            far = said(abs(start - bottom) / self.scale)
+            marks += distance(bottom, start, 1j, FIRST_LEVEL + LEVEL_STEP, far)
+        if datum := symbols.datums_of(self.part, self.is_cut).face:
+            marks += datum_at(bottom - FIRST_LEVEL - LEVEL_STEP / 2, -1j, STEM, datum)
+        return marks
+
+    @property
+    def _start(self) -> complex:
+        """The middle of groove or rib at cam angle 0."""
+        return 1j * (sum(self._gap(0.0)) / 2 if self.cam.ribbed else float(self.pitch[0].imag))
+
+    @property
+    def _half(self) -> float:
+        """Half of the width there: across a groove, along the axis of a rib."""
+        low, high = self._gap(0.0)
+        return (high - low) / 2 if self.cam.ribbed else self.cam.problem.half_width * self.scale
+
+    def _sense(self) -> Marks:
+        """The direction of motion of the surface and other texts, below it."""
+        bottom, _ = self.ends
+        tip = complex(self.around * 0.02, bottom - FIRST_LEVEL - 8.0)
+        words = self.cam.say("the surface moves")
+        marks: Marks = [line(tip + 15.0, tip + symbols.MOTION[0], pen=THICK), arrow(tip, -1.0, *symbols.MOTION)]
+        marks.append(Words(tip + complex(17.0, -MEDIUM / 2), words, MEDIUM))
+        return [*marks, *self._surface(complex(self.around, bottom - FIRST_LEVEL - 2.0))]
+
+    def _surface(self, right: complex) -> Marks:
+        """Tolerance and roughness of the flanks, with a leader to one of them."""
+        part = self.part
+        frame = symbols.surface(part, symbols.datums_of(part, self.is_cut))
+        if not frame:
+            return []
+        corner = right - box_of(frame).high
+        end = self.around / 2 + width_of(self._circumference, LARGE) / 2 + ROOM  # where that ends, if it has room
+        corner += max(0.0, end + LEADER - corner.real) if end <= self.around else 0.0
+        place = int(np.argmin(np.abs(self.pitch.real - (corner.real - LEADER))))
+        low = self.pitch.real[place] + 1j * self._lowest(float(self.pitch.real[place]))
+        shelf = corner + 0.5j * CELL
+        knee = shelf - 4.0
+        towards = (low - knee) / abs(low - knee)
+        return [*moved(frame, corner), line(shelf, knee, low), arrow(low, towards)]
+
+    def _lowest(self, x: float) -> float:
+        """The lower edge of the groove at a place of the circumference."""
+        flanks = np.concatenate(self._curves("profile"))
+        near = np.abs(flanks.real - x) <= POINT_STEP * self.mean
+        return float(flanks.imag[near].min())
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether the sizes of a section are known."""
+        return bool(self.part.thickness and self.cam.flank_height)
+
+    @property
+    def _depth(self) -> float:
+        """Of the groove, or height of the rib."""
+        return (self.cam.flank_height or 0.0) * self.scale
+
+    @property
+    def outer(self) -> float:
+        return self.mean + self._depth / 2
+
+    @property
+    def _round(self) -> float:
+        """The radius of the cylinder itself, without a rib."""
+        return self.outer - self._depth if self.cam.ribbed else self.outer
+
+    @property
+    def _outer_said(self) -> str:
+        return f"Ø{said(2 * self.outer / self.scale)}{after_size(self.part.outer_fit)}"
+
+    def body(self) -> Marks:
+        """Section and hole side by side, if the scene gives their sizes."""
+        section = self.section() if self.is_cut else []
+        hole = self.hole() if self.part.bore else []
+        shift = box_of(section).high.real + VIEW_GAP - box_of(hole).low.real if section and hole else 0.0
+        return [*section, *moved(hole, shift)]
+
+    def section(self) -> Marks:
+        """Through the axis, which is at y = 0; the lower end of the developed view on the left."""
+        length, solid = (self.part.thickness or 0.0) * self.scale, self._solid()
+        marks: Marks = [*outlines(solid), *hatching(solid), line(-4.0 + 0j, length + 4.0 + 0j, pen=CHAIN)]
+        round_ = self._round
+        marks += [line(-1j * round_ + x, 1j * round_ + x, pen=THICK) for x in (0.0, length)]
+        marks += [*mouth(self.part, self.scale, length), *self._rib_behind()]
+        radius = (self.part.bore or 0.0) / 2 * self.scale
+        marks += [line(complex(0.0, side * round_), complex(length, side * round_), pen=THICK) for side in (-1, 1)]
+        low, beyond = -1j * round_, self.outer - round_ + FIRST_LEVEL
+        marks += distance(low, low + length, 1.0, -beyond, said(self.part.thickness or 0.0))
+        marks += self._diameters()
+        if radius:
+            marks += distance(length - 1j * radius, length + 1j * radius, 1j, -FIRST_LEVEL, bore_said(self.part))
+        marks += self._cut_angles()
+        corner, far = complex(self._cut_grooves[0][1], self.outer), length + FIRST_LEVEL + LEVEL_STEP * bool(radius)
+        ends = corner - 1j * self._depth, complex(length, self.outer)
+        ends = (ends[1] - 1j * self._depth, corner) if self.cam.ribbed else ends
+        marks += distance(*ends, 1j, ends[0].real - far, said(self._depth / self.scale))
+        if datum := symbols.datums_of(self.part, self.is_cut).bore:
+            marks += datum_at(complex(length + FIRST_LEVEL, -radius), -1j, STEM, datum)
+        return marks
+
+    def _diameters(self) -> Marks:
+        """The outer diameter, and that of the cylinder below a rib."""
+        if not self.cam.ribbed:
+            return distance(-1j * self.outer, 1j * self.outer, 1j, FIRST_LEVEL, self._outer_said)
+        above, below = self._cut_grooves
+        foot = self._round
+        marks = distance(-1j * foot, 1j * foot, 1j, FIRST_LEVEL, f"Ø{said(2 * foot / self.scale)}")
+        ends = complex(below[0], -self.outer), complex(above[0], self.outer)
+        return [*marks, *distance(*ends, 1j, ends[0].real + FIRST_LEVEL + LEVEL_STEP, self._outer_said)]
+
+    def _rib_behind(self) -> Iterator[Line]:
+        """The edges of a rib behind the section, as far as they are beyond the cylinder."""
+        if not self.cam.ribbed:
+            return
+        first, _ = self._cut_turns
+        for flank in self._curves("profile"):
+            turned = flank.real / self.mean - first
+            level = self.outer * np.cos(turned)
+            seen = (self.cam.sense * np.sin(turned) >= 0.0) & (np.abs(level) >= self._round) & (np.abs(turned) < pi)
+            for piece in np.split(np.flatnonzero(seen), np.flatnonzero(np.diff(np.flatnonzero(seen)) > 1) + 1):
+                if piece.size > 1:
+                    yield Line(flank.imag[piece] - self.ends[0] + 1j * level[piece], THICK)
+
+    def _cut_angles(self) -> Iterator[Words]:
+        """The cam angles of the section, over its upper groove and below the length under the lower one."""
+        feet = self.outer + ROOM, -self.outer - FIRST_LEVEL - ROOM - MEDIUM
+        for gap, turn, foot in zip(self._cut_grooves, self._cut_turns, feet, strict=True):
+            text = f"{said(degrees(turn % (2 * pi)))}°"
+            yield Words(complex(sum(gap) / 2, foot), text, MEDIUM, 0.5)
+
+    @property
+    def _cut_turns(self) -> tuple[float, float]:
+        """The cam angles of the section, rad: in the direction of the keyway and opposite to it."""
+        first = self.cam.sense * (pi / 2 - keyway_turn(self.part))
+        return first, first + pi
+
+    @cached_property
+    def _cut_grooves(self) -> tuple[Gap, Gap]:
+        """From where to where the groove is along the axis, in the direction of the keyway and opposite to it."""
+        above, below = ((low - self.ends[0], high - self.ends[0]) for low, high in map(self._gap, self._cut_turns))
+        return above, below
+
+    def _gap(self, turn: float) -> Gap:
+        """The heights of both flanks at a cam angle (rad)."""
+        x = turn % (2 * pi) * self.mean
+        found = np.concatenate([_heights_at(x, flank) for flank in self._curves("profile")])
+        return float(found.min()), float(found.max())
+
+    def _solid(self) -> Any:
+        """The cut material, as a shape of shapely."""
+        length, depth, round_ = (self.part.thickness or 0.0) * self.scale, self._depth, self._round
+        radius = (self.part.bore or 0.0) / 2 * self.scale
+        key = (self.part.keyway_depth or 0.0) * self.scale
+        above, below = self._cut_grooves
+        body = box(0.0, -round_, length, round_)
+        beyond = 0.0 if self.cam.ribbed else 1.0
+        cut = union_all(
+            [
+                box(above[0], self.outer - depth, above[1], self.outer + beyond),
+                box(below[0], -self.outer - beyond, below[1], depth - self.outer),
+            ]
+        )
+        whole = body.union(cut) if self.cam.ribbed else body.difference(cut)
+        return whole.difference(box(-1.0, -radius, length + 1.0, radius + key)) if radius else whole
+
+    def hole(self) -> Marks:
+        """The bore with its keyway, above, as seen along the axis."""
+        part, radius = self.part, (self.part.bore or 0.0) / 2 * self.scale
+        marks: Marks = [Line(hole_outline(part, pi / 2) * self.scale, THICK)]
+        over = radius + 4.0
+        marks += [line(-over * along, over * along, pen=CHAIN) for along in (1.0, 1j)]
+        if not self.is_cut:
+            marks += distance(1j * radius, -1j * radius, -1j, radius + FIRST_LEVEL, bore_said(part))
+        if part.keyway_width and part.keyway_depth:
+            half, top = part.keyway_width / 2 * self.scale, radius + part.keyway_depth * self.scale
+            width, datum = keyway_width_said(part), symbols.datums_of(part, self.is_cut).keyway
+            marks += distance(complex(-half, top), complex(half, top), 1.0, FIRST_LEVEL, width, datum)
+            aside = max(radius + FIRST_LEVEL, half + DATUM_REACH + ROOM) if datum else radius + FIRST_LEVEL
+            marks += distance(-1j * radius, 1j * top, 1j, aside, keyway_depth_said(part))
+        return marks

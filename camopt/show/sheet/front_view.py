@@ -1,0 +1,275 @@
+"""The front view of a disc cam, along its axis: in the position that it has at cam angle 0, the follower above.
+
+Round the cam stands a ring of angles, at which the follower rises, dwells and returns. Its 0 is the direction
+of the trace point (roller centre, or contact of a flat face) at cam angle 0. The timing mark is straight up.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from math import cos, pi
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import ComplexArray, FloatArray
+from camopt.scene.part import Part
+from camopt.show.sheet.cam import TrueCam
+from camopt.show.sheet.dimensions import inwards, outwards
+from camopt.show.sheet.marks import (
+    CHAIN,
+    DOUBLE_CHAIN,
+    HIDDEN,
+    LARGE,
+    THICK,
+    Line,
+    Marks,
+    arc_points,
+    circle,
+    line,
+    said,
+    width_of,
+)
+from camopt.show.sheet.ring import RingSector, ring
+from camopt.show.sheet.sizes import hole_outline
+from camopt.show.sheet.two_contacts import apart
+from camopt.solve.contour.hole import keyway_turn
+
+TO_RING = 10.0  # mm: between the cam, or its pitch curve, and the ring
+BENT = 6.0  # mm: from the ring to where lines to it bend
+OVER = 4.0  # mm: centre lines past the cam
+BETWEEN_RAYS = 0.3  # rad: from one line along a radius to the next is enough
+SAME_RADIUS = 1e-9  # relative: radii that are the greatest, or the base circle's
+EVERY_DEGREE = np.radians(np.arange(0, 360))
+
+
+@dataclass(frozen=True)
+class FrontView:
+    """A disc cam seen along its axis; lengths in mm on the paper, at a scale."""
+
+    cam: TrueCam
+    scale: float
+
+    @property
+    def part(self) -> Part:
+        return self.cam.part
+
+    @cached_property
+    def walls(self) -> list[ComplexArray]:
+        """The profile, or the walls of a groove or a rib, the inner one first."""
+        if self.cam.ribbed:
+            return [self.cam.curves[f"{disc.prefix}profile"].points * self.scale for disc in self.cam.discs[::-1]]
+        flanks = self.cam.problem.setup.mechanism.flanks
+        return [self.cam.curve(f"profile_{flank.name}".removesuffix("_")) * self.scale for flank in flanks]
+
+    @cached_property
+    def outline(self) -> ComplexArray:
+        """The edge of the cam; of a groove in a disc whose diameter is not known, its outer wall."""
+        if not self.part.outer_diameter:
+            return self.walls[-1]
+        edge: ComplexArray = self.part.outer_diameter / 2 * self.scale * np.exp(1j * np.linspace(0.0, 2 * pi, 721))
+        return edge
+
+    @cached_property
+    def others(self) -> list[ComplexArray]:
+        """The profiles of the other discs on the shaft."""
+        return [profile * self.scale for profile in self.cam.others]
+
+    @property
+    def profiles(self) -> list[ComplexArray]:
+        """The outlines of all discs, in their order."""
+        return [*self.others[: self.cam.place], self.outline, *self.others[self.cam.place :]]
+
+    @cached_property
+    def pitch(self) -> ComplexArray:
+        """The path of the roller's centre, closed; empty where there is no roller."""
+        return self.cam.curve("pitch") * self.scale
+
+    @property
+    def paths(self) -> list[ComplexArray]:
+        """The paths of the centres of rollers: about a rib both."""
+        other = [self.cam.curves["second_pitch"].points * self.scale] if self.cam.ribbed else []
+        return [path for path in (self.pitch, *other) if path.size]
+
+    @property
+    def marked(self) -> ComplexArray:
+        """The curve at which the timing mark ends: of discs on one hub it is on the first one alone."""
+        if not self.cam.problem.setup.mechanism.body.bounded and not self.part.outer_diameter:
+            return self.walls[0]
+        return self.profiles[0] if self.part.hub_diameter else self.outline
+
+    @property
+    def base(self) -> float:
+        return self.cam.size * self.scale
+
+    @cached_property
+    def segments(self) -> list[RingSector]:
+        """The follower's motions and their directions on the ring (rad)."""
+        return [
+            (name, self.cam.start - self.cam.sense * begin, self.cam.start - self.cam.sense * end)
+            for name, begin, end in self.cam.segments
+        ]
+
+    @property
+    def rays(self) -> list[float]:
+        """The directions (rad) of the ring where segments meet."""
+        return [begin for _, begin, _ in self.segments]
+
+    @cached_property
+    def joints(self) -> list[float]:
+        """The directions (rad) of the points of the profile that are touched where segments meet."""
+        return [ray + aside for ray, aside in zip(self.rays, self.cam.asides, strict=True)]
+
+    @cached_property
+    def highest(self) -> complex:
+        """A point of the profile furthest from the axis; of several, the one furthest from other lines."""
+        sizes = np.abs(self.walls[-1])
+        return self._freest(self.walls[-1][sizes >= sizes.max() * (1 - SAME_RADIUS)])
+
+    @cached_property
+    def lowest(self) -> complex:
+        """A point of the profile that is nearest to the axis."""
+        sizes = np.abs(self.walls[0])
+        return self._freest(self.walls[0][sizes <= sizes.min() * (1 + SAME_RADIUS)])
+
+    def _freest(self, points: ComplexArray) -> complex:
+        room = angle_between(np.angle(points)[:, None], self._lines).min(axis=1)
+        return complex(points[np.argmax(np.minimum(room, BETWEEN_RAYS))])
+
+    @property
+    def _lines(self) -> FloatArray:
+        """The directions (rad) of centre lines, keyway and rays of the ring."""
+        return np.array([0, pi / 2, pi, -pi / 2, keyway_turn(self.part), *self.rays, *self.joints])
+
+    @cached_property
+    def values(self) -> tuple[str, str]:
+        """The least and the largest radius of the profile."""
+        gap = self.cam.own.half_width - self.cam.roller
+        if self.cam.ribbed:  # beyond the inner roller
+            inner = self.cam.discs[-1].problem
+            low = float(inner.design.prime_radius[0]) + inner.half_width
+        else:
+            low = self.cam.size - gap
+        high = self.cam.quantity("outer_radius_mm") or abs(self.highest) / self.scale
+        return f"R{said(low)}", f"R{said(high)}"
+
+    @cached_property
+    def inner(self) -> float:
+        """The largest radius drawn about the axis: hub, or bore and keyway."""
+        return max((self.part.hub_diameter or 0.0) / 2, self.part.bore_reach) * self.scale
+
+    @cached_property
+    def ring(self) -> float:
+        """The radius of the ring of angles."""
+        furthest = max(self.inner, *(np.abs(curve).max(initial=0.0) for curve in self._drawn))
+        room = abs(self.lowest) + width_of(self.values[0], LARGE) + 9.0
+        beyond = 0.0 if self._high_within else abs(self.highest) + width_of(self.values[1], LARGE) + 9.0
+        return float(max(furthest + TO_RING, room, beyond))
+
+    @cached_property
+    def yoke(self) -> tuple[complex, ...]:
+        """Where both contacts of a yoke are (of a roller its centre); none without one."""
+        if not self.cam.problem.setup.mechanism.drive.one_disc:
+            return ()
+        found = apart(self.cam)
+        assert found is not None
+        top = complex(self.cam.curves_at(np.zeros(1)).pitch[0])
+        return top * self.scale, (top - 1j * found.value) * self.scale
+
+    @cached_property
+    def rollers(self) -> list[ComplexArray]:
+        """Those of a yoke."""
+        radius = self.cam.roller * self.scale
+        return [arc_points(radius, centre=centre) for centre in self.yoke if radius]
+
+    @property
+    def _drawn(self) -> list[ComplexArray]:
+        """The curves that reach furthest from the axis."""
+        return [self.outline, self.pitch, *self.others, *self.rollers]
+
+    @property
+    def _high_within(self) -> bool:
+        """Whether the value of the largest radius is written inside the profile."""
+        return len(self.walls) == 1 and abs(self.highest) - self.inner >= width_of(self.values[1], LARGE) + 8.0
+
+    def radius_at(self, turn: float, half: float = 0.0) -> float:
+        """The largest radius of hub, profile and pitch curve within an angle of a direction (rad)."""
+        found = self.inner
+        for curve in self._drawn:
+            near = angle_between(np.angle(curve), turn) <= max(half, 0.02)
+            found = max(found, float(np.abs(curve[near]).max(initial=0.0)))
+        return found
+
+    def nearest(self, turn: float) -> float:
+        """The radius of the profile in a direction (rad)."""
+        return _radius_of(self.walls[0], turn)
+
+    @property
+    def mark(self) -> float:
+        """The radius at which the timing mark ends, straight up."""
+        return _radius_of(self.marked, pi / 2)
+
+    def marks(self) -> Marks:
+        """The view, about the cam's axis."""
+        marks: Marks = [*(Line(wall, THICK) for wall in self.walls), circle(self.base, CHAIN)]
+        marks += [Line(self.outline, THICK)] if self.part.outer_diameter else []
+        marks += [Line(profile, HIDDEN) for profile in self.others]
+        marks += [Line(roller, DOUBLE_CHAIN) for roller in self.rollers]
+        marks += [Line(path, DOUBLE_CHAIN) for path in self.paths]
+        marks += self._centre_lines()
+        part, turn = self.part, keyway_turn(self.part)
+        marks += [circle(part.hub_diameter / 2 * self.scale, THICK)] if part.hub_diameter else []
+        marks += [Line(hole_outline(part, turn) * self.scale, THICK)] if part.bore else []
+        marks += [*self._rays(), *ring(self.segments, self.ring)]
+        marks += self._radii()
+        return marks
+
+    def _centre_lines(self) -> Iterator[Line]:
+        for along in (1.0, 1j):
+            reach = [
+                max(0.0, float(((side * along).conjugate() * self.outline).real.max())) for side in (-1.0, 1.0)
+            ]
+            yield line(-(reach[0] + OVER) * along, (reach[1] + OVER) * along, pen=CHAIN)
+
+    def _rays(self) -> Iterator[Line]:
+        """Lines to the ring from where the follower touches the cam as segments meet; bent where that is aside."""
+        for turn, joint, aside in zip(self.rays, self.joints, self.cam.asides, strict=True):
+            ray, touched = np.exp(1j * turn), np.exp(1j * joint)
+            bent = [(self.ring - BENT) * touched, self.ring * ray] if aside else []
+            yield line((self.radius_at(joint) + 1.5) * touched, *bent, (self.ring + 2.0) * ray)
+
+    def _radii(self) -> Marks:
+        low, high = self.values
+        marks = self._base_radius(low)
+        if abs(abs(self.highest) - abs(self.lowest)) <= SAME_RADIUS * abs(self.highest):
+            return marks
+        if self._high_within:
+            return [*marks, *outwards(0.0, self.highest, self.inner, high)]
+        away = self.highest / abs(self.highest)
+        return [*marks, *inwards(self.highest, away, self.ring - abs(self.highest) - 3.0, high)]
+
+    def _base_radius(self, value: str) -> Marks:
+        """The base radius, dimensioned at a dwell on the base circle, or else at the base circle."""
+        away = self.lowest / abs(self.lowest)
+        sizes = np.abs(self.walls[0])
+        turns = np.angle(self.walls[0][sizes <= sizes.min() * (1 + SAME_RADIUS)] / away)
+        if np.ptp(turns) < BETWEEN_RAYS and self.base - self.inner >= width_of(value, LARGE) + 8.0:
+            lines = np.append(self._lines, np.angle(self.highest))
+            free = np.argmax(angle_between(EVERY_DEGREE[:, None], lines).min(axis=1))
+            return outwards(0.0, self.base * np.exp(1j * EVERY_DEGREE[free]), self.inner, value)
+        return inwards(self.lowest, away, self.ring - abs(self.lowest) - 3.0, value)
+
+
+def _radius_of(outline: ComplexArray, turn: float) -> float:
+    """The radius of a closed curve round the axis in a direction (rad)."""
+    return float(np.abs(outline[np.argmin(angle_between(np.angle(outline), turn))]))
+
+
+def angle_between(turn: Any, other: Any) -> FloatArray:
+    """The angle between directions, rad."""
+    return np.asarray(np.abs(np.angle(np.exp(1j * (turn - other)))))
+
+
+def is_upright(part: Part) -> bool:
+    """Whether the section through the keyway is along the vertical centre line."""
+    return abs(cos(keyway_turn(part))) < SAME_RADIUS

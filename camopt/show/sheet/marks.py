@@ -1,0 +1,273 @@
+"""The marks of a sheet: lines and words, in mm on the paper, as points x + iy.
+
+Line types and widths are those of ISO 128-2 in the group 0.5, lettering has the heights of ISO 3098.
+"""
+
+import warnings
+from bisect import bisect_right
+from collections.abc import Iterable, Sequence
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from shapely import LineString, Polygon, STRtree
+
+from camopt.core.numerics import ComplexArray, FloatArray
+from camopt.core.quantities.unit_systems import SYSTEMS, shown, system_shown
+
+MM = 72 / 25.4  # points
+CAPITAL = 0.729  # of the size of DejaVu Sans: the height of its capitals, by which lettering is measured
+LARGE, MEDIUM, SMALL = 3.5, 2.5, 1.8  # mm
+AROUND_WORDS = 0.6  # mm: round words
+FONT = "DejaVu Sans"  # comes with matplotlib, so that all machines make the same file
+
+
+class Pen(NamedTuple):
+    """Width in mm; dashes and gaps in widths, none for a continuous line."""
+
+    width: float
+    dashes: tuple[float, ...] = ()
+
+
+THICK, THIN, BORDER = Pen(0.5), Pen(0.25), Pen(0.7)
+HIDDEN = Pen(0.25, (12, 3))
+CHAIN = Pen(0.25, (24, 3, 1, 3))
+DOUBLE_CHAIN = Pen(0.25, (24, 3, 1, 3, 1, 3))
+
+
+class Line(NamedTuple):
+    """A line through points; filled, it is an arrowhead or the like."""
+
+    points: ComplexArray
+    pen: Pen = THIN
+    filled: bool = False
+
+
+class Words(NamedTuple):
+    """One line of text with capitals of a height (mm), its baseline turned by an angle (rad, ccw).
+
+    ``place`` says where along the baseline ``at`` is: 0 at the start, 0.5 in the middle, 1 at the end. Words that
+    are ``backed`` interrupt the lines that they stand on.
+    """
+
+    at: complex
+    text: str
+    height: float = MEDIUM
+    place: float = 0.0
+    turn: float = 0.0
+    backed: bool = False
+
+    @property
+    def corners(self) -> ComplexArray:
+        """Corners of the text's box, from the foot of a g to the top of a capital."""
+        wide = width_of(self.text, self.height)
+        x = np.array([0.0, wide, wide, 0.0]) - self.place * wide
+        y = self.height * np.array([-0.33, -0.33, 1.05, 1.05])
+        return np.asarray(self.at + (x + 1j * y) * np.exp(1j * self.turn))
+
+
+Mark = Line | Words
+Marks = list[Mark]
+
+
+class Box(NamedTuple):
+    """From one corner to the other, mm."""
+
+    low: complex
+    high: complex
+
+    @property
+    def size(self) -> complex:
+        return self.high - self.low
+
+
+@cache
+def width_of(text: str, height: float) -> float:
+    """Width of a line of text, mm."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
+    font = FontProperties(family=FONT, size=height / CAPITAL)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing")
+        return float(text_to_path.get_text_width_height_descent(text, font, ismath=False)[0])
+
+
+def line(*points: complex, pen: Pen = THIN) -> Line:
+    return Line(np.array(points, dtype=complex), pen)
+
+
+def closed(*points: complex, pen: Pen = THIN) -> Line:
+    """A closed line."""
+    return line(*points, points[0], pen=pen)
+
+
+def rectangle(low: complex, high: complex, pen: Pen = THIN) -> Line:
+    return closed(low, complex(high.real, low.imag), high, complex(low.real, high.imag), pen=pen)
+
+
+def arc_points(radius: float, start: float = 0.0, end: float = 2 * np.pi, centre: complex = 0.0) -> ComplexArray:
+    """Points of an arc between two directions (rad), so close that chords deviate by 10⁻⁵ of the radius."""
+    count = max(2, int(np.ceil(abs(end - start) / np.radians(0.5))) + 1)
+    return np.asarray(centre + radius * np.exp(1j * np.linspace(start, end, count)))
+
+
+def circle(radius: float, pen: Pen = THIN, centre: complex = 0.0) -> Line:
+    return Line(arc_points(radius, centre=centre), pen)
+
+
+def upright(turn: float) -> float:
+    """A direction of text (rad), or its opposite: the one readable from below or from the right."""
+    turn = (turn + np.pi) % (2 * np.pi) - np.pi
+    return turn if -np.pi / 2 + 1e-6 < turn <= np.pi / 2 + 1e-6 else turn - np.copysign(np.pi, turn)
+
+
+def box_of(marks: Iterable[Mark]) -> Box:
+    """The least box, along the paper's edges, round some marks."""
+    every = np.concatenate([mark.points if isinstance(mark, Line) else mark.corners for mark in marks])
+    return Box(complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max()))
+
+
+def moved(marks: Iterable[Mark], by: complex) -> Marks:
+    """The marks elsewhere on the paper."""
+    return [
+        mark._replace(points=mark.points + by) if isinstance(mark, Line) else mark._replace(at=mark.at + by)
+        for mark in marks
+    ]
+
+
+class Taken:
+    """The marks on the paper so far, prepared for many tests of overlap."""
+
+    def __init__(self, marks: Marks) -> None:
+        self._words = STRtree([_shape(mark) for mark in marks if isinstance(mark, Words) or _is_frame(mark)])
+        self._lines = STRtree([_shape(mark) for mark in marks if isinstance(mark, Line)])
+
+    def meets(self, made: Marks) -> bool:
+        """Whether marks overlap: lines or words with earlier words or their frames, or words with earlier lines."""
+        shapes = [_shape(mark) for mark in made]
+        return any(self._words.query(shape, predicate="intersects").size for shape in shapes) or any(
+            self._lines.query(shape, predicate="intersects").size
+            for mark, shape in zip(made, shapes, strict=True)
+            if isinstance(mark, Words)
+        )
+
+
+def _is_frame(line: Line) -> bool:
+    """Whether a line is the rectangle round a letter, or of a tolerance."""
+    return len(line.points) == 5 and line.points[0] == line.points[-1] and not line.filled
+
+
+def _shape(mark: Mark) -> LineString | Polygon:
+    """A line, or the padded box of words or the area of a frame, for shapely."""
+    if isinstance(mark, Words):
+        return Polygon(_columns(mark.corners)).buffer(AROUND_WORDS)
+    if _is_frame(mark):
+        return Polygon(_columns(mark.points))
+    return LineString(_columns(mark.points))
+
+
+def decimal(value: float, digits: int = 3) -> str:
+    """A number with at most ``digits`` decimals and a real minus sign."""
+    text = f"{value:.{digits}f}"
+    text = text.rstrip("0").rstrip(".") if "." in text else text
+    return ("0" if text == "-0" else text).replace("-", "−")
+
+
+def said(length: float, digits: int = 3) -> str:
+    """A length, mm, as a dimension in the unit that is shown: of an inch one decimal more."""
+    return decimal(shown(length, "mm"), digits + FINER[system_shown()])
+
+
+FINER = dict(zip(SYSTEMS, (0, 1), strict=True))
+"""By how many decimals lengths are written finer than in mm."""
+
+
+def fitted_words(text: str, width: float, lines: int, heights: Sequence[float]) -> tuple[list[str], float]:
+    """A text as lines of a width (mm): in the largest of some heights that fits, cut off with … if none does."""
+    for height in heights:
+        found = wrapped(text, width, height)
+        if len(found) <= lines:
+            return found, height
+    return cut_lines(found, lines, width, height), height
+
+
+def wrapped(text: str, width: float, height: float) -> list[str]:
+    """A text as lines of at most a width (mm); a word that is wider alone is divided."""
+    lines = [""]
+    for word in text.split():
+        longer = f"{lines[-1]} {word}".strip()
+        if width_of(longer, height) <= width:
+            lines[-1] = longer
+            continue
+        lines += [word] if lines[-1] else []
+        lines[-1] = lines[-1] or word
+        while width_of(lines[-1], height) > width and len(lines[-1]) > 1:
+            whole = lines[-1]
+            keep = max(1, longest(whole, width, height))
+            lines[-1:] = [whole[:keep], whole[keep:]]
+    return lines
+
+
+def cut_lines(lines: list[str], count: int, width: float, height: float) -> list[str]:
+    """The first lines of a text; the last ends in … if more follow."""
+    if len(lines) <= count:
+        return lines
+    last = lines[count - 1]
+    return [*lines[: count - 1], f"{last[: longest(last, width, height, '…')]}…"]
+
+
+def longest(text: str, width: float, height: float, end: str = "") -> int:
+    """How many letters of a text fit in a width (mm) together with an ending."""
+    return bisect_right(range(len(text)), width, key=lambda k: width_of(f"{text[: k + 1]}{end}", height))
+
+
+def draw_marks(axes: Any, marks: Iterable[Mark]) -> None:
+    """Draw marks on axes in mm."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    for order, mark in enumerate(marks):
+        if isinstance(mark, Words):
+            _write(axes, mark)
+            continue
+        path = Path(_columns(mark.points))
+        path.should_simplify = False  # a drawing is measured
+        style = "solid" if not mark.pen.dashes else (0, mark.pen.dashes)
+        axes.add_artist(  # not as a patch: the limits of the axes are those of the paper
+            PathPatch(
+                path,
+                fill=mark.filled,
+                facecolor="black",
+                edgecolor="black",
+                linewidth=0.0 if mark.filled else mark.pen.width * MM,
+                linestyle=style,
+                capstyle="butt",
+                joinstyle="miter",
+                zorder=1 + order * 1e-6,
+            )
+        )
+
+
+def _columns(points: ComplexArray) -> FloatArray:
+    return np.column_stack([points.real, points.imag])
+
+
+def _write(axes: Any, words: Words) -> None:
+    shift = -words.place * width_of(words.text, words.height) * np.exp(1j * words.turn)
+    at = words.at + shift
+    axes.text(
+        at.real,
+        at.imag,
+        words.text,
+        fontsize=words.height / CAPITAL * MM,
+        family=FONT,
+        color="black",
+        ha="left",
+        va="baseline",
+        rotation=np.degrees(words.turn),
+        rotation_mode="anchor",
+        zorder=3,
+    )
+    if words.backed:
+        axes.fill(words.corners.real, words.corners.imag, facecolor="white", edgecolor="none", zorder=2)

@@ -1,0 +1,173 @@
+"""The section of a disc cam through its axis, in the place of the view from the left: plates, hub, groove and bore.
+
+It goes through the middle of the keyway, which is above, or along the vertical centre line.
+"""
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from math import sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+from shapely import LineString, Polygon, box, make_valid, union_all
+
+from camopt.core.numerics import ComplexArray
+from camopt.core.numerics.stable import difference_of_squares_root
+from camopt.scene.part import Part
+from camopt.show.sheet import symbols
+from camopt.show.sheet.dimensions import CELL, FIRST_LEVEL, LEVEL_STEP, STEM, datum_at, distance
+from camopt.show.sheet.marks import CHAIN, LARGE, THICK, THIN, Line, Marks, Words, line, moved, said
+from camopt.show.sheet.sizes import bore_said, hole_outline, keyway_depth_said
+from camopt.solve.contour.hole import keyway_turn
+
+HATCH = 2.5  # mm between lines at 45°
+OVER_PLATE = 2.0  # mm: from a plate to its number
+Gap = tuple[float, float]
+
+
+class Plate(NamedTuple):
+    """The plate of a disc in the section, mm: from where to where it is along the axis, and across it."""
+
+    low: float
+    high: float
+    cut: list[Gap]
+    """The material that is cut."""
+    ends: Gap
+    """The edges of what is seen behind."""
+
+    def edges(self) -> Iterator[Line]:
+        """What is seen of it, the cut material apart."""
+        ends = [self.ends[0], *(y for each in self.cut for y in each), self.ends[1]]
+        for low, high in zip(ends[::2], ends[1::2], strict=True):
+            if high - low > 1e-6:
+                yield from (line(x + 1j * low, x + 1j * high, pen=THICK) for x in (self.low, self.high))
+        yield from (line(self.low + 1j * y, self.high + 1j * y, pen=THICK) for y in self.ends)
+
+
+def section(
+    profiles: Sequence[ComplexArray], part: Part, scale: float, walls: Sequence[ComplexArray] = ()
+) -> Marks:
+    """The section of the plates of discs with some profiles (mm on the paper, in the cam's own frame).
+
+    Its axis is at y = 0. ``walls`` are those of a groove in the face of the only plate, or of a rib on it, the
+    inner one first.
+    """
+    turn = np.exp(1j * (np.pi / 2 - keyway_turn(part)))
+    hole = hole_outline(part, np.pi / 2) * scale if part.bore else np.zeros(0, dtype=complex)
+    whole, hub = _whole(part) * scale, (part.hub_diameter or 0.0) / 2 * scale
+    plates = [
+        _plate(profile * turn, hub, low * scale, high * scale)
+        for profile, (low, high) in zip(profiles, part.plates, strict=True)
+    ]
+    gap, face = _crossing(hole), plates[0].high
+    around = [plates[0].cut] if part.rib_height else []  # what a rib leaves of its plate is cut away
+    grooves = _between(*(_crossing(wall * turn) for wall in walls), *around) if walls else []
+    bottom = face - (part.groove_depth or part.rib_height or 0.0) * scale
+    bodies = [box(plate.low, low, plate.high, high) for plate in plates for low, high in plate.cut]
+    bodies += [box(0.0, -hub, whole, hub)] if hub else []
+    solid = union_all(bodies).difference(union_all([box(-1.0, low, whole + 1.0, high) for low, high in gap]))
+    solid = solid.difference(union_all([box(bottom, low, face + 1.0, high) for low, high in grooves]))
+    marks: Marks = [*outlines(solid), *hatching(solid), line(complex(-4.0), complex(whole + 4.0), pen=CHAIN)]
+    left_of = [plate._replace(high=bottom) for plate in plates] if around and walls else plates
+    seen = grooves[1:-1] if around else grooves  # behind the section
+    marks += [edge for plate in left_of for edge in plate.edges()]
+    marks += [line(face + 1j * low, face + 1j * high, pen=THICK) for low, high in seen]
+    for left, right in [(0.0, whole)] if hub else [(plate.low, plate.high) for plate in left_of]:
+        marks += [line(x + 1j * low, x + 1j * high, pen=THICK) for low, high in gap for x in (left, right)]
+        marks += moved(mouth(part, scale, right - left), left)
+    for k, plate in enumerate(plates if len(plates) > 1 else (), start=1):
+        above = complex((plate.low + plate.high) / 2, plate.ends[1] + OVER_PLATE)
+        marks.append(Words(above, f"{k}", LARGE, 0.5))
+    return [*marks, *_dimensions(part, scale, plates)]
+
+
+def _plate(profile: ComplexArray, hub: float, low: float, high: float) -> Plate:
+    beyond = profile.imag[profile.real >= 0.0]
+    ends = float(beyond.min(initial=-hub)), float(beyond.max(initial=hub))
+    return Plate(low, high, _crossing(profile), ends)
+
+
+def _crossing(outline: ComplexArray) -> list[Gap]:
+    """The interval of the vertical through the axis that is inside an outline, mm."""
+    if not outline.size:
+        return []
+    far = 2.0 * float(np.abs(outline).max())
+    body = make_valid(Polygon(np.column_stack([outline.real, outline.imag])))
+    inside = body.intersection(LineString([(0.0, -far), (0.0, far)]))
+    bounds = (part.bounds for part in getattr(inside, "geoms", [inside]) if not part.is_empty)
+    return sorted((low, high) for _, low, _, high in bounds if high - low > 1e-9)
+
+
+def _between(*outlines: list[Gap]) -> list[Gap]:
+    """The intervals that are inside the outer wall of a groove and not inside its inner one.
+
+    With a third outline about a rib those that are inside of it, and not of the rib.
+    """
+    ends = sorted(y for gaps in outlines for gap in gaps for y in gap)
+    return list(zip(ends[::2], ends[1::2], strict=True))
+
+
+def outlines(solid: Any) -> Iterator[Line]:
+    """Outlines of the cut material."""
+    for part in getattr(solid, "geoms", [solid]):
+        if not part.is_empty:
+            x, y = np.asarray(part.exterior.coords.xy)
+            yield Line(x + 1j * y, THICK)
+
+
+def hatching(solid: Any) -> Iterator[Line]:
+    """Thin lines at 45°."""
+    if solid.is_empty:
+        return
+    x0, y0, x1, y1 = solid.bounds
+    step = HATCH * sqrt(2.0)
+    for foot in np.arange(np.ceil((y0 - x1) / step), (y1 - x0) / step) * step:
+        inside = solid.intersection(LineString([(x0, x0 + foot), (x1, x1 + foot)]))
+        for part in getattr(inside, "geoms", [inside]):
+            if part.geom_type == "LineString" and not part.is_empty:
+                x, y = np.asarray(part.coords.xy)
+                yield Line(x + 1j * y, THIN)
+
+
+def mouth(part: Part, scale: float, whole: float) -> Iterator[Line]:
+    """The edge where the keyway's wall meets the bore, behind the section."""
+    if part.bore and part.keyway_width:
+        y = difference_of_squares_root(part.bore, part.keyway_width) / 2 * scale
+        yield line(1j * y, whole + 1j * y, pen=THICK)
+
+
+def _dimensions(part: Part, scale: float, plates: Sequence[Plate]) -> Marks:
+    whole, foot = _whole(part) * scale, min(plate.ends[0] for plate in plates)
+    hub = (part.hub_diameter or 0.0) / 2 * scale
+    rows = [[(complex(high, ends[0]), complex(low, ends[0])) for low, high, _, ends in plates]]
+    rows += [[(complex(b.low, b.ends[0]), complex(a.high, a.ends[0]))] for b, a in pairwise(plates)]
+    rows += [[(complex(whole, -hub), 1j * plates[-1].ends[0])]] if part.stands_on_hub and hub else []
+    marks: Marks = []
+    for k, row in enumerate(rows):
+        for first, last in row:
+            level = first.imag - foot + FIRST_LEVEL + k * LEVEL_STEP
+            along = 1.0 if first.real == plates[0].high > plates[-1].high else -1.0  # values on the free side
+            marks += distance(first, last, along, -along * level, said((first - last).real / scale))
+    if part.bore:
+        radius = part.bore / 2 * scale
+        marks += distance(whole - 1j * radius, whole + 1j * radius, 1j, -FIRST_LEVEL, bore_said(part))
+        if part.keyway_depth:
+            top = radius + part.keyway_depth * scale
+            marks += distance(-1j * radius, 1j * top, 1j, FIRST_LEVEL, keyway_depth_said(part))
+        if datum := symbols.datums_of(part, bool(part.thickness)).bore:
+            place = complex(whole + FIRST_LEVEL, -radius)
+            marks += datum_at(place, -1j, max(STEM, hub - radius), datum)
+    if height := part.groove_depth or part.rib_height:
+        rim = plates[0].high + 1j * plates[0].ends[1]
+        marks += distance(rim - height * scale, rim, 1.0, FIRST_LEVEL, said(height))
+        if datum := symbols.datums_of(part, bool(part.thickness)).face:
+            marks += datum_at(rim - 1j * CELL, 1.0, STEM, datum)
+    if across := part.hub_diameter or part.outer_diameter:
+        half = 0.5j * across * scale
+        marks += distance(whole - half, whole + half, 1j, -FIRST_LEVEL - LEVEL_STEP, f"Ø{said(across)}")
+    return marks
+
+
+def _whole(part: Part) -> float:
+    """The length of plates and hub, mm."""
+    return max(part.hub_length or 0.0, part.width)

@@ -1,0 +1,76 @@
+"""Sizes as a drawing says them: bore and keyway with their fits, and the width of a groove with its clearance."""
+
+from math import asin
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.core.numerics import ComplexArray
+from camopt.scene.fits import depth_tolerance
+from camopt.scene.iso286 import deviations
+from camopt.scene.part import Part
+from camopt.show.sheet.cam import TrueCam
+from camopt.show.sheet.marks import arc_points, said
+from camopt.solve.contour.hole import keyway_corners
+
+
+def bore_said(part: Part) -> str:
+    """The bore's diameter, with its fit."""
+    return f"Ø{said(part.bore or 0.0)}{after_size(part.bore_fit)}"
+
+
+def keyway_width_said(part: Part) -> str:
+    """The keyway's width, with its fit."""
+    return f"{said(part.keyway_width or 0.0)}{after_size(part.keyway_fit)}"
+
+
+def keyway_depth_said(part: Part) -> str:
+    """From the bore's surface to the keyway's bottom, with the tolerance of DIN 6885 where the width has a fit."""
+    depth = said((part.bore or 0.0) + (part.keyway_depth or 0.0))
+    return f"{depth} +{said(depth_tolerance(part.keyway_width or 0.0))}" if part.keyway_fit else depth
+
+
+def after_size(fit: str | None) -> str:
+    """A fit behind its dimension; nothing if there is none."""
+    return f" {fit}" if fit else ""
+
+
+def hole_outline(part: Part, turn: float) -> ComplexArray:
+    """The closed outline of a bore, and of its keyway if it has one, whose middle is in a direction (rad)."""
+    radius = (part.bore or 0.0) / 2
+    if not part.keyway_width:
+        return arc_points(radius)
+    half = asin(part.keyway_width / 2 / radius)
+    corners = keyway_corners(part, turn)
+    return np.concatenate([corners, arc_points(radius, turn + half, turn + 2 * np.pi - half), corners[:1]])
+
+
+class Clearance(NamedTuple):
+    """How much wider than its roller a groove is, mm."""
+
+    given: float | None
+    """That of the scene, which flanks in files have."""
+    ends: tuple[float, float] | None
+    """From what to what it may be: by the fit, or else by the tolerance of both walls."""
+
+
+def clearance_of(cam: TrueCam) -> Clearance:
+    """The clearance of the roller in a groove."""
+    drive, fit, tolerance = cam.scene.drive, cam.part.groove_fit, cam.part.profile_tolerance
+    given = drive.clearance if drive else None
+    if fit and cam.roller:
+        try:
+            found = deviations(fit, 2 * cam.roller)
+        except ValueError:  # a class that the standard has not for this size
+            return Clearance(given, None)
+        return Clearance(given, (found.lower, found.upper))
+    if given is not None and tolerance is not None:
+        return Clearance(given, (given - 2 * tolerance, given + 2 * tolerance))
+    return Clearance(given, None)
+
+
+def width_said(cam: TrueCam) -> str:
+    """The width of a groove: its roller's diameter with a fit, or the width that flanks in files have."""
+    if cam.part.groove_fit:
+        return f"{said(2 * cam.roller)} {cam.part.groove_fit}"
+    return said(2 * cam.problem.half_width)

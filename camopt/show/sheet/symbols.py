@@ -1,0 +1,113 @@
+"""Symbols of a workshop drawing: first-angle projection, roughness, profile tolerance, datum, sense of rotation.
+
+Sources: ISO 5456-2 (projection), ISO 21920-1 (surface texture), ISO 1101 and ISO 5459 (tolerance frame, datum).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.core.quantities.unit_systems import shown
+from camopt.scene.part import Part
+from camopt.show.sheet.dimensions import CELL, arrow
+from camopt.show.sheet.marks import (
+    CHAIN,
+    LARGE,
+    THICK,
+    Line,
+    Marks,
+    Words,
+    arc_points,
+    box_of,
+    circle,
+    closed,
+    line,
+    rectangle,
+    said,
+    width_of,
+)
+
+MOTION = 5.0, np.radians(13.0)  # mm; half of the angle at the tip of an arrow that is no dimension's
+PAD = 1.5  # mm: beside the text in it
+
+
+def projection(centre: complex) -> Marks:
+    """A truncated cone and, right of it, its left end: the projection in which views are seen through the part."""
+    small, large, half, over = 1.25, 2.5, 2.5, 1.0
+    left, right = centre - 5.0, centre + 5.0
+    cone = [left + complex(side * half, end) for side, end in ((-1, small), (1, large), (1, -large), (-1, -small))]
+    marks: Marks = [closed(*cone, pen=THICK), circle(large, THICK, right), circle(small, THICK, right)]
+    centre_lines = (left, half + over), (right, large + over), (right, 1j * (large + over))
+    return [*marks, *(line(middle - reach, middle + reach, pen=CHAIN) for middle, reach in centre_lines)]
+
+
+def roughness(foot: complex, value: float) -> Marks:
+    """Material removed, Ra at most a value in µm: the symbol stands on its foot."""
+    low, high = 1.4 * LARGE, 3.0 * LARGE
+    slope = 1 / np.tan(np.radians(60.0))
+    text = f"Ra {shown(value, 'µm'):.3g}"
+    left, right = foot + low * complex(-slope, 1.0), foot + high * complex(slope, 1.0)
+    bar = right + width_of(text, LARGE) + 2 * PAD
+    return [
+        line(left, foot, right, bar),
+        line(left, foot + low * complex(slope, 1.0)),
+        Words(right + complex(PAD, -LARGE - 1.2), text, LARGE),
+    ]
+
+
+class Datums(NamedTuple):
+    """The letters of the datums of the profile tolerance; empty if there is none."""
+
+    bore: str
+    keyway: str
+    """The middle of its width, which turns the cam to its place."""
+    face: str
+    """The lower face of a cylinder, from which a groove is located along the axis; of a disc that of the groove."""
+
+
+def datums_of(part: Part, is_cut: bool) -> Datums:
+    """The datums of a part with a profile tolerance and a section that shows the bore."""
+    has = bool(part.bore) and is_cut and part.profile_tolerance is not None
+    wanted = has, has and bool(part.keyway_width), has and bool(part.groove_depth or part.rib_height)
+    letters = iter("ABC")
+    return Datums(*(next(letters) if each else "" for each in wanted))
+
+
+def surface(part: Part, datums: Datums) -> Marks:
+    """The requirements on the profile: tolerance on the level of a leader, roughness above it."""
+    marks: Marks = []
+    if part.profile_tolerance is not None:
+        marks = profile_tolerance(0j, said(2 * part.profile_tolerance, 4), datums)
+    elif part.roughness is not None:
+        marks = [line(0.5j * CELL, 10.0 + 0.5j * CELL)]
+    if part.roughness is not None:
+        marks += roughness(complex(5.0, box_of(marks).high.imag), part.roughness)
+    return marks
+
+
+def profile_tolerance(corner: complex, width: str, datums: Datums) -> Marks:
+    """The tolerance frame of the profile of a line, of a zone width on the true profile, from its lower left.
+
+    Each datum has a cell, the bore the first of them.
+    """
+    letters = [each for each in datums if each]
+    cells = [CELL, width_of(width, LARGE) + 2 * PAD, *(CELL for _ in letters)]
+    edges = corner + np.cumsum([0.0, *cells])
+    marks: Marks = [rectangle(corner, edges[-1] + 1j * CELL)]
+    marks += [line(x, x + 1j * CELL) for x in edges[1:-1]]
+    base, radius = corner + complex(CELL / 2, CELL * 0.32), LARGE * 0.75
+    marks.append(Line(arc_points(radius, 0.0, np.pi, base), THICK))
+    texts = [width, *letters]
+    foot = 1j * (CELL - LARGE) / 2
+    return marks + [
+        Words((a + b) / 2 + foot, text, LARGE, 0.5)
+        for a, b, text in zip(edges[1:-1], edges[2:], texts, strict=True)
+    ]
+
+
+def rotation(radius: float, middle: float, sense: float) -> Marks:
+    """An arc about the centre with an arrow in the sense of rotation (+1 ccw), about a direction (rad)."""
+    half, lean = min(np.radians(14.0), 14.0 / radius), sense * MOTION[0] / (2 * radius)
+    ends = middle - sense * half, middle + sense * half
+    head = arrow(radius * np.exp(1j * ends[1]), 1j * sense * np.exp(1j * (ends[1] - lean)), *MOTION)
+    return [Line(arc_points(radius, ends[0], ends[1] - 2 * lean), THICK), head]

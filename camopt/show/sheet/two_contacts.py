@@ -1,0 +1,115 @@
+"""What a drawing says of two contacts of one follower: how far apart they are, and how that is inspected.
+
+A profile that is off by t along its normal moves a roller on it by t/cos β along its motion, and its arm of the
+length l by t/(l·cos β). So the distance of two rollers, each on its disc, changes over a turn by at most
+
+    t·(1/cos β₁ + 1/cos β₂)                (arms: t/(l₁·cos β₁) + t/(l₂·cos β₂))
+
+either way, and the breadth of one disc between flat faces by 2·t.
+"""
+
+from collections.abc import Iterator
+from math import degrees, floor
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.model.effects.answers import answers_of
+from camopt.model.effects.frame import ANGLE, BREADTH, DISTANCE
+from camopt.show.sheet.cam import TrueCam, quantity_of
+from camopt.show.sheet.marks import decimal, said
+
+EXACT = 1e-6  # of a last digit: for rounding
+
+
+class Apart(NamedTuple):
+    """How far two contacts are from each other, the same at every cam angle: mm, or deg between two arms."""
+
+    value: float
+    interference: float
+    """By how much less it is made."""
+    varies: float | None
+    """By how much it may change over a turn, either way; None where the profile has no tolerance."""
+    angular: bool
+
+    def said(self, value: float, digits: int = 3) -> str:
+        """A size of it in words."""
+        return f"{decimal(value, digits)}°" if self.angular else said(value, digits)
+
+    @property
+    def clearance(self) -> float:
+        """The largest that is left of an interference within the tolerance; 0 where that leaves none."""
+        return max((self.varies or 0.0) - self.interference, 0.0) if self.interference else 0.0
+
+    @property
+    def nominal(self) -> str:
+        """The size with how far it may be off."""
+        digits = 1e4 if self.angular else 1e3  # down to 0.0001°, or a µm
+        off = "" if self.varies is None else f" ±{self.said(floor(self.varies * digits + EXACT) / digits, 4)}"
+        return f"{self.said(self.value)}{off}"
+
+
+def apart(cam: TrueCam) -> Apart | None:
+    """How far apart both contacts of a follower are; None if it has one."""
+    setup, tolerance = cam.problem.setup, cam.part.profile_tolerance
+    if not setup.mechanism.further:
+        return None
+    name = ANGLE if setup.angular else BREADTH if setup.mechanism.flat_faced else DISTANCE
+    spacing = float(cam.problem.design.roller_spacing[0])  # of a rib
+    value = spacing if spacing and not setup.angular else quantity_of(cam.problem, name)
+    assert value is not None
+    drive = cam.scene.drive
+    varies = None if tolerance is None else variation(cam, tolerance)
+    return Apart(value, (drive.interference if drive else None) or 0.0, varies, setup.angular)
+
+
+def variation(cam: TrueCam, tolerance: float) -> float:
+    """The largest change of the distance over a turn, mm or deg, where all profiles are off by a tolerance, mm."""
+    problem, angles = cam.problem, np.concatenate(cam.picture.pieces)
+    each = [of.to_profile.terms[0] for of in answers_of(problem.setup, problem.design, problem.programme, angles)]
+    moved = tolerance * float(np.abs(each).sum(axis=0).max())
+    return degrees(moved) if problem.setup.angular else moved
+
+
+def two_contacts(cam: TrueCam) -> Iterator[str]:
+    """The notes on two contacts; none of one."""
+    found = apart(cam)
+    if found is None:
+        return
+    if cam.paired:
+        one, other = (f"{k + 1}" for k in (cam.place, 1 - cam.place))
+        text = "Conjugate pair: disc {} in full lines, disc {} dashed. Both tables are from the same timing mark{}."
+        where = cam.say(", on disc 1" if cam.part.hub_diameter else ", which each disc has")
+        yield cam.say(text).format(one, other, where)
+    mechanism = cam.problem.setup.mechanism
+    what = (
+        "Angle between both arms {}"
+        if found.angular
+        else "Distance of both flat faces {}"
+        if mechanism.flat_faced
+        else "Distance of the centres of both rollers {}"
+    )
+    made = "{}, made {} for an interference of {}." if found.interference else "{}."
+    sizes = [found.said(found.value - found.interference), found.said(found.interference, 4)]
+    yield cam.say(made).format(
+        cam.say(what).format(found.said(found.value)), *sizes[: 2 * bool(found.interference)]
+    )
+    yield cam.say(_inspected(cam)).format(found.nominal if found.varies is not None else found.said(found.value))
+    if found.clearance:
+        text = "Within the tolerance of the profile the interference may be lost: clearance up to {}."
+        yield cam.say(text).format(found.said(found.clearance, 4))
+
+
+def _inspected(cam: TrueCam) -> str:
+    """How the discs, or the rib, are inspected."""
+    mechanism = cam.problem.setup.mechanism
+    if cam.ribbed:
+        what = "angle between the arms {}." if cam.problem.setup.angular else "distance of their centres {}."
+        return f"Inspect the rib between both rollers, over a turn: {what}"
+    if mechanism.flat_faced:
+        return "Inspect the breadth between two parallel faces, in every direction: {}."
+    if mechanism.drive.one_disc:
+        return "Inspect the disc between two rollers on opposite sides, over a turn: distance of their centres {}."
+    if cam.problem.setup.angular:
+        return "Inspect both discs together, with both rollers on them, over a turn: angle between the arms {}."
+    return "Inspect both discs together, with both rollers on them, over a turn: distance of their centres {}."

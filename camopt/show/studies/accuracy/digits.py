@@ -1,0 +1,72 @@
+"""Numbers of 50 digits, that the formulas of curves run on as they run on numbers."""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from camopt.model.effects.peak import NumberKind
+
+DIGITS = 50
+
+
+@cache
+def arithmetic() -> Any:
+    """mpmath's arithmetic of so many digits, whatever the precision that others have chosen."""
+    from mpmath import MPContext  # noqa: PLC0415, seldom needed
+
+    context = MPContext()
+    context.dps = DIGITS
+    return context
+
+
+def digit_numbers() -> NumberKind:
+    """The kind of number, for scales of quantities."""
+    return NumberKind(arithmetic().mpf, lambda: +arithmetic().pi, arithmetic().tan)
+
+
+RULES: dict[np.ufunc, Callable[..., Any]] = {
+    np.add: lambda a, b: a + b,
+    np.subtract: lambda a, b: a - b,
+    np.multiply: lambda a, b: a * b,
+    np.true_divide: lambda a, b: a / b,
+    np.power: lambda a, b: a**b,
+    np.maximum: max,
+    np.minimum: min,
+    np.negative: lambda a: -a,
+    np.square: lambda a: a * a,
+    np.absolute: abs,
+    np.sign: lambda a: arithmetic().sign(a),
+    np.sqrt: lambda a: arithmetic().sqrt(a),
+    np.sin: lambda a: arithmetic().sin(a),
+    np.cos: lambda a: arithmetic().cos(a),
+    np.arcsin: lambda a: arithmetic().asin(a),
+    np.arctan: lambda a: arithmetic().atan(a),
+    np.arctan2: lambda y, x: arithmetic().atan2(y, x),
+    np.cbrt: lambda a: arithmetic().cbrt(a),
+    np.degrees: lambda a: arithmetic().degrees(a),
+}
+
+
+class Digits(np.lib.mixins.NDArrayOperatorsMixin):
+    """One such number, with the operators and the indexing of an array of one number."""
+
+    __slots__ = ("number",)
+    size = 1
+
+    def __init__(self, number: Any) -> None:
+        self.number = number
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        if method != "__call__" or kwargs or ufunc not in RULES:
+            return NotImplemented
+        return Digits(RULES[ufunc](*map(as_number, inputs)))
+
+    def __getitem__(self, index: Any) -> "Digits":
+        return self
+
+
+def as_number(value: Any) -> Any:
+    """A number of mpmath; one in doubles is taken as exact."""
+    return value.number if isinstance(value, Digits) else arithmetic().mpf(float(np.asarray(value).item()))

@@ -1,0 +1,73 @@
+"""The ways to an extreme that are compared: sampling, sampling with a parabola, enclosures."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.extremes import Precision, extremes
+from camopt.core.numerics.piecewise import MotionTable
+from camopt.core.numerics.sampling import sampled_extremes
+from camopt.model.motion.programme import Programme
+
+ANGLE_COUNTS = (36, 72, 180, 360, 720, 1800, 3600)
+POLISHED = (36, 72, 180, 360)
+RELATIVE_ERRORS = (1e-4, 1e-6, 1e-9, 1e-12)
+Extremal = tuple[FloatArray, FloatArray]
+"""Values and half-widths, (questions, designs)."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """One way to an extreme, at one setting: angles a turn, or a relative error."""
+
+    name: str
+    setting: float
+    run: Callable[[Any, int, Programme, Any], Extremal]
+
+
+def sampled(angles: int, polish: bool = False) -> Method:
+    """Sampling, with a parabola through the peak or without."""
+
+    def run(f: Any, count: int, programme: Programme, questions: Any) -> Extremal:
+        value = np.empty((len(questions), count))
+        sampled_extremes(f, count, sample_table(programme, angles), questions, polish, value)
+        return value, np.zeros_like(value)
+
+    return Method("sampling, polished" if polish else "sampling", angles, run)
+
+
+def enclosed(relative_error: float) -> Method:
+    """Enclosures to a relative error."""
+
+    def run(f: Any, count: int, programme: Programme, questions: Any) -> Extremal:
+        found = extremes(f, count, programme.table, questions, Precision(relative_error, np.inf))
+        return found.value, found.width
+
+    return Method("enclosure", relative_error, run)
+
+
+METHODS = (
+    *(sampled(angles) for angles in ANGLE_COUNTS),
+    *(sampled(angles, polish=True) for angles in POLISHED),
+    *(enclosed(relative_error) for relative_error in RELATIVE_ERRORS),
+)
+
+
+@lru_cache(maxsize=64)
+def sample_table(programme: Programme, angles: int) -> MotionTable:
+    """A table whose nodes are even cam angles; only what sampling reads is filled in."""
+    theta = np.linspace(0.0, 2 * np.pi, angles, endpoint=False)
+    motion = programme.at(theta).T.copy()
+    ends = np.array([stroke.end for stroke in programme.strokes])
+    stroke = np.minimum(np.searchsorted(ends, theta, side="right"), len(ends) - 1)
+    counts = np.bincount(stroke, minlength=len(ends))
+    kinds = np.array([s.kind for s in programme.strokes])[counts > 0]
+    first = np.concatenate([[0], np.cumsum(counts[counts > 0] - 1)])
+    blank = np.zeros((0, 1))
+    return programme.table._replace(
+        coefficients=blank, first_panel=first, kind=kinds, nodes=motion, low=blank, high=blank, load=None
+    )

@@ -1,0 +1,228 @@
+"""The table of costs and errors, one row for each quantity and method; and its picture, error against time."""
+
+import os
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import chain
+from pathlib import Path
+from time import perf_counter
+from typing import Any, ClassVar
+
+import numpy as np
+import pyarrow as pa
+
+from camopt.core.engines import Engine
+from camopt.core.engines.progress import Progress, report_progress
+from camopt.core.engines.threads import Threads
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.clock import timed
+from camopt.core.quantities.shown import Drawn
+from camopt.core.storage.tables import write_table
+from camopt.core.storage.version import VERSION
+from camopt.scene.problem.problem import resolve
+from camopt.scene.problem.settings import problems_of
+from camopt.scene.scene import Scene
+from camopt.show.drawing.labels import Label, around, settle
+from camopt.show.drawing.plot import plot
+from camopt.show.drawing.style import (
+    FAINT,
+    HEADING,
+    INK,
+    MUTED,
+    PAGE_TITLE,
+    SERIES,
+    SMALL,
+    Figure,
+    Target,
+    canvas,
+    dress,
+)
+from camopt.show.studies.accuracy.methods import METHODS
+from camopt.show.studies.accuracy.reference import EQUAL_DIGITS
+from camopt.show.studies.accuracy.subjects import REFERENCED, Subject, subjects_of
+from camopt.solve.tables.result import Result, Table, table_of
+
+ACCURACY = ("accuracy.parquet", "accuracy.png", "accuracy.svg")
+TIMED_RUNS = 3
+REFERENCE = "50 digits"
+BEYOND_LIMIT = 1e-9  # relative: how far beyond its limit a design is put, to see whether it is accepted
+
+
+@dataclass(frozen=True)
+class Costs(Result, Drawn):
+    """What accuracy costs: a row for each quantity and method."""
+
+    scene: Scene
+    methods: list[dict[str, Any]]
+    picture: ClassVar[str] = "studies.accuracy.table"
+    main_rows: ClassVar[str] = "methods"
+
+    def table(self) -> Table:
+        """Cost and error of each method."""
+        names = [*self.methods[0]]
+        rows = [{n: f"{row[n]:.2g}" if n in names[4:] else row[n] for n in names} for row in self.methods]
+        for row in rows:
+            row |= {
+                "setting": float(f"{row['setting']:.2g}"),
+                "ns_per_design": float(f"{row['ns_per_design']:.3g}"),
+            }
+        return table_of(f"{self.scene.name}: what accuracy costs", rows, names)
+
+    def document(self) -> dict[str, Any]:
+        """A record for each quantity and method."""
+        return {"scene": self.scene.name, "methods": self.methods}
+
+
+def measure(scene: Scene, progress: Progress | None = None, engine: Engine | None = None) -> Costs:
+    """One row for each quantity and method: cost, error, and how it judges designs at the edge of their limit.
+
+    Over the laws that ``[search]`` names, or else the scene's own. ``ns_per_design`` is their mean, all else their
+    worst: ``error_max`` and ``error_median`` (relative, against 50 digits); ``achieved`` (relative: the most that a
+    method itself leaves open); ``false_accept``: the share of designs, each put 1e-9 beyond its limit, that the
+    method calls feasible; ``undecided``: the share it leaves open. The smallest radius is that of the first
+    quantity that the size of the cam decides. Laws are measured one after the other, or each on a worker of an
+    engine.
+    """
+    found, count = [], len(problems_of(resolve(scene)))
+    measured = (engine or Threads(1)).in_order(partial(_measured, scene.to_toml()), range(count))
+    for done, rows in enumerate(chain.from_iterable(measured), start=1):
+        found += rows
+        report_progress(progress, done, count)
+    return Costs(scene, _worst(found))
+
+
+def _measured(scene: str, numbers: Sequence[int]) -> list[list[dict[str, Any]]]:
+    """The rows of some of the programmes of a scene."""
+    problems = problems_of(resolve(Scene.from_dict(tomllib.loads(scene))))
+    return [[row for subject in subjects_of(problems[number]) for row in _rows(subject)] for number in numbers]
+
+
+def _rows(subject: Subject) -> list[dict[str, Any]]:
+    """The rows of one quantity under one programme: 50 digits, which others are measured against, first."""
+    some, start = range(max(min(REFERENCED // subject.dear, len(subject.designs)), 1)), perf_counter()
+    expected = np.array([subject.reference(number) for number in some])
+    spent, alike, none = perf_counter() - start, EQUAL_DIGITS, np.zeros(1, dtype=bool)
+    rows = [_row((subject.name, REFERENCE, alike), spent / len(some), np.array([alike]), alike, none, none)]
+    limit = subject.truth - subject.sign * BEYOND_LIMIT * np.abs(subject.truth)
+    for method in METHODS:
+        value, seconds = timed(partial(subject.answer, method), TIMED_RUNS)
+        far, near = (
+            (subject.answer(method, side) for side in (1.0, -1.0)) if method.setting < 1.0 else (value, value)
+        )
+        held, possible = (subject.sign * (each - limit) <= 0.0 for each in (far, near))
+        errors = np.abs(value[: len(some)] / expected - 1.0)
+        achieved = max(float(np.max(np.abs(end / value - 1.0))) for end in (far, near))
+        asked = subject.name, method.name, method.setting
+        rows.append(_row(asked, seconds / len(value), errors, achieved, held, possible))
+    return rows
+
+
+def _row(
+    asked: tuple[str, str, float], seconds: float, errors: FloatArray, achieved: float, held: Any, possible: Any
+) -> dict[str, Any]:
+    """A row: what was asked is a quantity of a method at a setting."""
+    return {
+        **dict(zip(("quantity", "method", "setting"), asked, strict=True)),
+        "ns_per_design": seconds * 1e9,
+        "error_max": float(errors.max()),
+        "error_median": float(np.median(errors)),
+        "achieved": achieved,
+        "false_accept": float(held.mean()),
+        "undecided": float((possible & ~held).mean()),
+    }
+
+
+def _worst(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Rows of the same quantity, method and setting made one."""
+    import pandas as pd
+
+    groups = pd.DataFrame(rows).groupby(["quantity", "method", "setting"], sort=False)
+    worst = groups.max().assign(ns_per_design=groups["ns_per_design"].mean()).reset_index()
+    return [{str(name): value for name, value in row.items()} for row in worst.to_dict("records")]
+
+
+def write_accuracy(costs: Costs, folder: str | os.PathLike[str]) -> list[Path]:
+    """Write the table and its pictures to a folder; the files."""
+    out = Path(folder)
+    out.mkdir(parents=True, exist_ok=True)
+    about = {"camopt_version": VERSION, "camopt_scene": costs.scene.to_toml()}
+    table, *pictures = files = [out / name for name in ACCURACY]
+    write_table(pa.Table.from_pylist(costs.methods, metadata=about), table)
+    for picture in pictures:
+        plot(costs, picture)
+    return files
+
+
+PENS: dict[str, dict[str, Any]] = {
+    "sampling": {"color": SERIES[1], "marker": "o"},
+    "sampling, polished": {"color": SERIES[4], "marker": "s"},
+    "enclosure": {"color": SERIES[0], "marker": "D"},
+    "50 digits": {"color": INK, "marker": "^"},
+}
+POINT_LABELS: dict[Any, str] = {
+    "50 digits": "50 digits",
+    ("sampling", 36): "36 angles",
+    ("sampling", 360): "360",
+    ("sampling", 3600): "3600 angles",
+    **{("enclosure", 10.0**-k): f"asked for 1e-{k:02}" for k in (4, 6, 9, 12)},
+}
+LABEL_DISTANCES = (6.0, 12.0, 20.0, 30.0)  # points: of a label from its point
+FLOOR = 3e-17  # errors below a double's rounding are drawn there
+EPSILON = 2.2e-16
+USUAL_ERROR = 1e-9  # the relative error of a scene that names none
+
+
+def draw(costs: "Costs", path: Target = None) -> "Figure":
+    """Draw what accuracy costs: the largest error of each method against its time, a diagram for each quantity."""
+    rows = costs.methods
+    names = list(dict.fromkeys(row["quantity"] for row in rows))
+    with canvas(path, (4.3 * len(names), 4.6), powers=True, layout="constrained") as figure:
+        figure.suptitle(
+            f"What accuracy costs: {costs.scene.name}", x=0.01, ha="left", fontsize=PAGE_TITLE, weight="bold"
+        )
+        panels = figure.subplots(1, len(names), squeeze=False, sharey=True)[0]
+        labels: list[Label] = []
+        for axes, name in zip(panels, names, strict=True):
+            labels += _draw(axes, name, [row for row in rows if row["quantity"] == name])
+        panels[0].set_ylabel("largest relative error, against 50 digits")
+        handles = dict(zip(*reversed(panels[0].get_legend_handles_labels()), strict=True))
+        figure.legend(handles.values(), handles, loc="outside lower center", ncols=len(handles))
+        settle(figure, labels)
+    return figure
+
+
+def _draw(axes: Any, name: str, rows: list[dict[str, Any]]) -> list[Label]:
+    """One quantity; the labels of its points."""
+    from matplotlib.ticker import EngFormatter
+
+    axes.set(xscale="log", yscale="log", xlabel="time for each design", ylim=(FLOOR / 3, 3.0))
+    axes.xaxis.set_major_formatter(EngFormatter("s"))
+    axes.set_title(f"{name}\n{_told(rows)}", loc="left", fontsize=HEADING)
+    axes.axhspan(FLOOR / 3, EPSILON, color=FAINT, alpha=0.2, lw=0)
+    axes.text(0.01, 0.01, "below a double's rounding", transform=axes.transAxes, fontsize=SMALL, color=MUTED)
+    labels = []
+    for method, pen in PENS.items():
+        points = sorted((row for row in rows if row["method"] == method), key=lambda row: float(row["setting"]))
+        times, errors = (
+            [row["ns_per_design"] / 1e9 for row in points],
+            [max(row["error_max"], FLOOR) for row in points],
+        )
+        axes.plot(times, errors, "-", lw=1.4, ms=5, label=method, **pen)
+        texts = [POINT_LABELS.get((method, row["setting"]), POINT_LABELS.get(method, "")) for row in points]
+        style, places = {"fontsize": SMALL, "color": pen["color"]}, around(LABEL_DISTANCES)
+        placed = zip(texts, zip(times, errors, strict=True), strict=True)
+        labels += [Label(axes, text, at, places, style) for text, at in placed if text]
+    dress(axes)
+    return labels
+
+
+def _told(rows: list[dict[str, Any]]) -> str:
+    """What the usual accuracy takes, and how many samples that is; empty where it was not measured."""
+    samples = sorted((row["ns_per_design"], row["setting"]) for row in rows if row["method"] == "sampling")
+    found = [row["ns_per_design"] for row in rows if (row["method"], row["setting"]) == ("enclosure", USUAL_ERROR)]
+    if not samples or not found:
+        return ""
+    times, angles = zip(*samples, strict=True)
+    return f"1e-9, proved, in {found[0] / 1e3:.2g} µs: the time of {np.interp(found[0], times, angles):.0f} samples"

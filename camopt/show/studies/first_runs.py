@@ -1,0 +1,47 @@
+"""The kernels that first runs of commands would compile, compiled in advance."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from camopt.core.engines.progress import Advance
+from camopt.core.kernels.compile_rule import compile_at_once
+from camopt.core.kernels.compiling import READY
+from camopt.core.kernels.kernel_cache import NOWHERE, kernel_folder
+from camopt.core.numerics.dominance import Dominators
+from camopt.scene.scene import find_scene
+from camopt.scene.sources import shipped_scenes
+from camopt.solve.front.sweep import sweep
+from camopt.solve.smallest.optimise import optimise
+from camopt.solve.verdicts.evaluation import evaluate
+
+
+def compile_scenes(names: Sequence[str], advance: Advance) -> tuple[int, Path]:
+    """Compile what evaluating, optimising and sweeping scenes takes: the number of kernels, and their folder.
+
+    Without names, of all shipped scenes.
+
+    Raises
+    ------
+    PermissionError
+        If there is no folder to keep them in.
+    """
+    scenes, folder = [find_scene(name) for name in names or shipped_scenes()], kernel_folder()
+    if folder == NOWHERE:
+        raise PermissionError("there is no folder for compiled kernels: NUMBA_CACHE_DIR names another one")
+    compile_at_once()
+    sizes = {
+        "start": 40.0,
+        "stop": 90.0,
+        "step": 5.0,
+    }  # kernels that choose among designs serve every scene
+    sweep(find_scene("roller-1000rpm").replace(search={"base_radius": sizes, "law": ["cycloidal"]}), workers=1)
+    Dominators(np.zeros((1, 2))).dominate(np.ones((1, 2)))
+    for done, scene in enumerate(scenes, 1):
+        if scene.cam.base_radius is None:
+            optimise(scene)
+        else:
+            evaluate(scene)
+        advance(done, len(scenes))
+    return len(READY), folder

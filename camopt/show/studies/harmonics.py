@@ -1,0 +1,230 @@
+"""Harmonics: the motion of one turn as a sum of waves, each a whole number of times faster than the cam.
+
+    y(θ) = a₀ + Σ A_k·cos(kθ − φ_k),    A_k·e^{−iφ_k} = (1/π)∫ y·e^{−ikθ} dθ
+
+A train is excited by the harmonics of the acceleration, at k times the frequency of the turn. On each panel of the
+motion, a polynomial in Legendre's form, the integral is exact: ∫ P_n(u)·e^{−izu} du = 2·(−i)ⁿ·j_n(z). Where the
+velocity jumps, the impulse of the acceleration is counted.
+
+Source: Rothbart, Cam Design Handbook (harmonic analysis of cam motion); DLMF 10.54.2 for the integral.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import scipy
+from numpy.polynomial import legendre, polynomial
+
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.panels import TABLE_DEGREE
+from camopt.core.quantities import displacement_unit
+from camopt.core.quantities.shown import Drawn
+from camopt.core.quantities.unit_systems import shown, shown_unit
+from camopt.model.effects.motion import scale, unit_of
+from camopt.model.motion.programme import Programme
+from camopt.scene.arguments import SceneSource, scene_from
+from camopt.scene.problem.problem import resolve
+from camopt.scene.scene import Scene
+from camopt.show.drawing.style import PAGE_TITLE, Figure, Target, canvas, dress, pen_of
+from camopt.solve.tables.cells import with_unit
+from camopt.solve.tables.result import Result, Table, table_of
+
+ORDERS, MOST_ORDERS = 24, 10_000
+ROUNDING = 1e-14  # of the largest amplitude: a smaller one is rounding of the motion, and is 0
+
+
+@dataclass(frozen=True)
+class Harmonics(Result, Drawn):
+    """The harmonics of a motion, from the first on.
+
+    Attributes
+    ----------
+    scene : Scene
+        What was asked.
+    order : ndarray
+        How many times as fast as the cam each turns.
+    frequency_Hz : ndarray or None
+        The same by time; None for a scene without rpm.
+    mean : float
+        The mean displacement, mm (deg), from the lowest position.
+    displacement : ndarray
+        Amplitudes, mm (deg).
+    phase_deg : ndarray
+        Where in its own turn each is the largest, from 0 to 360 deg; of one of amplitude 0, any.
+    acceleration : ndarray
+        Amplitudes of the acceleration, in ``acceleration_unit``.
+    acceleration_unit : str
+        m/s² (rad/s²), or without rpm mm/rad² (deg/rad²).
+
+    Examples
+    --------
+    >>> found = camopt.harmonics(camopt.find_scene("two-pauses"), orders=3)
+    >>> found.order.tolist(), found.displacement.shape
+    ([1, 2, 3], (3,))
+    """
+
+    scene: Scene
+    order: Any
+    frequency_Hz: FloatArray | None  # noqa: N815
+    mean: float
+    displacement: FloatArray
+    phase_deg: FloatArray
+    acceleration: FloatArray
+    acceleration_unit: str
+
+    picture = "studies.harmonics"
+    main_rows = "harmonics"
+
+    def __repr__(self) -> str:
+        return f"<Harmonics of {self.scene.name}: {len(self.order)} orders>"
+
+    def document(self) -> dict[str, Any]:
+        """The mean, and a record for each harmonic."""
+        about = {"scene": self.scene.name, "mean": self.mean, "acceleration_unit": self.acceleration_unit}
+        return {**about, "harmonics": self.records()}
+
+    def records(self) -> list[dict[str, Any]]:
+        """A mapping for each harmonic."""
+        timed = {} if self.frequency_Hz is None else {"frequency_Hz": self.frequency_Hz}
+        columns: dict[str, Any] = {
+            "order": self.order,
+            **timed,
+            "displacement": self.displacement,
+            "phase_deg": self.phase_deg,
+            "acceleration": self.acceleration,
+        }
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        return [dict(zip(columns, row, strict=True)) for row in rows]
+
+    def table(self) -> Table:
+        """A row for each harmonic."""
+        rows = self.records()
+        units = {
+            "frequency_Hz": "Hz",
+            "displacement": displacement_unit(angular=self.scene.tool_turns),
+            "phase_deg": "deg",
+            "acceleration": self.acceleration_unit,
+        }
+        mean = with_unit(self.mean, units["displacement"])
+        title = f"{self.scene.name}: harmonics of the motion, about a mean of {mean}"
+        return table_of(title, rows, rows[0], units=units)
+
+
+def harmonics(scene: SceneSource, orders: int = ORDERS) -> Harmonics:
+    """Compute the first harmonics of a scene's motion and of its acceleration.
+
+    Parameters
+    ----------
+    scene : Scene, str or os.PathLike
+        Its sizes play no part.
+    orders : int, default 24
+        How many, from 1 to 10,000.
+
+    Returns
+    -------
+    Harmonics
+        Amplitudes and phases, right to rounding of the lift (acceleration: of its largest value).
+
+    Raises
+    ------
+    BadInput
+        If ``orders`` is not allowed.
+
+    References
+    ----------
+    H. A. Rothbart, Cam Design Handbook (harmonic analysis).
+
+    Examples
+    --------
+    >>> found = camopt.harmonics(camopt.find_scene("roller-1000rpm"))
+    >>> round(float(found.frequency_Hz[2]), 6), found.acceleration_unit
+    (50.0, 'm/s²')
+    """
+    scene = scene_from(scene)
+    if isinstance(orders, bool) or not isinstance(orders, int) or not 1 <= orders <= MOST_ORDERS:
+        raise BadInput([Mistake("camopt", "orders", orders, f"a whole number from 1 to {MOST_ORDERS:,}")])
+    problem = resolve(scene)
+    setup, programme = problem.setup, problem.programme.tool
+    order = np.arange(1, orders + 1)
+    waves = _waves(programme, 0, np.arange(orders + 1)) / programme.unit
+    timed = setup.omega is not None
+    return Harmonics(
+        scene,
+        order,
+        order * setup.rpm / 60 if timed else None,
+        float(waves[0].real) / 2,
+        np.abs(waves[1:]),
+        np.degrees(np.angle(waves[1:].conj())) % 360.0,
+        np.abs(_waves(programme, 2, order)) * scale(setup, 2),
+        unit_of(setup, 2),
+    )
+
+
+def _waves(programme: Programme, derivative: int, orders: Any) -> Any:
+    """(1/π)∫ f·e^{−ikθ} dθ over the turn for each order k, of the motion or a derivative of it by the cam angle."""
+    table = programme.table
+    half = table.half_width
+    powers = polynomial.polyder(table.coefficients.T, derivative) / half**derivative
+    series = _to_legendre()[:, : len(powers)] @ powers
+    found: Any = np.array(
+        [np.sum(half * np.exp(-1j * k * table.centre) * _panel_waves(series, k * half)) for k in orders]
+    )
+    for jump in programme.corners if derivative == 2 else ():
+        found += jump.size * np.exp(-1j * orders * jump.at)
+    return np.where(np.abs(found) > ROUNDING * np.abs(found).max(), found / np.pi, 0.0)
+
+
+def _panel_waves(series: FloatArray, z: FloatArray) -> Any:
+    """∫ f(u)·e^{−izu} du over [−1, 1] for each panel, f in Legendre's form (degrees, panels)."""
+    degrees = np.arange(len(series))[:, None]
+    return np.sum(2.0 * (-1j) ** degrees * series * scipy.special.spherical_jn(degrees, z), axis=0)
+
+
+@cache
+def _to_legendre() -> FloatArray:
+    """The matrix from powers of u to Legendre's polynomials."""
+    columns = [legendre.poly2leg(np.eye(TABLE_DEGREE + 1)[k]) for k in range(TABLE_DEGREE + 1)]
+    return np.array([np.pad(c, (0, TABLE_DEGREE + 1 - len(c))) for c in columns]).T
+
+
+LEAST_SHARE = 1e-6  # of the largest amplitude: smaller ones fall off the picture
+
+
+def draw(what: "Harmonics", path: Target = None) -> "Figure":
+    """Draw the amplitudes of a motion's harmonics."""
+    unit = displacement_unit(angular=what.scene.tool_turns)
+    amplitudes = (
+        (f"Displacement, {shown_unit(unit)}", shown(what.displacement, unit)),
+        (f"Acceleration, {shown_unit(what.acceleration_unit)}", shown(what.acceleration, what.acceleration_unit)),
+    )
+    with canvas(path, (12.5, 5.0), layout="constrained") as figure:
+        title = f"{what.scene.name}: harmonics of the motion"
+        figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
+        for axes, (name, values) in zip(figure.subplots(1, 2), amplitudes, strict=True):
+            _draw(axes, name, what, values)
+    return figure
+
+
+def draw_in(axes: Any, what: "Harmonics") -> None:
+    """Draw the amplitudes of the displacement."""
+    unit = displacement_unit(angular=what.scene.tool_turns)
+    _draw(axes, f"Displacement, {shown_unit(unit)}", what, shown(what.displacement, unit))
+
+
+def _draw(axes: Any, name: str, what: "Harmonics", values: Any) -> None:
+    largest = float(np.max(values))
+    seen = values > LEAST_SHARE * largest
+    floor = 10.0 ** np.floor(np.log10(values[seen].min()))
+    axes.vlines(what.order[seen], floor, values[seen], lw=2.0, color=pen_of(0)["color"])
+    axes.plot(what.order[seen], values[seen], ls="", marker="o", ms=4.0, color=pen_of(0)["color"])
+    turn = "" if what.frequency_Hz is None else f", in multiples of {what.frequency_Hz[0]:.6g} Hz"
+    axes.set(yscale="log", xlim=(0.0, float(what.order[-1]) + 1.0), xlabel=f"harmonic{turn}")
+    axes.set_ylim(floor, 2.0 * largest)
+    tens = 10.0 ** np.arange(round(np.log10(floor)), np.floor(np.log10(2.0 * largest)) + 1)
+    axes.set_yticks(tens, labels=[f"{each:g}" for each in tens])
+    axes.minorticks_off()
+    axes.set_title(name, loc="left")
+    dress(axes)

@@ -1,0 +1,240 @@
+"""Sensitivities: how much each quantity of a cam changes with each of its sizes and numbers.
+
+    f'(x) ≈ (f(x − 2h) − 8·f(x − h) + 8·f(x + h) − f(x + 2h))/(12·h)
+
+All points about the cam are designs of one block, so that every effect runs once. Where a quantity has a kink, as
+the largest of two peaks that are equal, it has a slope on each side:
+
+    f'(x±) ≈ ∓(3·f(x) − 4·f(x ± h) + f(x ± 2h))/(2·h)
+
+Source: A. Griewank, A. Walther, Evaluating Derivatives, ch. 1; the envelope theorem says that the peak of a curve
+changes as the curve does at its cam angle.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from camopt.core.mistakes import UnknownName, nearest
+from camopt.core.numerics import FloatArray
+from camopt.core.quantities import in_order
+from camopt.model.effects import Case, quantity_of
+from camopt.model.mechanisms import Designs
+from camopt.scene.arguments import SceneSource, scene_from
+from camopt.scene.problem.problem import Problem, exactly, resolve_design
+from camopt.scene.problem.variables import Variable
+from camopt.scene.scene import Scene
+from camopt.solve.tables.result import Result, Table, table_of
+from camopt.solve.verdicts.running import run_effects
+
+STEP_SHARE = 1e-3  # of what a variable is of the order of: the error of the formula is its fourth power
+STENCIL = np.array([-2.0, -1.0, 1.0, 2.0])
+CENTRAL = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
+KINK = 1e-4  # of a slope, or of the quantity over the variable's order: two sides that differ by more make a kink
+JUMP = 1.0  # deg: a place that bends by more within two steps has gone over to another peak
+
+
+class Sensitivity(NamedTuple):
+    """The derivative of a quantity by a variable, in the quantity's unit by the variable's in the scene.
+
+    None where the quantity is infinite or the cam cannot be assembled on one side, where the place of a peak jumps
+    to another that is as large, and at a kink, where ``below`` and ``above`` differ.
+
+    Examples
+    --------
+    >>> found = camopt.sensitivities(camopt.find_scene("belt-matching"))
+    >>> slope = found["pressure_angle_max_deg", "cam.base_radius"]
+    >>> slope.derivative < 0, round(slope.below / slope.above, 6)
+    (True, 1.0)
+    """
+
+    derivative: float | None
+    below: float | None
+    """Towards less of the variable."""
+    above: float | None
+    """Towards more of it."""
+
+
+@dataclass(frozen=True)
+class Sensitivities(Result, Mapping[tuple[str, str], Sensitivity]):
+    """The sensitivities of one cam by (quantity, key of the variable).
+
+    Attributes
+    ----------
+    scene : Scene
+        The cam.
+    quantities : dict
+        Those of the cam itself.
+    found : dict
+        The sensitivities.
+
+    Examples
+    --------
+    >>> found = camopt.sensitivities(camopt.find_scene("roller-1000rpm"))
+    >>> round(found["pressure_angle_max_deg", "cam.base_radius"].derivative, 4)
+    -0.4006
+    """
+
+    scene: Scene
+    quantities: dict[str, float]
+    found: dict[tuple[str, str], Sensitivity]
+    main_rows: ClassVar[str] = "sensitivities"
+
+    def table(self) -> Table:
+        """A row for each quantity and variable: the derivative, in the quantity's unit by the variable's."""
+        rows = [
+            {**row, "derivative": "" if row["derivative"] is None else row["derivative"]} for row in self._records
+        ]
+        return table_of(f"{self.scene.name}: sensitivities", rows, ["quantity", "variable", "derivative"])
+
+    def document(self) -> dict[str, Any]:
+        """The quantities of the cam, and a record for each derivative."""
+        return {"scene": self.scene.name, "quantities": self.quantities, "sensitivities": self._records}
+
+    @property
+    def _records(self) -> list[dict[str, Any]]:
+        return [{"quantity": name, "variable": key, **each._asdict()} for (name, key), each in self.found.items()]
+
+    def __getitem__(self, pair: tuple[str, str]) -> Sensitivity:
+        if isinstance(pair, str):
+            such = next(iter(self.found), ("base_radius_mm", "cam.base_radius"))
+            raise UnknownName(f"{pair!r} is one name; a sensitivity has two, a quantity and a variable: {such}")
+        if pair not in self.found:
+            known = [*dict.fromkeys(name for each in self.found for name in each)]
+            wrong = next((str(name) for name in pair if name not in known), str(pair))
+            raise UnknownName(f"{wrong!r} is no quantity or variable of this cam; {nearest(wrong, known)}")
+        return self.found[pair]
+
+    def __iter__(self) -> Iterator[tuple[str, str]]:
+        return iter(self.found)
+
+    def __len__(self) -> int:
+        return len(self.found)
+
+    def __repr__(self) -> str:
+        variables = len({key for _, key in self.found})
+        return f"<Sensitivities of {self.scene.name}: {len(self.quantities)} quantities by {variables} variables>"
+
+
+def sensitivities(scene: SceneSource) -> Sensitivities:
+    """Find the derivative of each quantity of a cam by each of its sizes and numbers.
+
+    Quantities are those that ``evaluate`` gives for the scene and that are numbers. Variables are the sizes of the
+    mechanism, as ``cam.base_radius``, and the numbers other than 0 of speed, dynamics, materials and the train that
+    the scene gives, as ``follower.dynamics.spring_rate`` or ``train.1.crank``; everything else stays as it is.
+
+    Parameters
+    ----------
+    scene : Scene, str or os.PathLike
+        A scene with sizes of its own.
+
+    Returns
+    -------
+    Sensitivities
+        A mapping from (quantity, key) to ``Sensitivity``: where the quantity is smooth, derivatives to some 1e-8,
+        and those of one side, of lower order, to some 1e-5.
+
+    Raises
+    ------
+    BadInput
+        If the scene lacks a size or number.
+
+    References
+    ----------
+    A. Griewank, A. Walther, Evaluating Derivatives, ch. 1.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("roller-1000rpm")
+    >>> round(camopt.sensitivities(scene)["acceleration_max_m_s2", "cam.rpm"].derivative, 4)
+    1.7778
+    """
+    scene = scene_from(scene)
+    problem = exactly(resolve_design(scene))
+    variables = _variables(problem)
+    numbers = {each.key: value for each, (value, _) in variables.items() if each.is_number}
+    freed = problem.freed(numbers)
+    names = [name for name in problem.wanted if quantity_of(name, problem.setup).kind is float]
+    around = _around(problem.design, variables)
+    columns = run_effects(Case(freed.setup, freed.programme, around), names).columns
+    exists = freed.setup.mechanism.exists(around, freed.programme)
+    trains = {each: _beside(problem, each, value, names) for each, value in _of_train(scene, problem)}
+    found, values = {}, {}
+    for name in in_order(columns):
+        column = np.where(exists, np.broadcast_to(columns[name], len(around)), np.nan).astype(float)
+        values[name], most = float(column[0]), JUMP if name.endswith("_at_deg") else np.inf
+        for number, (each, (_, order)) in enumerate(variables.items()):
+            beside = column[1 + len(STENCIL) * number : 1 + len(STENCIL) * (number + 1)]
+            found[name, each.key] = _slope(column[0], beside, STEP_SHARE * order, most)
+        for each, (step, rows) in trains.items():
+            found[name, each.key] = _slope(column[0], np.array([row.get(name, np.nan) for row in rows]), step, most)
+    return Sensitivities(scene, values, found)
+
+
+def _variables(problem: Problem) -> dict[Variable, tuple[float, float]]:
+    """The value of each variable, and what it is of the order of."""
+    found, prime = {}, float(problem.design.prime_radius[0])
+    for each in problem.variables:
+        given = problem.design.sizes[each.field][0] if each.is_size else problem.setup.given[each.key]
+        if each.is_size or (each.is_ranged and given):
+            found[each] = float(given), max(abs(float(given)), 0.1 * prime * each.is_size)
+    return found
+
+
+def _of_train(scene: Scene, problem: Problem) -> Iterator[tuple[Variable, float]]:
+    """The numbers of the train that a scene gives, which are not 0; a load by cam angle is none."""
+    variables = {each.key: each for each in problem.variables if each.enters == "train"}
+    for key, value in scene.numbers(variables).items():
+        if value and not isinstance(value, tuple):
+            yield variables[key], value
+
+
+def _beside(
+    problem: Problem, variable: Variable, value: float, names: Sequence[str]
+) -> tuple[float, list[dict[str, float]]]:
+    """The quantities of a cam behind trains with a little less and a little more of a number, and the step.
+
+    None of those that cannot be put together.
+    """
+    step = STEP_SHARE * abs(value)
+    rows = []
+    for move in STENCIL:
+        moved = problem.with_numbers({variable.key: value + move * step})
+        exists = moved.setup.mechanism.exists(problem.design, moved.programme)[0]
+        case = Case(moved.setup, moved.programme, problem.design)
+        columns = run_effects(case, names).columns if exists else {}
+        rows.append({name: float(np.broadcast_to(each, 1)[0]) for name, each in columns.items()})
+    return step, rows
+
+
+def _around(design: Designs, variables: Mapping[Variable, tuple[float, float]]) -> Designs:
+    """The cam, and for each variable those with a little less and a little more of it."""
+    values: dict[str, Any] = {}
+    count = 1 + len(STENCIL) * len(variables)
+    for number, (each, (value, order)) in enumerate(variables.items()):
+        column = np.full(count, value)
+        column[1 + len(STENCIL) * number : 1 + len(STENCIL) * (number + 1)] += STENCIL * STEP_SHARE * order
+        values[each.field] = column
+    return design.take(np.zeros(count, dtype=int)).with_values(values)
+
+
+def _slope(value: float, beside: FloatArray, step: float, most: float) -> Sensitivity:
+    """The slopes of a quantity from its values beside the cam's own; none to a side where it bends by ``most``."""
+    with np.errstate(invalid="ignore"):
+        change = beside - value
+        change[:2] = np.where(abs(change[0] - 2.0 * change[1]) > most, np.nan, change[:2])
+        change[2:] = np.where(abs(change[3] - 2.0 * change[2]) > most, np.nan, change[2:])
+        below = float(change[0] - 4.0 * change[1]) / (2.0 * step)
+        above = float(4.0 * change[2] - change[3]) / (2.0 * step)
+        middle = float(CENTRAL @ change) / step
+    known = (
+        KINK * max(abs(below), abs(above), abs(value) * STEP_SHARE / step) if np.isfinite(below + above) else 0.0
+    )
+    smooth = np.isfinite(middle) and abs(above - below) <= known
+    return Sensitivity(middle if smooth else None, _finite(below), _finite(above))
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None

@@ -1,0 +1,270 @@
+"""The response spectrum of a motion law: how a train vibrates after one rise between dwells, against its period.
+
+The rise has lift 1 and takes the time t₁; the train, of natural period T_n and damping ratio ζ, rests before it.
+With the period ratio λ = t₁/T_n the response is exact (``numerics.oscillator``, r = 2πλ). Undamped, the amplitude
+left over after a cycloidal rise is |sin πλ|/(πλ·|λ² − 1|): none for a whole λ from 2 on.
+
+Source: Norton, Cam Design and Manufacturing Handbook (residual vibrations).
+"""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from camopt.core.mistakes import BadInput, Mistake, nearest
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.oscillator import Wave, damped, from_rest
+from camopt.core.numerics.wave_extremes import largest, largest_magnitude
+from camopt.core.quantities import Quantity
+from camopt.core.quantities.shown import Drawn
+from camopt.core.storage.tables import write_table
+from camopt.model.effects.vibration import corners, mass_acceleration
+from camopt.model.motion import LAWS
+from camopt.model.motion.law import Law
+from camopt.model.motion.programme import Programme
+from camopt.model.motion.stroke import DWELL, RISE, Stroke
+from camopt.scene.arguments import options_by_keyword
+from camopt.scene.problem.problem import resolve
+from camopt.scene.problem.rows import Rows, concatenate_rows
+from camopt.scene.scene import Scene
+from camopt.show.drawing.plot import plot
+from camopt.show.drawing.style import PAGE_TITLE, Figure, Target, canvas, dress, pen_of
+from camopt.solve.tables.result import Columns, Result, Table, table_of
+from camopt.solve.tables.table import schema_of, to_table
+
+SPECTRUM = ("spectrum.parquet", "spectrum.svg")
+DRAWN = ("cycloidal", "modified-sine", "modified-trapezoid", "harmonic", "poly345", "poly4567")
+RATIOS = np.linspace(0.1, 10.0, 397)  # every whole number and quarter among them
+ALLOWED = (1e-3, 1e4)
+PANELS_AT_ONCE = 1 << 14  # panels, each with a polynomial of its own
+
+
+SPECTRUM_COLUMNS = {
+    name: Quantity(name, symbol, unit, "spectrum", sentence, str if name == "law" else float)
+    for name, symbol, unit, sentence in (
+        ("law", "", "", "Motion law of the rise."),
+        ("period_ratio", "t₁/T_n", "", "Time of the rise over the natural period of the train."),
+        ("damping_ratio", "ζ", "", "Damping ratio of the train."),
+        ("residual", "A", "lift", "Amplitude of the vibration at the start of the dwell after the rise."),
+        ("overshoot", "", "lift", "Largest travel of the mass beyond the lift."),
+        ("deflection", "z", "lift", "Largest |x − y| during the rise and after it."),
+        ("acceleration", "C_a", "lift/t₁²", "Largest |acceleration| of the mass, with the rise's time as unit."),
+    )
+}
+
+
+class Spectrum(Columns, Drawn):
+    """A response spectrum: a mapping from the name of a column to its values.
+
+    Examples
+    --------
+    >>> camopt.response_spectrum("cycloidal", [1.0, 2.5])["period_ratio"].tolist()
+    [1.0, 2.5]
+    """
+
+    picture = "studies.spectrum"
+    together = True
+
+
+@options_by_keyword
+def response_spectrum(law: str | Law, ratios: ArrayLike | None = None, *, damping_ratio: float = 0.0) -> Spectrum:
+    """Compute how a follower train vibrates after one rise, by the ratio t₁/Tₙ of rise time to natural period.
+
+    Parameters
+    ----------
+    law : str or Law
+        The name of a built-in law, or a law.
+    ratios : array_like, optional
+        Period ratios, from 1e-3 to 1e4, in one dimension; by default 397 of them from 0.1 to 10, in even steps.
+    damping_ratio : float, default 0
+        ζ, 0 or more and below 1.
+
+    Returns
+    -------
+    Spectrum
+        A mapping: ``law``, ``period_ratio``, ``damping_ratio``, and in units of the lift ``residual`` (amplitude at
+        the start of the dwell), ``overshoot`` (largest x − 1), ``deflection`` (largest ``|x − y|``) and
+        ``acceleration`` (largest ``|ẍ|·t₁²``).
+
+    Raises
+    ------
+    BadInput
+        For an unknown law, and for numbers that are not allowed.
+
+    References
+    ----------
+    R. L. Norton, Cam Design and Manufacturing Handbook (residual vibration).
+
+    Examples
+    --------
+    >>> spectrum = camopt.response_spectrum("cycloidal", [1.0, 2.5])
+    >>> spectrum["residual"].round(4).tolist()
+    [0.5, 0.0243]
+    """
+    chosen, λ = _checked(law, RATIOS if ratios is None else ratios, damping_ratio)
+    at_once = max(1, PANELS_AT_ONCE // len(_rise(chosen).table.half_width))
+    parts = [λ[k : k + at_once].tolist() for k in range(0, len(λ), at_once)]
+    found = [_responses(chosen, tuple(part), float(damping_ratio)) for part in parts]
+    values = np.concatenate(found, axis=1) if found else np.zeros((4, 0))
+    names = ("residual", "overshoot", "deflection", "acceleration")
+    labels = {"law": np.full(len(λ), chosen.NAME), "period_ratio": λ, "damping_ratio": float(damping_ratio)}
+    return _spectrum(labels | dict(zip(names, values, strict=True)))
+
+
+def _spectrum(columns: Mapping[str, Any]) -> Spectrum:
+    """A spectrum with the units of its columns."""
+    return Spectrum(columns, {name: SPECTRUM_COLUMNS[name].unit for name in columns})
+
+
+def _checked(law: str | Law, ratios: ArrayLike, damping_ratio: float) -> tuple[Law, FloatArray]:
+    mistakes = []
+    if isinstance(law, str) and law not in LAWS:
+        mistakes.append(Mistake("camopt", "law", law, f"a motion law; {nearest(law, LAWS)}"))
+    try:
+        values = np.asarray(ratios, dtype=float)
+        wrong = values[~((values >= ALLOWED[0]) & (values <= ALLOWED[1]))].tolist()
+    except (TypeError, ValueError):
+        values, wrong = np.zeros(0), [ratios]
+    wide = f"numbers from {ALLOWED[0]:g} to {ALLOWED[1]:g}, in one dimension"
+    if wrong or values.ndim != 1:
+        mistakes.append(Mistake("camopt", "ratios", wrong[0] if wrong else values.tolist(), wide))
+    if isinstance(damping_ratio, bool) or not isinstance(damping_ratio, (int, float)) or not 0 <= damping_ratio < 1:
+        mistakes.append(Mistake("camopt", "damping_ratio", damping_ratio, "a number, 0 or more and below 1"))
+    if mistakes:
+        raise BadInput(mistakes)
+    return LAWS[law] if isinstance(law, str) else law, values
+
+
+@lru_cache(maxsize=64)
+def _responses(law: Law, ratios: tuple[float, ...], damping: float) -> FloatArray:
+    """Residual, overshoot, deflection and acceleration (4, ratios)."""
+    frequency = 2.0 * np.pi * np.array(ratios)
+    motion, wave = _rise_and_dwell(law, frequency, damping)
+    beyond = motion.copy()
+    beyond[0] -= 1.0
+    return np.array(
+        [
+            wave.amplitude[:, -1],
+            np.maximum(largest(wave.over(beyond)).value, 0.0),
+            largest_magnitude(wave).value,
+            largest_magnitude(mass_acceleration(wave, frequency[:, None])).value,
+        ]
+    )
+
+
+def _rise_and_dwell(law: Law, frequency: FloatArray, damping: float) -> tuple[FloatArray, Wave]:
+    """The motion (powers, panels), and the response on the panels of the rise and one period of the dwell."""
+    programme = _rise(law)
+    motion, rows = programme.table.coefficients.T, frequency[:, None]
+    half_width = np.repeat(programme.table.half_width[None], len(frequency), axis=0)
+    half_width[:, -1] = np.pi / (damped(damping) * frequency)
+    return motion, from_rest(motion, half_width, corners(programme), rows, damping)
+
+
+def _rise(law: Law) -> Programme:
+    return Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0), Stroke(DWELL, None, 1.0, 1.0, 1.0, 1.0)))
+
+
+SHOWN_RATIOS = (0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
+
+
+@dataclass(frozen=True)
+class Spectra(Result):
+    """The response spectra of several laws."""
+
+    rows: Rows
+
+    def table(self) -> Table:
+        """The residual amplitude in the dwell after each law, at a few period ratios."""
+        laws: dict[str, dict[str, Any]] = {}
+        for record in self.rows.records():
+            ratio = round(record["period_ratio"], 9)
+            if ratio in SHOWN_RATIOS:
+                row = laws.setdefault(record["law"], {"law": record["law"]})
+                row[f"{ratio:g}"] = f"{record['residual']:.2g}"
+        title = "Residual vibration as a share of the lift, at ratios t₁/Tₙ of the rise time to the natural period"
+        return table_of(title, [*laws.values()], ["law", *(f"{ratio:g}" for ratio in SHOWN_RATIOS)])
+
+    def document(self) -> list[dict[str, Any]]:
+        """A record for each law and ratio."""
+        return self.rows.records()
+
+    def write(self, folder: str | os.PathLike[str]) -> None:
+        """Write the table and its picture into a folder, which is made.
+
+        Raises
+        ------
+        OSError
+            If a file cannot be written.
+        """
+        table, picture = (Path(folder) / name for name in SPECTRUM)
+        table.parent.mkdir(parents=True, exist_ok=True)
+        write_table(to_table(self.rows, schema_of(SPECTRUM_COLUMNS.values())), table)
+        laws = self.rows.column("law")
+        each = [
+            _spectrum({name: self.rows.column(name)[laws == law] for name in SPECTRUM_COLUMNS})
+            for law in dict.fromkeys(laws.tolist())
+        ]
+        plot(each, picture)
+
+
+def spectra_of(scene: Scene) -> Spectra:
+    """The spectra of the usual laws and of those that the scene's strokes have, for its damping ratio.
+
+    Raises
+    ------
+    BadInput
+        For a damping ratio of 1 or more.
+    """
+    problem = resolve(scene)
+    laws = {name: LAWS[name] for name in DRAWN}
+    laws |= {stroke.law.NAME: stroke.law for stroke in problem.programme.tool.strokes if stroke.law}
+    damping = problem.setup.dynamics.damping_ratio
+    each = (Rows(response_spectrum(law, damping_ratio=damping), len(RATIOS)) for law in laws.values())
+    return Spectra(concatenate_rows(each))
+
+
+TITLES = {
+    "residual": "Residual amplitude in the dwell, as a share of the lift",
+    "acceleration": "Largest acceleration of the mass, in lift/t₁²",
+}
+LEAST_AMPLITUDE = 1e-4  # amplitudes of a smaller share of the lift fall off the picture
+AMPLITUDE_TICKS = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
+
+
+def draw(what: Mapping[str, Any] | Sequence[Mapping[str, Any]], path: Target = None) -> "Figure":
+    """Draw response spectra: residual amplitude in the dwell, and largest acceleration of the mass."""
+    spectra = [what] if isinstance(what, Mapping) else what
+    with canvas(path, (12.5, 5.6), layout="constrained") as figure:
+        damping = {float(each) for spectrum in spectra for each in np.ravel(spectrum["damping_ratio"])}
+        ratio = " and ".join(f"{each:g}" for each in sorted(damping))
+        title = f"Follower train after a rise in the time t₁: natural period Tₙ, damping ratio {ratio}"
+        figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
+        for axes, name in zip(figure.subplots(1, 2), TITLES, strict=True):
+            _draw(axes, name, spectra)
+        handles, labels = figure.axes[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=8)
+    return figure
+
+
+def _draw(axes: Any, name: str, spectra: Sequence[Mapping[str, Any]]) -> None:
+    ratios, values = (np.concatenate([each[column] for each in spectra]) for column in ("period_ratio", name))
+    for place, spectrum in enumerate(spectra):
+        law = str(spectrum["law"][0])
+        axes.plot(spectrum["period_ratio"], spectrum[name], lw=1.4, label=law, **pen_of(place))
+    axes.set(xlim=(0.0, ratios.max()), xlabel="period ratio t₁/Tₙ")
+    axes.locator_params(axis="x", nbins=11)
+    if name == "residual":
+        axes.set(yscale="log", ylim=(LEAST_AMPLITUDE, 2.0 * max(1.0, float(values.max()))))
+        axes.set_yticks(AMPLITUDE_TICKS, labels=[f"{share:g}" for share in AMPLITUDE_TICKS])
+        axes.minorticks_off()
+    else:
+        axes.set_ylim(0.0, 1.05 * float(values.max()))
+    axes.set_title(TITLES[name], loc="left")
+    dress(axes)

@@ -1,0 +1,31 @@
+"""The hole for the shaft: a bore and its keyway, in mm in the cam's own frame."""
+
+from math import asin, pi, radians, tan
+
+import numpy as np
+
+from camopt.core.numerics import ComplexArray
+from camopt.core.numerics.stable import difference_of_squares_root
+from camopt.scene.part import TOWARDS_FOLLOWER, Part
+from camopt.solve.contour.path import ArcPath
+
+
+def keyway_corners(part: Part, turn: float) -> ComplexArray:
+    """The corners of a keyway in a direction (rad), from the right one of its mouth, seen from the axis."""
+    half, bottom = (part.keyway_width or 0.0) / 2, (part.bore or 0.0) / 2 + (part.keyway_depth or 0.0)
+    mouth = difference_of_squares_root((part.bore or 0.0) / 2, half)
+    corners = np.array([complex(mouth, -half), complex(bottom, -half), complex(bottom, half), complex(mouth, half)])
+    return np.asarray(corners * np.exp(1j * turn))
+
+
+def keyway_turn(part: Part) -> float:
+    """The direction of the middle of the keyway, rad; towards the follower if there is no keyway."""
+    return radians(TOWARDS_FOLLOWER if part.keyway_angle is None else part.keyway_angle)
+
+
+def bore_with_keyway(part: Part) -> ArcPath:
+    """The bore of a part that has a keyway, anticlockwise: its circle, and then three sides of the keyway."""
+    corners = keyway_corners(part, keyway_turn(part))
+    sweep = 2.0 * pi - 2.0 * asin((part.keyway_width or 0.0) / (part.bore or 0.0))
+    vertices = np.concatenate([corners[-1:], corners])
+    return ArcPath(vertices, np.array([tan(sweep / 4), 0.0, 0.0, 0.0]), np.zeros((4, 2)), (0,) * 4)

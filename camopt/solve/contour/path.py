@@ -1,0 +1,143 @@
+"""Paths of arcs and lines, and paths of cubics, for machines and other programs."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from camopt.core.numerics import ComplexArray, FloatArray, IndexArray
+
+STRAIGHT_ARC = 1e-12  # rad: an arc that turns by less is a line
+SAME_VELOCITY = 1e-9  # relative difference of velocities that are the same
+
+
+@dataclass(frozen=True)
+class ArcPath:
+    """n arcs or lines from vertex to vertex.
+
+    ``vertices`` are n + 1 points x + iy, mm. ``bulges`` are n numbers, the tangents of a quarter of what each arc
+    turns: above 0 anticlockwise, 0 for a line (as in DXF). ``angles`` are n pairs of cam angles, rad: from where to
+    where the curve is beside the arc.
+    """
+
+    vertices: ComplexArray
+    bulges: FloatArray
+    angles: FloatArray
+    spans: tuple[int, ...]
+    """On which span of the curve each arc is."""
+
+    @property
+    def what(self) -> str:
+        """The kind of its elements, in words."""
+        arcs, lines = np.any(self.bulges != 0.0), np.any(self.bulges == 0.0)
+        return "arcs and lines" if arcs and lines else "arcs" if arcs else "lines"
+
+    @property
+    def closed(self) -> bool:
+        return bool(self.vertices[0] == self.vertices[-1])
+
+    @property
+    def chords(self) -> ComplexArray:
+        return np.diff(self.vertices)
+
+    @property
+    def sweeps(self) -> FloatArray:
+        """The angle of each arc, rad, anticlockwise positive."""
+        return 4.0 * np.arctan(self.bulges)
+
+    @property
+    def curvatures(self) -> FloatArray:
+        """1/mm, anticlockwise positive."""
+        return 2.0 * np.sin(self.sweeps / 2) / np.abs(self.chords)
+
+    @property
+    def centres(self) -> ComplexArray:
+        """Centres of the arcs, mm; infinite for lines."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return self.vertices[:-1] + self.chords * (0.5 + 0.5j / np.tan(self.sweeps / 2))
+
+    @property
+    def tangents(self) -> tuple[ComplexArray, ComplexArray]:
+        """Unit tangents where each arc starts and ends."""
+        chords, turn = self.chords / np.abs(self.chords), np.exp(0.5j * self.sweeps)
+        return chords / turn, chords * turn
+
+    def times(self, factor: float) -> "ArcPath":
+        """The path in another unit of length."""
+        return replace(self, vertices=factor * self.vertices)
+
+    @property
+    def from_behind(self) -> "ArcPath":
+        """The path as it is seen from the other side of its plane, which is turned over about the y axis."""
+        return replace(self, vertices=-self.vertices.conjugate(), bulges=-self.bulges)
+
+    @property
+    def anticlockwise(self) -> bool:
+        """Whether it goes round the origin anticlockwise, by the area between its vertices."""
+        return bool((self.vertices[:-1].conjugate() * self.vertices[1:]).imag.sum() > 0.0)
+
+    @property
+    def backwards(self) -> "ArcPath":
+        """The path from its end to its start."""
+        return ArcPath(self.vertices[::-1], -self.bulges[::-1], self.angles[::-1], self.spans[::-1])
+
+    def divided(self, counts: IndexArray) -> "ArcPath":
+        """The path with each arc in so many equal ones, each beside an equal part of its cam angles.
+
+        With t from 0 to 1 an arc of the chord c that turns by φ is at c·(e^{iφt} − 1)/(e^{iφ} − 1).
+        """
+        each, t = np.repeat(np.arange(counts.size), counts), np.concatenate([np.arange(n) / n for n in counts])
+        turn = np.where(np.abs(self.sweeps) > STRAIGHT_ARC, self.sweeps, STRAIGHT_ARC)[each]
+        inside = self.vertices[each] + self.chords[each] * np.expm1(1j * turn * t) / np.expm1(1j * turn)
+        low, high = self.angles[each].T
+        begin, end = (low + (high - low) * share for share in (t, t + 1.0 / counts[each]))
+        return ArcPath(
+            np.append(inside, self.vertices[-1]),
+            np.tan(np.arctan(self.bulges) / counts)[each],
+            np.column_stack([begin, end]),
+            tuple(self.spans[k] for k in each),
+        )
+
+    def starting(self, k: int) -> "ArcPath":
+        """The closed path from another vertex on."""
+        corners = np.roll(self.vertices[:-1], -k)
+        spans = (*self.spans[k:], *self.spans[:k])
+        return ArcPath(np.append(corners, corners[0]), np.roll(self.bulges, -k), np.roll(self.angles, -k, 0), spans)
+
+    def __len__(self) -> int:
+        return self.bulges.size
+
+
+@dataclass(frozen=True)
+class CubicPath:
+    """n Bézier cubics: control points (n, 4), x + iy in mm; ``angles`` and ``spans`` as of ``ArcPath``."""
+
+    controls: ComplexArray
+    angles: FloatArray
+    spans: tuple[int, ...]
+    what: ClassVar[str] = "cubics"
+
+    def times(self, factor: float) -> "CubicPath":
+        """The path in another unit of length."""
+        return replace(self, controls=factor * self.controls)
+
+    def __len__(self) -> int:
+        return len(self.controls)
+
+    @property
+    def bspline(self) -> tuple[ComplexArray, FloatArray]:
+        """Control points and knots (deg of cam angle) of the cubic B-spline that these cubics are.
+
+        Knots are double where the curve runs on with the same velocity, triple at corners.
+        """
+        lengths = self.angles[:, 1] - self.angles[:, 0]
+        leaving = (self.controls[:-1, 3] - self.controls[:-1, 2]) / lengths[:-1]
+        starting = (self.controls[1:, 1] - self.controls[1:, 0]) / lengths[1:]
+        corner = np.abs(starting - leaving) > SAME_VELOCITY * np.abs(leaving)
+        keep = np.ones(self.controls.shape, dtype=bool)
+        keep[:-1, 3] = corner
+        keep[1:, 0] = False
+        times = np.where(corner, 3, 2)
+        knots = np.concatenate([self.angles[[0], 0], self.angles[:, 1]])
+        repeated = np.repeat(knots, np.concatenate([[4], times, [4]]))
+        return self.controls[keep], np.degrees(repeated)

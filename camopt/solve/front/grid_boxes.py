@@ -1,0 +1,117 @@
+"""Boxes of designs of a grid: a motion, and on each axis the first and the last of the values that a box spans."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import FloatArray, IntArray
+from camopt.core.numerics.interval import Interval
+from camopt.model.mechanisms import Designs
+from camopt.scene.problem.space import Space
+from camopt.solve.front.pareto import LARGEST_COST
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A space whose axes are in rising order, so that a box of places is one of sizes."""
+
+    space: Space
+
+    @cached_property
+    def order(self) -> list[IntArray]:
+        """For each axis, the numbers of its values, the least first."""
+        return [np.argsort(values, kind="stable") for values in self.space.axes.values()]
+
+    @cached_property
+    def axes(self) -> dict[str, FloatArray]:
+        """The rising values of each axis, by field of ``Designs``."""
+        ordered = zip(self.space.axes.items(), self.order, strict=True)
+        return {field: values[order] for (field, values), order in ordered}
+
+    @cached_property
+    def free(self) -> list[str]:
+        """The sizes and numbers of which there are several values."""
+        return [name for name, values in self.axes.items() if values.size > 1]
+
+    def whole(self, objectives: int) -> "GridBoxes":
+        """One box for each problem: all of its designs, of unknown costs."""
+        motion = np.arange(len(self.space.problems))
+        last = np.array([values.size - 1 for values in self.axes.values()], dtype=np.int64)
+        high = np.tile(last, (motion.size, 1))
+        return GridBoxes(motion, np.zeros_like(high), high, np.full((motion.size, objectives), -LARGEST_COST))
+
+    def designs(self, boxes: "GridBoxes") -> Designs:
+        """Boxes as designs of Intervals."""
+        fixed = self.space.problem.design
+        ends: dict[str, Any] = {}
+        for name, value in fixed.sizes.items():
+            same = np.broadcast_to(value, len(boxes))
+            ends[name] = Interval(same, same)
+        for k, (name, values) in enumerate(self.axes.items()):
+            ends[name] = Interval(values[boxes.low[:, k]], values[boxes.high[:, k]])
+        return fixed.with_values(ends)
+
+    def number(self, places: IntArray) -> IntArray:
+        """The numbers in the space of designs of a motion, from their places on the axes (designs, axes)."""
+        shape = tuple(values.size for values in self.axes.values())
+        where = tuple(order[place] for order, place in zip(self.order, places.T, strict=True))
+        return np.asarray(np.ravel_multi_index(where, shape) if shape else np.zeros(len(places), dtype=np.int64))
+
+    def numbers(self, boxes: "GridBoxes") -> IntArray:
+        """Those of all designs of some boxes, one box after the other."""
+        shape, counts = boxes.high - boxes.low + 1, boxes.counts
+        home = np.repeat(np.arange(len(boxes)), counts)
+        rest = np.arange(home.size) - np.repeat(np.cumsum(counts) - counts, counts)
+        places = np.empty((home.size, shape.shape[1]), dtype=np.int64)
+        for k in reversed(range(shape.shape[1])):
+            rest, place = np.divmod(rest, shape[home, k])
+            places[:, k] = boxes.low[home, k] + place
+        return self.number(places)
+
+
+@dataclass(frozen=True)
+class GridBoxes:
+    """n boxes of a grid of d axes."""
+
+    motion: IntArray
+    """The number of its motion (n,)."""
+    low: IntArray
+    """The place of the least size on each axis (n, d)."""
+    high: IntArray
+    """The place of the largest, itself a part of the box (n, d)."""
+    costs: FloatArray
+    """What its designs cost at least (n, objectives)."""
+
+    def __len__(self) -> int:
+        return int(self.motion.size)
+
+    @property
+    def counts(self) -> IntArray:
+        """How many designs each holds (n,)."""
+        counts: IntArray = np.prod(self.high - self.low + 1, axis=1, dtype=np.int64)
+        return counts
+
+    @property
+    def middle(self) -> IntArray:
+        """The places of a design in the middle of each (n, d)."""
+        return (self.low + self.high) // 2
+
+    def take(self, index: Any) -> "GridBoxes":
+        """The boxes at an index, mask or slice."""
+        return GridBoxes(*(values[index] for values in (self.motion, self.low, self.high, self.costs)))
+
+    def halved(self, axis: IntArray) -> "GridBoxes":
+        """Each box cut in two across an axis (n,) on which it has several values; both halves side by side."""
+        here = np.arange(len(self)), axis
+        below, above, middle = self.high.copy(), self.low.copy(), self.middle[here]
+        below[here], above[here] = middle, middle + 1
+        order = np.arange(2 * len(self)).reshape(2, -1).T.ravel()
+        return chained_boxes([replace(self, high=below), replace(self, low=above)]).take(order)
+
+
+def chained_boxes(parts: list[GridBoxes]) -> GridBoxes:
+    """Boxes one after the other."""
+    fields = ("motion", "low", "high", "costs")
+    return GridBoxes(*(np.concatenate([getattr(part, name) for part in parts]) for name in fields))

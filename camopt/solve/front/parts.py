@@ -1,0 +1,415 @@
+"""Parts of a sweep, evaluated on as many machines as there are, and put together again."""
+
+import os
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from camopt.core.engines import Engine
+from camopt.core.engines.progress import Progress, with_progress_bar
+from camopt.core.engines.threads import Threads
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.storage.manifest import DamagedManifest, Manifest, has_entry, manifest_of, readable_manifest
+from camopt.core.storage.publishing import publication, published_answer
+from camopt.scene.arguments import SceneSource, check_count, options_by_keyword, scene_from
+from camopt.scene.problem.unused import notes_of_search
+from camopt.scene.scene import Scene
+from camopt.solve.front.blocks import Batch, Seen, gathered
+from camopt.solve.front.estimate import foresee
+from camopt.solve.front.plan import SWEEP_PARTS, SweepKey, SweepPlan, key_of, plan_of_key, sweep_plan
+from camopt.solve.front.result import Sweep, counts_of_effort
+from camopt.solve.front.store import (
+    BATCH_FILES,
+    QUESTION_FILE,
+    BrokenBatch,
+    Store,
+    Tell,
+    batch_files,
+    interrupted_question,
+    read_batch,
+    saved_at_the_end,
+)
+from camopt.solve.front.sweep import SWEEP_COMMAND, Write, result_of, swept_already, up_to_date
+from camopt.solve.tables.result import Result
+from camopt.solve.verdicts.judging import Effort
+
+PART_COMMAND = "part"
+PART_FOLDER = re.compile(r"part-\d{1,9}-of-\d{1,9}")
+PART_COUNTS = ("designs", "impossible", "feasible")
+BLOCKS_OF_A_PART = 8  # at least: parts are of equal size, but for one block
+MOST_NAMED = 20  # parts that a message names
+
+
+@dataclass(frozen=True)
+class SweepPart(Result):
+    """The result of one part of a sweep.
+
+    Attributes
+    ----------
+    scene : Scene
+        What was asked.
+    part, parts : int
+        Which part it is, from 1, and of how many.
+    designs : int
+        Designs of the part.
+    impossible : int
+        Designs that cannot be assembled.
+    feasible : int
+        Feasible designs.
+    effort : Effort
+        Designs that were looked at again.
+    folder : pathlib.Path
+        What ``merge`` reads: a manifest, and files with the finished batches.
+    already_done : bool
+        Whether it was there already.
+
+    Examples
+    --------
+    >>> search = {"base_radius": [60, 90, 120], "law": ["cycloidal"]}
+    >>> scene = camopt.find_scene("roller-1000rpm").replace(search=search)
+    >>> found = camopt.sweep_part(scene, (1, 1), out="parts")
+    >>> found.designs, found.feasible
+    (3, 1)
+    """
+
+    scene: Scene
+    part: int
+    parts: int
+    designs: int
+    impossible: int
+    feasible: int
+    effort: Effort
+    folder: Path = field(repr=False)
+    already_done: bool = False
+
+    @property
+    def shown_cam(self) -> None:
+        """None: the scene is what was searched."""
+        return None
+
+    def sections(self) -> Iterator[str]:
+        """Counts of the part."""
+        part = f"part {self.part} of {self.parts}"
+        yield f"{self.scene.name}, {part}: {self.designs:,} designs, {self.feasible:,} feasible"
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What of the scene is odd or unused, and objectives that are the same for all designs."""
+        return notes_of_search(self.scene)
+
+    def document(self) -> dict[str, Any]:
+        """Counts, and the folder of the part."""
+        return {
+            "scene": self.scene.name,
+            "part": self.part,
+            "parts": self.parts,
+            "designs": self.designs,
+            "impossible": self.impossible,
+            "feasible": self.feasible,
+            **counts_of_effort(self.effort),
+            "files": [self.folder],
+        }
+
+    @property
+    def file(self) -> Path:
+        """The old name of ``folder``."""
+        return self.folder
+
+    def __repr__(self) -> str:
+        return f"<Part {self.part} of {self.parts} of a sweep of {self.scene.name}: {self.designs:,} designs>"
+
+
+@options_by_keyword
+@with_progress_bar("designs")
+def sweep_part(  # noqa: PLR0913
+    scene: SceneSource,
+    part: tuple[int, int],
+    *,
+    out: str | os.PathLike[str],
+    keep: str = "feasible",
+    workers: int | None = None,
+    progress: Progress | None = None,
+    engine: Engine | None = None,
+    tell: Tell | None = None,
+    again: bool = False,
+) -> SweepPart:
+    """Evaluate one of several equal parts of a sweep; ``merge`` puts them together.
+
+    Parts need nothing of each other: each may run on a machine of its own, at any time.
+
+    Parameters
+    ----------
+    scene : Scene, str or os.PathLike
+        As for ``sweep``.
+    part : tuple of two int
+        Which part, from 1, and of how many: (3, 100).
+    out : str or os.PathLike
+        Folder of the parts; this one gets a folder inside it, such as ``part-3-of-100``.
+    keep : str, default "feasible"
+        As for ``sweep``. Boxes of designs that are decided together have no parts.
+    workers : int, optional
+        Threads; None takes one a core.
+    progress : callable or True, optional
+        True shows a progress bar. A function is called with (designs done, designs of the whole sweep).
+    engine : Engine, optional
+        As for ``sweep``.
+    tell : callable, optional
+        As for ``sweep``.
+    again : bool, default False
+        As for ``sweep``.
+
+    Returns
+    -------
+    SweepPart
+        Counts, and the folder.
+
+    Raises
+    ------
+    BadInput
+        As ``sweep``; for a part that does not exist.
+    OSError
+        If a file cannot be written, or another run writes to the same part.
+
+    Examples
+    --------
+    >>> search = {"base_radius": [60, 90, 120], "law": ["cycloidal"]}
+    >>> scene = camopt.find_scene("roller-1000rpm").replace(search=search)
+    >>> parts = [camopt.sweep_part(scene, (number, 2), out="parts") for number in (1, 2)]
+    >>> camopt.merge(["parts"]).designs
+    3
+    """
+    scene = scene_from(scene)
+    check_count("workers", workers)
+    plan, own = _part_of(sweep_plan(scene, keep), part), Threads(workers or os.cpu_count() or 1)
+    folder, question = Path(out) / name_of_part(*part), plan.question(*part)
+    if not again and (answer := published_answer(folder, PART_COMMAND, question.plain)):
+        with suppress(LookupError, TypeError):  # a manifest may say anything
+            counts = {name: answer[name] for name in PART_COUNTS} | {"effort": Effort(*answer["effort"])}
+            if tell:
+                tell(up_to_date(folder))
+            return SweepPart(plan.scene, *part, **counts, folder=folder, already_done=True)
+    kept = (BATCH_FILES, QUESTION_FILE)
+    with publication(folder, PART_COMMAND, (BATCH_FILES,), question=question.plain, keeps=kept) as unit:
+        store = Store(unit.staging, plan, question, tell)
+        with saved_at_the_end(store):
+            foresee(store, own, engine or own, tell)
+            seen = gathered(plan.space, store.batches(engine or own), plan.block, lambda rows: None, progress)
+        store.save()
+        if store.trouble:
+            raise store.trouble
+        existing, feasible = seen.existing or 0, seen.feasible or 0
+        impossible = seen.evaluated - existing
+        result = SweepPart(plan.scene, *part, seen.evaluated, impossible, feasible, seen.effort, folder)
+        unit.answer = {name: getattr(result, name) for name in PART_COUNTS} | {"effort": [*seen.effort]}
+    return result
+
+
+def name_of_part(part: int, parts: int) -> str:
+    """What the folder of a part is called."""
+    return f"part-{part}-of-{parts}"
+
+
+def _part_of(plan: SweepPlan, part: tuple[int, int]) -> SweepPlan:
+    """The sweep in blocks of which each part has some; BadInput if there is no such part.
+
+    Rows do not depend on the size of blocks.
+    """
+    if not isinstance(part, (tuple, list)) or [*map(type, part)] != [int, int]:
+        why = "two numbers, such as (3, 100): which part, and of how many"
+        raise BadInput([Mistake("camopt", "part", part, why)])
+    number, parts = part
+    if not 1 <= parts <= SWEEP_PARTS:
+        raise BadInput([Mistake("camopt", "part", part, f"one of at most {SWEEP_PARTS:,} parts")])
+    if not 1 <= number <= parts:
+        raise BadInput([Mistake("camopt", "part", part, f"the number of a part, from 1 to {parts:,}")])
+    return replace(plan, most=min(plan.block, max(len(plan.space) // (BLOCKS_OF_A_PART * parts), 1)))
+
+
+@options_by_keyword
+@with_progress_bar("designs")
+def merge(
+    parts: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+    out: str | os.PathLike[str] | None = None,
+    *,
+    progress: Progress | None = None,
+    tell: Tell | None = None,
+    again: bool = False,
+) -> Sweep:
+    """Put the parts of a sweep together: the same result, and tables row for row, as of one run.
+
+    Parameters
+    ----------
+    parts : str, os.PathLike or a sequence of these
+        Folders of parts, or folders with these inside. All parts of one sweep.
+    out : str or os.PathLike, optional
+        Folder for the tables, as for ``sweep``; None writes nothing.
+    progress : callable or True, optional
+        True shows a progress bar. A function is called with (designs done, designs in all).
+    tell : callable, optional
+        Called with a sentence if it is done already.
+    again : bool, default False
+        As for ``sweep``.
+
+    Returns
+    -------
+    Sweep
+        As of one run.
+
+    Raises
+    ------
+    BadInput
+        If a part is missing, damaged, there twice, or of another sweep or version of camopt.
+    OSError
+        If a file cannot be read or written.
+
+    Examples
+    --------
+    >>> search = {"base_radius": [60, 90, 120], "law": ["cycloidal"]}
+    >>> scene = camopt.find_scene("roller-1000rpm").replace(search=search)
+    >>> parts = [camopt.sweep_part(scene, (number, 2), out="parts") for number in (1, 2)]
+    >>> merged = camopt.merge(["parts"], out="results")
+    >>> [file.name for file in merged.files]
+    ['designs.parquet', 'pareto.parquet', 'scene.toml']
+    """
+    places = [parts] if isinstance(parts, (str, os.PathLike)) else [*parts]
+    questions, files, refused = _questions(_folders(places))
+    plan = _checked(questions, refused)
+    if out is not None:
+        _check_folder(Path(out), plan)
+    if out is not None and not again and (done := swept_already(plan, out, tell)):
+        return done
+    in_order = sorted(questions, key=lambda folder: questions[folder].part)
+
+    def batches() -> Iterator[Batch]:
+        for folder in in_order:
+            for _, path in batch_files(folder / name for name in files[folder]):
+                try:
+                    yield read_batch(path, plan)
+                except BrokenBatch as why:
+                    raise BadInput([_no_part(path, f"this is {why}")]) from None
+
+    def searched(store: Store | None, write: Write) -> Seen:
+        return gathered(plan.space, batches(), plan.block, write, progress)
+
+    return result_of(plan, out, searched, Threads(os.cpu_count() or 1), progress)
+
+
+def _check_folder(folder: Path, plan: SweepPlan) -> None:
+    """BadInput if an interrupted sweep of another question is kept in a folder: it would go."""
+    found = interrupted_question(folder, SWEEP_COMMAND)
+    if found and found.asks_other_than(plan.question()):
+        why = "another folder: an interrupted sweep is kept in this one, which would go"
+        raise BadInput([Mistake("camopt", "out", str(folder), why)])
+
+
+def _folders(places: Iterable[str | os.PathLike[str]]) -> list[Path]:
+    """The folders of parts among some, and inside them, by their manifest or their name."""
+    found: dict[Path, None] = {}
+    for place in map(Path, places):
+        place.stat()  # an OSError if there is none
+        folders = [place, *sorted(each for each in place.iterdir() if each.is_dir())] if place.is_dir() else []
+        parts = [
+            each
+            for each in folders
+            if PART_FOLDER.fullmatch(each.name) or PART_COMMAND in readable_manifest(each).results
+        ]
+        if not parts:
+            raise BadInput([Mistake("camopt", "part", str(place), "a folder with parts of a sweep; this has none")])
+        found |= dict.fromkeys(parts)
+    return [*found]
+
+
+def _questions(
+    folders: Iterable[Path],
+) -> tuple[dict[Path, SweepKey], dict[Path, Iterable[str]], list[Mistake]]:
+    """The keys of parts and their files by folder, and messages for what is no whole part."""
+    questions: dict[Path, SweepKey] = {}
+    files: dict[Path, Iterable[str]] = {}
+    mistakes: list[Mistake] = []
+    plans: dict[SweepKey, SweepPlan | str] = {}
+    for folder in folders:
+        try:
+            result = (manifest_of(folder) or Manifest()).results.get(PART_COMMAND)
+        except DamagedManifest:
+            mistakes.append(_no_part(folder, "its manifest is damaged, or of another version of camopt"))
+            continue
+        if result is None:
+            mistakes.append(_no_part(folder, "it has no manifest of one: its sweep has not ended"))
+            continue
+        question = key_of(result.question)
+        if question is None:
+            mistakes.append(_no_part(folder, "nothing tells what it was asked"))
+            continue
+        if question.whole not in plans:
+            plans[question.whole] = _plan_or_fault(question.whole)
+        plan = plans[question.whole]
+        if isinstance(plan, str):
+            mistakes.append(_no_part(folder, plan))
+            continue
+        questions[folder], files[folder] = question, result.files
+        for name, entry in result.files.items():
+            if not (folder / name).exists():
+                mistakes.append(_no_part(folder / name, "this is missing"))
+            elif not has_entry(folder / name, entry):
+                mistakes.append(_no_part(folder / name, "this is damaged, was changed, or is of another run"))
+        if not _covers(result.files, plan.numbers(question.part, question.parts)):
+            mistakes.append(_no_part(folder, "its files are not those of all of its designs"))
+    return questions, files, mistakes
+
+
+def _covers(names: Iterable[str], numbers: range) -> bool:
+    """Whether files of batches have all blocks, each once."""
+    position = numbers.start
+    for blocks, _ in batch_files(map(Path, names)):
+        if blocks.start != position:
+            return False
+        position = blocks.stop
+    return position == numbers.stop
+
+
+def _plan_or_fault(question: SweepKey) -> SweepPlan | str:
+    """The plan of parts, or the fault of their key."""
+    try:
+        return plan_of_key(question)
+    except BadInput as refused:
+        first = refused.mistakes[0]
+        return f"its scene has mistakes, such as {first.key}: {first.allowed}"
+
+
+def _no_part(path: Path, why: str) -> Mistake:
+    return Mistake("camopt", "part", str(path), f"a whole part of a sweep; {why}")
+
+
+def _checked(questions: dict[Path, SweepKey], mistakes: list[Mistake]) -> SweepPlan:
+    """The sweep of parts; BadInput with all mistakes if they are not all the parts of one sweep."""
+    if not questions:
+        raise BadInput(mistakes or [Mistake("camopt", "part", None, "missing", bare=True)])
+    first = next(iter(questions))
+    whole, parts = questions[first].whole, questions[first].parts
+    refused = {int(number) for each in mistakes for number in re.findall(r"part-(\d+)-of-", str(each.value))}
+    by_part: dict[int, list[Path]] = {}
+    for path, question in questions.items():
+        if question.whole != whole or question.parts != parts:
+            other = ", ".join(name for name in question.other_than(questions[first]) if name != "part")
+            why = f"a part of the same sweep as {first}; it differs in {other}"
+            mistakes.append(Mistake("camopt", "part", str(path), why))
+        else:
+            by_part.setdefault(question.part, []).append(path)
+    for part, paths in by_part.items():
+        if len(paths) > 1:
+            why = f"there more than once: {', '.join(map(str, paths))}"
+            mistakes.append(Mistake("camopt", "part", part, why, bare=True))
+    if missing := [part for part in range(1, parts + 1) if part not in by_part and part not in refused]:
+        listed = ", ".join(map(str, missing[:MOST_NAMED])) + (" …" if len(missing) > MOST_NAMED else "")
+        why = f"not complete: of {parts} parts there is no part {listed}"
+        mistakes.append(Mistake("camopt", "parts", None, why, bare=True))
+    plan = plan_of_key(whole)
+    if plan.question().version != whole.version:
+        why = f"of this version of camopt and its kernels ({plan.question().version}), not {whole.version}"
+        mistakes.append(Mistake("camopt", "parts", None, why))
+    if mistakes:
+        raise BadInput(mistakes)
+    return plan

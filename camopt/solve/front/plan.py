@@ -1,0 +1,275 @@
+"""The plan of a sweep: a problem with objectives, its space of designs, and which of them to keep."""
+
+import tomllib
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass, fields, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from camopt.core.engines import Engine
+from camopt.core.engines.threads import Threads
+from camopt.core.mistakes import BadInput, Mistake, nearest
+from camopt.core.quantities import Quantity, in_order, motion_quantity
+from camopt.core.quantities.function import FunctionCall
+from camopt.core.storage.version import version_of_rows
+from camopt.model.effects import find_effect, quantity_of
+from camopt.model.motion.installed import installed_laws
+from camopt.scene.arguments import check_count
+from camopt.scene.mapping import leaves
+from camopt.scene.problem.problem import Problem, resolve
+from camopt.scene.problem.rows import VERDICT
+from camopt.scene.problem.sample import searched_space
+from camopt.scene.problem.space import Space
+from camopt.scene.problem.zones import Off
+from camopt.scene.scene import Scene
+from camopt.solve.front.blocks import BLOCK, SHARING_BLOCK, Batch, Blocks, merged
+from camopt.solve.front.curve_numbers import CurveNumbers, curve_numbers
+from camopt.solve.front.curve_verdicts import curves_tell_all
+
+FRONT_ONLY = "front-only"
+SWEEP_PARTS = 100_000
+SAMPLE = 3  # blocks all over the space, which call for all kernels
+TABLED = ("feasible", "all")
+KEPT = ("pareto", *TABLED, FRONT_ONLY)
+"""Which designs a sweep can write to its table of designs: with the last, an old name of the first, none."""
+BOXES_OF_ONE, BOXES_OF_MORE = 90_000, 350_000  # pitch curves of a motion, from which on boxes find the front sooner
+A_DESIGN = 1 / 12  # of a pitch curve: what a design takes beside it
+
+
+@dataclass(frozen=True)
+class SweepKey:
+    """The key of a sweep, or of a part of one, which other machines and later runs understand.
+
+    To equal questions blocks give equal rows.
+    """
+
+    scene: str
+    """TOML, with objectives."""
+    keep: str
+    block: int
+    """The most designs of a block."""
+    version: str
+    """Of camopt and its kernels."""
+    part: int = 1
+    parts: int = 1
+
+    @classmethod
+    def of(cls, found: Any) -> "SweepKey":
+        """A question from JSON; a ValueError or a TypeError if it is none."""
+        kinds = {field.name: field.type for field in fields(cls)}
+        if not isinstance(found, dict) or {name: type(value) for name, value in found.items()} != kinds:
+            raise ValueError("no question of a sweep")
+        if not (1 <= found["part"] <= found["parts"] <= SWEEP_PARTS and found["block"] >= 1):
+            raise ValueError("no part of a sweep")
+        tomllib.loads(found["scene"])
+        return cls(**found)
+
+    def other_than(self, other: "SweepKey") -> list[str]:
+        """The differences of another key from this one: keys of the scene, and names of other values."""
+        ours, theirs = (dict(leaves(tomllib.loads(question.scene))) for question in (self, other))
+        keys = [key for key in {**ours, **theirs} if ours.get(key) != theirs.get(key)]
+        rest = ("keep", "block", "version", "part", "parts")
+        return keys + [name for name in rest if getattr(self, name) != getattr(other, name)]
+
+    def asks_other_than(self, other: "SweepKey") -> list[str]:
+        """The same, but for the size of blocks, on which rows do not depend."""
+        return [name for name in self.other_than(other) if name != "block"]
+
+    @property
+    def whole(self) -> "SweepKey":
+        """The question of which this one is a part."""
+        return replace(self, part=1, parts=1)
+
+    @property
+    def plain(self) -> dict[str, Any]:
+        """The question as a manifest of a part keeps it."""
+        return asdict(self)
+
+    @property
+    def plain_in_any_blocks(self) -> dict[str, Any]:
+        """The question as the manifest of a whole sweep keeps it: no row depends on the size of blocks."""
+        return asdict(self) | {"block": BLOCK}
+
+
+@dataclass(frozen=True)
+class SweepPlan:
+    """A sweep to be run."""
+
+    scene: Scene
+    """With objectives."""
+    problem: Problem
+    space: Space
+    keep: str
+    most: int | None = None
+    """The most designs of a block; None: as suits the space."""
+
+    @cached_property
+    def numbers_of_curves(self) -> CurveNumbers | None:
+        """The numbers of the pitch curves that designs share; None if each is looked at alone."""
+        return None if self.keep == "all" or self.problem.offs else curve_numbers(self.space)
+
+    @cached_property
+    def by_own_curves(self) -> bool:
+        """Whether designs share no pitch curve, but that of each tells all of it."""
+        if self.numbers_of_curves or self.keep in TABLED or self.problem.offs or not self.space.axes:
+            return False
+        return curves_tell_all(self.problem, frozenset(self.row_names))
+
+    @cached_property
+    def block(self) -> int:
+        """The most designs of a block."""
+        return self.most or (SHARING_BLOCK if self.numbers_of_curves or self.by_own_curves else BLOCK)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The columns of tables."""
+        return column_names(self.problem)
+
+    def quantities_of(self, names: Iterable[str]) -> list[Quantity]:
+        """The quantities that columns are."""
+        return [quantity_of(name, self.problem.setup) for name in names]
+
+    @cached_property
+    def row_names(self) -> tuple[str, ...]:
+        """The columns of rows that are searched: all only where they are written as they are, or refined."""
+        full = self.keep in TABLED or self.scene.search.refine
+        return self.names if full else compared_names(self.problem)
+
+    @property
+    def row_quantities(self) -> list[Quantity]:
+        """The quantities that these columns are."""
+        return self.quantities_of(self.row_names)
+
+    @cached_property
+    def by_boxes(self) -> bool:
+        """Whether boxes of designs find the front: no other design is wanted, and objectives allow it."""
+        if self.keep in TABLED or self.problem.choices.samples or self.problem.offs:
+            return False
+        if not boxes_are_sooner(self):
+            return False
+        from camopt.solve.front.box_bounds import all_bounded
+
+        return all(map(all_bounded, self.space.problems))
+
+    @cached_property
+    def blocks(self) -> Blocks:
+        """The blocks of the space."""
+        every, kept, own = self.keep == "all", self.keep in TABLED, self.by_own_curves
+        return Blocks(self.space, self.row_names, self.numbers_of_curves, every, kept, self.block, own)
+
+    def with_offs(self, offs: Sequence[Off]) -> "SweepPlan":
+        """The plan where more cams within the tolerances have to hold the limits with each design."""
+        problem = replace(self.problem, offs=(*self.problem.offs, *offs))
+        return replace(self, problem=problem, space=searched_space(problem))
+
+    def question(self, part: int = 1, parts: int = 1) -> SweepKey:
+        """The question, or that of one of several equal parts."""
+        text = self.scene.to_toml()
+        packages = (law.package for name, law in installed_laws().items() if f'"{name}"' in text)
+        version = " ".join([version_of_rows(), *packages, *(each.digest for each in self.calls)])
+        return SweepKey(text, self.keep, self.block, version, part, parts)
+
+    @property
+    def calls(self) -> list[FunctionCall]:
+        """The Python functions that are quantities of the scene."""
+        return [each.call for each in self.problem.setup.own.values() if each.call]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Only the key goes to another process, and the calls, which bring the functions along."""
+        return plan_of_key, (self.question(), self.calls)
+
+    def evaluated(self, numbers: Sequence[int]) -> Batch:
+        """The results of consecutive blocks."""
+        return merged([self.blocks.batch(number) for number in numbers], self.problem.objectives)
+
+    def batches(self, numbers: range, engine: Engine) -> Iterator[Batch]:
+        """The results of blocks on an engine, some at a time, in order."""
+        if not isinstance(engine, Threads):
+            for each in self.calls:
+                each.check_importable()  # an engine has other words for what cannot be sent
+        sample = np.unique(np.linspace(0, len(self.blocks) - 1, SAMPLE, dtype=int)).tolist()
+        return engine.in_order(self.evaluated, numbers, sample)
+
+    def numbers(self, part: int = 1, parts: int = 1) -> range:
+        """The blocks of one of several equal parts: consecutive ones."""
+        return range(len(self.blocks) * (part - 1) // parts, len(self.blocks) * part // parts)
+
+
+def boxes_are_sooner(plan: SweepPlan) -> bool:
+    """Whether boxes of designs find the front sooner than blocks do, by what was measured of some hundred spaces.
+
+    Blocks take time for each pitch curve and design, boxes for each motion: more where several objectives tell its
+    designs apart, so that its part of the front is no single design.
+    """
+    setup, effects = plan.problem.setup, [find_effect(name, plan.problem.setup) for name in plan.problem.objectives]
+    apart = [each for each in effects if each is None or setup.free or not each.is_of_motion(setup)]
+    least = BOXES_OF_MORE if len(apart) > 1 else BOXES_OF_ONE
+    return plan.blocks.curves + A_DESIGN * len(plan.space) >= least * len(plan.space.problems)
+
+
+def key_of(question: Any) -> SweepKey | None:
+    """The key that a manifest has as its question; None if it is none."""
+    with suppress(ValueError, TypeError):
+        return SweepKey.of(question)
+    return None
+
+
+def sweep_plan(scene: Scene, keep: str, block: int | None = None) -> SweepPlan:
+    """The plan of a sweep of a scene. Errors are those of ``sweep``."""
+    check_count("block", block)
+    if keep not in KEPT:
+        raise BadInput([Mistake("camopt", "keep", keep, f"a choice of designs; {nearest(str(keep), KEPT)}")])
+    given = resolve(scene)
+    if given.offs and (mistakes := [*_not_robust(scene, keep)]):
+        raise BadInput(mistakes)
+    problem = with_objectives(given)
+    if problem is not given:
+        scene = scene.with_values({"search.minimise": tuple(problem.objectives)})
+    space = searched_space(problem)
+    return SweepPlan(scene, problem, space, keep, block)
+
+
+def _not_robust(scene: Scene, keep: str) -> Iterator[Mistake]:
+    """Mistakes for what a sweep does not do where every cam within the tolerances has to hold the limits."""
+    if scene.search.refine:
+        why = "moves cams by their own limits alone: leave it out with search.robust; optimise finds a robust cam"
+        yield Mistake(scene.file, "search.refine", True, why, bare=True)
+    if keep == "all":
+        yield Mistake("camopt", "keep", keep, "with search.robust feasible or pareto", bare=True)
+
+
+def plan_of_key(question: SweepKey, calls: Sequence[FunctionCall] = ()) -> SweepPlan:
+    """The plan of a key, on another machine or in a later run; ``calls`` bring their Python functions along."""
+    return sweep_plan(Scene.embedded(question.scene, "sweep"), question.keep, question.block)
+
+
+def with_objectives(problem: Problem) -> Problem:
+    """The problem with objectives: the scene's, or else size, peak acceleration and pressure angle.
+
+    A flat face is square to its motion, or its pressure angle all but given: it is no objective there.
+    """
+    if problem.objectives:
+        return problem
+    setup = problem.setup
+    acceleration = motion_quantity("acceleration", "", angular=setup.tool_turns, timed=setup.omega is not None)
+    names = [problem.size_name, acceleration]
+    names += [] if setup.mechanism.flat_faced else ["pressure_angle_max_deg"]
+    return replace(problem, objectives=dict.fromkeys(names, 1.0))
+
+
+def compared_names(problem: Problem) -> tuple[str, ...]:
+    """The columns that say which designs rows are, and which of them are better."""
+    names = problem.sizes | problem.objectives.keys() | set(VERDICT)
+    return tuple(in_order(names))
+
+
+def column_names(problem: Problem) -> tuple[str, ...]:
+    """The columns of a sweep: sizes, what limits and objectives need, named outputs, and the verdict."""
+    setup = problem.setup
+    numbers = {name for name in problem.needed if quantity_of(name, setup).kind is float}
+    outputs = problem.named if problem.outputs else frozenset()
+    names = problem.sizes | numbers | outputs | setup.own.keys() | set(VERDICT)
+    return tuple(in_order(names))

@@ -1,0 +1,147 @@
+"""Refinement: each row of a front moved off the grid, to an optimum of the continuous problem.
+
+A row keeps its choices (laws, what is listed) and moves in the ranges of ``[search]``: the size of the cam falls
+as far as the limits allow while no other objective becomes worse. Where a closed form gives that design it is
+proved to be the smallest; elsewhere it is a local optimum. The ends of the front are added: the smallest cam of
+each programme, which is that of ``optimise``, and the best of each other objective. Where the design decides one
+objective beside the size, the front of a programme is a curve, and even levels of that objective fill it.
+Where it decides more, each row is moved for each objective in turn: the rows stay spread, and are not made more.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from camopt.core.engines.progress import Progress, report_progress
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.clock import now, share
+from camopt.model.effects import effect_of
+from camopt.model.mechanisms.design import Designs, SizeBounds, concatenate
+from camopt.scene.problem.problem import Problem, exactly
+from camopt.scene.problem.rows import Rows, concatenate_rows
+from camopt.scene.problem.space import Space, boxes_of
+from camopt.solve.front.pareto import non_dominated, thinned
+from camopt.solve.front.pattern_search import PatternSearch, by_search, polished
+from camopt.solve.smallest.optimise import SECONDS
+from camopt.solve.smallest.smallest import smallest
+from camopt.solve.verdicts.judging import evaluate_rows
+
+MOVED_AT_ONCE = 1024  # designs that move at once
+CURVE_LEVELS = 1000  # that fill a curve
+EQUAL_ROWS = 1e-9  # of each objective's range: rows nearer than that are one
+
+
+def refined(space: Space, grid: Rows, progress: Progress | None = None) -> Rows:
+    """The front of the continuous problem, from the rows of a grid's front, with the column ``refined``.
+
+    No row of the grid's front is better than all of its rows. ``progress`` is called with (designs done, designs
+    in all).
+    """
+    problem, names = exactly(space.problem), frozenset(grid.columns)
+    free = free_ranges(problem)
+    decided = [name for name in decided_objectives(problem) if name != problem.size_name or "size" in free]
+    if not free or not decided or not grid.count:
+        return _marked(grid, False)
+    sized = "size" in free and problem.objectives.get(problem.size_name, 0.0) > 0.0
+    objective = problem.size_name if sized else decided[0]
+    cams = _smallest_cams(space, names) if sized else ()
+    start = non_dominated(concatenate_rows([grid, *cams]), problem.objectives)
+    groups = list(space.designs_of(start))
+    parts, done, total = [], 0, start.count + CURVE_LEVELS * len(groups)
+
+    def at_optima(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> Iterator[Designs]:
+        nonlocal done
+        for first in range(0, max(len(designs), 1), MOVED_AT_ONCE):
+            block = slice(first, first + MOVED_AT_ONCE)
+            yield polished(pattern, designs.take(block), ceilings[block])
+            done = min(done + MOVED_AT_ONCE, total)
+            report_progress(progress, done, total)
+
+    for each, index, designs in groups:
+        pattern = PatternSearch(exactly(each), free, objective)
+        _, held = pattern.costs(designs)
+        parts.append(_marked(start.take(index[~held]), False))  # so near a limit that only intervals decide
+        designs = concatenate([designs.take(held), *_ends(pattern, designs.take(held), decided)])
+        ceilings = pattern.costs(designs)[0]
+        designs = concatenate(each for way in _ways(pattern, decided) for each in at_optima(way, designs, ceilings))
+        designs = concatenate([designs, *at_optima(pattern, *_levels(pattern, designs, decided))])
+        parts.append(_marked(_rows(pattern.problem, designs, names), True))
+    front = non_dominated(concatenate_rows(parts), problem.objectives)
+    return thinned(front, problem.objectives, EQUAL_ROWS)
+
+
+def free_ranges(problem: Problem) -> SizeBounds:
+    """What a front moves in: what ``[search]`` gives a range, of the cam's own size a list too."""
+    free = {name: ends for name, ends in boxes_of(problem)[0].items() if ends[1] > ends[0]}
+    if "size" not in problem.choices.variables:
+        free.pop("size", None)
+    return free
+
+
+def decided_objectives(problem: Problem) -> list[str]:
+    """The objectives that depend on what may move, not on motion and listed numbers of the scene alone."""
+    numbers = [each for each in problem.choices.numbers if each.key in problem.setup.free]
+    moves = any(each.is_free for each in numbers)
+    listed = {each.quantity for each in problem.choices.numbers if not (each in numbers and each.is_free)}
+    names = [name for name in problem.objectives if name not in listed]
+    return [name for name in names if moves or not effect_of(name, problem.setup).is_of_motion(problem.setup)]
+
+
+def _smallest_cams(space: Space, names: frozenset[str]) -> Iterator[Rows]:
+    """The smallest cam of each motion and each choice of what is listed, as ``optimise`` finds it in its time."""
+    end, problems = now() + SECONDS, [exactly(problem) for problem in space.problems]
+    for done, problem in enumerate(problems):
+        until, boxes = share(end, len(problems) - done), boxes_of(problem)
+        answers = [smallest(problem, box, share(until, len(boxes) - k)).design for k, box in enumerate(boxes)]
+        cams = [design for design in answers if design is not None]
+        if cams:
+            yield _rows(problem, concatenate(cams), names)
+
+
+def _ways(pattern: PatternSearch, decided: list[str]) -> list[PatternSearch]:
+    """The searches that each design takes: for its objective alone, and of three and more for each in turn.
+
+    Two are a curve that levels fill; of more, one objective alone would bring all designs to the same corner.
+    """
+    others = [name for name in decided if name != pattern.objective]
+    return [pattern, *(replace(pattern, objective=name) for name in others if len(others) > 1)]
+
+
+def _ends(pattern: PatternSearch, designs: Designs, decided: list[str]) -> Iterator[Designs]:
+    """The best design of each objective alone, sought from the best of given designs.
+
+    The smallest cam needs no search.
+    """
+    costs, _ = pattern.costs(designs)
+    for name in decided if len(designs) else ():
+        if name != pattern.problem.size_name or not pattern.of_size:
+            best = designs.take([int(np.argmin(costs[:, pattern.column(name)]))])
+            alone = replace(pattern, objective=name)
+            yield by_search(alone, best, np.full((1, costs.shape[1]), np.inf))
+
+
+def _levels(pattern: PatternSearch, designs: Designs, decided: list[str]) -> tuple[Designs, FloatArray]:
+    """Starts and ceilings that fill a curve: even levels of the other objective, each from the design below it."""
+    costs, _ = pattern.costs(designs)
+    others = [pattern.column(name) for name in decided if name != pattern.objective]
+    if len(others) != 1 or len(designs) < 2 or not np.isfinite(costs[:, others]).all():
+        return designs.take(slice(0)), costs[:0]
+    (other,) = others
+    order = np.argsort(costs[:, other], kind="stable")
+    known = costs[order, other]
+    levels = np.linspace(known[0], known[-1], CURVE_LEVELS)
+    start = order[np.searchsorted(known, levels, side="right") - 1]
+    ceilings = costs[start]
+    ceilings[:, other] = levels
+    return designs.take(start), ceilings
+
+
+def _rows(problem: Problem, designs: Designs, names: frozenset[str]) -> Rows:
+    """The feasible ones of some designs, as rows."""
+    rows = evaluate_rows(problem, designs, names).only(names)
+    return rows.take(rows.column("feasible").astype(bool))
+
+
+def _marked(rows: Rows, refined: bool) -> Rows:
+    return Rows({**rows.columns, "refined": np.full(rows.count, refined)}, rows.count)

@@ -1,0 +1,315 @@
+"""What a sweep found: counts, files, the best designs and the front."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from camopt.core.mistakes import NOTHING_FEASIBLE, BadInput, Mistake
+from camopt.core.quantities.shown import Drawn
+from camopt.core.storage.manifest import manifest_of
+from camopt.scene.problem.problem import resolve
+from camopt.scene.problem.space import EDGE_OF_SPACE
+from camopt.scene.problem.unused import notes_of_search
+from camopt.scene.scene import Scene
+from camopt.solve.front.pareto import Front
+from camopt.solve.tables.designs import (
+    Design,
+    bounds_shown,
+    columns_of,
+    designs_table,
+    laws_shown,
+    miss_sections,
+    own_units,
+    with_law,
+)
+from camopt.solve.tables.result import Result, Table, table_of
+from camopt.solve.tables.writing import TableInMemory, tables_of_arrow
+from camopt.solve.verdicts.judging import Effort
+from camopt.solve.verdicts.words import BROKEN, UNDECIDED
+
+HYPERVOLUME = (
+    "It compares fronts of the same objectives: the more of their space is beaten by some design, the nearer 1."
+)
+
+
+def counts_of_effort(effort: Effort) -> dict[str, int]:
+    """How many designs stayed undecided, were looked at again, and were decided in intervals."""
+    return {
+        "undecided": effort.undecided,
+        "looked_at_again": effort.again,
+        "decided_in_intervals": effort.intervals - effort.undecided,
+    }
+
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+FRONT, KEPT, ENDING = "pareto", "designs", ".parquet"
+"""The tables of a sweep, and how the names of their files end."""
+
+
+@dataclass(frozen=True)
+class Sweep(Result, Drawn):
+    """The result of a sweep: counts, files, and the best designs.
+
+    Attributes
+    ----------
+    scene : Scene
+        What was asked.
+    designs : int
+        Designs of the space.
+    impossible : int or None
+        Designs that cannot be assembled, such as an offset beyond the prime radius; they are in no table. None
+        where boxes of designs were decided together: nobody has counted them.
+    feasible : int or None
+        Feasible designs; None, too, where boxes were decided.
+    effort : Effort
+        Designs so near a limit that they were looked at again, and in intervals; and those undecided even then,
+        which are not feasible, and in no table but that of all.
+    pareto : int
+        Designs on the Pareto front.
+    files : tuple of pathlib.Path
+        What was written.
+    best : dict
+        The best feasible design of each law: least first objective, ties by the next. ``held_by`` names the
+        limits that the next smaller cam of the space would exceed. Where boxes were decided, the best on the front.
+    nearest_miss : Design or None
+        Where nothing is feasible: the design with the least excess, and what it exceeds under ``violated``; of more
+        than four million designs, that of some blocks, evenly spread.
+    reached : float
+        The largest relative half-width of an enclosure of any row kept.
+    front : Front or None
+        Hypervolume, ideal, nadir and knee of the Pareto front; None where nothing is feasible.
+    obstacle : str
+        Where no design can be put together, of those looked at for the nearest miss: the condition that they break.
+        Where some of the trains that are searched cannot move as asked: how many, and why not the first of them.
+    evaluated : int
+        Designs that were evaluated, one by one.
+    boxes : int
+        Boxes of designs that were bounded; 0 where every design was evaluated.
+    decided_by_boxes : int
+        Designs in boxes that were dropped. A few of them were evaluated before.
+    every_cam : dict of int or None
+        With ``search.robust``: of how many designs of the front every cam within the tolerances holds the limits,
+        proved over the whole box (``held``), or it is not known (``undecided``). A sweep looks at the corners of
+        the tolerances; where a proof finds a cam between them that breaks a limit, that one counts too, and the
+        sweep is done again. Designs that break a limit even then are left out (``broken``).
+    already_done : bool
+        Whether the result was in the folder already.
+
+    Examples
+    --------
+    >>> search = {"base_radius": [60, 90, 120], "law": ["cycloidal"]}
+    >>> swept = camopt.sweep(camopt.find_scene("roller-1000rpm").replace(search=search))
+    >>> swept.feasible, swept.best["cycloidal"]["base_radius_mm"], swept.best["cycloidal"]["held_by"]
+    (1, 120.0, 'pressure_angle')
+    >>> swept.to_pandas()["base_radius_mm"].tolist()
+    [120.0]
+    """
+
+    picture = "pictures.front"
+    scene: Scene
+    designs: int
+    impossible: int | None
+    feasible: int | None
+    effort: Effort
+    pareto: int
+    files: tuple[Path, ...]
+    best: dict[str, Design]
+    nearest_miss: Design | None
+    reached: float = 0.0
+    front: Front | None = None
+    obstacle: str = ""
+    evaluated: int = 0
+    boxes: int = 0
+    decided_by_boxes: int = 0
+    every_cam: dict[str, int] | None = None
+    already_done: bool = False
+    _rows: Mapping[str, TableInMemory] = field(default_factory=dict, repr=False, compare=False)
+    """The tables of a sweep without files."""
+    _question: Any = field(default=None, repr=False, compare=False)
+    """The question in the manifest of its folder."""
+
+    def to_pandas(self, name: str | None = None) -> "pd.DataFrame":
+        """The Pareto front, or another table of the sweep, as a DataFrame like that of ``load``.
+
+        Parameters
+        ----------
+        name : str, optional
+            "pareto", the default; "designs" for those that ``keep`` names; where ``[search]`` says to refine,
+            "pareto-grid" for the front of the grid; or a key of ``to_dict`` with rows, such as "by_law". Tables
+            of a sweep with ``out`` are read from its folder.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each design; ``attrs`` has units and scene, for ``scene_of``.
+
+        Raises
+        ------
+        BadInput
+            If the sweep has no such table: without ``out`` it has designs only if ``keep`` was given. If the
+            folder has another result now.
+        OSError
+            If a file cannot be read.
+        """
+        name = FRONT if name is None else name
+        known = self.kept_tables
+        if name in known:
+            if name in self._rows:
+                return self._rows[name].to_pandas()
+            # BadInput if a later run left another result in the folder of the sweep
+            folder = self.files[0].parent
+            manifest = manifest_of(folder)
+            if manifest and all(result.question != self._question for result in manifest.results.values()):
+                why = "has another result now; give each sweep a folder of its own"
+                raise BadInput([Mistake("camopt", "folder", str(folder), why, bare=True)])
+            frame: pd.DataFrame = tables_of_arrow().load(self.files[0].parent / f"{name}{ENDING}")
+            return frame
+        if name not in (FRONT, KEPT):
+            return super().to_pandas(name)
+        allowed = f"a table of this sweep: {' or '.join(known)}"
+        more = '; a sweep without out keeps designs if keep names them, as keep="feasible"' if name == KEPT else ""
+        raise BadInput([Mistake("camopt", "table", name, allowed + more)])
+
+    @property
+    def kept_tables(self) -> list[str]:
+        """The names of the tables of designs that ``to_pandas`` gives."""
+        return [*self._rows, *(path.stem for path in self.files if path.suffix == ENDING)]
+
+    def __repr__(self) -> str:
+        feasible = "" if self.feasible is None else f" {self.feasible:,} feasible,"
+        return (
+            f"<Sweep of {self.scene.name}: {self.designs:,} designs,{feasible} {self.pareto:,} on the Pareto front>"
+        )
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What to know of the front unasked: that it is the grid's alone, where an objective is the scene's own."""
+        search = self.scene.search
+        own = [name for name in search.objectives if name in self.scene.quantities]
+        if not own or not self.pareto:
+            return ()
+        space = "sample" if search.samples else "grid"
+        moved = ", and its rows were moved from there without proof" if search.refine else ""
+        why = f"boxes of designs do not bound {', '.join(own)}, so that every design was evaluated"
+        return (f"the front is that of the {space}{moved}: {why}",)
+
+    def table(self) -> Table | None:
+        """The best design of each law."""
+        if not self.best:
+            return None
+        rows, search = with_law(self.best.values()), self.scene.search
+        where = " on the front" if self.feasible is None else ""
+        if search.refine:
+            where += " of the grid" if where else " on the grid"
+        title = f"The best design{' of each law' if laws_shown(rows) else ''}{where}"
+        return designs_table(title, resolve(self.scene), rows, ["held_by"], (*search.minimise, *search.maximise))
+
+    def knee_table(self) -> Table | None:
+        """The knee of the front, in the columns of ``table``."""
+        if self.front is None or not self.best:
+            return None
+        knee, search, problem = [self.front.knee], self.scene.search, resolve(self.scene)
+        columns = columns_of(problem, with_law(self.best.values()), (*search.minimise, *search.maximise))
+        names = [*laws_shown(knee), *(name for name in columns if not name.startswith("law"))]
+        return table_of("Its knee", with_law(knee), names, bounds_shown(problem), own_units(problem))
+
+    def sections(self) -> Iterator[Table | str]:
+        """Counts, the best design of each law, the front; or the nearest miss."""
+        undecided = f"{self.effort.undecided:,} undecided, " if self.effort.undecided else ""
+        designs = f"{self.designs:,} design{'s' * (self.designs != 1)}"
+        yield f"{self.scene.name}: {designs}, {self._counts}{undecided}{self.pareto:,} on the Pareto front"
+        if self.obstacle and (self.best or self.nearest_miss):
+            yield f"Not to be assembled: {self.obstacle}."
+        if best := self.table():
+            yield ""
+            yield best
+            yield from self._front_sections()
+            yield from self._verdict_sections()
+        elif self.nearest_miss:
+            yield from miss_sections(self.nearest_miss)
+        elif self.impossible is not None:
+            yield f"No design can be assembled: {self.obstacle}."
+        else:
+            yield f"No feasible design. Of those looked at, none can be assembled: {self.obstacle}."
+
+    @property
+    def _counts(self) -> str:
+        """The numbers of impossible and feasible designs; or, if not counted, how the front was found."""
+        if self.feasible is None:
+            return f"{self.decided_by_boxes:,} decided by boxes, {self.evaluated:,} evaluated, "
+        return f"{self.impossible:,} impossible, {self.feasible:,} feasible, "
+
+    def _front_sections(self) -> Iterator[Table | str]:
+        """How much the front dominates, and its knee; what a single best design leaves to say is nothing."""
+        front = self.front
+        assert front is not None
+        if any(row["held_by"] == EDGE_OF_SPACE for row in self.best.values()):
+            yield f"{EDGE_OF_SPACE.capitalize()}: [search] has no smaller cam that could break a limit."
+        if front.points == 1:
+            return
+        volume = f"{'' if front.exact else 'about '}{front.hypervolume:.6g}"
+        if front.grid_points is not None:
+            outside = "" if front.grid_hypervolume else ", for all lie outside the box of the refined front"
+            volume += f"; of the grid's {front.grid_points:,} points, {front.grid_hypervolume:.6g}{outside}"
+        yield f"Hypervolume of the Pareto front, as a share: {volume}"
+        yield HYPERVOLUME
+        if knee := self.knee_table():
+            yield ""
+            yield knee
+
+    def _verdict_sections(self) -> Iterator[str]:
+        """With ``search.robust``, of how many designs of the front every cam holds the limits."""
+        counts = self.every_cam or {}
+        told = ", ".join(f"{verdict} of {n:,}" for verdict, n in counts.items() if verdict != BROKEN)
+        if told:
+            what = "That every cam within the tolerances holds each limit, over the whole box"
+            which = "`certify` tells of the scene of a row which limit is undecided."
+            yield f"{what}: {told} on the front.{' ' + which if UNDECIDED in counts else ''}"
+        if broken := counts.get(BROKEN):
+            left = f"Left out {broken:,} design{'s' * (broken != 1)} of which a cam within the tolerances"
+            yield f"{left} breaks a limit; others that only these dominate may be missing."
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Warnings, what of the scene is odd or unused, and objectives that are the same for all designs."""
+        return (*self.warnings, *notes_of_search(self.scene))
+
+    def document(self) -> dict[str, Any]:
+        """Counts, files, the best designs and the front."""
+        return {
+            "scene": self.scene.name,
+            "designs": self.designs,
+            "evaluated": self.evaluated,
+            "decided_by_boxes": self.decided_by_boxes,
+            "impossible": self.impossible,
+            "feasible": self.feasible,
+            **counts_of_effort(self.effort),
+            "pareto": self.pareto,
+            "front": self.front,
+            "files": self.files,
+            "best": next(iter(self.best.values()), None),
+            "by_law": self.best,
+            "nearest_miss": self.nearest_miss,
+            **({} if self.every_cam is None else {"every_cam": self.every_cam}),
+            **({"obstacle": self.obstacle} if self.obstacle else {}),
+            **({"warnings": self.warnings} if self.warnings else {}),
+        }
+
+    @property
+    def half_width(self) -> float:
+        """The largest relative half-width of an enclosure of any row kept."""
+        return self.reached if self.pareto else 0.0
+
+    @property
+    def exit_code(self) -> int:
+        """0; 1 without a feasible design; 4 where the accuracy is not reached."""
+        return super().exit_code if self.pareto else NOTHING_FEASIBLE
+
+    @property
+    def shown_cam(self) -> Scene | None:
+        """The best design, where there is one alone."""
+        return next(iter(self.best.values())).scene if len(self.best) == 1 else None

@@ -1,0 +1,185 @@
+"""Which columns of a table are what, and in which units: angle and lift, or the points of a profile."""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import tau
+from numbers import Real
+from re import Pattern
+from typing import NamedTuple
+
+from camopt.core.mistakes import BadInput, Mistake, listed_words
+from camopt.solve.measured.number_table import NumberTable, bad
+
+TURN_IN_UNIT = {"deg": 360.0, "rad": tau}
+"""The angle of a turn in each unit."""
+MM_PER_UNIT = {"mm": 1.0, "inch": 25.4}
+"""Units of lengths in mm."""
+ANGLE_UNITS, LIFT_UNITS = tuple(TURN_IN_UNIT), (*MM_PER_UNIT, "deg")
+LARGEST_MEASURED = 1e6  # that any number may be from 0
+SPELLED = {
+    **dict.fromkeys(("mm", "millimetre", "millimeter", "millimetres", "millimeters"), "mm"),
+    **dict.fromkeys(("inch", "inches", "in", "zoll", '"'), "inch"),
+    **dict.fromkeys(("deg", "degree", "degrees", "grad", "°"), "deg"),
+    **dict.fromkeys(("rad", "radian", "radians"), "rad"),
+    **dict.fromkeys(("µm", "μm", "um", "micron", "microns"), "µm"),
+    **dict.fromkeys(("mil", "mils", "thou"), "mil"),
+}
+"""Units in the words above a column."""
+
+
+class TableKind(NamedTuple):
+    """A kind of table: the meaning of its two columns, and words in headings that tell it."""
+
+    first: str
+    second: str
+    first_words: Pattern[str]
+    second_words: Pattern[str]
+
+
+def _words_of(pattern: str) -> Pattern[str]:
+    return re.compile(pattern, re.IGNORECASE)
+
+
+ANGLE_WORDS = _words_of(r"angle|winkel|deg|°|grad|rad|theta|θ|phi|φ|rotation")
+LIFT_TABLE = TableKind(
+    "angle", "lift", ANGLE_WORDS, _words_of(r"lift|hub|displacement|travel|rise|stroke|weg|height|\by\b|\bs\b")
+)
+POLAR_TABLE = TableKind(
+    "angle", "distance", ANGLE_WORDS, _words_of(r"radius|radii|distance|abstand|polar|rho|ρ|\br\b")
+)
+XY = TableKind("x", "y", _words_of(r"\bx\b"), _words_of(r"\by\b"))
+PROFILES = {"polar": POLAR_TABLE, "xy": XY}
+"""The forms that points of a profile have."""
+
+
+@dataclass(frozen=True)
+class TableColumns:
+    """The columns of a table: their names or numbers (from 1), units, and the angle of a whole turn.
+
+    None stands for what the table itself says. ``turn`` is in the unit of the angles: 720 deg of a crankshaft.
+    """
+
+    chosen: Sequence[str | int] | None = None
+    angle_unit: str = "deg"
+    lift_unit: str = "mm"
+    turn: float | None = None
+    kind: TableKind = LIFT_TABLE
+
+    @property
+    def whole(self) -> float:
+        """The angle of a whole turn of the cam."""
+        return self.turn or TURN_IN_UNIT[self.angle_unit]
+
+    def check(self) -> None:
+        """Whether units and turn are what they can be."""
+        mistakes = [
+            Mistake("camopt", key, value, f"one of {', '.join(known)}")
+            for key, value, known in (
+                ("angle_unit", self.angle_unit, ANGLE_UNITS),
+                ("lift_unit", self.lift_unit, LIFT_UNITS),
+            )
+            if value not in known
+        ]
+        if self.turn is not None and self.kind is XY:
+            mistakes.append(Mistake("camopt", "turn", self.turn, "left out: points x, y have no angles"))
+        elif self.turn is not None and not (isinstance(self.turn, Real) and 0.0 < self.turn <= LARGEST_MEASURED):
+            mistakes.append(Mistake("camopt", "turn", self.turn, "the angle of a whole turn, above 0"))
+        if mistakes:
+            raise BadInput(mistakes)
+
+
+def chosen_columns(name: str, table: NumberTable, columns: TableColumns) -> tuple[int | None, int]:
+    """The places of the two columns; no angle where a table has lifts or distances alone.
+
+    Raises
+    ------
+    BadInput
+        If they are not known, or if the words above them name something else, or another unit.
+    """
+    first, second = _chosen(name, table, columns)
+    if first is None and columns.kind is XY:
+        raise bad(name, "columns", None, "has one column, and points need both x and y")
+    _check_units(name, table.names, first, second, columns)
+    return first, second
+
+
+def _chosen(name: str, table: NumberTable, columns: TableColumns) -> tuple[int | None, int]:
+    kind, width = columns.kind, len(table.names)
+    if columns.chosen is not None:
+        if len(columns.chosen) not in (1, 2):
+            what = f"those of {kind.first} and {kind.second}, or of {kind.second}"
+            raise BadInput([Mistake("camopt", "columns", list(columns.chosen), what)])
+        places = [_place(name, table.names, each) for each in columns.chosen]
+        return (None, places[0]) if len(places) == 1 else (places[0], places[1])
+    if kind is LIFT_TABLE:
+        _check_no_profile(name, table.names)
+    if width == 1:
+        return None, 0
+    first, second = _named(kind, table.names)
+    if first is not None and second is not None:
+        return first, second
+    if width == 2:
+        return (0, 1) if second is None else (1 - second, second)
+    named = ", ".join(words or str(k) for k, words in enumerate(table.names, start=1))
+    raise bad(name, "columns", named, f"which are {kind.first} and {kind.second}? Give their columns, such as 1,2")
+
+
+def _named(kind: TableKind, names: Sequence[str]) -> tuple[int | None, int | None]:
+    """The places of the columns whose words say what they are."""
+    second = next((k for k, words in enumerate(names) if kind.second_words.search(words)), None)
+    first = next((k for k, words in enumerate(names) if kind.first_words.search(words) and k != second), None)
+    return first, second
+
+
+def _check_no_profile(name: str, names: Sequence[str]) -> None:
+    """Whether the words above columns say that they are those of a profile, and none is of lifts."""
+    for form, kind in PROFILES.items():
+        first, second = _named(kind, names)
+        if first is not None and second is not None:
+            others = (words for k, words in enumerate(names) if k != second)
+            if not any(LIFT_TABLE.second_words.search(words) for words in others):
+                what = (
+                    f"are points of a profile? Then say so (profile {form}); if not, give the columns, such as 1,2"
+                )
+                raise bad(name, "columns", f"{names[first]}, {names[second]}", what)
+
+
+def _place(name: str, names: Sequence[str], chosen: str | int) -> int:
+    """The place of a column from its name or number."""
+    word = str(chosen).strip()
+    if word in names:
+        return names.index(word)
+    if word.isdecimal() and 1 <= int(word) <= len(names):
+        return int(word) - 1
+    known = listed_words([words for words in names if words])
+    numbers = f"a number from 1 to {len(names)}" + (f", or one of: {known}" if known else "")
+    raise BadInput([Mistake(name, "columns", chosen, numbers)])
+
+
+def _check_units(name: str, names: Sequence[str], first: int | None, second: int, columns: TableColumns) -> None:
+    """Whether the words above a column name another unit than the one that is taken."""
+    lengths = (
+        columns.lift_unit,
+        "unit of the lifts",
+        LIFT_UNITS if columns.kind is LIFT_TABLE else tuple(MM_PER_UNIT),
+    )
+    places = [(second, *lengths)]
+    if first is not None:
+        angles = columns.angle_unit, "unit of the angles", ANGLE_UNITS
+        places.insert(0, (first, *(lengths if columns.kind is XY else angles)))
+    for place, unit, option, known in places:
+        units = {SPELLED[word] for word in _words(names[place]) if word in SPELLED}
+        if units and unit not in units:
+            (other, *_) = sorted(units)
+            way = f"give the {option} as {other}" if other in known else f"only {', '.join(known)} can be read"
+            raise bad(name, f"column {names[place]!r}", None, f"is in {other}, and {unit} is taken; {way}")
+
+
+def names_unit(heading: str) -> bool:
+    """Whether the words above a column name a unit."""
+    return any(word in SPELLED for word in _words(heading))
+
+
+def _words(heading: str) -> Iterator[str]:
+    return (match[0] for match in re.finditer(r"[a-zµμ]+|°|\"", heading.lower()))

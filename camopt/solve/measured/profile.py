@@ -1,0 +1,282 @@
+"""The lift of a follower on a measured profile: each point gives one cam angle, and the lift there.
+
+A round follower of the radius R_r that touches the profile at p, where its outward normal is n, has its centre at
+
+    T = p + R_r·n,
+
+and is as high as that of a cam with the prime radius |T| on its base circle (``geometry.cam_curves`` inverted). A
+flat face there is at the distance p·n from the axis, as on a cam with this base radius. The cam has turned until T,
+or n, is where it is on that cam. The position of a translating follower is the height of its trace point or face
+above the axis, that of an oscillating one the angle ψ of its arm or face.
+
+The follower touches each point of a profile at one cam angle, so that each row of the file is one lift. An error δ
+of the point along the normal is an error δ/cos β of the lift (δ under a flat face): errors of the lifts are as
+independent as those of the points, and noise, outliers and band are as for a table of lifts. The outward normal
+comes from the closed curve of the least jerk that is as near to the distances as their noise; an error of its
+direction hardly matters. Points that the follower does not reach, because it would cut into the profile elsewhere,
+are left out: those of hollows narrower than the roller, or of any hollow under a flat face.
+
+Source: Norton, Cam Design and Manufacturing Handbook, ch. 7, the other way round.
+"""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import isfinite
+from numbers import Real
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
+
+from camopt.core.mistakes import BadInput, Mistake, Unsolved
+from camopt.core.numerics import BoolArray, ComplexArray, FloatArray, IntArray
+from camopt.model.mechanisms.design import Designs
+from camopt.model.mechanisms.geometry import profile_points
+from camopt.model.mechanisms.oscillating_flat import first_sine
+from camopt.scene.problem.problem import Problem
+from camopt.solve.measured.columns import PROFILES
+from camopt.solve.measured.least_jerk import Freest, Room, freest
+from camopt.solve.measured.number_table import bad
+from camopt.solve.measured.outline import gaps, no_points
+from camopt.solve.measured.reading import FEWEST_MEASURED, FULL_TURN, MeasuredPoints, angle_from
+
+DENSE = 7200  # points of a curve, about, among which the nearest is sought
+DIRECTIONS_AT_ONCE = 64  # directions in which the furthest of these is sought
+LARGEST_PROBE = 1e3  # mm
+
+
+class Contacts(NamedTuple):
+    """A follower on a profile: cam angles (rad), positions (mm; rad when oscillating), whether it can be there."""
+
+    angles: FloatArray
+    positions: FloatArray
+    possible: BoolArray
+
+
+def touching(problem: Problem, profile: ComplexArray, normals: ComplexArray) -> Contacts:
+    """The follower of a problem, whose motion does not count, where it touches points with outward normals."""
+    mechanism, design = problem.setup.mechanism, problem.design
+    trace = profile + design.roller_radius[0] * normals
+    flat = mechanism.flat_faced
+    reach = (profile * normals.conjugate()).real if flat else np.abs(trace) - design.roller_radius[0]
+    same = design.take(np.zeros(profile.size, dtype=int))
+    on_base = replace(same, size=reach)
+    possible = mechanism.exists(on_base, problem.programme)
+    with np.errstate(invalid="ignore"):
+        ground = mechanism.travel(on_base, problem.programme, np.zeros(profile.size))
+        seen = (ground.normal, normals) if flat else (ground.trace, trace)
+        angles = design.sense * np.angle(seen[0] * seen[1].conjugate())
+        return Contacts(angles, position_of(problem, on_base), possible)
+
+
+def position_of(problem: Problem, designs: Designs) -> FloatArray:
+    """The position of the follower on the base circles of designs."""
+    if problem.setup.mechanism.start is not None:
+        return np.asarray(problem.setup.mechanism.start(designs))
+    return np.arcsin(first_sine(designs)) if problem.setup.angular else designs.size
+
+
+def base_radius(problem: Problem, position: float) -> float:
+    """The base radius of a cam on whose base circle the follower has a position: the inverse of ``position_of``."""
+    mechanism, design = problem.setup.mechanism, problem.design
+    if mechanism.trace_point is not None:
+        return float(np.hypot(*mechanism.trace_point(design, position))[0] - design.roller_radius[0])
+    if problem.setup.angular:
+        return float(design.face_offset[0] + design.centre_distance[0] * np.sin(position))
+    return position
+
+
+@dataclass(frozen=True)
+class MeasuredProfile:
+    """Points of the profile of a disc cam, measured with the ball of a probe; ``fit`` takes it in place of lifts.
+
+    Parameters
+    ----------
+    points : str, os.PathLike or array_like
+        A file, or an array of rows, as for ``fit``: in mm, or in the unit of the lifts.
+    form : str
+        "polar": cam angle, and distance from the cam's axis; the angle at which a radial follower meets the point,
+        as in a table of lifts. "xy": coordinates with the cam's axis at 0, 0, seen as the cam turns in the scene.
+        Where the angle 0 or the x-axis is on the cam does not matter.
+    probe : float, default 0
+        Radius of the ball in mm, if the points are its centres; 0 if they are on the profile itself.
+
+    Raises
+    ------
+    BadInput
+        For another form, or a radius that is none.
+
+    Examples
+    --------
+    >>> turn = np.radians(np.arange(0, 360, 2))
+    >>> circle = np.column_stack([4 + 22 * np.cos(turn), 22 * np.sin(turn)])  # of 20 mm, 4 mm off the axis
+    >>> cam = {"cam": {"form": "disc"}, "follower": {"motion": "translating", "contact": "flat"}}
+    >>> fitted = camopt.fit(camopt.MeasuredProfile(circle, "xy", probe=2), cam, band=0.001)
+    >>> round(fitted.scene.cam.base_radius, 2)
+    16.0
+    """
+
+    points: str | os.PathLike[str] | ArrayLike
+    form: str
+    probe: float = 0.0
+
+    def __post_init__(self) -> None:
+        mistakes = []
+        if self.form not in PROFILES:
+            mistakes.append(Mistake("camopt", "profile", self.form, f"one of {', '.join(PROFILES)}"))
+        if not (isinstance(self.probe, Real) and isfinite(self.probe) and 0.0 <= self.probe <= LARGEST_PROBE):
+            mistakes.append(Mistake("camopt", "probe", self.probe, f"a radius from 0 to {LARGEST_PROBE:g} mm"))
+        if mistakes:
+            raise BadInput(mistakes)
+
+    def mirrored(self, points: MeasuredPoints) -> MeasuredPoints:
+        """Its points as they are in the mirror, y → −y, where the cam turns the other way."""
+        half, way = FULL_TURN / 2.0, -1.0 if self.form == "xy" else 1.0
+        angles = angle_from(0.0, half + way * points.angles)
+        order = np.argsort(angles, kind="stable")
+        return replace(points, angles=angles[order], lifts=points.lifts[order], rows=points.rows[order])
+
+    def check(self, points: MeasuredPoints) -> None:
+        """Whether its points can be those of a ball on a cam."""
+        for place in np.flatnonzero(points.lifts <= self.probe):
+            least = f"the probe's radius {self.probe:g}" if self.probe else "0"
+            what = f"must be further from the axis of the cam than {least}"
+            raise bad(points.file, f"row {points.rows[place]}", float(points.lifts[place]), what)
+
+
+class Touched(NamedTuple):
+    """A profile as its follower meets it.
+
+    ``positions`` are points with positions of the follower in place of lifts, and ``lost`` the places of outliers
+    among them. ``centres`` are those of the probe, as x + iy in the frame of the cam at cam angle 0, by ``rows``,
+    all of them; ``unreached`` are rows.
+    """
+
+    problem: Problem
+    probe: float
+    positions: MeasuredPoints
+    lost: list[int]
+    centres: ComplexArray
+    rows: IntArray
+    unreached: IntArray
+
+    def base_radius(self, position: float) -> float:
+        """The base radius at which the follower is lowest at a position (mm; deg when oscillating)."""
+        return base_radius(self.problem, np.radians(position) if self.problem.setup.angular else position)
+
+    def centres_at(self, problem: Problem, start: float, rows: IntArray) -> ComplexArray:
+        """The centres of some rows, in the frame of a cam whose angle 0 is ``start`` (deg) of the points."""
+        turn = np.exp(1j * problem.design.sense * np.radians(start))
+        return np.asarray(turn * self.centres[np.isin(self.rows, rows)])
+
+    def distances(self, problem: Problem, start: float, rows: IntArray) -> FloatArray:
+        """Distances of points outside the profile of that cam, along its normal, mm; negative inside."""
+        centres = self.centres_at(problem, start, rows)
+        angles = np.linspace(0.0, 2.0 * np.pi, DENSE + 1)
+        profile = profile_points(problem.setup.mechanism, problem.design, problem.programme, angles)
+        ring = shapely.linearrings(_pairs(profile))
+        away = shapely.distance(ring, shapely.points(_pairs(centres)))
+        inside = shapely.contains_xy(shapely.polygons(ring), centres.real, centres.imag)
+        return np.asarray(np.where(inside, -away, away) - self.probe)
+
+
+def touched(
+    problem: Problem,
+    profile: MeasuredProfile,
+    points: MeasuredPoints,
+    lost: Sequence[int],
+    room: Room,
+    gaps_anywhere: bool = False,
+) -> Touched:
+    """The follower at each of the points (angles and distances); the room is that of their noise.
+
+    Outliers, whose places are ``lost``, do not shape the curve. Points may be missing on the base circle, or
+    anywhere if the motion is not to be found from them.
+
+    Raises
+    ------
+    BadInput
+        For a point where the follower cannot be, or where points are missing that are not on the base circle, or if
+        it touches few points.
+    Unsolved
+        If the convex solver fails.
+    """
+    kept = points.without(lost)
+    between = _between(kept, np.inf if gaps_anywhere else room.band)
+    curve, side = _closed(kept, room), 1.0 if profile.form == "xy" else problem.design.sense
+    smooth, normals = _curve(curve, points.angles, side)
+    centres = points.lifts * smooth / np.abs(smooth)
+    found = touching(problem, centres - profile.probe * normals, normals)
+    for place in np.flatnonzero(~found.possible):
+        what = f"the follower cannot touch this point: {problem.setup.mechanism.assembly}"
+        raise bad(points.file, f"row {points.rows[place]}", None, what)
+    dense, dense_normals = _curve(curve, between, side)
+    around = dense - profile.probe * dense_normals
+    reached = _depth(problem, smooth - profile.probe * normals, normals, around) <= (room.rms or room.band)
+    if reached.sum() < FEWEST_MEASURED:
+        what = f"the follower touches {reached.sum()} of {reached.size} points; it needs {FEWEST_MEASURED}"
+        raise bad(points.file, "points", None, what)
+    positions = np.degrees(found.positions) if problem.setup.angular else found.positions
+    angles = angle_from(0.0, np.degrees(found.angles))
+    order = np.flatnonzero(reached)[np.argsort(angles[reached], kind="stable")]
+    step = points.step * float(np.ptp(positions) / np.ptp(points.lifts))
+    seen = MeasuredPoints(points.file, angles[order], positions[order], points.rows[order], step, FULL_TURN)
+    outliers = np.flatnonzero(np.isin(seen.rows, points.rows[list(lost)])).tolist()
+    unreached = np.sort(points.rows[~reached])
+    return Touched(problem, profile.probe, seen, outliers, centres, points.rows, unreached)
+
+
+def _closed(points: MeasuredPoints, room: Room) -> Freest:
+    """The closed curve of the least jerk of the distances within a room of the points."""
+    try:
+        return freest(points, room)
+    except Unsolved as why:
+        raise Unsolved(f"{points.file}: no smooth curve within {room.band:.4g} mm of the points: {why}") from None
+
+
+def _curve(curve: Freest, angles: FloatArray, side: float) -> tuple[ComplexArray, ComplexArray]:
+    """Points x + iy of a curve by its distance R from the axis, and its outward normals R + R'·i·side."""
+    up = np.exp(1j * (np.pi / 2.0 - side * np.radians(angles)))
+    distances = curve.at(angles)
+    normals = (distances + 1j * side * curve.slope(angles)) * up
+    return distances * up, normals / np.abs(normals)
+
+
+def _between(points: MeasuredPoints, band: float) -> FloatArray:
+    """Angles close to each other, but for parts without points.
+
+    Raises
+    ------
+    BadInput
+        If a part without points is not on the base circle.
+    """
+    missing = gaps(points)
+    for k in missing:
+        after = (k + 1) % points.angles.size
+        if max(points.lifts[k], points.lifts[after]) - points.lifts.min() > 2.0 * band:
+            raise no_points(points, k, "this is not on the base circle")
+    starts = np.delete(points.angles, missing)
+    steps = np.delete(np.diff(points.angles, append=points.angles[0] + FULL_TURN), missing)
+    parts = -(-DENSE // points.angles.size)
+    return np.asarray((starts[:, None] + steps[:, None] * np.arange(parts) / parts).ravel())
+
+
+def _depth(problem: Problem, profile: ComplexArray, normals: ComplexArray, around: ComplexArray) -> FloatArray:
+    """The depth by which a follower that touches points of a profile cuts into the rest of it, mm."""
+    if not problem.setup.mechanism.flat_faced:
+        radius = problem.design.roller_radius[0]
+        centres = profile + radius * normals
+        nearest, _ = cKDTree(_pairs(around)).query(_pairs(centres))
+        return np.asarray(radius - nearest)
+    furthest = [
+        np.max((around * some[:, None].conjugate()).real, axis=1)
+        for some in np.array_split(normals, -(-normals.size // DIRECTIONS_AT_ONCE))
+    ]
+    return np.concatenate(furthest) - (profile * normals.conjugate()).real
+
+
+def _pairs(points: ComplexArray) -> FloatArray:
+    return np.column_stack([points.real, points.imag])

@@ -1,0 +1,75 @@
+"""A quintic spline with the coefficients of its derivatives beside its own, for programmes of its third derivative.
+
+Coefficients of a spline on n points fix its jerk with a factor of n³, which a solver's rounding does not survive.
+So c₀ … c₃ of y … y''' are unknowns together, and what joins them, cₖ₊₁ = (5 − k)·Δcₖ/Δt, has a factor of n.
+
+Of all motions, the one of the least ∫ (y''')² dθ that goes within a band of points is such a spline, with its knots
+at the points (Reinsch's and Laurent's theorem for smoothing splines and for convex sets).
+
+Source: de Boor, A Practical Guide to Splines, ch. IX, X and XIV; Laurent, Approximation et optimisation, ch. IV.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import sparse
+from scipy.interpolate import BSpline
+
+from camopt.core.numerics import FloatArray
+
+CHAIN_DEGREE, JOINED_ORDERS = 5, 4
+
+
+@dataclass(frozen=True)
+class SplineChain:
+    """Clamped quintic splines on 0 ≤ x ≤ 1 with single knots inside."""
+
+    inner: tuple[float, ...]
+
+    @property
+    def knots(self) -> FloatArray:
+        ends = CHAIN_DEGREE + 1
+        return np.concatenate([np.zeros(ends), self.inner, np.ones(ends)])
+
+    @property
+    def count(self) -> int:
+        """How many coefficients the spline itself has; each derivative one less."""
+        return len(self.inner) + CHAIN_DEGREE + 1
+
+    @cached_property
+    def steps(self) -> list[FloatArray]:
+        """Δt/(5 − k): what makes of cₖ₊₁ the differences of cₖ."""
+        inside = [self.knots[1 + k : self.knots.size - 1 - k] for k in range(JOINED_ORDERS - 1)]
+        degrees = [CHAIN_DEGREE - k for k in range(JOINED_ORDERS - 1)]
+        return [(t[p:] - t[:-p]) / p for t, p in zip(inside, degrees, strict=True)]
+
+    def at(self, x: ArrayLike, order: int = 0) -> sparse.csr_array:
+        """The matrix from the coefficients of a derivative to its values at x."""
+        knots = self.knots[order : self.knots.size - order]
+        return BSpline.design_matrix(x, knots, CHAIN_DEGREE - order, extrapolate=True)
+
+    @cached_property
+    def square(self) -> sparse.csr_array:
+        """The matrix W with |W·c₃|² = ∫ (y''')² dx, by Gauss's rule, which is exact here."""
+        nodes, weights = np.polynomial.legendre.leggauss(CHAIN_DEGREE - 2)
+        ends = np.array([0.0, *self.inner, 1.0])
+        half = np.diff(ends)[:, None] / 2
+        x = (ends[:-1, None] + half * (1.0 + nodes)).ravel()
+        return sparse.csr_array(sparse.diags_array(np.sqrt(half * weights).ravel()) @ self.at(x, 3))
+
+    def integrated(self, jerk: FloatArray, start: tuple[float, float, float]) -> list[FloatArray]:
+        """c₀ … c₃ from c₃, and y, y', y'' at x = 0. Of several columns at once, if ``jerk`` has them."""
+        found = [jerk]
+        for k in reversed(range(JOINED_ORDERS - 1)):
+            steps = self.steps[k].reshape(-1, *(1,) * (jerk.ndim - 1)) * found[0]
+            first = np.full_like(steps[:1], start[k])
+            found.insert(0, np.concatenate([first, first + np.cumsum(steps, axis=0)]))
+        return found
+
+    def brought_to(self, jerk: FloatArray, start: tuple[float, float, float], end: FloatArray) -> FloatArray:
+        """c₃ with the least change that leads from y, y', y'' at x = 0 to those at x = 1."""
+        missed = end - np.array([c[-1] for c in self.integrated(jerk, start)[:-1]])
+        moved = np.array([c[-1] for c in self.integrated(np.eye(jerk.size), (0.0, 0.0, 0.0))[:-1]])
+        return np.asarray(jerk + np.linalg.lstsq(moved, missed, rcond=None)[0])

@@ -1,0 +1,132 @@
+"""Tables of numbers in workbooks of Excel and LibreOffice, read by python-calamine if that is installed."""
+
+import re
+from collections.abc import Iterator
+from io import BytesIO
+from typing import Any
+from zipfile import ZipFile
+
+from camopt.solve.measured.delimited import DIALECTS
+from camopt.solve.measured.number_table import NumberedRow, TableCell
+
+ARCHIVE = b"PK\x03\x04"
+WORKBOOKS = (ARCHIVE, b"\xd0\xcf\x11\xe0")
+"""How workbooks begin: .xlsx and .ods, and .xls."""
+MOST_UNPACKED = 64  # MiB
+MOST_CELLS = 2_000_000  # up to the last one of a sheet
+ELEMENT = re.compile(
+    rb"<(?:\w+:)?(row|c)\b(?:[^<>]*?\sr\s*=\s*[\"']([A-Za-z]{0,40})([0-9]{1,40})[\"'])?[^<>]*>(?:(?<!/>)(?!\s*</)())?"
+)
+"""A row or a cell of .xlsx: its column and row, where it names them; the last group is there unless it is empty."""
+RECORD = re.compile(rb"([\x80-\xff]?.)([\x80-\xff]{0,3}.)(.{0,4})", re.DOTALL)
+"""A record of .xlsb (MS-XLSB 2.1.4): its kind, its length, and the row or column that its content begins with."""
+ROW, FILLED = 0, range(2, 12)  # kinds of record: a row, and cells that are not blank
+SPOKEN = [dialect for dialect in DIALECTS if dialect.delimiter == r"\t"]
+
+
+def workbook_rows(data: bytes) -> list[NumberedRow]:
+    """The rows of the first sheet that has numbers; a ValueError says why there are none."""
+    try:
+        from python_calamine import CalamineWorkbook
+    except ImportError:
+        raise ValueError(
+            'is a workbook; pip install "camopt[excel]" lets camopt read it, or save it as CSV'
+        ) from None
+    try:
+        if data.startswith(ARCHIVE):
+            _check_archive(data)
+        book = CalamineWorkbook.from_filelike(BytesIO(data))
+        tables = (_rows(book.get_sheet_by_name(name)) for name in book.sheet_names)
+        return next((rows for rows in tables if any(row.numeric for row in rows)), [])
+    except (ValueError, KeyboardInterrupt):
+        raise
+    except BaseException as trouble:  # of calamine, whose panics are no Exception, and of what unpacks
+        raise ValueError(f"is no workbook that can be read: {trouble}") from None
+
+
+def _check_archive(data: bytes) -> None:
+    """Refuse a workbook before calamine allocates memory for it, which ends the process where there is too little.
+
+    Each part is unpacked, because the directory of an archive may state wrong sizes.
+    """
+    left = MOST_UNPACKED << 20
+    with ZipFile(BytesIO(data)) as archive:
+        for part in archive.infolist():
+            part.file_size = left + 2  # one more than is read: its checksum is compared at its end alone
+            with archive.open(part) as stream:
+                content = stream.read(left + 1)
+            left -= len(content)
+            if left < 0:
+                most = f"is a workbook of more than {MOST_UNPACKED} MiB when unpacked"
+                raise ValueError(f"{most}: save the table as CSV")
+            binary = "worksheets/" in part.filename and part.filename.endswith(".bin")
+            cells = [(0, 0), *(_binary_cells if binary else _cells)(content)]
+            _check_cells(max(row for row, _ in cells), max(column for _, column in cells))
+
+
+def _cells(content: bytes) -> Iterator[tuple[int, int]]:
+    """Row and column of each cell of XML that is not blank. What names no place follows the element before it."""
+    row = column = 0
+    for element in ELEMENT.finditer(content):
+        name, letters, number, filled = element.groups()
+        if name == b"row":
+            row, column = int(number or row + 1), 0
+        else:
+            column = _column(letters) if letters else column + 1
+            if filled is not None:
+                yield int(number or row), column
+
+
+def _binary_cells(content: bytes) -> Iterator[tuple[int, int]]:
+    """Row and column of each cell of .xlsb that is not blank."""
+    place = row = 0
+    while record := RECORD.match(content, place):
+        kind, length = (
+            sum((byte & 127) << 7 * k for k, byte in enumerate(digits)) for digits in record.groups()[:2]
+        )
+        number = int.from_bytes(record[3], "little") + 1
+        if kind == ROW:
+            row = number
+        elif kind in FILLED:
+            yield row, number
+        place = record.start(3) + length
+
+
+def _column(letters: bytes) -> int:
+    """The number of a column from its letters: A is 1, AA is 27."""
+    number = 0
+    for letter in letters.upper():
+        number = 26 * number + letter - ord("A") + 1
+    return number
+
+
+def _check_cells(row: int, column: int) -> None:
+    """Refuse a sheet whose last cell is far from the first: calamine allocates memory for all cells between."""
+    if row * column > MOST_CELLS:
+        where = f"has a sheet as far as row {row} and column {column}"
+        raise ValueError(f"{where}; the most are {MOST_CELLS} cells: save the table as CSV")
+
+
+def _rows(sheet: Any) -> list[NumberedRow]:
+    found = []
+    _check_cells(sheet.total_height, sheet.total_width)
+    for number, values in enumerate(sheet.to_python(skip_empty_area=False), start=1):
+        cells = [_cell(value) for value in values]
+        while cells and cells[-1] == "":
+            cells.pop()
+        while cells and cells[0] == "":  # tables need not start in the first column
+            cells.pop(0)
+        if cells and not str(cells[0]).startswith("#"):
+            found.append(NumberedRow(number, cells))
+    return found
+
+
+def _cell(value: Any) -> TableCell:
+    """A cell's number, also if it was stored as text; of anything else (dates, errors) its text."""
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return float(value)
+    text = str(value).strip()
+    if not text:
+        return text
+    found = (cell for dialect in SPOKEN for cell in dialect.cells(text) if isinstance(cell, float))
+    return next(found, text)

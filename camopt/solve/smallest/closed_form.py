@@ -1,0 +1,184 @@
+"""The smallest cam by closed forms: a design that no feasible one undercuts in size, from the linear limits.
+
+For a follower with a trace point the limits on the pressure angle are lines in (e, s₀):
+
+    e + T·s₀ ≥ max (y' − T·y),    −e + T·s₀ ≥ max (−y' − T·y)
+
+so the smallest prime radius √(s₀² + e²) is the point of a convex polygon nearest to the origin; a flat face's
+radius and a cylindrical cam's pressure angle are linear in the size.
+"""
+
+from itertools import combinations, product
+
+import numpy as np
+
+from camopt.core.numerics import FloatArray
+from camopt.model.effects.peak import BodyRadiusPlus
+from camopt.model.mechanisms import Designs, cylindrical, translating, translating_flat
+from camopt.model.mechanisms.design import SizeBounds
+from camopt.model.motion.programme import Programme, span
+from camopt.model.motion.stroke import ALL_STROKES, DWELL
+from camopt.scene.problem.problem import Problem, claims_on
+from camopt.solve.smallest.result import GAP
+from camopt.solve.verdicts.screening import feasible
+
+ZOOMS, FINER = 14, 33
+"""How often a convex minimum is looked at between its neighbours, and at how many places: to rounding."""
+NUMBER_SHARES = 5  # of the range of each free number at which the smallest size is tried
+NUDGES = (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12)  # of the prime radius
+
+
+def least_size(problem: Problem, bounds: SizeBounds) -> float:
+    """A lower bound of the size that needs no search: the given one, that of limits on it, and the base circle.
+
+    A disc cam that dwells at its lowest is an arc of the base circle there, which has to hold the curvature.
+    """
+    of_limits = max((limit.least_size for limit in problem.limits), default=0.0)
+    least = max(bounds["size"][0], of_limits, negligible(problem, bounds))
+    rests = any(stroke.kind == DWELL and stroke.low == 0.0 for stroke in problem.programme.strokes)
+    if rests and problem.setup.mechanism.body.closed:
+        least = max(least, least_profile_radius(problem))
+    return least
+
+
+def least_profile_radius(problem: Problem) -> float:
+    """The least radius of curvature that limits ask of convex parts of the profile, mm."""
+    mechanism = problem.setup.mechanism
+    of_face = [-claim.allowed() for claim in claims_on(problem, mechanism.profile_radius)]
+    of_body = [claim.factor for claim in claims_on(problem, mechanism.curvature)]
+    radii = [offset.radius for offset in of_body if isinstance(offset, BodyRadiusPlus)]
+    return float(max([0.0, *of_face, *radii]))
+
+
+def negligible(problem: Problem, bounds: SizeBounds) -> float:
+    """A size so small beside the lift and the follower's sizes that nothing limits a cam of it, mm."""
+    lift = 0.0 if problem.setup.angular else problem.programme.lift
+    return GAP * max(lift, *(abs(end) for name, ends in bounds.items() if name != "size" for end in ends), 0.0)
+
+
+def slopes_of(problem: Problem) -> list[tuple[float, int]]:
+    """The limits on the pressure angle, as tan β and the kinds of stroke that they are about."""
+    claims = claims_on(problem, problem.setup.mechanism.pressure)
+    found = [(claim.allowed(), claim.kinds) for claim in claims]
+    return [(tangent, kinds) for tangent, kinds in found if problem.programme.has(kinds)]
+
+
+def closed_form(problem: Problem, bounds: SizeBounds) -> Designs | None:
+    """A design that no feasible one undercuts in size, from the linear limits; None if there is no such form.
+
+    It is as large as it has to be, beyond the range of the size too.
+    """
+    mechanism = problem.setup.mechanism
+    slopes = slopes_of(problem)
+    low = bounds["size"][0]
+    middle = {name: a for name, (a, b) in bounds.items() if a == b}
+    if mechanism.moves_as(translating.MECHANISM):
+        roller = bounds["roller_radius"][1]
+        lead, prime = _nearest_in_polygon(problem, bounds["offset"], slopes, low + roller)
+        size = max(prime - roller, low)
+        middle |= {"offset": lead * problem.design.sense, "roller_radius": roller}
+    elif mechanism.moves_as(translating_flat.MECHANISM):
+        radius = least_profile_radius(problem)
+        size = max(low, radius - span(problem.programme, (1, 0, 1), ALL_STROKES)[0])
+        middle.setdefault("offset", problem.design.offset[0])
+    elif mechanism.moves_as(cylindrical.MECHANISM) and slopes:
+        steepest = [max(map(abs, span(problem.programme, (0, 1), kinds))) / tangent for tangent, kinds in slopes]
+        size = max(low, *steepest)
+        middle.setdefault("roller_radius", bounds["roller_radius"][1])
+    else:
+        return None
+    if size <= 0.0:
+        return None
+    fields = {name: np.array([middle.get(name, bounds[name][0])]) for name in bounds}
+    return problem.design.with_values({**fields, "size": np.array([size])})
+
+
+def _nearest_in_polygon(
+    problem: Problem,
+    offset: tuple[float, float],
+    slopes: list[tuple[float, int]],
+    least: float,
+) -> tuple[float, float]:
+    """The lead e and prime radius of the smallest cam that holds the pressure angle, within the offsets.
+
+    s₀(e) is the largest of a few lines, so R_p² = e² + s₀² is convex in e: its least value lies at e = 0, at the
+    projection of the origin on a line, where two lines cross, or at an end of the interval.
+    """
+    ends = sorted(problem.design.sense * e for e in offset)
+    if problem.offs:
+        return _nearest_of_all(problem, (ends[0], ends[1]), slopes, least)
+    lines = _lines(problem.programme, slopes)
+    candidates = [0.0, *(-a * b / (1 + b * b) for a, b in lines)]
+    candidates += [(a2 - a1) / (b1 - b2) for (a1, b1), (a2, b2) in combinations(lines, 2) if b1 != b2]
+    leads = np.clip(np.array([*ends, *candidates]), ends[0], ends[1])
+    heights = np.max([np.zeros_like(leads), *(a + b * leads for a, b in lines)], axis=0)
+    primes = np.maximum(np.hypot(leads, heights), least)
+    best = np.lexsort((np.abs(leads), primes))[0]
+    return float(leads[best]), float(primes[best])
+
+
+def _lines(programme: Programme, slopes: list[tuple[float, int]]) -> list[tuple[float, float]]:
+    """The lines s₀ ≥ a + b·e, as a and b."""
+    lines = []
+    for tangent, kinds in slopes:
+        lines.append((span(programme, (-tangent, 1), kinds)[1] / tangent, -1 / tangent))
+        lines.append((-span(programme, (tangent, 1), kinds)[0] / tangent, 1 / tangent))
+    return lines
+
+
+def _nearest_of_all(
+    problem: Problem, ends: tuple[float, float], slopes: list[tuple[float, int]], least: float
+) -> tuple[float, float]:
+    """The same of the smallest cam with which those that are off hold the pressure angle too.
+
+    One that is off by δe and δR needs R_p ≥ √((e + δe)² + s₀(e + δe)²) − δR: convex in e, as the largest of all is.
+    """
+    sense = problem.design.sense
+    offs = [
+        (
+            np.array(_lines(own.programme, slopes)).reshape(-1, 2, 1),
+            sense * off.get("offset", 0.0),
+            off.get("roller_radius", 0.0) + off.get("size", 0.0),
+        )
+        for own, off in ((problem, {}), *problem.others)
+    ]
+
+    def primes(leads: FloatArray) -> FloatArray:
+        found = [np.full_like(leads, least)]
+        for slope, lead, radius in offs:
+            heights = np.max(slope[:, 0] + slope[:, 1] * (leads + lead), axis=0, initial=0.0)
+            found.append(np.hypot(leads + lead, heights) - radius)
+        return np.asarray(np.max(found, axis=0))
+
+    low, high = ends
+    for _ in range(ZOOMS):
+        leads = np.linspace(low, high, FINER)
+        best = int(np.argmin(primes(leads)))
+        low, high = float(leads[max(best - 1, 0)]), float(leads[min(best + 1, FINER - 1)])
+    return float(leads[best]), float(primes(leads)[best])
+
+
+def nudged(problem: Problem, design: Designs, bounds: SizeBounds) -> Designs | None:
+    """The design made larger by a few units in the last place, until rounding leaves it feasible.
+
+    Numbers that it brings may be any within bounds: those nearest to the middle are tried first.
+    """
+    numbers = _numbers(problem, bounds)
+    tried = max((column.size for column in numbers.values()), default=1)
+    steps = np.repeat(np.array(NUDGES) * design.prime_radius, tried)
+    larger = design.take(np.zeros(steps.size, dtype=int))
+    brought = {key: np.tile(column, len(NUDGES)) for key, column in numbers.items()}
+    larger = larger.with_values({"size": larger.size + steps, **brought})
+    held = np.flatnonzero(feasible(problem, larger) & (larger.size <= bounds["size"][1]))
+    return larger.take(held[:1]) if held.size else None
+
+
+def _numbers(problem: Problem, bounds: SizeBounds) -> dict[str, FloatArray]:
+    """Values of free numbers all over their ranges, by key; those in the middle first."""
+    free = sorted(problem.setup.free & bounds.keys())
+    if not free:
+        return {}
+    shares = np.array(list(product(np.linspace(0.0, 1.0, NUMBER_SHARES), repeat=len(free)))).T
+    shares = shares[:, np.argsort(np.abs(shares - 0.5).max(axis=0), kind="stable")]
+    ends = (bounds[key] for key in free)
+    return {key: low + share * (high - low) for key, share, (low, high) in zip(free, shares, ends, strict=True)}

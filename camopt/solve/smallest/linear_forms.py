@@ -1,0 +1,277 @@
+"""Oscillating followers whose limits are linear: where the cam centre may lie, seen from the follower's pivot.
+
+With the follower's lowest position along the x axis the cam centre lies at (u, v) = c·(cos ψ₀, sin ψ₀). Let w be
+the length l of the arm or the offset f of the face. At every cam angle the limits on the pressure angle, and all
+those of a flat face, are linear in (u, v, w), with q = 1 ± ψ':
+
+    arm            |l·q − c·cos ψ| ≤ T·c·sin ψ                       prime radius √((u − l)² + v²)
+    face           |f|·q ≤ T·c·cos ψ                                 base radius f + v
+                   f + c·(sin ψ·(2q − 1)/q² + cos ψ·ψ''/q³) ≥ ρ
+                   c·cos ψ ≤ t·q
+    cylinder       |l·ψ' ± R_m·sin ψ| ≤ T·R_m·cos ψ                  mean radius u, with w = l
+
+and c·cos ψ = u·cos y − v·sin y, c·sin ψ = u·sin y + v·cos y. For an arm these half-planes are Flocke's construction
+(K. A. Flocke, Zur Konstruktion von Kurvengetrieben bei Verarbeitungsmaschinen, VDI-Forschungsheft 345, 1931). The
+centre distance has a range, so that the smallest cam within some planes is no linear programme: (u, v) lies in a
+ring. With two or three unknowns all points where it can lie are listed.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import combinations
+from math import inf
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.core.numerics import LARGEST, LEAST, FloatArray
+from camopt.model.mechanisms import cylindrical_oscillating, oscillating, oscillating_flat
+from camopt.model.mechanisms.design import SizeBounds
+from camopt.model.motion.programme import Programme
+from camopt.model.motion.stroke import ALL_STROKES
+from camopt.scene.problem.problem import Problem, claims_on
+from camopt.solve.smallest.closed_form import slopes_of
+
+PLANE_SHARE = 1e-12  # relative: what a plane may be exceeded by rounding
+PARALLEL = 1e-13  # the sine between planes that have no corner worth a look
+
+BOTH = (LARGEST, LEAST)
+
+Planes = FloatArray
+"""(m, 4): a·u + b·v + c·w ≥ d, the normal (a, b, c) of length 1."""
+
+
+class LinearLimit(NamedTuple):
+    """A limit that is linear in (u, v, w) at each cam angle."""
+
+    curve: Any
+    """Of the mechanism."""
+    kinds: int
+    goals: tuple[int, ...]
+    """Extremes of the curve that the limit is about."""
+    plane: Callable[..., tuple[Any, Any, Any, Any]]
+    """From +1 for the largest value or −1 for the least, and the motion (y, y', y''), to (a, b, c, d)."""
+
+    def planes(self, motion: FloatArray) -> list[Planes]:
+        """The planes at cam angles (m,), for each goal."""
+        found = []
+        for goal in self.goals:
+            parts = self.plane(1.0 if goal == LARGEST else -1.0, *motion)
+            rows = np.stack(np.broadcast_arrays(*parts, motion[0])[:4], axis=1)
+            lengths = np.linalg.norm(rows[:, :3], axis=1, keepdims=True)
+            found.append(rows / np.where(lengths > 0.0, lengths, 1.0))  # a groove at rest may ask nothing: 0 ≥ 0
+        return found
+
+
+@dataclass(frozen=True)
+class Form:
+    """How the sizes of a mechanism and its limits look in (u, v, w)."""
+
+    limits: Callable[[Problem], list[LinearLimit]]
+    ranges: Callable[[Programme, SizeBounds], Planes]
+    """Planes that no limit makes: what assembly asks for, and ranges of sizes."""
+    least: Callable[[Planes, SizeBounds], FloatArray | None]
+    """The (u, v, w) of least size that some planes and the ranges of the sizes allow; None if they allow none."""
+    sizes: Callable[[FloatArray, float], dict[str, float]]
+    """The sizes at (u, v, w), with a roller."""
+
+
+# Arms with a trace point
+
+
+def _arm_limits(problem: Problem) -> list[LinearLimit]:
+    sense, found = problem.design.sense, []
+    for tangent, kinds in slopes_of(problem):
+
+        def plane(sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent) -> tuple[Any, ...]:
+            s, c = np.sin(y), np.cos(y)
+            return tangent * s + sign * c, tangent * c - sign * s, -sign * (1.0 + sense * y1), 0.0
+
+        found.append(LinearLimit(oscillating.MECHANISM.pressure, kinds, BOTH, plane))
+    return found
+
+
+def _arm_ranges(programme: Programme, bounds: SizeBounds) -> Planes:
+    """sin ψ ≥ 0 in both end positions."""
+    return np.array([[0.0, 1.0, 0.0, 0.0], [np.sin(programme.lift), np.cos(programme.lift), 0.0, 0.0]])
+
+
+def _least_arm(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
+    """Where the cam centre lies for an arm of length 1, which is then made as short as the ranges allow.
+
+    The prime radius is |O − 1|·max(l₁, c₁/|O|). Its least value lies on a line where one of the two factors is
+    stationary, where two lines meet, or where a line meets a circle on which a range ends.
+    """
+    arms, (nearest, farthest) = bounds["arm_length"], bounds["centre_distance"]
+    lengths = np.linalg.norm(planes[:, :2], axis=1)
+    normal, height = planes[:, :2] / lengths[:, None], (planes[:, 3] / arms[0] - planes[:, 2]) / lengths
+    circles = np.array([nearest / arms[1], nearest / arms[0], farthest / arms[0]])
+    along, ahead, square = np.stack([-normal[:, 1], normal[:, 0]], axis=1), -normal[:, 1], height**2
+    foot = normal * height[:, None]
+    spread = square - np.sum((foot - [1.0, 0.0]) ** 2, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        root = np.sqrt(spread**2 + 4.0 * ahead**2 * square)
+        steps = [ahead, *((spread + sign * root) / (-2.0 * ahead) for sign in (1.0, -1.0))]
+        steps += [sign * np.sqrt(r * r - square) for r in circles for sign in (1.0, -1.0)]
+    points = np.concatenate(
+        [*(foot + t[:, None] * along for t in steps), _crossings(normal, height), [[r, 0.0] for r in circles]]
+    )
+    distance = np.linalg.norm(points, axis=1)
+    held = (distance >= circles[0] * (1.0 - PLANE_SHARE)) & (distance <= circles[2] * (1.0 + PLANE_SHARE))
+    points, distance = points[held], distance[held]
+    held = np.all(points @ normal.T >= height - PLANE_SHARE * (1.0 + distance[:, None]), axis=1)
+    points, distance = points[held], distance[held]
+    if not len(points):
+        return None
+    arm = np.clip(nearest / distance, *arms)
+    best = np.argmin(np.hypot(points[:, 0] - 1.0, points[:, 1]) * arm)
+    return np.asarray(arm[best] * np.array([*points[best], 1.0]))
+
+
+def _crossings(normal: FloatArray, height: FloatArray) -> FloatArray:
+    """Where each two lines meet."""
+    i, j = np.triu_indices(len(height), 1)
+    cross = normal[i, 0] * normal[j, 1] - normal[i, 1] * normal[j, 0]
+    i, j, cross = (each[np.abs(cross) > PARALLEL] for each in (i, j, cross))
+    x = (height[i] * normal[j, 1] - height[j] * normal[i, 1]) / cross
+    y = (normal[i, 0] * height[j] - normal[j, 0] * height[i]) / cross
+    return np.stack([x, y], axis=1)
+
+
+def _arm_sizes(point: FloatArray, roller: float) -> dict[str, float]:
+    u, v, w = map(float, point)
+    return {"arm_length": w, "centre_distance": float(np.hypot(u, v)), "size": float(np.hypot(u - w, v)) - roller}
+
+
+# Flat faces
+
+
+def _face_limits(problem: Problem) -> list[LinearLimit]:
+    mechanism, sense, found = oscillating_flat.MECHANISM, problem.design.sense, []
+    if not oscillating_flat.slowest(sense, problem.programme) > 0.0:
+        return []  # no face of any size keeps in touch
+    for tangent, kinds in slopes_of(problem):
+
+        def pressure(sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent) -> tuple[Any, ...]:
+            return tangent * np.cos(y), -tangent * np.sin(y), -sign * (1.0 + sense * y1), 0.0
+
+        found.append(LinearLimit(mechanism.pressure, kinds, BOTH, pressure))
+    for claim in claims_on(problem, mechanism.profile_radius):
+
+        def radius(sign: float, y: Any, y1: Any, y2: Any, least: float = -claim.allowed()) -> tuple[Any, ...]:
+            s, c, q = np.sin(y), np.cos(y), 1.0 + sense * y1
+            a, b = (2.0 * q - 1.0) / q**2, y2 / q**3
+            return s * a + c * b, c * a - s * b, 1.0, least
+
+        found.append(LinearLimit(mechanism.profile_radius, ALL_STROKES, (LEAST,), radius))
+    for claim in (each for each in claims_on(problem, mechanism.reach) if each.goal != LEAST):
+
+        def reach(sign: float, y: Any, y1: Any, y2: Any, most: float = claim.allowed()) -> tuple[Any, ...]:
+            return -np.cos(y), np.sin(y), 0.0, -most * (1.0 + sense * y1)
+
+        found.append(LinearLimit(mechanism.reach, ALL_STROKES, (LARGEST,), reach))
+    return found
+
+
+def _face_ranges(programme: Programme, bounds: SizeBounds) -> Planes:
+    """cos ψ ≥ 0 in both end positions, the range of the offset, and the least base radius."""
+    (low, high), least = bounds["face_offset"], bounds["size"][0]
+    s, c = np.sin(programme.lift), np.cos(programme.lift)
+    swing = [[1.0, 0.0, 0.0, 0.0], [c, -s, 0.0, 0.0]]
+    half = np.sqrt(0.5)
+    return np.array([*swing, [0.0, 0.0, 1.0, low], [0.0, 0.0, -1.0, -high], [0.0, half, half, half * least]])
+
+
+def _least_face(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
+    """The least v + w lies where three planes meet, where two meet a cylinder of the least or largest centre
+    distance, or where v + w is stationary on the ellipse in which a plane cuts such a cylinder."""
+    nearest, farthest = bounds["centre_distance"]
+    points = [_corners(planes)]
+    for radius in {nearest, farthest}:
+        points += [_on_edges(planes, radius), _on_ellipses(planes, radius)]
+    found = np.concatenate(points)
+    distance = np.hypot(found[:, 0], found[:, 1])
+    held = (distance >= nearest * (1.0 - PLANE_SHARE)) & (distance <= farthest * (1.0 + PLANE_SHARE))
+    found = found[held]
+    scale = 1.0 + np.linalg.norm(found, axis=1)
+    found = found[np.all(found @ planes[:, :3].T >= planes[:, 3] - PLANE_SHARE * scale[:, None], axis=1)]
+    return found[np.argmin(found[:, 1] + found[:, 2])] if len(found) else None
+
+
+def _corners(planes: Planes) -> FloatArray:
+    """Where each three planes meet."""
+    triples = planes[np.array(list(combinations(range(len(planes)), 3)))]
+    triples = triples[np.abs(np.linalg.det(triples[:, :, :3])) > PARALLEL]
+    return np.asarray(np.linalg.solve(triples[:, :, :3], triples[:, :, 3:])[:, :, 0])
+
+
+def _on_edges(planes: Planes, radius: float) -> FloatArray:
+    """Where the line in which each two planes meet pierces the cylinder |(u, v)| = radius."""
+    i, j = np.triu_indices(len(planes), 1)
+    along = np.cross(planes[i, :3], planes[j, :3])
+    steep = np.sum(along[:, :2] ** 2, axis=1) > PARALLEL**2
+    i, j, along = i[steep], j[steep], along[steep]
+    first = np.linalg.solve(
+        np.stack([planes[i, :3], planes[j, :3], along], axis=1),
+        np.stack([planes[i, 3], planes[j, 3], np.zeros(len(i))], axis=1)[:, :, None],
+    )[:, :, 0]
+    a, b = np.sum(along[:, :2] ** 2, axis=1), np.sum(along[:, :2] * first[:, :2], axis=1)
+    room = b * b - a * (np.sum(first[:, :2] ** 2, axis=1) - radius**2)
+    index = np.flatnonzero(room >= 0.0)
+    steps = [(-b[index] + sign * np.sqrt(room[index])) / a[index] for sign in (1.0, -1.0)]
+    return np.concatenate([first[index] + t[:, None] * along[index] for t in steps])
+
+
+def _on_ellipses(planes: Planes, radius: float) -> FloatArray:
+    """Where v + w is stationary on the cut of each plane with the cylinder |(u, v)| = radius."""
+    sloped = planes[np.abs(planes[:, 2]) > PARALLEL]
+    slope = np.stack([-sloped[:, 0] / sloped[:, 2], 1.0 - sloped[:, 1] / sloped[:, 2]], axis=1)
+    slope = slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), PARALLEL)
+    both = np.concatenate([radius * slope, -radius * slope])
+    twice = np.concatenate([sloped, sloped])
+    offset = (twice[:, 3] - np.sum(twice[:, :2] * both, axis=1)) / twice[:, 2]
+    return np.concatenate([both, offset[:, None]], axis=1)
+
+
+def _face_sizes(point: FloatArray, roller: float) -> dict[str, float]:
+    u, v, w = map(float, point)
+    return {"face_offset": w, "centre_distance": float(np.hypot(u, v)), "size": v + w}
+
+
+# Cylindrical cams
+
+
+def _groove_limits(problem: Problem) -> list[LinearLimit]:
+    sense, half, found = problem.design.sense, problem.programme.lift / 2, []
+    mechanism = cylindrical_oscillating.MECHANISM
+    for tangent, kinds in slopes_of(problem):
+
+        def plane(sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent) -> tuple[Any, ...]:
+            return tangent * np.cos(y - half) - sign * sense * np.sin(y - half), 0.0, -sign * y1, 0.0
+
+        found.append(LinearLimit(mechanism.pressure, kinds, BOTH, plane))
+    return found
+
+
+def _groove_ranges(programme: Programme, bounds: SizeBounds) -> Planes:
+    return np.array([[1.0, 0.0, 0.0, bounds["size"][0]]])
+
+
+def _least_groove(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
+    """The least mean radius of the shortest arm; longer arms need larger ones."""
+    arm = bounds["arm_length"][0]
+    a, rest = planes[:, 0], planes[:, 3] - planes[:, 2] * arm
+    rising, falling = a > PARALLEL, a < -PARALLEL
+    least = float(np.max(rest[rising] / a[rising]))
+    most = float(np.min(rest[falling] / a[falling], initial=inf))
+    possible = least <= most and bool(np.all(rest[~(rising | falling)] <= PLANE_SHARE * arm))
+    return np.array([least, 0.0, arm]) if possible else None
+
+
+def _groove_sizes(point: FloatArray, roller: float) -> dict[str, float]:
+    return {"size": float(point[0]), "arm_length": float(point[2])}
+
+
+ARM_FORM = Form(_arm_limits, _arm_ranges, _least_arm, _arm_sizes)
+FACE_FORM = Form(_face_limits, _face_ranges, _least_face, _face_sizes)
+GROOVE_FORM = Form(_groove_limits, _groove_ranges, _least_groove, _groove_sizes)

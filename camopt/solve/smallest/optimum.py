@@ -1,0 +1,176 @@
+"""What optimise finds: the smallest cam of each law, what binds it, and what its bounds cost."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any, ClassVar
+
+from camopt.core.mistakes import NOTHING_FEASIBLE
+from camopt.scene.oddities import no_wall
+from camopt.scene.problem.problem import resolve
+from camopt.scene.scene import Scene
+from camopt.solve.smallest.price import PRICE_COLUMNS, UNKNOWN_PRICE, Price, price_table
+from camopt.solve.tables.cells import with_unit
+from camopt.solve.tables.designs import Design, designs_table, laws_shown, miss_sections, with_law
+from camopt.solve.tables.result import Result, Table, plain
+
+TO_THE_LARGEST = "the largest that was tried does, or cannot be assembled"
+
+
+@dataclass(frozen=True)
+class Optimum(Result):
+    """The smallest cam of each law (``by_law``), and the smallest of all (``best``).
+
+    Each ``Design`` is a mapping from quantity to value, and has a ``scene``. Besides the quantities that the scene
+    calls for, it has:
+
+    - ``binding``: the limits that it just meets, so that it cannot be smaller;
+    - ``proved``: whether it is proved that no feasible design of that law is smaller by more than 1e-9 of the prime
+      radius; of two discs that both have a range it is the larger one that counts, and the other one beside it;
+    - ``gap_mm``: by how much a feasible design might be smaller;
+    - ``angles_deg``: the angles of all segments, if ``[search]`` varies some;
+    - ``every_cam``, with ``search.robust``: whether every cam within the tolerances of its numbers holds every
+      limit: held (proved over the whole box), undecided, or broken, where no cam was found that all hold;
+    - ``nominal_mm``, likewise: the size of the smallest cam of which the nominal one alone holds them, and
+      ``safety_mm``, by how much the robust one is larger: what safety costs; ``nominal_proved``, as ``proved``;
+    - ``clear_above_mm``: all larger designs that were tried above this size are feasible. It exceeds the optimum if
+      larger cams break a limit again, and is infinite if large cams fail, as with oscillating followers.
+
+    Attributes
+    ----------
+    scene : Scene
+        What was asked.
+    best : Design or None
+        The smallest cam of all; None if no law has a feasible design.
+    by_law : dict
+        The smallest cam of each law, the smallest first.
+    obstacles : dict
+        For each law without a feasible design, the limits that are in the way.
+    nearest_miss : Design or None
+        If no law has a feasible design: the one that breaks its limits the least; ``violated`` names them.
+        Of those found so far where ``out_of_time``.
+    out_of_time : bool
+        Whether a search ran out of time, so that its answer is not proved.
+    warnings : tuple of str
+        What to know of the best cam unasked, as of an ``Evaluation``.
+    prices : dict or None
+        What ``camopt.prices`` finds of each law, where it was computed, as the command does.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("roller-1000rpm").replace(**{"search.law": ["cycloidal"]})
+    >>> found = camopt.optimise(scene)
+    >>> found.best["binding"], found.best["gap_mm"] < 1e-6
+    (['pressure_angle', 'pressure_angle_return'], True)
+    """
+
+    scene: Scene
+    best: Design | None
+    by_law: dict[str, Design]
+    obstacles: dict[str, str]
+    nearest_miss: Design | None
+    out_of_time: bool = False
+    warnings: tuple[str, ...] = ()
+    prices: dict[str, list[Price]] | None = None
+    main_rows: ClassVar[str] = "by_law"
+
+    def __repr__(self) -> str:
+        what = repr(self.best).removeprefix("<").removesuffix(">") if self.best else "no feasible design"
+        return f"<Optimum of {self.scene.name}: {len(self.by_law)} laws; {what}>"
+
+    def table(self) -> Table | None:
+        """The smallest cam of each law with what binds it; whether that is proved, where it is not for all."""
+        rows = with_law(self.by_law.values())
+        if not rows:
+            return None
+        for row in rows:
+            if "angles_deg" in row:
+                row["angles_deg"] = " ".join(f"{angle:.6g}" for angle in row["angles_deg"])
+        last = ["every_cam", "nominal_mm", "safety_mm"] if any("nominal_mm" in row for row in rows) else []
+        last += ["binding", *(["angles_deg"] if any("angles_deg" in row for row in rows) else [])]
+        last += [] if all(row["proved"] for row in rows) else ["proved", "gap_mm"]
+        title = f"{self.scene.name}: the smallest cam{' of each law' if laws_shown(rows) else ''}"
+        return designs_table(title, resolve(self.scene), rows, last)
+
+    def sections(self) -> Iterator[Table | str]:
+        """The smallest cam of each law, what is not proved, prices; or the nearest miss."""
+        name = self.scene.name
+        if best := self.table():
+            yield best
+        for law, obstacle in self.obstacles.items():
+            yield f"{law or name}: no feasible design; stopped by {obstacle}"
+        for law, row in self.by_law.items():
+            if not row["proved"]:
+                less = with_unit(row["gap_mm"], "mm")
+                yield f"{law or name}: not proved; a feasible cam may be smaller by up to {less}"
+            if not row.get("nominal_proved", True):
+                yield f"{law or name}: the nominal optimum is not proved; a smaller one may exist"
+        yield from self._larger_cams()
+        if self.out_of_time:
+            yield "The search ran out of time; more `seconds` may prove it or find a smaller cam."
+        if any((self.prices or {}).values()):
+            yield from self._price_sections(self.prices or {})
+        if self.nearest_miss and self.out_of_time:
+            yield from miss_sections(
+                self.nearest_miss, "No feasible design in the time given. The least miss found so far:"
+            )
+        elif self.nearest_miss:
+            yield from miss_sections(self.nearest_miss)
+
+    def _larger_cams(self) -> Iterator[str]:
+        """Sentences on laws of which larger cams may break a limit."""
+        size_name = resolve(self.scene).size_name
+        for law, row in self.by_law.items():
+            clear = row["clear_above_mm"]
+            if clear > row[size_name]:
+                tried = f"above {with_unit(clear, 'mm')} none that was tried does"
+                tried = tried if isfinite(clear) else TO_THE_LARGEST
+                late = ", and not all were looked at in the time" if self.out_of_time else ""
+                yield f"{law or self.scene.name}: larger cams may break a limit again{late}; {tried}."
+
+    def _price_sections(self, prices: dict[str, list[Price]]) -> Iterator[Table | str]:
+        """The price of each bound, the size of the cam without it, the limits that bind that cam."""
+        yield ""
+        yield price_table(prices, ["law", *PRICE_COLUMNS] if len(prices) > 1 else PRICE_COLUMNS)
+        every = [price for each in prices.values() for price in each]
+        ranges = [price for price in every if price.key.startswith("search.")]
+        if any(price.price is None or price.tightened is None for price in every):
+            yield f"{UNKNOWN_PRICE} as a price: what has no bound, such as no undercut, holds the cam as well."
+        if any(price.next is None and price not in ranges for price in every):
+            late = "that cam was not found and proved in the time; more `seconds` may do"
+            yield f"{UNKNOWN_PRICE} without a limit or tolerance: {late}."
+        if any(price.next is None for price in ranges):
+            yield f"{UNKNOWN_PRICE} without the end of a range: it is not sought."
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Warnings, and walls that are thin."""
+        thin = no_wall(self.scene, self.best.get("base_radius_mm")) if self.best else ()
+        return (*self.warnings, *thin)
+
+    def document(self) -> dict[str, Any]:
+        """The best design, those of each law, what is in the way, and prices."""
+        return {
+            **plain(next(iter(self.by_law.values()), {})),
+            "by_law": self.by_law,
+            "obstacles": self.obstacles,
+            "nearest_miss": self.nearest_miss,
+            "out_of_time": self.out_of_time,
+            **({} if self.prices is None else {"prices": self.prices}),
+            **({"warnings": self.warnings} if self.warnings else {}),
+        }
+
+    @property
+    def half_width(self) -> float:
+        """The relative half-width of the best design's enclosures."""
+        return float(self.best["relative_half_width"]) if self.best else 0.0
+
+    @property
+    def exit_code(self) -> int:
+        """0; 1 without a feasible design; 4 where the accuracy is not reached."""
+        return super().exit_code if self.best else NOTHING_FEASIBLE
+
+    @property
+    def shown_cam(self) -> Scene | None:
+        """The smallest cam of all."""
+        return self.best.scene if self.best else None

@@ -1,0 +1,269 @@
+"""The price of each bound that a smallest cam just meets, and what holds the cam without it.
+
+Prices of tolerances are derivatives by each of them, which may be wider.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial, singledispatch
+from math import isfinite, radians
+from typing import Any
+
+import numpy as np
+
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.clock import now, share
+from camopt.model.effects.given import NO_BAND, Band, GivenErrors
+from camopt.model.motion.stroke import RETURN, RISE
+from camopt.scene.problem.limit import Limit
+from camopt.scene.problem.problem import Problem, exactly, resolve
+from camopt.scene.problem.settings import freed_of, laws_of
+from camopt.scene.problem.zones import looked_at
+from camopt.scene.tolerances import Zone
+from camopt.solve.smallest.freedom import Freedom
+from camopt.solve.smallest.multipliers import NO_RATES, ActiveBound, Rates, bounds_met, rates
+from camopt.solve.smallest.optimise import SECONDS, end_of, least_of_all
+from camopt.solve.smallest.optimum import Optimum
+from camopt.solve.smallest.price import Price, Prices
+from camopt.solve.smallest.turns import SegmentAngles
+from camopt.solve.tables.designs import joined_laws
+from camopt.solve.verdicts.judging import excesses, worst_excesses
+from camopt.solve.verdicts.running import columns_for
+
+BOUND_ROUNDING = 1e-9  # of a bound
+MICRON, DEGREE = ("µm", 1e-3), ("deg", radians(1.0))
+STEP = 1e-3
+"""Of a tolerance: differences are taken over it."""
+
+
+@dataclass(frozen=True)
+class Toleranced:
+    """A tolerance, by its key in the scene."""
+
+    key: str
+    band: Band
+    """mm or rad; of other numbers in their unit."""
+    unit: str
+    size: float
+    """Of the unit, mm or rad."""
+    put: Callable[[GivenErrors, Band], GivenErrors]
+    field: str = ""
+    """Of designs, if they have it."""
+
+    @property
+    def bound(self) -> float:
+        """The larger of its ends, in its unit."""
+        return max(-self.band.low, self.band.high) / self.size
+
+    def in_problem(self, problem: Problem, band: Band) -> Problem:
+        """The problem with other ends of this tolerance."""
+        given, zones = problem.setup.errors, dict(problem.zones)
+        setup = problem.setup if given is None else replace(problem.setup, errors=self.put(given, band))
+        if self.field in zones:
+            zones[self.field] = Zone(band.low, band.high, zones[self.field].deviation)
+            zones = {field: zone for field, zone in zones.items() if zone.lower or zone.upper}
+        new = {limit.name: limit for limit in problem.values.limits(setup)}
+        limits = tuple(replace(new[each.name], bound=each.bound) for each in problem.limits)
+        return replace(problem, setup=setup, limits=limits, zones=zones, offs=looked_at(zones))
+
+    def slopes(self, problem: Problem, limits: list[Limit]) -> FloatArray:
+        """How the excess over each limit of a problem's design changes as both ends go out, per unit."""
+        step = STEP * self.bound * self.size
+        names, found = [limit.name for limit in limits], []
+        for by in (step, -step):
+            wider = self.in_problem(problem, Band(self.band.low - by, self.band.high + by))
+            own = {limit.name: limit for limit in wider.limits}
+            found.append(worst_excesses(wider, [own[name] for name in names], problem.design)[:, 0])
+        return np.asarray((found[0] - found[1]) / (2.0 * step) * self.size)
+
+
+def tolerances_of(problem: Problem) -> Iterator[Toleranced]:
+    """The tolerances of a problem that are above 0."""
+    given, variables = problem.setup.errors, {each.field: each for each in problem.variables}
+    fields = {each.key: field for field, each in variables.items()}
+    sizes = {} if given is None else {variables[field].key: band for field, band in given.sizes.items()}
+    others = {} if given is None else {**given.second, **{key: band for key, (band, _) in given.links.items()}}
+    zones = {variables[field].key: Band(zone.lower, zone.upper) for field, zone in problem.zones.items()}
+    for key, band in {**sizes, **others, **zones}.items():
+        if band.low or band.high:
+            variable = variables[fields[key]]
+            unit = MICRON if variable.unit == "mm" else (variable.unit, 1.0)
+            yield Toleranced(f"tolerances.{key}", band, *unit, partial(_with_number, key, fields[key]), fields[key])
+    if given is None:
+        return
+    for key, name in (("profile", "profile"), ("bore_eccentricity", "bore")):
+        if size := getattr(given, name):
+            yield Toleranced(f"tolerances.{key}", Band(-size, size), *MICRON, partial(_with_field, name))
+    for key, name in (("phase", "phase"), ("face_tilt", "tilt"), ("disc_phase", "disc_phase")):
+        band = getattr(given, name)
+        if band.low or band.high:
+            yield Toleranced(f"tolerances.{key}", band, *DEGREE, partial(_with_field, name))
+
+
+def _with_number(key: str, field: str, given: GivenErrors, band: Band) -> GivenErrors:
+    """Errors with other ends of a size of the follower, of its second contact, or of a number of the train."""
+    sizes, second, links = dict(given.sizes), dict(given.second), dict(given.links)
+    if field in sizes:
+        sizes[field] = band
+    if key in second:
+        second[key] = band
+    if key in links:
+        links[key] = band, links[key][1]
+    return replace(given, sizes=sizes, second=second, links=links)
+
+
+def _with_field(name: str, given: GivenErrors, band: Band) -> GivenErrors:
+    """Errors with another tolerance of an angle, or of a distance, which has one number."""
+    value: Any = band if isinstance(getattr(given, name), Band) else band.high
+    return replace(given, **{name: value})
+
+
+@singledispatch
+def prices(what: Any, seconds: float = SECONDS) -> Prices:
+    """Find what each bound costs that holds a result, and what would hold the smallest cam of known laws next.
+
+    Bounds are those of ``[limits]``, the diameter of the shaft, the ends of ranges in ``[search]``, the tolerances
+    that a limit which holds the cam depends on (one on errors, and any with ``search.robust``), and of a synthesis
+    the peaks of ``[synthesis]``, also if taken by default. What every cam must hold, such as no undercut, has no
+    bound and no price. A price is that of small changes.
+
+    Of what ``optimise`` found: at the smallest cam, ∇R + Σ λ·∇c = 0 for its size R, the excesses c of what it just
+    meets, and multipliers λ ≥ 0; then a bound b costs dR/db = Σ λ·∂c/∂b. For large changes the smallest cam is
+    sought again without the limit.
+
+    Of what ``synthesise`` found: the derivative of the least objective, with other laws for each value of the
+    bound; mm of size per unit of the bound where the size is minimised. With the multipliers λ of the constraints c
+    of the convex programme, a bound b costs df/db = ∂(f + Σ λ·c)/∂b. Laws that are a local optimum (``convex`` is
+    False) have the prices of that optimum, within a few per cent.
+
+    Parameters
+    ----------
+    what : Optimum or Synthesis
+        What ``optimise`` or ``synthesise`` found.
+    seconds : float, default 60
+        Time for the searches without each limit, shared between them; a synthesis takes none.
+
+    Returns
+    -------
+    Prices
+        A mapping: for each law, a ``Price`` for each bound that its cam just meets; not for an end of a range that
+        holds nothing, where another value makes the cam no larger. Of a synthesis ``tightened`` is ``price``; none
+        where a solver fails, or where steps end at no local optimum.
+
+    Raises
+    ------
+    BadInput
+        For another result, seconds that are no number above 0, and a scene that ``synthesise`` does not take.
+
+    References
+    ----------
+    J. Nocedal, S. J. Wright, Numerical Optimization, ch. 12. S. Boyd, L. Vandenberghe, Convex Optimization, 5.6.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("belt-matching")
+    >>> (price,) = camopt.prices(camopt.optimise(scene))[""]
+    >>> price.key, round(price.price, 3), price.unit
+    ('limits.pressure_angle', -2.708, 'deg')
+    """
+    others = (
+        "any other cam has none: optimise its scene, or see sensitivities for what each size and number changes"
+    )
+    allowed = f"what optimise or synthesise found; {others}"
+    raise BadInput([Mistake("camopt", "what", type(what).__name__, allowed)])
+
+
+@prices.register
+def prices_of_smallest(optimum: Optimum, seconds: float = SECONDS) -> Prices:
+    """The prices of the smallest cam of each law, what would hold it next sought in so many seconds."""
+    end = end_of(seconds)
+    cams = dict(_cams(optimum))
+    found = {law: _prices_at(cams[law]) for law in optimum.by_law}
+    left = sum(len(each) for each in found.values())
+    for law, each in found.items():
+        for number, price in enumerate(each):
+            each[number] = _with_next(price, cams[law], share(end, left))
+            left -= 1
+    return Prices(found)
+
+
+def _cams(optimum: Optimum) -> Iterator[tuple[str, Freedom]]:
+    """The smallest cam of each law; not by its scene, which may be one that a part in it forbids."""
+    problem = freed_of(exactly(resolve(optimum.scene)))
+    for programme, pair in laws_of(problem).items():
+        laws = joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
+        row = optimum.by_law.get(laws)
+        if row is None:
+            continue
+        numbers = {each.key: row[each.quantity] for each in problem.choices.trains}
+        moved = problem.with_programme(programme).with_numbers(numbers)
+        turns = SegmentAngles(moved, pair)
+        varied = [each for each in problem.variables if each.is_size or each.key in problem.setup.free]
+        values = {each.field: np.array([row[each.quantity]]) for each in varied if each.quantity in row}
+        freed = np.array([row["angles_deg"][segment] for segment in turns.freed])
+        turned = turns.problem_of(freed) if turns.freed else moved
+        yield laws, Freedom(replace(turned, design=problem.design.with_values(values)), turns, freed)
+
+
+def _prices_at(cam: Freedom) -> list[Price]:
+    """The prices of the bounds that a smallest cam just meets, without what would hold it next."""
+    bounds = bounds_met(cam)
+    tolerances = {each.key: each for each in tolerances_of(cam.problem)}
+    slopes = {key: _slopes(each, cam, bounds) for key, each in tolerances.items()}
+    costs = rates(cam, bounds, slopes)
+    binding = _that_matter(bounds, costs)
+    asked = {bound.key: bound for bound in binding if bound.limit is None or bound.limit.asked}
+    found = [(key, bound.value, bound.unit, bound.relation) for key, bound in asked.items()]
+    found += [(key, each.bound, each.unit, "±") for key, each in tolerances.items() if np.any(slopes[key])]
+    return [Price(*each, _finite(costs[each[0]].eased), _finite(costs[each[0]].tightened)) for each in found]
+
+
+def _slopes(tolerance: Toleranced, cam: Freedom, bounds: list[ActiveBound]) -> FloatArray:
+    """How what bounds ask changes with a tolerance, per unit of it; 0 of ends of ranges."""
+    limits = [bound.limit for bound in bounds if bound.limit is not None]
+    found = iter(tolerance.slopes(cam.problem, limits))
+    return np.array([0.0 if bound.limit is None else next(found) for bound in bounds])
+
+
+def _that_matter(bounds: list[ActiveBound], costs: Mapping[str, Rates]) -> list[ActiveBound]:
+    return [bound for bound in bounds if bound.limit is not None or costs[bound.key] != NO_RATES]
+
+
+def _finite(value: float) -> float | None:
+    return value + 0.0 if isfinite(value) else None  # no −0
+
+
+def _with_next(price: Price, cam: Freedom, until: float) -> Price:
+    """A price with the smallest cam without its limit, if that is found and proved in time."""
+    limits = [limit for limit in cam.problem.limits if limit.key == price.key]
+    tolerance = next((each for each in tolerances_of(cam.problem) if each.key == price.key), None)
+    if not (limits or tolerance) or now() >= until:
+        return price
+
+    def without(problem: Problem) -> Problem:
+        return tolerance.in_problem(problem, NO_BAND) if tolerance else problem.without(price.key)
+
+    easier, turns = without(cam.problem), replace(cam.turns, problem=without(cam.turns.problem), until=until)
+    try:
+        _, least = least_of_all(easier, turns, until)
+    except BadInput:  # nothing else limits the size
+        return replace(price, size_without=0.0, next=())
+    if least is None or least.answer.design is None or not least.answer.proved:
+        return price
+    other = Freedom(replace(least.problem, design=least.answer.design), turns, least.freed)
+    bounds = bounds_met(other)
+    following = tuple(dict.fromkeys(bound.key for bound in _that_matter(bounds, rates(other, bounds))))
+    holds_to = _met_at(price, limits, other) if limits else None
+    return replace(price, size_without=least.answer.size, holds_to=holds_to, next=following)
+
+
+def _met_at(price: Price, limits: Sequence[Limit], cam: Freedom) -> float | None:
+    """The bound that a cam just meets: the least strict that one of some limits asks of it."""
+    design, problem = cam.problem.design, cam.problem
+    columns = columns_for(problem, limits, design)
+    slopes = np.array([limit.by_bound(columns, design)[0] for limit in limits])
+    excess = excesses(limits, columns, design)[:, 0]
+    asked = np.argmax(excess / np.abs(slopes))
+    met = float(price.bound - excess[asked] / slopes[asked])
+    return _finite(met if abs(met) > BOUND_ROUNDING * abs(price.bound) else 0.0)

@@ -1,0 +1,66 @@
+"""The jerk of a motion where the force turns round, and which scenes may ask for it; ``crossings`` says why.
+
+No programme is written here, so that pages and comparisons do without cvxpy.
+"""
+
+from collections.abc import Sequence
+from math import inf
+
+import numpy as np
+
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.model.motion.programme import Programme
+from camopt.model.motion.stroke import RETURN, RISE, Stroke
+from camopt.scene.problem.problem import Problem
+from camopt.solve.synthesis.demand import CROSSING_JERK, Crossing
+
+LOOKS = 2001  # places of a stroke
+NONE = 1e-6  # of the largest acceleration: less is none
+
+
+def check_crossings(problem: Problem) -> None:
+    """BadInput if the force on the follower is not that of its mass alone, or it has no clearance to cross."""
+    own, key = problem.setup.dynamics, "synthesis.minimise"
+    loaded = problem.programme.load is not None or any((own.stiffness, own.damping, own.load, own.preload))
+    what = None
+    if not problem.setup.given.drive.clearance:
+        what = "needs drive.clearance, which the roller crosses"
+    elif loaded:
+        what = "is of a follower without spring, damping and load, whose force turns round with its acceleration"
+    elif problem.setup.train is not None or any(each.is_move for each in problem.programme.tool.strokes):
+        what = "is of rises and returns of the follower itself, without moves and without a train"
+    if what:
+        raise BadInput([Mistake(problem.file, key, CROSSING_JERK, what, bare=True)])
+
+
+def crossing_jerk(programme: Programme, window: float, placed: Sequence[Crossing] = ()) -> float:
+    """The largest |y'''|, by rad, over an angle from where the force of a mass turns round in each stroke.
+
+    The places are those given, or else those of the motion itself; infinite where y'' jumps there.
+    """
+    known = {each.stroke: each.low for each in placed}
+    found = [0.0]
+    for number, stroke in enumerate(programme.strokes):
+        if stroke.kind in (RISE, RETURN):
+            starts = [known[number]] if number in known else _turning(stroke)
+            found += [_largest_jerk(programme, stroke, x, window) for x in starts]
+    return max(found)
+
+
+def _turning(stroke: Stroke) -> list[float]:
+    """Where in a stroke the acceleration begins to have the other sign than that with which the stroke began."""
+    x = np.linspace(0.0, 1.0, LOOKS)
+    y2 = stroke.motion(stroke.start + x * stroke.angle)[2]
+    sign = np.sign(np.where(np.abs(y2) > NONE * np.abs(y2).max(), y2, 0.0))
+    moving = np.flatnonzero(sign)
+    changes = moving[1:][sign[moving[1:]] != sign[moving[:-1]]]
+    return [float(x[each - 1]) for each in changes]
+
+
+def _largest_jerk(programme: Programme, stroke: Stroke, x: float, window: float) -> float:
+    start = stroke.start + x * stroke.angle
+    end = min(start + window, stroke.end)
+    if any(jump.order <= 2 and start - 1e-9 < jump.at < end + 1e-9 for jump in programme.jumps):
+        return inf
+    inside = start + (np.arange(LOOKS) + 0.5) / LOOKS * (end - start)  # the jerk may jump at the ends
+    return float(np.abs(stroke.motion(inside)[3]).max())

@@ -1,0 +1,245 @@
+"""Limits that are linear in the motion and in the sizes e and s₀: the planes of the convex programme.
+
+Which they are depends on the mechanism: tan β of a trace point that translates and of a groove, and the radius of
+curvature and the reach of a flat face that translates, all without a train, or with one of constant ratio. Every
+other claim is a ceiling (``ceilings``), for convex steps.
+
+For every cam within tolerances they hold less what tolerances of sizes take of them. A cam that is off by δe and δR
+has the lead e + δe and the height s₀ + δs of its own,
+
+    s₀ + δs = √((R_p + δR)² − (e + δe)²),    R_p² = s₀² + e²
+
+so that a·y + b·y' + c·y'' + l·e + h·s₀ + k ≥ 0 holds for it if the same less a constant, l·δe + h·δs at its worst,
+holds for the nominal one. That constant is taken at the sizes of the nominal optimum, and again at those that come
+of it; in the end the smallest cam of the laws is the robust one, which is proved as any other. A train whose links
+are off gives planes of its own, at its ratio. What is no plane is a curve of each of these cams (``ceilings``).
+
+Source: A. Ben-Tal, L. El Ghaoui, A. Nemirovski, Robust Optimization, 2009, ch. 1.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from math import inf, sqrt
+from typing import Any, NamedTuple
+
+from camopt.model.effects import force
+from camopt.model.effects.implied import LeastForce
+from camopt.model.effects.peak import Derivative
+from camopt.model.mechanisms import cylindrical, translating, translating_flat
+from camopt.model.mechanisms.pairs import OF_CONTACT
+from camopt.model.motion.load import ExternalLoad, Reflected, TrainLoad
+from camopt.model.motion.stroke import ALL_STROKES
+from camopt.scene.problem.claims import Claim
+from camopt.scene.problem.problem import Problem, strictest
+from camopt.scene.problem.zones import Off
+from camopt.solve.synthesis.demand import Demand, LinearConstraint, MeanConstraint
+from camopt.solve.synthesis.through_train import at_tool, ratio_of
+
+
+def floors_of(problem: Problem) -> list[LinearConstraint]:
+    """The limits of a scene that are linear, each once. What is not, the size holds in the end."""
+    found: dict[LinearConstraint, LinearConstraint] = {}
+    for floor in map(partial(at_tool, problem), _floors(problem) if ratio_of(problem) else ()):
+        plain = replace(floor, name="", kinds=0)
+        first = found.get(plain, floor)
+        found[plain] = replace(first, kinds=first.kinds | floor.kinds)
+    return list(found.values())
+
+
+def _floors(problem: Problem) -> Iterator[LinearConstraint]:
+    asked = strictest(problem.claims)
+    for limit in problem.limits:
+        for claim in limit.claims:
+            if claim in asked and claim.curve in LINEAR:
+                yield from LINEAR[claim.curve](limit.name, claim)
+            elif claim in asked and (second := _second_in(problem)) and second.of(claim) in LINEAR:
+                yield from map(second.seen, LINEAR[second.of(claim)](limit.name, claim))
+        if limit.implied.reach < inf:
+            yield from _on_reach(limit.name, limit.implied.reach)
+        if limit.implies is not None:
+            yield _on_contact(problem, limit.name, limit.implies)
+
+
+def means_of(problem: Problem) -> Iterator[MeanConstraint]:
+    """The limits of a scene on means of the motion that are convex in it. What is not, the cam holds in the end.
+
+    The area below the lift is linear in it, 1/2π·∮y dθ ≥ m, and root mean squares √(1/2π·∮(y⁽ᵏ⁾)² dθ) ≤ r
+    are cones: a mean that has to be large is convex where it is linear, one that has to be small in any case.
+    """
+    for limit in problem.limits:
+        claim = limit.mean
+        if claim is None or not isinstance(curve := claim.mean.curves[0][0], Derivative):
+            continue
+        power, side = claim.mean.power, claim.side
+        if power == 1 or side > 0.0:
+            bound = claim.mean.of_powers(claim.allowed())
+            yield MeanConstraint(limit.name, curve.order, power, float(bound), side)
+
+
+def is_linear(problem: Problem, claim: Claim) -> bool:
+    """Whether a claim is a plane in the motion and the sizes; one on a derivative is a range of the laws.
+
+    Behind a train whose ratio changes only what is asked of the tool itself is.
+    """
+    made, second = claim.curve, _second_in(problem)
+    if isinstance(made, Derivative):
+        return not made.at_follower or ratio_of(problem) is not None
+    if second and second.of(claim) in LINEAR:
+        return True
+    return made in LINEAR and ratio_of(problem) is not None
+
+
+def follows(problem: Problem, claim: Claim) -> bool:
+    """Whether a claim on the second contact says what the same does of the first one, half a turn later."""
+    mechanism = problem.setup.mechanism
+    if not mechanism.drive.one_disc or claim.kinds != ALL_STROKES:
+        return False
+    (contact,) = mechanism.further
+    made = getattr(claim.curve, "make", None)
+    return made is not None and made in [getattr(contact.mechanism, name) for name in OF_CONTACT]
+
+
+class _Second(NamedTuple):
+    """The second contact of a follower, where its motion is level + way·y, and its lead and height are linear."""
+
+    curves: dict[Any, Any]
+    """By the curves of claims on it, those of the first contact."""
+    way: float
+    """−1 where the motion is reversed, and the cam that is seen turns the other way."""
+    level: float
+    share: float
+    """What its lead (but for ``way``) and height have of those of the first: 1 or 0."""
+    lead: float
+    height: float
+    """What they have besides, mm."""
+
+    def of(self, claim: Claim) -> Any:
+        """The curve of the first contact that a claim on the second is about, if it is one."""
+        return self.curves.get(getattr(claim.curve, "make", None))
+
+    def seen(self, floor: LinearConstraint) -> LinearConstraint:
+        """A linear limit on the motion and sizes of the second contact as one on those of the first."""
+        return replace(
+            floor,
+            displacement=self.way * floor.displacement,
+            velocity=self.way * floor.velocity,
+            acceleration=self.way * floor.acceleration,
+            lead=self.way * self.share * floor.lead,
+            height=self.share * floor.height,
+            constant=floor.constant
+            + floor.displacement * self.level
+            + floor.lead * self.lead
+            + floor.height * self.height,
+        )
+
+
+def _second_in(problem: Problem) -> _Second | None:
+    """The second contact, if the lift is given and its sizes are all those of the first, or all known."""
+    mechanism, design = problem.setup.mechanism, problem.design
+    if not mechanism.further or mechanism.start is None or problem.setup.angular:
+        return None
+    if any(stroke.is_move and stroke.is_free for stroke in problem.programme.tool.strokes):
+        return None
+    (contact,), lift = mechanism.further, problem.programme.lift
+    curves = {contact.mechanism.pressure: mechanism.pressure}
+    if mechanism.ribbed:
+        closer = -float(design.roller_spacing[0])
+        known = "roller_spacing" not in problem.choices.variables
+        return _Second(curves, 1.0, 0.0, 1.0, 0.0, closer) if known else None
+    if not design.second:
+        return _Second(curves, -1.0, lift, 1.0, 0.0, 0.0)
+    searched = [name for name in design.second if name in problem.choices.variables]
+    own = {f"second_{name}" for name in ("size", "roller_radius", "offset")}
+    if searched or own - design.second.keys():
+        return None
+    second = contact.seen(design)
+    return _Second(curves, -1.0, lift, 0.0, float(second.lead[0]), float(mechanism.start(second)[0]))
+
+
+def _trace_pressure(name: str, claim: Claim) -> Iterator[LinearConstraint]:
+    """|y' − e| ≤ T·(s₀ + y)."""
+    tangent = claim.allowed()
+    yield LinearConstraint(name, tangent, -1.0, lead=1.0, height=tangent, kinds=claim.kinds)
+    yield LinearConstraint(name, tangent, 1.0, lead=-1.0, height=tangent, kinds=claim.kinds)
+
+
+def _groove_pressure(name: str, claim: Claim) -> Iterator[LinearConstraint]:
+    """|y'| ≤ T·R_m."""
+    for side in claim.sides:
+        yield LinearConstraint(name, 0.0, -side, height=claim.allowed(), kinds=claim.kinds)
+
+
+def _face_radius(name: str, claim: Claim) -> Iterator[LinearConstraint]:
+    """R_b + y + y'' ≥ ρ."""
+    yield LinearConstraint(name, 1.0, 0.0, 1.0, height=1.0, constant=claim.allowed())
+
+
+def _on_reach(name: str, most: float, sides: tuple[float, ...] = (1.0, -1.0)) -> Iterator[LinearConstraint]:
+    """No further than so much along a flat face, |y' − e| ≤ t, either way or one way."""
+    for side in sides:
+        yield LinearConstraint(name, velocity=-side, lead=side, constant=most)
+
+
+LINEAR: dict[Any, Callable[[str, Claim], Iterator[LinearConstraint]]] = {
+    translating.MECHANISM.pressure: _trace_pressure,
+    cylindrical.MECHANISM.pressure: _groove_pressure,
+    translating_flat.MECHANISM.pressure: lambda name, claim: iter(()),  # the face is square to its motion: β is 0
+    translating_flat.MECHANISM.profile_radius: _face_radius,
+    translating_flat.MECHANISM.reach: lambda name, claim: _on_reach(name, claim.allowed(), claim.sides),
+}
+
+
+def _brought(load: ExternalLoad | TrainLoad | None) -> Reflected:
+    """What comes to the follower besides its own dynamics."""
+    if isinstance(load, TrainLoad):
+        return load.reflected
+    return Reflected(0.0, 0.0, load.highest if load else 0.0)
+
+
+def _on_contact(problem: Problem, name: str, least: LeastForce) -> LinearConstraint:
+    """A contact force that there has to be at a speed, as a plane; of an arm, its moment about the pivot."""
+    brought = _brought(problem.programme.load)
+    arm = float(problem.design.arm_length[0]) if problem.setup.angular else 1.0
+    stiffness, damping, mass, constant = force.weights(problem.setup.dynamics, least.omega)
+    stiffness, mass = stiffness + brought.stiffness, mass + brought.mass * least.omega**2
+    constant += brought.highest  # no motion has more of it: the bound stays one
+    unit = abs(constant) + mass or 1.0  # of the order of 1, as the others are
+    terms = (stiffness / unit, damping / unit, mass / unit)
+    return LinearConstraint(name, *terms, constant=(constant - least.force * arm) / unit)
+
+
+def with_offs(demand: Demand, lead: float, height: float) -> Demand:
+    """The demand with limits that cams which are off hold too, near an optimum of these sizes, mm."""
+    nominal = demand.problem.without_errors
+    shifts = {id(nominal): (nominal, [(0.0, 0.0)])}
+    for problem, off in demand.problem.others:
+        _, own = shifts.setdefault(id(problem), (problem, []))
+        by_lead = demand.problem.design.sense * off.get("offset", 0.0)
+        own.append((by_lead, _higher(demand, off, lead, by_lead, height)))
+    unit, floors = abs(ratio_of(nominal) or 1.0), list[LinearConstraint]()
+    for problem, own in shifts.values():
+        ratio = abs(ratio_of(problem) or 1.0)
+        floors += (_less(floor, own, ratio, unit) for floor in floors_of(problem))
+    return replace(demand, floors=tuple(floors))
+
+
+def _less(
+    floor: LinearConstraint, shifts: Sequence[tuple[float, float]], ratio: float, unit: float
+) -> LinearConstraint:
+    """A linear limit of which so much is taken, δe and δs, as the worst of some cams does.
+
+    It is that of a train of a ratio, and of sizes in units of that of another one (``through_train.at_tool``).
+    """
+    worst = min(floor.lead * by_lead + floor.height * by_height for by_lead, by_height in shifts)
+    share = ratio / unit
+    lead, height = floor.lead * share, floor.height * share
+    return replace(floor, lead=lead, height=height, constant=floor.constant + ratio * worst)
+
+
+def _higher(demand: Demand, off: Off, lead: float, by_lead: float, height: float) -> float:
+    larger = off.get("size", 0.0)
+    if not demand.traced:
+        return larger
+    prime = sqrt(height**2 + lead**2) + larger + off.get("roller_radius", 0.0)
+    return sqrt(max(prime**2 - (lead + by_lead) ** 2, 0.0)) - height

@@ -1,0 +1,225 @@
+"""The price of each bound that free laws hold: multipliers of the convex programme.
+
+At the optimum x of a programme, with multipliers λ of its constraints c ≤ 0 and c = 0, the least objective f
+changes with a bound b as the Lagrangian does, df/db = ∂(f + Σ λ·c)/∂b at the same x and λ (envelope theorem). The
+derivatives by b are central differences of the programmes of two scenes that differ in b alone: neither is solved.
+
+Where curves that are not convex hold the laws, the programme is the last of the convex steps, with the planes of
+these curves: its multipliers are those of a local optimum.
+
+Sources: S. Boyd, L. Vandenberghe, Convex Optimization, 5.6; J. Nocedal, S. J. Wright, Numerical Optimization,
+ch. 12.
+"""
+
+from collections.abc import Iterator
+from math import inf
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.core.mistakes import BadInput, Unsolved
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.stable import difference_of_squares_root
+from camopt.model.motion.programme import PEAKS, law_peaks
+from camopt.model.motion.stroke import RETURN, RISE
+from camopt.scene.problem.problem import resolve
+from camopt.scene.scene import Scene
+from camopt.solve.smallest.freedom import Freedom
+from camopt.solve.smallest.price import Price
+from camopt.solve.synthesis.ceilings import ceilings_of
+from camopt.solve.synthesis.convex import Convex, convex
+from camopt.solve.synthesis.demand import CROSSING_JERK, LIMIT_MARGINS, Demand, tightened
+from camopt.solve.synthesis.from_scene import by_offset, default_peaks, demand_of, objective_in
+from camopt.solve.synthesis.iterate import Iterate
+from camopt.solve.synthesis.linear_constraints import with_offs
+from camopt.solve.synthesis.sequential_convex import SequentialConvex
+from camopt.solve.synthesis.spline_motion import SplineMotion
+from camopt.solve.synthesis.synthesised import Synthesis, free_names
+
+BOUND_STEP = 1e-4  # of a bound, in differences
+LEAST_PRICE = 1e-5  # of the objective: what a bound that does not bind may cost, by a solver's error
+
+
+class GivenBound(NamedTuple):
+    """A bound of a scene that free laws may hold."""
+
+    key: str
+    value: float
+    unit: str
+    relation: str
+
+    def at(self, scene: Scene, value: float) -> Scene:
+        """The scene with another value of the bound."""
+        *names, last = self.key.split(".")
+        if not last.isdecimal():
+            return scene.replace(**{self.key: value})
+        name = ".".join(names)
+        pair = list(scene.numbers([name])[name])
+        pair[int(last) - 1] = value
+        return scene.replace(**{name: pair})
+
+
+def prices_of_laws(result: Synthesis) -> list[Price]:
+    """The price of each bound that holds the free laws of a synthesis; none where a solver fails.
+
+    And none where the force turns round at places that the programme has not chosen.
+    """
+    if CROSSING_JERK in objective_in(result.asked.synthesis):
+        return []
+    scene = _in_numbers(result.asked)
+    optimum = _optimum(scene, result)
+    if optimum is None:
+        return []
+    found = []
+    for each in _given(scene):
+        cost = _cost(optimum, scene, each)
+        if abs(cost) * (abs(each.value) or 1.0) > LEAST_PRICE * (abs(result.objective) + optimum.model.unit):
+            found.append(Price(each.key, each.value, each.unit, each.relation, cost, cost))
+    return found
+
+
+class PricedOptimum(NamedTuple):
+    """The optimum of one of the programmes of a scene, with its number and the margin of its limits."""
+
+    model: Convex
+    number: int
+    margin: float
+    point: list[Any]
+    """Of its variables."""
+    multipliers: list[FloatArray]
+    """Of its constraints, and after these of the curves that are not convex."""
+    steps: SequentialConvex | None = None
+    """The convex steps that end at the optimum, where curves that are not convex hold it."""
+    at: Iterate | None = None
+    """Where they end."""
+    sizes: tuple[float, float] = (0.0, 0.0)
+    """e and s₀ of the cam, mm."""
+
+    def values(self, scene: Scene) -> tuple[float, list[FloatArray]] | None:
+        """The objective and the constraints of the same programme of another scene, at this point.
+
+        None if that scene has another number of curves: at its bound a limit may be one that no motion holds.
+        """
+        side = _programme(_demands(scene, self.sizes)[self.number], self.margin)
+        for variable, value in zip(side.programme.variables(), self.point, strict=True):
+            variable.value = value
+        found = [each.expr.value for each in side.constraints]
+        if self.steps is not None and self.at is not None:
+            ceilings = ceilings_of(side.demand)
+            if len(ceilings) != len(ceilings_of(self.model.demand)):
+                return None
+            found += self.steps.curves(self.at, ceilings)
+        return side.unit * float(side.objective.value), found
+
+
+def _demands(scene: Scene, sizes: tuple[float, float]) -> list[Demand]:
+    """One for each offset that a scene lists; of robust cams with what tolerances take of limits at these sizes."""
+    return [with_offs(each, *sizes) if each.problem.offs else each for each in by_offset(demand_of(scene))]
+
+
+def _programme(demand: Demand, margin: float) -> Convex:
+    """The programme of a demand, with its limits held closer by a margin."""
+    return convex(tightened(demand, margin), SplineMotion)
+
+
+def _optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
+    """The optimum that a result is; None if the solver fails, or the result is none."""
+    # e and s₀ of the cam of free laws, mm
+    first = by_offset(demand_of(scene))[0]
+    at = iterate_in(first, result)
+    sizes = at.lead * first.length, at.height * first.length
+    demands = _demands(scene, sizes)
+    for margin in LIMIT_MARGINS:
+        models = [_programme(demand, margin) for demand in demands]
+        try:
+            values = [model.solve() for model in models]
+        except Unsolved:
+            continue  # with other numbers it may not fail
+        number = values.index(min(values))
+        if values[number] < inf:
+            found = PricedOptimum(models[number], number, margin, *_solution(models[number]), sizes=sizes)
+            return found if result.convex else _local(found, result)
+    return None
+
+
+def _solution(model: Convex) -> tuple[list[Any], list[FloatArray]]:
+    """The variables of a solved programme, and the multipliers of its constraints."""
+    return [each.value for each in model.programme.variables()], [each.dual_value for each in model.constraints]
+
+
+def _local(optimum: PricedOptimum, result: Synthesis) -> PricedOptimum | None:
+    """The local optimum under curves that are not convex; None if steps do not end there, or offsets are listed."""
+    model, demand = optimum.model, optimum.model.demand
+    if demand.dip is not None or isinstance(result.asked.search.offset, tuple):
+        return None
+    at, ceilings = iterate_in(demand, result), ceilings_of(demand)
+    steps = SequentialConvex(model, ceilings)
+    curves = steps.multipliers(at, ceilings)
+    if curves is None:
+        return None
+    point, multipliers = _solution(model)
+    return optimum._replace(point=point, multipliers=multipliers + curves, steps=steps, at=at)
+
+
+def iterate_in(demand: Demand, result: Synthesis) -> Iterate:
+    """The laws and the sizes of a result, as a demand counts them."""
+    names = iter(free_names(result.asked.motion))
+    coefficients = []
+    for stroke in demand.free:
+        law = result.scene.laws[next(names)].model_dump()
+        values = np.array(law["positions"] if stroke.is_move else law["coefficients"])
+        coefficients.append((values - demand.zero) * stroke.size / demand.scale if stroke.is_move else values)
+    prime = result.design[demand.problem.size_name] + demand.roller
+    lead = demand.problem.design.sense * result.design.get("offset_mm", 0.0) if demand.traced else 0.0
+    height = float(difference_of_squares_root(prime, lead))
+    return Iterate(lead / demand.length, height / demand.length, tuple(coefficients))
+
+
+def _cost(optimum: PricedOptimum, scene: Scene, given: GivenBound) -> float:
+    """The derivative of the Lagrangian by a bound, at an optimum: one-sided if need be."""
+    step = BOUND_STEP * (abs(given.value) or 1.0)
+
+    def side(change: float) -> tuple[float, float, list[FloatArray]] | None:
+        """The bound's change, with the objective and the constraints there."""
+        try:
+            found = optimum.values(given.at(scene, given.value + change))
+        except BadInput:  # the bound may not be so
+            return None
+        return found and (change, *found)
+
+    last, first = side(step) or side(0.0), side(-step) or side(0.0)
+    if last is None or first is None or last[0] == first[0]:
+        return 0.0
+    change = last[1] - first[1]
+    for multiplier, more, less in zip(optimum.multipliers, last[2], first[2], strict=True):
+        change += optimum.model.unit * float(np.sum(multiplier * (more - less)))
+    return change / (last[0] - first[0])
+
+
+def _in_numbers(scene: Scene) -> Scene:
+    """The scene with a number for each peak that its rises and returns take from a law, or by default."""
+    problem = resolve(scene)
+    if not any(stroke.kind in (RISE, RETURN) for stroke in problem.programme.tool.strokes):
+        return scene
+    given = {name: getattr(scene.synthesis, name) for name in PEAKS}
+    peaks = {name: law_peaks(problem.laws[law])[name] for name, law in given.items() if isinstance(law, str)}
+    return scene.replace(**{f"synthesis.{name}": peak for name, peak in (peaks | default_peaks(scene)).items()})
+
+
+def _given(scene: Scene) -> Iterator[GivenBound]:
+    """The bounds of a scene that free laws may hold."""
+    problem = resolve(scene)
+    for limit in problem.limits:
+        if limit.asked and not limit.given_by.startswith("limits."):
+            unit = limit.quantity.unit if limit.quantity else "mm"
+            yield GivenBound(limit.key, limit.bound, unit, limit.relation)
+    for name in PEAKS:
+        peak = getattr(scene.synthesis, name)
+        if isinstance(peak, tuple):
+            for number, (end, relation) in enumerate(zip(peak, "≥≤", strict=True), start=1):
+                if end:  # 0 makes the laws monotone
+                    yield GivenBound(f"synthesis.{name}.{number}", end, "", relation)
+        elif peak is not None:
+            yield GivenBound(f"synthesis.{name}", peak, "", "±")
+    for end in Freedom.of(problem).ends:
+        yield GivenBound(end.key, end.value, end.unit, end.relation)

@@ -1,0 +1,90 @@
+"""Residual vibration of free laws: a second-order cone, since the response is linear in the motion.
+
+The steady response of a linear train depends linearly on the motion, and so on the coefficients of free splines.
+At the start of a dwell its free vibration has the amplitude A = √(a² + b²), with a and b linear in the
+coefficients (``effects.vibration``). The largest A over the dwells is convex.
+
+The rows of a and b come from the response itself, one coefficient raised at a time: no second model of the train,
+and exact at any speed. No motion has less than none: the bound over all motions is 0.
+"""
+
+from functools import lru_cache
+from math import pi
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.oscillator import is_resonant
+from camopt.model.effects.case import Setup
+from camopt.model.effects.vibration import response
+from camopt.model.motion.programme import Programme
+from camopt.model.motion.stroke import DWELL, Stroke
+from camopt.solve.synthesis.splines import Splines
+
+TERM = "residual_vibration"
+
+
+def train_of(setup: Setup) -> tuple[float, float] | None:
+    """ω_n/ω and the damping ratio of the follower train; None if the scene lacks either, or the train resonates."""
+    frequency, damping = setup.dynamics.natural_frequency, setup.dynamics.damping_ratio
+    if frequency is None or setup.omega is None:
+        return None
+    ratio = 2.0 * pi * frequency / setup.omega
+    return None if is_resonant(ratio, damping) else (ratio, damping)
+
+
+class LeftOver(NamedTuple):
+    """a and b at the start of each dwell, mm or rad (dwells, 2): linear in the coefficients of the free strokes."""
+
+    rows: tuple[FloatArray, ...]
+    """Of each free stroke (dwells, 2, coefficients)."""
+    constant: FloatArray
+
+
+@lru_cache(maxsize=8)
+def left_over(
+    strokes: tuple[Stroke, ...], splines: tuple[Splines, ...], scale: float, ratio: float, damping: float
+) -> LeftOver:
+    """The vibration left by free strokes, each with its splines; ``scale`` is the unit of displacements of moves.
+
+    A rise or return goes from 0 to 1, which is part of the constant. Where two free moves meet, the last
+    coefficient of the first has what both add: the other is the same displacement.
+    """
+    free = [number for number, stroke in enumerate(strokes) if stroke.is_free]
+    basis = dict(zip(free, splines, strict=True))
+    start = {number: _ends(strokes[number], basis[number].count, scale) for number in free}
+
+    def states(coefficients: dict[int, FloatArray]) -> FloatArray:
+        turn = Programme(
+            tuple(
+                basis[n].on(stroke, "", coefficients[n], scale) if stroke.is_free else stroke
+                for n, stroke in enumerate(strokes)
+            )
+        )
+        wave, starts = response(turn, ratio, damping), turn.starts
+        pieces = [int(np.abs(starts - stroke.start).argmin()) for stroke in strokes if stroke.kind == DWELL]
+        dwells = turn.table.first_panel[pieces]
+        return np.stack([wave.cosine[0, dwells], wave.sine[0, dwells]], axis=1)
+
+    whole = constant = states(start)
+    rows = []
+    for number in free:
+        count, following = basis[number].count, (number + 1) % len(strokes)
+        found = np.zeros((*whole.shape, count))
+        for column in range(1, count - 1):
+            found[..., column] = states(start | {number: start[number] + np.eye(count)[column]}) - whole
+        if strokes[number].is_move and strokes[following].is_move and following in basis and following != 0:
+            raised = {number: start[number] + np.eye(count)[-1]}
+            raised[following] = start[following] + np.eye(basis[following].count)[0]
+            found[..., -1] = states(start | raised) - whole
+            constant = constant - found[..., -1] * start[number][-1]
+        rows.append(found)
+    return LeftOver(tuple(rows), constant)
+
+
+def _ends(stroke: Stroke, count: int, scale: float) -> FloatArray:
+    """The coefficients of a stroke that has none but those at its ends."""
+    found = np.zeros(count)
+    found[[0, -1]] = (stroke.low / scale, stroke.high / scale) if stroke.is_move else (0.0, 1.0)
+    return found

@@ -1,0 +1,259 @@
+"""Ceilings that are not convex in the motion, by a sequence of convex steps.
+
+Each step holds the tangent planes of the curves (``ceilings``) within a trust region around the last motion, with a
+price on what is above its bound, and is taken where the priced objective truly falls. Curves that are minimised are
+held below a level, which the objective has. It ends at a local optimum; the optimum without the ceilings bounds it
+from below.
+
+Source: Fletcher, Practical Methods of Optimization, ch. 14 (exact penalty, trust region).
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+from scipy import sparse
+
+from camopt.core.numerics import LARGEST_MAGNITUDE, BoolArray, FloatArray
+from camopt.scene.problem.claims import Claim, Plain
+from camopt.scene.problem.problem import Problem
+from camopt.scene.problem.zones import Off
+from camopt.solve.synthesis.ceilings import Sampled, samples
+from camopt.solve.synthesis.convex import Convex
+from camopt.solve.synthesis.demand import CROSSING_JERK, TERM_ORDERS
+from camopt.solve.synthesis.iterate import Iterate, iterate_of, moving, sampled_motions
+from camopt.solve.synthesis.solver import SOLVER_ENDS, CompiledProgramme, solve
+from camopt.solve.synthesis.spline_motion import SplineMotion
+
+PRICES = 100.0, 1e4  # of a curve that is above its bound by all of it, in units of the objective: if one is too low
+MOST_CONVEX_STEPS, FIRST_REACH = 60, 0.1
+GOOD, POOR = 0.75, 0.25  # of what planes promise: if more comes true, steps go further; if less, less far
+LEAST_FALL = 5e-5  # a fall of the priced objective, relative, that is worth a step
+LEAST_MULTIPLIER = 1e-3  # of a multiplier of the reach: what a solver's error makes of none
+HELD_CLOSER = 2e-4  # by which bounds are held closer than asked: between samples a curve rises a little more
+
+
+@dataclass
+class StrokePlanes:
+    """The tangent planes of all curves over one stroke, curve by curve."""
+
+    sampled: Sampled
+    motion: list[tuple[Any, FloatArray]]
+    """y to y''' at the samples of one curve, in units of the lift: a matrix of ``places`` and a constant each."""
+    lowered: BoolArray
+    """Which curves are minimised."""
+    count: int
+    """How many ceilings it has, the first ones."""
+
+    @property
+    def size(self) -> int:
+        """How many rows it has: one for each sample of each curve."""
+        return self.lowered.size * self.motion[0][1].size
+
+    def state(self, unit: float, place: FloatArray) -> FloatArray:
+        """y to y''' at the samples of one curve, mm."""
+        return unit * np.array([matrix @ place + constant for matrix, constant in self.motion])
+
+
+class SequentialConvex:
+    """The convex steps of a programme under ceilings.
+
+    ``held`` ceilings stay below their bounds, and so do those of all cams that have to hold limits with this one;
+    ``lowered`` ones are minimised, beside the objective of the model. What is given to its methods are the same
+    ceilings with other bounds.
+    """
+
+    def __init__(self, model: Convex, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> None:
+        self.model, self.count = model, len(held)
+        self.missing, self.level = cp.Variable(), cp.Variable()
+        self.price = cp.Parameter(nonneg=True, value=PRICES[0])
+        self.places = [model.sizes.lead, model.sizes.height, *(m.coefficients for m in moving(model))]
+        self.blocks = list(self._blocks(model.demand.problem, {}, [*held, *lowered]))
+        for problem, off in model.demand.problem.others:
+            self.blocks += self._blocks(problem, off, held)
+        objective, above_0 = model.objective + self.price * self.missing, [self.missing >= 0.0]
+        if lowered:
+            objective, above_0 = objective + self.level, [*above_0, self.level >= 0.0]
+        priced = cp.Problem(cp.Minimize(objective), [*model.constraints, *above_0])
+        self.step = CompiledProgramme(priced, [*self.places, self.missing, *([self.level] if lowered else [])])
+        self.last = cp.Parameter(sum(each.size for each in self.places))
+        away = cp.sum_squares(cp.hstack(self.places) - self.last)
+        self.nearest = cp.Problem(cp.Minimize(away), model.constraints)
+
+    def _blocks(self, problem: Problem, off: Off, ceilings: Sequence[Claim]) -> Iterator[StrokePlanes]:
+        """A block for each stroke on which a curve of a cam counts."""
+        width, start = sum(each.size for each in self.places), 2
+        for stroke, motion in zip(self.model.demand.strokes, sampled_motions(self.model), strict=True):
+            at = motion.at(samples(self.model.demand, stroke))
+            count = at[0][0].shape[1]
+            sampled = Sampled(self.model.demand, stroke, problem, off)
+            sides = [1 + (c.goal == LARGEST_MAGNITUDE) for c in ceilings if sampled.counts(c)]
+            lowered = [n >= self.count for n, c in enumerate(ceilings) if sampled.counts(c)]
+            if sides:
+                columns = sparse.eye_array(count, width, k=start, format="csr")
+                placed = [(sparse.csr_array(matrix @ columns), constant) for matrix, constant in at]
+                yield StrokePlanes(sampled, placed, np.repeat(lowered, sides), len(ceilings))
+            start += count
+
+    def run(self, start: Iterate, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> Iterate:
+        """The local optimum that convex steps reach from the motion nearest to a start within the convex limits."""
+        self._set(start)
+        last = iterate_of(self.model) if solve(self.nearest) in SOLVER_ENDS else start
+        lowered = _scaled(lowered, self._levels(last, held, lowered)[1])
+        reach = FIRST_REACH
+        for self.price.value in PRICES:
+            last, reach, enough = self._descended(last, reach, held, lowered)
+            if enough:
+                break
+        self.price.value = PRICES[0]
+        return last
+
+    def _descended(
+        self, last: Iterate, reach: float, held: Sequence[Claim], lowered: Sequence[Claim]
+    ) -> tuple[Iterate, float, bool]:
+        """Where steps end at one price, their reach there, and whether the price is high enough.
+
+        It is too low where the steps end above a bound, or would leave bounds that the last motion holds.
+        """
+        cost, top = self._priced(last, held, lowered)
+        if cost == inf:
+            return last, reach, False
+        planes = self._planes(last, held, lowered)
+        self.step.take_parameters()
+        for _ in range(MOST_CONVEX_STEPS):
+            if self._solve_step(last, reach, planes) not in SOLVER_ENDS:
+                break
+            promise = cost - self.step.value
+            if promise < LEAST_FALL * abs(cost):  # even the planes promise no more
+                break
+            if top <= 1.0 and self.missing.value > HELD_CLOSER and self.price.value < PRICES[-1]:
+                return last, reach, False
+            tried = iterate_of(self.model)
+            found, above = self._priced(tried, held, lowered)
+            gained = (cost - found) / promise
+            reach *= 2.0 if gained > GOOD else 1.0 if gained > POOR else 0.25
+            if gained > 0.0:
+                last, cost, top = tried, found, above
+                planes = self._planes(last, held, lowered)
+        return last, max(reach, FIRST_REACH), top <= 1.0
+
+    def multipliers(self, at: Iterate, held: Sequence[Claim]) -> list[FloatArray] | None:
+        """The multipliers of all curves at a local optimum, block by block; the model has those of its constraints.
+
+        None if a step would go on as far as it may, or above a bound.
+        """
+        planes = self._planes(at, held, ())
+        self.price.value = PRICES[-1]
+        self.step.take_parameters()
+        status, self.price.value = self._solve_step(at, FIRST_REACH, planes), PRICES[0]
+        if status not in SOLVER_ENDS or self.missing.value > HELD_CLOSER:
+            return None
+        self.step.give_values()
+        rows = sum(block.size for block in self.blocks)
+        curves, pull = np.split(self.step.row_multipliers, [rows])
+        ends = np.cumsum([block.size for block in self.blocks])
+        return np.split(curves, ends[:-1]) if pull.max() < LEAST_MULTIPLIER else None
+
+    def curves(self, at: Iterate, held: Sequence[Claim]) -> list[FloatArray]:
+        """All curves over their bounds at a solution, block by block."""
+        self._set(at)
+        scale, place = self.model.demand.scale, _place(at)
+        return [
+            block.sampled.values(held, block.state(scale, place), self._sizes(at)).ravel() for block in self.blocks
+        ]
+
+    def ranked(
+        self, starts: Sequence[Iterate], held: Sequence[Claim], lowered: Sequence[Claim] = ()
+    ) -> list[Iterate]:
+        """Starts by their priced objective, with the price of convex limits that they break."""
+        lowered = _scaled(lowered, self._levels(starts[0], held, lowered)[1])
+
+        def price(start: Iterate) -> float:
+            cost, _ = self._priced(start, held, lowered)
+            return cost + PRICES[0] * max(float(np.max(c.violation())) for c in self.model.constraints)
+
+        return sorted(starts, key=price)
+
+    def _set(self, at: Iterate) -> None:
+        """A solution in the variables, and in the parameter that the nearest motion is near to."""
+        self.model.sizes.lead.value, self.model.sizes.height.value = at.lead, at.height
+        for motion, values in zip(moving(self.model), at.coefficients, strict=True):
+            motion.coefficients.value = values
+        self.last.value = _place(at)
+
+    def _planes(
+        self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]
+    ) -> tuple[sparse.csr_array, FloatArray]:
+        """The planes at a solution: rows of the variables of a step, and the most that they may have."""
+        ceilings, place, scale = [*held, *lowered], _place(at), self.model.demand.scale
+        rows, most = [], []
+        for block in self.blocks:
+            planes = block.sampled.planes(ceilings[: block.count], block.state(scale, place), self._sizes(at))
+            rise = sum(
+                sparse.diags_array(slope.ravel()) @ sparse.vstack([matrix] * len(slope))
+                for slope, (matrix, _) in zip(planes.motion, block.motion, strict=True)
+            )
+            by_sizes = np.stack([planes.lead.ravel(), planes.height.ravel()], axis=1)
+            rise = rise + sparse.hstack([by_sizes, sparse.csr_array((block.size, place.size - 2))])
+            minimised = np.repeat(block.lowered, block.motion[0][1].size).astype(float)
+            above = [1.0 - minimised, minimised][: len(self.step.variables) - len(self.places)]
+            rows.append(sparse.hstack([rise, *(sparse.csr_array(-each[:, None]) for each in above)]))
+            most.append(rise @ place - planes.values.ravel() + (1.0 - minimised) * (1.0 - HELD_CLOSER))
+        return sparse.vstack(rows, format="csr"), np.concatenate(most)
+
+    def _solve_step(self, last: Iterate, reach: float, planes: tuple[sparse.csr_array, FloatArray]) -> str:
+        """Solve a step from a solution, within reach of it and below planes: the status."""
+        (rows, most), place = planes, _place(last)
+        away = sparse.eye_array(place.size, rows.shape[1], format="csr")
+        every = sparse.vstack([rows, away, -away], format="csr")
+        return self.step.solve(every, np.concatenate([most, reach + place, reach - place]))
+
+    def _sizes(self, at: Iterate) -> tuple[float, float]:
+        """e and s₀, mm."""
+        length = self.model.demand.length
+        return length * at.lead, length * at.height
+
+    def _levels(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> tuple[float, float]:
+        """The largest of the curves over their bounds: of those held, and of those minimised."""
+        scale, place, tops = self.model.demand.scale, _place(at), ([0.0], [0.0])
+        for block in self.blocks:
+            state = block.state(scale, place)
+            values = block.sampled.values([*held, *lowered][: block.count], state, self._sizes(at))
+            for row, which in zip(values, block.lowered, strict=True):
+                tops[int(which)].append(float(row.max()))
+        return max(tops[0]), max(tops[1])
+
+    def _largest(self, term: str) -> float:
+        """The largest of a derivative over the turn, or of the jerk where the force turns round."""
+        motions = self.model.motions
+        if term == CROSSING_JERK:
+            turning = [(motions[each.stroke], each) for each in self.model.demand.crossings]
+            return max(motion.turning_jerk(each) for motion, each in turning if isinstance(motion, SplineMotion))
+        return float(max(np.abs(each.samples(TERM_ORDERS[term])).max() for each in sampled_motions(self.model)))
+
+    def _priced(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> tuple[float, float]:
+        """The objective at a solution, with the price of what is above its bound, and the highest of the curves."""
+        self._set(at)
+        top, level = self._levels(at, held, lowered)
+        model, demand = self.model, self.model.demand
+        reach = np.hypot(at.lead, at.height) if demand.traced else at.height
+        model.sizes.prime.value = max(reach, demand.prime[0] / demand.length)
+        for name, variable in model.largest.items():
+            variable.value = self._largest(name)
+        cost = float(model.objective.value) + (level if lowered else 0.0)
+        price = cost + self.price.value * max(0.0, top - 1.0 + HELD_CLOSER)
+        return price if np.isfinite(price) else inf, top
+
+
+def _place(at: Iterate) -> FloatArray:
+    """A solution as one vector."""
+    return np.concatenate([at[:2], *at.coefficients])
+
+
+def _scaled(ceilings: Sequence[Claim], level: float) -> tuple[Claim, ...]:
+    """Ceilings whose curves are at most 1 of their bounds where they were at a level."""
+    scale = level if 0.0 < level < inf else 1.0
+    return tuple(ceiling._replace(bound=Plain(ceiling.allowed() * scale)) for ceiling in ceilings)

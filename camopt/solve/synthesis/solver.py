@@ -1,0 +1,86 @@
+"""Convex programmes of cvxpy, solved by Clarabel: once, or again and again with other rows.
+
+Sources: S. Diamond, S. Boyd, CVXPY: a Python-embedded modeling language for convex optimization, J. Mach. Learn.
+Res. 17, 2016; P. J. Goulart, Y. Chen, Clarabel: an interior-point solver for conic programs with quadratic
+objectives, 2024.
+"""
+
+import warnings
+from collections.abc import Sequence
+
+import clarabel
+import cvxpy as cp
+import numpy as np
+from cvxpy.reductions.solvers.conic_solvers.clarabel_conif import CLARABEL, dims_to_solver_cones
+from scipy import sparse
+
+from camopt.core.numerics import FloatArray
+
+SOLVED = cp.OPTIMAL
+SOLVER_ENDS = (SOLVED, cp.OPTIMAL_INACCURATE)
+"""The statuses of a solution; whoever uses it checks an inaccurate one."""
+INFEASIBLE = cp.INFEASIBLE
+NO_SOLUTION = (INFEASIBLE, cp.INFEASIBLE_INACCURATE)
+SOLVER_ERROR = 1e-6  # relative, of an optimum
+
+
+def solve(programme: cp.Problem) -> str:
+    """Solve a programme: its status."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Solution may be inaccurate")
+        try:
+            programme.solve(solver=cp.CLARABEL, warm_start=False)  # or digits depend on the solution before
+        except cp.SolverError:
+            return str(cp.SOLVER_ERROR)
+    return str(programme.status)
+
+
+def failed(status: str) -> str:
+    """A message of a solver's status, which is none of ``SOLVER_ENDS``."""
+    return f"the convex solver found no solution (it says {status.replace('_', ' ')})"
+
+
+class CompiledProgramme:
+    """A programme that is solved hundreds of times, each time with other linear rows on some of its variables.
+
+    cvxpy writes the programme as matrices once, and Clarabel takes these with the rows below them: for cvxpy, new
+    rows are a new programme, and writing it takes longer than its solution.
+    """
+
+    def __init__(self, programme: cp.Problem, variables: Sequence[cp.Variable]) -> None:
+        self.programme, self.variables = programme, variables
+        self.value = np.inf
+        self.row_multipliers = np.empty(0)
+        """By how much the least objective falls for 1 more room in each row."""
+
+    def take_parameters(self) -> None:
+        """Write the programme with the present values of its parameters."""
+        self._data, self._chain, self._inverse = self.programme.get_problem_data(cp.CLARABEL, solver_opts={})
+        first = self._data["param_prob"].var_id_to_col
+        self._columns = np.concatenate([first[each.id] + np.arange(each.size) for each in self.variables])
+
+    def solve(self, rows: sparse.csr_array, most: FloatArray) -> str:
+        """Solve it with rows·variables ≤ most, which gives the variables their values: the status."""
+        data, placed = self._data, rows.tocoo()
+        shape = (most.size, data["c"].size)
+        below = sparse.csc_array((placed.data, (placed.row, self._columns[placed.col])), shape=shape)
+        cones = [*dims_to_solver_cones(data["dims"]), clarabel.NonnegativeConeT(most.size)]
+        settings = clarabel.DefaultSettings()
+        settings.verbose = False
+        matrix, bounds = sparse.vstack([data["A"], below], format="csc"), np.concatenate([data["b"], most])
+        quadratic = sparse.csc_array((shape[1], shape[1]))
+        solution = clarabel.DefaultSolver(quadratic, data["c"], matrix, bounds, cones, settings).solve()
+        status = str(CLARABEL.STATUS_MAP.get(str(solution.status), cp.SOLVER_ERROR))
+        if status in SOLVER_ENDS:
+            self._solution = solution
+            self.value = float(solution.obj_val) + float(self._inverse[-1]["offset"])
+            self.row_multipliers = np.array(solution.z[-most.size :])
+            values, start = np.array(solution.x)[self._columns], 0
+            for each in self.variables:
+                each.value = values[start : start + each.size].reshape(each.shape)
+                start += each.size
+        return status
+
+    def give_values(self) -> None:
+        """Give all variables their values, and all constraints their multipliers, of the last solution."""
+        self.programme.unpack_results(self._solution, self._chain, self._inverse)

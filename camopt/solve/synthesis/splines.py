@@ -1,0 +1,163 @@
+"""Free motion laws: B-splines on the unit stroke, whose bounds are bounds of coefficients.
+
+On each part of a stroke a derivative of the spline is a polynomial. Its Bernstein coefficients are linear in the
+coefficients of the spline and enclose it, so a linear limit on them holds at every cam angle, not at samples; a
+part is half a span, which takes the enclosure within a fraction of a per cent.
+
+Source: de Boor, A Practical Guide to Splines, ch. IX; Farin, Curves and Surfaces for CAGD, ch. 6.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from math import comb
+
+import numpy as np
+import scipy  # its parts when they are used: pages and comparisons do without sparse matrices
+
+from camopt.core.numerics import FloatArray, IndexArray
+from camopt.core.numerics.bsplines import derivative_matrix
+from camopt.model.motion.spline import SplineLaw
+from camopt.model.motion.stroke import Stroke
+
+SPAN_PARTS = 2  # of a span
+LEAST_PIECE = 0.25  # of an equal piece: no piece is shorter than that
+LEAST_PART = 1e-9  # of the stroke: the least length of a part
+LEAST_ENTRY = 1e-12  # of the largest entry: rounding
+
+
+@dataclass(frozen=True)
+class Splines:
+    """Clamped splines of a degree in equal pieces, with so many continuous derivatives between them.
+
+    They are cut at further places as well, with ``at_cuts`` continuous derivatives there.
+    """
+
+    degree: int
+    pieces: int
+    continuity: int
+    cuts: tuple[float, ...] = ()
+    at_cuts: int = 2
+
+    @cached_property
+    def ends(self) -> FloatArray:
+        """Where pieces end: at the cuts and equally far apart, but none beside another."""
+        found = [0.0, 1.0]
+        for x in (*self.cuts, *(np.arange(1, self.pieces) / self.pieces)):
+            if all(abs(x - other) > LEAST_PIECE / self.pieces for other in found):
+                found.append(float(x))
+        return np.array(sorted(found))
+
+    @cached_property
+    def _continuous(self) -> IndexArray:
+        """The number of continuous derivatives at the end of each piece but the last."""
+        return np.where(np.isin(self.ends[1:-1], self.cuts), min(self.at_cuts, self.continuity), self.continuity)
+
+    @property
+    def knots(self) -> FloatArray:
+        inner = np.repeat(self.ends[1:-1], self.degree - self._continuous)
+        clamped = self.degree + 1
+        return np.concatenate([np.zeros(clamped), inner, np.ones(clamped)])
+
+    @property
+    def count(self) -> int:
+        """The number of coefficients of a spline."""
+        return self.knots.size - self.degree - 1
+
+    @property
+    def integrals(self) -> FloatArray:
+        """What each coefficient adds to the integral over the stroke: its support over the degree + 1."""
+        return (self.knots[self.degree + 1 :] - self.knots[: self.count]) / (self.degree + 1)
+
+    def at(self, x: FloatArray, order: int) -> "scipy.sparse.csr_array":
+        """The matrix from coefficients to values of a derivative at x, from 0 to 1."""
+        inner = self.knots[order : self.knots.size - order]
+        by_knots = derivative_matrix(self.knots, self.degree, order)
+        basis = scipy.interpolate.BSpline.design_matrix(x, inner, self.degree - order, extrapolate=True)
+        return without_rounding(basis @ by_knots)
+
+    def bernstein(self, order: int) -> "scipy.sparse.csr_array":
+        """The matrix from coefficients to Bernstein coefficients of a derivative, part by part along the stroke."""
+        return _bernstein(self, order, self._parts)
+
+    @cached_property
+    def _parts(self) -> tuple[float, ...]:
+        """Where the parts of the stroke end."""
+        shares = np.arange(SPAN_PARTS) / SPAN_PARTS
+        starts = self.ends[:-1, None] + shares * np.diff(self.ends)[:, None]
+        return (*starts.ravel().tolist(), 1.0)
+
+    def between(self, order: int, low: float, high: float) -> "scipy.sparse.csr_array":
+        """The same for a range of x: from part to part within it."""
+        inside = [x for x in self._parts if low + LEAST_PART < x < high - LEAST_PART]
+        return _bernstein(self, order, (low, *inside, high))
+
+    def once(self, order: int, degree: int) -> "scipy.sparse.csr_array":
+        """As ``bernstein``, of a derivative as polynomials of a degree, but none that repeats the one before."""
+        return _once(self, order, degree)
+
+    def fresh(self, order: int, degree: int) -> IndexArray:
+        """Which Bernstein coefficients of a derivative, as polynomials of a degree, differ from the one before.
+
+        Where the derivative is continuous, the first of a part is the last of the part before.
+        """
+        count = self.ends.size - 1
+        part, number = np.divmod(np.arange(count * SPAN_PARTS * (degree + 1)), degree + 1)
+        goes_on = np.ones(count * SPAN_PARTS, dtype=bool)
+        goes_on[SPAN_PARTS::SPAN_PARTS] = order <= self._continuous
+        return np.flatnonzero((number > 0) | (part == 0) | ~goes_on[part])
+
+    def on(self, stroke: Stroke, name: str, coefficients: FloatArray, scale: float) -> Stroke:
+        """A stroke with a spline as its law; a move goes where its coefficients say, displacements in a unit."""
+        if not stroke.is_move:
+            return replace(stroke, law=self.law(name, coefficients))
+        low, high = (scale * float(c) for c in coefficients[[0, -1]])
+        law = self._law(name, (coefficients - coefficients[0]) * scale / stroke.size)
+        given = stroke.given and stroke.given._replace(change=law.coefficients[-1])
+        return replace(stroke, law=law, low=low, high=high, given=given, named=True)
+
+    def law(self, name: str, coefficients: FloatArray) -> SplineLaw:
+        """The spline as the law of a rise or return: from 0 to 1, without rounding."""
+        inner = np.clip(coefficients[1:-1], 0.0, 1.0)
+        return self._law(name, np.array([0.0, *inner, 1.0]))
+
+    def _law(self, name: str, coefficients: FloatArray) -> SplineLaw:
+        return SplineLaw(name, self.degree, tuple(self.knots.tolist()), tuple(coefficients.tolist()))
+
+
+@cache
+def _bernstein(splines: Splines, order: int, ends: tuple[float, ...]) -> "scipy.sparse.csr_array":
+    """Of a derivative on parts, none of which has a knot inside."""
+    degree, parts = splines.degree - order, len(ends) - 1
+    x = (1.0 - np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))) / 2.0  # inside a part: no knot
+    power = np.arange(degree + 1)
+    ways = np.array([comb(degree, k) for k in range(degree + 1)])
+    values = ways * x[:, None] ** power * (1.0 - x[:, None]) ** (degree - power)
+    nodes = (np.array(ends[:-1])[:, None] + np.diff(ends)[:, None] * x).ravel()
+    found = scipy.sparse.kron(scipy.sparse.eye_array(parts), np.linalg.inv(values)) @ splines.at(nodes, order)
+    return without_rounding(found)
+
+
+def without_rounding(matrix: "scipy.sparse.csr_array") -> "scipy.sparse.csr_array":
+    """A matrix without entries that are rounding."""
+    found = scipy.sparse.csr_array(matrix)
+    found.data[np.abs(found.data) <= LEAST_ENTRY * np.abs(found.data).max(initial=0.0)] = 0.0
+    found.eliminate_zeros()
+    return found
+
+
+@cache
+def _once(splines: Splines, order: int, degree: int) -> "scipy.sparse.csr_array":
+    own = splines.degree - order
+    return elevated(splines.bernstein(order), own, degree - own)[splines.fresh(order, degree)]
+
+
+def elevated(rows: "scipy.sparse.csr_array", degree: int, up: int) -> "scipy.sparse.csr_array":
+    """Bernstein coefficients of polynomials of a degree as those of one that is ``up`` higher."""
+    for _ in range(up):
+        degree += 1
+        share = np.arange(degree + 1) / degree
+        once = np.diag(1.0 - share)[:, :-1] + np.diag(share)[:, 1:]
+        rows = (
+            scipy.sparse.kron(scipy.sparse.eye_array(rows.shape[0] // degree), scipy.sparse.csr_array(once)) @ rows
+        )
+    return scipy.sparse.csr_array(rows)

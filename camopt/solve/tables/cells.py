@@ -1,0 +1,85 @@
+"""Numbers and headings as people read them in tables: on a terminal, in a notebook."""
+
+import json
+from datetime import timedelta
+from math import inf
+from typing import Any
+
+from camopt.core.quantities import QUANTITIES
+from camopt.core.quantities.unit_systems import shown, shown_unit
+
+LONGEST_TIME = 1000 * 365.25 * 86400.0  # seconds: a longer time is no answer
+
+
+def number(value: Any) -> str:
+    """A number with six significant digits, without an exponent unless it is very large or small."""
+    if isinstance(value, bool) or not isinstance(value, float):
+        return {True: "yes", False: "no"}.get(value, str(value)) if isinstance(value, bool) else str(value)
+    return "∞" if value == inf else "−∞" if value == -inf else f"{value + 0.0:.6g}"  # + 0.0: no −0
+
+
+SHOWN_AS_ZERO = dict.fromkeys(("deg", "mm", "N"), 1e-9)
+"""By unit: a quantity that is smaller is what rounding leaves of 0."""
+
+
+def unit_of_column(name: str, unit: str | None = None) -> str:
+    """The unit of a column, if none is given: that of the quantity of this name, or the end of the name."""
+    if unit is None:
+        ends = (each for each in ("mm", "mm³", "N") if name.endswith(suffix_of(each)))
+        return QUANTITIES[name].unit if name in QUANTITIES else next(ends, "")
+    return unit
+
+
+def quantity(name: str, value: Any, unit: str | None = None) -> str:
+    """The value of a quantity or another column, as it is shown; 0 if it differs from 0 only by rounding."""
+    unit = unit_of_column(name, unit)
+    if not isinstance(value, float):
+        return number(value)
+    least = SHOWN_AS_ZERO.get(unit, 0.0) if name in QUANTITIES else 0.0
+    return number(0.0 if abs(value) < least else shown(value, unit))
+
+
+def shown_name(name: str) -> str:
+    """A quantity's name with the unit in which it is shown: ``base_radius_in`` where that is inch."""
+    return name_in_shown_unit(name, unit_of_column(name))
+
+
+def name_in_shown_unit(name: str, unit: str) -> str:
+    """A name that ends in a unit, with that in which the number is shown."""
+    other = shown_unit(unit)
+    return name if other == unit else name.removesuffix(suffix_of(unit)) + suffix_of(other)
+
+
+def with_unit(value: float | None, unit: str) -> str:
+    """A number in a unit, with the unit, as they are shown."""
+    return f"{number(value if value is None else shown(value, unit))} {shown_unit(unit)}".rstrip()
+
+
+def duration(seconds: float) -> str:
+    """A time as h:mm:ss, with days before it."""
+    return str(timedelta(seconds=round(seconds))) if seconds < LONGEST_TIME else "more than 1,000 years"
+
+
+def heading(name: str, unit: str | None = None) -> str:
+    """A column's name, one word per line, then its unit as it is shown; see ``unit_of_column``."""
+    unit = unit_of_column(name, unit)
+    stem = name.removesuffix(suffix_of(unit)) if unit else name
+    return "\n".join([*stem.split("_"), *([shown_unit(unit)] if unit else [])])
+
+
+def axis_label(name: str, unit: str | None = None) -> str:
+    """What an axis of a diagram shows, with its unit as it is shown."""
+    unit = unit_of_column(name, unit)
+    words = heading(name, unit).split("\n")
+    return f"{' '.join(words[:-1])}, {words[-1]}" if unit else " ".join(words)
+
+
+def suffix_of(unit: str) -> str:
+    """A unit as it is written in names: m/s² is _m_s2, N/mm is _N_per_mm, rev/min is _rpm."""
+    plain = unit.replace("rev/min", "rpm").translate(str.maketrans("²³⁴·µ", "234_u")).replace("/s", "_s")
+    return "_" + plain.replace("1/", "per_").replace("/", "_per_")
+
+
+def to_json(document: Any) -> str:
+    """Strict JSON text (no NaN or Infinity), in ASCII: it passes any pipe."""
+    return json.dumps(document, indent=2, allow_nan=False)

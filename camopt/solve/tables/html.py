@@ -1,0 +1,40 @@
+"""Tables as HTML, for notebooks and pages; their contents are escaped."""
+
+from html import escape
+
+from camopt.solve.tables.result import Branch, Cell, Table
+
+HTML_ROWS = 40
+
+
+def html_table(table: Table, most: int = HTML_ROWS) -> str:
+    """A table with a caption; of many rows the first ones. Kinds of column are classes."""
+    heads = ((_of_kind(cell), "<br>".join(map(escape, cell.text.splitlines()))) for cell in table.heads)
+    head = "".join(f'<th scope="col"{kind}>{text}</th>' for kind, text in heads) if table.is_headed else ""
+    body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in table.rows[:most])
+    if len(table.rows) > most:
+        more = f"… and {len(table.rows) - most:,} more rows"
+        body += f'<tr><td colspan="{len(table.heads)}">{more}</td></tr>'
+    note = f"<small>{escape(table.note)}</small>" if table.note else ""
+    caption = f"<caption>{escape(table.title)}</caption>"
+    return f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{note}"
+
+
+def html_section(part: Table | Branch | str) -> str:
+    """A part of a result: a table, a tree as nested lists, or a sentence as a paragraph."""
+    if isinstance(part, Table):
+        return html_table(part)
+    return f"<ul>{_branch(part)}</ul>" if isinstance(part, Branch) else f"<p>{escape(part)}</p>"
+
+
+def _branch(branch: Branch) -> str:
+    below = "".join(map(_branch, branch.branches))
+    return f"<li>{escape(branch.text)}{f'<ul>{below}</ul>' if below else ''}</li>"
+
+
+def _cell(cell: Cell) -> str:
+    return f"<td{_of_kind(cell)}>{escape(cell.text)}</td>"
+
+
+def _of_kind(cell: Cell) -> str:
+    return f' class="{cell.kind}"' if cell.kind else ""

@@ -1,0 +1,53 @@
+"""Limits on the curvature of a cam that is given by its profile, decided in rational numbers.
+
+On an arc the curvature is constant, and a limit is often just that of the sharpest arc. It is not divided by, so
+that this is seen.
+"""
+
+from collections.abc import Iterator
+from fractions import Fraction
+from itertools import product
+from math import isinf
+
+from camopt.model.effects.peak import BodyRadiusPlus, NumberKind
+from camopt.model.mechanisms import Designs
+from camopt.scene.problem.claims import Claim
+from camopt.scene.problem.problem import Problem
+from camopt.solve.verdicts.words import BROKEN, HELD, worst
+
+
+def _irrational(*given: object) -> Fraction:
+    """π, and tangents: no limit on a curvature has one."""
+    raise NotImplementedError
+
+
+RATIONAL = NumberKind(Fraction, _irrational, _irrational)
+
+
+def is_on_arcs(problem: Problem, claim: Claim) -> bool:
+    """Whether a claim is on the curvature of a cam that is given by its profile."""
+    mechanism = problem.setup.mechanism
+    curves = mechanism.curvature, mechanism.profile_radius
+    return bool(problem.profile) and claim.curve in curves
+
+
+def arcs_verdict(problem: Problem, claim: Claim, design: Designs) -> str:
+    """Whether all arcs hold such a claim."""
+    return worst(BROKEN if over > 0 else HELD for over in _excesses(problem, claim, design))
+
+
+def _excesses(problem: Problem, claim: Claim, design: Designs) -> Iterator[Fraction]:
+    """By how much, or by how many times that, each side of a claim is exceeded on each arc."""
+    allowed, body = claim.allowed(RATIONAL), Fraction(float(design.roller_radius[0]))
+    if isinstance(claim.factor, BodyRadiusPlus):
+        factor = body + Fraction(claim.factor.radius)
+    else:
+        factor = Fraction(float(claim.factor(design)))
+    for side, radius in product(map(int, claim.sides), problem.profile):
+        if isinf(radius):  # a line
+            yield -allowed
+        elif problem.setup.mechanism.flat_faced:
+            yield factor * side * Fraction(radius) - allowed
+        else:
+            of_pitch = body + Fraction(radius)
+            yield (factor * side - allowed * of_pitch) * (1 if of_pitch > 0 else -1)

@@ -1,9 +1,0 @@
-"""Follower trains: the stages between a follower and the tool that it drives, and what these carry."""
-
-from camopt.trains import bell_crank, four_bar, incline, ratio, rocker, slider_crank
-from camopt.trains.link import Stage
-
-TRAIN_STAGES: dict[str, Stage] = {
-    each.STAGE.name: each.STAGE for each in (rocker, bell_crank, four_bar, slider_crank, ratio, incline)
-}
-"""Every kind of stage by the name that scenes use."""

@@ -1,0 +1,49 @@
+"""While kernels are compiled: the seconds are counted once, whatever compiles what, and a word is said once."""
+
+import pytest
+
+from camopt.core.kernels import compiling, dispatchers
+from camopt.core.kernels.compiling import COMPILING, Compiling, announced
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """A clock that goes on by hand."""
+    time = [0.0]
+    monkeypatch.setattr(compiling, "monotonic", lambda: time[0])
+    return time
+
+
+def test_a_kernel_that_compiles_another_counts_once(clock):
+    found = Compiling()
+    found.begin()
+    clock[0] = 2.0
+    found.begin()
+    clock[0] = 3.0
+    found.end()
+    assert found.seconds == 0.0
+    clock[0] = 7.0
+    found.end()
+    clock[0] = 9.0
+    assert found.seconds == 7.0
+
+
+def test_a_word_is_said_at_the_first_kernel_of_a_block():
+    said = []
+    with announced(lambda: said.append("compiling")):
+        for _ in range(3):
+            COMPILING.begin()
+            COMPILING.end()
+    COMPILING.begin()
+    COMPILING.end()
+    assert said == ["compiling"]
+    assert COMPILING.depth == 0
+
+
+def test_numba_tells_it():
+    numba = dispatchers.numba
+    before, said = COMPILING.seconds, []
+    with announced(lambda: said.append("compiling")):
+        assert numba.njit(lambda x: x + 1)(1) == 2
+    jit = not numba.config.DISABLE_JIT
+    assert (COMPILING.seconds > before, said) == (jit, ["compiling"] if jit else [])

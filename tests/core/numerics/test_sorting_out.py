@@ -1,0 +1,69 @@
+"""Designs of a block sorted out by their pitch curves, compiled and not, against one design after another."""
+
+import numpy as np
+import pytest
+
+from camopt.core.kernels.arguments import kind_of
+from camopt.core.kernels.compile import NEVER
+from camopt.core.numerics import sorting_out
+from camopt.core.numerics.sorting_out import Block, Curves, Range, counted, gathered_of
+
+CURVES, PLACES, DESIGNS = 40, 30, 700
+
+
+def of_chance(rng):
+    """Curves and designs with many ties, some infinite costs and some empty ranges."""
+    least, most = rng.integers(0, 4, (2, PLACES)), rng.integers(0, 9, (2, PLACES))
+    surely = Range(*np.array([least.max(axis=0), most.min(axis=0)], dtype=float))
+    perhaps = Range(*np.array([least.min(axis=0), most.max(axis=0)], dtype=float))
+    cost = rng.choice([1.0, 2.0, 3.0, np.inf], PLACES)
+    known = Curves(rng.random(CURVES) < 0.8, rng.integers(0, PLACES, CURVES), surely, perhaps, cost)
+    return known, Block(
+        rng.integers(0, CURVES, DESIGNS), rng.integers(0, 9, DESIGNS) / 1.0, int(rng.integers(0, 5))
+    )
+
+
+def one_by_one(known, block, sizes, most):
+    """The counts, the least costs, and the designs that are told."""
+    existing, held, open_, least, told = 0, 0, [], np.full(sizes, np.inf), []
+    for i, (curve, body) in enumerate(zip(block.curves, block.bodies, strict=True)):
+        place, at = (block.place + i) % sizes, known.places[curve]
+        existing += known.exists[curve]
+        if known.surely.least[at] <= body <= known.surely.most[at]:
+            held += 1
+            least[place] = min(least[place], known.cost[at])
+            told += [i] if known.cost[at] <= most[place] else []
+        elif known.perhaps.least[at] <= body <= known.perhaps.most[at]:
+            open_.append(i)
+    return (existing, held, len(open_)), least, told, open_
+
+
+@pytest.fixture(params=["plain", pytest.param("compiled", marks=pytest.mark.skipif(NEVER, reason="not compiled"))])
+def way(request, monkeypatch):
+    if request.param == "compiled":
+        for name in ("count_block", "gather_block"):
+            kernel = getattr(sorting_out, name)
+
+            def compiled(*given, kernel=kernel):
+                kernel.machine_code(tuple(map(kind_of, given)))(given)
+
+            monkeypatch.setattr(sorting_out, name, compiled)
+
+
+@pytest.mark.usefixtures("way")
+@pytest.mark.parametrize("sizes", [1, 5, 1000])
+def test_a_block_is_sorted_out_as_one_design_after_another(sizes):
+    rng = np.random.default_rng(5)
+    for _ in range(5):
+        known, block = of_chance(rng)
+        counts, least = counted(known, block, sizes)
+        most = rng.choice([-np.inf, 1.0, 2.0, np.inf], sizes)
+        expected, cheapest, told, open_ = one_by_one(known, block, sizes, most)
+        assert tuple(counts) == expected
+        assert np.array_equal(least, cheapest)
+        found = gathered_of(known, block, counts, most, every=False)
+        assert (found.held.tolist(), found.open.tolist()) == (told, open_)
+        assert found.cheap.all()
+        whole = gathered_of(known, block, counts, most, every=True)
+        assert (whole.held.size, whole.open.tolist()) == (counts.held, open_)
+        assert whole.held[whole.cheap].tolist() == told

@@ -1,0 +1,92 @@
+"""The bodies with which pitch curves hold a limit on their contact stress, against the stress of each design."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.cams import FREE, GUIDED, STEEL, SWUNG, cam_with
+from support.depth import times
+
+from camopt import Scene, evaluate
+from camopt.model.effects.case import Case
+from camopt.model.effects.peak import Bodies
+from camopt.scene.problem.limit import UNDERCUT
+from camopt.scene.problem.problem import resolve
+from camopt.solve.verdicts.running import columns_for
+
+GROOVE = {"kind": "groove", "clearance": 0.2}
+CAMS = {
+    "roller": {},
+    "offset-roller": {"drive": GROOVE},
+    "arm": {},
+    "groove": {},
+    "groove-arm": {"drive": GROOVE},
+    "flat": {},
+    "swinging-face": {},
+}
+"""Contacts whose pitch curves have ranges of bodies, each with what its scene has more."""
+ALL, ONE = Bodies(4.0, 40.0), Bodies(12.0, 12.0)
+
+
+def problem_of(contact, law, rotation, more=()):
+    """The problem of a contact with a limit on its contact stress, that of the scene."""
+    dynamics = SWUNG if "arm" in contact or contact == "swinging-face" else FREE
+    data = cam_with(contact, law, dynamics, rotation, materials=STEEL, **CAMS[contact], **dict(more))
+    scene = Scene.from_dict(data | {"outputs": ["hertz"]})
+    stress = evaluate(scene)["contact_stress_max_MPa"]
+    return resolve(scene.replace(limits={"contact_stress": stress if np.isfinite(stress) else 500.0}))
+
+
+def with_body(mechanism, designs, body):
+    """Designs with the same pitch curves as some that a point follows, and another body."""
+    if mechanism.parallel == "face_offset":
+        return replace(designs, face_offset=body, size=designs.size + body)
+    if mechanism.pitch_is_without:
+        return replace(designs, **{mechanism.parallel: body})
+    return replace(designs, roller_radius=body, size=designs.size - body)
+
+
+@pytest.mark.parametrize("contact", CAMS)
+@given(
+    seed=st.integers(0, 10**6),
+    law=st.sampled_from(["cycloidal", "harmonic", "parabolic", "uniform"]),
+    rotation=st.sampled_from(["cw", "ccw"]),
+)
+@settings(max_examples=times(3, deep=40))
+def test_a_pitch_curve_has_one_range_of_bodies_that_bear_the_load(contact, law, rotation, seed):
+    """Sound designs hold the limit within it and nowhere else, next to its ends too; one body is told surely."""
+    rng, problem = np.random.default_rng(seed), problem_of(contact, law, rotation)
+    (limit,) = (each for each in problem.limits if each.asked)
+    (undercut,) = (each for each in problem.limits if each.name == UNDERCUT)
+    limit = replace(limit, bound=limit.bound * rng.uniform(0.7, 1.3))
+    mechanism, count = problem.setup.mechanism, 8
+    curves = mechanism.alike(problem.design.take(np.zeros(count, dtype=int)))
+    curves = replace(curves, size=curves.size * rng.uniform(0.8, 1.5, count))
+    case = Case(problem.setup, problem.programme, curves)
+    told, of_one = (limit.on_curves(case, some) for some in (ALL, ONE))
+    assert limit.of_curves == ()
+    ends = np.array([np.broadcast_to(end, count) for each in told for end in each])
+    ends = np.where((ends > ALL.least) & (ends < ALL.most), ends, 10.0)
+    near = np.repeat(ends, 2, axis=0) * np.tile([[1.0 - 1e-9], [1.0 + 1e-9]], (4, 1))
+    body = np.vstack([np.full(count, ONE.least), near, rng.uniform(*ALL, (6, count))])
+    designs = with_body(mechanism, curves.take(np.tile(np.arange(count), len(body))), body.ravel())
+    held, sound = (
+        (each.excess(columns_for(problem, [each], designs), designs) <= 0.0).reshape(body.shape)
+        for each in (limit, undercut)
+    )
+    surely, perhaps = (each.hold(body) for each in told)
+    assert not np.any(surely & sound & ~held)
+    assert not np.any(held & ~perhaps)
+    for each in of_one:
+        assert np.array_equal(each.hold(body[0]) & sound[0], held[0])
+
+
+@pytest.mark.parametrize("contact", ["spherical", "roller"])
+def test_pitch_curves_do_not_tell_of_a_point_nor_of_a_rubbing_guide(contact):
+    data = cam_with(contact, dynamics=FREE if contact == "spherical" else GUIDED, limits={"contact_stress": 500})
+    problem = resolve(Scene.from_dict(data))
+    (limit,) = (each for each in problem.limits if each.asked)
+    assert limit.of_curves is None
+    assert limit.on_curves(Case(problem.setup, problem.programme, problem.design), ALL) is None

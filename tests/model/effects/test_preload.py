@@ -1,0 +1,132 @@
+"""Preload of two contacts, against two springs that can only push."""
+
+import numpy as np
+import pytest
+from support.cams import STEEL, SWUNG
+from support.pairs import pair
+
+from camopt import BadInput, Scene, cam_points, evaluate, optimise
+from camopt.core.numerics.curves import Linear, curve
+from camopt.core.numerics.jet import Jet
+from camopt.core.numerics.state import State
+from camopt.model.effects.loads import preloaded_force
+from camopt.scene.problem.problem import resolve_design
+
+
+def borne_by_springs(force, preload):
+    """What each of two equal springs bears that press on both sides of a body with a preload; by bisection."""
+    stiffness, low, high = 1.0, -10.0 * (abs(force) + preload), 10.0 * (abs(force) + preload)
+    for _ in range(200):
+        moved = 0.5 * (low + high)
+        one, other = (max(preload + side * stiffness * moved, 0.0) for side in (1.0, -1.0))
+        low, high = (moved, high) if one - other < force else (low, moved)
+    return one, other
+
+
+def test_two_contacts_share_a_force_as_two_springs_do():
+    rng = np.random.default_rng(5)
+    for force, preload in zip(rng.uniform(-100, 100, 60), rng.uniform(0, 60, 60), strict=True):
+        zero, each = np.zeros(1), np.array([force])
+        state = resolve_design(Scene.from_dict(pair(rng, "translating"))).programme.state(np.zeros(1))
+        found = [
+            curve(preloaded_force(Linear(zero, zero, zero, side * each), np.array([preload])), ..., state)[0][0]
+            for side in (1.0, -1.0)
+        ]
+        assert found == pytest.approx(borne_by_springs(force, preload), abs=1e-9)
+
+
+def test_a_contact_that_is_never_touched_bears_nothing_over_a_whole_range():
+    """With F/2 + |F|/2 it would be a range about 0, which a search of the largest force cuts up without end."""
+    way = np.array([1.0])
+    force = Linear(way, 0.0 * way, 0.0 * way, 0.0 * way)  # F is the displacement
+    at = State(Jet(-5.0, -3.0, 0.0, 2.0, 2.0, 2.0), *(Jet(0.0, 0.0, 0.0, 0.0, 0.0, 0.0) for _ in range(3)))
+    borne, _ = curve(preloaded_force(force, way), 0, at)
+    assert (borne.low, borne.high, borne.first, borne.second, borne.third) == (0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.one_in(2)
+@pytest.mark.parametrize("motion", ["translating", "oscillating"])
+def test_the_stress_of_each_contact_is_that_of_its_share(motion):
+    swings = motion == "oscillating"
+    scene = pair(np.random.default_rng(8), motion)
+    scene["follower"]["dynamics"] = SWUNG if swings else {"mass": 3.0, "spring_rate": 2.0, "load": -30.0}
+    scene["drive"] |= {"interference": 0.01, "stiffness": 30_000 if swings else 9_000}
+    scene |= {"materials": STEEL, "outputs": ["hertz", "pair", "preload"]}
+    cam, problem = evaluate(Scene.from_dict(scene)), resolve_design(Scene.from_dict(scene))
+    angles, setup, mechanism = np.linspace(0.0, 2.0 * np.pi, 20001), problem.setup, problem.setup.mechanism
+    state, unit = problem.programme.state(angles), 1e3 if swings else 1.0
+    mass, damping, rate, rest = (
+        setup.dynamics.mass,
+        setup.dynamics.damping,
+        setup.dynamics.stiffness,
+        setup.dynamics,
+    )
+    force = mass * setup.omega**2 * state.y2 + damping * setup.omega * state.y1 + rate * state.y + rest.preload
+    force = force + rest.load
+    preload = 0.01 * (np.pi / 180.0 if swings else 1.0) * scene["drive"]["stiffness"] * unit
+    shares = np.array([borne_by_springs(each, preload) for each in force[::20]]).T
+    modulus, width = setup.bodies.modulus, STEEL["face_width"]
+    points = cam_points(Scene.from_dict(scene), np.degrees(angles[::20][5::50]))
+    second = mechanism.further[0]
+    for place, (form, design), share in zip(
+        ("first", "second"),
+        ((mechanism, problem.design), (second.mechanism, second.seen(problem.design))),
+        shares,
+        strict=True,
+    ):
+        tangent, kappa = (
+            curve(made(design, problem.programme), ..., state)[0][::20] for made in (form.pressure, form.curvature)
+        )
+        along = share / (design.arm_length[0] if swings else 1.0)
+        assert points[f"{place}_contact_force_N"] == pytest.approx(along[5::50], abs=1e-6 * along.max())
+        normal = along * np.hypot(1.0, tangent)
+        radius = design.roller_radius[0] * (1.0 - kappa * design.roller_radius[0])
+        seen = np.sqrt(normal * modulus / (np.pi * width * radius)).max()
+        assert seen == pytest.approx(cam[f"{place}_contact_stress_max_MPa"], rel=1e-4)
+    least = max(abs(force.min()), abs(force.max())) / 2.0
+    names = ("N_m", "deg") if swings else ("N", "mm")
+    assert cam[f"pair_preload_{names[0]}"] == pytest.approx(preload / unit, rel=1e-13)
+    assert cam[f"pair_preload_required_{names[0]}"] == pytest.approx(least / unit, rel=1e-6)
+    share = cam[f"interference_required_{names[1]}"] / 0.01
+    assert share == pytest.approx(least / preload, rel=1e-6)
+    assert cam["pair_preload_ratio"] == pytest.approx(preload / least, rel=1e-6)
+    assert bool(cam.warnings) == (cam["pair_preload_ratio"] < 1.0)
+
+
+def test_a_limit_on_the_preload_holds_up_to_the_speed_at_which_a_contact_lets_go():
+    """The force of the inertia alone grows with the square of the speed, and so the speed is known by hand."""
+    scene = pair(np.random.default_rng(8), "translating")
+    scene["follower"]["dynamics"] = {"mass": 3.0}
+    scene["drive"] |= {"interference": 0.01, "stiffness": 9_000}
+    scene |= {"limits": {"pair_preload_ratio": 1.0}}
+    ratio = evaluate(Scene.from_dict(scene))["pair_preload_ratio"]
+    speed = scene["cam"]["rpm"] * np.sqrt(ratio)
+    for rpm, held in ((speed * (1 - 1e-9), True), (speed * (1 + 1e-9), False)):
+        cam = evaluate(Scene.from_dict(scene | {"cam": scene["cam"] | {"rpm": rpm}}))
+        assert cam["feasible"] is held
+        assert not cam.warnings
+    search = {"search": {"drive.interference": {"start": 0.001, "stop": 0.02}}}
+    free = {"limits": {"pair_preload_ratio": 1.0, "pressure_angle": 60}, **search}
+    best = optimise(Scene.from_dict(scene | free)).best
+    assert best["pair_preload_ratio"] >= 1.0
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "says"),
+    [
+        ("limits", "jump_speed", "limits.pair_preload_ratio = 1"),
+        ("limits", "contact_force_min", "limits.pair_preload_ratio = 1"),
+        ("limits", "contact_force_elastic", "limits.pair_preload_ratio = 1"),
+        ("limits", "crossing_speed", "limits.pair_preload_ratio = 1"),
+        ("drive", "interference", "goes with drive.stiffness, which is missing"),
+        ("drive", "stiffness", "goes with drive.interference, which is missing"),
+        ("drive", "offset", "an oscillating follower has none; it has drive.arm_length"),
+    ],
+)
+def test_what_two_contacts_have_not_is_refused_with_what_they_have(table, key, says):
+    scene = pair(np.random.default_rng(8), "oscillating")
+    scene |= {"follower": scene["follower"] | {"dynamics": SWUNG}}
+    with pytest.raises(BadInput, match=says) as refused:
+        evaluate(Scene.from_dict(scene | {table: scene.get(table, {}) | {key: 0.2}}))
+    (mistake,) = refused.value.mistakes
+    assert mistake.key == f"{table}.{key}"

@@ -1,0 +1,60 @@
+"""The bound of a quantity over all errors: quantities of which the most is known; what is said without a bound."""
+
+import numpy as np
+import pytest
+
+import camopt
+from camopt.scene.problem.problem import resolve_design
+from camopt.solve.tolerances.bound import BoundSearch, box_of, first_parts, late
+
+ENDS = {"size": (-0.1, 0.2), "offset": (-0.3, 0.1), "bore_eccentricity": (0.0, 0.05)}
+WAY = {"bore_eccentricity_way": (-np.pi, np.pi)}
+
+
+def search(quantity, ends, **more):
+    problem = resolve_design(camopt.find_scene("bucket-valve"))
+    return BoundSearch(problem, quantity, ends, box_of(ends), **more)
+
+
+def most(quantity, ends, sides=(1.0,), gap=1e-6, until=np.inf):
+    of = search(quantity, ends)
+    return of.run(first_parts(of.problem, of.box, sides=sides), -np.inf, gap, until)
+
+
+def test_the_bound_of_errors_that_are_not_monotone_and_of_a_direction_is_their_most():
+    """x − x² has its most inside, 0.1² of an offset at its lower end, and a vector its length times its slope."""
+
+    def quantity(x, at):
+        first = x["size"] * (0.15 - x["size"]) + np.square(x["offset"])
+        return first + x["bore_eccentricity"] * 0.6 - x["bore_eccentricity_way"] * 0.8
+
+    exact = 0.075**2 + 0.3**2 + 0.05
+    found = most(quantity, ENDS | WAY)
+    assert exact - 1e-9 <= found.high <= exact * (1.0 + 1.1e-6)
+    assert found.found <= exact
+    assert found.cam["offset"] == -0.3
+    assert found.cam["size"] == pytest.approx(0.075, abs=1e-3)
+    assert found.cam["bore_eccentricity"] == pytest.approx(0.05)
+    assert found.cam["bore_eccentricity_way"] == pytest.approx(np.arctan2(-0.8, 0.6), abs=1e-3)
+
+
+def test_the_turn_is_cut_where_a_quantity_is_the_most():
+    """y·(1 + x) of a lift of the scene, and the least of it on the other side."""
+    lift = resolve_design(camopt.find_scene("bucket-valve")).programme.lift
+    ends = {"size": ENDS["size"]}
+    found = most(lambda x, at: at.y * (x["size"] + 1.0), ends)
+    assert lift * 1.2 * (1.0 - 1e-12) <= found.high <= lift * 1.2 * (1.0 + 1.1e-6)
+    both = most(lambda x, at: at.y * (x["size"] - 1.0), ends, (1.0, -1.0))
+    assert both.high == pytest.approx(1.1 * lift, rel=1.1e-6)
+
+
+def test_a_coarse_gap_is_kept_and_why_there_is_no_bound_is_said():
+    def quantity(x, at):
+        return np.sin(x["size"] * 7.0) * at.y
+
+    fine, coarse = (most(quantity, {"size": (-0.4, 0.4)}, gap=gap).high for gap in (1e-6, 0.1))
+    assert fine <= coarse <= 1.1 * fine
+    assert most(quantity, {"size": (-0.4, 0.4)}, until=-np.inf).high == np.inf
+    assert late(fine, 9.0, np.inf) == ""
+    assert late(np.inf, 9.0, np.inf) == "the tolerances are too large for it"
+    assert late(np.inf, 9.0, -np.inf) == "the time of 9 s was over"
