@@ -3,13 +3,13 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.cams import cam_with
 
 from camopt import BadInput, Scene, cam_points, find_scene, shipped_scenes
 from camopt.scene.fits import KEYWAYS
 from camopt.scene.materials import MATERIALS
 from camopt.scene.oddities import oddities
 from camopt.scene.part import Part
-from tests.support.cams import cam_with
 
 PLATE = {"thickness": 16, "hub_diameter": 44, "hub_length": 32, "keyway_width": 8, "keyway_depth": 3.3}
 CYLINDER = {"thickness": 100, "bore": 60, "keyway_width": 18, "keyway_depth": 4.4, "groove_depth": 16}

@@ -8,7 +8,7 @@ from typing import Any
 
 from mpmath import mp
 
-from tests.support import naive
+from support import naive
 
 Errors = dict[str, Any]
 """In mm and rad: sizes of the follower by key, ``profile`` (with ``waves`` a + ib, as a·cos nφ + b·sin nφ),

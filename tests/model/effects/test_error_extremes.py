@@ -4,6 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from support.real_cams import cams_of
 from support.ribs import rib
 
 import camopt
@@ -14,7 +15,6 @@ from camopt.scene.scene import Scene
 from camopt.solve.tolerances.errors import ends_of
 from camopt.solve.tolerances.tolerance import errors_of
 from camopt.solve.tolerances.turn import TurnErrors
-from tests.support.real_cams import cams_of
 
 LINKS = {"train.1.coupler": 0.05, "train.1.crank": {"plus": 0.04, "minus": 0.0}, "follower.arm_length": 0.03}
 PAIR = {"drive.roller_radius": "h6", "follower.arm_length": 0.02, "phase": 0.02, "disc_phase": 0.02}

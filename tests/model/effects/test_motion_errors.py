@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from tests.tolerances.test_recontact import given_of
-from tests.tolerances.test_tolerance import TRAINS, scene_of
+from support.cams import CONTACTS
 
 import camopt
 from camopt.core.kernels import compile
 from camopt.core.mistakes import BadInput
-from tests.support.cams import CONTACTS
+from tests.solve.tolerances.test_recontact import given_of
+from tests.solve.tolerances.test_tolerance import TRAINS, scene_of
 
 LOPSIDED = ("follower", "phase", "face_tilt")
 

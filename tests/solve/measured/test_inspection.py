@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.cams import cam_with
 
 import camopt
 from camopt.core.mistakes import BadInput
@@ -13,7 +14,6 @@ from camopt.scene.scene import Scene
 from camopt.solve.tolerances.errors import BORE as BORE_KEY
 from camopt.solve.tolerances.errors import BORE_WAY, flat
 from camopt.solve.tolerances.real_cam import RealCam
-from tests.support.cams import cam_with
 
 SIZE, BORE, WAVE, ORDER, TURNED = 0.004, 0.012 - 0.005j, 0.003, 9, 40.0
 GIVEN = {"profile": 0.02, "waves": 12, "bore_eccentricity": 0.02, "phase": 0.1}

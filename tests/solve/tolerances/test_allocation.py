@@ -6,13 +6,13 @@ from itertools import product
 import cvxpy as cp
 import numpy as np
 import pytest
-from tests.tolerances.test_tolerance import scene_of
 
 import camopt
 from camopt.core.mistakes import BadInput
 from camopt.scene.iso286 import deviations
 from camopt.scene.problem.problem import resolve_design
 from camopt.solve.tolerances.response import Responses
+from tests.solve.tolerances.test_tolerance import scene_of
 
 GIVEN = {"follower.roller_radius": "h6", "follower.offset": {"plus": 0.03, "minus": 0.01}, "phase": 0.02}
 ARM = {"follower.arm_length": "js7", "follower.centre_distance": "js7", "profile": 0.02}

@@ -6,7 +6,6 @@ from math import erf, sqrt
 import numpy as np
 import pytest
 from scipy import stats
-from tests.tolerances.test_margins import scene_of
 
 import camopt
 from camopt.core.mistakes import BadInput
@@ -14,6 +13,7 @@ from camopt.scene.problem.problem import resolve_design
 from camopt.solve.tolerances.batch import share_of
 from camopt.solve.tolerances.drawn_cams import beyond, drawn, parts_of
 from camopt.solve.tolerances.errors import error_ends
+from tests.solve.tolerances.test_margins import scene_of
 
 FACE = camopt.find_scene("bucket-valve")
 

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from mpmath import mp
 from scipy import stats
-from tests.tolerances.test_tolerance import TRAINS, scene_of
+from support.cams import STEEL, cam_with
+from support.depth import is_deep, times
+from support.trains import exact
 
 import camopt
 from camopt.core.mistakes import BadInput
@@ -24,9 +26,7 @@ from camopt.solve.tolerances.margins import Box
 from camopt.solve.tolerances.real_cam import RealCam, follower_start
 from camopt.solve.tolerances.response import Responses
 from camopt.solve.tolerances.turn import TurnErrors, variances
-from tests.support.cams import STEEL, cam_with
-from tests.support.depth import is_deep, times
-from tests.support.trains import exact
+from tests.solve.tolerances.test_tolerance import TRAINS, scene_of
 
 STAGES = {
     "rocker": ("roller", TRAINS["roller"]),

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from support.cams import STEEL, cam_with
 
 import camopt
 from camopt.core.numerics import LARGEST
@@ -15,7 +16,6 @@ from camopt.scene.problem.problem import exactly, resolve_design
 from camopt.scene.scene import Scene
 from camopt.solve.verdicts.claim_boxes import over_box
 from camopt.solve.verdicts.running import run_effects
-from tests.support.cams import STEEL, cam_with
 
 LIMITS = {"pressure_angle": 40, "curvature_radius": 2, "contact_stress": 3000, "contact_force_min": 1, "torque": 60}
 WIDE = {

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from mpmath import mp
 from scipy import stats
-from tests.tolerances.test_response import SIZES
-from tests.tolerances.test_response import scene_of as plain_of
-from tests.tolerances.test_tolerance import TRAINS, scene_of
+from support.cams import CONTACTS
+from support.real_cams import RealCams
+from support.recontact import displacement
+from support.trains import exact
 
 import camopt
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.solve.tolerances.drawn_cams import LargestErrors, drawn
-from tests.support.cams import CONTACTS
-from tests.support.real_cams import RealCams
-from tests.support.recontact import displacement
-from tests.support.trains import exact
+from tests.solve.tolerances.test_response import SIZES
+from tests.solve.tolerances.test_response import scene_of as plain_of
+from tests.solve.tolerances.test_tolerance import TRAINS, scene_of
 
 EVERY = {"profile": 0.02, "waves": 9, "bore_eccentricity": 0.02, "phase": 0.05}
 PLACES = np.array([0.7, 2.2, 4.0])

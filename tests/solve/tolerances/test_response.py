@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from mpmath import mp
+from support.cams import CONTACTS, cam_with
+from support.recontact import displacement
 
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.solve.tolerances.response import Responses
-from tests.support.cams import CONTACTS, cam_with
-from tests.support.recontact import displacement
 
 SIZES = {
     "knife": ("offset",),

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from support.cams import cam_with
 
 import camopt
 from camopt.core.mistakes import BadInput
@@ -14,7 +15,6 @@ from camopt.scene.scene import Scene
 from camopt.solve.front.certified import certify_table
 from camopt.solve.verdicts.judging import excesses
 from camopt.solve.verdicts.running import run_effects
-from tests.support.cams import cam_with
 
 GIVEN = {
     "roller": ({"offset": 0.2, "roller_radius": 0.1}, {"pressure_angle": 30, "curvature_radius": 2}),

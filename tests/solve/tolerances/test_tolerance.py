@@ -6,6 +6,8 @@ from itertools import product
 
 import numpy as np
 import pytest
+from support.cams import cam_with
+from support.real_cams import RealCams
 
 import camopt
 from camopt.core.mistakes import BadInput
@@ -17,8 +19,6 @@ from camopt.scene.scene import Scene
 from camopt.solve.tolerances.response import Responses
 from camopt.solve.tolerances.turn import TurnErrors, band, worst
 from camopt.solve.tolerances.worst_case import worst_search
-from tests.support.cams import cam_with
-from tests.support.real_cams import RealCams
 
 GIVEN = {
     "follower.roller_radius": "h6",

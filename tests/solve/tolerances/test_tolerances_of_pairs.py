@@ -5,8 +5,7 @@ from functools import cache, partial
 
 import numpy as np
 import pytest
-from tests.measured.test_pair_inspection import drawn as pair_drawn
-from tests.measured.test_pair_inspection import held
+from support.real_cams import PairCams, RealPairs
 
 import camopt
 from camopt.core.mistakes import BadInput
@@ -24,7 +23,8 @@ from camopt.solve.tolerances.response import PairResponses, off_apart
 from camopt.solve.tolerances.turn import TurnErrors, worst
 from camopt.solve.tolerances.worst_case import tool_error, worst_search
 from camopt.solve.verdicts.claim_boxes import Parts
-from tests.support.real_cams import PairCams, RealPairs
+from tests.solve.measured.test_pair_inspection import drawn as pair_drawn
+from tests.solve.measured.test_pair_inspection import held
 
 ANGLES = np.radians([25.0, 81.0, 150.0, 222.0, 301.0])
 DENSE = np.arange(0.0, 360.0, 0.05)

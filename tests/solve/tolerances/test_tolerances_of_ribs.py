@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 import shapely
+from support.real_cams import PairCams
 from support.ribs import centres, flanks, rib
 
 import camopt
@@ -12,7 +13,6 @@ from camopt.model.effects.answers import SECOND, errors_at
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.solve.tolerances.response import PairResponses
-from tests.support.real_cams import PairCams
 
 MOTIONS = ("translating", "oscillating")
 TURN = np.linspace(-0.6, 2.0 * np.pi + 0.6, 40_001)

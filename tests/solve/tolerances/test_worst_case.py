@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 from mpmath import mp
 from scipy import optimize
-from tests.tolerances.test_response import DIGITS, SIZES, scene_of
+from support.cams import CONTACTS, cam_with
+from support.depth import times
+from support.real_cams import RealCams
+from support.recontact import displacement
 
 import camopt
 from camopt.core.numerics.taylor import Taylor
@@ -16,10 +19,7 @@ from camopt.scene.scene import Scene
 from camopt.solve.tolerances import worst_case
 from camopt.solve.tolerances.errors import BORE, BORE_WAY, error_ends, flat, off_by, off_of
 from camopt.solve.tolerances.real_cam import RealCam
-from tests.support.cams import CONTACTS, cam_with
-from tests.support.depth import times
-from tests.support.real_cams import RealCams
-from tests.support.recontact import displacement
+from tests.solve.tolerances.test_response import DIGITS, SIZES, scene_of
 
 TENTH = 1e-4
 """rad"""

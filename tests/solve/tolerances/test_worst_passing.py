@@ -6,9 +6,9 @@ from math import radians
 import numpy as np
 import pytest
 from mpmath import mp
-from tests.tolerances.test_response import DIGITS
-from tests.tolerances.test_worst_case import toleranced
-from tests.tolerances.test_worst_wobble import cam_of
+from support.depth import is_deep
+from support.real_cams import cams_of
+from support.recontact import displacement
 
 import camopt
 from camopt.model.effects.motion import scale
@@ -18,9 +18,9 @@ from camopt.solve.tolerances import dwells_and_passages
 from camopt.solve.tolerances.errors import BORE, BORE_WAY, ends_of
 from camopt.solve.tolerances.turn import TurnErrors
 from camopt.solve.tolerances.worst_case import worst_search
-from tests.support.depth import is_deep
-from tests.support.real_cams import cams_of
-from tests.support.recontact import displacement
+from tests.solve.tolerances.test_response import DIGITS
+from tests.solve.tolerances.test_worst_case import toleranced
+from tests.solve.tolerances.test_worst_wobble import cam_of
 
 KINDS = ["offset-roller", "arm", "flat", "swinging-face", "groove-arm", "train", "pair", "links"]
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from mpmath import mp
 from scipy import optimize
-from tests.tolerances.test_recontact import slope
-from tests.tolerances.test_worst_case import DIGITS, KINDS, toleranced
+from support.cams import CONTACTS
+from support.real_cams import RealCams, cams_of
+from support.recontact import displacement
 
 import camopt
 from camopt.core.numerics.stretches import over_stretch
@@ -17,9 +18,8 @@ from camopt.scene.scene import Scene
 from camopt.solve.tolerances.errors import BORE, BORE_WAY, is_way, off_of, way_of
 from camopt.solve.tolerances.turn import TurnErrors
 from camopt.solve.tolerances.worst_case import worst_search
-from tests.support.cams import CONTACTS
-from tests.support.real_cams import RealCams, cams_of
-from tests.support.recontact import displacement
+from tests.solve.tolerances.test_recontact import slope
+from tests.solve.tolerances.test_worst_case import DIGITS, KINDS, toleranced
 
 WAVES = 9
 

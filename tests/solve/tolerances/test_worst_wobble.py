@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from mpmath import mp
 from scipy import optimize
-from tests.tolerances.test_response import DIGITS
-from tests.tolerances.test_worst_case import toleranced
+from support.real_cams import cams_of
+from support.recontact import displacement
 
 import camopt
 from camopt.model.effects.motion import scale
@@ -19,8 +19,8 @@ from camopt.solve.tolerances.dwells_and_passages import WobbleSearch
 from camopt.solve.tolerances.errors import BORE, BORE_WAY, ends_of
 from camopt.solve.tolerances.turn import TurnErrors
 from camopt.solve.tolerances.worst_case import worst_search
-from tests.support.real_cams import cams_of
-from tests.support.recontact import displacement
+from tests.solve.tolerances.test_response import DIGITS
+from tests.solve.tolerances.test_worst_case import toleranced
 
 OF_PAIR = {"disc_phase": 0.005, "profile": 0.01, "bore_eccentricity": 0.01, "follower.arm_length": 0.02}
 OF_LINKS = {"train.1.coupler": 0.05, "train.1.crank": 0.02, "profile": 0.01, "bore_eccentricity": 0.01}
