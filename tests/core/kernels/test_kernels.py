@@ -352,5 +352,5 @@ def kernels_of_the_package():
 
 def test_no_kernel_takes_more_than_eight_arguments():
     found = set(kernels_of_the_package())
-    assert {("numerics/evaluating.py", "panel", 8), ("numerics/climbing.py", "shrink", 3)} <= found
+    assert {("core/numerics/evaluating.py", "panel", 8), ("core/numerics/climbing.py", "shrink", 3)} <= found
     assert {kernel for kernel in found if kernel[2] > MOST_ARGUMENTS} == set()
