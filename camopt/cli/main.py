@@ -8,16 +8,16 @@ import click
 from camopt.cli.exits import run_command
 from camopt.core.storage.version import VERSION
 
-MODULES = {
-    "lists": ("new", "scenes", "keys", "schema", "laws"),
-    "design": ("evaluate", "plot", "certify", "timing", "harmonics", "export"),
-    "searches": ("sweep", "merge", "optimise", "synthesise", "frontier"),
-    "results": ("report", "serve", "compare", "check"),
-    "real_cams": ("tolerance", "fit"),
-    "costs": ("effects", "accuracy", "warm"),
+GROUPS = {
+    "Start": {"new": "lists", "serve": "results", "scenes": "lists", "laws": "lists", "keys": "lists"},
+    "One cam": dict.fromkeys(("evaluate", "certify", "plot", "export", "harmonics", "timing"), "design"),
+    "Find": dict.fromkeys(("optimise", "sweep", "merge", "synthesise", "frontier"), "searches"),
+    "Check": dict.fromkeys(("tolerance", "fit"), "real_cams"),
+    "Results": dict.fromkeys(("report", "compare", "check"), "results"),
+    "Inside": {"effects": "costs", "accuracy": "costs", "warm": "costs", "schema": "lists"},
 }
-"""Modules of ``camopt.cli.commands``, each with the names of its commands, which are those of their functions."""
-COMMANDS = {name: module for module, names in MODULES.items() for name in names}
+"""Headings of the help, each with its commands and their modules in ``camopt.cli.commands``."""
+COMMANDS = {name: module for commands in GROUPS.values() for name, module in commands.items()}
 """Names of the commands, each with its module."""
 
 
@@ -35,8 +35,14 @@ class Imported(Mapping[str, click.Command]):
         return len(COMMANDS)
 
 
-class Aliased(click.Group):
-    """A group that also takes the American spelling."""
+class Camopt(click.Group):
+    """The commands: listed under headings, and taken in American spelling too."""
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the list of commands, a section for each heading."""
+        for heading, names in GROUPS.items():
+            with formatter.section(heading):
+                formatter.write_dl([(name, self.commands[name].get_short_help_str(58)) for name in names])
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         return super().get_command(
@@ -45,7 +51,7 @@ class Aliased(click.Group):
 
 
 @click.group(
-    cls=Aliased,
+    cls=Camopt,
     commands=Imported(),
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},

@@ -7,6 +7,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import wraps
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import click
@@ -94,8 +95,35 @@ def option_of(name: str) -> str:
     return name if name.startswith("--") else f"--{name.replace('_', '-')}"
 
 
+SCENE_OPTIONS = ("settings", "row", "rpm", "max_pressure", "max_pressure_return", "min_curvature", "relative_error")
+OUTPUT_OPTIONS = ("outputs", "long", "units", "as_json", "quiet", "_click_default_help")
+
+
 class Command(click.Command):
-    """A command whose mistakes name its options and arguments, where those of the library name parameters."""
+    """A command: its mistakes name its options in place of the library's parameters, and its help has groups.
+
+    ``groups`` are headings with the names of the options under them.
+    """
+
+    def __init__(
+        self, *given: Any, groups: Mapping[str, tuple[str, ...]] = MappingProxyType({}), **more: Any
+    ) -> None:
+        super().__init__(*given, **more)
+        self.groups = groups
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the help of the options: those of the command first, then those that commands share."""
+        options = [given for given in self.get_params(ctx) if isinstance(given, click.Option)]
+        rows = {option.name: row for option in options if (row := option.get_help_record(ctx))}
+        shared = {"Changes to the scene": SCENE_OPTIONS, "Output": OUTPUT_OPTIONS}
+        groups = {
+            heading: [rows.pop(name) for name in names if name in rows]
+            for heading, names in {**self.groups, **shared}.items()
+        }
+        for heading, records in {"Options": [*rows.values()], **groups}.items():
+            if records:
+                with formatter.section(heading):
+                    formatter.write_dl(records)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """As click does, but no option is told to be like the former name of another."""

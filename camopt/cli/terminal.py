@@ -86,8 +86,11 @@ def _plain(width: int | None = None) -> "Console":
     return Console(width=width, highlight=False, markup=False, emoji=False)
 
 
-def show(*things: Any) -> None:
-    """Print to standard output. Nothing is cut off: a table wider than the screen is printed row by row."""
+def show(*things: Any, explained: bool = True) -> None:
+    """Print to standard output. Nothing is cut off: a table wider than the screen is printed row by row.
+
+    The meanings of quantities are left out on a narrow screen, and where ``explained`` is false.
+    """
     if sys.stdout is None:
         return
     screen = _plain()
@@ -99,7 +102,7 @@ def show(*things: Any) -> None:
             _plain(room_across()).print(_tree(thing))
             continue
         screen.print(thing.title, soft_wrap=True)  # above the table, or it is wrapped to the table's width
-        if not thing.is_headed and room_across() < ROOM_TO_EXPLAIN:
+        if not thing.is_headed and not (explained and room_across() >= ROOM_TO_EXPLAIN):
             thing = thing.unexplained()
         printed = _printed(thing)
         most = room_across() if thing.is_headed else line_length()
@@ -143,12 +146,14 @@ def _row_by_row(table: Table) -> str:
     return "\n" + "\n\n".join(rows) + "\n"
 
 
-def print_result(result: Result, as_json: bool, quiet: bool, files: Iterable[Any] = ()) -> int:
-    """Print a result for people or programs, with what to know of it and the files written; its exit code."""
+def print_result(
+    result: Result, as_json: bool, quiet: bool, files: Iterable[Any] = (), explained: bool = True
+) -> int:
+    """Print a result for people or programs, with its notes and the files written; its exit code."""
     if as_json:
         print_json(result.to_dict())
     else:
-        show(*result.sections())
+        show(*result.sections(), explained=explained)
     if not quiet:
         say_notes(result.notes)
         say_written(files)

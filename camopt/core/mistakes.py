@@ -9,8 +9,8 @@ from typing import Any
 LONGEST_SHOWN, LONGEST_NAME, LONGEST_LINE = 100, 200, 1000  # characters of a value, of a file or key, of a message
 NOTHING_FEASIBLE, BAD_INPUT, FILE_TROUBLE, NOT_REACHED = 1, 2, 3, 4  # exit codes of commands
 MOST_TOLD = 20  # mistakes
-ALIKE_SHARE = 0.75  # share of two words that is the same, in those that mean the same
-MOST_LISTED, MOST_NEAR, MOST_MEANT = 40, 8, 3  # known names; of more the nearest; those that may have been meant
+ALIKE_SHARE, LIKE_SHARE = 0.75, 0.5  # share in common: of a word and its misspelling; of words that are like
+MOST_LISTED, MOST_MEANT = 40, 3  # known names; those that may have been meant
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def much_alike(word: str, known: Iterable[str]) -> str:
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """The most similar known names, as the end of a message, or all known names."""
+    """The known names as the end of a message: all of a few, and those that a word may mean."""
     return _nearest(shortened(word), tuple(known))
 
 
@@ -170,12 +170,12 @@ def _nearest(word: str, known: tuple[str, ...]) -> str:
     close = (
         get_close_matches(word, known, n=1, cutoff=ALIKE_SHARE)
         or _with_such_a_part(word, known)
-        or get_close_matches(word, known, n=1, cutoff=0.5)
+        or get_close_matches(word, known, n=1, cutoff=LIKE_SHARE)
     )
-    few = len(known) <= MOST_LISTED
-    first = known if few else get_close_matches(word, known, n=len(known), cutoff=0.0)
     meant = f"did you mean {' or '.join(map(shortened, close))}? " if close else ""
-    return f"{meant}known: {listed_words(first, MOST_LISTED if few else MOST_NEAR)}"
+    if len(known) <= MOST_LISTED:
+        return f"{meant}known: {listed_words(known)}"
+    return f"{meant}{len(known)} names are known"
 
 
 def _with_such_a_part(word: str, known: Sequence[str]) -> list[str]:

@@ -15,7 +15,8 @@ import tomli_w
 import camopt
 from camopt import Scene, find_scene, shipped_scenes
 from camopt.cli import commands
-from camopt.cli.main import COMMANDS, MODULES, main
+from camopt.cli.main import COMMANDS, GROUPS, main
+from camopt.cli.main import camopt as camopt_group
 from camopt.core.quantities import QUANTITIES, number_quantities
 from camopt.model.motion import LAWS
 
@@ -613,6 +614,37 @@ def test_quiet_says_nothing_on_standard_error():
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def test_the_help_lists_each_command_once_with_a_whole_sentence(run):
+    _, out, _ = run("--help")
+    listed = dict(re.findall(r"^  (\w+) +(\S.*)$", out.partition("\nStart:\n")[2], re.MULTILINE))
+    assert [*listed] == [*COMMANDS]
+    assert {sentence for sentence in listed.values() if not sentence.endswith(".") or "..." in sentence} == set()
+    assert re.findall(r"^(\w[\w ]*):$", out, re.MULTILINE)[1:] == [*GROUPS]
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_help_of_a_command_has_each_option_once(run, name):
+    _, out, _ = run(name, "--help")
+    options = [option for given in camopt_group.commands[name].params for option in given.opts[:1]]
+    groups = re.split(r"^\w[\w ]*:$", out, maxsplit=1, flags=re.MULTILINE)[1]
+    shown = re.findall(r"^  (?:-h, )?(--[\w-]+)", groups, re.MULTILINE)
+    hidden = {given.opts[0] for given in camopt_group.commands[name].params if getattr(given, "hidden", False)}
+    assert sorted(shown) == sorted({"--help", *(each for each in options if each.startswith("-"))} - hidden)
+
+
+def test_evaluate_says_its_verdict_first_and_meanings_if_asked(run):
+    for scene, verdict in (
+        ("valve-rod-radial", "Feasible: "),
+        ("roller-1000rpm", "Not feasible: the design breaks pressure_angle "),
+    ):
+        _, short, _ = run("evaluate", scene)
+        _, long, _ = run("evaluate", scene, "--long")
+        assert short.startswith(verdict)
+        assert long.startswith(verdict)
+        assert "Largest |β| over the turn." in long
+        assert "Largest |β| over the turn." not in short
+
+
 def test_without_a_command_there_is_the_help(run):
     assert run() == run("--help")
     assert run()[0] == 0
@@ -632,8 +664,8 @@ def test_help_imports_nothing_heavy(arguments):
 
 def test_every_module_of_commands_is_known():
     modules = {path.stem for path in Path(commands.__file__).parent.glob("*.py")}
-    assert modules == {"__init__", *MODULES}
-    assert len(COMMANDS) == sum(map(len, MODULES.values()))
+    assert modules == {"__init__", *COMMANDS.values()}
+    assert len(COMMANDS) == sum(map(len, GROUPS.values()))
 
 
 @pytest.mark.one_in(4)

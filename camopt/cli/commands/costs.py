@@ -36,7 +36,10 @@ from camopt.cli.options import (
 )
 @former_again_option
 def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: Path) -> int:
-    """Show which computations (effects) a scene needs, why, and how long each takes."""
+    """Show which computations a scene needs.
+
+    The table says why each computation (effect) runs, and how long it takes.
+    """
     if spectrum:
         with library.publication(out, "effects", library.SPECTRUM) as unit:
             spectra = library.spectra_of(scene)
@@ -62,7 +65,10 @@ def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: Path) -
 @former_again_option
 @scheduler_option
 def accuracy(scene: Any, as_json: bool, quiet: bool, out: Path, workers: int | None, engine: Any) -> int:
-    """Measure how much time accuracy costs, as a table and a picture."""
+    """Measure what accuracy costs in time.
+
+    The result is a table and a picture of error against time.
+    """
     if engine is None:
         refuse_without("--scheduler", {"workers": workers})
     with library.publication(out, "accuracy", library.ACCURACY) as unit, cli.progress(quiet, "laws") as advance:
@@ -75,10 +81,11 @@ def accuracy(scene: Any, as_json: bool, quiet: bool, out: Path, workers: int | N
 @click.argument("scenes", nargs=-1)
 @output_options
 def warm(scenes: tuple[str, ...], as_json: bool, quiet: bool) -> int:
-    """Compile what first runs need, and keep it on this machine.
+    """Compile what first runs need.
 
-    SCENES are TOML files or shipped scenes; without any, all shipped scenes. Commands then compile nothing for
-    these, nor for others with the same followers and quantities. Run it once in an image of a container or in CI.
+    The machine code stays on this machine. SCENES are TOML files or shipped scenes; without any, all shipped
+    scenes. After it no command compiles for these scenes, nor for scenes with the same followers and quantities.
+    Run it once in a container image or in CI.
     """
     from camopt.show.studies.first_runs import compile_scenes
 

@@ -33,6 +33,7 @@ from camopt.show.exporting.endings import ENDINGS
 @scene_options
 @outputs_option
 @output_options
+@click.option("--long", is_flag=True, help="Print what each quantity is.")
 @click.option(
     "--plot",
     "picture",
@@ -57,9 +58,13 @@ def evaluate(
     picture: Path | None,
     animation: Path | None,
     points: Path | None,
+    long: bool,
     **spacing: float | None,
 ) -> int:
-    """Compute every quantity of one design."""
+    """Compute the quantities of one design.
+
+    The first line is the verdict: whether the design meets every limit. --long adds what each quantity is.
+    """
     if not points:
         refuse_without("--points", spacing)
     with cli.progress(quiet, ""):
@@ -73,7 +78,7 @@ def evaluate(
         library.write_points(scene, points, **spacing)
     if not quiet and scene.mechanism.further:
         cli.say_notes(library.notes_on_preload(scene))
-    return cli.print_result(result, as_json, quiet, filter(None, (picture, animation, points)))
+    return cli.print_result(result, as_json, quiet, filter(None, (picture, animation, points)), explained=long)
 
 
 @click.command(cls=Command)
@@ -91,9 +96,10 @@ def evaluate(
 )
 @click.option("--steps", is_flag=True, help="With --construction: a page of a PDF, or a frame of a GIF, a step.")
 def plot(scene: Any, file: Path, as_json: bool, quiet: bool, construction: int | None, steps: bool) -> int:
-    """Draw the cam with its diagrams to FILE: PNG, SVG or PDF; GIF and MP4 show it turning.
+    """Draw the cam with its diagrams.
 
-    With --construction, FILE shows how the cam is drawn with ruler and compasses, as lectures teach it.
+    FILE is a PNG, SVG or PDF. A GIF or MP4 shows the cam turning. With --construction the drawing shows the
+    construction of the cam with ruler and compasses, as lectures teach it.
     """
     document: dict[str, Any] = {"scene": scene.name, "file": str(file)}
     if construction is None:
@@ -117,11 +123,12 @@ def plot(scene: Any, file: Path, as_json: bool, quiet: bool, construction: int |
 @row_option
 @output_options
 def certify(target: str, as_json: bool, quiet: bool, row: int | None, **overrides: Any) -> int:
-    """Prove that the limits are met at every cam angle, in interval arithmetic.
+    """Prove that a design meets its limits.
 
-    TARGET is a scene, or a table written by a sweep. The verdict on a limit is "held" (it is proved to be met),
-    "broken" (it is proved not to be met) or "undecided". To a table, the verdict on each row is added as a column;
-    with --row, only that row is checked, and nothing is written.
+    The proof holds at every cam angle; it uses interval arithmetic. TARGET is a scene, or a table written by a
+    sweep. The verdict on a limit is "held" (proved to be met), "broken" (proved not to be met) or "undecided". For
+    a table, camopt adds the verdict of each row as a column. With --row it checks that row alone and writes
+    nothing.
     """
     changes = given_overrides(overrides)
     if not target.endswith(".parquet") or row is not None:
@@ -149,11 +156,11 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
     help="A lift from the lowest position, mm (deg); repeatable. By default the lash, or else half of the largest.",
 )
 def timing(scene: Any, as_json: bool, quiet: bool, lifts: tuple[float, ...]) -> int:
-    """Find where in the turn the follower passes a lift, as a valve's opening and closing.
+    """Find where the follower passes a lift.
 
-    For a scene with [tolerances] the table also shows the earliest and the latest cam angle at which a cam within
-    them passes, to first order. A second table shows the cam angles before and after which no cam passes, proved by
-    exact contact, with the errors of a cam that passes nearly there.
+    An example is the opening and closing of a valve. For a scene with [tolerances] the table also shows the
+    earliest and latest cam angle of a real cam, to first order. A second table shows proven bounds of these angles
+    by exact contact, with the errors of a cam that comes near them.
     """
     return cli.print_result(camopt.timing(scene, lifts or None), as_json, quiet)
 
@@ -172,7 +179,24 @@ def harmonics(scene: Any, as_json: bool, quiet: bool, orders: int, picture: Path
     return cli.print_result(result, as_json, quiet, [picture] if picture else [])
 
 
-@click.command(cls=Command)
+EXPORT_OPTIONS = {
+    "Curves and points": ("chord", "curves", "cutter_radius", "step", "points", "disc"),
+    "Cuts": ("depth", "depth_step", "roughing", "direction", "blank_diameter"),
+    "Program": (
+        "control",
+        "feed",
+        "roughing_feed",
+        "spindle",
+        "tool",
+        "coolant",
+        "decimals",
+        "rotary",
+        "largest_radius",
+    ),
+}
+
+
+@click.command(cls=Command, groups=EXPORT_OPTIONS)
 @click.argument("scene")
 @click.argument("file", type=OutputPlace(*ENDINGS))
 @scene_options
@@ -215,10 +239,10 @@ def harmonics(scene: Any, as_json: bool, quiet: bool, orders: int, picture: Path
     "--largest-radius", type=Measure("mm"), help="Arcs of a larger radius are lines, mm; 10000 by default."
 )
 def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) -> int:
-    """Write the cam of one design to FILE for a machine, a person or another program, as its ending says.
+    """Write the cam of one design to a file.
 
-    How far the curves in the file are from the true ones is proved, and printed. Options that mean nothing for a
-    kind of file are refused.
+    The ending of FILE says what it is for: a machine, a person or another program. camopt proves how far the curves
+    in the file are from the true ones, and prints it. An option that means nothing for a kind of file is refused.
     """
     check_file(scene.file, file, "FILE")
     with cli.progress(quiet, ""):

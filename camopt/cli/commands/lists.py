@@ -29,11 +29,14 @@ def new(
     as_json: bool,
     quiet: bool,
 ) -> int:
-    """Write a scene to start from to FILE, or print it: commented, with more keys and tables switched off.
+    """Write a scene to start from, with comments.
 
-    NAME is what the cam is for (valve, rocker, feeder, press, lock-bolt, belt) or a shipped scene; without one it
-    is a simple cam with the follower of the options. An exercise has round numbers and a cam that can be made;
-    `camopt plot FILE solution.pdf --construction` draws its solution.
+    NAME says what the cam is for (valve, rocker, feeder, press, lock-bolt, belt), or is a shipped scene. Without a
+    NAME the scene is a simple cam with the follower of the options. Without a FILE camopt prints the scene. Further
+    keys and tables are in it as comments.
+
+    An exercise has round numbers and a cam that can be made; `camopt plot FILE solution.pdf --construction` draws
+    its solution.
     """
     if exercise:
         refuse_with("--exercise", {"form": form, "follower": follower})
@@ -55,7 +58,10 @@ def new(
 @click.argument("name", required=False)
 @output_options
 def scenes(name: str | None, as_json: bool, quiet: bool) -> int:
-    """List the scenes that come with camopt; with a NAME, print that one as TOML."""
+    """List the shipped scenes, or print one.
+
+    With a NAME, camopt prints that scene as TOML.
+    """
     if name is None:
         return cli.print_result(library.list_scenes(), as_json, quiet)
     if name not in camopt.shipped_scenes():
@@ -74,9 +80,10 @@ def scenes(name: str | None, as_json: bool, quiet: bool) -> int:
 @click.argument("table", required=False)
 @output_options
 def keys(table: str | None, as_json: bool, quiet: bool) -> int:
-    """List the keys of a scene: what each is, its unit, what it allows, and what it is if not given.
+    """List the keys of a scene, with units and defaults.
 
-    TABLE is a table, such as cam or follower.dynamics, or a key, such as rpm or cam.rpm; all without one.
+    TABLE is a table, such as cam or follower.dynamics, or a key, such as rpm or cam.rpm. Without it camopt lists
+    all keys. A limit can also have the name of any quantity.
     """
     return cli.print_result(library.list_keys(table), as_json, quiet)
 
@@ -84,7 +91,10 @@ def keys(table: str | None, as_json: bool, quiet: bool) -> int:
 @click.command(cls=Command)
 @output_options
 def schema(as_json: bool, quiet: bool) -> int:
-    """Print the JSON Schema of scenes, by which editors complete keys and mark mistakes."""
+    """Print the JSON Schema of scenes.
+
+    Editors complete keys and mark mistakes by it.
+    """
     cli.print_json(library.scene_schema())
     return 0
 
@@ -92,7 +102,10 @@ def schema(as_json: bool, quiet: bool) -> int:
 @click.command(cls=Command)
 @output_options
 def laws(as_json: bool, quiet: bool) -> int:
-    """List the motion laws with their peak velocity, acceleration and jerk."""
+    """List the motion laws with their peak factors.
+
+    The factors are the peak velocity, acceleration and jerk of a unit stroke.
+    """
     with cli.progress(quiet, ""):
         result = library.list_laws()
     return cli.print_result(result, as_json, quiet)

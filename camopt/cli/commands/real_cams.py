@@ -33,7 +33,15 @@ BARE = re.compile(r"[-+.\deE]+")
 """A number without a unit."""
 
 
-@click.command(cls=Command)
+TOLERANCE_OPTIONS = {
+    "Files": ("picture", "out"),
+    "Random cams": ("cams", "within", "seed"),
+    "Grades": ("allocate", "costs", "only"),
+    "A cam that was cut": ("measured", "profile", "probe", "columns", "aligned", "keep_outliers"),
+}
+
+
+@click.command(cls=Command, groups=TOLERANCE_OPTIONS)
 @click.argument("scene")
 @scene_options
 @output_options
@@ -111,22 +119,21 @@ def tolerance(
     probe: float | None,
     **reading: Any,
 ) -> int:
-    """Find how far the motion of a real cam may be off, by the tolerances of the scene.
+    """Find how far the motion of a real cam may deviate.
 
-    The first table shows the worst case of displacement, velocity and acceleration, what each tolerance
-    contributes to it, and the root sum square of independent errors at 3 standard deviations; and, proved, what no
-    cam exceeds of each of these errors and of the change in a dwell, with the error of a cam that nearly has so
-    much. A second table shows what tolerances of numbers leave of each limit: the worst cam within them, and
-    whether it is proved that every cam holds the limit.
+    The first table shows the worst case of the displacement, velocity and acceleration error within the tolerances
+    of the scene. It has the contribution of each tolerance, the root sum square of independent errors (three
+    standard deviations), a proven upper bound, and a cam that comes near it. The second table shows the margin of
+    each limit: the worst cam within the tolerances, and whether every such cam is proved to hold the limit.
 
-    With --cams further tables show, by the distributions of the tolerances, how far the motions of so many cams are
-    off, each found without a linear model, how many of the cams hold each limit, and which tolerances their spread
-    comes from. With --allocate a table has the cheapest grades of ISO 286 with which no cam moves the tool further
-    off.
+    --cams draws random cams by the distributions of the tolerances. Its tables show the spread of their motions,
+    the yield of each limit, and the tolerances that cause the spread. No linear model is used.
 
-    With --measured, points of a cut profile are compared with the scene: the error of motion of this cam, how much
-    of each tolerance it uses, and its waves. Of a conjugate pair and of a yoke a table shows, too, by how much the
-    distance of both contacts varies, and what is left of interference and preload.
+    --allocate finds the cheapest grades of ISO 286 that keep the tool within an error.
+
+    --measured compares points of a cut profile with the scene. Its tables show the error of this cam's motion, the
+    share of each tolerance that it uses, and its waves. For a conjugate pair and a yoke they also show the
+    variation of the distance between both contacts, and the least interference and preload.
     """
     if measured:
         others = {"plot": picture, "out": out, "cams": cams, "seed": seed, "allocate": allocate, "costs": costs}
@@ -244,9 +251,10 @@ def fit(
     probe: float | None,
     **options: Any,
 ) -> int:
-    """Find the gentlest motion within a band of measured points of a cam, as a scene.
+    """Fit the gentlest motion to measured points.
 
-    FILE has columns of cam angle and lift, lifts alone, or points of a --profile, in text or in a workbook.
+    camopt writes a scene with the motion within a band of the points. FILE has columns of cam angle and lift, lifts
+    alone, or points of a --profile, in text or in a workbook.
     """
     check_file(target, out)
     if profile is None:

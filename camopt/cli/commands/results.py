@@ -36,11 +36,11 @@ from camopt.cli.options import (
 @output_options
 @click.option("--out", type=OutputPlace(".html"), default="camopt-report.html", show_default=True, help="The page.")
 def report(what: tuple[str, ...], row: int | None, as_json: bool, quiet: bool, out: Path, **overrides: Any) -> int:
-    """Write one HTML page that shows a result to others: no network, no server, nothing to install.
+    """Write a result as one HTML page.
 
-    WHAT is a scene, or the folder or table that a command wrote. A cam turns under its follower, with diagrams,
-    limits, proofs and files; up to four are shown side by side. Tables of designs can be filtered, sorted and
-    clicked on.
+    The page needs no network, no server and no program but a browser. WHAT is a scene, or the folder or table that
+    a command wrote. A cam turns under its follower, with diagrams, limits, proofs and files; up to four cams stand
+    side by side. Tables of designs can be filtered, sorted and clicked.
     """
     changes = given_overrides(overrides)
     shown = [cli.shown_at(target, row, changes) for target in what]
@@ -62,9 +62,10 @@ def report(what: tuple[str, ...], row: int | None, as_json: bool, quiet: bool, o
 )
 @click.option("--no-browser", is_flag=True, help="Only print the address.")
 def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None, no_browser: bool) -> int:
-    """Show a cam with sliders for sizes, laws and limits, in a browser on this machine alone.
+    """Show a cam with sliders in a browser.
 
-    Each move draws the cam and its diagrams anew; where the sliders rest, the limits are proved. Ctrl-C ends it.
+    The sliders change sizes, laws and limits. Each move redraws the cam and its diagrams; when the sliders rest,
+    camopt proves the limits. The page is served to this machine alone. Ctrl-C ends it.
     """
     from camopt.show.reporting.server import serving
 
@@ -89,11 +90,13 @@ def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None
 @click.option("--plot", "picture", type=OutputPlace(*PICTURES), help="Draw the fronts: PNG, SVG, PDF.")
 @output_options
 def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, picture: Path | None) -> int:
-    """Compare two results: which designs came, went or changed, how the fronts differ, which settings differ.
+    """Compare two results, or two cams.
 
-    A and B are folders that a command wrote, tables of designs, or scenes; a scene beside a table is compared with
-    the scene in it. Of two scenes with all sizes the quantities that differ stand side by side. The
-    exit code is 0 whether or not they differ; --json says it under "same".
+    A and B are folders that a command wrote, tables of designs, or scenes. The comparison shows which designs came,
+    went or changed, how the fronts differ, and which settings differ. A scene beside a table is compared with the
+    scene of the table. Two scenes with all sizes are compared quantity by quantity.
+
+    The exit code is 0 whether or not the results differ; --json says it under "same".
     """
     result = camopt.compare(a, b, out=out)
     if picture:
@@ -105,13 +108,12 @@ def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, pictur
 @click.argument("files", nargs=-1, required=True, metavar="FILE...", type=OutputPlace())
 @output_options
 def check(files: tuple[Path, ...], as_json: bool, quiet: bool) -> int:
-    """Check whether files are as camopt wrote them, bit for bit.
+    """Check that files are as camopt wrote them.
 
-    FILE is a table, any other file of a result, or a folder. Tables and parts of sweeps have digests of their own;
-    other files of a result are known by manifest.json beside them, and so are files that are missing, or of another
-    run.
+    FILE is a table, another file of a result, or a folder. The check is bit for bit: by the digest inside a table,
+    and by manifest.json for other files. It also finds missing files and files of another run.
 
-    Ends with 3 if a file is damaged, changed or missing; else with 2 if there is nothing to check one by.
+    The exit code is 3 if a file is damaged, changed or missing, and 2 if there is nothing to check a file by.
     """
     with cli.progress(quiet, ""):
         result = camopt.check(*files)

@@ -30,8 +30,15 @@ from camopt.cli.options import (
     scheduler_option,
 )
 
+SWEEP_OPTIONS = {
+    "Designs": ("base_radius", "offset", "roller_radius", "vary", "law", "samples"),
+    "Pareto front": ("minimise", "maximise", "refine", "thin"),
+    "Tables": ("out", "keep", "again", "resume"),
+    "Work": ("workers", "scheduler", "part"),
+}
 
-@click.command(cls=Command)
+
+@click.command(cls=Command, groups=SWEEP_OPTIONS)
 @click.argument("scene", default=DEFAULT_SCENE)
 @scene_options
 @outputs_option
@@ -97,10 +104,10 @@ def sweep(
     engine: Any,
     **asked: Any,
 ) -> int:
-    """Evaluate every design of a grid, or a sample; write the feasible ones and the Pareto front as tables.
+    """Evaluate every design of a grid, or a sample.
 
-    An interrupted sweep keeps what it has done: the same command goes on from there. If the result is up to date,
-    the same command prints it again.
+    camopt writes the feasible designs and the Pareto front as tables. An interrupted sweep keeps its work: the same
+    command resumes it. If the tables are up to date, the same command prints them again.
     """
     scene = changed(scene, _searched(**asked))
     if resume:
@@ -160,9 +167,10 @@ def _searched(
 @click.option("--out", type=OutputPlace(), default="camopt-out", show_default=True, help="Folder for the tables.")
 @again_option
 def merge(parts: tuple[str, ...], as_json: bool, quiet: bool, out: Path, again: bool) -> int:
-    """Put the parts of a sweep together: the tables that one run would have written.
+    """Merge the parts of a sweep.
 
-    FOLDERs hold what `camopt sweep --part` wrote, in them or in folders inside them.
+    The tables are those that one run would have written. FOLDERs hold what `camopt sweep --part` wrote, in them or
+    in folders inside them.
     """
     with cli.progress(quiet, "designs") as advance:
         result = camopt.merge(
@@ -191,7 +199,10 @@ NO_SECONDS = 1e-9  # over at once: where none are left, bounds have prices, and 
 )
 @former_again_option
 def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: float) -> int:
-    """Find the smallest cam of each motion law that meets every limit."""
+    """Find the smallest cam of each motion law.
+
+    The cam meets every limit of the scene. camopt proves that no smaller cam does, or gives the gap.
+    """
     if out:
         check_folder(scene, out, library.OPTIMUM)
     if not quiet:
@@ -224,7 +235,10 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
 )
 @former_again_option
 def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path | None) -> int:
-    """Compute new motion laws (B-splines) that allow the smallest cam."""
+    """Compute a motion law for the smallest cam.
+
+    The law is a B-spline, found by convex optimisation. camopt proves a bound on the size over all motions.
+    """
     check_folder(scene, out, library.SCENE_FILE)
     if not quiet:
         cli.say_notes(library.lost_ramps(scene))
@@ -281,7 +295,10 @@ def frontier(
     workers: int | None,
     engine: Any,
 ) -> int:
-    """Show the trade-off between size and acceleration, or other terms and loads, with new motion laws."""
+    """Show the trade-off of size and acceleration.
+
+    Each point is a new motion law. --axes takes other terms and loads.
+    """
     traded = [axis.strip() for axis in axes.split(",")]
     tell = None if quiet else cli.say_note
     if not quiet:

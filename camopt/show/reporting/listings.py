@@ -5,6 +5,7 @@ from dataclasses import replace
 from itertools import groupby
 from typing import Any
 
+from camopt.core.quantities.limit_keys import LIMIT_KEYS
 from camopt.model.motion import LAWS
 from camopt.model.motion.aliases import ALIASES
 from camopt.model.motion.law import joined_by
@@ -44,6 +45,7 @@ def list_laws() -> Listing:
     return Listing(records, parts)
 
 
+ANY_QUANTITY = "And any quantity by its name, such as limits.velocity_max_rise_m_s: camopt keys NAME shows it."
 KEY_HEADS: list[Cell | str] = ["key", "unit", "allowed", "if not given", Cell("what it is", ABOUT)]
 
 
@@ -54,9 +56,12 @@ def list_keys(name: str | None) -> Listing:
 
 
 def _key_table(table: str, keys: list[KeyInWords]) -> Table:
-    """The keys of one table."""
+    """The keys of one table; of many limits those with short keys, and a note on the others."""
     what = (TABLES[table].__doc__ or "").split("\n")[0]
-    return Table.of(f"{table_heading(table)}  {what}" if table else "At the top", KEY_HEADS, map(_key_row, keys))
+    short = [key for key in keys if key.key.removeprefix("limits.") in LIMIT_KEYS]
+    some = short if table == "limits" and len(short) > 1 else keys
+    title = f"{table_heading(table)}  {what}" if table else "At the top"
+    return Table.of(title, KEY_HEADS, map(_key_row, some), "" if some is keys else ANY_QUANTITY)
 
 
 def _key_row(key: KeyInWords) -> list[Cell | str]:

@@ -35,6 +35,13 @@ from camopt.solve.verdicts.running import run_effects
 from camopt.solve.verdicts.warned import farthest, warnings_of
 from camopt.solve.verdicts.words import ARM_UNCHECKED
 
+PROOFS = {
+    "certified": "proved at every cam angle",
+    "sampled": "proved for the spline of a table",
+    "undecided": "not proved",
+}
+"""What the status of a design says of its verdict."""
+
 
 @dataclass(frozen=True)
 class Evaluation(Result, Drawn, Mapping[str, Any]):
@@ -99,7 +106,8 @@ class Evaluation(Result, Drawn, Mapping[str, Any]):
         return design_table(self.scene.name, problem, self, about)
 
     def sections(self) -> Iterator[Table | str]:
-        """Every quantity, then the largest lift, the forces in joints and the numbers of the scene."""
+        """The verdict, every quantity, the largest lift, the forces in joints and the numbers of the scene."""
+        yield self.verdict
         yield self.table()
         yield _largest_lift(self.scene)
         if self.tightest:
@@ -119,6 +127,16 @@ class Evaluation(Result, Drawn, Mapping[str, Any]):
             yield table_of("Numbers of the scene, as they are read", rows, ["key", "value", "unit"])
         if self.scene.by_crank:
             yield _speed_of_crank(self)
+
+    @property
+    def verdict(self) -> str:
+        """A sentence on the limits: whether the design meets them, which it breaks, and whether that is proved."""
+        proof = PROOFS[str(self["status"])]
+        if self["feasible"]:
+            return f"Feasible: the design meets every limit ({proof})."
+        if self["violated"]:
+            return f"Not feasible: the design breaks {str(self['violated']).replace(',', ', ')} ({proof})."
+        return f"Undecided: whether the design meets its limits is {proof}."
 
     @property
     def notes(self) -> tuple[str, ...]:
