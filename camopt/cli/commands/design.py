@@ -180,7 +180,7 @@ def harmonics(scene: Any, as_json: bool, quiet: bool, orders: int, picture: Path
 
 
 EXPORT_OPTIONS = {
-    "Curves and points": ("chord", "curves", "cutter_radius", "step", "points", "disc"),
+    "Curves and points": ("chord", "curves", "cutter_radius", "step", "points"),
     "Cuts": ("depth", "depth_step", "roughing", "direction", "blank_diameter"),
     "Program": (
         "control",
