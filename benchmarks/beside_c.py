@@ -16,8 +16,8 @@ from rival_c import MECHANISMS, rival
 from throughput import Job, default_job, jobs
 
 from camopt.core.engines.threads import Threads
-from camopt.scene.problem.rows import Rows
-from camopt.solve.front.blocks import gathered
+from camopt.scene.problem.rows import DesignRows
+from camopt.solve.front.blocks import gather_batches
 from camopt.solve.front.plan import sweep_plan
 
 STEPS, ROUNDS, WARM = 1000, 9, 3
@@ -36,10 +36,10 @@ def in_turns(*works: Callable[[], Any]) -> list[list[float]]:
     return times
 
 
-def all_rows(job: Job, threads: int) -> list[Rows]:
+def all_rows(job: Job, threads: int) -> list[DesignRows]:
     """The rows of all feasible designs."""
-    plan, kept = sweep_plan(job.scene, "feasible"), list[Rows]()
-    gathered(plan.space, plan.batches(plan.numbers(), Threads(threads)), plan.block, kept.append)
+    plan, kept = sweep_plan(job.scene, "feasible"), list[DesignRows]()
+    gather_batches(plan.space, plan.batches(plan.part_blocks(), Threads(threads)), plan.block, kept.append)
     return kept
 
 

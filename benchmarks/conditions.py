@@ -49,8 +49,8 @@ def feasible(random: np.random.Generator) -> list[dict[str, Any]]:
     for _ in range(random.integers(2, 6)):
         order = int(random.integers(0, 3))
         angle, length = random.uniform(5, 155), random.choice([0.0, random.uniform(10, 40)])
-        values = motion.at(np.radians(np.linspace(angle, angle + length, 101)))[order] - start * (order == 0)
-        slack = random.uniform(0.02, 0.2) * np.ptp(motion.at(np.radians(np.arange(ANGLE)))[order])
+        values = motion.motion_at(np.radians(np.linspace(angle, angle + length, 101)))[order] - start * (order == 0)
+        slack = random.uniform(0.02, 0.2) * np.ptp(motion.motion_at(np.radians(np.arange(ANGLE)))[order])
         within = [float(values.min() - slack), float(values.max() + slack)] if length else float(values[0])
         found.append({"angle": [angle, angle + length] if length else angle, NAMES[order]: within})
     return found

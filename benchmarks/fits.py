@@ -37,13 +37,13 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from camopt import LAWS, Unmet, find_scene, fit
-from camopt.model.motion.programme import Programme, law_peaks, peak
+from camopt.model.motion.programme import Programme, derivative_peak, law_peaks
 from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.problem.problem import resolve
 from camopt.solve.measured.columns import TableColumns
-from camopt.solve.measured.noise import band_factor, errors_of
-from camopt.solve.measured.outline import LIKELY, Dwell, read_outline
-from camopt.solve.measured.reading import read_points
+from camopt.solve.measured.measured_points import read_points
+from camopt.solve.measured.noise import band_factor, point_errors
+from camopt.solve.measured.outline import LIKELY_DROP, Dwell, read_outline
 
 NOISES = (0.001, 0.01, 0.05)  # mm
 VALVES = ("exhaust-valve", "bucket-valve")
@@ -63,8 +63,11 @@ def motions() -> Iterator[tuple[str, Programme]]:
 
 def row(programme: Programme, noise: float, files: int) -> dict[str, float]:
     """What is found of a motion in files with other errors: medians."""
-    lifts = programme.at(np.radians(ANGLES))[0]
-    true = {"acceleration": peak(programme, 2, ALL_STROKES), "jerk": peak(programme, 3, ALL_STROKES)}
+    lifts = programme.motion_at(np.radians(ANGLES))[0]
+    true = {
+        "acceleration": derivative_peak(programme, 2, ALL_STROKES),
+        "jerk": derivative_peak(programme, 3, ALL_STROKES),
+    }
     rows = []
     for seed in range(files):
         errors = np.random.default_rng(seed).normal(0.0, noise, ANGLES.size)
@@ -395,9 +398,9 @@ def compare_dwells(
 def read_dwells(file: DwellFile) -> DwellsRead:
     """The dwells that the outline of a file has."""
     points = read_points(file.rows, TableColumns())
-    noise = errors_of(points).noise
+    noise = point_errors(points).noise
     band = noise * band_factor(points.rows.size)
-    outline, doubts = read_outline(points, band, band, noise, LIKELY, None)
+    outline, doubts = read_outline(points, band, band, noise, LIKELY_DROP, None)
     found = [(part.start, part.end) for part in outline if isinstance(part, Dwell)]
     return compare_dwells(file, found, [(each.start, each.end) for each in doubts])
 

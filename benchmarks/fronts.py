@@ -25,16 +25,16 @@ from scipy.interpolate import CubicSpline
 
 from camopt import Scene, find_scene, load, sweep
 from camopt.core.numerics import FloatArray
-from camopt.model.effects import Case
+from camopt.model.effects import EvaluationBlock
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.problem import resolve
-from camopt.scene.problem.rows import Rows
-from camopt.scene.problem.settings import problems_of
-from camopt.show.drawing.style import SERIES, canvas, dress
+from camopt.scene.problem.rows import DesignRows
+from camopt.scene.problem.settings import problems_by_motion
+from camopt.show.drawing.style import SERIES, add_grid, canvas
 from camopt.solve.front import refine
-from camopt.solve.front.pareto import costs_of, hypervolume, non_dominated, row_costs, scale_of_costs
-from camopt.solve.verdicts.judging import excesses
-from camopt.solve.verdicts.running import run_effects
+from camopt.solve.front.pareto import cost_scale, hypervolume, non_dominated, objective_costs, row_costs
+from camopt.solve.verdicts.effect_runs import run_effects
+from camopt.solve.verdicts.limit_verdicts import excesses
 
 MANY = 10_000
 RUNS, SEEDS, POPULATION, TIMES = 3, 3, 400, (1, 10)
@@ -46,8 +46,8 @@ class Cams(Problem):  # type: ignore[misc]
 
     def __init__(self, scene: Scene) -> None:
         self.problem, search = resolve(scene), scene.search
-        self.motions = problems_of(self.problem)
-        self.rollers = self.problem.choices.variables["roller_radius"].values
+        self.motions = problems_by_motion(self.problem)
+        self.rollers = self.problem.search_space.variables["roller_radius"].grid_values
         low = [0.0, 0.0, search.offset.start, search.base_radius.start]
         high = [len(self.motions), len(self.rollers), search.offset.stop, search.base_radius.stop]
         limits = len(self.problem.limits)
@@ -65,8 +65,10 @@ class Cams(Problem):  # type: ignore[misc]
         for k, problem in enumerate(self.motions):
             index = np.flatnonzero((law == k) & (np.abs(x[:, 2]) < designs.prime_radius))
             chosen = designs.take(index)
-            columns = run_effects(Case(problem.setup, problem.programme, chosen), self.problem.needed).columns
-            out["F"][index] = costs_of(columns, len(chosen), self.problem.objectives)
+            columns = run_effects(
+                EvaluationBlock(problem.setup, problem.programme, chosen), self.problem.required_quantities
+            ).columns
+            out["F"][index] = objective_costs(columns, len(chosen), self.problem.objectives)
             excess = excesses(self.problem.limits, columns, chosen)
             out["G"][index] = np.clip(excess, -WORST, WORST).T
         out["F"][np.all(out["G"] == WORST, axis=1)] = WORST  # cannot be put together
@@ -84,7 +86,7 @@ class Archive(Callback):  # type: ignore[misc]
         costs = new.get("F")[np.all(new.get("G") <= 0.0, axis=1)]
         costs = costs if self.rows is None else np.concatenate([self.rows, costs])
         columns = dict(zip(self.objectives, costs.T, strict=True))
-        self.rows = row_costs(non_dominated(Rows(columns, len(costs)), self.objectives), self.objectives)
+        self.rows = row_costs(non_dominated(DesignRows(columns, len(costs)), self.objectives), self.objectives)
 
 
 class Run(NamedTuple):
@@ -144,7 +146,7 @@ def draw(fronts: dict[str, FloatArray], exact: FloatArray, file: Path) -> None:
         right.set(xlabel="pressure angle, deg", ylabel="mm")
         right.set_title("Base radius above the least at the same angle", loc="left")
         for axes in (left, right):
-            dress(axes)
+            add_grid(axes)
         left.legend(title="acceleration")
         right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3)
 
@@ -158,10 +160,10 @@ def main() -> None:
             load(Path(folder) / f"{table}.parquet")[list(scene.search.minimise)].to_numpy()
             for table in ("pareto-grid", "pareto")
         )
-    scale = scale_of_costs(fine)
+    scale = cost_scale(fine)
 
     def tell(name: str, seconds: float, designs: str, fronts: list[FloatArray]) -> None:
-        volumes = sorted(hypervolume(scale.normalised(costs))[0] for costs in fronts)
+        volumes = sorted(hypervolume(scale.normalise_costs(costs))[0] for costs in fronts)
         points, over = len(fronts[0]), np.nanmax(excess(fronts[0], fine))
         span = f" ({volumes[0]:.5f} to {volumes[-1]:.5f})" if len(volumes) > 1 else ""
         middle = volumes[len(volumes) // 2]

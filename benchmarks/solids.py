@@ -22,8 +22,8 @@ from OCP.TopoDS import TopoDS
 
 from camopt import Scene, cam_points, evaluate, export
 from camopt.show.exporting import shapes
-from camopt.show.exporting.step import quiet
-from camopt.show.exporting.stl import is_watertight, read_triangles, volume
+from camopt.show.exporting.step import silence_output
+from camopt.show.exporting.stl import enclosed_volume, is_watertight, read_triangles
 
 PLATE = {"thickness": 20, "bore": 16, "keyway_width": 5, "keyway_depth": 2.3, "hub_diameter": 24, "hub_length": 35}
 CYLINDER = {"thickness": 100, "bore": 10, "groove_depth": 8}
@@ -37,17 +37,17 @@ def as_part(scene: Scene) -> Scene:
     return scene.replace(part={**sizes, "density": DENSITY}, outputs=["cam_mass_kg"])
 
 
-def read_back(file: Path) -> shapes.Shape:
+def read_back(file: Path) -> shapes.CadShape:
     reader = STEPControl_Reader()
-    with quiet():
+    with silence_output():
         reader.ReadFile(str(file))
         reader.TransferRoots()
     return reader.OneShape()
 
 
-def lower_edges(solid: shapes.Shape) -> Iterator[np.ndarray]:
+def lower_edges(solid: shapes.CadShape) -> Iterator[np.ndarray]:
     """Dense points (n, 2) of each edge of the profile of a disc cam at z = 0."""
-    curves = [BRepAdaptor_Curve(TopoDS.Edge(edge)) for edge in shapes.parts(solid, shapes.EDGE)]
+    curves = [BRepAdaptor_Curve(TopoDS.Edge(edge)) for edge in shapes.subshapes(solid, shapes.EDGE)]
     ends = [[curve.Value(u) for u in (curve.FirstParameter(), curve.LastParameter())] for curve in curves]
     pairs = zip(curves, ends, strict=True)
     lower = [curve for curve, (a, b) in pairs if a.Z() == b.Z() == 0.0 and np.hypot(a.X(), a.Y()) > BORE]
@@ -63,7 +63,7 @@ def furthest(points: np.ndarray, lines: list[np.ndarray]) -> float:
     return float(tree.query_nearest(shapely.points(points), return_distance=True, all_matches=False)[1].max())
 
 
-def off_profile(scene: Scene, solid: shapes.Shape) -> float:
+def off_profile(scene: Scene, solid: shapes.CadShape) -> float:
     """The largest distance between the edges read back and the true profile, both ways, mm."""
     angles = np.unique(np.append(np.linspace(0.0, 360.0, POINTS), np.cumsum([s.angle for s in scene.motion])))
     points = cam_points(scene, angles[angles <= 360.0])
@@ -78,10 +78,10 @@ def step_row(scene: Scene, file: Path, curves: str, expected: float) -> tuple[st
     told = export(scene, file, curves=curves, chord=CHORD)
     seconds, solid = perf_counter() - start, read_back(file)
     assert shapes.is_closed(solid)
-    off = abs(shapes.volume_of(solid) / expected - 1.0)
+    off = abs(shapes.shape_volume(solid) / expected - 1.0)
     proved = told.curves["profile"].deviation_mm if told.curves else told.about["wall_deviation_measured_mm"]
     found = off_profile(scene, solid) if told.curves else proved
-    faces, size = len(shapes.parts(solid, shapes.FACE)), file.stat().st_size // 1000
+    faces, size = len(shapes.subshapes(solid, shapes.FACE)), file.stat().st_size // 1000
     return f"{faces:4d} faces {size:4d} kB {off:.1e} {proved:.6f} {found:.6f} {seconds:5.2f}", off, found / proved
 
 
@@ -91,7 +91,7 @@ def stl_row(scene: Scene, file: Path, expected: float) -> tuple[str, float]:
     export(scene, file, chord=CHORD)
     seconds, triangles = perf_counter() - start, read_triangles(file)
     assert is_watertight(triangles)
-    off = abs(volume(triangles) / expected - 1.0)
+    off = abs(enclosed_volume(triangles) / expected - 1.0)
     return f"{len(triangles):6d} triangles {off:.1e} {seconds:5.2f}", off
 
 

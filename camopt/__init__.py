@@ -26,7 +26,7 @@ from importlib import import_module
 
 from lazy_loader import attach_stub
 
-from camopt.core.quantities.shown import HasHtml
+from camopt.core.quantities.display import HasHtml
 
 __getattr__, __dir__, __all__ = attach_stub(__name__, __file__)
 

@@ -25,7 +25,7 @@ from .show.drawing.construction.construct import construct as construct
 from .show.drawing.plot import plot as plot
 from .show.exporting.cam_points import cam_points as cam_points
 from .show.exporting.export import export as export
-from .show.exporting.exported import Export as Export
+from .show.exporting.workpiece import Export as Export
 from .show.reporting.report import report as report
 from .show.studies.harmonics import Harmonics as Harmonics
 from .show.studies.harmonics import harmonics as harmonics
@@ -44,7 +44,7 @@ from .solve.front.parts import sweep_part as sweep_part
 from .solve.front.result import Sweep as Sweep
 from .solve.front.sweep import sweep as sweep
 from .solve.measured.fit import fit as fit
-from .solve.measured.fitted import Fit as Fit
+from .solve.measured.fit_result import Fit as Fit
 from .solve.measured.inspection import Inspection as Inspection
 from .solve.measured.inspection import ToleranceUse as ToleranceUse
 from .solve.measured.inspection import inspect as inspect
@@ -57,14 +57,14 @@ from .solve.smallest.optimum import Optimum as Optimum
 from .solve.smallest.price import Price as Price
 from .solve.smallest.prices import prices as prices
 from .solve.synthesis.frontier import frontier as frontier
+from .solve.synthesis.frontier_result import Frontier as Frontier
+from .solve.synthesis.synthesis_result import Synthesis as Synthesis
 from .solve.synthesis.synthesise import synthesise as synthesise
-from .solve.synthesis.synthesised import Synthesis as Synthesis
-from .solve.synthesis.traded import Frontier as Frontier
-from .solve.tables.checking import FileCheck as FileCheck
-from .solve.tables.checking import FileChecks as FileChecks
-from .solve.tables.checking import check as check
 from .solve.tables.designs import Design as Design
 from .solve.tables.designs import scene_of as scene_of
+from .solve.tables.file_checks import FileCheck as FileCheck
+from .solve.tables.file_checks import FileChecks as FileChecks
+from .solve.tables.file_checks import check as check
 from .solve.tables.result import Columns as Columns
 from .solve.tables.result import Result as Result
 from .solve.tables.table import load as load
@@ -78,8 +78,8 @@ from .solve.tolerances.batch import Spread as Spread
 from .solve.tolerances.batch import sample_cams as sample_cams
 from .solve.tolerances.dwells_and_passages import WorstPassage as WorstPassage
 from .solve.tolerances.dwells_and_passages import WorstWobble as WorstWobble
-from .solve.tolerances.held import Play as Play
 from .solve.tolerances.margins import Margin as Margin
+from .solve.tolerances.plays_and_interference import Play as Play
 from .solve.tolerances.tolerance import DwellError as DwellError
 from .solve.tolerances.tolerance import MotionError as MotionError
 from .solve.tolerances.tolerance import MotionErrors as MotionErrors

@@ -4,7 +4,7 @@ import gc
 import os
 import sys
 
-from camopt.cli.interrupts import code, heard, interrupts
+from camopt.cli.interrupts import interrupt_code, is_interrupted, raise_interrupts
 
 OBJECTS_BETWEEN = 150_000
 """New objects between searches for garbage: imports make 100,000 that stay, and a search every 700 takes a tenth of
@@ -13,7 +13,7 @@ a command."""
 
 def main() -> int:
     """Run a command; the exit code. An interrupt is told as one from the first import on."""
-    with interrupts():
+    with raise_interrupts():
         try:
             gc.set_threshold(OBJECTS_BETWEEN)
             os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: threads wait for each other
@@ -21,10 +21,12 @@ def main() -> int:
 
             return run()
         except BaseException as end:
-            if not (isinstance(end, KeyboardInterrupt) or heard()):  # imports make other errors of interrupts
+            if not (
+                isinstance(end, KeyboardInterrupt) or is_interrupted()
+            ):  # imports make other errors of interrupts
                 raise
             print("camopt: interrupted", file=sys.stderr)
-            return code()
+            return interrupt_code()
 
 
 if __name__ == "__main__":

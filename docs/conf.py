@@ -16,7 +16,7 @@ sys.path.insert(0, str(DOCS / "ext"))
 
 from camopt import __version__  # noqa: E402
 from camopt.core.numerics.workspace import keep_freed_memory  # noqa: E402
-from camopt.show.drawing.style import RC  # noqa: E402
+from camopt.show.drawing.style import RC_SETTINGS  # noqa: E402
 
 keep_freed_memory()
 
@@ -91,7 +91,7 @@ sphinx_gallery_conf = {
 }
 
 plot_formats = [("png", 180)]
-plot_rcparams = RC
+plot_rcparams = RC_SETTINGS
 plot_apply_rcparams = True
 plot_html_show_formats = False
 plot_html_show_source_link = False

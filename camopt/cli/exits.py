@@ -26,46 +26,46 @@ from camopt.core.mistakes import (
     Unsolved,
     line_of,
 )
-from camopt.core.storage.files import Untidy
+from camopt.core.storage.files import TidyingWarning
 
-INTERNAL, READER_GONE = 70, 141  # the numbers of sysexits.h and of shells
-DEBUG = "CAMOPT_DEBUG"
-LIBRARIES = (".so", ".pyd", ".dylib")
+INTERNAL_ERROR, READER_GONE = 70, 141  # the numbers of sysexits.h and of shells
+DEBUG_VARIABLE = "CAMOPT_DEBUG"
+LIBRARY_SUFFIXES = (".so", ".pyd", ".dylib")
 
 
 def run_command(command: Callable[[], int]) -> int:
     """Run a command to its exit code. Whatever ends it is told in a line, never as a traceback."""
-    _open_streams()
+    _open_closed_streams()
     for library in ("matplotlib", "ezdxf"):  # they tell of folders that they would keep fonts in
         getLogger(library).setLevel(CRITICAL)
     try:
-        with catch_warnings(action="always", category=Untidy):
-            warnings.showwarning = _say_warning
+        with catch_warnings(action="always", category=TidyingWarning):
+            warnings.showwarning = _print_warning
             code = command()
         sys.stdout.flush()
         return code
     except BaseException as end:
-        code = _code_of(end)
+        code = _exit_code(end)
         for note in getattr(end, "__notes__", ()):
-            say(f"camopt: {note}")
+            print_message(f"camopt: {note}")
         return code
     finally:
-        _let_go()
+        _discard_unwritable_output()
 
 
-def say(text: str) -> None:
+def print_message(text: str) -> None:
     """Lines on standard error, in printable characters; none where nobody can read them."""
     with suppress(OSError):
         for line in text.splitlines():
             print(line_of(line), file=sys.stderr, flush=True)
 
 
-def _say_warning(message: Warning | str, *_: Any, **__: Any) -> None:
+def _print_warning(message: Warning | str, *_: Any, **__: Any) -> None:
     """A warning in a line, without the place in the code."""
-    say(f"camopt: {message}")
+    print_message(f"camopt: {message}")
 
 
-def _open_streams() -> None:
+def _open_closed_streams() -> None:
     """Closed standard streams get a place to go, so that no file of ours takes their number."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
@@ -75,7 +75,7 @@ def _open_streams() -> None:
             stream.reconfigure(errors="replace")  # a terminal without ∞ or ² shows ?, not a traceback
 
 
-def _let_go() -> None:
+def _discard_unwritable_output() -> None:
     """Streams that cannot be written end in nothing, so that Python's last flush finds no trouble."""
     for stream in (sys.stdout, sys.stderr):
         try:
@@ -85,7 +85,7 @@ def _let_go() -> None:
                 os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def _code_of(end: BaseException) -> int:  # noqa: C901
+def _exit_code(end: BaseException) -> int:  # noqa: C901
     """The exit code for what ended a command, which is told."""
     match end:
         case SystemExit():  # click and rich end with 1 when the reader of a pipe is gone, and with nothing else
@@ -93,52 +93,54 @@ def _code_of(end: BaseException) -> int:  # noqa: C901
         case BrokenPipeError():
             return READER_GONE
         case click.Abort() if end.__cause__:
-            return _code_of(end.__cause__)
+            return _exit_code(end.__cause__)
         case KeyboardInterrupt() | click.Abort() | Stopped():
-            return _told(str(end) or "interrupted", interrupts.code())
-        case _ if interrupts.heard():  # an import makes other errors of interrupts
-            return _told("interrupted", interrupts.code())
+            return _print_failure(str(end) or "interrupted", interrupts.interrupt_code())
+        case _ if interrupts.is_interrupted():  # an import makes other errors of interrupts
+            return _print_failure("interrupted", interrupts.interrupt_code())
         case click.ClickException():
             context = getattr(end, "ctx", None)
             command = context.command_path if context else "camopt"
-            return _told(f"{end.format_message()} (see {command} --help)", BAD_INPUT)
+            return _print_failure(f"{end.format_message()} (see {command} --help)", BAD_INPUT)
         case BadInput():
-            say(str(end))
+            print_message(str(end))
             return BAD_INPUT
         case Unmet():
-            return _told(str(end), NOTHING_FEASIBLE)
+            return _print_failure(str(end), NOTHING_FEASIBLE)
         case Unsolved():
-            return _told(str(end), NOT_REACHED)
+            return _print_failure(str(end), NOT_REACHED)
         case MemoryError():
-            return _told("out of memory", FILE_TROUBLE)
-        case ImportError() if (end.path or "").endswith(LIBRARIES):  # it is damaged, or memory has no room for it
-            return _told(_line_of(end), FILE_TROUBLE)
+            return _print_failure("out of memory", FILE_TROUBLE)
+        case ImportError() if (end.path or "").endswith(
+            LIBRARY_SUFFIXES
+        ):  # it is damaged, or memory has no room for it
+            return _print_failure(_message_line(end), FILE_TROUBLE)
         case ImportError() if isinstance(end.__cause__, ImportError):  # numpy tells a page about it
-            return _code_of(end.__cause__)
+            return _exit_code(end.__cause__)
         case OSError():
             where = f"{os.fsdecode(end.filename)}: " if isinstance(end.filename, (str, bytes)) else ""
-            return _told(f"{where}{end.strerror or _line_of(end)}", FILE_TROUBLE)
-    return _internal(end)
+            return _print_failure(f"{where}{end.strerror or _message_line(end)}", FILE_TROUBLE)
+    return _print_internal_error(end)
 
 
-def _line_of(end: BaseException) -> str:
+def _message_line(end: BaseException) -> str:
     """The message of an exception, or its first line."""
     return (str(end) or type(end).__name__).splitlines()[0]
 
 
-def _told(text: str, code: int) -> int:
-    say(f"camopt: {text}")
+def _print_failure(text: str, code: int) -> int:
+    print_message(f"camopt: {text}")
     return code
 
 
-def _internal(fault: BaseException) -> int:
+def _print_internal_error(fault: BaseException) -> int:
     """A fault of camopt itself: what it is and where, and how to see more."""
-    if os.environ.get(DEBUG):
+    if os.environ.get(DEBUG_VARIABLE):
         print_exception(fault)
     package = str(Path(__file__).parents[1])
     frames = extract_tb(fault.__traceback__)
     last = next((f for f in reversed(frames) if f.filename.startswith(package)), frames[-1])
     what = f"{type(fault).__name__}: {fault}".splitlines()[0]
     where = f"{Path(last.filename).name}, line {last.lineno}"
-    report = f"please report it with the command and its files; {DEBUG}=1 shows where it comes from"
-    return _told(f"internal error ({where}): {what}; {report}", INTERNAL)
+    report = f"please report it with the command and its files; {DEBUG_VARIABLE}=1 shows where it comes from"
+    return _print_failure(f"internal error ({where}): {what}; {report}", INTERNAL_ERROR)

@@ -17,22 +17,22 @@ GROUPS = {
     "Inside": {"effects": "costs", "accuracy": "costs", "warm": "costs", "schema": "lists"},
 }
 """Headings of the help, each with its commands and their modules in ``camopt.cli.commands``."""
-COMMANDS = {name: module for commands in GROUPS.values() for name, module in commands.items()}
+MODULE_BY_COMMAND = {name: module for commands in GROUPS.values() for name, module in commands.items()}
 """Names of the commands, each with its module."""
 
 
-class Imported(Mapping[str, click.Command]):
+class LazyCommands(Mapping[str, click.Command]):
     """The commands by name."""
 
     def __getitem__(self, name: str) -> click.Command:
-        command: click.Command = getattr(import_module(f"camopt.cli.commands.{COMMANDS[name]}"), name)
+        command: click.Command = getattr(import_module(f"camopt.cli.commands.{MODULE_BY_COMMAND[name]}"), name)
         return command
 
     def __iter__(self) -> Iterator[str]:
-        return iter(COMMANDS)
+        return iter(MODULE_BY_COMMAND)
 
     def __len__(self) -> int:
-        return len(COMMANDS)
+        return len(MODULE_BY_COMMAND)
 
 
 class Camopt(click.Group):
@@ -52,7 +52,7 @@ class Camopt(click.Group):
 
 @click.group(
     cls=Camopt,
-    commands=Imported(),
+    commands=LazyCommands(),
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )

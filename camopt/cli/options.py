@@ -19,17 +19,19 @@ from camopt.core.quantities.unit_systems import SYSTEMS, shown_in
 from camopt.core.storage.files import check_writable, checked_suffix, path_of
 
 DEFAULT_SCENE = "roller-1000rpm"
-PICTURES = (".png", ".svg", ".pdf")
-ANIMATIONS = (".gif", ".mp4", ".svg")
+PICTURE_SUFFIXES = (".png", ".svg", ".pdf")
+ANIMATION_SUFFIXES = (".gif", ".mp4", ".svg")
 
 
 def output_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Options common to all commands."""
     command = click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")(command)
-    return click.option("--quiet", is_flag=True, help="Print no progress bar and no messages.")(UNITS(command))
+    return click.option("--quiet", is_flag=True, help="Print no progress bar and no messages.")(
+        units_option(command)
+    )
 
 
-class Measure(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4 on
+class UnitNumber(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4 on
     """A number in a unit, or a text with a unit of that kind, such as 0.25 in."""
 
     name = "float"
@@ -41,12 +43,12 @@ class Measure(click.ParamType):  # type: ignore[type-arg]  # generic from click 
         with suppress(ValueError):
             return float(value)
         try:
-            return library.converted(str(value), self.unit)
+            return library.convert_text_to_unit(str(value), self.unit)
         except ValueError as trouble:
             self.fail(f"{value!r} must be {trouble}", param, ctx)
 
 
-UNITS = click.option(
+units_option = click.option(
     "--units",
     type=click.Choice(SYSTEMS),
     default=SYSTEMS[0],
@@ -63,7 +65,7 @@ BARE_POINT = re.compile(r"[+-]?(\.\d+|\d+\.)")
 """A number that TOML does not read."""
 
 
-class Setting(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4 on
+class KeyValue(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4 on
     """A key of the scene with a value as TOML has it; what is none is a text, and nothing clears the key."""
 
     name = "KEY=VALUE"
@@ -80,7 +82,7 @@ class Setting(click.ParamType):  # type: ignore[type-arg]  # generic from click 
             return key, text
 
 
-OVERRIDES = {
+OVERRIDE_KEYS = {
     "rpm": "cam.rpm",
     "max_pressure": "limits.pressure_angle",
     "max_pressure_return": "limits.pressure_angle_return",
@@ -90,7 +92,7 @@ OVERRIDES = {
 }
 
 
-def option_of(name: str) -> str:
+def option_spelling(name: str) -> str:
     """How a user writes an option."""
     return name if name.startswith("--") else f"--{name.replace('_', '-')}"
 
@@ -130,7 +132,7 @@ class Command(click.Command):
         try:
             return super().parse_args(ctx, args)
         except click.NoSuchOption as error:
-            former = {given.former for given in self.params if isinstance(given, Renamed)}
+            former = {given.former for given in self.params if isinstance(given, RenamedOption)}
             like = [name for name in error.possibilities or () if name not in former]
             raise click.NoSuchOption(error.option_name, possibilities=like, ctx=error.ctx) from None
 
@@ -138,35 +140,35 @@ class Command(click.Command):
         try:
             return super().invoke(ctx)
         except BadInput as error:
-            written = {name: shown_name(given) for given in self.params for name in _names(given)}
+            written = {name: parameter_name(given) for given in self.params for name in _library_names(given)}
             raise BadInput(
                 replace(m, key=written.get(m.key, m.key)) if m.file == "camopt" else m for m in error.mistakes
             ) from None
 
 
-def shown_name(given: click.Parameter) -> str:
+def parameter_name(given: click.Parameter) -> str:
     """What a command's help calls something that it takes."""
     return given.opts[0] if isinstance(given, click.Option) else given.human_readable_name.rstrip(".")
 
 
-def _names(given: click.Parameter) -> tuple[str | None, str]:
+def _library_names(given: click.Parameter) -> tuple[str | None, str]:
     """What the library may call it: SCENE and --scene are a scene, whatever the command's function calls it."""
-    return given.name, shown_name(given).lower().removeprefix("--").replace("-", "_")
+    return given.name, parameter_name(given).lower().removeprefix("--").replace("-", "_")
 
 
 def refuse_without(option: str, others: dict[str, Any]) -> None:
     """BadInput for each of some options that mean nothing without another."""
-    _refuse(f"belongs to {option}, which is not given", others)
+    _refuse_options(f"belongs to {option}, which is not given", others)
 
 
 def refuse_with(option: str, others: dict[str, Any]) -> None:
     """BadInput for each of some options that mean nothing with another."""
-    _refuse(f"does not go with {option}", others)
+    _refuse_options(f"does not go with {option}", others)
 
 
-def _refuse(why: str, others: dict[str, Any]) -> None:
+def _refuse_options(why: str, others: dict[str, Any]) -> None:
     """BadInput for each option that is given."""
-    given = {option_of(name): value for name, value in others.items() if value is not None}
+    given = {option_spelling(name): value for name, value in others.items() if value is not None}
     shown = {name: str(value) if isinstance(value, Path) else value for name, value in given.items()}
     shown |= {name: ", ".join(map(str, value)) for name, value in given.items() if isinstance(value, tuple)}
     if shown:
@@ -177,23 +179,23 @@ Changes = Mapping[str, tuple[str, Any]]
 """Changes by key, each from an option: the option and the value."""
 
 
-def changed(scene: Any, changes: Changes) -> Any:
+def with_changes(scene: Any, changes: Changes) -> Any:
     """The scene with changes by key, each from an option; a mistake in one names the option.
 
     What an option says of a number holds for a search that varies it, too.
     """
     searched = {f"search.{key}": change for key, change in changes.items() if key in scene.search.numbers}
-    with options_named(changes := {**changes, **searched}):
-        return scene.replace(**values_of(changes)) if changes else scene
+    with name_options_in_mistakes(changes := {**changes, **searched}):
+        return scene.replace(**values_by_key(changes)) if changes else scene
 
 
-def values_of(changes: Changes) -> dict[str, Any]:
+def values_by_key(changes: Changes) -> dict[str, Any]:
     """The values by key."""
     return {key: value for key, (_, value) in changes.items()}
 
 
 @contextmanager
-def options_named(changes: Changes) -> Iterator[None]:
+def name_options_in_mistakes(changes: Changes) -> Iterator[None]:
     """Let a mistake in one of some changes name the option that it is from."""
     try:
         yield
@@ -209,10 +211,12 @@ def options_named(changes: Changes) -> Iterator[None]:
         raise BadInput(found.values()) from None
 
 
-def given_overrides(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
+def take_overrides(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
     """Take the overriding options out of all options: changes by key, each from an option."""
-    given = {name: options.pop(name, None) for name in OVERRIDES}
-    changes = {OVERRIDES[name]: (option_of(name), value) for name, value in given.items() if value is not None}
+    given = {name: options.pop(name, None) for name in OVERRIDE_KEYS}
+    changes = {
+        OVERRIDE_KEYS[name]: (option_spelling(name), value) for name, value in given.items() if value is not None
+    }
     for key, value in options.pop("settings", ()):
         option = f"--set {key}"
         if key in changes:
@@ -220,11 +224,11 @@ def given_overrides(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
             raise BadInput([Mistake("camopt", option, value, why, bare=True)])
         changes[key] = option, value
     if given["max_pressure"] is not None:  # one limit on all strokes: the scene's own on returns is taken away
-        changes.setdefault(OVERRIDES["max_pressure_return"], (option_of("max_pressure"), None))
+        changes.setdefault(OVERRIDE_KEYS["max_pressure_return"], (option_spelling("max_pressure"), None))
     return changes
 
 
-class Renamed(click.Option):
+class RenamedOption(click.Option):
     """An option that had another name in a former release, which is read still and shown nowhere."""
 
     def __init__(self, names: Sequence[str], former: str, **about: Any) -> None:
@@ -241,7 +245,7 @@ class Renamed(click.Option):
 set_option = click.option(
     "--set",
     "settings",
-    type=Setting(),
+    type=KeyValue(),
     multiple=True,
     help="Any key of the scene, such as follower.offset=5, motion.1.angle=90; KEY= clears it. Repeatable.",
 )
@@ -252,14 +256,14 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
     for option in (
         click.option(
             "--relative-error",
-            cls=Renamed,
+            cls=RenamedOption,
             former="--tolerance",
             type=float,
             help="Largest relative error of each value.",
         ),
         click.option(
             "--min-curvature",
-            type=Measure("mm"),
+            type=UnitNumber("mm"),
             help="Least convex radius allowed on the profile, mm.",
         ),
         click.option("--max-pressure-return", type=float, help="Largest pressure angle allowed on returns, deg."),
@@ -271,14 +275,14 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def listed(context: click.Context, option: click.Parameter, text: str | None) -> Any:
+def split_names(context: click.Context, option: click.Parameter, text: str | None) -> Any:
     """The names of an option that takes several, separated by commas."""
     return text and [name.strip() for name in text.split(",")]
 
 
 outputs_option = click.option(
     "--outputs",
-    callback=listed,
+    callback=split_names,
     metavar="NAME,NAME|all",
     help="Quantities or effects to report beside sizes and limited ones, such as force,hertz, in place of the "
     "standard ones (`camopt effects` lists the effects); or all.",
@@ -311,7 +315,7 @@ def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(command)
     def with_scene(scene: str, row: int | None, **options: Any) -> Any:
-        return command(scene=cli.scene_at(scene, row, given_overrides(options)), **options)
+        return command(scene=cli.read_scene(scene, row, take_overrides(options)), **options)
 
     return override_options(row_option(with_scene))
 
@@ -333,7 +337,7 @@ class Axis(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4
         return dict(zip(("start", "stop", "step"), numbers, strict=False))
 
 
-class Share(click.ParamType):  # type: ignore[type-arg]
+class PartNumber(click.ParamType):  # type: ignore[type-arg]
     """PART/PARTS, such as 3/100."""
 
     name = "I/N"
@@ -345,7 +349,7 @@ class Share(click.ParamType):  # type: ignore[type-arg]
         return int(part), int(parts)
 
 
-class FreeNumber(click.ParamType):  # type: ignore[type-arg]
+class SearchAxis(click.ParamType):  # type: ignore[type-arg]
     """A key of [search] with its axis: KEY=START:STOP:STEP, and as an axis else."""
 
     name = "KEY=START:STOP:STEP"
@@ -357,7 +361,7 @@ class FreeNumber(click.ParamType):  # type: ignore[type-arg]
         return key, Axis().convert(axis, param, ctx)
 
 
-class OutputPlace(click.ParamType):  # type: ignore[type-arg]
+class OutputPath(click.ParamType):  # type: ignore[type-arg]
     """A path: of a folder or a file, or of a file that ends in one of some suffixes and can be written."""
 
     name = "path"
@@ -371,18 +375,18 @@ class OutputPlace(click.ParamType):  # type: ignore[type-arg]
         except ValueError as trouble:
             self.fail(f"{value!r} must be {trouble}", param, ctx)
         if self.suffixes:
-            checked_suffix(path, shown_name(param) if param else "path", self.suffixes)
+            checked_suffix(path, parameter_name(param) if param else "path", self.suffixes)
             check_writable(path)
         return path
 
 
-def check_file(own: str | None, out: Path, key: str = "--out") -> None:
+def refuse_scene_file(own: str | None, out: Path, key: str = "--out") -> None:
     """A scene is never written over the user's own, if that is a file."""
     if own is not None and Path(own).exists() and out.exists() and out.samefile(own):
         raise BadInput([Mistake("camopt", key, str(out), "another file: this one is the scene itself")])
 
 
-def check_folder(scene: Any, out: Path, names: str = "scene.toml") -> None:
+def refuse_scene_folder(scene: Any, out: Path, names: str = "scene.toml") -> None:
     """Scenes are written too (of such names); never over the user's own."""
     own = Path(scene.file)
     if own.exists() and any(file.samefile(own) for file in out.glob(names)):

@@ -10,17 +10,17 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.storage.manifest import readable_manifest
 from camopt.scene.scene import Scene, find_scene
 from camopt.solve.front.parts import PART_COMMAND, name_of_part
-from camopt.solve.front.plan import KEPT, TABLED, key_of, plan_of_key, sweep_plan
-from camopt.solve.front.store import interrupted_question
+from camopt.solve.front.plan import KEEP_CHOICES, TABLED_KEEPS, key_from_manifest, plan_of_key, sweep_plan
+from camopt.solve.front.store import interrupted_key
 from camopt.solve.front.sweep import SWEEP_COMMAND
 
-SAME_SWEEP = {"out", "resume", "part", "workers", "scheduler", "quiet", "as_json", "again"}
+UNCOMPARED_OPTIONS = {"out", "resume", "part", "workers", "scheduler", "quiet", "as_json", "again"}
 """Options that do not ask for another sweep."""
 
 
-def is_by_boxes(scene: Scene, keep: str) -> bool:
+def decides_boxes(scene: Scene, keep: str) -> bool:
     """Whether a sweep decides whole boxes of designs together."""
-    return keep not in TABLED and sweep_plan(scene, keep).by_boxes
+    return keep not in TABLED_KEEPS and sweep_plan(scene, keep).uses_boxes
 
 
 def unfinished_sweep(scene: Scene, keep: str, out: Path, part: tuple[int, int] | None) -> tuple[Scene, str]:
@@ -30,21 +30,23 @@ def unfinished_sweep(scene: Scene, keep: str, out: Path, part: tuple[int, int] |
     """
     folder, command = (out / name_of_part(*part), PART_COMMAND) if part else (out, SWEEP_COMMAND)
     result = readable_manifest(folder).results.get(command)
-    question = interrupted_question(folder, command) or (key_of(result.question) if result else None)
+    question = interrupted_key(folder, command) or (key_from_manifest(result.question) if result else None)
     context = click.get_current_context()
     sources = {name: context.get_parameter_source(name) for name in context.params}
-    asks = any(source is ParameterSource.COMMANDLINE for name, source in sources.items() if name not in SAME_SWEEP)
+    asks = any(
+        source is ParameterSource.COMMANDLINE for name, source in sources.items() if name not in UNCOMPARED_OPTIONS
+    )
     if question is None:
         if result and not asks:
             why = "needs a scene: nothing tells what the sweep in this folder was asked"
             raise BadInput([Mistake("camopt", "--resume", str(folder), why, bare=True)])
         return scene, keep
     if asks:
-        asked = sweep_plan(scene, keep).question(*(part or (1, 1)))
-        other = asked.asks_other_than(question)
+        asked = sweep_plan(scene, keep).sweep_key(*(part or (1, 1)))
+        other = asked.differences_but_block(question)
         if sources.get("scene") is not ParameterSource.COMMANDLINE:  # options alone: those that differ
-            plain = sweep_plan(find_scene(DEFAULT_SCENE), KEPT[0]).question(*(part or (1, 1)))
-            other = [key for key in other if key in asked.other_than(plain)]
+            plain = sweep_plan(find_scene(DEFAULT_SCENE), KEEP_CHOICES[0]).sweep_key(*(part or (1, 1)))
+            other = [key for key in other if key in asked.differences_from(plain)]
         if other:
             why = f"goes on with the sweep in {folder}, which differs in {', '.join(other)}"
             raise BadInput([Mistake("camopt", "--resume", None, why, bare=True)])

@@ -8,9 +8,9 @@ from typing import Any
 
 LONGEST_SHOWN, LONGEST_NAME, LONGEST_LINE = 100, 200, 1000  # characters of a value, of a file or key, of a message
 NOTHING_FEASIBLE, BAD_INPUT, FILE_TROUBLE, NOT_REACHED = 1, 2, 3, 4  # exit codes of commands
-MOST_TOLD = 20  # mistakes
+MOST_SHOWN = 20  # mistakes
 ALIKE_SHARE, LIKE_SHARE = 0.75, 0.5  # share in common: of a word and its misspelling; of words that are like
-MOST_LISTED, MOST_MEANT = 40, 3  # known names; those that may have been meant
+MOST_LISTED, MOST_SUGGESTED = 40, 3  # known names; those that may have been meant
 
 
 @dataclass(frozen=True)
@@ -24,8 +24,8 @@ class Mistake:
     bare: bool = False
 
     def __str__(self) -> str:
-        shown = "" if self.value is None else f" = {shortened(_written(self.value))}"
-        place = f"{shortened(self.file, LONGEST_NAME)}: {shortened(self.key, LONGEST_NAME)}"
+        shown = "" if self.value is None else f" = {shorten(_python_text(self.value))}"
+        place = f"{shorten(self.file, LONGEST_NAME)}: {shorten(self.key, LONGEST_NAME)}"
         return line_of(f"{place}{shown}: {'' if self.bare else 'must be '}{self.allowed}")
 
 
@@ -34,7 +34,7 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
-def shortened(text: str, most: int = LONGEST_SHOWN) -> str:
+def shorten(text: str, most: int = LONGEST_SHOWN) -> str:
     """A text of at most ``most`` characters: a longer one loses its middle."""
     if len(text) <= most:
         return text
@@ -44,19 +44,19 @@ def shortened(text: str, most: int = LONGEST_SHOWN) -> str:
 
 def line_of(text: str) -> str:
     """A message as a line for a terminal, shortened if what it quotes is long."""
-    return shortened(printable(shortened(text, LONGEST_LINE)), LONGEST_LINE)
+    return shorten(printable(shorten(text, LONGEST_LINE)), LONGEST_LINE)
 
 
-def listed_words(words: Sequence[Any], most: int = MOST_LISTED) -> str:
+def join_words(words: Sequence[Any], most: int = MOST_LISTED) -> str:
     """Words after each other, and how many more there are."""
     more = f" and {len(words) - most:,} more" if len(words) > most else ""
-    return ", ".join(shortened(str(word)) for word in words[:most]) + more
+    return ", ".join(shorten(str(word)) for word in words[:most]) + more
 
 
-def _written(value: Any) -> str:
+def _python_text(value: Any) -> str:
     """A value as Python writes it; of a long one only the ends."""
     if isinstance(value, str) and len(value) > 2 * LONGEST_SHOWN:
-        value = shortened(value, 2 * LONGEST_SHOWN)
+        value = shorten(value, 2 * LONGEST_SHOWN)
     return repr(value)
 
 
@@ -95,8 +95,8 @@ class BadInput(CamoptError, ValueError):
         super().__init__(self.mistakes)  # what pickle makes it from again, in another process
 
     def __str__(self) -> str:
-        more = len(self.mistakes) - MOST_TOLD
-        lines = [str(mistake) for mistake in self.mistakes[:MOST_TOLD]]
+        more = len(self.mistakes) - MOST_SHOWN
+        lines = [str(mistake) for mistake in self.mistakes[:MOST_SHOWN]]
         return "\n".join([*lines, *([f"and {more:,} more mistakes"] if more > 0 else [])])
 
 
@@ -154,32 +154,32 @@ class Stopped(CamoptError):
     """
 
 
-def much_alike(word: str, known: Iterable[str]) -> str:
+def similar_name(word: str, known: Iterable[str]) -> str:
     """The known name that is much like a word; empty if there is none."""
-    return next(iter(get_close_matches(shortened(word), [*known], n=1, cutoff=ALIKE_SHARE)), "")
+    return next(iter(get_close_matches(shorten(word), [*known], n=1, cutoff=ALIKE_SHARE)), "")
 
 
-def nearest(word: str, known: Iterable[str]) -> str:
+def suggest_names(word: str, known: Iterable[str]) -> str:
     """The known names as the end of a message: all of a few, and those that a word may mean."""
-    return _nearest(shortened(word), tuple(known))
+    return _cached_suggestion(shorten(word), tuple(known))
 
 
 @lru_cache(100)
-def _nearest(word: str, known: tuple[str, ...]) -> str:
+def _cached_suggestion(word: str, known: tuple[str, ...]) -> str:
     """The same, cached: one wrong word may occur a thousand times."""
     close = (
         get_close_matches(word, known, n=1, cutoff=ALIKE_SHARE)
-        or _with_such_a_part(word, known)
+        or _names_with_part(word, known)
         or get_close_matches(word, known, n=1, cutoff=LIKE_SHARE)
     )
-    meant = f"did you mean {' or '.join(map(shortened, close))}? " if close else ""
+    meant = f"did you mean {' or '.join(map(shorten, close))}? " if close else ""
     if len(known) <= MOST_LISTED:
-        return f"{meant}known: {listed_words(known)}"
+        return f"{meant}known: {join_words(known)}"
     return f"{meant}{len(known)} names are known"
 
 
-def _with_such_a_part(word: str, known: Sequence[str]) -> list[str]:
+def _names_with_part(word: str, known: Sequence[str]) -> list[str]:
     """The first names with a part, between underscores, that is much like a word: pressure_… for presure."""
     parts = dict.fromkeys(part for name in known for part in name.split("_"))
     close = get_close_matches(word, parts, n=1, cutoff=ALIKE_SHARE)
-    return [name for name in known if close and close[0] in name.split("_")][:MOST_MEANT]
+    return [name for name in known if close and close[0] in name.split("_")][:MOST_SUGGESTED]

@@ -15,8 +15,8 @@ SceneSource = Scene | str | os.PathLike[str]
 """A scene, the name of a shipped one, or the path of a TOML file."""
 LOG = getLogger("camopt")
 
-Parameters = ParamSpec("Parameters")
-Result = TypeVar("Result")
+OptionParameters = ParamSpec("OptionParameters")
+FunctionResult = TypeVar("FunctionResult")
 
 
 def scene_from(what: SceneSource) -> Scene:
@@ -37,7 +37,9 @@ def check_count(name: str, value: Any, least: int = 1) -> None:
         raise BadInput([Mistake("camopt", name, value, f"a whole number of at least {least}")])
 
 
-def options_by_keyword(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
+def options_by_keyword(
+    function: Callable[OptionParameters, FunctionResult],
+) -> Callable[OptionParameters, FunctionResult]:
     """Let a function still read its keyword-only options by position, for one version, with a warning.
 
     Sentences that it would tell go to the logger "camopt" if there is no ``tell``.
@@ -47,7 +49,7 @@ def options_by_keyword(function: Callable[Parameters, Result]) -> Callable[Param
     names = [each.name for each in parameters if each.kind is Parameter.KEYWORD_ONLY]
 
     @wraps(function)
-    def call(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Result:
+    def call(*args: OptionParameters.args, **kwargs: OptionParameters.kwargs) -> FunctionResult:
         options: dict[str, Any] = dict(kwargs)
         extra = dict(zip(names, args[most:], strict=False))
         if extra and len(args) <= most + len(names) and not extra.keys() & options.keys():

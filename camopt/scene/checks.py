@@ -1,7 +1,7 @@
 """Checks across the tables of a scene: its mechanism's needs, and whether motion and sizes fit together.
 
-They work on a typed scene without its wrong values (``scene.sound``); where inputs are missing they say nothing.
-Each fault is (key, value, what is wrong).
+They work on a typed scene without its wrong values (``scene.faultless_tables``); where inputs are missing they say
+nothing. Each fault is (key, value, what is wrong).
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -13,18 +13,25 @@ from camopt.core.quantities.scene_numbers import NUMBERS, SPRING_AT
 from camopt.model.mechanisms import DRIVEN, SECOND_FIELDS, Mechanism, mechanisms_for
 from camopt.model.mechanisms.elements import BODIES, FLAT, MOTIONS, PRELOAD, Tip
 from camopt.scene.choices import StepRange
-from camopt.scene.law_forms import AS_GIVEN, NEAR_END, Fault
+from camopt.scene.law_forms import NEAR_END, VALUE_IN_SCENE, Fault
 from camopt.scene.load import check_load
 from camopt.scene.own_laws import check_laws, law_names, law_tables
 from camopt.scene.own_quantities import check_own_quantities
 from camopt.scene.part import check_part, run_of_groove
 from camopt.scene.profile import check_profile, highest_on_profile
-from camopt.scene.sizes import FOLLOWER_SIZES, SEARCHED, SIGNED_SIZES, known, mechanism_named, sizes_of
-from camopt.scene.spring import OF_SPRING
+from camopt.scene.sizes import (
+    FOLLOWER_SIZES,
+    SEARCH_SIZES,
+    SIGNED_SIZES,
+    known_number,
+    known_sizes,
+    mechanism_named,
+)
+from camopt.scene.spring import SPRING_NUMBERS
 from camopt.scene.tables import Drive
 from camopt.scene.tolerances import check_tolerances
-from camopt.scene.train import Lifts, check_train, lifts_through
-from camopt.scene.turn import LEAST_MOVE, POSITIONED, check_law, check_turn, highest_of
+from camopt.scene.train import Lifts, check_train, lifts_through_train
+from camopt.scene.turn import LEAST_MOVE, POSITIONED_KINDS, check_law, check_turn, highest_displacement
 
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
@@ -43,63 +50,63 @@ def faults_of(scene: "Scene", data: Mapping[str, Any]) -> Iterator[Fault]:
     profiled = data.get("profile") is not None
     if profiled:
         yield from check_profile(scene)
-        yield from _searched_motion(scene)
+        yield from _check_searched_motion(scene)
     else:
         if data.get("motion") is None:
             yield "motion", None, "missing; a scene has [[motion]], or the [[profile]] of its cam"
         yield from check_turn(scene)
-        yield from _searched_angles(scene)
+        yield from _check_searched_angles(scene)
     yield from check_train(scene)
-    yield from _searched_laws(scene, law_names(law_tables(scene)))
-    yield from _synthesis(scene, law_names(law_tables(scene)))
+    yield from _check_searched_laws(scene, law_names(law_tables(scene)))
+    yield from _check_synthesis(scene, law_names(law_tables(scene)))
     follower = scene.follower
     if found := mechanism_named(scene.cam.form, follower.motion, follower.contact, scene.drive.kind):
         mechanism, tip = found
-        asked, lift = _lifts(scene)
-        yield from _dynamics(scene, lift, mechanism, tip)
-        yield from _lash(scene, asked)
-        wrong = list(_drive(scene, mechanism, tip))
+        asked, lift = _lifts_of_scene(scene)
+        yield from _check_dynamics(scene, lift, mechanism, tip)
+        yield from _check_lash(scene, asked)
+        wrong = list(_check_drive(scene, mechanism, tip))
         yield from wrong
         if any(key == "drive.kind" for key, *_ in wrong):
             return  # the mechanism of another drive has other keys
-        yield from _keys(scene, mechanism, tip)
+        yield from _check_sizes(scene, mechanism, tip)
         if lift is not None or not profiled:  # that a follower cannot be on its profile is told already
-            yield from _fit(scene, lift, mechanism, tip)
+            yield from _check_assembly(scene, lift, mechanism, tip)
         yield from check_part(scene, mechanism, lift, _trace_radius(scene, tip))
-        yield from check_tolerances(scene, mechanism, tip, _named(mechanism, tip))
-        yield from _search(scene, mechanism, tip)
-        yield from _limits(scene, mechanism, tip)
+        yield from check_tolerances(scene, mechanism, tip, _mechanism_words(mechanism, tip))
+        yield from _check_search(scene, mechanism, tip)
+        yield from _check_limits(scene, mechanism, tip)
 
 
-def _lifts(scene: "Scene") -> Lifts:
+def _lifts_of_scene(scene: "Scene") -> Lifts:
     """The largest lift of the motion that is asked, and that of the follower."""
     # of moves it is that of their polynomials, of a profile that of its follower, which are made for it
-    given = highest_on_profile(scene) if scene.profile else highest_of(scene)
-    return lifts_through(scene, given) if scene.train else Lifts(given, given)
+    given = highest_on_profile(scene) if scene.profile else highest_displacement(scene)
+    return lifts_through_train(scene, given) if scene.train else Lifts(given, given)
 
 
 def groove_run(scene: "Scene") -> float | None:
     """The length over which the groove of a cylindrical cam runs along its axis, mm; None if not known."""
     if not scene.mechanism.body.developed:
         return None
-    return run_of_groove(scene, scene.mechanism, _lifts(scene).follower, _trace_radius(scene, scene.tip))
+    return run_of_groove(scene, scene.mechanism, _lifts_of_scene(scene).follower, _trace_radius(scene, scene.tip))
 
 
-def _searched_motion(scene: "Scene") -> Iterator[Fault]:
+def _check_searched_motion(scene: "Scene") -> Iterator[Fault]:
     """With a profile, no size that the motion follows from may be searched."""
-    for key in (*SEARCHED, *LAW_KEYS, *(f"angle_{kind}" for kind in KINDS)):
+    for key in (*SEARCH_SIZES, *LAW_KEYS, *(f"angle_{kind}" for kind in KINDS)):
         if getattr(scene.search, key) not in (None, ()):
             why = "the motion would change: it follows from the profile and the sizes of the follower"
             yield f"search.{key}", None, why
 
 
-def _searched_laws(scene: "Scene", laws: tuple[str, ...]) -> Iterator[Fault]:
+def _check_searched_laws(scene: "Scene", laws: tuple[str, ...]) -> Iterator[Fault]:
     for key in LAW_KEYS:
         for place, law in enumerate(getattr(scene.search, key), start=1):
             yield from check_law(law, f"search.{key}.{place}", laws)
 
 
-def _searched_angles(scene: "Scene") -> Iterator[Fault]:
+def _check_searched_angles(scene: "Scene") -> Iterator[Fault]:
     """Each freed angle has its segment, and the ranges can hold the degrees that the angles share."""
     ranges, freed, reached = {}, [], True
     for kind in KINDS:
@@ -108,19 +115,19 @@ def _searched_angles(scene: "Scene") -> Iterator[Fault]:
             continue
         if (
             not isinstance(given, StepRange)
-            or None in map(known, (given.start, given.stop))
+            or None in map(known_number, (given.start, given.stop))
             or given.stop < given.start
         ):
             return
         least = 0.0 if kind == "dwell" else LEAST_MOVE["angle"]
         if given.start < least:
-            yield f"{key}.start", AS_GIVEN, f"must be at least {least:g}"
+            yield f"{key}.start", VALUE_IN_SCENE, f"must be at least {least:g}"
             reached = False
         if given.stop > 360.0:
-            yield f"{key}.stop", AS_GIVEN, "must be at most 360"
+            yield f"{key}.stop", VALUE_IN_SCENE, "must be at most 360"
             reached = False
         here = [segment.angle for segment in scene.motion if segment.segment == kind]
-        if any(segment.segment in POSITIONED for segment in scene.motion):
+        if any(segment.segment in POSITIONED_KINDS for segment in scene.motion):
             yield key, None, "the angles of a motion with moves or constant velocities stay as they are"
             return
         if not here:
@@ -139,7 +146,7 @@ def _searched_angles(scene: "Scene") -> Iterator[Fault]:
         yield first, None, shared
 
 
-def _synthesis(scene: "Scene", laws: tuple[str, ...]) -> Iterator[Fault]:
+def _check_synthesis(scene: "Scene", laws: tuple[str, ...]) -> Iterator[Fault]:
     given = scene.synthesis
     for key in ("peak_velocity", "peak_acceleration", "peak_jerk"):
         yield from check_law(getattr(given, key), f"synthesis.{key}", laws)
@@ -147,36 +154,36 @@ def _synthesis(scene: "Scene", laws: tuple[str, ...]) -> Iterator[Fault]:
         yield "synthesis.continuity", float(given.continuity), f"must be below the degree ({given.degree:g})"
 
 
-def _named(mechanism: Mechanism, tip: Tip) -> str:
+def _mechanism_words(mechanism: Mechanism, tip: Tip) -> str:
     return f"{mechanism.body.words} with {mechanism.motion.words} {tip.name} follower"
 
 
-def _one_of(names: Iterable[str]) -> str:
+def _alternatives_text(names: Iterable[str]) -> str:
     """Words to choose from."""
     *others, last = map(repr, names)
     return f"{', '.join(others)} or {last}" if others else last
 
 
-def _drive(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
+def _check_drive(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     """A drive is one that there is on such a cam, and has no keys of other drives."""
     kind, own = scene.drive.kind, mechanism.drive
     if kind is not None and kind != own.name and tip in mechanism.tips:
         known = mechanisms_for(mechanism.body.form, mechanism.motion.name, tip.name)
-        drives = _one_of(each.drive.name for each in known)
-        yield "drive.kind", kind, f"must be {drives} on a {_named(mechanism, tip)}"
+        drives = _alternatives_text(each.drive.name for each in known)
+        yield "drive.kind", kind, f"must be {drives} on a {_mechanism_words(mechanism, tip)}"
         return
     for key in (name for name in Drive.model_fields if name not in ("kind", *own.keys)):
-        for place in _both(scene, f"drive.{key}"):
-            yield place, AS_GIVEN, _has_none(key, mechanism)
-    yield from _play(scene, mechanism)
-    if mechanism.further:
-        yield from _of_two_contacts(scene, mechanism)
+        for place in _values_by_place(scene, f"drive.{key}"):
+            yield place, VALUE_IN_SCENE, _absent_key_text(key, mechanism)
+    yield from _check_play(scene, mechanism)
+    if mechanism.further_contacts:
+        yield from _check_two_contacts(scene, mechanism)
 
 
-def _play(scene: "Scene", mechanism: Mechanism) -> Iterator[Fault]:
+def _check_play(scene: "Scene", mechanism: Mechanism) -> Iterator[Fault]:
     """A clearance, or an interference, is a small part of the roller, or of the disc that flat faces are on."""
-    roller, base = known(scene.follower.roller_radius), known(scene.cam.base_radius)
-    arm = known(scene.follower.arm_length)
+    roller, base = known_number(scene.follower.roller_radius), known_number(scene.cam.base_radius)
+    arm = known_number(scene.follower.arm_length)
     size, words = (roller, "roller's radius") if roller else (base, "base radius")
     for key in ("clearance", PRELOAD[0]):
         swung = mechanism.motion.angular and key == PRELOAD[0]
@@ -184,12 +191,12 @@ def _play(scene: "Scene", mechanism: Mechanism) -> Iterator[Fault]:
             continue
         most = degrees(LARGEST_PLAY * size / arm) if swung and arm else LARGEST_PLAY * size
         least = f"must be at most a tenth of the {words}{' at the end of the arm' if swung else ''}"
-        for place, choice in _both(scene, f"drive.{key}").items():
-            if any(each > most for each in _values(choice, "stop")):
-                yield place, AS_GIVEN, f"{least} ({most:.4g}{' deg' if swung else ''})"
+        for place, choice in _values_by_place(scene, f"drive.{key}").items():
+            if any(each > most for each in _known_choice_values(choice, "stop")):
+                yield place, VALUE_IN_SCENE, f"{least} ({most:.4g}{' deg' if swung else ''})"
 
 
-def _has_none(key: str, mechanism: Mechanism) -> str:
+def _absent_key_text(key: str, mechanism: Mechanism) -> str:
     """That there is no such key of a drive; one that it has with another follower, it has not with this one."""
     drive, follower = mechanism.drive, f"{mechanism.drive.words} with {mechanism.motion.words} follower"
     if mechanism.second_keys and f"drive.{key}" in SECOND_FIELDS:
@@ -198,100 +205,108 @@ def _has_none(key: str, mechanism: Mechanism) -> str:
     return f"{follower if with_it else drive.words} has none"
 
 
-def _of_two_contacts(scene: "Scene", mechanism: Mechanism) -> Iterator[Fault]:
+def _check_two_contacts(scene: "Scene", mechanism: Mechanism) -> Iterator[Fault]:
     """What there is not of a follower with two contacts."""
     words = mechanism.drive.words
     if scene.profile:
         yield "profile", None, f"{words} is given by the [[motion]] of its follower"
     for name in (each for each in GUIDE_KEYS if each in mechanism.motion.dynamics):
-        for place in _both(scene, f"follower.dynamics.{name}"):
+        for place in _values_by_place(scene, f"follower.dynamics.{name}"):
             why = f"the guide of {words} is not computed: which of both contacts it takes up is not known"
-            yield place, AS_GIVEN, why
+            yield place, VALUE_IN_SCENE, why
     for key, other in (PRELOAD, PRELOAD[::-1]):
-        for place in _both(scene, f"drive.{key}"):
-            if not _both(scene, f"drive.{other}"):
+        for place in _values_by_place(scene, f"drive.{key}"):
+            if not _values_by_place(scene, f"drive.{other}"):
                 why = f"goes with drive.{other}, which is missing: together they are a preload"
-                yield place, AS_GIVEN, why
-    for place in _both(scene, "drive.clearance") if "clearance" in mechanism.drive.keys else ():
-        if any(_both(scene, f"drive.{PRELOAD[0]}").values()):
+                yield place, VALUE_IN_SCENE, why
+    for place in _values_by_place(scene, "drive.clearance") if "clearance" in mechanism.drive.keys else ():
+        if any(_values_by_place(scene, f"drive.{PRELOAD[0]}").values()):
             why = "there is none between contacts with an interference: leave one of both out"
-            yield place, AS_GIVEN, why
+            yield place, VALUE_IN_SCENE, why
     if mechanism.drive.one_disc and scene.follower.offset not in (None, 0.0):
-        yield "follower.offset", AS_GIVEN, f"must be 0 with {words}"
+        yield "follower.offset", VALUE_IN_SCENE, f"must be 0 with {words}"
 
 
-def _keys(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
+def _check_sizes(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     """A mechanism has all its sizes, and no sizes of other mechanisms."""
-    what, body, own = _named(mechanism, tip), mechanism.body, mechanism.follower_keys(tip)
+    what, body, own = _mechanism_words(mechanism, tip), mechanism.body, mechanism.follower_keys(tip)
     if tip not in mechanism.tips:
-        tips = _one_of(each.name for each in mechanism.tips)
+        tips = _alternatives_text(each.name for each in mechanism.tips)
         yield "follower.contact", tip.name, f"must be {tips} on a {body.words}"
         return
     others = [key for other in BODIES.values() for key in other.cam if key not in body.cam]
     absent = [f"cam.{key}" for key in others] + [f"follower.{name}" for name in FOLLOWER_SIZES if name not in own]
     given = scene.numbers(absent)
-    given |= {f"search.cam.{k}": scene.search.by_key.get(f"cam.{k}") for k in others if k not in SEARCHED}
+    given |= {
+        f"search.cam.{k}": scene.search.choices_by_key.get(f"cam.{k}") for k in others if k not in SEARCH_SIZES
+    }
     for key in (key for key, value in given.items() if value not in (None, 0.0)):
         instead = f": its size is cam.{body.size}" if key in (f"cam.{b.size}" for b in BODIES.values()) else ""
-        yield key, AS_GIVEN, f"a {what} has none{instead}"
+        yield key, VALUE_IN_SCENE, f"a {what} has none{instead}"
     for name in own:
         if getattr(scene.follower, name) is None and getattr(scene.search, name) is None:
             yield f"follower.{name}", None, f"missing; a {what} needs it"
 
 
-def _dynamics(scene: "Scene", lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
+def _check_dynamics(scene: "Scene", lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     """A follower that swings has an inertia and no guide; the guide never reaches the trace point."""
     motion, table = mechanism.motion, "follower.dynamics"
     for name in (key for other in MOTIONS.values() if other != motion for key in other.dynamics):
-        for place in _both(scene, f"{table}.{name}"):
-            yield place, AS_GIVEN, f"a {_named(mechanism, tip)} has none; it has {', '.join(motion.dynamics)}"
-    lever = _both(scene, SPRING_AT) if motion.angular else {}
-    if lever and not any(_both(scene, key) for key in OF_SPRING):
-        yield next(iter(lever)), AS_GIVEN, "goes with spring_rate in N/mm or preload in N, which are missing"
-    for place, choice in (_both(scene, f"{table}.overhang") if "overhang" in motion.dynamics else {}).items():
-        if lift is not None and any(each < lift for each in _values(choice)):
-            yield place, AS_GIVEN, f"must be at least the lift ({lift:g}): the rise shortens it by that much"
-    loads = _both(scene, f"{table}.load")
+        for place in _values_by_place(scene, f"{table}.{name}"):
+            yield (
+                place,
+                VALUE_IN_SCENE,
+                f"a {_mechanism_words(mechanism, tip)} has none; it has {', '.join(motion.dynamics)}",
+            )
+    lever = _values_by_place(scene, SPRING_AT) if motion.angular else {}
+    if lever and not any(_values_by_place(scene, key) for key in SPRING_NUMBERS):
+        yield next(iter(lever)), VALUE_IN_SCENE, "goes with spring_rate in N/mm or preload in N, which are missing"
+    for place, choice in (
+        _values_by_place(scene, f"{table}.overhang") if "overhang" in motion.dynamics else {}
+    ).items():
+        if lift is not None and any(each < lift for each in _known_choice_values(choice)):
+            yield place, VALUE_IN_SCENE, f"must be at least the lift ({lift:g}): the rise shortens it by that much"
+    loads = _values_by_place(scene, f"{table}.load")
     if isinstance(loads.get(f"{table}.load"), tuple) and f"search.{table}.load" in loads:
         why = f"the load of this scene changes over the turn ({table}.load), and no number replaces it"
-        yield f"search.{table}.load", AS_GIVEN, why
+        yield f"search.{table}.load", VALUE_IN_SCENE, why
 
 
-def _lash(scene: "Scene", lift: float | None) -> Iterator[Fault]:
+def _check_lash(scene: "Scene", lift: float | None) -> Iterator[Fault]:
     """A lash is taken up before the highest position, and its variation is smaller than the lash."""
     key = "follower.dynamics.lash"
-    for place, choice in _both(scene, key).items():
-        if lift is not None and any(each >= lift for each in _values(choice)):
-            yield place, AS_GIVEN, f"must be below the lift ({lift:g}): what it drives would never move"
-    lash, varies = map(known, scene.numbers((key, f"{key}_variation")).values())
+    for place, choice in _values_by_place(scene, key).items():
+        if lift is not None and any(each >= lift for each in _known_choice_values(choice)):
+            yield place, VALUE_IN_SCENE, f"must be below the lift ({lift:g}): what it drives would never move"
+    lash, varies = map(known_number, scene.numbers((key, f"{key}_variation")).values())
     if lash is not None and varies is not None and varies > lash:
         yield f"{key}_variation", varies, f"must be at most the lash ({lash:g})"
 
 
-def _both(scene: "Scene", key: str) -> dict[str, Any]:
+def _values_by_place(scene: "Scene", key: str) -> dict[str, Any]:
     """What a scene gives for a number by its place: in its table, and in ``[search]``."""
-    both = {key: scene.numbers((key,))[key], f"search.{key}": scene.search.by_key.get(key)}
+    both = {key: scene.numbers((key,))[key], f"search.{key}": scene.search.choices_by_key.get(key)}
     return {place: value for place, value in both.items() if value is not None}
 
 
-def _fit(scene: "Scene", lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
+def _check_assembly(scene: "Scene", lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     """Whether the design can be put together, at its lowest and its highest position."""
-    base, shaft = known(scene.cam.base_radius), known(scene.cam.shaft_diameter)
+    base, shaft = known_number(scene.cam.base_radius), known_number(scene.cam.shaft_diameter)
     if base and shaft and shaft / 2 > base:
         yield "cam.shaft_diameter", shaft, f"must be at most twice the base radius ({2 * base:g})"
-    sizes = sizes_of(mechanism, tip, scene.follower, scene.cam) | ({} if lift is None else {"lift": lift})
+    sizes = known_sizes(mechanism, tip, scene.follower, scene.cam) | ({} if lift is None else {"lift": lift})
     with suppress(KeyError):  # what is missing is told on its own, or left to a search
         if misfit := mechanism.misfit(sizes):
             yield misfit
             return
-    yield from _fit_of_second(scene, mechanism, sizes, shaft)
+    yield from _check_second_assembly(scene, mechanism, sizes, shaft)
 
 
-def _fit_of_second(
+def _check_second_assembly(
     scene: "Scene", mechanism: Mechanism, sizes: Mapping[str, float], shaft: float | None
 ) -> Iterator[Fault]:
     """Likewise of a second contact with sizes of its own."""
-    given = {key: known(value) for key, value in scene.numbers(mechanism.second_keys).items()}
+    given = {key: known_number(value) for key, value in scene.numbers(mechanism.second_keys).items()}
     own = {key: size for key, size in given.items() if size is not None}
     base = own.get("drive.base_radius")
     if base and shaft and shaft / 2 > base:
@@ -309,44 +324,52 @@ def _fit_of_second(
 
 def _trace_radius(scene: "Scene", tip: Tip) -> float | None:
     """Distance of the trace point from the profile: the radius of a roller or spherical face; None if not known."""
-    return known(getattr(scene.follower, tip.radius)) if tip.radius else 0.0
+    return known_number(getattr(scene.follower, tip.radius)) if tip.radius else 0.0
 
 
-def _search(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
+def _check_search(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     search, own = scene.search, (*mechanism.follower_keys(tip), mechanism.body.size)
-    for key in (each for each in SEARCHED if getattr(search, each) is not None):
+    for key in (each for each in SEARCH_SIZES if getattr(search, each) is not None):
         if key not in own:
-            yield f"search.{key}", AS_GIVEN, f"a {_named(mechanism, tip)} has none; known: {', '.join(own)}"
-        elif key not in SIGNED_SIZES and any(each <= 0 for each in _values(getattr(search, key))):
-            yield f"search.{key}", AS_GIVEN, "must be above 0"
+            yield (
+                f"search.{key}",
+                VALUE_IN_SCENE,
+                f"a {_mechanism_words(mechanism, tip)} has none; known: {', '.join(own)}",
+            )
+        elif key not in SIGNED_SIZES and any(each <= 0 for each in _known_choice_values(getattr(search, key))):
+            yield f"search.{key}", VALUE_IN_SCENE, "must be above 0"
     for name in search.minimise:
         if name in search.maximise:
             yield "search.maximise", name, "is minimised too: an objective can be only one of the two"
     if search.law and (search.law_rise or search.law_return):
-        yield "search.law", AS_GIVEN, "name either law, or law_rise and law_return"
+        yield "search.law", VALUE_IN_SCENE, "name either law, or law_rise and law_return"
     for key in ("sampler", "seed"):
         if key in search.model_fields_set and search.samples is None:
-            yield f"search.{key}", AS_GIVEN, "belongs to search.samples, which is not given"
+            yield f"search.{key}", VALUE_IN_SCENE, "belongs to search.samples, which is not given"
 
 
-def _values(choice: Any, end: str = "start") -> list[float]:
+def _known_choice_values(choice: Any, end: str = "start") -> list[float]:
     """The known values of a choice: of a range one of its ends."""
     values = [getattr(choice, end)] if isinstance(choice, StepRange) else choice
-    return [each for each in (values if isinstance(values, (tuple, list)) else [values]) if known(each) is not None]
+    return [
+        each
+        for each in (values if isinstance(values, (tuple, list)) else [values])
+        if known_number(each) is not None
+    ]
 
 
-def _limits(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
-    limits = scene.limits.given
+def _check_limits(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
+    limits = scene.limits.bounds_by_key
     if "face_reach" in limits and tip != FLAT:
-        yield "limits.face_reach", AS_GIVEN, "only a flat face has a reach"
+        yield "limits.face_reach", VALUE_IN_SCENE, "only a flat face has a reach"
     if "outer_radius" in limits and mechanism.outline is None:
-        yield "limits.outer_radius", AS_GIVEN, "only a disc cam has one"
+        yield "limits.outer_radius", VALUE_IN_SCENE, "only a disc cam has one"
     if "cutter_radius" in limits and tip == FLAT:
-        yield "limits.cutter_radius", AS_GIVEN, "a flat face makes no hollow flanks: any cutter will do"
+        yield "limits.cutter_radius", VALUE_IN_SCENE, "a flat face makes no hollow flanks: any cutter will do"
     elif "cutter_radius" in limits and mechanism.cut_as_by_roller:
-        what = "rib" if mechanism.further else "groove"
+        what = "rib" if mechanism.further_contacts else "groove"
         why = f"the flanks of a {what} are cut with at most the radius of its roller: choose follower.roller_radius"
-        yield "limits.cutter_radius", AS_GIVEN, why
+        yield "limits.cutter_radius", VALUE_IN_SCENE, why
     for key in ("velocity", "acceleration", "jerk"):
-        if key in limits and not _both(scene, "cam.rpm"):
-            yield f"limits.{key}", AS_GIVEN, "needs cam.rpm"
+        if key in limits and not _values_by_place(scene, "cam.rpm"):
+            yield f"limits.{key}", VALUE_IN_SCENE, "needs cam.rpm"

@@ -6,38 +6,38 @@ from typing import Annotated, Any, NamedTuple, Self, get_args, get_origin
 
 from pydantic import Discriminator, Field, Tag, TypeAdapter, ValidationError, model_validator
 
-from camopt.core.mistakes import BadInput, Mistake, nearest
+from camopt.core.mistakes import BadInput, Mistake, suggest_names
 from camopt.core.quantities.key import Key
-from camopt.scene.complaints import mistakes_of
-from camopt.scene.sizes import SEARCHED
+from camopt.scene.pydantic_mistakes import mistakes_from_pydantic
+from camopt.scene.sizes import SEARCH_SIZES
 from camopt.scene.tables import (
-    Anywhere,
     Cam,
     Follower,
-    Inner,
+    InnerTable,
     Length,
-    Listed,
+    ListOrItem,
     Positive,
     SceneNumber,
     SceneTable,
+    SignedNumber,
     as_list,
-    table_in,
+    table_type_in,
 )
 
 OF_NUMBER = "in the unit of the number"
-LOWEST, HIGHEST = Key("Lowest value", OF_NUMBER), Key("Highest value", OF_NUMBER)
-STEP = Key("Distance of values in the grid of a sweep", OF_NUMBER)
+LOWEST_KEY, HIGHEST_KEY = Key("Lowest value", OF_NUMBER), Key("Highest value", OF_NUMBER)
+STEP_KEY = Key("Distance of values in the grid of a sweep", OF_NUMBER)
 
 
 class StepRange(SceneTable):
     """A closed interval; the step matters to a sweep of a grid alone."""
 
-    start: Annotated[Anywhere, LOWEST]
-    stop: Annotated[Anywhere, HIGHEST]
-    step: Annotated[Length | None, STEP] = None
+    start: Annotated[SignedNumber, LOWEST_KEY]
+    stop: Annotated[SignedNumber, HIGHEST_KEY]
+    step: Annotated[Length | None, STEP_KEY] = None
 
     @model_validator(mode="after")
-    def _ordered(self) -> Self:
+    def _check_order(self) -> Self:
         if self.stop < self.start:
             raise ValueError("a range whose stop is not below its start")
         return self
@@ -46,12 +46,12 @@ class StepRange(SceneTable):
 class NumberRange(StepRange):
     """A closed interval of a number that is no size."""
 
-    start: Annotated[SceneNumber, LOWEST]
-    stop: Annotated[SceneNumber, HIGHEST]
-    step: Annotated[Positive | None, STEP] = None
+    start: Annotated[SceneNumber, LOWEST_KEY]
+    stop: Annotated[SceneNumber, HIGHEST_KEY]
+    step: Annotated[Positive | None, STEP_KEY] = None
 
 
-Chosen = StepRange | tuple[float, ...]
+CheckedChoice = StepRange | tuple[float, ...]
 """What a checked choice is."""
 
 
@@ -59,22 +59,22 @@ def _kind_of_choice(value: Any) -> str:
     return "range/" if isinstance(value, (dict, StepRange)) else "values/"
 
 
-def _listed(value: Any) -> Any:
+def _value_as_list(value: Any) -> Any:
     """A value, or a list of such, as a list."""
     if isinstance(value, str):
         raise ValueError("a number, a list of numbers, or a table with start, stop and step")
     return as_list(value)
 
 
-ListedValues = Annotated[tuple[Anywhere, ...], Field(min_length=1), Listed(_listed)]
+ListedValues = Annotated[tuple[SignedNumber, ...], Field(min_length=1), ListOrItem(_value_as_list)]
 Choice = (
     Annotated[
-        Annotated[Inner[StepRange], Tag("range/")] | Annotated[ListedValues, Tag("values/")],
+        Annotated[InnerTable[StepRange], Tag("range/")] | Annotated[ListedValues, Tag("values/")],
         Discriminator(_kind_of_choice),
     ]
     | None
 )
-ListedNumbers = Annotated[tuple[SceneNumber, ...], Field(min_length=1), Listed(_listed)]
+ListedNumbers = Annotated[tuple[SceneNumber, ...], Field(min_length=1), ListOrItem(_value_as_list)]
 NumberChoice = Annotated[
     Annotated[NumberRange, Tag("range/")] | Annotated[ListedNumbers, Tag("values/")],
     Discriminator(_kind_of_choice),
@@ -82,21 +82,21 @@ NumberChoice = Annotated[
 
 
 @cache
-def _choices() -> TypeAdapter[Any]:
+def _choice_adapter() -> TypeAdapter[Any]:
     """The validator of a choice, made when needed: that takes milliseconds."""
     return TypeAdapter(NumberChoice)
 
 
-Read = Callable[[Any, Any, str], Any]
+NumberReader = Callable[[Any, Any, str], Any]
 """From the type of a number, what is given for it, and its place to what is checked; raises BadInput."""
 
 
-def _choice(number: Any, value: Any, where: str) -> Any:
+def _read_choice(number: Any, value: Any, where: str) -> Any:
     """The choice of ``[search]`` for one number."""
     try:
-        choice = _choices().validate_python(value.model_dump() if isinstance(value, StepRange) else value)
+        choice = _choice_adapter().validate_python(value.model_dump() if isinstance(value, StepRange) else value)
     except ValidationError as error:
-        raise BadInput(mistakes_of(error, NumberRange, where)) from None
+        raise BadInput(mistakes_from_pydantic(error, NumberRange, where)) from None
     if mistakes := list(_out_of_bounds(TypeAdapter(number), choice, where)):
         raise BadInput(mistakes)
     return choice
@@ -105,15 +105,17 @@ def _choice(number: Any, value: Any, where: str) -> Any:
 class Reader(NamedTuple):
     """What reads values that a table of the scene has for numbers of another one."""
 
-    read: Read = _choice
+    read: NumberReader = _read_choice
     sizes: bool = False
     """Whether sizes are among the numbers; ``[search]`` has them in a place of their own."""
 
 
-CHOICES = Reader()
+CHOICE_READER = Reader()
 
 
-def free_numbers(table: type[SceneTable], given: Any, where: str = "", reader: Reader = CHOICES) -> dict[str, Any]:
+def read_number_choices(
+    table: type[SceneTable], given: Any, where: str = "", reader: Reader = CHOICE_READER
+) -> dict[str, Any]:
     """The choices for numbers of a table of the scene, and of tables in it, by key; ``where`` leads to the table.
 
     Raises
@@ -128,7 +130,7 @@ def free_numbers(table: type[SceneTable], given: Any, where: str = "", reader: R
     mistakes: list[Mistake] = []
     for key, value in given.items():
         try:
-            chosen[key] = _free(table, key, value, f"{where}.{key}", reader)
+            chosen[key] = _read_number_choice(table, key, value, f"{where}.{key}", reader)
         except BadInput as error:
             mistakes += error.mistakes
     if mistakes:
@@ -136,13 +138,13 @@ def free_numbers(table: type[SceneTable], given: Any, where: str = "", reader: R
     return {key: choice for key, choice in chosen.items() if choice != {}}
 
 
-def free_rows(table: type[SceneTable], given: Any, reader: Reader = CHOICES) -> dict[str, Any]:
+def read_row_choices(table: type[SceneTable], given: Any, reader: Reader = CHOICE_READER) -> dict[str, Any]:
     """The choices for numbers of the rows of a list of tables, by the number of the row from 1.
 
     Raises
     ------
     BadInput
-        As ``free_numbers``; for each key that is no number of a row.
+        As ``read_number_choices``; for each key that is no number of a row.
     """
     where = table.__name__
     if not isinstance(given, Mapping):
@@ -154,7 +156,7 @@ def free_rows(table: type[SceneTable], given: Any, reader: Reader = CHOICES) -> 
             if not (row.isdecimal() and row == str(int(row)) != "0"):
                 why = "not the number of a row, counted from 1"
                 raise BadInput([Mistake("", f"{where}.{row}", values, why, bare=True)])
-            chosen[row] = free_numbers(table, values, f"{where}.{row}", reader)
+            chosen[row] = read_number_choices(table, values, f"{where}.{row}", reader)
         except BadInput as error:
             mistakes += error.mistakes
     if mistakes:
@@ -162,49 +164,49 @@ def free_rows(table: type[SceneTable], given: Any, reader: Reader = CHOICES) -> 
     return chosen
 
 
-def _free(table: type[SceneTable], key: str, value: Any, where: str, reader: Reader) -> Any:
+def _read_number_choice(table: type[SceneTable], key: str, value: Any, where: str, reader: Reader) -> Any:
     """What is read of one number of a table, or of those of a table in it."""
-    numbers = numbers_of(table, sizes=reader.sizes)
+    numbers = searchable_numbers(table, sizes=reader.sizes)
     number = numbers.get(key)
     if isinstance(number, type):
-        return free_numbers(number, value, where, reader)
+        return read_number_choices(number, value, where, reader)
     if number is None:
         known = [name for name, hint in numbers.items() if not isinstance(hint, type)]
         why = (
             f"is a size: write search.{key}"
             if key in _sizes_of(table)
-            else f"not a number of this table; {nearest(key, known)}"
+            else f"not a number of this table; {suggest_names(key, known)}"
         )
         raise BadInput([Mistake("", where, value, why, bare=True)])
     return reader.read(number, value, where)
 
 
-def numbers_of(table: type[SceneTable], *, sizes: bool = False) -> dict[str, Any]:
+def searchable_numbers(table: type[SceneTable], *, sizes: bool = False) -> dict[str, Any]:
     """The keys of a table that ``[search]`` may free, each with the type of its number, or the table in it.
 
     With those of sizes, if asked, which ``[search]`` has in a place of their own.
     """
     left_out = {*(() if sizes else _sizes_of(table)), *table.read_as}
     fields = {key: field for key, field in table.model_fields.items() if key not in left_out}
-    found = {key: _free_in(field.rebuild_annotation()) for key, field in fields.items()}
+    found = {key: _searchable_type(field.rebuild_annotation()) for key, field in fields.items()}
     return {key: hint for key, hint in found.items() if hint is not None}
 
 
 def _sizes_of(table: type[SceneTable]) -> tuple[str, ...]:
     """The keys of a table that may be those of sizes, which ``[search]`` has in a place of their own."""
-    return SEARCHED if table in (Cam, Follower) else ()
+    return SEARCH_SIZES if table in (Cam, Follower) else ()
 
 
-def _free_in(hint: Any) -> Any:
+def _searchable_type(hint: Any) -> Any:
     """The table or the number that a type has among its members."""
-    return table_in(hint) or _number_in(hint)
+    return table_type_in(hint) or _number_type_in(hint)
 
 
-def _number_in(hint: Any) -> Any:
+def _number_type_in(hint: Any) -> Any:
     """The number that a type has among its members, with its bounds; None if it has none."""
     if get_origin(hint) is Annotated and get_args(hint)[0] is float:
         return hint
-    return next((found for each in get_args(hint) if (found := _number_in(each)) is not None), None)
+    return next((found for each in get_args(hint) if (found := _number_type_in(each)) is not None), None)
 
 
 def _out_of_bounds(number: TypeAdapter[Any], choice: Any, where: str) -> Iterator[Mistake]:
@@ -214,4 +216,4 @@ def _out_of_bounds(number: TypeAdapter[Any], choice: Any, where: str) -> Iterato
         try:
             number.validate_python(value)
         except ValidationError as error:
-            yield from mistakes_of(error, NumberRange, f"{where}.{name}")
+            yield from mistakes_from_pydantic(error, NumberRange, f"{where}.{name}")

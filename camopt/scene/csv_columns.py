@@ -12,7 +12,7 @@ NO_PREFIXES: Mapping[str, str] = {}
 SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}
 
 
-def read_columns(
+def read_csv_columns(
     folder: Path | None, name: str, wanted: tuple[str, ...], prefixes: Mapping[str, str] = NO_PREFIXES
 ) -> dict[str, list[float]]:
     """Columns of numbers of a CSV file, by their names; a ValueError says what is wrong with it.
@@ -23,7 +23,7 @@ def read_columns(
     if folder is None:
         raise ValueError("must be the data themselves: the scene of a table names no files")
     try:
-        return _columns(text_of(read_bytes(folder / name)), wanted, prefixes)
+        return _parse_columns(text_of(read_bytes(folder / name)), wanted, prefixes)
     except (OSError, BadInput, ValueError, csv.Error) as trouble:
         reason = trouble.strerror if isinstance(trouble, OSError) else trouble
         if isinstance(trouble, BadInput):
@@ -31,7 +31,7 @@ def read_columns(
         raise ValueError(f"must be a CSV file with columns {' and '.join(wanted)}: {reason}") from None
 
 
-def column_names(folder: Path, name: str) -> tuple[str, ...]:
+def csv_column_names(folder: Path, name: str) -> tuple[str, ...]:
     """The names of the columns of a CSV file; a ValueError says why it cannot be read."""
     try:
         return tuple(each.strip() for each in next(csv.reader(text_of(read_bytes(folder / name)).splitlines()), []))
@@ -41,7 +41,7 @@ def column_names(folder: Path, name: str) -> tuple[str, ...]:
         raise ValueError(f"must be {trouble.mistakes[0].allowed}") from None
 
 
-def _columns(text: str, wanted: tuple[str, ...], prefixes: Mapping[str, str]) -> dict[str, list[float]]:
+def _parse_columns(text: str, wanted: tuple[str, ...], prefixes: Mapping[str, str]) -> dict[str, list[float]]:
     rows = csv.reader(text.splitlines())
     names = [name.strip() for name in next(rows, [])]
     absent = [name for name in wanted if name not in names]
@@ -56,13 +56,13 @@ def _columns(text: str, wanted: tuple[str, ...], prefixes: Mapping[str, str]) ->
             raise ValueError(f"line {rows.line_num} has {count}; a number has no comma in it")
         for name in wanted:
             text = row[names.index(name)].strip() if names.index(name) < len(row) else ""
-            found[name].append(_number(text.removeprefix(prefixes.get(name, "")), name, rows.line_num))
+            found[name].append(_cell_number(text.removeprefix(prefixes.get(name, "")), name, rows.line_num))
         if len(found[wanted[0]]) > MOST_SPANS:
             raise ValueError(f"has more than {MOST_SPANS} rows")
     return found
 
 
-def _number(text: str, name: str, line: int) -> float:
+def _cell_number(text: str, name: str, line: int) -> float:
     """The number of a cell."""
     try:
         return float(text)

@@ -16,10 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import BoolArray, ComplexArray, FloatArray, IndexArray
-from camopt.model.motion.profile import GivenElement, PlacedElement, Unfit, parts_of
-from camopt.scene.dxf import Outline, profile_in
+from camopt.model.motion.profile import ElementSpec, ProfileFault, ProfilePiece, place_elements
+from camopt.scene.dxf import DrawnOutline, read_dxf_profile
 from camopt.scene.law_forms import Fault
-from camopt.scene.mapping import at
+from camopt.scene.mapping import value_at_key
 from camopt.scene.own_laws import LARGEST_NUMBER
 from camopt.scene.tables import MOST_SEGMENTS
 
@@ -42,7 +42,7 @@ def read_drawing(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
     try:
         if folder is None:
             raise ValueError("the scene of a table names no files")
-        rows = elements_of(profile_in(folder / name), at(data, "cam.rotation") == "cw")
+        rows = outline_elements(read_dxf_profile(folder / name), value_at_key(data, "cam.rotation") == "cw")
     except (OSError, ValueError) as trouble:
         reason = getattr(trouble, "strerror", None) or trouble
         yield "profile", name, f"must be a DXF file with the profile, or its [[profile]]: {reason}"
@@ -50,7 +50,7 @@ def read_drawing(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
         data["profile"] = rows
 
 
-def elements_of(outline: Outline, clockwise: bool) -> list[dict[str, Any]]:
+def outline_elements(outline: DrawnOutline, clockwise: bool) -> list[dict[str, Any]]:
     """The elements of an outline in the order in which the follower meets them, on a cam that turns cw or ccw.
 
     Raises
@@ -58,18 +58,18 @@ def elements_of(outline: Outline, clockwise: bool) -> list[dict[str, Any]]:
     ValueError
         If no tangent arcs and lines come within ``DRAWN_WITHIN`` of its vertices.
     """
-    sharpest = int(np.argmax(outline.corners))
-    if outline.corners[sharpest] > SHARP_CORNER:
-        jump = np.degrees(outline.corners[sharpest])
-        raise ValueError(f"it has a corner of {jump:.3g}° at {_place(outline.vertices[sharpest])}")
-    outline = outline if (outline.area > 0.0) == clockwise else outline.backwards
-    arcs = _arcs(outline, 1.0 if clockwise else -1.0)
-    starts = _starts(arcs)
+    sharpest = int(np.argmax(outline.corner_angles))
+    if outline.corner_angles[sharpest] > SHARP_CORNER:
+        jump = np.degrees(outline.corner_angles[sharpest])
+        raise ValueError(f"it has a corner of {jump:.3g}° at {_point_text(outline.vertices[sharpest])}")
+    outline = outline if (outline.area > 0.0) == clockwise else outline.reversed_outline
+    arcs = _outline_arcs(outline, 1.0 if clockwise else -1.0)
+    starts = _starts_of_arcs(arcs)
     if starts.sum() > MOST_SEGMENTS:
         raise ValueError(f"its profile has {starts.sum():,} arcs and lines; at most {MOST_SEGMENTS:,} are allowed")
-    radii, centres = _tangent(arcs.radii[starts], arcs.centres[starts])
+    radii, centres = _make_tangent(arcs.radii[starts], arcs.centres[starts])
     given = ((float(r), complex(c)) for r, c in zip(radii, centres, strict=True))
-    made = [GivenElement(None) if np.isinf(r) else GivenElement(r, c) for r, c in given]
+    made = [ElementSpec(None) if np.isinf(r) else ElementSpec(r, c) for r, c in given]
     _check_near(made, outline.vertices, np.cumsum(starts) - 1, clockwise)
     return [
         {"element": "line"}
@@ -86,7 +86,7 @@ class _Arcs(NamedTuple):
     centres: ComplexArray
 
 
-def _arcs(outline: Outline, turn: float) -> _Arcs:
+def _outline_arcs(outline: DrawnOutline, turn: float) -> _Arcs:
     """The arcs of an outline that goes round anticlockwise (``turn`` 1) or clockwise (−1)."""
     chords, bulges = outline.chords, outline.bulges
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -96,7 +96,7 @@ def _arcs(outline: Outline, turn: float) -> _Arcs:
     return _Arcs(np.where(lines, np.inf, radii), np.where(lines, chords / np.abs(chords), centres))
 
 
-def _starts(arcs: _Arcs) -> BoolArray:
+def _starts_of_arcs(arcs: _Arcs) -> BoolArray:
     """Whether each is another arc or line than the one before it."""
     size = np.where(np.isinf(arcs.radii), SAME_LINE, SAME_ARC * np.abs(arcs.radii))
     before = np.roll(arcs.radii, 1)
@@ -108,7 +108,7 @@ def _starts(arcs: _Arcs) -> BoolArray:
     return starts
 
 
-def _tangent(radii: FloatArray, centres: ComplexArray) -> tuple[FloatArray, ComplexArray]:
+def _make_tangent(radii: FloatArray, centres: ComplexArray) -> tuple[FloatArray, ComplexArray]:
     """Radii and centres moved until neighbours that are both arcs touch."""
     after = np.roll(np.arange(radii.size), -1)
     both = np.flatnonzero(np.isfinite(radii) & np.isfinite(radii[after]) & (radii.size > 1))
@@ -130,30 +130,33 @@ def _tangent(radii: FloatArray, centres: ComplexArray) -> tuple[FloatArray, Comp
     return radii, centres
 
 
-def _check_near(elements: list[GivenElement], vertices: ComplexArray, owners: IndexArray, clockwise: bool) -> None:
+def _check_near(elements: list[ElementSpec], vertices: ComplexArray, owners: IndexArray, clockwise: bool) -> None:
     """ValueError if elements do not fit together, or not through the vertices where their owners begin."""
 
     def plane(z: Any) -> Any:  # that of the motion, in which they go round anticlockwise
         return z if clockwise else np.conjugate(z)
 
     try:
-        parts = parts_of(
-            [each if each.centre is None else GivenElement(each.radius, plane(each.centre)) for each in elements]
+        parts = place_elements(
+            [each if each.centre is None else ElementSpec(each.radius, plane(each.centre)) for each in elements]
         )
-    except Unfit as unfit:
+    except ProfileFault as unfit:
         raise ValueError(f"{f'element {unfit.number}: ' if unfit.number else ''}{unfit.why}") from None
     beside = np.column_stack([owners, np.roll(owners, 1)])
-    off = [max(_off(parts[k], z) for k in pair) for pair, z in zip(beside, plane(vertices), strict=True)]
+    off = [
+        max(_distance_from_element(parts[k], z) for k in pair)
+        for pair, z in zip(beside, plane(vertices), strict=True)
+    ]
     worst = int(np.argmax(off))
     if off[worst] > DRAWN_WITHIN:
-        raise ValueError(f"tangent arcs and lines are {off[worst]:.2g} mm off at {_place(vertices[worst])}")
+        raise ValueError(f"tangent arcs and lines are {off[worst]:.2g} mm off at {_point_text(vertices[worst])}")
 
 
-def _place(point: complex) -> str:
+def _point_text(point: complex) -> str:
     return f"({point.real:.6g}, {point.imag:.6g})"
 
 
-def _off(part: PlacedElement, point: complex) -> float:
+def _distance_from_element(part: ProfilePiece, point: complex) -> float:
     """How far a point is from the circle or line that a part is on, mm."""
     if part.radius is None:
         return abs((part.start.normal.conjugate() * point).real - part.height)

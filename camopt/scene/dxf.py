@@ -13,12 +13,12 @@ from camopt.core.storage.files import read_bytes
 from camopt.core.storage.home import settle_home
 
 PROFILE_LAYER = "PROFILE"
-JOINED_WITHIN = 1e-3  # mm: ends so near to each other are one
+JOINING_GAP = 1e-3  # mm: ends so near to each other are one
 MOST_ENTITIES = 100_000  # of a drawing whose blocks are taken apart, with the vertices of polylines
-MOST_PAIRS = 10_000_000  # of lines that end at one place: each is compared with each
+MOST_EDGE_PAIRS = 10_000_000  # of lines that end at one place: each is compared with each
 
 
-class Outline(NamedTuple):
+class DrawnOutline(NamedTuple):
     """A closed line from vertex to vertex, x + iy in mm, the last joined to the first.
 
     ``bulges`` are the tangents of a quarter of what each arc turns, anticlockwise positive; 0 of a line.
@@ -37,7 +37,7 @@ class Outline(NamedTuple):
         return self.vertices + self.chords * (0.5 - 0.5j * self.bulges)
 
     @property
-    def corners(self) -> FloatArray:
+    def corner_angles(self) -> FloatArray:
         """By how much the direction jumps at each vertex, rad."""
         half = np.exp(2j * np.arctan(self.bulges))
         leaving, arriving = self.chords / half, np.roll(self.chords * half, 1)
@@ -50,12 +50,12 @@ class Outline(NamedTuple):
         return float((points.conjugate() * np.roll(points, -1)).imag.sum() / 2)
 
     @property
-    def backwards(self) -> "Outline":
+    def reversed_outline(self) -> "DrawnOutline":
         """The same from the same vertex, the other way round."""
-        return Outline(np.roll(self.vertices[::-1], 1), -self.bulges[::-1])
+        return DrawnOutline(np.roll(self.vertices[::-1], 1), -self.bulges[::-1])
 
 
-def profile_in(path: Path) -> Outline:
+def read_dxf_profile(path: Path) -> DrawnOutline:
     """The profile in a file: the outline on the layer PROFILE, or if there is none the one that reaches furthest.
 
     Raises
@@ -80,7 +80,7 @@ def profile_in(path: Path) -> Outline:
         entities: list[Any] = [*disassemble.recursive_decompose(document.modelspace())]
         upright.upright_all(entities)
         drawn = [each for each in entities if each.dxf.layer.upper() == PROFILE_LAYER] or entities
-        found = [each for each in _outlines(drawn) if each.bulges.any() or each.vertices.size > 2]
+        found = [each for each in _closed_outlines(drawn) if each.bulges.any() or each.vertices.size > 2]
     except RecursionError:
         raise ValueError("its blocks are nested too deep") from None
     except (DXFError, UnicodeError, LookupError, TypeError, ArithmeticError) as trouble:
@@ -89,7 +89,7 @@ def profile_in(path: Path) -> Outline:
         kinds = ", ".join(sorted({each.dxftype() for each in drawn})) or "nothing"
         raise ValueError(f"no closed outline of arcs, lines or polylines is in it, but {kinds}")
     largest = max(found, key=lambda each: float(np.abs([each.vertices, each.middles]).max()))
-    return largest._replace(vertices=largest.vertices * _millimetres(document.units))
+    return largest._replace(vertices=largest.vertices * _unit_in_mm(document.units))
 
 
 def _check_blocks(document: Any) -> None:
@@ -104,7 +104,9 @@ def _check_blocks(document: Any) -> None:
     try:
         for key in order.static_order():
             pairs = zip(blocks.get(key, ()), inserted.get(key, ()), strict=True)
-            counts[key] = sum(_size(entity) * (1 + sum(counts[k] for k in inner)) for entity, inner in pairs)
+            counts[key] = sum(
+                _entity_count(entity) * (1 + sum(counts[k] for k in inner)) for entity, inner in pairs
+            )
     except CycleError as cycle:
         raise ValueError(f'its block "{blocks[cycle.args[1][0]].name}" holds itself') from None
     if counts[document.modelspace().block_record_handle] > MOST_ENTITIES:
@@ -121,14 +123,14 @@ def _inserted_blocks(entity: Any) -> set[str]:
     return handles
 
 
-def _size(entity: Any) -> int:
+def _entity_count(entity: Any) -> int:
     """Number of entities, or vertices of a polyline, that an entity stands for."""
     if entity.dxftype() == "INSERT":
         return max(1, int(entity.dxf.row_count * entity.dxf.column_count)) * (1 + len(entity.attribs))
     return len(entity) if "POLYLINE" in entity.dxftype() else 1
 
 
-def _millimetres(unit: int) -> float:
+def _unit_in_mm(unit: int) -> float:
     """The length of a drawing's unit, mm; without one it is a millimetre."""
     from ezdxf import units
     from ezdxf.enums import InsertUnits
@@ -137,7 +139,7 @@ def _millimetres(unit: int) -> float:
     return float(f"{units.conversion_factor(*named):.9g}") if unit else 1.0
 
 
-def _outlines(entities: Iterable[Any]) -> Iterator[Outline]:
+def _closed_outlines(entities: Iterable[Any]) -> Iterator[DrawnOutline]:
     """The closed ones: circles, closed polylines, and what loose arcs and lines make end to end."""
     from ezdxf import edgeminer, edgesmith
 
@@ -145,28 +147,28 @@ def _outlines(entities: Iterable[Any]) -> Iterator[Outline]:
     for each in entities:
         if each.dxftype() == "CIRCLE":
             centre, radius = complex(*each.dxf.center.vec2), each.dxf.radius
-            yield Outline(np.array([centre + radius, centre - radius]), np.ones(2))
+            yield DrawnOutline(np.array([centre + radius, centre - radius]), np.ones(2))
         elif each.dxftype() in ("LWPOLYLINE", "POLYLINE"):
-            corners = _corners(each)
-            if each.is_closed or abs(corners[0, 0] - corners[-1, 0]) <= JOINED_WITHIN:
-                yield _outline(corners)
+            corners = _polyline_corners(each)
+            if each.is_closed or abs(corners[0, 0] - corners[-1, 0]) <= JOINING_GAP:
+                yield _outline_through(corners)
             else:
                 loose.append(each)
         elif each.dxftype() in ("LINE", "ARC"):
             loose.append(each)
-    edges = list(edgesmith.edges_from_entities_2d(loose, gap_tol=JOINED_WITHIN))
+    edges = list(edgesmith.edges_from_entities_2d(loose, gap_tol=JOINING_GAP))
     if not edges:
         return
     ends = np.array([end.vec2 for edge in edges for end in (edge.start, edge.end)])
-    _, meeting = np.unique(np.round(ends / JOINED_WITHIN), axis=0, return_counts=True)
-    if (meeting**2).sum() > MOST_PAIRS:
+    _, meeting = np.unique(np.round(ends / JOINING_GAP), axis=0, return_counts=True)
+    if (meeting**2).sum() > MOST_EDGE_PAIRS:
         raise ValueError(f"{meeting.max():,} of its arcs and lines end at one place")
-    for chain in edgeminer.find_all_simple_chains(edgeminer.Deposit(edges, gap_tol=JOINED_WITHIN)):
-        if edgeminer.is_loop(chain, gap_tol=JOINED_WITHIN):
-            yield _outline(_corners(edgesmith.lwpolyline_from_chain(chain)))
+    for chain in edgeminer.find_all_simple_chains(edgeminer.Deposit(edges, gap_tol=JOINING_GAP)):
+        if edgeminer.is_loop(chain, gap_tol=JOINING_GAP):
+            yield _outline_through(_polyline_corners(edgesmith.lwpolyline_from_chain(chain)))
 
 
-def _corners(polyline: Any) -> ComplexArray:
+def _polyline_corners(polyline: Any) -> ComplexArray:
     """Vertices of a polyline with the bulges after them, (n, 2)."""
     if polyline.dxftype() == "LWPOLYLINE":
         rows = [(complex(x, y), bulge) for x, y, bulge in polyline.get_points("xyb")]
@@ -175,7 +177,7 @@ def _corners(polyline: Any) -> ComplexArray:
     return np.array(rows, dtype=complex).reshape(-1, 2)
 
 
-def _outline(corners: ComplexArray) -> Outline:
+def _outline_through(corners: ComplexArray) -> DrawnOutline:
     """The outline through corners, those at one place taken for the last of them."""
-    apart = np.abs(np.roll(corners[:, 0], -1) - corners[:, 0]) > JOINED_WITHIN
-    return Outline(corners[apart, 0], corners[apart, 1].real)
+    apart = np.abs(np.roll(corners[:, 0], -1) - corners[:, 0]) > JOINING_GAP
+    return DrawnOutline(corners[apart, 0], corners[apart, 1].real)

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from camopt.scene.law_forms import Fault
-from camopt.scene.mapping import at, length
+from camopt.scene.mapping import positive_length, value_at_key
 
 FIT = r"[A-Z]{1,2}\d{1,2}"
 SHAFT_FIT = FIT.replace("A-Z", "a-z")
@@ -61,7 +61,9 @@ def _standard_keyway(data: Mapping[str, Any], part: dict[str, Any]) -> Iterator[
     for key in ("keyway_width", "keyway_depth"):
         if part.get(key) is not None:
             yield f"part.{key}", part[key], f"follows from part.keyway = {STANDARD_KEYWAY!r}: leave one of them out"
-    bore = length(data, "part.bore" if at(data, "part.bore") is not None else "cam.shaft_diameter")
+    bore = positive_length(
+        data, "part.bore" if value_at_key(data, "part.bore") is not None else "cam.shaft_diameter"
+    )
     if bore is None or not SMALLEST_BORE < bore <= max(KEYWAYS):
         why = f"needs a bore above {SMALLEST_BORE:g} mm, at most {max(KEYWAYS):g} mm"
         yield "part.keyway", part["keyway"], f"{why} (part.bore, or cam.shaft_diameter)"

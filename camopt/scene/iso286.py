@@ -13,14 +13,14 @@ from bisect import bisect_left
 from typing import NamedTuple
 
 LARGEST_SIZE = 500.0
-STEPS = (3.0, 6.0, 10.0, 18.0, 30.0, 50.0, 80.0, 120.0, 180.0, 250.0, 315.0, 400.0, 500.0)
+SIZE_STEPS = (3.0, 6.0, 10.0, 18.0, 30.0, 50.0, 80.0, 120.0, 180.0, 250.0, 315.0, 400.0, 500.0)
 """The largest size of each range, mm."""
-HALF_STEPS = (
+HALF_SIZE_STEPS = (
     3.0, 6.0, 10.0, 18.0, 30.0, 40.0, 50.0, 65.0, 80.0, 100.0, 120.0, 140.0, 160.0, 180.0, 200.0, 225.0, 250.0,
     280.0, 315.0, 355.0, 400.0, 450.0, 500.0,
 )  # fmt: skip
 """The same where the letters c, r and s divide them."""
-GRADES = {
+GRADE_WIDTHS = {
     1: (0.8, 1, 1, 1.2, 1.5, 1.5, 2, 2.5, 3.5, 4.5, 6, 7, 8),
     2: (1.2, 1.5, 1.5, 2, 2.5, 2.5, 3, 4, 5, 7, 8, 9, 10),
     3: (2, 2.5, 2.5, 3, 4, 4, 5, 6, 8, 10, 12, 13, 15),
@@ -41,7 +41,7 @@ GRADES = {
     18: (1400, 1800, 2200, 2700, 3300, 3900, 4600, 5400, 6300, 7200, 8100, 8900, 9700),
 }
 """Width of the zone of each grade, µm, by step."""
-BELOW = {
+SHAFT_UPPER_DEVIATIONS = {
     "c": (
         60, 70, 80, 95, 110, 120, 130, 140, 150, 170, 180, 200, 210, 230, 240, 260, 280, 300, 330, 360, 400,
         440, 480,
@@ -53,7 +53,7 @@ BELOW = {
     "h": (0,) * 13,
 }  # fmt: skip
 """How far below the size the zone of a shaft ends, µm, by step."""
-ABOVE = {
+SHAFT_LOWER_DEVIATIONS = {
     "k": (0, 1, 1, 1, 2, 2, 2, 3, 3, 4, 4, 4, 5),
     "m": (2, 4, 6, 7, 8, 9, 11, 13, 15, 17, 20, 21, 23),
     "n": (4, 8, 10, 12, 15, 17, 20, 23, 27, 31, 34, 37, 40),
@@ -62,9 +62,9 @@ ABOVE = {
     "s": (14, 19, 23, 28, 35, 43, 43, 53, 59, 71, 79, 92, 100, 108, 122, 130, 140, 158, 170, 190, 208, 232, 252),
 }
 """How far above the size the zone of a shaft begins, µm, by step."""
-CENTRED = "js"
-LETTERS = (*BELOW, CENTRED, *ABOVE)
-CLASS = re.compile(r"([a-z]+|[A-Z]+)(\d+)")
+CENTRED_LETTER = "js"
+ZONE_LETTERS = (*SHAFT_UPPER_DEVIATIONS, CENTRED_LETTER, *SHAFT_LOWER_DEVIATIONS)
+CLASS_PATTERN = re.compile(r"([a-z]+|[A-Z]+)(\d+)")
 
 
 class Deviations(NamedTuple):
@@ -74,51 +74,55 @@ class Deviations(NamedTuple):
     upper: float
 
 
-def deviations(name: str, size: float) -> Deviations:
+def limit_deviations(name: str, size: float) -> Deviations:
     """The limit deviations (mm) of a tolerance class at a size in mm, above 0 and at most 500.
 
     ValueError, with what is allowed, for a class or a size that is not in the tables.
     """
-    letter, grade = _read(name)
+    letter, grade = _letter_and_grade(name)
     if not 0.0 < size <= LARGEST_SIZE:
         raise ValueError(f"is for sizes above 0 and up to {LARGEST_SIZE:g} mm, and not for {size:g} mm")
-    width = _at(GRADES[grade], size)
-    if letter.lower() == CENTRED:
+    width = _table_value(GRADE_WIDTHS[grade], size)
+    if letter.lower() == CENTRED_LETTER:
         return Deviations(-width / 2e3, width / 2e3)
     if letter.islower():
-        lower = _above(letter, grade, size) if letter in ABOVE else -_at(BELOW[letter], size) - width
+        lower = (
+            _shaft_lower_deviation(letter, grade, size)
+            if letter in SHAFT_LOWER_DEVIATIONS
+            else -_table_value(SHAFT_UPPER_DEVIATIONS[letter], size) - width
+        )
     else:
-        lower = _hole(letter.lower(), grade, size)
+        lower = _hole_lower_deviation(letter.lower(), grade, size)
     return Deviations(lower / 1e3, (lower + width) / 1e3)
 
 
-def _read(name: str) -> tuple[str, int]:
+def _letter_and_grade(name: str) -> tuple[str, int]:
     """Letter and grade of a class."""
-    found = CLASS.fullmatch(name)
+    found = CLASS_PATTERN.fullmatch(name)
     letter, grade = (found[1], int(found[2])) if found else ("", 0)
-    if letter.lower() not in LETTERS or grade not in GRADES:
-        known = ", ".join(LETTERS)
+    if letter.lower() not in ZONE_LETTERS or grade not in GRADE_WIDTHS:
+        known = ", ".join(ZONE_LETTERS)
         raise ValueError(
             f"must be a tolerance class of ISO 286: a letter ({known}, in capitals for holes) and a grade, 1 to 18"
         )
     return letter, grade
 
 
-def _at(values: tuple[float, ...], size: float) -> float:
+def _table_value(values: tuple[float, ...], size: float) -> float:
     """The value of a row of a table at a size."""
-    return values[bisect_left(STEPS if len(values) == len(STEPS) else HALF_STEPS, size)]
+    return values[bisect_left(SIZE_STEPS if len(values) == len(SIZE_STEPS) else HALF_SIZE_STEPS, size)]
 
 
-def _above(letter: str, grade: int, size: float) -> float:
+def _shaft_lower_deviation(letter: str, grade: int, size: float) -> float:
     """Where the zone of a shaft begins, µm; k does at the size itself, but in the grades 4 to 7."""
-    return 0.0 if letter == "k" and not 4 <= grade <= 7 else _at(ABOVE[letter], size)
+    return 0.0 if letter == "k" and not 4 <= grade <= 7 else _table_value(SHAFT_LOWER_DEVIATIONS[letter], size)
 
 
-def _hole(letter: str, grade: int, size: float) -> float:
+def _hole_lower_deviation(letter: str, grade: int, size: float) -> float:
     """The lower deviation of a hole, µm."""
-    if letter in BELOW:
-        return _at(BELOW[letter], size)
-    width, small = _at(GRADES[grade], size), size <= STEPS[0]
+    if letter in SHAFT_UPPER_DEVIATIONS:
+        return _table_value(SHAFT_UPPER_DEVIATIONS[letter], size)
+    width, small = _table_value(GRADE_WIDTHS[grade], size), size <= SIZE_STEPS[0]
     coarse = grade > (8 if letter in "kmn" else 7)
     if grade < 3 or (letter == "k" and coarse and not small):
         raise ValueError("is no class of holes: the standard has K from 3 to 8, and M to S from 3")
@@ -126,5 +130,5 @@ def _hole(letter: str, grade: int, size: float) -> float:
         return -width
     if letter == "m" and grade == 6 and 250.0 < size <= 315.0:
         return -9.0 - width  # an exception of the standard
-    change = 0.0 if coarse or small else width - _at(GRADES[grade - 1], size)
-    return change - _at(ABOVE[letter], size) - width
+    change = 0.0 if coarse or small else width - _table_value(GRADE_WIDTHS[grade - 1], size)
+    return change - _table_value(SHAFT_LOWER_DEVIATIONS[letter], size) - width

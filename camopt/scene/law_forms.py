@@ -7,24 +7,26 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import groupby, pairwise
 from typing import Any, NamedTuple
 
-from camopt.core.numerics.neighbours import noise_of_table
+from camopt.core.numerics.neighbours import table_noise
 from camopt.model.motion import LAWS
 from camopt.model.motion.aliases import nearest_law
+from camopt.model.motion.derived_laws import MirroredLaw
 from camopt.model.motion.law import Law
-from camopt.model.motion.polynomial import HIGHEST, PolynomialLaw
+from camopt.model.motion.polynomial import HIGHEST_DEGREE, PolynomialLaw
 from camopt.model.motion.scca import SCCALaw
-from camopt.model.motion.spline import End, SplineLaw, tabulated
-from camopt.model.motion.turned import MirroredLaw
+from camopt.model.motion.spline import EndCondition, SplineLaw, fit_table_spline
 
 Fault = tuple[str, Any, str]
-AS_GIVEN = object()
+VALUE_IN_SCENE = object()
 """The value of a fault that is what the scene has under its key."""
 LawValues = Mapping[str, Any]
 """The values of a law by key: of the plain mapping of a scene, or of ``tables.OwnLaw``."""
-DEGREES = range(3, 13)  # a jerk is its third derivative, and the panels of a motion hold polynomials of degree 12
+SPLINE_DEGREES = range(
+    3, 13
+)  # a jerk is its third derivative, and the panels of a motion hold polynomials of degree 12
 NEAR_END = 1e-9  # to 0 or 1, of what has to be just that
 MOST_LEEWAY = 0.005  # of a stroke: more is no noise
-NOISY_POINTS, NOISE_SWING = (
+LEAST_NOISE_POINTS, NOISE_SWING = (
     16,
     10.0,
 )  # points to tell noise from motion; standard deviations of it that a spline swings by
@@ -41,11 +43,11 @@ class LawForm(NamedTuple):
     """The law of a name, from a faultless table; mirrored it is 1 − s(1 − x)."""
     check: Callable[[str, LawValues], Iterator[Fault]]
     """Every fault that needs more than one value to be seen, below the law's key."""
-    of_moves: bool = False
+    is_for_moves: bool = False
     """Whether it gives positions, for a move; if not, a unit stroke."""
 
 
-def form_of(law: LawValues) -> LawForm:
+def law_form(law: LawValues) -> LawForm:
     """The form of a law that has any of its keys: by the first, which no other form has, or else by any."""
     own = [form for form in LAW_FORMS if law.get(form.keys[0]) is not None]
     return next(iter(own or (form for form in LAW_FORMS if any(law.get(key) is not None for key in form.keys))))
@@ -54,54 +56,55 @@ def form_of(law: LawValues) -> LawForm:
 # ---------------------------------------------------------------------------------------- tables and B-splines
 
 
-def _tabulated(name: str, law: LawValues, mirror: bool) -> SplineLaw:
-    x, s = (_with_exact_ends(_turned(law[key], mirror), 1) for key in ("x", "s"))
+def _table_law(name: str, law: LawValues, mirror: bool) -> SplineLaw:
+    x, s = (_with_exact_ends(_mirrored_values(law[key], mirror), 1) for key in ("x", "s"))
     start, end = _ends_of_table(law)
-    return tabulated(name, x, s, (end, start) if mirror else (start, end))
+    return fit_table_spline(name, x, s, (end, start) if mirror else (start, end))
 
 
-ENDS_OF_TABLE = ("rest", "reversal")
+TABLE_END_KEYS = ("rest", "reversal")
 """The keys that say what the law of a table does at its ends."""
-AT_ENDS = {"both": (True, True), "start": (True, False), "end": (False, True), "none": (False, False)}
+END_WORDS = {"both": (True, True), "start": (True, False), "end": (False, True), "none": (False, False)}
 """Whether the start is meant, and the end, by the word for it."""
 
 
-def unsaid_reversal(law: LawValues, end: int) -> str:
+def unstated_reversal(law: LawValues, end: int) -> str:
     """The key's value that would make the start (0) or the end (1) of a table's law a reversal, if nothing is said.
 
     "" where the law is no table, or where ``rest`` or ``reversal`` says what it does there.
     """
     at = 1 - end if law.get("mirror") else end
-    said = law.get("rest") or AT_ENDS[law.get("reversal") or "none"][at]
+    said = law.get("rest") or END_WORDS[law.get("reversal") or "none"][at]
     return "" if law.get("x") is None or said else ("both" if law.get("reversal") else ("start", "end")[at])
 
 
-def _ends_of_table(law: LawValues) -> tuple[End, End]:
+def _ends_of_table(law: LawValues) -> tuple[EndCondition, EndCondition]:
     """What the law of a table does at its start and at its end: it rests where nothing else is said."""
-    turns = AT_ENDS[law.get("reversal") or "none"]
-    rests = AT_ENDS[law["rest"]] if law.get("rest") else tuple(not each for each in turns)
+    turns = END_WORDS[law.get("reversal") or "none"]
+    rests = END_WORDS[law["rest"]] if law.get("rest") else tuple(not each for each in turns)
     start, end = (
-        End.REVERSAL if turn else End.REST if rest else End.FREE for turn, rest in zip(turns, rests, strict=True)
+        EndCondition.REVERSAL if turn else EndCondition.REST if rest else EndCondition.FREE
+        for turn, rest in zip(turns, rests, strict=True)
     )
     return start, end
 
 
-def leeway(law: LawValues) -> float:
+def end_leeway(law: LawValues) -> float:
     """The distance by which noise or rounding may take the law of a table beyond its ends; 0 for other forms."""
     x, s = law.get("x"), law.get("s")
-    if x is None or s is None or len(x) < NOISY_POINTS:
+    if x is None or s is None or len(x) < LEAST_NOISE_POINTS:
         return 0.0
-    return min(NOISE_SWING * noise_of_table(x, s), MOST_LEEWAY)
+    return min(NOISE_SWING * table_noise(x, s), MOST_LEEWAY)
 
 
-def _spline_of(name: str, law: LawValues, mirror: bool) -> SplineLaw:
-    knots, coefficients = (_turned(law[key], mirror) for key in ("knots", "coefficients"))
+def _spline_law(name: str, law: LawValues, mirror: bool) -> SplineLaw:
+    knots, coefficients = (_mirrored_values(law[key], mirror) for key in ("knots", "coefficients"))
     return SplineLaw(
         name, law["degree"], _with_exact_ends(knots, law["degree"] + 1), _with_exact_ends(coefficients, 1)
     )
 
 
-def _positions_of(name: str, law: LawValues, mirror: bool) -> SplineLaw:
+def _positions_law(name: str, law: LawValues, mirror: bool) -> SplineLaw:
     """The law of a move, whose displacement is counted from its start."""
     ends, start = law["degree"] + 1, float(law["positions"][0])
     return SplineLaw(
@@ -109,7 +112,7 @@ def _positions_of(name: str, law: LawValues, mirror: bool) -> SplineLaw:
     )
 
 
-def _turned(values: Sequence[float], mirror: bool) -> Sequence[float]:
+def _mirrored_values(values: Sequence[float], mirror: bool) -> Sequence[float]:
     """Values along x or s, from the other end if mirrored."""
     return [1.0 - value for value in reversed(values)] if mirror else values
 
@@ -118,41 +121,43 @@ def _with_exact_ends(values: Sequence[float], count: int) -> tuple[float, ...]:
     return (*[0.0] * count, *(float(v) for v in values[count:-count]), *[1.0] * count)
 
 
-def _table(key: str, law: LawValues) -> Iterator[Fault]:
+def _check_table_points(key: str, law: LawValues) -> Iterator[Fault]:
     x, s = law["x"], law["s"]
-    free = _ends_of_table(law) == (End.FREE, End.FREE)
+    free = _ends_of_table(law) == (EndCondition.FREE, EndCondition.FREE)
     if len(x) < (3 if free else 2):
         points = "three points at least, if it rests nowhere" if free else "two points at least, x = 0 and x = 1"
         yield f"{key}.x", x, f"needs {points}"
         return
-    if any(map(all, zip(*(AT_ENDS[law.get(name) or "none"] for name in ENDS_OF_TABLE), strict=True))):
+    if any(map(all, zip(*(END_WORDS[law.get(name) or "none"] for name in TABLE_END_KEYS), strict=True))):
         why = f"rest = {law['rest']!r} names the same end; a reversal has an acceleration, and what rests has none"
         yield f"{key}.reversal", law["reversal"], why
         return
     if len(s) != len(x):
         yield f"{key}.s", None, f"has {len(s)} values, and x has {len(x)}"
         return
-    yield from _ends(f"{key}.x", x, "a stroke runs from x = 0 to x = 1")
-    yield from _ends(f"{key}.s", s, "a stroke runs from s = 0 to s = 1")
+    yield from _check_ends(f"{key}.x", x, "a stroke runs from x = 0 to x = 1")
+    yield from _check_ends(f"{key}.s", s, "a stroke runs from s = 0 to s = 1")
     for number, (before, after) in enumerate(pairwise(x), start=2):
         if not after - before >= LEAST_GAP:
             yield f"{key}.x.{number}", after, f"must be above the {before:g} before it, by {LEAST_GAP:g} at least"
             return
 
 
-def _spline(key: str, law: LawValues) -> Iterator[Fault]:
-    yield from _ends(f"{key}.coefficients", law["coefficients"], "s(0) = 0 and s(1) = 1, the first and the last")
-    yield from _knots(key, law, "coefficients")
+def _check_spline(key: str, law: LawValues) -> Iterator[Fault]:
+    yield from _check_ends(
+        f"{key}.coefficients", law["coefficients"], "s(0) = 0 and s(1) = 1, the first and the last"
+    )
+    yield from _check_knots(key, law, "coefficients")
 
 
-def _positions(key: str, law: LawValues) -> Iterator[Fault]:
+def _check_positions(key: str, law: LawValues) -> Iterator[Fault]:
     for name in ("mirror", "crossing", "peaks", "overshoot"):
         if law.get(name) not in (None, False):
             yield f"{key}.{name}", law[name], "is for a law that runs from 0 to 1; this one has positions"
-    yield from _knots(key, law, "positions")
+    yield from _check_knots(key, law, "positions")
 
 
-def _knots(key: str, law: LawValues, values: str) -> Iterator[Fault]:
+def _check_knots(key: str, law: LawValues, values: str) -> Iterator[Fault]:
     degree, knots, count = law["degree"], law["knots"], len(law[values])
     needed = max(count, degree + 1) + degree + 1
     if count <= degree:
@@ -174,7 +179,7 @@ def _knots(key: str, law: LawValues, values: str) -> Iterator[Fault]:
             yield f"{key}.knots", knot, f"is there {times} times; more than the degree makes the motion jump"
 
 
-def _ends(key: str, values: Sequence[float], why: str) -> Iterator[Fault]:
+def _check_ends(key: str, values: Sequence[float], why: str) -> Iterator[Fault]:
     for place, end in LAW_ENDS:
         if abs(values[place] - end) > NEAR_END:
             yield f"{key}.{place % len(values) + 1}", values[place], f"must be {end:g}: {why}"
@@ -183,29 +188,30 @@ def _ends(key: str, values: Sequence[float], why: str) -> Iterator[Fault]:
 # ------------------------------------------------------------------------------------------ from a few numbers
 
 
-def _polynomial_of(name: str, law: LawValues, mirror: bool) -> PolynomialLaw:
+def _polynomial_law(name: str, law: LawValues, mirror: bool) -> PolynomialLaw:
     ends = [law["end"], law["start"]] if mirror else [law["start"], law["end"]]
     start, end = ([(-1.0) ** (k * mirror) * v for k, v in enumerate(values[1:])] for values in ends)
     return PolynomialLaw(name, (0.0, *start), (1.0, *end))
 
 
-def _polynomial(key: str, law: LawValues) -> Iterator[Fault]:
+def _check_polynomial(key: str, law: LawValues) -> Iterator[Fault]:
     for side, end in (("start", 0.0), ("end", 1.0)):
         if abs(law[side][0] - end) > NEAR_END:
             yield f"{key}.{side}.1", law[side][0], f"must be {end:g}: a stroke runs from s = 0 to s = 1"
     degree = len(law["start"]) + len(law["end"]) - 1
-    if degree > HIGHEST:
-        why = f"{degree + 1} conditions at both ends make a polynomial of degree {degree}; the highest is {HIGHEST}"
+    if degree > HIGHEST_DEGREE:
+        why = f"{degree + 1} conditions at both ends make a polynomial of degree {degree}"
+        why += f"; the highest is {HIGHEST_DEGREE}"
         yield f"{key}.end", None, why
 
 
-def _scca_of(name: str, law: LawValues, mirror: bool) -> SCCALaw:
+def _scca_law(name: str, law: LawValues, mirror: bool) -> SCCALaw:
     """The law of some shares: the same mirrored."""
     b, c, d, e = (*map(float, law["scca"]), 0.0)[:4]
     return SCCALaw(name, (b, c, d, e))
 
 
-def _scca(key: str, law: LawValues) -> Iterator[Fault]:
+def _check_scca(key: str, law: LawValues) -> Iterator[Fault]:
     shares = law["scca"]
     if len(shares) not in (3, 4):
         what = "must be three shares of the stroke, sine ramps, constant acceleration and cosine"
@@ -225,12 +231,12 @@ def _scca(key: str, law: LawValues) -> Iterator[Fault]:
         yield f"{key}.scca", shares, "needs a share with acceleration; constant velocity alone is the law uniform"
 
 
-def _known(name: str, law: LawValues, mirror: bool) -> Law:
+def _built_in_law(name: str, law: LawValues, mirror: bool) -> Law:
     """A built-in law, which keeps its own name unless it is mirrored."""
     return MirroredLaw(name, LAWS[law["law"]]) if mirror else LAWS[law["law"]]
 
 
-def _built_in(key: str, law: LawValues) -> Iterator[Fault]:
+def _check_built_in(key: str, law: LawValues) -> Iterator[Fault]:
     name = law["law"]
     if name not in LAWS:
         yield f"{key}.law", name, f"must be a built-in motion law; {nearest_law(name, LAWS)}"
@@ -239,10 +245,16 @@ def _built_in(key: str, law: LawValues) -> Iterator[Fault]:
 
 
 LAW_FORMS = (
-    LawForm("a table", ("x", "s"), _tabulated, _table),
-    LawForm("a B-spline", ("coefficients", "degree", "knots"), _spline_of, _spline),
-    LawForm("a B-spline of positions", ("positions", "degree", "knots"), _positions_of, _positions, of_moves=True),
-    LawForm("a polynomial", ("start", "end"), _polynomial_of, _polynomial),
-    LawForm("an SCCA law", ("scca",), _scca_of, _scca),
-    LawForm("a built-in law", ("law",), _known, _built_in),
+    LawForm("a table", ("x", "s"), _table_law, _check_table_points),
+    LawForm("a B-spline", ("coefficients", "degree", "knots"), _spline_law, _check_spline),
+    LawForm(
+        "a B-spline of positions",
+        ("positions", "degree", "knots"),
+        _positions_law,
+        _check_positions,
+        is_for_moves=True,
+    ),
+    LawForm("a polynomial", ("start", "end"), _polynomial_law, _check_polynomial),
+    LawForm("an SCCA law", ("scca",), _scca_law, _check_scca),
+    LawForm("a built-in law", ("law",), _built_in_law, _check_built_in),
 )

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from camopt.model.motion.load import ExternalLoad
-from camopt.scene.csv_columns import MOST_SPANS, read_columns
-from camopt.scene.law_forms import AS_GIVEN, LEAST_GAP, Fault
+from camopt.scene.csv_columns import MOST_SPANS, read_csv_columns
+from camopt.scene.law_forms import LEAST_GAP, VALUE_IN_SCENE, Fault
 from camopt.scene.mapping import tables_in
 from camopt.scene.own_laws import LARGEST_NUMBER
 
@@ -19,7 +19,7 @@ FILE_COLUMNS = ("angle", "load")
 ROW_MESSAGE = "must be a row [cam angle in deg, load]"
 
 
-def constant_and_changing(load: Any, unit: float) -> tuple[float, ExternalLoad | None]:
+def split_load(load: Any, unit: float) -> tuple[float, ExternalLoad | None]:
     """The constant part of a faultless load, in N (N·mm), and the part that changes over the turn.
 
     ``unit`` of the load in N (N·mm). A table of one value is that constant.
@@ -32,7 +32,7 @@ def constant_and_changing(load: Any, unit: float) -> tuple[float, ExternalLoad |
     return 0.0, ExternalLoad(load, unit)
 
 
-def _places(data: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+def _load_tables(data: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
     """The tables that may have a load, by the key of the load: the follower's, and those of a train."""
     follower = data.get("follower")
     dynamics = follower.get("dynamics") if isinstance(follower, Mapping) else None
@@ -48,11 +48,11 @@ def read_load(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
 
     ``folder`` is where files are looked for; None if none may be named.
     """
-    for key, table in _places(data):
+    for key, table in _load_tables(data):
         load = table.get("load")
         if isinstance(load, str):
             try:
-                columns = read_columns(folder, load, FILE_COLUMNS)
+                columns = read_csv_columns(folder, load, FILE_COLUMNS)
             except ValueError as trouble:
                 yield key, load, str(trouble)
             else:
@@ -65,17 +65,17 @@ def check_load(scene: "Scene") -> Iterator[Fault]:
     loads |= {f"train.{number}.load": stage.load for number, stage in enumerate(scene.train, start=1)}
     for key, rows in loads.items():
         if isinstance(rows, tuple):
-            yield from _check_rows(key, rows)
+            yield from _check_load_rows(key, rows)
 
 
-def _check_rows(key: str, rows: tuple[Any, ...]) -> Iterator[Fault]:
+def _check_load_rows(key: str, rows: tuple[Any, ...]) -> Iterator[Fault]:
     """The first fault of the rows of a load."""
     if not 1 <= len(rows) <= MOST_SPANS:
         yield key, None, f"has {len(rows)} rows; it must have 1 to {MOST_SPANS}"
         return
     for number, row in enumerate(rows, start=1):
-        if not isinstance(row, tuple) or len(row) != 2 or not all(map(_is_number, row)):
-            yield f"{key}.{number}", AS_GIVEN, ROW_MESSAGE
+        if not isinstance(row, tuple) or len(row) != 2 or not all(map(_is_finite_number, row)):
+            yield f"{key}.{number}", VALUE_IN_SCENE, ROW_MESSAGE
             return
         angle, load = row
         if not 0.0 <= angle <= 360.0:
@@ -84,10 +84,10 @@ def _check_rows(key: str, rows: tuple[Any, ...]) -> Iterator[Fault]:
         if abs(load) > LARGEST_NUMBER:
             yield f"{key}.{number}", load, f"must have a load from {-LARGEST_NUMBER:g} to {LARGEST_NUMBER:g}"
             return
-    yield from _order(key, [row[0] for row in rows])
+    yield from _check_angle_order(key, [row[0] for row in rows])
 
 
-def _order(key: str, angles: list[float]) -> Iterator[Fault]:
+def _check_angle_order(key: str, angles: list[float]) -> Iterator[Fault]:
     """Cam angles go up; two are the same where the load jumps, 0 and 360 deg too."""
     for number, (before, after) in enumerate(pairwise(angles), start=2):
         if before != after and not after - before >= LEAST_GAP:
@@ -110,5 +110,5 @@ def _order(key: str, angles: list[float]) -> Iterator[Fault]:
             return
 
 
-def _is_number(value: Any) -> bool:
+def _is_finite_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < inf

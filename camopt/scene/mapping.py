@@ -5,11 +5,11 @@ from math import isfinite
 from numbers import Real
 from typing import Any
 
-FOLLOWER = "follower"
+MOTION_AT_FOLLOWER = "follower"
 """Whose motion a scene may give in place of that of its tool."""
 
 
-def at(data: Mapping[str, Any], key: str) -> Any:
+def value_at_key(data: Mapping[str, Any], key: str) -> Any:
     """The value under a key; items of lists are counted from 1."""
     value: Any = data
     for part in key.split("."):
@@ -20,7 +20,7 @@ def at(data: Mapping[str, Any], key: str) -> Any:
     return value
 
 
-def number_of(value: Any) -> float | None:
+def finite_number(value: Any) -> float | None:
     if isinstance(value, bool) or not isinstance(value, Real):
         return None
     try:
@@ -29,9 +29,9 @@ def number_of(value: Any) -> float | None:
         return None
 
 
-def length(data: Mapping[str, Any], key: str) -> float | None:
+def positive_length(data: Mapping[str, Any], key: str) -> float | None:
     """A size, mm; None where it is missing or wrong."""
-    size = number_of(at(data, key))
+    size = finite_number(value_at_key(data, key))
     return size if size and size > 0.0 else None
 
 
@@ -52,11 +52,11 @@ def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
         yield from leaves(each, f"{key}.{name}" if key else str(name))
 
 
-def segments(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+def segment_tables(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """The segments of a scene."""
     return tables_in(data.get("motion"))
 
 
 def given_at_follower(data: Mapping[str, Any]) -> bool:
     """Whether the motion that a scene gives is its follower's, whatever the follower moves."""
-    return bool(data.get("profile")) or data.get("motion_at") == FOLLOWER
+    return bool(data.get("profile")) or data.get("motion_at") == MOTION_AT_FOLLOWER

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camopt.core.mistakes import listed_words
+from camopt.core.mistakes import join_words
 from camopt.model.motion import LAWS
 from camopt.model.motion.law import Law
+from camopt.model.motion.move_run import InfeasibleMoves
 from camopt.model.motion.programme import Programme
-from camopt.model.motion.run import Contradiction
-from camopt.model.motion.segments import MOVE, GivenSegment, positions_of
-from camopt.model.motion.stroke import ALL_STROKES, DERIVATIVE_NAMES, MISSED, Stroke, asked_range
-from camopt.scene.law_forms import AS_GIVEN, NEAR_END, Fault
-from camopt.scene.own_laws import are_faultless, law_in, law_of, law_tables
+from camopt.model.motion.segments import MOVE, MotionSegment, segment_positions
+from camopt.model.motion.stroke import ALL_STROKES, DERIVATIVE_NAMES, SOLVER_TOLERANCE, Stroke, required_range
+from camopt.scene.law_forms import NEAR_END, VALUE_IN_SCENE, Fault
+from camopt.scene.own_laws import has_faultless_laws, law_tables, own_law, own_law_from_values
 from camopt.scene.tables import Segment
 
 if TYPE_CHECKING:
@@ -25,32 +25,32 @@ INSIDE_MOVE = 1e-6  # of a move: the least distance of a condition from its ends
 MOVE_SAMPLES = 257  # angles of a move
 
 
-def check_moves(scene: "Scene", given: Sequence[GivenSegment]) -> Iterator[Fault]:
+def check_moves(scene: "Scene", given: Sequence[MotionSegment]) -> Iterator[Fault]:
     """Every fault of the conditions on moves, if segments and laws are faultless by themselves."""
-    faults = list(_conditions(scene.motion))
+    faults = list(_check_conditions(scene.motion))
     yield from faults
     if faults or not has_laws(scene, given):
         return
     if any(segment.law for segment in given if segment.segment == MOVE):
-        yield from _laws_of_moves(scene, given)
-    yield from _contradictions(scene, given)
+        yield from _check_move_laws(scene, given)
+    yield from _check_contradictions(scene, given)
 
 
-def has_laws(scene: "Scene", given: Sequence[GivenSegment]) -> bool:
+def has_laws(scene: "Scene", given: Sequence[MotionSegment]) -> bool:
     """Whether all laws that segments name are there, and the scene's own are faultless."""
     names = (segment.law for segment in given if segment.law is not None)
-    return all(name in LAWS or name in scene.laws for name in names) and are_faultless(scene)
+    return all(name in LAWS or name in scene.laws for name in names) and has_faultless_laws(scene)
 
 
-def turn_as_given(scene: "Scene", given: Sequence[GivenSegment]) -> Programme:
+def turn_as_given(scene: "Scene", given: Sequence[MotionSegment]) -> Programme:
     """The turn of faultless laws and segments, displacements as they are given."""
-    own = {name: law_of(name, law) for name, law in scene.laws.items()}
+    own = {name: own_law(name, law) for name, law in scene.laws.items()}
     return Programme.from_segments(given, angular=False, laws={**LAWS, **own})
 
 
-def _laws_of_moves(scene: "Scene", given: Sequence[GivenSegment]) -> Iterator[Fault]:
+def _check_move_laws(scene: "Scene", given: Sequence[MotionSegment]) -> Iterator[Fault]:
     """Check that a law of positions starts and ends where its move does, and meets the conditions at its end."""
-    tables, ends = law_tables(scene), positions_of(given)
+    tables, ends = law_tables(scene), segment_positions(given)
     named = (tables[segment.law]["positions"] for segment in given if segment.segment == MOVE and segment.law)
     room = NEAR_END * max(max(ends) - min(ends), *(max(map(abs, positions)) for positions in named))
     starts = [0.0, *accumulate(segment.angle for segment in given)]
@@ -65,46 +65,48 @@ def _laws_of_moves(scene: "Scene", given: Sequence[GivenSegment]) -> Iterator[Fa
                 return
         through = tuple(each._replace(start=radians(each.start), end=radians(each.end)) for each in segment.through)
         asked = segment._replace(through=through)
-        yield from _missed(law_in(segment.law, tables[segment.law]), asked, before, starts[k - 1], f"motion.{k}")
+        yield from _unmet_conditions(
+            own_law_from_values(segment.law, tables[segment.law]), asked, before, starts[k - 1], f"motion.{k}"
+        )
 
 
-def _conditions(rows: Sequence[Segment]) -> Iterator[Fault]:
+def _check_conditions(rows: Sequence[Segment]) -> Iterator[Fault]:
     """Check that conditions on the way of a move are at angles inside it, and are not empty."""
     turned = 0.0
     for k, row in enumerate(rows, start=1):
         before, turned = turned, turned + row.angle
         for number_, each in enumerate(row.through, start=1):
             key = f"motion.{k}.through.{number_}"
-            start, end = asked_range(each.angle)
+            start, end = required_range(each.angle)
             room = INSIDE_MOVE * row.angle
             if all(getattr(each, name) is None for name in DERIVATIVE_NAMES):
                 names = f"{', '.join(DERIVATIVE_NAMES[:-1])} or {DERIVATIVE_NAMES[-1]}"
                 yield key, None, f"asks for nothing: give {names}"
             elif start == end and not before + room <= start <= turned - room:
                 what = f"must be inside the move, between {before:g} and {turned:g} deg of the turn"
-                yield f"{key}.angle", AS_GIVEN, f"{what}; its end has keys of its own (to, velocity, …)"
+                yield f"{key}.angle", VALUE_IN_SCENE, f"{what}; its end has keys of its own (to, velocity, …)"
             elif start < end and not (before - room <= start and end <= turned + room and end - start >= room):
                 what = f"must be a range within the move, from {before:g} to {turned:g} deg of the turn"
-                yield f"{key}.angle", AS_GIVEN, what
+                yield f"{key}.angle", VALUE_IN_SCENE, what
 
 
-def _contradictions(scene: "Scene", given: Sequence[GivenSegment]) -> Iterator[Fault]:
+def _check_contradictions(scene: "Scene", given: Sequence[MotionSegment]) -> Iterator[Fault]:
     """Check that the conditions on moves can be met."""
     if not any(segment.segment == MOVE and segment.law is None for segment in given):
         return
     try:
         if turn_as_given(scene, given).lift == 0.0:
             yield "motion", None, "stays where it is: nothing that is asked moves it"
-    except Contradiction as contradiction:
+    except InfeasibleMoves as contradiction:
         first, *others = contradiction.keys
-        why = f"contradicts {listed_words(others)}: {contradiction.said}"
+        why = f"contradicts {join_words(others)}: {contradiction.headline}"
         if not others:
             beside = "what is beside the moves, or the numbers at their ends (to)"
-            why = f"contradicts {beside}: {contradiction.said.replace('all of these', 'both')}"
+            why = f"contradicts {beside}: {contradiction.headline.replace('all of these', 'both')}"
         yield first, None, f"{why}; leave one out, or ask for a wider range"
 
 
-def _missed(law: Law, segment: GivenSegment, before: float, turned: float, key: str) -> Iterator[Fault]:
+def _unmet_conditions(law: Law, segment: MotionSegment, before: float, turned: float, key: str) -> Iterator[Fault]:
     """The conditions of a move that its law does not meet."""
     start, angle = radians(turned), radians(segment.angle)
     stroke = Stroke(
@@ -112,7 +114,7 @@ def _missed(law: Law, segment: GivenSegment, before: float, turned: float, key: 
     )
     largest = np.abs(stroke.motion(np.linspace(start, start + angle, MOVE_SAMPLES))).max(axis=1)
     for each in stroke.conditions():
-        room = MISSED[each.order] * largest[each.order]
+        room = SOLVER_TOLERANCE[each.order] * largest[each.order]
         values = stroke.values_at(each)
         for value in (float(values.min()), float(values.max())):
             if not each.low - room <= value <= each.high + room:

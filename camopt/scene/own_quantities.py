@@ -12,17 +12,17 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
-from camopt.core.mistakes import nearest, shortened
+from camopt.core.mistakes import shorten, suggest_names
 from camopt.core.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
-from camopt.core.quantities.expression import CONSTANTS, FUNCTIONS, MOST_CHARACTERS, WORD, parse_expression
+from camopt.core.quantities.expression import CONSTANTS, FUNCTIONS, MOST_CHARACTERS, WORD_PATTERN, parse_expression
 from camopt.core.quantities.function import FunctionCall, QuantityFunction, installed_quantities, load_installed
 from camopt.core.quantities.key import Key
-from camopt.core.quantities.own import OWN, OwnQuantity, own_quantity
-from camopt.scene.complaints import unknown_key
+from camopt.core.quantities.own_quantity import OWN_EFFECT, OwnQuantity, own_quantity
 from camopt.scene.law_forms import Fault
 from camopt.scene.limits import Limits
-from camopt.scene.mapping import at
-from camopt.scene.tables import OTHER_WORDS, Listed, SceneTable, as_list, one_line
+from camopt.scene.mapping import value_at_key
+from camopt.scene.pydantic_mistakes import unknown_key
+from camopt.scene.tables import QUANTITY_SYNONYMS, ListOrItem, SceneTable, as_list, check_one_line
 
 MOST_QUANTITIES, LONGEST_NAME = 100, 60
 QUANTITY_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -57,7 +57,7 @@ class QuantityExpression(SceneTable):
         str | None, Key('Expression over quantities, such as ``"outer_radius_mm * torque_rms_N_m"``')
     ] = None
     function: Annotated[
-        Annotated[str, BeforeValidator(one_line)] | None,
+        Annotated[str, BeforeValidator(check_one_line)] | None,
         Key(
             "Name of a Python function in place of ``value``: an entry point of the group "
             "``camopt.quantities``, or what ``camopt.quantity`` calls a function. No module is "
@@ -65,19 +65,19 @@ class QuantityExpression(SceneTable):
         ),
     ] = None
     columns: Annotated[
-        tuple[str, ...], Listed(as_list), Key("Quantities that the function takes, in this order")
+        tuple[str, ...], ListOrItem(as_list), Key("Quantities that the function takes, in this order")
     ] = ()
-    unit: Annotated[str, BeforeValidator(one_line), Key("Unit of the value, for headings and tables")] = ""
+    unit: Annotated[str, BeforeValidator(check_one_line), Key("Unit of the value, for headings and tables")] = ""
     sentence: Annotated[
         str,
-        BeforeValidator(one_line),
+        BeforeValidator(check_one_line),
         Key("What the quantity is, for tables and reports: the expression, if not given"),
     ] = ""
 
 
-def own_tables(data: Mapping[str, Any]) -> Mapping[str, Any]:
+def own_quantity_tables(data: Mapping[str, Any]) -> Mapping[str, Any]:
     """The tables of the scene's own quantities, by name."""
-    tables = data.get(OWN)
+    tables = data.get(OWN_EFFECT)
     return tables if isinstance(tables, Mapping) else {}
 
 
@@ -86,19 +86,19 @@ def read_own_quantities(data: dict[str, Any]) -> None:
 
     With those of installed packages that the scene names.
     """
-    given = data.get(OWN, {})
+    given = data.get(OWN_EFFECT, {})
     if isinstance(given, list) and all(isinstance(each, QuantityFunction) for each in given):
         given = {each.name: each for each in given}
     if not isinstance(given, dict):
         return
     tables = {name: _quantity_table(each) for name, each in given.items()}
     known = {*QUANTITIES, *tables, *FUNCTIONS, *CONSTANTS, *DISCIPLINES, EVERYTHING}
-    if unknown := {name for name in _names_in(data, tables) if name.isidentifier()} - known:
+    if unknown := {name for name in _quantity_names_in(data, tables) if name.isidentifier()} - known:
         tables = {
             name: _quantity_table({"function": name}) for name in installed_quantities() if name in unknown
         } | tables
     if tables:
-        data[OWN] = tables
+        data[OWN_EFFECT] = tables
 
 
 def _quantity_table(given: Any) -> Any:
@@ -114,16 +114,16 @@ def _quantity_table(given: Any) -> Any:
     return given
 
 
-def _names_in(data: Mapping[str, Any], tables: Mapping[str, Any]) -> Iterator[str]:
+def _quantity_names_in(data: Mapping[str, Any], tables: Mapping[str, Any]) -> Iterator[str]:
     """The names of quantities that a scene has, and some other words."""
     limits = data.get("limits")
     yield from (key for key in (limits if isinstance(limits, Mapping) else ()) if key not in Limits.model_fields)
     for key in ("search.minimise", "search.maximise", "outputs"):
-        named = at(data, key)
+        named = value_at_key(data, key)
         yield from (each for each in (named if isinstance(named, list) else [named]) if isinstance(each, str))
     for each in tables.values():
         value = each.get("value") if isinstance(each, Mapping) else None
-        yield from WORD.findall(value[:MOST_CHARACTERS]) if isinstance(value, str) else ()
+        yield from WORD_PATTERN.findall(value[:MOST_CHARACTERS]) if isinstance(value, str) else ()
 
 
 def own_quantities(tables: Mapping[str, QuantityExpression]) -> dict[str, OwnQuantity]:
@@ -147,22 +147,22 @@ def _own_quantity(
 
 def check_own_quantities(data: Mapping[str, Any]) -> Iterator[Fault]:
     """Every fault of the scene's own quantities, and of names of quantities that may be theirs."""
-    tables = own_tables(data)
+    tables = own_quantity_tables(data)
     if len(tables) > MOST_QUANTITIES:
-        yield OWN, None, f"has {len(tables):,} quantities; at most {MOST_QUANTITIES} are allowed"
+        yield OWN_EFFECT, None, f"has {len(tables):,} quantities; at most {MOST_QUANTITIES} are allowed"
         return
     names = [*tables]
     for place, (name, table) in enumerate(tables.items()):
         if why := _name_clash(name):
-            yield OWN, name, why
+            yield OWN_EFFECT, name, why
         if isinstance(table, Mapping):
-            yield from _check_table(
-                f"{OWN}.{name}", table, partial(_check_name, above=names[:place], below=names[place:])
+            yield from _check_quantity_table(
+                f"{OWN_EFFECT}.{name}", table, partial(_check_name, above=names[:place], below=names[place:])
             )
     yield from _check_quantity_names(data, names)
 
 
-def _check_table(key: str, table: Mapping[str, Any], check_name: Callable[[str], None]) -> Iterator[Fault]:
+def _check_quantity_table(key: str, table: Mapping[str, Any], check_name: Callable[[str], None]) -> Iterator[Fault]:
     """An own quantity has an expression, or a function with its columns, over quantities that it may read."""
     value, function, columns = (table.get(name) for name in ("value", "function", "columns"))
     if (value is None) == (function is None):
@@ -171,14 +171,14 @@ def _check_table(key: str, table: Mapping[str, Any], check_name: Callable[[str],
         yield f"{key}.columns", None, "missing; a function takes columns"
     elif function is None and columns:
         yield f"{key}.columns", columns, "belongs to a function; an expression names its quantities itself"
-    if isinstance(value, str) and (why := _fault_of(parse_expression, value, check_name)):
+    if isinstance(value, str) and (why := _fault_text(parse_expression, value, check_name)):
         yield key, value, why
     for place, name in enumerate(columns if isinstance(columns, list) else (), start=1):
-        if why := _fault_of(check_name, str(name)):
+        if why := _fault_text(check_name, str(name)):
             yield f"{key}.columns.{place}", name, why
 
 
-def _fault_of(check: Callable[..., Any], *given: Any) -> str:
+def _fault_text(check: Callable[..., Any], *given: Any) -> str:
     """What a check finds wrong; empty if nothing."""
     try:
         check(*given)
@@ -203,19 +203,21 @@ def _name_clash(name: str) -> str:
 def _check_name(name: str, above: Collection[str], below: Collection[str]) -> None:
     """Check a name in an expression, with the own quantities above it, and itself with those below."""
     if name in below:
-        raise ValueError(f"{name} is not above it in [{OWN}]: an expression reads own quantities above it alone")
+        raise ValueError(
+            f"{name} is not above it in [{OWN_EFFECT}]: an expression reads own quantities above it alone"
+        )
     if name in above:
         return
     if name not in QUANTITIES:
-        meant = nearest(OTHER_WORDS.get(name, name), (*above, *QUANTITIES))
-        raise ValueError(f"{shortened(name)} is no quantity; {meant}")
+        meant = suggest_names(QUANTITY_SYNONYMS.get(name, name), (*above, *QUANTITIES))
+        raise ValueError(f"{shorten(name)} is no quantity; {meant}")
     if QUANTITIES[name].kind is not float or QUANTITIES[name].effect in VERDICTS:
         raise ValueError(f"{name} is no number of a design, or a verdict; an expression reads numbers")
 
 
 def check_limit_keys(data: Mapping[str, Any]) -> Iterator[Fault]:
     """A limit has a short key, or the name of a quantity."""
-    limits, own = data.get("limits"), own_tables(data)
+    limits, own = data.get("limits"), own_quantity_tables(data)
     if not isinstance(limits, Mapping):
         return
     for key in limits:
@@ -231,8 +233,12 @@ def _check_quantity_names(data: Mapping[str, Any], own: Collection[str]) -> Iter
         "outputs": ("a quantity, an effect (camopt effects lists them) or all", (*DISCIPLINES, EVERYTHING)),
     }
     for key, (what, others) in asked.items():
-        named = at(data, key)
+        named = value_at_key(data, key)
         known = (*own, *QUANTITIES, *others)
         for place, name in enumerate(named if isinstance(named, list) else [named], start=1):
             if isinstance(name, str) and name not in known and name not in QUANTITIES:
-                yield f"{key}.{place}", name, f"must be {what}; {nearest(OTHER_WORDS.get(name, name), known)}"
+                yield (
+                    f"{key}.{place}",
+                    name,
+                    f"must be {what}; {suggest_names(QUANTITY_SYNONYMS.get(name, name), known)}",
+                )

@@ -18,19 +18,19 @@ from camopt.core.quantities.key import LENGTHS, Key
 from camopt.model.mechanisms import Mechanism
 from camopt.model.mechanisms.elements import DISC, EVERY_BODY, Body
 from camopt.scene.fits import FIT, SHAFT_FIT
-from camopt.scene.law_forms import AS_GIVEN, Fault
+from camopt.scene.law_forms import VALUE_IN_SCENE, Fault
 from camopt.scene.materials import MATERIALS
-from camopt.scene.sizes import known
+from camopt.scene.sizes import known_number
 from camopt.scene.tables import (
-    Anywhere,
+    BoundedNumber,
     Cam,
     Length,
     Materials,
     Positive,
     SceneTable,
-    Within,
-    is_pair,
-    one_line,
+    SignedNumber,
+    check_one_line,
+    check_pair,
     or_text,
 )
 
@@ -38,29 +38,29 @@ if TYPE_CHECKING:
     from camopt.scene.scene import Scene
 
 
-def _is_fit(value: Any, pattern: str, example: str) -> Any:
+def _check_fit(value: Any, pattern: str, example: str) -> Any:
     if not isinstance(value, str) or not re.fullmatch(pattern, value):
         raise ValueError(f"a fit of ISO 286, such as {example}")
     return value
 
 
-def _is_date(value: Any) -> Any:
-    return value.isoformat() if isinstance(value, date) else one_line(value)
+def _date_as_text(value: Any) -> Any:
+    return value.isoformat() if isinstance(value, date) else check_one_line(value)
 
 
-def _as_text(value: Any) -> Any:
+def _number_as_text(value: Any) -> Any:
     if isinstance(value, float):  # the last zero of 1.4310, a number of a steel, is gone
         raise ValueError("a text, in quotes")
-    return str(value) if isinstance(value, int) and not isinstance(value, bool) else one_line(value)
+    return str(value) if isinstance(value, int) and not isinstance(value, bool) else check_one_line(value)
 
 
-OneLine = Annotated[str, BeforeValidator(one_line)]
-Numbered = Annotated[str, BeforeValidator(_as_text, json_schema_input_type=str | int)]
+OneLine = Annotated[str, BeforeValidator(check_one_line)]
+NumberedText = Annotated[str, BeforeValidator(_number_as_text, json_schema_input_type=str | int)]
 """A text that may be a whole number, without quotes."""
-Fit = Annotated[str, BeforeValidator(partial(_is_fit, pattern=FIT, example="H7"))]
-ShaftFit = Annotated[str, BeforeValidator(partial(_is_fit, pattern=SHAFT_FIT, example="h9"))]
+HoleFit = Annotated[str, BeforeValidator(partial(_check_fit, pattern=FIT, example="H7"))]
+ShaftFit = Annotated[str, BeforeValidator(partial(_check_fit, pattern=SHAFT_FIT, example="h9"))]
 TOWARDS_FOLLOWER = 90.0
-HUB, KEYWAY = DISC.part, ("keyway_width", "keyway_depth")
+HUB_KEYS, KEYWAY_KEYS = DISC.part, ("keyway_width", "keyway_depth")
 USUAL_GAP = 0.25  # of the thickness: between both discs of a pair, which leaves the rollers room
 
 
@@ -98,7 +98,7 @@ class Part(SceneTable):
             usual=LENGTHS,
         ),
     ] = None
-    bore_fit: Annotated[Fit | None, Key("Fit of the bore (ISO 286), such as H7")] = None
+    bore_fit: Annotated[HoleFit | None, Key("Fit of the bore (ISO 286), such as H7")] = None
     hub_diameter: Annotated[
         Length | None, Key("Diameter of the hub, at most that of the base circle", "mm", usual=LENGTHS)
     ] = None
@@ -111,7 +111,7 @@ class Part(SceneTable):
         Key("Standard of the keyway, by which its width and depth follow from the bore: DIN 6885"),
     ] = None
     keyway_width: Annotated[Length | None, Key("Width of the keyway", "mm", usual=LENGTHS)] = None
-    keyway_fit: Annotated[Fit | None, Key("Fit of the width of the keyway, such as JS9")] = None
+    keyway_fit: Annotated[HoleFit | None, Key("Fit of the width of the keyway, such as JS9")] = None
     keyway_depth: Annotated[
         Length | None,
         Key(
@@ -121,7 +121,7 @@ class Part(SceneTable):
         ),
     ] = None
     keyway_angle: Annotated[
-        Annotated[float, Within(ge=-360, le=360)] | None,
+        Annotated[float, BoundedNumber(ge=-360, le=360)] | None,
         Key("Direction of the keyway's middle in the cam's own frame, ccw from x", "deg"),
     ] = None
     outer_diameter: Annotated[
@@ -138,7 +138,7 @@ class Part(SceneTable):
         ),
     ] = None
     groove_fit: Annotated[
-        Fit | None, Key("Fit of the width of the groove, which is the diameter of the roller, such as H8")
+        HoleFit | None, Key("Fit of the width of the groove, which is the diameter of the roller, such as H8")
     ] = None
     groove_chamfer: Annotated[
         Length | None, Key("Chamfer of the edges of the groove at 45°, in the drawing alone", "mm")
@@ -148,7 +148,7 @@ class Part(SceneTable):
         Positive | None, Key("Density; that of ``materials.cam`` if not given", "kg/m³", usual=(500.0, 25000.0))
     ] = None
     material: Annotated[
-        Numbered | None, Key("Material in the title block, ``materials.cam`` if not given", example="16MnCr5")
+        NumberedText | None, Key("Material in the title block, ``materials.cam`` if not given", example="16MnCr5")
     ] = None
     hardness: Annotated[
         OneLine | None, Key("Hardness in the title block, such as 58 + 4 HRC", example="58 + 4 HRC")
@@ -161,17 +161,17 @@ class Part(SceneTable):
         None
     )
     edges: Annotated[
-        Annotated[tuple[Anywhere, Anywhere], BeforeValidator(is_pair)] | None,
+        Annotated[tuple[SignedNumber, SignedNumber], BeforeValidator(check_pair)] | None,
         Key("Edges by ISO 13715, outer and inner, below 0 where steel is taken off", "mm"),
     ] = None
     name: Annotated[OneLine | None, Key("Name in the title block, that of the scene if not given")] = None
-    number: Annotated[Numbered | None, Key("Number of the drawing")] = None
+    number: Annotated[NumberedText | None, Key("Number of the drawing")] = None
     designer: Annotated[OneLine | None, Key("Who drew it")] = None
     approved_by: Annotated[OneLine | None, Key("Who approved it")] = None
     legal_owner: Annotated[OneLine | None, Key("The firm that owns the drawing")] = None
-    revision: Annotated[Numbered | None, Key("Index of the revision, such as A")] = None
+    revision: Annotated[NumberedText | None, Key("Index of the revision, such as A")] = None
     date_of_issue: Annotated[
-        Annotated[str, BeforeValidator(_is_date)] | None,
+        Annotated[str, BeforeValidator(_date_as_text)] | None,
         Key("Date of issue, as a text or a date of TOML such as 2026-11-25"),
     ] = None
     language: Annotated[Literal["en", "de"], Key("Language of the drawing")] = "en"
@@ -197,7 +197,7 @@ class Part(SceneTable):
         """Whether the hub is longer than the plates that it includes."""
         return (self.hub_length or 0.0) > self.width
 
-    def of_disc(self, disc: int | None) -> "Part":
+    def disc_part(self, disc: int | None) -> "Part":
         """One disc of a pair: without a hub it is a part of its own, with a number of its own."""
         if disc is None or self.hub_diameter or not self.number:
             return self
@@ -206,15 +206,15 @@ class Part(SceneTable):
     @property
     def bore_reach(self) -> float:
         """The largest distance of the bore, its keyway included, from the axis; 0 without a bore; mm."""
-        return reach_of(self.bore or 0.0, self.keyway_width or 0.0, self.keyway_depth or 0.0)
+        return hole_reach(self.bore or 0.0, self.keyway_width or 0.0, self.keyway_depth or 0.0)
 
 
-def reach_of(bore: float, width: float, depth: float) -> float:
+def hole_reach(bore: float, width: float, depth: float) -> float:
     """The distance from the axis of the corners of a keyway, or of the bore's surface if there is none; mm."""
     return hypot(bore / 2 + depth, width / 2) if width else bore / 2
 
 
-def resolved(
+def complete_part(
     part: Part, title: str, cam: Cam, materials: Materials, profile_tolerance: float | None, paired: bool
 ) -> Part:
     """The part, completed from other tables of the scene; of two discs if it is ``paired``.
@@ -242,23 +242,23 @@ def check_part(scene: "Scene", mechanism: Mechanism, travel: float | None, radiu
     part, body = scene.part, mechanism.body
     for key in dict.fromkeys(key for other in EVERY_BODY for key in other.part if key not in body.part):
         if getattr(part, key) is not None:
-            yield f"part.{key}", AS_GIVEN, f"a {body.words} has none"
+            yield f"part.{key}", VALUE_IN_SCENE, f"a {body.words} has none"
     if part.disc_gap is not None and not mechanism.second_keys:
-        yield "part.disc_gap", AS_GIVEN, "is that of a conjugate pair, and this cam has one disc"
-    shaft, bore = known(scene.cam.shaft_diameter), known(part.bore)
+        yield "part.disc_gap", VALUE_IN_SCENE, "is that of a conjugate pair, and this cam has one disc"
+    shaft, bore = known_number(scene.cam.shaft_diameter), known_number(part.bore)
     if shaft and bore and shaft != bore:
         yield "part.bore", bore, f"must be cam.shaft_diameter ({shaft:g}), or one of both is left out"
         return
     hole = _Hole(scene)
-    yield from _keyway(part, hole)
+    yield from _check_keyway(part, hole)
     if body.closed:
-        bases = [known(getattr(scene.cam, body.size)), known(scene.drive.base_radius)]
+        bases = [known_number(getattr(scene.cam, body.size)), known_number(scene.drive.base_radius)]
         base = min((each for each in bases if each), default=None)
-        yield from _hub(part, hole, base, 1 + bool(mechanism.second_keys)) if body.bounded else ()
-        yield from _inside(part, hole, base, "the base circle (radius {:g})")
-        yield from _in_face(part, body)
+        yield from _check_hub(part, hole, base, 1 + bool(mechanism.second_keys)) if body.bounded else ()
+        yield from _check_hole_inside(part, hole, base, "the base circle (radius {:g})")
+        yield from _check_face_flank(part, body)
     else:
-        yield from _groove(scene, hole, mechanism, travel, radius)
+        yield from _check_groove(scene, hole, mechanism, travel, radius)
 
 
 class _Hole:
@@ -267,35 +267,35 @@ class _Hole:
     def __init__(self, scene: "Scene") -> None:
         part = scene.part
         self.is_given = part.bore is not None or scene.cam.shaft_diameter is not None
-        self.bore = known(scene.cam.shaft_diameter if part.bore is None else part.bore)
-        width, depth = (known(getattr(part, key)) or 0.0 for key in KEYWAY)
-        self.reach = None if self.bore is None else reach_of(self.bore, width if depth else 0.0, depth)
+        self.bore = known_number(scene.cam.shaft_diameter if part.bore is None else part.bore)
+        width, depth = (known_number(getattr(part, key)) or 0.0 for key in KEYWAY_KEYS)
+        self.reach = None if self.bore is None else hole_reach(self.bore, width if depth else 0.0, depth)
 
 
-def _keyway(part: Part, hole: _Hole) -> Iterator[Fault]:
+def _check_keyway(part: Part, hole: _Hole) -> Iterator[Fault]:
     """A keyway has a width, a depth and a bore that it is in."""
-    given = [key for key in (*KEYWAY, "keyway_angle") if getattr(part, key) is not None]
+    given = [key for key in (*KEYWAY_KEYS, "keyway_angle") if getattr(part, key) is not None]
     if not given:
         return
-    for key in KEYWAY:
+    for key in KEYWAY_KEYS:
         if getattr(part, key) is None:
             yield f"part.{key}", None, f"missing; the keyway of part.{given[0]} needs it"
     if not hole.is_given:
         yield "part.bore", None, "missing; a keyway needs it, or cam.shaft_diameter"
-    width = known(part.keyway_width)
+    width = known_number(part.keyway_width)
     if hole.bore and width and width >= hole.bore:
         yield "part.keyway_width", width, f"must be below the diameter of the bore ({hole.bore:g})"
 
 
-def _hub(part: Part, hole: _Hole, base: float | None, discs: int) -> Iterator[Fault]:
+def _check_hub(part: Part, hole: _Hole, base: float | None, discs: int) -> Iterator[Fault]:
     """A hub has a diameter and a length, is longer and wider than what it holds, and lies behind the profile."""
-    given = [key for key in HUB if getattr(part, key) is not None]
-    for key in (*HUB, "thickness") if given else ():
+    given = [key for key in HUB_KEYS if getattr(part, key) is not None]
+    for key in (*HUB_KEYS, "thickness") if given else ():
         if getattr(part, key) is None:
             yield f"part.{key}", None, f"missing; part.{given[0]} is that of a hub on a plate"
-    whole, plate, diameter = map(known, (part.hub_length, part.thickness, part.hub_diameter))
+    whole, plate, diameter = map(known_number, (part.hub_length, part.thickness, part.hub_diameter))
     if plate and discs > 1:
-        plate = discs * plate + (known(part.disc_gap) or USUAL_GAP * plate)
+        plate = discs * plate + (known_number(part.disc_gap) or USUAL_GAP * plate)
     if whole and plate and whole < plate:
         what = "the thickness" if discs == 1 else "two thicknesses and the gap"
         yield "part.hub_length", whole, f"must be at least {what} ({plate:g}), which it includes"
@@ -306,36 +306,38 @@ def _hub(part: Part, hole: _Hole, base: float | None, discs: int) -> Iterator[Fa
         yield "part.hub_diameter", diameter, f"must be at most twice the base radius ({2 * base:g})"
 
 
-def _inside(part: Part, hole: _Hole, radius: float | None, what: str) -> Iterator[Fault]:
+def _check_hole_inside(part: Part, hole: _Hole, radius: float | None, what: str) -> Iterator[Fault]:
     """Bore and keyway are inside a circle about the axis."""
     if not radius or not hole.reach or not hole.bore or hole.reach < radius:
         return
     if hole.bore / 2 < radius:
-        yield "part.keyway_depth", AS_GIVEN, f"must leave a wall to {what.format(radius)}"
-    elif own := known(part.bore):  # a shaft as thick as the base circle is told as such, or is one with the cam
+        yield "part.keyway_depth", VALUE_IN_SCENE, f"must leave a wall to {what.format(radius)}"
+    elif own := known_number(
+        part.bore
+    ):  # a shaft as thick as the base circle is told as such, or is one with the cam
         yield "part.bore", own, f"must leave a wall to {what.format(radius)}"
 
 
-def _in_face(part: Part, body: Body) -> Iterator[Fault]:
+def _check_face_flank(part: Part, body: Body) -> Iterator[Fault]:
     """A groove in the face of a disc leaves a bottom, and a rib stands on a plate."""
-    whole, height = known(part.thickness), known(getattr(part, body.flank_height, None))
+    whole, height = known_number(part.thickness), known_number(getattr(part, body.flank_height, None))
     if whole and height and height >= whole:
         why = "it has a bottom" if "groove_depth" in body.flank_height else "the rib stands on a plate"
         yield f"part.{body.flank_height}", height, f"must be below the thickness ({whole:g}): {why}"
 
 
-def _groove(
+def _check_groove(
     scene: "Scene", hole: _Hole, mechanism: Mechanism, travel: float | None, radius: float | None
 ) -> Iterator[Fault]:
     """A groove (rib) lies within the length of the cylinder, and leaves a wall to the bore."""
     body = mechanism.body
     key, what = f"part.{body.flank_height}", body.flank_height.partition("_")[0]
-    part, mean = scene.part, known(getattr(scene.cam, body.size))
-    depth, whole = known(getattr(part, body.flank_height)), known(part.thickness)
+    part, mean = scene.part, known_number(getattr(scene.cam, body.size))
+    depth, whole = known_number(getattr(part, body.flank_height)), known_number(part.thickness)
     if mean and depth and depth >= 2 * mean:
         yield key, depth, f"must be below twice the mean radius ({2 * mean:g})"
     elif mean:
-        yield from _inside(part, hole, mean - (depth or 0.0) / 2, f"{body.foot} (radius {{:g}})")
+        yield from _check_hole_inside(part, hole, mean - (depth or 0.0) / 2, f"{body.foot} (radius {{:g}})")
     needed = run_of_groove(scene, mechanism, travel, radius)
     if depth and whole and needed is not None and whole <= needed:
         yield "part.thickness", whole, f"must be above {needed:g}, the length over which the {what} runs"
@@ -343,8 +345,8 @@ def _groove(
 
 def run_of_groove(scene: "Scene", mechanism: Mechanism, travel: float | None, radius: float | None) -> float | None:
     """The length over which the groove (rib) runs along the axis, mm; None if a size of it is missing."""
-    arm, ribbed = known(scene.follower.arm_length), mechanism.ribbed
-    apart = known(scene.follower.roller_spacing) if ribbed else 0.0
+    arm, ribbed = known_number(scene.follower.arm_length), mechanism.has_rib
+    apart = known_number(scene.follower.roller_spacing) if ribbed else 0.0
     if travel is None or radius is None or apart is None:
         return None
     beside = -2 * radius if ribbed else 2 * radius

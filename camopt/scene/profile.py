@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 from camopt.model.mechanisms import Mechanism
 from camopt.model.mechanisms.elements import BODIES, DISC, OSCILLATING
-from camopt.model.motion.contact import ProfileContact
 from camopt.model.motion.load import ExternalLoad
-from camopt.model.motion.profile import TOUCHING_SHARE, GivenElement, Unfit, least_radius, parts_of
-from camopt.model.motion.profile_law import programme_on
+from camopt.model.motion.profile import TOUCHING_SHARE, ElementSpec, ProfileFault, least_radius, place_elements
+from camopt.model.motion.profile_contact import ProfileContact
+from camopt.model.motion.profile_law import programme_on_profile
 from camopt.model.motion.programme import Programme
 from camopt.scene import tables
-from camopt.scene.law_forms import AS_GIVEN, Fault
-from camopt.scene.mapping import at, number_of, tables_in
-from camopt.scene.sizes import known, mechanism_named, sizes_of
+from camopt.scene.law_forms import VALUE_IN_SCENE, Fault
+from camopt.scene.mapping import finite_number, tables_in, value_at_key
+from camopt.scene.sizes import known_number, known_sizes, mechanism_named
 
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
@@ -25,17 +25,20 @@ LEAST_RADIUS = 1e-9  # mm: of a radius
 
 def read_profile(data: dict[str, Any]) -> None:
     """Put the least radius of a profile in place of one that is absent, or rounded, in ``data`` itself."""
-    rows = [tables.ProfileElement.sound(row) for row in tables_in(data.get("profile"))]
-    cam, elements = data.get("cam"), _elements([row for row in rows if row], at(data, "cam.rotation"))
+    rows = [tables.ProfileElement.from_known_keys(row) for row in tables_in(data.get("profile"))]
+    cam, elements = (
+        data.get("cam"),
+        _motion_elements([row for row in rows if row], value_at_key(data, "cam.rotation")),
+    )
     if elements and None not in rows and isinstance(cam, dict) and cam.get("form") == DISC.form:
-        with suppress(Unfit):  # which is told with the other faults
-            least = least_radius(parts_of(elements))
+        with suppress(ProfileFault):  # which is told with the other faults
+            least = least_radius(place_elements(elements))
             base = cam.get("base_radius")
-            if base is None or not any(_base(number_of(base), least)):
+            if base is None or not any(_check_base_radius(finite_number(base), least)):
                 cam["base_radius"] = least
 
 
-def programme_of(scene: "Scene", load: ExternalLoad | None = None) -> Programme:
+def profile_programme(scene: "Scene", load: ExternalLoad | None = None) -> Programme:
     """The turn of a scene with a profile.
 
     Raises
@@ -43,24 +46,26 @@ def programme_of(scene: "Scene", load: ExternalLoad | None = None) -> Programme:
     Unfit
         If the arcs and lines are no profile, or its follower cannot be on it.
     """
-    found = programme_in(scene, load)
+    found = known_programme(scene, load)
     assert found is not None, "a scene has the sizes of its follower"
     return found
 
 
-def programme_in(scene: "Scene", load: ExternalLoad | None = None) -> Programme | None:
+def known_programme(scene: "Scene", load: ExternalLoad | None = None) -> Programme | None:
     """The same; None where a number that it needs is missing or wrong."""
-    elements = None if scene.has_wrong("profile") else _elements(scene.profile, scene.cam.rotation)
+    elements = None if scene.has_wrong("profile") else _motion_elements(scene.profile, scene.cam.rotation)
     found = mechanism_named(DISC.form, scene.follower.motion, scene.follower.contact, scene.drive.kind)
-    contact = found and _on_profile(found[0], sizes_of(*found, scene.follower, scene.cam), scene.cam.rotation)
-    return programme_on(parts_of(elements), contact, load) if elements and contact else None
+    contact = found and _profile_contact(
+        found[0], known_sizes(*found, scene.follower, scene.cam), scene.cam.rotation
+    )
+    return programme_on_profile(place_elements(elements), contact, load) if elements and contact else None
 
 
 def highest_on_profile(scene: "Scene") -> float | None:
     """The highest displacement above the lowest, mm or deg; None where it is not known."""
     try:
-        programme = programme_in(scene)
-    except Unfit:
+        programme = known_programme(scene)
+    except ProfileFault:
         return None
     if programme is None:
         return None
@@ -75,17 +80,19 @@ def check_profile(scene: "Scene") -> Iterator[Fault]:
     if form in [*BODIES] and form != DISC.form:
         yield "cam.form", form, "must be 'disc': arcs and lines are the profile of a disc cam"
     for k, row in enumerate(scene.profile, start=1):
-        yield from _element(row, f"profile.{k}")
-    elements = None if scene.has_wrong("profile") else _elements(scene.profile, scene.cam.rotation)
+        yield from _check_element(row, f"profile.{k}")
+    elements = None if scene.has_wrong("profile") else _motion_elements(scene.profile, scene.cam.rotation)
     if elements:
         try:
-            yield from _base(known(scene.cam.base_radius), least_radius(parts_of(elements)))
-            programme_in(scene)
-        except Unfit as unfit:
+            yield from _check_base_radius(
+                known_number(scene.cam.base_radius), least_radius(place_elements(elements))
+            )
+            known_programme(scene)
+        except ProfileFault as unfit:
             yield f"profile.{unfit.number}" if unfit.number else "profile", None, unfit.why
 
 
-def _base(base: float | None, least: float) -> Iterator[Fault]:
+def _check_base_radius(base: float | None, least: float) -> Iterator[Fault]:
     if base is not None and abs(base - least) > TOUCHING_SHARE * least:
         yield "cam.base_radius", base, f"the least radius of the profile is {least:.10g}: leave it out"
 
@@ -93,35 +100,35 @@ def _base(base: float | None, least: float) -> Iterator[Fault]:
 # --------------------------------------------------------------------------------------------------- elements
 
 
-def _element(row: tables.ProfileElement, key: str) -> Iterator[Fault]:
+def _check_element(row: tables.ProfileElement, key: str) -> Iterator[Fault]:
     if row.element == "line":
         for name in ("radius", "x", "y"):
             if getattr(row, name) is not None:
-                yield f"{key}.{name}", AS_GIVEN, "a line has none: it touches both neighbours"
+                yield f"{key}.{name}", VALUE_IN_SCENE, "a line has none: it touches both neighbours"
     elif row.element == "arc":
         if row.radius is None:
             yield f"{key}.radius", None, "missing; an arc has a radius (mm), below 0 where the flank is hollow"
         elif abs(row.radius) < LEAST_RADIUS:
-            yield f"{key}.radius", AS_GIVEN, f"must be at least {LEAST_RADIUS:g} from 0"
+            yield f"{key}.radius", VALUE_IN_SCENE, f"must be at least {LEAST_RADIUS:g} from 0"
         for name, other in (("x", "y"), ("y", "x")):
             if getattr(row, name) is None and getattr(row, other) is not None:
                 yield f"{key}.{name}", None, "missing; a centre has x and y (mm)"
 
 
-def _elements(rows: Sequence[tables.ProfileElement], rotation: Any) -> list[GivenElement] | None:
+def _motion_elements(rows: Sequence[tables.ProfileElement], rotation: Any) -> list[ElementSpec] | None:
     """The elements as the motion takes them; None where one has a fault."""
-    faults = any(any(_element(row, "")) for row in rows)
-    return None if faults else [_element_of(row, rotation) for row in rows]
+    faults = any(any(_check_element(row, "")) for row in rows)
+    return None if faults else [_motion_element(row, rotation) for row in rows]
 
 
-def _element_of(row: tables.ProfileElement, rotation: str) -> GivenElement:
+def _motion_element(row: tables.ProfileElement, rotation: str) -> ElementSpec:
     """An element as the motion takes it: in a plane that is mirrored unless the cam turns cw."""
     if row.x is None or row.y is None:
-        return GivenElement(row.radius)
-    return GivenElement(row.radius, complex(row.x, row.y if rotation == "cw" else -row.y))
+        return ElementSpec(row.radius)
+    return ElementSpec(row.radius, complex(row.x, row.y if rotation == "cw" else -row.y))
 
 
-def _on_profile(mechanism: Mechanism, sizes: Mapping[str, float], rotation: str) -> ProfileContact | None:
+def _profile_contact(mechanism: Mechanism, sizes: Mapping[str, float], rotation: str) -> ProfileContact | None:
     """The follower of a mechanism on a profile; None where it meets none, or a size is missing."""
     try:
         return mechanism.on_profile and mechanism.on_profile(sizes, -1.0 if rotation == "cw" else 1.0)

@@ -15,37 +15,36 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import tomli_w
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr, ValidationError
 
-from camopt.core.mistakes import BadInput, Mistake, nearest, printable
-from camopt.core.quantities import OF_STAGE, number_quantities, stage_quantity
+from camopt.core.mistakes import BadInput, Mistake, printable, suggest_names
+from camopt.core.quantities import STAGE_NUMBER_KEYS, number_quantities, stage_quantity
+from camopt.core.quantities.display import Drawable, HasHtml
 from camopt.core.quantities.key import Key
-from camopt.core.quantities.shown import Drawn, HasHtml
 from camopt.core.storage.files import read_bytes
 from camopt.model.mechanisms import FIELDS, SECOND_FIELDS, Mechanism, mechanism_for
 from camopt.model.mechanisms.elements import TIPS, Tip
 from camopt.model.motion import LAWS
 from camopt.scene.checks import faults_of
-from camopt.scene.complaints import mistakes_of
 from camopt.scene.design_rows import check_row, is_missing, values_of_row
 from camopt.scene.drawn_profile import read_drawing
+from camopt.scene.faultless_tables import faultless_table
 from camopt.scene.fits import read_bore, read_keyway
-from camopt.scene.former import FORMER_KEYS, read_former
-from camopt.scene.halves import read_half
-from camopt.scene.law_forms import AS_GIVEN
+from camopt.scene.former_keys import FORMER_KEYS, read_former_keys
+from camopt.scene.law_forms import VALUE_IN_SCENE
 from camopt.scene.limits import Limits
 from camopt.scene.load import read_load
-from camopt.scene.mapping import at, given_at_follower
-from camopt.scene.own_laws import own_law_tables, read_files, with_camopt_names
+from camopt.scene.mapping import given_at_follower, value_at_key
+from camopt.scene.own_laws import own_law_tables, read_law_files, with_camopt_names
 from camopt.scene.own_quantities import QuantityExpression, check_limit_keys, read_own_quantities
-from camopt.scene.part import Part, resolved
-from camopt.scene.places import tables_of
+from camopt.scene.part import Part, complete_part
 from camopt.scene.profile import read_profile
-from camopt.scene.search import Search, unfolded
-from camopt.scene.shape import read_shape
-from camopt.scene.sound import sound_table
+from camopt.scene.pydantic_mistakes import mistakes_from_pydantic
+from camopt.scene.search import Search, nest_dotted_keys
 from camopt.scene.sources import shipped_scenes, shipped_toml
-from camopt.scene.speed import OF_CRANK, read_speed
-from camopt.scene.spring import is_straight
+from camopt.scene.speed import CRANK_SPEED_KEY, read_speed
+from camopt.scene.spring import has_straight_spring
 from camopt.scene.synthesis import SynthesisSettings
+from camopt.scene.table_places import tables_by_place
+from camopt.scene.table_shapes import replace_wrong_shapes
 from camopt.scene.tables import (
     MOST_SEGMENTS,
     Accuracy,
@@ -53,7 +52,7 @@ from camopt.scene.tables import (
     Drive,
     Dynamics,
     Follower,
-    Inner,
+    InnerTable,
     Materials,
     Outputs,
     OwnLaw,
@@ -61,20 +60,21 @@ from camopt.scene.tables import (
     SceneTable,
     Segment,
     Through,
-    one_line,
+    check_one_line,
     or_text,
 )
-from camopt.scene.text import is_typed, parsed, plain
-from camopt.scene.tolerances import Tolerances, read_measured
+from camopt.scene.tolerances import Tolerances, read_measured_errors
+from camopt.scene.toml_text import has_unit_text, parse_toml, plain_tables
 from camopt.scene.train import MOST_STAGES, TrainStage, keys_of_stage, tool_turns
 from camopt.scene.turn import read_searched_laws
-from camopt.scene.units import with_units
+from camopt.scene.units import replace_unit_texts
+from camopt.scene.yoke_halves import read_half_turn
 
 if TYPE_CHECKING:
     import pandas as pd
 
-SCENES = "a TOML file or a shipped scene"
-RESULTS = "a TOML file, a shipped scene, a table of designs (.parquet) or a folder that a command wrote"
+SCENE_WORDS = "a TOML file or a shipped scene"
+RESULT_WORDS = "a TOML file, a shipped scene, a table of designs (.parquet) or a folder that a command wrote"
 
 KEYS_OF_ROWS = {
     "motion": {*Segment.model_fields, *Through.model_fields},
@@ -83,7 +83,7 @@ KEYS_OF_ROWS = {
 }
 
 
-class Scene(HasHtml, Drawn, SceneTable):
+class Scene(HasHtml, Drawable, SceneTable):
     """A whole scene, made from tables, from TOML (``from_toml``) or from a mapping (``from_dict``).
 
     Keys, units and meaning are those of a scene file. A scene does not change: ``replace`` makes another one.
@@ -144,12 +144,12 @@ class Scene(HasHtml, Drawn, SceneTable):
 
     picture: ClassVar[str] = "drawing.figures"
     model_config = ConfigDict(defer_build=False)  # its keys are in its signature before there is one
-    name: Annotated[str, BeforeValidator(one_line), Key("Title of results and pictures")] = "scene"
-    cam: Annotated[Inner[Cam], Key("The cam")]
-    follower: Annotated[Inner[Follower], Key("The follower")]
-    drive: Annotated[Inner[Drive], Key("What keeps the follower on the cam")] = Drive.model_construct()
+    name: Annotated[str, BeforeValidator(check_one_line), Key("Title of results and pictures")] = "scene"
+    cam: Annotated[InnerTable[Cam], Key("The cam")]
+    follower: Annotated[InnerTable[Follower], Key("The follower")]
+    drive: Annotated[InnerTable[Drive], Key("What keeps the follower on the cam")] = Drive.model_construct()
     motion: Annotated[
-        tuple[Inner[Segment], ...],
+        tuple[InnerTable[Segment], ...],
         Field(min_length=1, max_length=MOST_SEGMENTS),
         Key("The turn, segment by segment"),
     ] = ()
@@ -158,34 +158,35 @@ class Scene(HasHtml, Drawn, SceneTable):
         Key("Whose motion ``[[motion]]`` is, where there is a train: that of the tool, or that of the follower"),
     ] = "tool"
     train: Annotated[
-        tuple[Inner[TrainStage], ...],
+        tuple[InnerTable[TrainStage], ...],
         Field(max_length=MOST_STAGES),
         Key("The train between the follower and the tool, stage by stage"),
     ] = ()
     profile: Annotated[
-        tuple[Inner[ProfileElement], ...],
+        tuple[InnerTable[ProfileElement], ...],
         Field(min_length=1, max_length=MOST_SEGMENTS, json_schema_extra=or_text),
         Key("The cam's profile, in place of the motion: arcs and lines, or the name of a DXF file of them"),
     ] = ()
-    laws: Annotated[dict[str, Inner[OwnLaw]], Key("Motion laws of the scene's own, by name")] = Field(
+    laws: Annotated[dict[str, InnerTable[OwnLaw]], Key("Motion laws of the scene's own, by name")] = Field(
         default_factory=dict
     )
     quantities: Annotated[
-        dict[str, Inner[QuantityExpression]], Key("Quantities of the scene's own, by name: expressions over others")
+        dict[str, InnerTable[QuantityExpression]],
+        Key("Quantities of the scene's own, by name: expressions over others"),
     ] = Field(default_factory=dict)
-    limits: Annotated[Inner[Limits], Key("What the cam must hold")] = Limits.model_construct()
-    search: Annotated[Inner[Search], Key("What may vary, and the objectives")] = Search.model_construct()
-    synthesis: Annotated[Inner[SynthesisSettings], Key("What free motion laws minimise and hold")] = (
+    limits: Annotated[InnerTable[Limits], Key("What the cam must hold")] = Limits.model_construct()
+    search: Annotated[InnerTable[Search], Key("What may vary, and the objectives")] = Search.model_construct()
+    synthesis: Annotated[InnerTable[SynthesisSettings], Key("What free motion laws minimise and hold")] = (
         SynthesisSettings.model_construct()
     )
-    materials: Annotated[Inner[Materials], Key("Bodies in contact and their lubricant")] = (
+    materials: Annotated[InnerTable[Materials], Key("Bodies in contact and their lubricant")] = (
         Materials.model_construct()
     )
-    part: Annotated[Inner[Part], Key("The cam as it is made")] = Part.model_construct()
-    tolerances: Annotated[Inner[Tolerances], Key("How far the real cam and its follower may be from all this")] = (
-        Tolerances.model_construct()
-    )
-    accuracy: Annotated[Inner[Accuracy], Key("How exact results are")] = Accuracy.model_construct()
+    part: Annotated[InnerTable[Part], Key("The cam as it is made")] = Part.model_construct()
+    tolerances: Annotated[
+        InnerTable[Tolerances], Key("How far the real cam and its follower may be from all this")
+    ] = Tolerances.model_construct()
+    accuracy: Annotated[InnerTable[Accuracy], Key("How exact results are")] = Accuracy.model_construct()
     outputs: Annotated[
         Outputs,
         Key(
@@ -260,7 +261,7 @@ class Scene(HasHtml, Drawn, SceneTable):
     @property
     def straight_spring(self) -> bool:
         """Whether its spring is a straight one on the arm of an oscillating follower."""
-        return is_straight(
+        return has_straight_spring(
             {"follower": {"dynamics": dict(self.follower.dynamics or ())}, "search": dict(self.search)}
         )
 
@@ -279,7 +280,9 @@ class Scene(HasHtml, Drawn, SceneTable):
     def whole_part(self) -> Part:
         """The part, completed from other tables of the scene: bore, material, density, name."""
         paired = bool(self.mechanism.second_keys)
-        return resolved(self.part, self.name, self.cam, self.materials, self.tolerances.profile or None, paired)
+        return complete_part(
+            self.part, self.name, self.cam, self.materials, self.tolerances.profile or None, paired
+        )
 
     @property
     def toleranced(self) -> "Scene":
@@ -301,42 +304,46 @@ class Scene(HasHtml, Drawn, SceneTable):
     def _fill(
         self, values: dict[str, Any], file: str, folder: Path | None = Path(), mistakes: Iterable[Mistake] = ()
     ) -> None:
-        given, found = plain(values, file), [*mistakes]
+        given, found = plain_tables(values, file), [*mistakes]
         if "search" in given:
-            given["search"] = unfolded(given["search"])
+            given["search"] = nest_dotted_keys(given["search"])
         if "tolerances" in given:
-            given["tolerances"] = unfolded(given["tolerances"])
-        unread = [*read_former(given)]
+            given["tolerances"] = nest_dotted_keys(given["tolerances"])
+        unread = [*read_former_keys(given)]
         read_own_quantities(given)
-        found += read_shape(given, tables_of(Scene), file)
+        found += replace_wrong_shapes(given, tables_by_place(Scene), file)
         read_bore(given)  # before units: a fit is none
-        if is_typed({key: value for key, value in given.items() if key != "name"}):
-            given, without_unit = with_units(given, tables_of(Scene), file)
+        if has_unit_text({key: value for key, value in given.items() if key != "name"}):
+            given, without_unit = replace_unit_texts(given, tables_by_place(Scene), file)
             found += without_unit
         tables = with_camopt_names(given, own_law_tables(given))
         unread += read_keyway(tables)
-        unread += [*read_files(tables, folder), *read_load(tables, folder), *read_drawing(tables, folder)]
-        unread += [*read_measured(tables, folder), *check_limit_keys(tables)]
+        unread += [*read_law_files(tables, folder), *read_load(tables, folder), *read_drawing(tables, folder)]
+        unread += [*read_measured_errors(tables, folder), *check_limit_keys(tables)]
         by_crank = isinstance(cam := tables.get("cam"), dict) and "rpm_of_crank" in cam
         unread += read_speed(tables)
         read_profile(tables)
         read_searched_laws(tables)
-        read_half(tables)
+        read_half_turn(tables)
         is_sound = not found
         try:
             BaseModel.__init__(self, **tables)
         except ValidationError as error:
             is_sound = False
             told = {*(mistake.key for mistake in found), *(fault[0] for fault in unread)}
-            found += [each for each in mistakes_of(error, Scene, "", file) if each.key not in told]
+            found += [each for each in mistakes_from_pydantic(error, Scene, "", file) if each.key not in told]
         keys = {mistake.key for mistake in found}
-        sound = self if is_sound else sound_table(Scene, tables, keys)
+        sound = self if is_sound else faultless_table(Scene, tables, keys)
         sound._wrong = frozenset(keys)
         faults = (*unread, *faults_of(sound, tables))
         for key, value, why in faults:
             row = key.startswith(("train.", "motion.")) and key.rpartition(".")[2].isdecimal()
             if key not in keys and not (row and any(each.startswith(f"{key}.") for each in keys)):
-                found.append(Mistake(file, key, at(tables, key) if value is AS_GIVEN else value, why, bare=True))
+                found.append(
+                    Mistake(
+                        file, key, value_at_key(tables, key) if value is VALUE_IN_SCENE else value, why, bare=True
+                    )
+                )
         if found:
             raise BadInput(found)
         self._file, self._by_crank = file, by_crank
@@ -367,15 +374,15 @@ class Scene(HasHtml, Drawn, SceneTable):
             If there is no such file, or it cannot be read.
         """
         name = os.fsdecode(path)
-        data = parsed(read_bytes(name), name)
-        data = plain({"name": printable(Path(name).stem), **data}, name)
+        data = parse_toml(read_bytes(name), name)
+        data = plain_tables({"name": printable(Path(name).stem), **data}, name)
         scene, changes = cls.__new__(cls), changes or {}
         try:
             scene._fill(data, name, Path(name).parent)
         except BadInput:
             if not changes:
                 raise
-            data |= {table: unfolded(data[table]) for table in ("search", "tolerances") if table in data}
+            data |= {table: nest_dotted_keys(data[table]) for table in ("search", "tolerances") if table in data}
             scene._fill(data, name, Path(name).parent, _make_changes(data, changes, name))
             return scene
         return scene.replace(**changes) if changes else scene
@@ -384,7 +391,7 @@ class Scene(HasHtml, Drawn, SceneTable):
     def embedded(cls, text: str, file: str) -> "Scene":
         """The scene (TOML) in a table. All of it is there: a scene that names files is refused."""
         scene = cls.__new__(cls)
-        scene._fill(parsed(text, file), file, None)
+        scene._fill(parse_toml(text, file), file, None)
         return scene
 
     def to_dict(self) -> dict[str, Any]:
@@ -417,7 +424,7 @@ class Scene(HasHtml, Drawn, SceneTable):
             found[key] = self
             for name in key.split("."):
                 rows = isinstance(found[key], tuple)
-                found[key] = _row(found[key], name) if rows else getattr(found[key], name, None)
+                found[key] = _row_by_number(found[key], name) if rows else getattr(found[key], name, None)
         return found
 
     @property
@@ -439,7 +446,7 @@ class Scene(HasHtml, Drawn, SceneTable):
         found: dict[str, str] = {}
         for number, row in enumerate(self.train, start=1):
             own, turns = keys_of_stage(row.stage), self.turns_after(number)
-            keys = [key for key in OF_STAGE if key in own]
+            keys = [key for key in STAGE_NUMBER_KEYS if key in own]
             found |= {f"train.{number}.{key}": stage_quantity(number, key, turns=turns) for key in keys}
         return found
 
@@ -495,13 +502,13 @@ class Scene(HasHtml, Drawn, SceneTable):
         """The scene with other values by dotted key, which are checked already, as those of ``[search]`` are."""
         scene = self
         for key, value in values.items():
-            scene = _changed(scene, key.split("."), value)
+            scene = _with_value(scene, key.split("."), value)
         return scene
 
 
 def _make_changes(data: dict[str, Any], changes: Mapping[str, Any], file: str) -> list[Mistake]:
     """Make changes by dotted key in the tables of a scene; a mistake for each key that leads through no table."""
-    for key, other in (("rpm", OF_CRANK), ("rpm_of_crank", "cam.rpm")):
+    for key, other in (("rpm", CRANK_SPEED_KEY), ("rpm_of_crank", "cam.rpm")):
         if changes.get(other) is not None and isinstance(cam := data.get("cam"), dict):
             cam.pop(key, None)
     found = []
@@ -512,7 +519,7 @@ def _make_changes(data: dict[str, Any], changes: Mapping[str, Any], file: str) -
         for place, name in enumerate(tables):
             rows = table if isinstance(table, list) else None
             above.append((table, name))
-            table = _row(rows, name) if rows is not None else table.setdefault(name, {})
+            table = _row_by_number(rows, name) if rows is not None else table.setdefault(name, {})
             if not isinstance(table, dict) and not (isinstance(table, list) and tables[place + 1 :]):
                 named = f"[[{'.'.join(tables[:place])}]]"
                 rest = "give it whole" if rows is None else f"{named} has {len(rows)}"
@@ -520,7 +527,7 @@ def _make_changes(data: dict[str, Any], changes: Mapping[str, Any], file: str) -
                 break
         else:
             if value is not None:
-                table[last] = plain(value, file)
+                table[last] = plain_tables(value, file)
                 continue
             table.pop(last, None)
             for parent, name in above[:0:-1]:  # a table in a table goes with its last key
@@ -529,18 +536,18 @@ def _make_changes(data: dict[str, Any], changes: Mapping[str, Any], file: str) -
     return found
 
 
-def _row(rows: Sequence[Any], number: str) -> Any:
+def _row_by_number(rows: Sequence[Any], number: str) -> Any:
     """A row of a list of tables, by its number from 1; None if there is none."""
     return rows[int(number) - 1] if number.isdecimal() and 1 <= int(number) <= len(rows) else None
 
 
-def _changed(table: Any, keys: list[str], value: Any) -> Any:
+def _with_value(table: Any, keys: list[str], value: Any) -> Any:
     """A table with another value under a path of keys, unchecked; [follower.dynamics] may be absent."""
     first, *rest = keys
     if isinstance(table, tuple):
         place = int(first) - 1
-        return (*table[:place], _changed(table[place], rest, value), *table[place + 1 :])
-    changed = _changed(getattr(table, first) or Dynamics(), rest, value) if rest else value
+        return (*table[:place], _with_value(table[place], rest, value), *table[place + 1 :])
+    changed = _with_value(getattr(table, first) or Dynamics(), rest, value) if rest else value
     return table.model_copy(update={first: changed})
 
 
@@ -577,7 +584,7 @@ def find_scene(name: str | os.PathLike[str]) -> Scene:
 
 
 def scene_named(
-    word: str, what: str = "scene", allowed: str = SCENES, changes: Mapping[str, Any] | None = None
+    word: str, what: str = "scene", allowed: str = SCENE_WORDS, changes: Mapping[str, Any] | None = None
 ) -> Scene:
     """As ``find_scene``, with changes by key.
 
@@ -593,7 +600,7 @@ def scene_named(
     elif path.suffix or {"/", os.sep} & {*word}:
         why = "there is no such file"
     else:
-        why = nearest(word, shipped_scenes())
+        why = suggest_names(word, shipped_scenes())
     raise BadInput([Mistake("camopt", what, word, f"{allowed}; {why}")])
 
 

@@ -8,27 +8,34 @@ from pydantic import BeforeValidator, Field
 
 from camopt.core.quantities.key import Key
 from camopt.model.mechanisms import SECOND_FIELDS
-from camopt.scene.choices import Choice, Chosen, NumberRange, StepRange, free_numbers, free_rows
+from camopt.scene.choices import (
+    CheckedChoice,
+    Choice,
+    NumberRange,
+    StepRange,
+    read_number_choices,
+    read_row_choices,
+)
 from camopt.scene.mapping import leaves
-from camopt.scene.sizes import SEARCHED
+from camopt.scene.sizes import SEARCH_SIZES
 from camopt.scene.tables import (
+    BoundedNumber,
     Cam,
     Drive,
     Follower,
-    Inner,
+    InnerTable,
     LawName,
-    Listed,
+    ListOrItem,
     Materials,
-    Quantities,
+    QuantityNames,
     SceneTable,
     Switch,
-    Within,
     as_list,
-    whole_number,
+    check_whole_number,
 )
 from camopt.scene.train import TrainStage
 
-Laws = Annotated[tuple[LawName, ...], Field(min_length=1), Listed(as_list)]
+Laws = Annotated[tuple[LawName, ...], Field(min_length=1), ListOrItem(as_list)]
 MOST_SAMPLES, MOST_SEED = 2**22, 2**32 - 1  # 32 MB a size
 
 
@@ -62,36 +69,36 @@ class Search(SceneTable):
     law: Annotated[Laws, Key("Motion laws to try, each on rises and returns alike")] = ()
     law_rise: Annotated[Laws, Key("Motion laws to try on rises, with each of ``law_return``")] = ()
     law_return: Annotated[Laws, Key("Motion laws to try on returns")] = ()
-    angle_rise: Annotated[Inner[StepRange] | None, Key("Range for the angle of each rise", "deg")] = None
-    angle_return: Annotated[Inner[StepRange] | None, Key("Range for the angle of each return", "deg")] = None
-    angle_dwell: Annotated[Inner[StepRange] | None, Key("Range for the angle of each dwell", "deg")] = None
+    angle_rise: Annotated[InnerTable[StepRange] | None, Key("Range for the angle of each rise", "deg")] = None
+    angle_return: Annotated[InnerTable[StepRange] | None, Key("Range for the angle of each return", "deg")] = None
+    angle_dwell: Annotated[InnerTable[StepRange] | None, Key("Range for the angle of each dwell", "deg")] = None
     cam: Annotated[
         dict[str, Any],
-        BeforeValidator(partial(free_numbers, Cam)),
+        BeforeValidator(partial(read_number_choices, Cam)),
         Key("Other numbers of ``[cam]`` that vary, such as ``rpm``"),
     ] = Field(default_factory=dict)
     follower: Annotated[
         dict[str, Any],
-        BeforeValidator(partial(free_numbers, Follower)),
+        BeforeValidator(partial(read_number_choices, Follower)),
         Key("Other numbers of ``[follower]`` and ``[follower.dynamics]`` that vary"),
     ] = Field(default_factory=dict)
     drive: Annotated[
         dict[str, Any],
-        BeforeValidator(partial(free_numbers, Drive)),
+        BeforeValidator(partial(read_number_choices, Drive)),
         Key("Sizes and other numbers of ``[drive]`` that vary"),
     ] = Field(default_factory=dict)
     materials: Annotated[
         dict[str, Any],
-        BeforeValidator(partial(free_numbers, Materials)),
+        BeforeValidator(partial(read_number_choices, Materials)),
         Key("Numbers of ``[materials]`` that vary"),
     ] = Field(default_factory=dict)
     train: Annotated[
         dict[str, Any],
-        BeforeValidator(partial(free_rows, TrainStage)),
+        BeforeValidator(partial(read_row_choices, TrainStage)),
         Key("Numbers of ``[[train]]`` that vary, by the number of the stage"),
     ] = Field(default_factory=dict)
     samples: Annotated[
-        Annotated[int, BeforeValidator(whole_number), Field(ge=1, le=MOST_SAMPLES)] | None,
+        Annotated[int, BeforeValidator(check_whole_number), Field(ge=1, le=MOST_SAMPLES)] | None,
         Key("How many designs a sweep draws for each law, in place of a grid"),
     ] = None
     sampler: Annotated[Literal["sobol", "latin-hypercube"], Key("How the designs of ``samples`` are drawn")] = (
@@ -99,14 +106,14 @@ class Search(SceneTable):
     )
     seed: Annotated[
         int,
-        BeforeValidator(whole_number),
+        BeforeValidator(check_whole_number),
         Field(ge=0, le=MOST_SEED),
         Key("Number of the draw: another one draws other designs"),
     ] = 0
-    minimise: Annotated[Quantities, Key("Names of quantities that a Pareto front minimises")] = ()
-    maximise: Annotated[Quantities, Key("Names of quantities that a Pareto front maximises")] = ()
+    minimise: Annotated[QuantityNames, Key("Names of quantities that a Pareto front minimises")] = ()
+    maximise: Annotated[QuantityNames, Key("Names of quantities that a Pareto front maximises")] = ()
     thin: Annotated[
-        Annotated[float, Within(ge=1e-9, lt=1)] | None,
+        Annotated[float, BoundedNumber(ge=1e-9, lt=1)] | None,
         Key(
             "What a row that stays in the front costs at most more than one left out, as a share of "
             "an objective's range",
@@ -132,24 +139,24 @@ class Search(SceneTable):
         return dict.fromkeys(self.minimise, 1.0) | dict.fromkeys(self.maximise, -1.0)
 
     @property
-    def sizes(self) -> dict[str, Chosen]:
+    def sizes(self) -> dict[str, CheckedChoice]:
         """The choices for sizes, by key; those that are given."""
-        first = {key: choice for key in SEARCHED if (choice := getattr(self, key)) is not None}
-        return first | {key: each for key, each in self.by_key.items() if key in SECOND_FIELDS}
+        first = {key: choice for key in SEARCH_SIZES if (choice := getattr(self, key)) is not None}
+        return first | {key: each for key, each in self.choices_by_key.items() if key in SECOND_FIELDS}
 
     @property
     def numbers(self) -> dict[str, NumberRange | tuple[float, ...]]:
         """The choices for numbers that are no sizes, by key of the scene, as ``cam.rpm``."""
-        return {key: each for key, each in self.by_key.items() if key not in SECOND_FIELDS}
+        return {key: each for key, each in self.choices_by_key.items() if key not in SECOND_FIELDS}
 
     @property
-    def by_key(self) -> dict[str, Any]:
+    def choices_by_key(self) -> dict[str, Any]:
         """The choices in tables, by key of the scene."""
         tables = {name: getattr(self, name) for name in ("cam", "follower", "drive", "materials", "train")}
         return dict(sorted(leaves(tables)))
 
 
-def unfolded(search: Any) -> Any:
+def nest_dotted_keys(search: Any) -> Any:
     """A table with tables in place of keys that lead to them, as ``"train.1.coupler"`` does in ``[search]``."""
     if not isinstance(search, dict):
         return search

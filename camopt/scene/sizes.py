@@ -6,12 +6,12 @@ from typing import Any
 
 from camopt.model.mechanisms import FIELDS, Mechanism, mechanism_for
 from camopt.model.mechanisms.elements import BODIES, DRIVES, MOTIONS, TIPS, Tip
-from camopt.scene.mapping import at
+from camopt.scene.mapping import value_at_key
 from camopt.scene.tables import Cam, Follower
 
 FOLLOWER_SIZES, CAM_SIZES = (tuple(key for key in table.model_fields if key in FIELDS) for table in (Follower, Cam))
 """The keys of sizes in ``[follower]``, and in ``[cam]``."""
-SEARCHED = (*FOLLOWER_SIZES, *CAM_SIZES)
+SEARCH_SIZES = (*FOLLOWER_SIZES, *CAM_SIZES)
 """Those in ``[search]``."""
 SIGNED_SIZES = {"offset": 0.0, "face_offset": None}
 """Sizes that may be 0 or below, each with what it is where a scene does not give it."""
@@ -20,10 +20,10 @@ FORM_WORDS: tuple[dict[str, Any], ...] = (BODIES, MOTIONS, TIPS)
 """What ``cam.form``, ``follower.motion`` and ``follower.contact`` may say."""
 
 
-def mechanism_in(data: Mapping[str, Any]) -> tuple[Mechanism, Tip] | None:
+def mechanism_of_tables(data: Mapping[str, Any]) -> tuple[Mechanism, Tip] | None:
     """The mechanism and the tip of its follower in the plain mapping of a scene; None if a word is wrong."""
     return mechanism_named(
-        *(at(data, key) for key in ("cam.form", "follower.motion", "follower.contact", "drive.kind"))
+        *(value_at_key(data, key) for key in ("cam.form", "follower.motion", "follower.contact", "drive.kind"))
     )
 
 
@@ -37,15 +37,17 @@ def mechanism_named(form: Any, motion: Any, contact: Any, drive: Any) -> tuple[M
     return mechanism_for(*named, drive), TIPS[contact]
 
 
-def known(value: Any) -> float | None:
+def known_number(value: Any) -> float | None:
     """A number of a scene; None where it is missing or wrong."""
     return value if isinstance(value, float) and not isnan(value) else None
 
 
-def sizes_of(mechanism: Mechanism, tip: Tip, follower: Any, cam: Any = None) -> dict[str, float]:
+def known_sizes(mechanism: Mechanism, tip: Tip, follower: Any, cam: Any = None) -> dict[str, float]:
     """The sizes of a mechanism in mm, by field of ``Designs``, without those that are missing or wrong."""
     keys = {field: field for field in mechanism.sizes} | {"roller_radius": tip.radius}
     given = {field: getattr(follower, key) if key else 0.0 for field, key in keys.items()}
     given |= {} if cam is None else {"size": getattr(cam, mechanism.body.size)}
-    found = {field: SIGNED_SIZES.get(field) if size is None else known(size) for field, size in given.items()}
+    found = {
+        field: SIGNED_SIZES.get(field) if size is None else known_number(size) for field, size in given.items()
+    }
     return {field: size for field, size in found.items() if size is not None}

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from camopt.scene.law_forms import Fault
-from camopt.scene.mapping import number_of
+from camopt.scene.mapping import finite_number
 
-OF_CRANK = "cam.rpm_of_crank"
+CRANK_SPEED_KEY = "cam.rpm_of_crank"
 TURNS_OF_CRANK = 2.0  # in one turn of the camshaft
 
 
@@ -17,7 +17,7 @@ def read_speed(tables: dict[str, Any]) -> Iterator[Fault]:
     if cam is None or crank is None:
         return
     if cam.get("rpm") is not None:
-        yield OF_CRANK, crank, "not together with cam.rpm, which is half of it: give one of both"
-    elif (speed := number_of(crank)) is not None and speed > 0.0:
+        yield CRANK_SPEED_KEY, crank, "not together with cam.rpm, which is half of it: give one of both"
+    elif (speed := finite_number(crank)) is not None and speed > 0.0:
         cam["rpm"] = speed / TURNS_OF_CRANK
         del cam["rpm_of_crank"]

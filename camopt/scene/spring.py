@@ -10,18 +10,18 @@ from collections.abc import Mapping
 from typing import Any
 
 from camopt.core.quantities import NUMBERS, SPRING_AT
-from camopt.scene.mapping import at
+from camopt.scene.mapping import value_at_key
 
-OF_SPRING = tuple(each.key for each in NUMBERS if each.of == "spring")
+SPRING_NUMBERS = tuple(each.key for each in NUMBERS if each.motion_of == "spring")
 """Numbers of the spring, whose moment is a force on its lever if it is a straight one."""
 
 
-def is_straight(data: Mapping[str, Any]) -> bool:
+def has_straight_spring(data: Mapping[str, Any]) -> bool:
     """Whether the spring in the tables of a scene is a straight one on an arm, whose numbers are no moments."""
-    return _given(data, SPRING_AT) is not None
+    return _number_or_choice(data, SPRING_AT) is not None
 
 
-def _given(data: Mapping[str, Any], key: str) -> Any:
+def _number_or_choice(data: Mapping[str, Any], key: str) -> Any:
     """A value in its table or in ``[search]``."""
-    own = at(data, key)
-    return at(data, f"search.{key}") if own is None else own
+    own = value_at_key(data, key)
+    return value_at_key(data, f"search.{key}") if own is None else own

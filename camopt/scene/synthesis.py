@@ -5,30 +5,30 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from camopt.core.quantities.key import Key
-from camopt.scene.complaints import TAGS
+from camopt.scene.pydantic_mistakes import LOCATION_TAGS
 from camopt.scene.tables import (
     LARGEST_VALUE,
+    BoundedNumber,
     Positive,
     SceneTable,
     Switch,
-    Within,
-    is_number,
-    is_pair,
-    known,
-    whole_number,
+    check_number,
+    check_pair,
+    check_whole_number,
+    known_name,
 )
 
 
-def _is_peak(value: Any) -> Any:
+def _check_peak_factor(value: Any) -> Any:
     """A peak factor: ± a number, a range that holds 0, or that of a law, by name."""
     if isinstance(value, str):
         return value
     if isinstance(value, (list, tuple)):
-        pair = is_pair(value)
+        pair = check_pair(value)
         if not -LARGEST_VALUE <= pair[0] <= 0.0 < pair[1] <= LARGEST_VALUE:
             raise ValueError("a range with 0 in it")
         return pair
-    number = is_number(value)
+    number = check_number(value)
     if not 0.0 < number <= LARGEST_VALUE:
         raise ValueError("a number above 0, a range or the name of a law")
     return number
@@ -40,9 +40,9 @@ AXIS_TERMS = (
 )
 OBJECTIVE_TERMS = (*AXIS_TERMS, "crossing_jerk")
 TERM_OR_AXIS = "a term of the objective; loads, as torque_peak_N_m, are axes of a frontier"
-PeakAsked = Annotated[float | tuple[float, float] | str, BeforeValidator(_is_peak)] | None
-ObjectiveTerm = Annotated[str, known(OBJECTIVE_TERMS, TERM_OR_AXIS)]
-PointPairs = tuple[Annotated[tuple[float, float], BeforeValidator(is_pair)], ...]
+PeakAsked = Annotated[float | tuple[float, float] | str, BeforeValidator(_check_peak_factor)] | None
+ObjectiveTerm = Annotated[str, known_name(OBJECTIVE_TERMS, TERM_OR_AXIS)]
+PointPairs = tuple[Annotated[tuple[float, float], BeforeValidator(check_pair)], ...]
 
 
 class SynthesisSettings(SceneTable):
@@ -63,14 +63,17 @@ class SynthesisSettings(SceneTable):
     minimise: Annotated[
         Annotated[ObjectiveTerm, Tag("range/")]
         | Annotated[dict[ObjectiveTerm, Positive], Field(min_length=1), Tag("values/")],
-        Discriminator(lambda value: TAGS[isinstance(value, dict)]),
+        Discriminator(lambda value: LOCATION_TAGS[isinstance(value, dict)]),
         Key("What free laws minimise: one term, or a table of weights for several"),
     ] = "size"
     peak_velocity: Annotated[PeakAsked, Key("Bound on the velocity of the unit stroke", "no unit")] = None
     peak_acceleration: Annotated[PeakAsked, Key("Bound on the acceleration of the unit stroke", "no unit")] = None
     peak_jerk: Annotated[PeakAsked, Key("Bound on the jerk of the unit stroke", "no unit")] = None
     rest: Annotated[
-        int, BeforeValidator(whole_number), Field(ge=1, le=3), Key("How many derivatives are zero beside a dwell")
+        int,
+        BeforeValidator(check_whole_number),
+        Field(ge=1, le=3),
+        Key("How many derivatives are zero beside a dwell"),
     ] = 2
     monotone: Annotated[Switch, Key("Whether rises never fall, and returns never rise")] = False
     symmetric: Annotated[
@@ -78,7 +81,7 @@ class SynthesisSettings(SceneTable):
     ] = False
     crossing_window: Annotated[
         float,
-        Within(gt=0, le=180),
+        BoundedNumber(gt=0, le=180),
         Key(
             "Cam angle from where the force turns round, within which the roller has to land on the other flank",
             "deg",
@@ -86,17 +89,19 @@ class SynthesisSettings(SceneTable):
     ] = 15.0
     smooth: Annotated[
         float,
-        Within(ge=0, le=1),
+        BoundedNumber(ge=0, le=1),
         Key("Share of the objective that is given up for the least variation of the jerk", "no unit"),
     ] = 0.0
     points: Annotated[
         PointPairs, Key("Points (cam angle, displacement) that the motion goes through", "deg and mm", "deg")
     ] = ()
-    degree: Annotated[int, BeforeValidator(whole_number), Field(ge=4, le=9), Key("Degree of the B-splines")] = 5
+    degree: Annotated[
+        int, BeforeValidator(check_whole_number), Field(ge=4, le=9), Key("Degree of the B-splines")
+    ] = 5
     pieces: Annotated[
-        int, BeforeValidator(whole_number), Field(ge=2, le=200), Key("Polynomial pieces of a stroke")
+        int, BeforeValidator(check_whole_number), Field(ge=2, le=200), Key("Polynomial pieces of a stroke")
     ] = 48
     continuity: Annotated[
-        Annotated[int, BeforeValidator(whole_number), Field(ge=2, le=8)] | None,
+        Annotated[int, BeforeValidator(check_whole_number), Field(ge=2, le=8)] | None,
         Key("How many derivatives are continuous, one less than the degree if not given"),
     ] = None

@@ -17,19 +17,19 @@ from pydantic import (
 )
 from pydantic_core import core_schema
 
-from camopt.core.mistakes import BadInput, Mistake, nearest
+from camopt.core.mistakes import BadInput, Mistake, suggest_names
 from camopt.core.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
 from camopt.core.quantities.key import ANYWHERE, LENGTH, LENGTHS, NOT_NEGATIVE, POSITIVE, Key, NumberKey
 from camopt.core.quantities.scene_numbers import NUMBER_KEYS, numbers_in
 from camopt.model.mechanisms.elements import CamForm, DriveName, MotionName, TipName
 from camopt.model.motion import LAWS
-from camopt.model.motion.aliases import ALIASES, SEGMENTS, segment_named
-from camopt.scene.complaints import mistakes_of
-from camopt.scene.law_forms import DEGREES
+from camopt.model.motion.aliases import ALIASES, SEGMENT_ALIASES, canonical_segment
+from camopt.scene.law_forms import SPLINE_DEGREES
 from camopt.scene.materials import MATERIALS
+from camopt.scene.pydantic_mistakes import mistakes_from_pydantic
 
 
-def is_number(value: Any) -> Any:
+def check_number(value: Any) -> Any:
     if isinstance(value, bool) or not isinstance(value, Real):
         raise ValueError("a number")
     try:
@@ -40,11 +40,11 @@ def is_number(value: Any) -> Any:
 
 def _number_as_given(value: Any) -> Any:
     """The number; a whole one stays so until its bounds are checked, and mistakes show what was written."""
-    number = is_number(value)
+    number = check_number(value)
     return value if type(value) is int else number
 
 
-class Within:
+class BoundedNumber:
     """A finite number within bounds, or None if it may be: told to pydantic at once, which takes it less time."""
 
     def __init__(self, **bounds: float) -> None:
@@ -57,11 +57,11 @@ class Within:
 
 
 LARGEST_VALUE, SLOWEST_RPM = ANYWHERE["le"], 1e-9
-SceneNumber = Annotated[float, Within()]
-Length = Annotated[float, Within(**LENGTH)]
-Anywhere = Annotated[float, Within(**ANYWHERE)]
-Positive = Annotated[float, Within(**POSITIVE)]
-NotNegative = Annotated[float, Within(**NOT_NEGATIVE)]
+SceneNumber = Annotated[float, BoundedNumber()]
+Length = Annotated[float, BoundedNumber(**LENGTH)]
+SignedNumber = Annotated[float, BoundedNumber(**ANYWHERE)]
+Positive = Annotated[float, BoundedNumber(**POSITIVE)]
+NotNegative = Annotated[float, BoundedNumber(**NOT_NEGATIVE)]
 
 
 class Name:
@@ -78,29 +78,29 @@ class Name:
         return {"anyOf": [known, {"type": "string"}]} if self.others else known
 
 
-def known(names: Any, what: str) -> Name:
+def known_name(names: Any, what: str) -> Name:
     """One of some names."""
 
     def check(value: Any) -> str:
         if not isinstance(value, str) or value not in names:
-            raise ValueError(f"{what}; {nearest(str(value), names)}")
+            raise ValueError(f"{what}; {suggest_names(str(value), names)}")
         return value
 
     return Name(check, names)
 
 
-def name_among(names: Any, what: str) -> Name:
+def known_or_own_name(names: Any, what: str) -> Name:
     """One of some names, or of those that the scene adds to them."""
 
     def check(value: Any) -> str:
         if not isinstance(value, str):
-            raise ValueError(f"{what}; {nearest(str(value), names)}")
+            raise ValueError(f"{what}; {suggest_names(str(value), names)}")
         return value
 
     return Name(check, names, others=True)
 
 
-class Listed:
+class ListOrItem:
     """A list in whose place an only item may stand."""
 
     def __init__(self, listed: Callable[[Any], Any]) -> None:
@@ -114,38 +114,38 @@ class Listed:
         return {"anyOf": [item, {"items": item, "type": "array"}]}
 
 
-def one_line(value: Any) -> Any:
+def check_one_line(value: Any) -> Any:
     if isinstance(value, str) and not value.isprintable():
         raise ValueError("a text of one line, of printable characters")
     return value
 
 
-def whole_number(value: Any) -> Any:
+def check_whole_number(value: Any) -> Any:
     if isinstance(value, bool) or not isinstance(value, Integral):
         raise ValueError("a whole number")
     return int(value)
 
 
-def _is_name(value: Any) -> str:
+def _check_law_name(value: Any) -> str:
     if not isinstance(value, str):
         raise ValueError("the name of a motion law")
     return value
 
 
-def _is_switch(value: Any) -> Any:
+def _check_switch(value: Any) -> Any:
     if not isinstance(value, bool):
         raise ValueError("true or false")
     return value
 
 
 def _kind_of_segment(value: Any) -> Any:
-    return segment_named(value) if isinstance(value, str) else value
+    return canonical_segment(value) if isinstance(value, str) else value
 
 
-def _or_aliases(schema: dict[str, Any]) -> None:
+def _add_segment_aliases(schema: dict[str, Any]) -> None:
     """In the schema of scenes, the other names of segments."""
     own = {name: schema.pop(name) for name in ("enum", "type")}
-    schema["anyOf"] = [own, {**own, "enum": [*chain(*SEGMENTS.values())]}]
+    schema["anyOf"] = [own, {**own, "enum": [*chain(*SEGMENT_ALIASES.values())]}]
 
 
 def or_text(schema: dict[str, Any]) -> None:
@@ -155,12 +155,12 @@ def or_text(schema: dict[str, Any]) -> None:
     schema["anyOf"] = [{"type": "string"}, *kinds]
 
 
-Switch = Annotated[bool, BeforeValidator(_is_switch)]
-LawName = Annotated[str, Name(_is_name, (*LAWS, *chain(*ALIASES.values())), others=True)]
-MaterialName = Annotated[str, known(MATERIALS, "a material")]
-OTHER_WORDS = {"size": "base_radius_mm"}
+Switch = Annotated[bool, BeforeValidator(_check_switch)]
+LawName = Annotated[str, Name(_check_law_name, (*LAWS, *chain(*ALIASES.values())), others=True)]
+MaterialName = Annotated[str, known_name(MATERIALS, "a material")]
+QUANTITY_SYNONYMS = {"size": "base_radius_mm"}
 """Quantities by words of others."""
-QuantityName = Annotated[str, name_among(QUANTITIES, "a quantity")]
+QuantityName = Annotated[str, known_or_own_name(QUANTITIES, "a quantity")]
 
 
 class SceneTable(BaseModel):
@@ -176,7 +176,7 @@ class SceneTable(BaseModel):
         try:
             super().__init__(**values)
         except ValidationError as error:
-            raise BadInput(mistakes_of(error, type(self), type(self).__name__.lower())) from None
+            raise BadInput(mistakes_from_pydantic(error, type(self), type(self).__name__.lower())) from None
 
     if not TYPE_CHECKING:  # or types would let any name be set
 
@@ -188,7 +188,7 @@ class SceneTable(BaseModel):
             super().__setattr__(name, value)
 
     @classmethod
-    def checked(cls, value: Any) -> Self:
+    def from_value(cls, value: Any) -> Self:
         """The table of a mapping."""
         if isinstance(value, cls):
             return value
@@ -197,25 +197,25 @@ class SceneTable(BaseModel):
         return cls(**value)
 
     @classmethod
-    def sound(cls, value: Any) -> Self | None:
+    def from_known_keys(cls, value: Any) -> Self | None:
         """The table of the known keys of a mapping; None where a value of them is wrong, or one is missing."""
         try:
-            return cls.checked({key: value[key] for key in cls.model_fields if key in value})
+            return cls.from_value({key: value[key] for key in cls.model_fields if key in value})
         except (TypeError, ValueError):  # BadInput is one
             return None
 
 
-def _mapping_of(table: "SceneTable", info: core_schema.SerializationInfo) -> dict[str, Any]:
+def _table_to_mapping(table: "SceneTable", info: core_schema.SerializationInfo) -> dict[str, Any]:
     """The mapping of a table. pydantic up to 2.13 cannot write a table that it did not check before."""
     return table.model_dump(mode=info.mode, exclude_none=info.exclude_none, exclude_defaults=info.exclude_defaults)
 
 
-class _Checked:
+class _SelfCheckedTable:
     """A table within another one checks itself: pydantic makes ready those that a scene has, and no more."""
 
     def __get_pydantic_core_schema__(self, source: type[SceneTable], handler: Any) -> Any:
-        written = core_schema.plain_serializer_function_ser_schema(_mapping_of, info_arg=True)
-        return core_schema.no_info_plain_validator_function(source.checked, serialization=written)
+        written = core_schema.plain_serializer_function_ser_schema(_table_to_mapping, info_arg=True)
+        return core_schema.no_info_plain_validator_function(source.from_value, serialization=written)
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
         table: type[SceneTable] = schema["function"]["function"].__self__
@@ -224,7 +224,7 @@ class _Checked:
 
 
 AnyTable = TypeVar("AnyTable", bound=SceneTable)
-Inner = Annotated[AnyTable, _Checked()]
+InnerTable = Annotated[AnyTable, _SelfCheckedTable()]
 """A table within another one."""
 
 
@@ -247,17 +247,19 @@ def with_keys(keys: Mapping[str, tuple[Any, Key]]) -> Callable[[type[AnyTable]],
 def number_keys(numbers: Iterable[NumberKey], **kinds: Any) -> dict[str, tuple[Any, Key]]:
     """The keys of numbers, each with its type: one that is given, or a number within its bounds."""
     own = {each.name: each for each in numbers}
-    return {name: (kinds.get(name, Annotated[float, Within(**each.allowed)]), each) for name, each in own.items()}
+    return {
+        name: (kinds.get(name, Annotated[float, BoundedNumber(**each.allowed)]), each) for name, each in own.items()
+    }
 
 
-def table_in(hint: Any) -> type[SceneTable] | None:
+def table_type_in(hint: Any) -> type[SceneTable] | None:
     """The table that a type has among its members."""
     if isinstance(hint, type) and issubclass(hint, SceneTable):
         return hint
-    return next((found for each in get_args(hint) if (found := table_in(each))), None)
+    return next((found for each in get_args(hint) if (found := table_type_in(each))), None)
 
 
-def _turns(value: Any) -> Any:
+def _check_rpm(value: Any) -> Any:
     if isinstance(value, Real) and not isinstance(value, bool) and value < SLOWEST_RPM:
         raise ValueError(f"at least {SLOWEST_RPM:g}; the sense of rotation is cam.rotation, 'ccw' or 'cw'")
     return value
@@ -266,7 +268,7 @@ def _turns(value: Any) -> Any:
 Speed = Annotated[
     SceneNumber,
     Field(le=1e15),
-    BeforeValidator(_turns, json_schema_input_type=Annotated[float, Field(ge=SLOWEST_RPM, le=1e15)]),
+    BeforeValidator(_check_rpm, json_schema_input_type=Annotated[float, Field(ge=SLOWEST_RPM, le=1e15)]),
 ]
 
 
@@ -300,7 +302,7 @@ class Cam(SceneTable):
     shaft_diameter: Annotated[Length | None, NUMBER_KEYS["cam.shaft_diameter"]] = None
 
 
-def _rows(value: Any) -> Any:
+def _rows_as_tuples(value: Any) -> Any:
     return tuple(tuple(row) if isinstance(row, list) else row for row in value)
 
 
@@ -309,10 +311,10 @@ def _kind_of_load(value: Any) -> str:
 
 
 LoadRows = Annotated[
-    tuple[Any, ...], BeforeValidator(_rows, json_schema_input_type=list[tuple[float, float]])
+    tuple[Any, ...], BeforeValidator(_rows_as_tuples, json_schema_input_type=list[tuple[float, float]])
 ]  # what is in them is checked with the scene
 GivenLoad = Annotated[
-    Annotated[Anywhere, Tag("constant/")] | Annotated[str, Tag("file/")] | Annotated[LoadRows, Tag("rows/")],
+    Annotated[SignedNumber, Tag("constant/")] | Annotated[str, Tag("file/")] | Annotated[LoadRows, Tag("rows/")],
     Discriminator(_kind_of_load),
 ]
 
@@ -345,7 +347,7 @@ class Follower(SceneTable):
         None
     )
     face_offset: Annotated[
-        Anywhere | None, Key("Distance of an oscillating flat face from the pivot", "mm", example=10)
+        SignedNumber | None, Key("Distance of an oscillating flat face from the pivot", "mm", example=10)
     ] = None
     arm_length: Annotated[
         Length | None, Key("Distance from the pivot to the trace point", "mm", example=80, usual=LENGTHS)
@@ -359,9 +361,11 @@ class Follower(SceneTable):
             "Distance of the centres of two rollers, which have a rib between them", "mm", example=50, usual=LENGTHS
         ),
     ] = None
-    offset: Annotated[Anywhere, Key("Offset of a translating follower's axis, positive to the right", "mm")] = 0.0
+    offset: Annotated[SignedNumber, Key("Offset of a translating follower's axis, positive to the right", "mm")] = (
+        0.0
+    )
     dynamics: Annotated[
-        Inner[Dynamics] | None, Key("What moves with the follower, and what presses it on the cam")
+        InnerTable[Dynamics] | None, Key("What moves with the follower, and what presses it on the cam")
     ] = None
 
 
@@ -391,7 +395,7 @@ class Drive(TableOfRecords):
         Length | None, Key("Radius of the second roller; that of the first if not given", "mm")
     ] = None
     offset: Annotated[
-        Anywhere | None,
+        SignedNumber | None,
         Key(
             "Offset of a second roller that translates, positive to the right; that of the first if not given", "mm"
         ),
@@ -404,17 +408,17 @@ class Drive(TableOfRecords):
 def _number_or_range(what: str, least: float, most: float) -> BeforeValidator:
     """A number from one to another, or a range of such numbers."""
 
-    def taken(value: Any) -> Any:
+    def check_range(value: Any) -> Any:
         pair = value if isinstance(value, (list, tuple)) else (value, value)
         try:
-            low, high = map(is_number, pair)
+            low, high = map(check_number, pair)
         except ValueError:
             raise ValueError(what) from None
         if not least <= low <= high <= most:
             raise ValueError(f"{what}, from {least:g} to {most:g}")
         return low if low == high else (low, high)
 
-    return BeforeValidator(taken)
+    return BeforeValidator(check_range)
 
 
 NumberOrRange = Annotated[
@@ -472,16 +476,16 @@ class Segment(SceneTable):
     segment: Annotated[
         Literal["rise", "dwell", "return", "move", "constant-velocity"],
         BeforeValidator(_kind_of_segment),
-        Field(json_schema_extra=_or_aliases),
+        Field(json_schema_extra=_add_segment_aliases),
         Key("What the follower does"),
     ]
     angle: Annotated[
         float,
-        Within(ge=0, le=360 * (1 + 1e-9)),
+        BoundedNumber(ge=0, le=360 * (1 + 1e-9)),
         Key("Cam angle that the segment takes; those of a turn add up to 360, of a yoke also to 180", "deg"),
     ]
     lift: Annotated[
-        float, Within(ge=0, le=LARGEST_VALUE), Key("Displacement of a rise or return, above 0", "mm", "deg")
+        float, BoundedNumber(ge=0, le=LARGEST_VALUE), Key("Displacement of a rise or return, above 0", "mm", "deg")
     ] = 0.0
     law: Annotated[
         LawName | None,
@@ -510,7 +514,7 @@ class Segment(SceneTable):
         Key("What derivatives of this segment are by: rad or deg of the cam's angle, or s"),
     ] = "rad"
     through: Annotated[
-        tuple[Inner[Through], ...], Field(max_length=MOST_CONDITIONS), Key("Conditions on the way of a move")
+        tuple[InnerTable[Through], ...], Field(max_length=MOST_CONDITIONS), Key("Conditions on the way of a move")
     ] = ()
 
 
@@ -529,18 +533,18 @@ class ProfileElement(SceneTable):
     """
 
     element: Annotated[Literal["arc", "line"], Key("An arc, or a line between two arcs")]
-    radius: Annotated[Anywhere | None, Key("Radius of an arc, negative if its flank is hollow", "mm")] = None
-    x: Annotated[Anywhere | None, Key("Centre of an arc in the cam's own frame, with ``y``", "mm")] = None
-    y: Annotated[Anywhere | None, Key("Centre of an arc in the cam's own frame, with ``x``", "mm")] = None
+    radius: Annotated[SignedNumber | None, Key("Radius of an arc, negative if its flank is hollow", "mm")] = None
+    x: Annotated[SignedNumber | None, Key("Centre of an arc in the cam's own frame, with ``y``", "mm")] = None
+    y: Annotated[SignedNumber | None, Key("Centre of an arc in the cam's own frame, with ``x``", "mm")] = None
 
 
-def is_pair(value: Any) -> Any:
+def check_pair(value: Any) -> Any:
     if not isinstance(value, (list, tuple)) or len(value) != 2:
         raise ValueError("two numbers")
-    return tuple(is_number(v) for v in value)
+    return tuple(check_number(v) for v in value)
 
 
-Numbers = Annotated[tuple[Anywhere, ...], Field(min_length=1)]
+Numbers = Annotated[tuple[SignedNumber, ...], Field(min_length=1)]
 
 
 class OwnLaw(SceneTable):
@@ -580,7 +584,8 @@ class OwnLaw(SceneTable):
     start: Annotated[Numbers | None, Key("s, s′, s″, … of a polynomial at x = 0", "no unit")] = None
     end: Annotated[Numbers | None, Key("s, s′, s″, … of a polynomial at x = 1", "no unit")] = None
     degree: Annotated[
-        Annotated[int, BeforeValidator(whole_number), Field(ge=DEGREES[0], le=DEGREES[-1])] | None,
+        Annotated[int, BeforeValidator(check_whole_number), Field(ge=SPLINE_DEGREES[0], le=SPLINE_DEGREES[-1])]
+        | None,
         Key("Degree of a B-spline"),
     ] = None
     knots: Annotated[
@@ -611,7 +616,7 @@ class OwnLaw(SceneTable):
         SceneNumber | None, Key("Where the acceleration of a symmetric law crosses zero, in place of ½", "no unit")
     ] = None
     peaks: Annotated[
-        Annotated[tuple[Positive, Positive], BeforeValidator(is_pair)] | None,
+        Annotated[tuple[Positive, Positive], BeforeValidator(check_pair)] | None,
         Key("Largest acceleration to largest deceleration, [a, d], in place of ``crossing``", "no unit"),
     ] = None
     mirror: Annotated[Switch, Key("Take 1 − s(1 − x) in place of s(x)")] = False
@@ -624,10 +629,12 @@ def as_list(value: Any) -> Any:
 
 OutputName = Annotated[
     str,
-    name_among((*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect (camopt effects lists them) or all"),
+    known_or_own_name(
+        (*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect (camopt effects lists them) or all"
+    ),
 ]
-Outputs = Annotated[tuple[OutputName, ...], Listed(as_list)]
-Quantities = Annotated[tuple[QuantityName, ...], Listed(as_list)]
+Outputs = Annotated[tuple[OutputName, ...], ListOrItem(as_list)]
+QuantityNames = Annotated[tuple[QuantityName, ...], ListOrItem(as_list)]
 
 
 @with_keys(number_keys(numbers_in("materials")))
@@ -649,6 +656,6 @@ class Accuracy(SceneTable):
 
     relative_error: Annotated[
         float,
-        Within(ge=1e-14, le=1e-2),
+        BoundedNumber(ge=1e-14, le=1e-2),
         Key("Relative error allowed in each reported value", "no unit", example=1e-9),
     ] = 1e-9

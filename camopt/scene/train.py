@@ -12,17 +12,17 @@ from camopt.core.quantities.key import Key
 from camopt.core.quantities.stage_numbers import STAGE_NUMBERS
 from camopt.model.mechanisms.elements import MOTIONS
 from camopt.model.motion.load import ExternalLoad, TrainLoad
-from camopt.model.motion.profile import Unfit
+from camopt.model.motion.profile import ProfileFault
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.segments import start_position
 from camopt.model.trains import TRAIN_STAGES
-from camopt.model.trains.carried import Carried
-from camopt.model.trains.link import value_at
-from camopt.model.trains.train import StageFault, Train, train_of, trains_of
-from camopt.scene.law_forms import AS_GIVEN, Fault
-from camopt.scene.load import constant_and_changing
+from camopt.model.trains.carried_load import CarriedLoad
+from camopt.model.trains.link import value_at_end
+from camopt.model.trains.train import StageFault, Train, assemble_train, assemble_trains
+from camopt.scene.law_forms import VALUE_IN_SCENE, Fault
+from camopt.scene.load import split_load
 from camopt.scene.mapping import tables_in
-from camopt.scene.profile import programme_in
+from camopt.scene.profile import known_programme
 from camopt.scene.tables import (
     GivenLoad,
     SceneNumber,
@@ -31,20 +31,20 @@ from camopt.scene.tables import (
     number_keys,
     with_keys,
 )
-from camopt.scene.turn import turn_in
+from camopt.scene.turn import turn_of_scene
 
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
 
 NEAR_DEAD_POINT = 1e-6  # of its distance from the start position: a tool so near to a dead point is at it
 MOST_STAGES = 20
-LOOKED_AT = 3601  # cam angles of the turn at which a tool beyond a dead point is looked for
-Angle = Annotated[SceneNumber, Field(ge=-360, le=360)]
-ANGLES = ("angle", "input_angle", "output_angle", "guide")
-NUMBERS_OF_STAGE = number_keys(STAGE_NUMBERS, load=GivenLoad, **dict.fromkeys(ANGLES, Angle))
-CROSSED = {"crossed": (Switch, Key("Whether coupler and ground of a four-bar linkage cross"))}
-BEFORE_CROSSED = ("crank", "coupler", "rocker", "ground", "offset", "angle")
-STAGE_KEYS = {**{key: NUMBERS_OF_STAGE[key] for key in BEFORE_CROSSED}, **CROSSED, **NUMBERS_OF_STAGE}
+DEAD_POINT_SAMPLES = 3601  # cam angles of the turn at which a tool beyond a dead point is looked for
+StageAngle = Annotated[SceneNumber, Field(ge=-360, le=360)]
+STAGE_ANGLES = ("angle", "input_angle", "output_angle", "guide")
+NUMBERS_OF_STAGE = number_keys(STAGE_NUMBERS, load=GivenLoad, **dict.fromkeys(STAGE_ANGLES, StageAngle))
+CROSSED_KEY = {"crossed": (Switch, Key("Whether coupler and ground of a four-bar linkage cross"))}
+KEYS_BEFORE_CROSSED = ("crank", "coupler", "rocker", "ground", "offset", "angle")
+STAGE_KEYS = {**{key: NUMBERS_OF_STAGE[key] for key in KEYS_BEFORE_CROSSED}, **CROSSED_KEY, **NUMBERS_OF_STAGE}
 """The keys of a stage, in order."""
 
 
@@ -78,17 +78,17 @@ class TrainStage(TableOfRecords):
     stage: Annotated[Literal[tuple(TRAIN_STAGES)], Key("What the stage is")]  # type: ignore[valid-type]
 
 
-CARRIED = ("mass", "inertia", "arm_inertia", "spring_rate", "preload", "load", "gravity", "friction_force")
+CARRIED_KEYS = ("mass", "inertia", "arm_inertia", "spring_rate", "preload", "load", "gravity", "friction_force")
 """Keys of what a stage carries, and of what acts on it."""
 
 
 def keys_of_stage(name: str) -> tuple[str, ...]:
     """The keys that a stage of some name may have; of a name that is none, all keys of stages."""
     stage = TRAIN_STAGES.get(name)
-    return (*stage.needs, *stage.others, *CARRIED) if stage else (*TrainStage.model_fields,)
+    return (*stage.needs, *stage.others, *CARRIED_KEYS) if stage else (*TrainStage.model_fields,)
 
 
-def train_from(rows: Sequence[TrainStage], *, angular: bool) -> Train | None:
+def build_train(rows: Sequence[TrainStage], *, angular: bool) -> Train | None:
     """The train of a scene, from a follower whose motion is an angle or not; None where there is none.
 
     Raises
@@ -98,17 +98,17 @@ def train_from(rows: Sequence[TrainStage], *, angular: bool) -> Train | None:
     """
     if not rows:
         return None
-    stages = _stages(rows, {})
-    return _carrying(train_of([_links_of(each) for each in stages], angular=angular), stages)
+    stages = _stage_values(rows, {})
+    return _with_carried_parts(assemble_train([_link_keys(each) for each in stages], angular=angular), stages)
 
 
-def trains_from(rows: Sequence[TrainStage], numbers: Mapping[str, Any], *, angular: bool) -> Train:
+def build_trains(rows: Sequence[TrainStage], numbers: Mapping[str, Any], *, angular: bool) -> Train:
     """The trains of a scene with other numbers, by key as ``train.1.crank``: arrays, or ranges with slopes."""
-    stages = _stages(rows, numbers)
-    return _carrying(trains_of([_links_of(each) for each in stages], angular=angular), stages)
+    stages = _stage_values(rows, numbers)
+    return _with_carried_parts(assemble_trains([_link_keys(each) for each in stages], angular=angular), stages)
 
 
-def _stages(rows: Sequence[TrainStage], numbers: Mapping[str, Any]) -> list[dict[str, Any]]:
+def _stage_values(rows: Sequence[TrainStage], numbers: Mapping[str, Any]) -> list[dict[str, Any]]:
     """What stages have by key, with other numbers by key of the scene."""
     found = [row.model_dump(exclude={"load"}, exclude_none=True) | {"load": row.load} for row in rows]
     for key, value in numbers.items():
@@ -117,37 +117,37 @@ def _stages(rows: Sequence[TrainStage], numbers: Mapping[str, Any]) -> list[dict
     return found
 
 
-def _links_of(stage: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+def _link_keys(stage: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     """The name of a stage, and the keys of its links."""
-    return stage["stage"], {key: each for key, each in stage.items() if key not in ("stage", *CARRIED)}
+    return stage["stage"], {key: each for key, each in stage.items() if key not in ("stage", *CARRIED_KEYS)}
 
 
-def _carrying(train: Train, stages: Sequence[Mapping[str, Any]]) -> Train:
-    return replace(train, carried=tuple(_carried(stages, train)))
+def _with_carried_parts(train: Train, stages: Sequence[Mapping[str, Any]]) -> Train:
+    return replace(train, carried=tuple(_carried_parts(stages, train)))
 
 
-def _carried(stages: Sequence[Mapping[str, Any]], train: Train) -> Iterator[Carried]:
+def _carried_parts(stages: Sequence[Mapping[str, Any]], train: Train) -> Iterator[CarriedLoad]:
     """What each stage carries, and the constant forces on it."""
     for number, has in enumerate(stages, start=1):
-        joint, turns, unit = _moved(train, number)
+        joint, turns, unit = _joint_of_stage(train, number)
         if ("mass" if turns else "inertia") in has:
             what, of = ("turns", "an inertia, no mass") if turns else ("slides", "a mass, no inertia")
             raise StageFault(number, f"what it moves {what}: it has {of}")
         if "gravity" in has and "mass" not in has:
             raise StageFault(number, "gravity acts on a mass, which is missing")
         mass = has.get("inertia", 0.0) * 1e3 if turns else has.get("mass", 0.0) * 1e-3
-        constant, changing = constant_and_changing(has["load"], unit)
+        constant, changing = split_load(has["load"], unit)
         force = constant + has.get("preload", 0.0) * unit + mass * 1e3 * has.get("gravity", 0.0)
         stiffness, friction = (has.get(name, 0.0) * unit for name in ("spring_rate", "friction_force"))
         if changing or any(not isinstance(each, float) or each for each in (mass, stiffness, force, friction)):
-            yield Carried(joint, mass, stiffness, force, friction)
+            yield CarriedLoad(joint, mass, stiffness, force, friction)
         if "arm_inertia" in has:
             if train.stages.count(number) == 1:
                 raise StageFault(number, "it has no arm of its own: arm_inertia goes with an input_arm")
-            yield Carried(joint - 1, has["arm_inertia"] * 1e3)
+            yield CarriedLoad(joint - 1, has["arm_inertia"] * 1e3)
 
 
-def _moved(train: Train, number: int) -> tuple[int, bool, float]:
+def _joint_of_stage(train: Train, number: int) -> tuple[int, bool, float]:
     """The joint that a stage moves, whether it turns, and the unit of forces there in N (N·mm)."""
     joint = max(k for k, stage in enumerate(train.stages, start=1) if stage == number)
     turns = train.links[joint - 1].turns[1]
@@ -162,8 +162,8 @@ def train_load(
         return load
     loads = [] if load is None else [(0, load)]
     for number, row in enumerate(rows, start=1):
-        joint, _, unit = _moved(train, number)
-        _, changing = constant_and_changing(row.load, unit)
+        joint, _, unit = _joint_of_stage(train, number)
+        _, changing = split_load(row.load, unit)
         loads += [] if changing is None else [(joint, changing)]
     return TrainLoad(train, tuple(loads)) if train.carried else load
 
@@ -185,37 +185,41 @@ def stages_in(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 
 def check_train(scene: "Scene") -> Iterator[Fault]:
     """Every fault of a train: of its stages, what is searched of them, and a tool beyond a dead point."""
-    yield from _searched(scene)
+    yield from _check_searched_stages(scene)
     try:
-        train = _train_of(scene)
+        train = _train_without_loads(scene)
     except StageFault as fault:
         yield f"train.{fault.number}", None, str(fault)
         return
     if train is not None:
-        yield from _beyond(scene, train)
+        yield from _check_dead_points(scene, train)
 
 
-def _searched(scene: "Scene") -> Iterator[Fault]:
+def _check_searched_stages(scene: "Scene") -> Iterator[Fault]:
     """What ``[search]`` varies of stages that there are not, or have no such number."""
     for number, keys in scene.search.train.items():
         if not (number.isdecimal() and 0 < int(number) <= len(scene.train)):
-            yield f"search.train.{number}", None, f"the train of the scene has {count_of_stages(scene)}"
+            yield f"search.train.{number}", None, f"the train of the scene has {stage_count_text(scene)}"
             continue
         stage = scene.train[int(number) - 1]
         for key in keys if stage.stage in TRAIN_STAGES else ():
             where = f"search.train.{number}.{key}"
             if key not in keys_of_stage(stage.stage):
-                yield where, AS_GIVEN, f"{TRAIN_STAGES[stage.stage].words} has no {key}"
+                yield where, VALUE_IN_SCENE, f"{TRAIN_STAGES[stage.stage].words} has no {key}"
             elif isinstance(getattr(stage, key), tuple):
-                yield where, AS_GIVEN, f"train.{number}.{key} changes over the turn, and no number replaces it"
+                yield (
+                    where,
+                    VALUE_IN_SCENE,
+                    f"train.{number}.{key} changes over the turn, and no number replaces it",
+                )
 
 
-def count_of_stages(scene: "Scene") -> str:
+def stage_count_text(scene: "Scene") -> str:
     """How many stages the train of a scene has, in words."""
     return "1 stage" if len(scene.train) == 1 else f"{len(scene.train) or 'no'} stages"
 
 
-def _train_of(scene: "Scene") -> Train | None:
+def _train_without_loads(scene: "Scene") -> Train | None:
     """The train of a scene; None where a value of it, or the follower, is wrong.
 
     Without the loads of its stages, whose rows are checked on their own (``scene.load``).
@@ -223,7 +227,7 @@ def _train_of(scene: "Scene") -> Train | None:
     if scene.follower.motion not in MOTIONS or scene.has_wrong("train", all_keys=True):
         return None
     rows = [row.model_copy(update={"load": None}) for row in scene.train]
-    return train_from(rows, angular=MOTIONS[scene.follower.motion].angular)
+    return build_train(rows, angular=MOTIONS[scene.follower.motion].angular)
 
 
 class GivenTurn(NamedTuple):
@@ -236,29 +240,29 @@ class GivenTurn(NamedTuple):
     unit: float
     """Of the programme, in mm (rad)."""
 
-    def through(self, train: Train) -> tuple[float, float]:
+    def positions_through(self, train: Train) -> tuple[float, float]:
         """The lowest and the highest position of the other end of a train, from this one."""
-        low, high = sorted(value_at(train.follower, level) for level in (self.low, self.high))
+        low, high = sorted(value_at_end(train.follower, level) for level in (self.low, self.high))
         return low, high
 
 
-def _from_given(scene: "Scene", train: Train) -> Train:
+def _train_from_given_end(scene: "Scene", train: Train) -> Train:
     """The train as one whose tool moves as a scene gives it: turned round where that is the follower."""
-    return train.driven_back if scene.given_at_follower else train
+    return train.reversed_train if scene.given_at_follower else train
 
 
-def _turn_given(scene: "Scene", train: Train) -> GivenTurn | None:
+def _given_turn(scene: "Scene", train: Train) -> GivenTurn | None:
     """The motion that a scene gives, of the tool of a train; None where it is not known."""
     if scene.profile:
         try:
-            on_profile = programme_in(scene)
-        except Unfit:  # which is said
+            on_profile = known_programme(scene)
+        except ProfileFault:  # which is said
             return None
         if on_profile is None:
             return None
         low = -on_profile.strokes[0].low
         return GivenTurn(on_profile, low, low + on_profile.lift, 1.0)
-    if (found := turn_in(scene)) is None:
+    if (found := turn_of_scene(scene)) is None:
         return None
     given, programme = found
     unit = radians(1.0) if train.angular else 1.0
@@ -266,26 +270,26 @@ def _turn_given(scene: "Scene", train: Train) -> GivenTurn | None:
     return GivenTurn(programme, low, low + programme.lift * unit, unit)
 
 
-def _beyond(scene: "Scene", train: Train) -> Iterator[Fault]:
+def _check_dead_points(scene: "Scene", train: Train) -> Iterator[Fault]:
     """Where the tool, or a follower whose motion is given, does not stay between the dead points of the train."""
-    who, train = "follower" if scene.given_at_follower else "tool", _from_given(scene, train)
-    turn = _turn_given(scene, train)
+    who, train = "follower" if scene.given_at_follower else "tool", _train_from_given_end(scene, train)
+    turn = _given_turn(scene, train)
     unit, word = (radians(1.0), "deg") if train.angular else (1.0, "mm")
-    for side, end in zip((-1.0, 1.0), train.reach, strict=True) if turn else ():
+    for side, end in zip((-1.0, 1.0), train.tool_reach, strict=True) if turn else ():
         assert turn is not None
         farthest, limit = turn.high if side > 0.0 else turn.low, end.at
         if side * farthest >= side * limit - NEAR_DEAD_POINT * abs(limit):
             goes = (
                 f"the {who} goes to {farthest / unit:.6g} {word}, and a dead point is at {limit / unit:.6g} {word}"
             )
-            cam = _first_angle(turn, side, limit)
+            cam = _dead_point_angle(turn, side, limit)
             yield f"train.{end.stage}", None, f"{goes}, {cam:.4g} deg of the turn: {end.why} there"
 
 
-def _first_angle(turn: GivenTurn, side: float, limit: float) -> float:
+def _dead_point_angle(turn: GivenTurn, side: float, limit: float) -> float:
     """The cam angle, deg, at which a motion comes to a limit on one side of it, or nearest to it."""
-    angles = np.linspace(0.0, 2 * np.pi, LOOKED_AT)
-    ahead = side * (turn.low + turn.programme.at(angles)[0] * turn.unit - limit)
+    angles = np.linspace(0.0, 2 * np.pi, DEAD_POINT_SAMPLES)
+    ahead = side * (turn.low + turn.programme.motion_at(angles)[0] * turn.unit - limit)
     over = np.flatnonzero(ahead >= 0.0)
     return float(np.degrees(angles[over[0] if over.size else int(ahead.argmax())]))
 
@@ -297,10 +301,10 @@ class Lifts(NamedTuple):
     follower: float | None
 
 
-def lifts_through(scene: "Scene", given: float | None) -> Lifts:
+def lifts_through_train(scene: "Scene", given: float | None) -> Lifts:
     """The lifts of tool and follower of a scene with a train, from that of the motion that it gives."""
-    other, train = None, None if any(check_train(scene)) else _train_of(scene)
-    if train is not None and (turn := _turn_given(scene, out := _from_given(scene, train))):
-        low, high = turn.through(out)
+    other, train = None, None if any(check_train(scene)) else _train_without_loads(scene)
+    if train is not None and (turn := _given_turn(scene, out := _train_from_given_end(scene, train))):
+        low, high = turn.positions_through(out)
         other = (high - low) * (degrees(1.0) if out.links[0].turns[0] else 1.0)
     return Lifts(other, given) if scene.given_at_follower else Lifts(given, other)

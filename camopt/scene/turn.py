@@ -5,34 +5,34 @@ from functools import lru_cache
 from math import hypot, isfinite
 from typing import TYPE_CHECKING, Any
 
-from camopt.core.numerics.same import Same
-from camopt.core.quantities import DERIVATIVES
+from camopt.core.numerics.identity_key import IdentityKey
+from camopt.core.quantities import DERIVATIVE_UNITS
 from camopt.model.motion import LAWS
 from camopt.model.motion.aliases import nearest_law
+from camopt.model.motion.move_run import InfeasibleMoves
 from camopt.model.motion.programme import Programme
-from camopt.model.motion.run import Contradiction
-from camopt.model.motion.segments import CONSTANT_VELOCITY, MOVE, GivenSegment, lifts_of, positions_of
+from camopt.model.motion.segments import CONSTANT_VELOCITY, MOVE, MotionSegment, segment_lifts, segment_positions
 from camopt.scene import tables
-from camopt.scene.law_forms import AS_GIVEN, NEAR_END, Fault
-from camopt.scene.mapping import at, number_of
+from camopt.scene.law_forms import NEAR_END, VALUE_IN_SCENE, Fault
+from camopt.scene.mapping import finite_number, value_at_key
 from camopt.scene.moves import check_moves, has_laws, turn_as_given
-from camopt.scene.own_laws import is_of_moves, law_names, law_tables, laws_of_moves, own_law_tables
-from camopt.scene.segments import after_each, given_segments, starts_itself
-from camopt.scene.sizes import known
+from camopt.scene.own_laws import is_move_law, law_names, law_tables, move_law_names, own_law_tables
+from camopt.scene.segments import ends_at_stretch_start, following_segments, given_segments
+from camopt.scene.sizes import known_number
 
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
 
 LEAST_MOVE = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
-LAST = ", mm (deg when oscillating), unless another move follows it in the turn"
-DECIDES = {"rise": "lift", "return": "lift", CONSTANT_VELOCITY: "velocity"}
+MOVE_POSITION_WORDS = ", mm (deg when oscillating), unless another move follows it in the turn"
+POSITION_ALTERNATIVES = {"rise": "lift", "return": "lift", CONSTANT_VELOCITY: "velocity"}
 """What a segment of a kind may have in place of its position."""
-POSITIONED = (MOVE, CONSTANT_VELOCITY)
+POSITIONED_KINDS = (MOVE, CONSTANT_VELOCITY)
 KEYS_OF_SEGMENT = {
     "rise": ("lift", "to", "law"),
     "return": ("lift", "to", "law"),
     "dwell": (),
-    MOVE: ("to", *DERIVATIVES, "law", "through"),
+    MOVE: ("to", *DERIVATIVE_UNITS, "law", "through"),
     CONSTANT_VELOCITY: ("to", "velocity"),
 }
 """What a segment of a kind may have, beside its angle and the unit of its derivatives."""
@@ -41,16 +41,16 @@ KEYS_OF_SEGMENT = {
 def check_turn(scene: "Scene") -> Iterator[Fault]:
     """The turn closes in angle and displacement, and one of rises and returns never goes below its start."""
     rows = scene.motion
-    for k, (row, after) in enumerate(zip(rows, after_each(rows), strict=True), start=1):
-        yield from _segment(scene, row, rows[k - 2], f"motion.{k}")
+    for k, (row, after) in enumerate(zip(rows, following_segments(rows), strict=True), start=1):
+        yield from _check_segment(scene, row, rows[k - 2], f"motion.{k}")
         if row.segment == MOVE and _needs_position(row, after, k == len(rows)):
             missing = "missing; " if row.to is None else "must be a number: "
-            yield f"motion.{k}.to", AS_GIVEN, f"{missing}a move goes to a position{LAST}"
-    angles = [angle for row in rows if (angle := known(row.angle)) is not None]
+            yield f"motion.{k}.to", VALUE_IN_SCENE, f"{missing}a move goes to a position{MOVE_POSITION_WORDS}"
+    angles = [angle for row in rows if (angle := known_number(row.angle)) is not None]
     if rows and len(angles) == len(rows) and not abs(sum(angles) - 360.0) <= 360.0 * NEAR_END:
         yield "motion.angle", None, f"the angles add up to {sum(angles):.10g} deg, not to 360"
-    if given := _given(scene):
-        faults = list(_levels(given))
+    if given := _segments_of_turn(scene):
+        faults = list(_check_levels(given))
         yield from faults or check_moves(scene, given)
 
 
@@ -60,96 +60,96 @@ def check_law(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[Fault]:
         yield key, law, f"must be a motion law; {nearest_law(law, laws)}"
 
 
-def turn_in(scene: "Scene") -> tuple[list[GivenSegment], Programme] | None:
+def turn_of_scene(scene: "Scene") -> tuple[list[MotionSegment], Programme] | None:
     """The turn of a scene as it is given; None where it is not known."""
-    return _turn_in(Same(scene))
+    return _cached_turn(IdentityKey(scene))
 
 
 @lru_cache(maxsize=1)
-def _turn_in(same: Same["Scene"]) -> tuple[list[GivenSegment], Programme] | None:
-    """Once for all checks of a scene; so is ``_given``."""
+def _cached_turn(same: IdentityKey["Scene"]) -> tuple[list[MotionSegment], Programme] | None:
+    """Once for all checks of a scene; so is ``_segments_of_turn``."""
     scene = same.value
-    given = _given(scene)
+    given = _segments_of_turn(scene)
     if not given or not has_laws(scene, given):
         return None
     try:
         return given, turn_as_given(scene, given)
-    except Contradiction:  # which is said
+    except InfeasibleMoves:  # which is said
         return None
 
 
-def highest_of(scene: "Scene") -> float | None:
+def highest_displacement(scene: "Scene") -> float | None:
     """The highest displacement of the turn above its lowest, mm or deg; None where it is not known."""
-    given = _given(scene)
+    given = _segments_of_turn(scene)
     if not given:
         return None
-    ends = positions_of(given)
+    ends = segment_positions(given)
     beyond = any(law.overshoot is True for law in scene.laws.values())
     if (beyond or any(segment.segment == MOVE for segment in given)) and has_laws(scene, given):
-        return found[1].lift if (found := turn_in(scene)) else None
+        return found[1].lift if (found := turn_of_scene(scene)) else None
     return max(ends) - min(ends) if isfinite(hypot(*ends)) else None
 
 
 # --------------------------------------------------------------------------------------------------- segments
 
 
-def _given(scene: "Scene") -> list[GivenSegment] | None:
+def _segments_of_turn(scene: "Scene") -> list[MotionSegment] | None:
     """The segments as the motion takes them; None where a number or a kind is missing or wrong."""
-    return _segments_given(Same(scene))
+    return _cached_segments(IdentityKey(scene))
 
 
 @lru_cache(maxsize=1)
-def _segments_given(same: Same["Scene"]) -> list[GivenSegment] | None:
+def _cached_segments(same: IdentityKey["Scene"]) -> list[MotionSegment] | None:
     scene, rows = same.value, same.value.motion
     if scene.has_wrong("motion"):
         return None
-    for row, after in zip(rows, after_each(rows), strict=True):
-        decides = DECIDES.get(row.segment)
+    for row, after in zip(rows, following_segments(rows), strict=True):
+        decides = POSITION_ALTERNATIVES.get(row.segment)
         if row.angle < (0.0 if row.segment == "dwell" else LEAST_MOVE["angle"]):
             return None
         if decides and row.to is None and (decides not in row.model_fields_set or getattr(row, decides) is None):
             return None
-        if row.segment != MOVE and any(isinstance(getattr(row, key), tuple) for key in ("to", *DERIVATIVES)):
+        if row.segment != MOVE and any(isinstance(getattr(row, key), tuple) for key in ("to", *DERIVATIVE_UNITS)):
             return None
         if row.segment == MOVE and _needs_position(row, after, row is rows[-1]):
             return None
-        if row.segment == MOVE and row.law is not None and not is_of_moves(law_tables(scene).get(row.law)):
+        if row.segment == MOVE and row.law is not None and not is_move_law(law_tables(scene).get(row.law)):
             return None
-    return given_segments(rows, known(scene.cam.rpm))
+    return given_segments(rows, known_number(scene.cam.rpm))
 
 
-def _segment(scene: "Scene", row: tables.Segment, before: tables.Segment, key: str) -> Iterator[Fault]:
+def _check_segment(scene: "Scene", row: tables.Segment, before: tables.Segment, key: str) -> Iterator[Fault]:
     kind = row.segment
     if kind not in KEYS_OF_SEGMENT:
         return
     named = "a stretch at constant velocity" if kind == CONSTANT_VELOCITY else f"a {kind}"
-    for name in ("lift", "to", "law", "through", *DERIVATIVES):
+    for name in ("lift", "to", "law", "through", *DERIVATIVE_UNITS):
         value = getattr(row, name)
         if name not in KEYS_OF_SEGMENT[kind] and value not in (None, (), *([0.0] if name == "lift" else [])):
-            yield f"{key}.{name}", AS_GIVEN, f"{named} has none{_instead(kind, name)}"
+            yield f"{key}.{name}", VALUE_IN_SCENE, f"{named} has none{_replacement_hint(kind, name)}"
         elif kind != MOVE and name != "through" and isinstance(value, tuple):
-            yield f"{key}.{name}", AS_GIVEN, "must be a number: ranges are for what a move joins"
-    if kind != "dwell" and (angle := known(row.angle)) is not None and angle < LEAST_MOVE["angle"]:
+            yield f"{key}.{name}", VALUE_IN_SCENE, "must be a number: ranges are for what a move joins"
+    if kind != "dwell" and (angle := known_number(row.angle)) is not None and angle < LEAST_MOVE["angle"]:
         where = "a rise or return" if kind in ("rise", "return") else named
-        yield f"{key}.angle", AS_GIVEN, f"must be at least {LEAST_MOVE['angle']:g} in {where}"
+        yield f"{key}.angle", VALUE_IN_SCENE, f"must be at least {LEAST_MOVE['angle']:g} in {where}"
     if kind in ("rise", "return"):
-        yield from _stroke(scene, row, key)
+        yield from _check_stroke(scene, row, key)
     elif kind == CONSTANT_VELOCITY:
-        yield from _stretch(row, before, key)
+        yield from _check_constant_velocity(row, before, key)
     if row.law is not None and "law" in KEYS_OF_SEGMENT[kind]:
-        yield from _named(scene, kind, row.law, f"{key}.law")
+        yield from _check_segment_law(scene, kind, row.law, f"{key}.law")
     if row.per == "s":
-        yield from _per_second(scene, key)
+        yield from _check_per_second(scene, key)
 
 
-def _named(scene: "Scene", kind: str, law: str, key: str) -> Iterator[Fault]:
+def _check_segment_law(scene: "Scene", kind: str, law: str, key: str) -> Iterator[Fault]:
     """Check that a named law exists, and that a move has a law of positions."""
     laws = law_tables(scene)
     if law not in LAWS and law not in laws:
-        yield from check_law(law, key, laws_of_moves(laws) if kind == MOVE else law_names(laws))
-    elif kind == MOVE and not is_of_moves(laws.get(law)):
+        yield from check_law(law, key, move_law_names(laws) if kind == MOVE else law_names(laws))
+    elif kind == MOVE and not is_move_law(laws.get(law)):
         yield key, law, "is for a rise or return; a move joins what is beside it, or has a law of positions"
-    elif kind != MOVE and is_of_moves(laws.get(law)):
+    elif kind != MOVE and is_move_law(laws.get(law)):
         yield key, law, "is a law of positions, for a move"
 
 
@@ -158,15 +158,15 @@ def _needs_position(row: tables.Segment, after: tables.Segment, last: bool) -> b
 
     So has a move with a law of its own, which ends there.
     """
-    free = row.law is None and (starts_itself(row, after) or (after.segment == MOVE and not last))
-    return number_of(row.to) is None and not free
+    free = row.law is None and (ends_at_stretch_start(row, after) or (after.segment == MOVE and not last))
+    return finite_number(row.to) is None and not free
 
 
-def _instead(kind: str, name: str) -> str:
+def _replacement_hint(kind: str, name: str) -> str:
     """The key to use in place of one that a kind of segment does not have."""
-    if kind in POSITIONED and name == "lift":
+    if kind in POSITIONED_KINDS and name == "lift":
         return ": give the position at its end (to)"
-    if name in (*DERIVATIVES, "through"):
+    if name in (*DERIVATIVE_UNITS, "through"):
         return ": conditions are for a move"
     return ""
 
@@ -175,52 +175,52 @@ def read_searched_laws(data: dict[str, Any]) -> None:
     """Give each rise and return without a law the first one that ``[search]`` tries, in ``data`` itself."""
     for row in data["motion"] if isinstance(data.get("motion"), list) else ():
         if isinstance(row, dict) and row.get("segment") in ("rise", "return") and row.get("law") is None:
-            laws = searched_laws(data, row["segment"])
+            laws = laws_of_search(data, row["segment"])
             row |= {"law": laws[0]} if laws and laws[0] in law_names(own_law_tables(data)) else {}
 
 
-def searched_laws(data: Mapping[str, Any], kind: str) -> list[Any]:
+def laws_of_search(data: Mapping[str, Any], kind: str) -> list[Any]:
     """What ``[search]`` has as laws of rises or of returns."""
-    named = [at(data, f"search.{key}") for key in ("law", f"law_{kind}")]
+    named = [value_at_key(data, f"search.{key}") for key in ("law", f"law_{kind}")]
     return [law for each in named if each for law in (each if isinstance(each, list) else [each])]
 
 
-def _stroke(scene: "Scene", row: tables.Segment, key: str) -> Iterator[Fault]:
+def _check_stroke(scene: "Scene", row: tables.Segment, key: str) -> Iterator[Fault]:
     """A rise or return has a law, and a lift or the position at its end."""
     if row.law is None and not (scene.search.law or getattr(scene.search, f"law_{row.segment}")):
         yield f"{key}.law", None, "missing; a rise or return needs a motion law, or those that [search] tries"
-    lift = known(row.lift)
+    lift = known_number(row.lift)
     if row.to is not None:
         if lift:
-            yield f"{key}.lift", AS_GIVEN, "give the lift, or the position at its end (to)"
+            yield f"{key}.lift", VALUE_IN_SCENE, "give the lift, or the position at its end (to)"
     elif "lift" not in row.model_fields_set:
         yield f"{key}.lift", None, "missing; give the lift, or the position at its end (to)"
     elif lift is not None and lift < LEAST_MOVE["lift"]:
-        yield f"{key}.lift", AS_GIVEN, f"must be at least {LEAST_MOVE['lift']:g} in a rise or return"
+        yield f"{key}.lift", VALUE_IN_SCENE, f"must be at least {LEAST_MOVE['lift']:g} in a rise or return"
 
 
-def _stretch(row: tables.Segment, before: tables.Segment, key: str) -> Iterator[Fault]:
+def _check_constant_velocity(row: tables.Segment, before: tables.Segment, key: str) -> Iterator[Fault]:
     """A constant velocity has a position at its end or a velocity; both if the move before it ends as it starts."""
     if row.to is None and row.velocity is None:
         yield f"{key}.to", None, "missing; give the position at its end (to), or the velocity"
-    elif None not in (row.to, row.velocity) and not starts_itself(before, row):
+    elif None not in (row.to, row.velocity) and not ends_at_stretch_start(before, row):
         why = "give the velocity, or the position at its end (to): where it starts is given by what is before it"
-        yield f"{key}.velocity", AS_GIVEN, why
+        yield f"{key}.velocity", VALUE_IN_SCENE, why
 
 
-def _per_second(scene: "Scene", key: str) -> Iterator[Fault]:
+def _check_per_second(scene: "Scene", key: str) -> Iterator[Fault]:
     if scene.cam.rpm is None:
         yield f"{key}.per", "s", "derivatives by time need the speed: give cam.rpm, or use per deg or per rad"
-    elif scene.search.by_key.get("cam.rpm") is not None:
+    elif scene.search.choices_by_key.get("cam.rpm") is not None:
         yield f"{key}.per", "s", "the motion would change with the speed that search.cam.rpm varies: use deg or rad"
 
 
 # ----------------------------------------------------------------------------------------------------- levels
 
 
-def _levels(given: Sequence[GivenSegment]) -> Iterator[Fault]:
+def _check_levels(given: Sequence[MotionSegment]) -> Iterator[Fault]:
     """Whether rises go up and returns down, and, where positions are not given, the turn closes above its start."""
-    ends, largest = positions_of(given), max(map(abs, lifts_of(given)), default=0.0)
+    ends, largest = segment_positions(given), max(map(abs, segment_lifts(given)), default=0.0)
     positioned = any(segment.to is not None for segment in given)
     kinds = [segment.segment for segment in given]
     if not positioned and "rise" not in kinds and CONSTANT_VELOCITY not in kinds:
@@ -233,20 +233,24 @@ def _levels(given: Sequence[GivenSegment]) -> Iterator[Fault]:
             up = segment.segment == "rise"
             if not (after - before if up else before - after) >= LEAST_MOVE["lift"]:
                 way = "above" if up else "below"
-                yield f"motion.{k}.to", AS_GIVEN, f"must be {way} {before:g}, where this {segment.segment} starts"
+                yield (
+                    f"motion.{k}.to",
+                    VALUE_IN_SCENE,
+                    f"must be {way} {before:g}, where this {segment.segment} starts",
+                )
                 return
         if not positioned and after < -largest * NEAR_END:
-            yield _below(given, k, before)
+            yield _below_start_fault(given, k, before)
             return
     if not positioned and abs(ends[-1]) > largest * NEAR_END:
         why = f"the follower ends {ends[-1]:g} above its start: rises and returns must cancel"
         yield "motion.lift", None, why
 
 
-def _below(given: Sequence[GivenSegment], k: int, before: float) -> Fault:
+def _below_start_fault(given: Sequence[MotionSegment], k: int, before: float) -> Fault:
     """A turn of rises and returns starts where the follower is lowest."""
     if "rise" not in [each.segment for each in given[:k]]:
         first = "the turn starts where the follower is lowest, so that a rise comes before the first return"
-        return f"motion.{k}.segment", AS_GIVEN, first
+        return f"motion.{k}.segment", VALUE_IN_SCENE, first
     below = f"must be at most {before:g}: the follower never goes below the start of the turn"
-    return f"motion.{k}.lift", AS_GIVEN, below
+    return f"motion.{k}.lift", VALUE_IN_SCENE, below

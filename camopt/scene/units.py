@@ -11,57 +11,61 @@ from typing import Any
 
 from camopt.core.mistakes import Mistake
 from camopt.core.quantities.key import NO_UNIT
-from camopt.core.quantities.unit_systems import shown, shown_unit
+from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
 from camopt.scene.mapping import given_at_follower
-from camopt.scene.places import LISTS, TOP, is_angle, key_of, without_choice
-from camopt.scene.sizes import mechanism_in
-from camopt.scene.spring import is_straight
+from camopt.scene.sizes import mechanism_of_tables
+from camopt.scene.spring import has_straight_spring
+from camopt.scene.table_places import TABLE_LISTS, TOP_TABLE, is_angle, key_record, without_table_prefix
 from camopt.scene.tables import SceneTable
-from camopt.scene.text import TYPED
+from camopt.scene.toml_text import NUMBER_WITH_UNIT
 from camopt.scene.train import stages_in, tool_turns
 
-ANGLE = re.compile(r"rad|deg|°|rev|turn|rpm|arc")
+ANGLE_UNIT = re.compile(r"rad|deg|°|rev|turn|rpm|arc")
 PER_MINUTE = re.compile(r"(?<=[\d. ])(1/min|min\^-1|min⁻¹)$")
 """How plates of motors write rev/min."""
-MIXED = re.compile(r"\b(\d+)\s+(\d+/\d+)\b(?!\.)")
+MIXED_FRACTION = re.compile(r"\b(\d+)\s+(\d+/\d+)\b(?!\.)")
 """A whole number and a fraction, as lengths in inch are written."""
-SHARES = ("cpk", "shared")
+SHARE_KEYS = ("cpk", "shared")
 """Keys of a tolerance that are not in the unit of its number."""
-NAMED = ("laws", "quantities")
+NAMED_TABLES = ("laws", "quantities")
 """Tables of tables with names of the user's."""
-EXACT = 15
+EXACT_DIGITS = 15
 """Digits to which a converted number is rounded: those that a rounding error cannot reach."""
-Models = Mapping[str, type[SceneTable]]
-"""The tables of a scene by their place (``tables_of``)."""
+TableModels = Mapping[str, type[SceneTable]]
+"""The tables of a scene by their place (``tables_by_place``)."""
 
 
-def with_units(tables: dict[str, Any], models: Models, file: str) -> tuple[dict[str, Any], list[Mistake]]:
+def replace_unit_texts(
+    tables: dict[str, Any], models: TableModels, file: str
+) -> tuple[dict[str, Any], list[Mistake]]:
     """The tables of a scene with numbers in place of texts with units, and a mistake for each that is none."""
-    found = mechanism_in(tables)
+    found = mechanism_of_tables(tables)
     angular = bool(found and found[0].motion.angular)
-    reader = _Reader(models, file, angular, tables)
-    return reader.table(tables, models[TOP], "", ""), reader.mistakes
+    reader = _UnitReader(models, file, angular, tables)
+    return reader.table(tables, models[TOP_TABLE], "", ""), reader.mistakes
 
 
-def as_shown(tables: dict[str, Any], models: Models) -> dict[str, Any]:
+def in_shown_units(tables: dict[str, Any], models: TableModels) -> dict[str, Any]:
     """The tables of a scene with their numbers in the units in which results are shown."""
-    return _read_by(_Shower, tables, models)
+    return _convert_tables(_ShownUnitConverter, tables, models)
 
 
-def units_shown(tables: dict[str, Any], models: Models) -> dict[str, Any]:
+def tables_of_shown_units(tables: dict[str, Any], models: TableModels) -> dict[str, Any]:
     """The tables of a scene with the unit in which a key's numbers are shown in place of these, "" if none."""
-    return _read_by(_Namer, tables, models)
+    return _convert_tables(_UnitNamer, tables, models)
 
 
-def _read_by(kind: "type[_Reader]", tables: dict[str, Any], models: Models) -> dict[str, Any]:
-    found = mechanism_in(tables)
-    return kind(models, "", bool(found and found[0].motion.angular), tables).table(tables, models[TOP], "", "")
+def _convert_tables(kind: "type[_UnitReader]", tables: dict[str, Any], models: TableModels) -> dict[str, Any]:
+    found = mechanism_of_tables(tables)
+    return kind(models, "", bool(found and found[0].motion.angular), tables).table(
+        tables, models[TOP_TABLE], "", ""
+    )
 
 
-class _Reader:
+class _UnitReader:
     """Goes through the tables of a scene."""
 
-    def __init__(self, models: Models, file: str, angular: bool, scene: Mapping[str, Any]) -> None:
+    def __init__(self, models: TableModels, file: str, angular: bool, scene: Mapping[str, Any]) -> None:
         self.models, self.file, self.angular, self.scene = models, file, angular, scene
         self.stages = stages_in(scene)
         self.mistakes: list[Mistake] = []
@@ -71,30 +75,30 @@ class _Reader:
         found = {}
         for key, value in given.items():
             where = f"{place}.{key}".lstrip(".")
-            named = known in NAMED
-            stands = f"{known}.NAME" if named else without_choice(f"{known}.{key}".lstrip("."))
-            if known == "" and key in NAMED and isinstance(value, Mapping):
+            named = known in NAMED_TABLES
+            stands = f"{known}.NAME" if named else without_table_prefix(f"{known}.{key}".lstrip("."))
+            if known == "" and key in NAMED_TABLES and isinstance(value, Mapping):
                 found[key] = self.table(value, model, where, key)
             elif stands in self.models and isinstance(value, (Mapping, list)):  # tolerances.profile is a number
                 found[key] = self.tables(value, self.models[stands], where, stands)
             else:
                 known_key = key in model.model_fields
-                unit = key_of(model, key).unit_of(turns=self.is_angle(where)) if known_key else ""
+                unit = key_record(model, key).unit_of(turns=self.is_angle(where)) if known_key else ""
                 found[key] = self.value(value, unit, where)
         return found
 
     def is_angle(self, where: str) -> bool:
         """Whether what a key is about turns: of a stage of a train, what that moves."""
-        stage = re.match(r"train\.(\d+)\.", without_choice(where))
+        stage = re.match(r"train\.(\d+)\.", without_table_prefix(where))
         if where.startswith("motion.") and given_at_follower(self.scene):
             return self.angular
         turns = tool_turns(self.stages[: int(stage[1])] if stage else self.stages, self.angular)
-        return turns if stage else is_angle(where, self.angular, turns, is_straight(self.scene))
+        return turns if stage else is_angle(where, self.angular, turns, has_straight_spring(self.scene))
 
     def tables(self, value: Any, model: type[SceneTable], place: str, known: str) -> Any:
         if isinstance(value, list):
             return [self.tables(each, model, f"{place}.{row}", known) for row, each in enumerate(value, start=1)]
-        by_row = known in LISTS and place != known == without_choice(place)
+        by_row = known in TABLE_LISTS and place != known == without_table_prefix(place)
         if by_row and isinstance(value, Mapping):
             return {row: self.tables(each, model, f"{place}.{row}", "") for row, each in value.items()}
         return self.table(value, model, place, known) if isinstance(value, Mapping) else value
@@ -105,26 +109,26 @@ class _Reader:
             return [self.value(each, unit, f"{where}.{row}") for row, each in enumerate(value, start=1)]
         if isinstance(value, Mapping):
             return {
-                key: self.value(each, "" if key in SHARES else unit, f"{where}.{key}")
+                key: self.value(each, "" if key in SHARE_KEYS else unit, f"{where}.{key}")
                 for key, each in value.items()
             }
-        if not (unit and isinstance(value, str) and TYPED.fullmatch(value)):
+        if not (unit and isinstance(value, str) and NUMBER_WITH_UNIT.fullmatch(value)):
             return value
         try:
-            return converted(value, unit)
+            return convert_text_to_unit(value, unit)
         except ValueError as trouble:
             self.mistakes.append(Mistake(self.file, where, value, str(trouble)))
             return value
 
 
-class _Shower(_Reader):
+class _ShownUnitConverter(_UnitReader):
     """The same way, with numbers that are read already."""
 
     def value(self, value: Any, unit: str, where: str) -> Any:
-        return shown(value, unit) if isinstance(value, float) else super().value(value, unit, where)
+        return to_shown_unit(value, unit) if isinstance(value, float) else super().value(value, unit, where)
 
 
-class _Namer(_Reader):
+class _UnitNamer(_UnitReader):
     """The same way, with the units in which numbers are shown in place of these."""
 
     def value(self, value: Any, unit: str, where: str) -> Any:
@@ -133,7 +137,7 @@ class _Namer(_Reader):
         return "" if unit == NO_UNIT else shown_unit(unit.replace("`", ""))
 
 
-def converted(text: str, unit: str) -> float:
+def convert_text_to_unit(text: str, unit: str) -> float:
     """A text with a unit as a number in another unit; a ValueError says what is allowed."""
     from pint import PintError
 
@@ -146,18 +150,18 @@ def converted(text: str, unit: str) -> float:
         else "a number without a unit"
     )
     try:
-        if bool(ANGLE.search(text)) != bool(ANGLE.search(target)):
+        if bool(ANGLE_UNIT.search(text)) != bool(ANGLE_UNIT.search(target)):
             raise ValueError(allowed)
-        text = MIXED.sub(r"(\1+\2)", text)
-        quantity = _registry().Quantity(re.sub(r"\brev\b", "turn", text.replace("·", "*")))
-        return float(f"{quantity.to(_registry().parse_units(target)).magnitude:.{EXACT}g}")
+        text = MIXED_FRACTION.sub(r"(\1+\2)", text)
+        quantity = _pint_registry().Quantity(re.sub(r"\brev\b", "turn", text.replace("·", "*")))
+        return float(f"{quantity.to(_pint_registry().parse_units(target)).magnitude:.{EXACT_DIGITS}g}")
     except (PintError, TypeError, AttributeError, SyntaxError, ArithmeticError) as error:
         why = f"; {error}" if type(error).__name__ == "UndefinedUnitError" else ""
         raise ValueError(f"{allowed}{why}") from None
 
 
 @cache
-def _registry() -> Any:
+def _pint_registry() -> Any:
     from pint import UnitRegistry
 
     return UnitRegistry()

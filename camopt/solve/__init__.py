@@ -5,5 +5,5 @@ In: a ``Problem``. Out: results with tables (``tables``). Parts: ``verdicts`` (d
 optimisation), ``tolerances`` (real cams), ``contour`` (arcs and cubics along a cam), ``measured`` (measured
 motions).
 
-Read first: ``verdicts/judging.py``, where designs meet their limits.
+Read first: ``verdicts/limit_verdicts.py``, where designs meet their limits.
 """

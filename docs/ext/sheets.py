@@ -8,11 +8,11 @@ from cycler import cycler
 from sphinx_gallery.scrapers import figure_rst
 
 from camopt.show.drawing.empty_figure import EmptyFigure
-from camopt.show.drawing.style import FAINT, RC, SERIES
+from camopt.show.drawing.style import FAINT, RC_SETTINGS, SERIES
 
 DPI = 110
 STYLE: dict[str, Any] = {
-    **RC,
+    **RC_SETTINGS,
     "axes.grid": True,
     "axes.prop_cycle": cycler(color=SERIES),
     "figure.constrained_layout.use": True,

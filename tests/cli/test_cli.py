@@ -15,7 +15,7 @@ import tomli_w
 import camopt
 from camopt import Scene, find_scene, shipped_scenes
 from camopt.cli import commands
-from camopt.cli.main import COMMANDS, GROUPS, main
+from camopt.cli.main import GROUPS, MODULE_BY_COMMAND, main
 from camopt.cli.main import camopt as camopt_group
 from camopt.core.quantities import QUANTITIES, number_quantities
 from camopt.model.motion import LAWS
@@ -617,12 +617,12 @@ def test_quiet_says_nothing_on_standard_error():
 def test_the_help_lists_each_command_once_with_a_whole_sentence(run):
     _, out, _ = run("--help")
     listed = dict(re.findall(r"^  (\w+) +(\S.*)$", out.partition("\nStart:\n")[2], re.MULTILINE))
-    assert [*listed] == [*COMMANDS]
+    assert [*listed] == [*MODULE_BY_COMMAND]
     assert {sentence for sentence in listed.values() if not sentence.endswith(".") or "..." in sentence} == set()
     assert re.findall(r"^(\w[\w ]*):$", out, re.MULTILINE)[1:] == [*GROUPS]
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", MODULE_BY_COMMAND)
 def test_the_help_of_a_command_has_each_option_once(run, name):
     _, out, _ = run(name, "--help")
     options = [option for given in camopt_group.commands[name].params for option in given.opts[:1]]
@@ -664,12 +664,12 @@ def test_help_imports_nothing_heavy(arguments):
 
 def test_every_module_of_commands_is_known():
     modules = {path.stem for path in Path(commands.__file__).parent.glob("*.py")}
-    assert modules == {"__init__", *COMMANDS.values()}
-    assert len(COMMANDS) == sum(map(len, GROUPS.values()))
+    assert modules == {"__init__", *MODULE_BY_COMMAND.values()}
+    assert len(MODULE_BY_COMMAND) == sum(map(len, GROUPS.values()))
 
 
 @pytest.mark.one_in(4)
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", MODULE_BY_COMMAND)
 def test_a_command_imports_no_other_module_of_commands(command):
     code = (
         "import sys\nfrom camopt.cli.main import main\nmain(sys.argv[1:])\n"
@@ -679,7 +679,7 @@ def test_a_command_imports_no_other_module_of_commands(command):
     done = subprocess.run(
         [sys.executable, "-c", code, command, "--help"], capture_output=True, text=True, timeout=60
     )
-    assert done.stderr.strip() == f"camopt.cli.commands.{COMMANDS[command]}"
+    assert done.stderr.strip() == f"camopt.cli.commands.{MODULE_BY_COMMAND[command]}"
 
 
 @pytest.mark.one_in(3)

@@ -94,19 +94,21 @@ def ends(monkeypatch, capsys):
 )
 def test_a_fault_of_the_program_is_told_in_a_line_with_a_code_of_its_own(ends, fault):
     code, err = ends(fault)
-    assert (code, err.strip().count("\n")) == (exits.INTERNAL, 0)
+    assert (code, err.strip().count("\n")) == (exits.INTERNAL_ERROR, 0)
     assert "internal error (" in err
     assert type(fault).__name__ in err
     assert "please report it" in err
 
 
 def test_a_fault_is_placed_in_the_file_of_the_package_where_it_is(capsys):
-    assert exits.run_command(lambda: heading(3.5)) == exits.INTERNAL  # in a folder beside that of the command line
+    assert (
+        exits.run_command(lambda: heading(3.5)) == exits.INTERNAL_ERROR
+    )  # in a folder beside that of the command line
     assert "internal error (cells.py, line" in capsys.readouterr().err
 
 
 def test_the_traceback_of_a_fault_is_there_for_those_who_ask(ends, monkeypatch):
-    monkeypatch.setenv(exits.DEBUG, "1")
+    monkeypatch.setenv(exits.DEBUG_VARIABLE, "1")
     assert "Traceback" in ends(KeyError("size"))[1]
 
 
@@ -121,7 +123,7 @@ def test_the_traceback_of_a_fault_is_there_for_those_who_ask(ends, monkeypatch):
         (OSError(), exits.FILE_TROUBLE),
         (OSError("no library\nas said on a page"), exits.FILE_TROUBLE),
         (ImportError("failed to map segment", path="/x/numpy.so"), exits.FILE_TROUBLE),
-        (ImportError("cannot import name"), exits.INTERNAL),
+        (ImportError("cannot import name"), exits.INTERNAL_ERROR),
     ],
 )
 def test_each_end_has_its_code(ends, end, code):

@@ -11,7 +11,7 @@ import pytest
 import camopt
 from camopt.cli.main import main
 from camopt.show.studies.accuracy import measure
-from camopt.solve.front.certified import certify_table
+from camopt.solve.front.table_certificate import certify_table
 
 COARSE = camopt.find_scene("roller-1000rpm").replace(
     **{

@@ -7,7 +7,7 @@ import pytest
 from camopt.core.kernels import compile, dispatchers, kernel_cache
 from camopt.core.kernels.compile import KernelForMany
 
-pytestmark = pytest.mark.skipif(compile.NEVER, reason="nothing is compiled")
+pytestmark = pytest.mark.skipif(compile.NEVER_COMPILE, reason="nothing is compiled")
 SMALLEST = "roller-1000rpm"
 
 
@@ -57,7 +57,7 @@ def test_a_cam_without_a_size_is_optimised(command, tmp_path, nothing_but_machin
 
 
 def test_no_place_for_kernels_is_trouble_with_a_file(command, monkeypatch):
-    monkeypatch.setattr("camopt.show.studies.first_runs.kernel_folder", lambda: kernel_cache.NOWHERE)
+    monkeypatch.setattr("camopt.show.studies.first_runs.kernel_folder", lambda: kernel_cache.NO_FOLDER)
     code, printed, said = command("warm", SMALLEST)
     assert (code, printed) == (3, "")
     assert said == "camopt: there is no folder for compiled kernels: NUMBA_CACHE_DIR names another one\n"

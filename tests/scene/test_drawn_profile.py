@@ -9,11 +9,11 @@ from support.cams import CONTACTS, cam_with
 from support.curves import furthest, true_points
 
 from camopt import BadInput, Scene, cam_points, export, find_scene, shipped_scenes
-from camopt.model.motion.profile import GivenElement, parts_of
-from camopt.scene.drawn_profile import elements_of
-from camopt.scene.dxf import profile_in
+from camopt.model.motion.profile import ElementSpec, place_elements
+from camopt.scene.drawn_profile import outline_elements
+from camopt.scene.dxf import read_dxf_profile
 from camopt.scene.problem.problem import resolve_design
-from camopt.solve.contour.curve import curves_of
+from camopt.solve.contour.curve import disc_curves
 
 CORNERED = ("uniform-knife-offset", "uniform-knife-radial")  # their profiles have corners
 SHIPPED = [name for name in shipped_scenes() if find_scene(name).mechanism.body.bounded and name not in CORNERED]
@@ -34,18 +34,18 @@ def from_drawing(scene, file):
 
 def profile_points(scene):
     problem = resolve_design(scene)
-    return true_points(problem, curves_of(problem)["profile"].distance, 16_001)
+    return true_points(problem, disc_curves(problem)["profile"].distance, 16_001)
 
 
 def points_of(elements, rotation):
     """Dense points on arcs and lines that are tangent to 1e-9, by ``parts_of``, in the plane of the drawing."""
     mirror = np.conjugate if rotation == "ccw" else np.asarray
     given = [
-        GivenElement(each.get("radius"), mirror(complex(each["x"], each["y"])).item() if "x" in each else None)
+        ElementSpec(each.get("radius"), mirror(complex(each["x"], each["y"])).item() if "x" in each else None)
         for each in elements
     ]
     found = []
-    for part in parts_of(given):
+    for part in place_elements(given):
         share = np.linspace(0.0, 1.0, 200 + int(6000 * abs(part.sweep)))
         if part.radius is None:
             found.append(part.start.point + (part.end.point - part.start.point) * share)
@@ -59,7 +59,7 @@ def points_of(elements, rotation):
 def test_a_profile_comes_back_from_its_drawing(tmp_path, name, rotation):
     scene = scene_of(name).replace(**{"cam.rotation": rotation})
     found = export(scene, tmp_path / "cam.dxf")
-    elements = elements_of(profile_in(tmp_path / "cam.dxf"), rotation == "cw")
+    elements = outline_elements(read_dxf_profile(tmp_path / "cam.dxf"), rotation == "cw")
     there, here = profile_points(scene), points_of(elements, rotation)
     allowed = found.curves["profile"].deviation_mm + 2e-5
     assert max(furthest(here, there), furthest(there, here)) <= allowed
@@ -111,7 +111,7 @@ def loose(file, digits):
 def test_loose_arcs_are_joined_and_made_tangent(tmp_path, digits, near):
     file = tmp_path / "loose.dxf"
     drawn_otherwise(file, loose(tmp_path / "own.dxf", digits))
-    elements = elements_of(profile_in(file), clockwise=False)
+    elements = outline_elements(read_dxf_profile(file), clockwise=False)
     assert len(elements) == 4
     there, here = profile_points(THREE_ARC), points_of(elements, "ccw")
     assert max(furthest(here, there), furthest(there, here)) <= near + 3e-5

@@ -24,13 +24,13 @@ from camopt.cli.main import main
 from camopt.core.mistakes import BadInput
 from camopt.model.motion import LAWS
 from camopt.model.motion.law import is_symmetric
-from camopt.model.motion.programme import unit_span
-from camopt.model.motion.spline import End, SplineLaw, tabulated
-from camopt.scene.law_forms import LEAST_GAP, leeway
-from camopt.scene.oddities import oddities
-from camopt.scene.own_laws import check_laws, law_in
+from camopt.model.motion.programme import law_range
+from camopt.model.motion.spline import EndCondition, SplineLaw, fit_table_spline
+from camopt.scene.law_forms import LEAST_GAP, end_leeway
+from camopt.scene.own_laws import check_laws, own_law_from_values
 from camopt.scene.problem.problem import resolve
-from camopt.solve.front.certified import certify_table
+from camopt.scene.unusual_values import unusual_value_notes
+from camopt.solve.front.table_certificate import certify_table
 
 BEZIER = {"degree": 5, "knots": [0] * 6 + [1] * 6, "coefficients": [0, 0, 0, 1, 1, 1]}
 POINTS = np.linspace(0.0, 1.0, 41)
@@ -80,7 +80,7 @@ def test_a_table_nears_the_law_behind_it_as_a_quintic_spline_does():
     x = np.linspace(0.0, 1.0, 4001)
     errors = [
         [
-            np.abs(getattr(tabulated("t", *map(tuple, sampled("cycloidal", n + 1).values())), verb)(x)
+            np.abs(getattr(fit_table_spline("t", *map(tuple, sampled("cycloidal", n + 1).values())), verb)(x)
                    - getattr(LAWS["cycloidal"], verb)(x)).max()
             for n in (16, 32, 64)
         ]
@@ -154,7 +154,7 @@ made_of_few_numbers = st.one_of(
 
 def mirrored(law):
     """The table of a law for its other end: the same if it is the same from there."""
-    return law if is_symmetric(law_in("", law)) else {**law, "mirror": not law.get("mirror")}
+    return law if is_symmetric(own_law_from_values("", law)) else {**law, "mirror": not law.get("mirror")}
 
 
 @settings(max_examples=times(40, deep=1000))
@@ -188,15 +188,15 @@ def test_any_table_is_a_law_through_its_points_or_a_mistake(steps, smooth):
     except BadInput as mistake:
         told = str(mistake)
     if "beyond its ends" in told:
-        between = dense(tabulated("own", tuple(x), tuple(s)))
+        between = dense(fit_table_spline("own", tuple(x), tuple(s)))
         assert between.min() < 0.0 or between.max() > 1.0
     else:
         assert ("laws.own.s." in told) == (scene is None) == (s[-1] == 0.0)
     assume(scene)
     law = scene.laws["own"]
-    made = tabulated("own", law.x, law.s)
+    made = fit_table_spline("own", law.x, law.s)
     assert made.displacement(law.x) == pytest.approx(np.array(law.s), abs=1e-12)
-    by = max(LEAST_GAP, leeway({"x": law.x, "s": law.s}))  # noise shows in many points alone
+    by = max(LEAST_GAP, end_leeway({"x": law.x, "s": law.s}))  # noise shows in many points alone
     assert -by <= dense(made).min() <= dense(made).max() <= 1.0 + by
     assert [float(getattr(made, verb)(end)) for verb in VERBS[1:3] for end in (0.0, 1.0)] == [0.0] * 4
     found = evaluate(scene)
@@ -254,7 +254,7 @@ def test_a_law_in_any_form_is_written_and_read_and_mirrored(law):
     scene = find_scene("roller-1000rpm").replace(laws=laws, motion=motion, search=None)
     assert Scene.from_dict(tomllib.loads(scene.to_toml())) == scene
     programme, angles = resolve(scene).programme, np.radians(np.linspace(0.5, 119.5, 60))
-    there, back = programme.at(angles), programme.at(np.radians(240.0) - angles)
+    there, back = programme.motion_at(angles), programme.motion_at(np.radians(240.0) - angles)
     for order in range(4):
         scale = np.abs(there[order]).max()
         np.testing.assert_allclose(back[order], (-1.0) ** order * there[order], rtol=0, atol=1e-12 * scale)
@@ -285,7 +285,10 @@ def test_a_mirrored_law_is_the_law_from_its_other_end(law):
         scale = np.abs(expected).max()
         np.testing.assert_allclose(getattr(back, verb)(x), expected, rtol=0, atol=1e-9 * scale)
     angles = np.radians(np.linspace(0.5, 119.5, 60))
-    there, back_again = resolve(scene).programme.at(angles), resolve(scene).programme.at(np.radians(240.0) - angles)
+    there, back_again = (
+        resolve(scene).programme.motion_at(angles),
+        resolve(scene).programme.motion_at(np.radians(240.0) - angles),
+    )
     for order in range(4):
         np.testing.assert_allclose(
             back_again[order], (-1.0) ** order * there[order], atol=1e-9 * abs(there[order]).max()
@@ -517,7 +520,7 @@ ANY_ENDS = st.lists(st.floats(-8.0, 8.0), max_size=3)
 @given(ANY_ENDS, ANY_ENDS)
 def test_how_far_a_law_overshoots_is_told(start, end):
     law = {"start": [0, *start], "end": [1, *end]}
-    s = law_in("own", law).displacement(np.linspace(0.0, 1.0, 4001))
+    s = own_law_from_values("own", law).displacement(np.linspace(0.0, 1.0, 4001))
     by = max(-s.min(), s.max() - 1.0)
     faults = list(check_laws({"laws": {"own": law}}))
     assert not list(check_laws({"laws": {"own": {**law, "overshoot": True}}}))
@@ -532,7 +535,9 @@ def test_the_highest_is_above_the_ends_of_the_rise():
     """√(e² + (s₀ + highest)²) − R_r is the outer radius, and base circle and start are where they were."""
     scene = overshooting("roller-1000rpm", {"over": OVER}, limits=None, outputs=["outer_radius_mm"])
     lift = resolve(scene).programme.lift
-    assert lift == pytest.approx(resolve(scene).programme.at(np.linspace(0.0, 2.0, 200001))[0].max(), rel=1e-9)
+    assert lift == pytest.approx(
+        resolve(scene).programme.motion_at(np.linspace(0.0, 2.0, 200001))[0].max(), rel=1e-9
+    )
     assert lift > 1.05 * 20
     offset, roller = scene.follower.offset, scene.follower.roller_radius
     height = np.sqrt((scene.cam.base_radius + roller) ** 2 - offset**2) + lift
@@ -563,7 +568,7 @@ def test_the_lowest_of_the_turn_is_on_the_base_circle(rise, fall):
     """Also where a law goes below the level at which the turn starts."""
     scene = overshooting("roller-1000rpm", {"over": OVER, "below": {**OVER, "mirror": True}}, rise, fall)
     programme = resolve(scene).programme
-    y = programme.at(np.linspace(0.0, 2.0 * np.pi, 200001))[0]
+    y = programme.motion_at(np.linspace(0.0, 2.0 * np.pi, 200001))[0]
     assert y.min() == pytest.approx(0.0, abs=1e-8)
     assert y.max() == pytest.approx(programme.lift, rel=1e-9)
     assert y[0] > 1.0
@@ -589,7 +594,7 @@ REST = {"both": (True, True), "start": (True, False), "end": (False, True), "non
 def test_a_table_rests_where_it_says(rest, mirror):
     """Half of a harmonic motion: it rests at its start, and has its velocity or its acceleration at its end."""
     x = np.linspace(0.0, 1.0, 31)
-    law = law_in(
+    law = own_law_from_values(
         "table", {"x": x.tolist(), "s": (1 - np.cos(np.pi * x / 2)).tolist(), "rest": rest, "mirror": mirror}
     )
     for place, resting in zip((0.0, 1.0), REST[rest][:: -1 if mirror else 1], strict=True):
@@ -599,7 +604,7 @@ def test_a_table_rests_where_it_says(rest, mirror):
         assert law.velocity(moving) == pytest.approx(np.pi / 2, abs=2e-3)  # natural ends are off by their own jerk
 
 
-@pytest.mark.parametrize("turning", [End.REVERSAL, End.FREE])
+@pytest.mark.parametrize("turning", [EndCondition.REVERSAL, EndCondition.FREE])
 def test_an_end_that_does_not_rest_has_the_least_jerk(turning):
     """No other end conditions have a smaller ∫ s‴² through the same points: the natural spline."""
     x, s = (0.0, 0.2, 0.45, 0.7, 1.0), (0.0, 0.05, 0.4, 0.8, 1.0)
@@ -611,10 +616,10 @@ def test_an_end_that_does_not_rest_has_the_least_jerk(turning):
         mids, halves = (pieces[1:] + pieces[:-1]) / 2, np.diff(pieces) / 2
         return float((third(mids[:, None] + halves[:, None] * nodes) ** 2 @ weights * halves).sum())
 
-    natural = tabulated("t", x, s, (End.REST, turning))
+    natural = fit_table_spline("t", x, s, (EndCondition.REST, turning))
     law = BSpline(np.array(natural.knots), np.array(natural.coefficients), natural.degree)
     rest = [(1, 0.0), (2, 0.0)]
-    for velocity in np.linspace(-2.0, 2.0, 9) if turning is End.FREE else [0.0]:
+    for velocity in np.linspace(-2.0, 2.0, 9) if turning is EndCondition.FREE else [0.0]:
         for acceleration in np.linspace(-20.0, 20.0, 9):
             other = make_interp_spline(x, s, k=5, bc_type=(rest, [(1, velocity), (2, acceleration)]))
             assert square(other) >= square(law) * (1 - 1e-9)
@@ -631,7 +636,7 @@ def test_a_table_turns_back_where_it_says(mirror):
         "reversal": "end",
         "mirror": mirror,
     }
-    law, end = law_in("table", table), 0.0 if mirror else 1.0
+    law, end = own_law_from_values("table", table), 0.0 if mirror else 1.0
     assert float(law.velocity(end)) == 0.0
     assert float(law.acceleration(end)) == pytest.approx((1 if mirror else -1) * np.pi**2 / 4, rel=1e-6)
     assert float(law.velocity(1.0 - end)) == pytest.approx(np.pi / 2, rel=2e-3)
@@ -648,7 +653,7 @@ def test_the_jump_at_a_reversal_is_that_of_the_two_accelerations():
     scene["motion"] = [{k: v for k, v in zip(keys, row, strict=True) if v is not None} for row in turn]
     laws = {"up": up, "down": {**up, "reversal": "end", "mirror": True}}
     scene = Scene.from_dict({**scene, "laws": laws})
-    omega, law = scene.cam.rpm * np.pi / 30, law_in("up", up)
+    omega, law = scene.cam.rpm * np.pi / 30, own_law_from_values("up", up)
     before, after = (9e-3 * float(law.acceleration(1.0)) * (omega / np.radians(angle)) ** 2 for angle in (60, 80))
     jump = after - before
     assert [(each.order, round(np.degrees(each.at), 9)) for each in resolve(scene).programme.jumps] == [(2, 60.0)]
@@ -677,7 +682,9 @@ def test_the_rounding_of_a_table_is_allowed_and_the_base_circle_is_where_it_is_l
     beyond = []
     for decimals in (4, 5, 6):
         rounded = np.round(9.5 * steep(181), decimals) / 9.5
-        least = float(unit_span(law_in("t", {"x": np.linspace(0, 1, 181).tolist(), "s": rounded.tolist()}))[0])
+        least = float(
+            law_range(own_law_from_values("t", {"x": np.linspace(0, 1, 181).tolist(), "s": rounded.tolist()}))[0]
+        )
         beyond.append(least * 10**decimals)
         assert resolve(table_scene(rounded)).programme.levels[0] == pytest.approx(0.0, abs=1e-9)
     assert -1.0 < min(beyond) < 0.0  # of the last decimal
@@ -689,12 +696,12 @@ def test_noise_of_a_table_is_told():
     rng = np.random.default_rng(5)
     noisy = steep(181) + rng.normal(0.0, 1e-3, 181)
     noisy[0], noisy[-1] = 0.0, 1.0
-    (told,) = [line for line in oddities(table_scene(noisy, overshoot=True)) if "laws.table" in line]
+    (told,) = [line for line in unusual_value_notes(table_scene(noisy, overshoot=True)) if "laws.table" in line]
     assert "of its acceleration is noise, or rounding, of its points" in told
-    assert not [line for line in oddities(table_scene(steep(181))) if "laws.table" in line]
-    assert not [line for line in oddities(table_scene(np.round(steep(61), 5))) if "laws.table" in line]
+    assert not [line for line in unusual_value_notes(table_scene(steep(181))) if "laws.table" in line]
+    assert not [line for line in unusual_value_notes(table_scene(np.round(steep(61), 5))) if "laws.table" in line]
     in_microns = np.round(25.0 * steep(101), 3) / 25.0
-    (told,) = [line for line in oddities(table_scene(in_microns)) if "laws.table" in line]
+    (told,) = [line for line in unusual_value_notes(table_scene(in_microns)) if "laws.table" in line]
     share = float(re.search(r"(\d+)% of its jerk", told)[1]) / 100
     third = np.diff(in_microns, 3) - np.diff(steep(101), 3)
     assert share == pytest.approx(np.std(third) / np.sqrt(np.mean(np.diff(in_microns, 3) ** 2)), abs=0.1)
@@ -710,7 +717,7 @@ def test_a_table_that_rests_where_a_rise_goes_over_into_a_return_is_told():
     def told(**ends):
         up = {"x": [0.0, 0.3, 0.6, 1.0], "s": [0.0, 0.1, 0.6, 1.0], **ends}
         made = Scene.from_dict({**scene, "laws": {"up": up, "down": {**up, "mirror": True}}})
-        return [line for line in oddities(made) if line.startswith("laws.")]
+        return [line for line in unusual_value_notes(made) if line.startswith("laws.")]
 
     start, *_ = told()
     assert start == (
@@ -728,7 +735,7 @@ def test_a_spline_of_another_program_may_overshoot_by_rounding():
     coefficients = spline.c.copy()
     coefficients[1] = -1e-7
     law = {"degree": 3, "knots": spline.t.tolist(), "coefficients": coefficients.tolist()}
-    least, _ = unit_span(law_in("law", law))
+    least, _ = law_range(own_law_from_values("law", law))
     assert -1e-6 < least < 0.0 == x[0]
     assert not [*check_laws({"laws": {"law": law}})]
     law["coefficients"][1] = -1e-4
@@ -743,7 +750,7 @@ def test_rest_is_for_tables():
     few = {"x": [0, 1], "s": [0, 1], "rest": "none"}
     with pytest.raises(BadInput, match=r"laws.mine.x = .*needs three points at least"):
         Scene.from_dict({**scene, "laws": {"mine": few}})
-    assert law_in("t", {**few, "reversal": "end"}).displacement(0.25) == pytest.approx(
+    assert own_law_from_values("t", {**few, "reversal": "end"}).displacement(0.25) == pytest.approx(
         1 - 0.75**2
     )  # no jerk at all
     with pytest.raises(BadInput, match=r"laws.mine.reversal = 'both': rest = 'end' names the same end"):

@@ -17,11 +17,11 @@ from camopt import BadInput, Scene, certify, evaluate, find_scene
 from camopt.cli.main import main
 from camopt.core.numerics.interval import Interval
 from camopt.core.quantities.expression import FUNCTIONS, MOST_NODES, parse_expression
-from camopt.model.effects.own import RANGES
-from camopt.scene.keys import found_keys
+from camopt.model.effects.quantity_expression import RANGE_RULES
+from camopt.scene.keys import find_keys
 from camopt.scene.problem.problem import resolve
 from camopt.show.reporting.sections import limits_sheet
-from camopt.show.studies.cost_report import what_runs
+from camopt.show.studies.cost_report import effects_run
 
 BASE = find_scene("roller-1000rpm")
 READ = "outer_radius_mm * pressure_angle_max_deg"
@@ -176,7 +176,7 @@ def test_an_expression_is_what_python_makes_of_it_and_ranges_hold_it(seed):
         assert found == pytest.approx(expected, rel=1e-9, abs=1e-12)
         width = 10.0 ** chance.uniform(-14.0, -1.0)
         ranges = {n: Interval(v - width * abs(v), v + width * abs(v)) for n, v in arrays.items()}
-        made = tree.evaluate(ranges, RANGES)
+        made = tree.evaluate(ranges, RANGE_RULES)
         low, high = (made.low, made.high) if isinstance(made, Interval) else (made, made)
         for _ in range(20):
             near = {name: value * (1.0 + width * chance.uniform(-1.0, 1.0)) for name, value in values.items()}
@@ -187,12 +187,12 @@ def test_an_expression_is_what_python_makes_of_it_and_ranges_hold_it(seed):
 def test_an_own_quantity_is_evaluated_and_calls_for_its_effects_alone():
     scene = find_scene("roller-1000rpm").replace(quantities={"mine": "cam_mass_kg"}, **{"part.thickness": 20})
     scene = scene.replace(**{"materials.cam": "steel", "cam.base_radius": 60, "outputs": ["sizes"]})
-    assert [each.effect for each in what_runs(resolve(scene)) if "cam_mass_kg" in each.writes + each.reads] == [
+    assert [each.effect for each in effects_run(resolve(scene)) if "cam_mass_kg" in each.writes + each.reads] == [
         "solid",
         "quantities.mine",
     ]
     without = scene.replace(quantities={"mine": "base_radius_mm / 2"})
-    assert "solid" not in [each.effect for each in what_runs(resolve(without))]
+    assert "solid" not in [each.effect for each in effects_run(resolve(without))]
     assert evaluate(without)["mine"] == 30.0
 
 
@@ -212,7 +212,7 @@ def test_a_scene_with_own_quantities_is_the_same_from_its_text():
     scene = BASE.replace(quantities={"mine": READ}, **{"limits.mine": 4000, "search.minimise": ["mine"]})
     again = Scene.embedded(scene.to_toml(), "again")
     assert (again, hash(again), again.limits.mine) == (scene, hash(scene), 4000.0)
-    assert scene.with_values({"limits.mine": None}).limits.given == BASE.limits.given
+    assert scene.with_values({"limits.mine": None}).limits.bounds_by_key == BASE.limits.bounds_by_key
 
 
 @pytest.mark.parametrize(
@@ -262,7 +262,7 @@ def test_a_sum_of_sizes_may_be_at_its_limit():
 
 
 def test_keys_say_what_an_own_quantity_has():
-    assert [key.key for key in found_keys("quantities")] == [
+    assert [key.key for key in find_keys("quantities")] == [
         f"quantities.NAME.{name}" for name in ("value", "function", "columns", "unit", "sentence")
     ]
     assert str(MOST_NODES) in (Scene.model_fields["quantities"].annotation.__args__[1].__args__[0].__doc__ or "")

@@ -8,8 +8,8 @@ from support.cams import cam_with
 from camopt import BadInput, Scene, cam_points, find_scene, shipped_scenes
 from camopt.scene.fits import KEYWAYS
 from camopt.scene.materials import MATERIALS
-from camopt.scene.oddities import oddities
 from camopt.scene.part import Part
+from camopt.scene.unusual_values import unusual_value_notes
 
 PLATE = {"thickness": 16, "hub_diameter": 44, "hub_length": 32, "keyway_width": 8, "keyway_depth": 3.3}
 CYLINDER = {"thickness": 100, "bore": 60, "keyway_width": 18, "keyway_depth": 4.4, "groove_depth": 16}
@@ -183,8 +183,8 @@ def test_a_wall_beside_a_groove_that_is_thin_is_told(contact):
     run = heights.max() - heights.min() + 2 * scene.follower.roller_radius
     scene = scene.replace(**{"materials.face_width": 12})
     short, long = (scene.replace(part={"groove_depth": 12, "thickness": run + 2 * wall}) for wall in (5.97, 6.03))
-    (told,) = oddities(short)
-    assert oddities(long) == []
+    (told,) = unusual_value_notes(short)
+    assert unusual_value_notes(long) == []
     assert told.startswith("part.thickness: a wall of 5.97 mm is left beside the groove")
     assert "0.5 times the groove's depth (12 mm)" in told
 
@@ -215,18 +215,18 @@ def test_a_whole_number_is_a_text_where_people_number_things(key):
 def test_a_part_is_read_and_written():
     for base in BASES.values():
         assert Scene.from_dict(base.to_dict()) == base
-        assert oddities(base) == []
+        assert unusual_value_notes(base) == []
     told = BASES["disc"].replace(**{"part.density": 7.8})
-    assert [line.partition(" = ")[0] for line in oddities(told)] == ["part.density"]
+    assert [line.partition(" = ")[0] for line in unusual_value_notes(told)] == ["part.density"]
     for name in ("press-feed-by-pair", "barrel-traverse", "bottle-filler-by-rib"):
         scene = find_scene(name)
         key = scene.mechanism.body.flank_height or "thickness"
-        (wide,) = oddities(scene.replace(**{"materials.face_width": 4 * getattr(scene.part, key)}))
+        (wide,) = unusual_value_notes(scene.replace(**{"materials.face_width": 4 * getattr(scene.part, key)}))
         assert f"wider than part.{key} (" in wide
         assert wide.endswith("on that the contact stress is 2 times what is computed")
     feed = find_scene("press-feed-by-pair")
     for table, words in ("follower", "the roller covers"), ("drive", "the roller of the second disc covers"):
-        (told,) = oddities(feed.replace(**{"drive.roller_radius": 16, f"{table}.roller_radius": 112}))
+        (told,) = unusual_value_notes(feed.replace(**{"drive.roller_radius": 16, f"{table}.roller_radius": 112}))
         assert told.startswith(f"{table}.roller_radius = 112 mm: {words} the pivot of its arm")
     assert [name for name in shipped_scenes() if "thickness" in find_scene(name).to_dict().get("part", {})]
 
@@ -253,5 +253,5 @@ def test_a_disc_of_a_pair_without_a_wall_about_the_shaft_is_told(key):
     pair = find_scene("press-feed-by-pair").replace(part=None, **{"follower.centre_distance": 130})
     told = "the wall between bore and base circle is 0 mm"
     for base, expected in ((25.0, True), (26.0, False)):
-        found = oddities(pair.replace(**{"drive.base_radius": 62, key: base}))
+        found = unusual_value_notes(pair.replace(**{"drive.base_radius": 62, key: base}))
         assert any(each.startswith(told) for each in found) == expected

@@ -20,7 +20,7 @@ from camopt import BadInput, Scene, find_scene, shipped_scenes
 from camopt.core.mistakes import Mistake
 from camopt.scene.choices import StepRange
 from camopt.scene.sources import shipped_toml
-from camopt.scene.tables import Cam, Inner, Length, SceneTable, Segment
+from camopt.scene.tables import Cam, InnerTable, Length, SceneTable, Segment
 
 WORKED = json.loads((Path(__file__).parents[1] / "data" / "worked-examples.json").read_text())
 JARGON = ("Input should", "input should", "extra_forbidden", "tuple[", "Range.", "pydantic", "validation error")
@@ -604,9 +604,9 @@ def test_a_table_that_pydantic_never_checked_is_written():
         thickness: Length | None = None
 
     class Machine(SceneTable):
-        plate: Inner[Plate] = Plate.model_construct()
-        plates: tuple[Inner[Plate], ...] = ()
-        named: dict[str, Inner[Plate]] = Field(default_factory=dict)
+        plate: InnerTable[Plate] = Plate.model_construct()
+        plates: tuple[InnerTable[Plate], ...] = ()
+        named: dict[str, InnerTable[Plate]] = Field(default_factory=dict)
 
     thick = Plate.model_construct().model_copy(update={"thickness": 3.25})
     written = {"thickness": 3.25}

@@ -10,9 +10,9 @@ import pytest
 from support.smallest_cams import FREE
 
 import camopt
-from camopt.scene.keys import found_keys, keys_of
-from camopt.scene.places import LISTS
-from camopt.scene.schema import TABLES, scene_schema
+from camopt.scene.keys import find_keys, keys_of_table
+from camopt.scene.schema import SCENE_TABLES, scene_schema
+from camopt.scene.table_places import TABLE_LISTS
 
 FOLDER = Path(camopt.__file__).parent / "scene"
 SHIPPED = sorted((FOLDER / "shipped").glob("*.toml"))
@@ -43,7 +43,7 @@ PLACED = {"laws.NAME": "laws.mine", "search.KEY": "search.offset", "tolerances.K
 def put(place, key, value):
     """A scene with a value under a key of a table, and the names that lead there."""
     scene, path = camopt.find_scene("roller-1000rpm").to_dict(), PLACED.get(place, place).split(".")
-    if place in LISTS:  # with one entry of each list on the way
+    if place in TABLE_LISTS:  # with one entry of each list on the way
         scene[path[0]] = [{"segment": "dwell", "angle": 0}]
     table = scene
     for name in filter(None, path):
@@ -53,7 +53,7 @@ def put(place, key, value):
     return scene, [*filter(None, path)]
 
 
-@pytest.mark.parametrize("place", TABLES)
+@pytest.mark.parametrize("place", SCENE_TABLES)
 def test_a_wrong_key_is_found_in_its_table(place):
     scene, path = put(place, "angel", 1)
     leaves = list(leaves_of(READER.iter_errors(scene)))
@@ -68,9 +68,9 @@ def leaves_of(errors):
         yield from leaves_of(error.context)
 
 
-@pytest.mark.parametrize("key", [*chain(*map(keys_of, TABLES))], ids=lambda key: key.key)
+@pytest.mark.parametrize("key", [*chain(*map(keys_of_table, SCENE_TABLES))], ids=lambda key: key.key)
 def test_a_key_says_what_it_is_and_takes_no_table_of_others(key):
-    table = MADE if not key.table else MADE["definitions"][TABLES[key.table].__name__]
+    table = MADE if not key.table else MADE["definitions"][SCENE_TABLES[key.table].__name__]
     said = table["properties"][key.key.rpartition(".")[2]]["description"]
     assert said.startswith(key.sentence.removesuffix("."))
     assert (f"Unit: {key.unit}." in said) == bool(key.unit)
@@ -87,4 +87,4 @@ def test_links_lead_to_the_site_where_there_is_one():
 
 
 def test_the_keys_of_tables_with_names_are_found_by_the_table():
-    assert found_keys("laws") == found_keys("laws.NAME") == [*keys_of("laws.NAME")]
+    assert find_keys("laws") == find_keys("laws.NAME") == [*keys_of_table("laws.NAME")]

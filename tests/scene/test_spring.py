@@ -5,9 +5,9 @@ from math import cos, radians, sin
 import pytest
 
 from camopt import BadInput, Scene, evaluate, evaluate_designs, find_scene, sweep
+from camopt.scene.numbers_with_units import numbers_with_units
 from camopt.scene.problem.problem import resolve
-from camopt.scene.read import numbers_read
-from camopt.scene.written import text_of_scene
+from camopt.scene.scene_file import text_of_scene
 
 ARM = find_scene("rocker-valve")
 
@@ -108,7 +108,7 @@ def test_a_table_of_results_names_the_units_of_the_scene():
 
 
 def numbers_units(scene):
-    return [(each.key.rpartition(".")[2], each.unit) for each in numbers_read(scene)]
+    return [(each.key.rpartition(".")[2], each.unit) for each in numbers_with_units(scene)]
 
 
 def test_a_written_scene_keeps_the_straight_spring(tmp_path):

@@ -7,9 +7,9 @@ import pytest
 
 import camopt
 from camopt.cli.main import main
-from camopt.scene.places import key_of
-from camopt.scene.schema import TABLES
-from camopt.scene.starting import PAIRINGS, PURPOSES, starting_scene, switched_on
+from camopt.scene.scene_templates import PAIRINGS, PURPOSES, enable_all_lines, starting_scene
+from camopt.scene.schema import SCENE_TABLES
+from camopt.scene.table_places import key_record
 
 NAMES = [*PURPOSES, *camopt.shipped_scenes()]
 TEXTS = {name: starting_scene(name) for name in NAMES}
@@ -27,29 +27,29 @@ def test_one_of_a_mechanism_runs_and_is_optimised_with_all_switched_on(words):
     plain = camopt.Scene.from_dict(tomllib.loads(TEXTS[words]))
     assert f"{plain.cam.form} {plain.follower.motion}-{plain.follower.contact}" == words
     assert camopt.evaluate(plain)["feasible"]
-    whole = camopt.Scene.from_dict(tomllib.loads(switched_on(TEXTS[words].splitlines())))
+    whole = camopt.Scene.from_dict(tomllib.loads(enable_all_lines(TEXTS[words].splitlines())))
     assert camopt.optimise(whole).best["feasible"]
 
 
 @pytest.mark.parametrize("name", TEXTS)
 def test_what_is_switched_off_is_allowed(name):
-    on = camopt.Scene.from_dict(tomllib.loads(switched_on(TEXTS[name].splitlines())))
+    on = camopt.Scene.from_dict(tomllib.loads(enable_all_lines(TEXTS[name].splitlines())))
     assert on.follower.dynamics
     assert on.materials.cam
-    assert {"pressure_angle", "face_reach"} & on.limits.given.keys()
+    assert {"pressure_angle", "face_reach"} & on.limits.bounds_by_key.keys()
 
 
 @pytest.mark.parametrize("words", PAIRINGS)
 def test_the_spring_of_a_mechanism_presses_with_a_usual_force(words):
     """On the trace point of an arm, as on a follower in a guide: from 50 to 200 N at the lowest position."""
-    on = camopt.Scene.from_dict(tomllib.loads(switched_on(TEXTS[words].splitlines())))
+    on = camopt.Scene.from_dict(tomllib.loads(enable_all_lines(TEXTS[words].splitlines())))
     lever = (on.follower.arm_length or on.follower.centre_distance) / 1e3 if on.mechanism.motion.angular else 1.0
     assert 50.0 <= on.follower.dynamics.preload / lever <= 200.0
 
 
 @pytest.mark.parametrize("name", TEXTS)
 def test_comments_are_what_the_code_says(name):
-    said = {key_of(model, key).sentence for model in TABLES.values() for key in model.model_fields}
+    said = {key_record(model, key).sentence for model in SCENE_TABLES.values() for key in model.model_fields}
     comments = [line.partition("  # ")[2] for line in TEXTS[name].splitlines() if "  # " in line]
     assert len(comments) > 20
     assert {comment.partition(": ")[2] for comment in comments} | {*comments} >= {*comments}

@@ -8,7 +8,7 @@ import pytest
 
 import camopt
 from camopt.core.quantities import NUMBER_KEYS, QUANTITIES, number_quantities
-from camopt.scene.places import is_angle
+from camopt.scene.table_places import is_angle
 
 pytest.importorskip("pint")
 LB, IN, LBF = 0.45359237, 25.4, 4.4482216152605  # kg, mm, N: NIST SP 811, appendix B

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from support.depth import times
 
 from camopt import Scene, find_scene, shipped_scenes
+from camopt.scene.scene_file import text_of_scene, write_scene
 from camopt.scene.sources import shipped_toml
-from camopt.scene.written import text_of_scene, write_scene
 
 OWN = """\
 # The feeder of line 3.

@@ -9,8 +9,8 @@ import numpy as np
 from flint import arb
 
 from camopt.core.numerics.interval import Interval
-from camopt.core.numerics.sloped import variables
-from camopt.core.numerics.stable import difference_of_squares_root, sum_of
+from camopt.core.numerics.sloped_interval import box_variables
+from camopt.core.numerics.stable_functions import compensated_sum, difference_of_squares_root
 from support.balls.ball import Ball, as_arb, precisely
 
 TWO = {
@@ -63,7 +63,7 @@ def missed(seed, count):
         true = as_arb(values(steps, Ball(x), Ball(y))[-1])
         points = [Interval(np.array([each]), np.array([each])) for each in (x, y)]
         wide = [Interval(each.low - 1e-7, each.high + 1e-7) for each in points]
-        sloped = values(steps, *variables(wide, [np.array([x]), np.array([y])]))[-1]
+        sloped = values(steps, *box_variables(wide, [np.array([x]), np.array([y])]))[-1]
         wrong += not all(_holds(each, true) for each in (values(steps, *points)[-1], sloped.at, sloped.value))
         wrong += not _root_is_held(rng)
     return wrong
@@ -81,7 +81,7 @@ def _root_is_held(rng):
     one, other, more = (Interval(np.array([each]), np.array([each])) for each in (a, b, c))
     total = arb(a) + arb(c)
     root = _holds(difference_of_squares_root(one, other, more), (total * total - arb(b) * arb(b)).sqrt())
-    return root and _holds(sum_of(one, more, -other), total - arb(b))
+    return root and _holds(compensated_sum(one, more, -other), total - arb(b))
 
 
 if __name__ == "__main__":

@@ -75,11 +75,11 @@ def yoke(rng: np.random.Generator, kind: str) -> dict[str, Any]:
 
 def centres(problem: Problem, angles: Any) -> tuple[Any, Any]:
     """The centres of both rollers of one rigid follower in the ground frame."""
-    first, second = problem.design, problem.setup.mechanism.further[0].seen(problem.design)
+    first, second = problem.design, problem.setup.mechanism.further_contacts[0].local_designs(problem.design)
     (e1, rp1, l1), (e2, rp2, l2) = (
         (d.offset[0], d.size[0] + d.roller_radius[0], d.arm_length[0]) for d in (first, second)
     )
-    lift, y = problem.programme.lift, problem.programme.at(angles)[0]
+    lift, y = problem.programme.lift, problem.programme.motion_at(angles)[0]
     if not problem.setup.angular:
         s1, s2 = np.sqrt(rp1**2 - e1**2), np.sqrt(rp2**2 - e2**2)
         one = e1 + 1j * (s1 + y)
@@ -92,8 +92,8 @@ def centres(problem: Problem, angles: Any) -> tuple[Any, Any]:
 
 def profiles(problem: Problem, angles: Any) -> tuple[Any, Any]:
     """The profiles of both discs in the frame of the cam."""
-    (contact,) = problem.setup.mechanism.further
-    mirrored = profile_points(contact.mechanism, contact.seen(problem.design), problem.programme, angles)
+    (contact,) = problem.setup.mechanism.further_contacts
+    mirrored = profile_points(contact.mechanism, contact.local_designs(problem.design), problem.programme, angles)
     return profile_points(problem.setup.mechanism, problem.design, problem.programme, angles), mirrored.conj()
 
 

@@ -167,7 +167,7 @@ def tangent_cam():
     programme, omega = resolve_design(camopt.find_scene("tangent-cam")).programme, 4 * pi
     _, flank, nose, _ = programme.strokes
     inside = flank.end - 1e-9, nose.start + nose.angle / 2
-    leaving, top = omega**2 * programme.at(np.array(inside))[2] / 1e3
+    leaving, top = omega**2 * programme.motion_at(np.array(inside))[2] / 1e3
     return degrees(flank.angle), float(leaving), -float(top)
 
 

@@ -18,12 +18,20 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.taylor import Taylor, direction
-from camopt.model.effects.answers import back_of
-from camopt.model.mechanisms.rest import Shift
-from camopt.model.motion.driven import tool_position
+from camopt.model.effects.error_response import second_motion_sign
+from camopt.model.mechanisms.contact_errors import Shift
+from camopt.model.motion.tool_drive import tool_position
 from camopt.scene.problem.problem import Problem
-from camopt.scene.problem.variables import is_of_train
-from camopt.solve.tolerances.errors import BORE, BORE_WAY, CutErrors, contacts_of, flat, off_by, own_errors
+from camopt.scene.problem.variables import is_train_key
+from camopt.solve.tolerances.errors import (
+    BORE,
+    BORE_DIRECTION,
+    CamErrors,
+    contact_errors,
+    contact_problems,
+    errors_at_contact,
+    flat_errors,
+)
 from camopt.solve.tolerances.real_cam import RealCam
 
 PAIR_TOUCHES = 3
@@ -59,7 +67,7 @@ class RealCams:
     waves: int = 0
     """Of the error of the profile, in a turn; 0 if it is the same all over."""
 
-    def errors(self, off: CutErrors, places: FloatArray, order: int) -> FloatArray:
+    def errors(self, off: CamErrors, places: FloatArray, order: int) -> FloatArray:
         """The errors of position, velocity or acceleration (order 0, 1, 2) of cams (n,), where each is touched at
         the cam angle of ``places`` (n,), rad; in mm or rad by powers of rad."""
         return self.beyond(self.motion(off, places, order), order)
@@ -70,46 +78,46 @@ class RealCams:
 
     def _asked(self, angles: FloatArray, order: int) -> FloatArray:
         """Where the tool is asked to be, from where the train starts, or a derivative of it."""
-        asked = self.problem.programme.tool.at(angles, order)[order]
+        asked = self.problem.programme.tool.motion_at(angles, order)[order]
         return np.asarray(asked + (self._tool_zero if order == 0 else 0.0))
 
     def within(self, angles: FloatArray) -> FloatArray:
         """Cam angles within the turn, rad."""
         return np.asarray(np.mod(angles, self.problem.programme.strokes[-1].end))
 
-    def touched(self, off: CutErrors, angles: FloatArray) -> FloatArray:
+    def touched(self, off: CamErrors, angles: FloatArray) -> FloatArray:
         """The places where cams are touched at cam angles."""
         places = angles
         for _ in range(TOUCHES):
             places = places - (self.angle(off, places) - angles)
         return places
 
-    def angle(self, off: CutErrors, places: FloatArray) -> FloatArray:
+    def angle(self, off: CamErrors, places: FloatArray) -> FloatArray:
         """The cam angles at which cams are touched at places, rad."""
         return np.asarray(self._rest(off, places, 0).angle.terms[0] - off.get("phase", 0.0))
 
-    def motion(self, off: CutErrors, places: FloatArray, order: int) -> RealMotion:
+    def motion(self, off: CamErrors, places: FloatArray, order: int) -> RealMotion:
         """The motion at these places, with derivatives up to an order."""
         angle, follower = self._rest(off, places, order)
         angle, train = angle - off.get("phase", 0.0), self.problem.setup.train
         if train is None:
             return RealMotion(angle, follower)
-        return RealMotion(angle, self.problem.train_off(off).tool(follower + self._follower_zero))
+        return RealMotion(angle, self.problem.train_with_errors(off).tool(follower + self._follower_zero))
 
-    def _rest(self, off: CutErrors, places: FloatArray, order: int) -> RealMotion:
+    def _rest(self, off: CamErrors, places: FloatArray, order: int) -> RealMotion:
         """The cam angle, but for the phase, and the displacement of the follower."""
         problem = self.problem
-        y = problem.programme.at(self.within(places), order + 1)
+        y = problem.programme.motion_at(self.within(places), order + 1)
         motion = _series(y[:-1]), _series(y[1:])
         mechanism, place = problem.setup.mechanism, _line(places, order)
-        given, angle = off_by({**off, "profile": self._standing(off, places, order)}), place
+        given, angle = contact_errors({**off, "profile": self._standing(off, places, order)}), place
         for _ in range(TURNS if mechanism.body.developed and BORE in off else 1):
             given = given._replace(bore=self._axis(off, angle))
-            rest = mechanism.rest(problem.design, problem.programme.lift, *motion, given)
+            rest = mechanism.shifted_contact(problem.design, problem.programme.lift, *motion, given)
             angle = place + rest.turned
         return RealMotion(angle, motion[0] + rest.moved)
 
-    def _axis(self, off: CutErrors, angle: Taylor) -> Shift:
+    def _axis(self, off: CamErrors, angle: Taylor) -> Shift:
         """How far the axis of the profile is off at a cam angle; of a cylinder along its surface."""
         if BORE not in off:
             return 0.0, 0.0
@@ -119,7 +127,7 @@ class RealCams:
             return x, 0.0
         return x, way.sine * bore.real + way.cosine * bore.imag
 
-    def _standing(self, off: CutErrors, places: FloatArray, order: int) -> Taylor:
+    def _standing(self, off: CamErrors, places: FloatArray, order: int) -> Taylor:
         """By how much the curve that the follower's centre follows stands out along its normal."""
         phasor = np.conj(off.get("profile", 0.0)) * np.exp(1j * self.waves * places)
         return Taylor([((1j * self.waves) ** k * phasor).real / (1.0, 1.0, 2.0)[k] for k in range(order + 1)])
@@ -130,7 +138,7 @@ class RealCams:
         programme = self.problem.programme
         if self.problem.setup.train is None:
             return 0.0
-        return float((tool_position(programme, np.zeros(1)) - programme.tool.at(np.zeros(1))[0])[0])
+        return float((tool_position(programme, np.zeros(1)) - programme.tool.motion_at(np.zeros(1))[0])[0])
 
     @cached_property
     def _follower_zero(self) -> float:
@@ -138,7 +146,7 @@ class RealCams:
         programme, train = self.problem.programme, self.problem.setup.train
         assert train is not None
         start = np.zeros(1)
-        return float((train.follower_at(tool_position(programme, start)) - programme.at(start)[0])[0])
+        return float((train.follower_at(tool_position(programme, start)) - programme.motion_at(start)[0])[0])
 
 
 def _series(derivatives: FloatArray) -> Taylor:
@@ -159,26 +167,26 @@ class PairCams:
 
     @cached_property
     def contacts(self) -> tuple[Problem, Problem]:
-        return contacts_of(self.problem)
+        return contact_problems(self.problem)
 
     def at(self, errors: Mapping[str, Any], angles: FloatArray) -> tuple[FloatArray, FloatArray]:
         """δ of the follower, and s, mm (rad), of cams whose errors are numbers or arrays (m,)."""
         first, own = (self._of(place, errors, angles) for place in (0, 1))
-        second = back_of(self.problem.setup.mechanism) * own
+        second = second_motion_sign(self.problem.setup.mechanism) * own
         return (first - second) / 2.0, first + second
 
     def _of(self, place: int, errors: Mapping[str, Any], angles: FloatArray) -> FloatArray:
         """The errors of the motion of a contact, of which the place is found that touches at each cam angle."""
-        own, problem, places = own_errors(self.problem, place, errors), self.contacts[place], angles
-        way, developed = own.pop(BORE_WAY, None), problem.setup.mechanism.body.developed
+        own, problem, places = errors_at_contact(self.problem, place, errors), self.contacts[place], angles
+        way, developed = own.pop(BORE_DIRECTION, None), problem.setup.mechanism.body.developed
         for _ in range(PAIR_TOUCHES):
             given = dict(own)
             if way is not None and developed:  # along the surface of the cylinder, where it is touched
                 there = angles + own.get("phase", 0.0)
                 given[BORE] = own[BORE] * np.cos(way + problem.design.sense * there)
             elif way is not None:  # in the ground
-                given[BORE_WAY] = way + problem.design.sense * places
-            found = RealCam(problem).touch(flat(given), places)
+                given[BORE_DIRECTION] = way + problem.design.sense * places
+            found = RealCam(problem).contact_error(flat_errors(given), places)
             places = places - (found.angle - angles)
         return found.error
 
@@ -189,27 +197,29 @@ class RealPairs(RealCams):
 
     @cached_property
     def contacts(self) -> tuple[RealCams, RealCams]:
-        first, second = (RealCams(each, self.waves) for each in contacts_of(self.problem))
+        first, second = (RealCams(each, self.waves) for each in contact_problems(self.problem))
         return first, second
 
-    def errors(self, off: CutErrors, places: FloatArray, order: int) -> FloatArray:
+    def errors(self, off: CamErrors, places: FloatArray, order: int) -> FloatArray:
         return self._errors(self.contacts[0].motion(self._own(0, off), places, order), off, order)
 
-    def _errors(self, first: RealMotion, off: CutErrors, order: int) -> FloatArray:
+    def _errors(self, first: RealMotion, off: CamErrors, order: int) -> FloatArray:
         """The same from the motion of the first contact."""
         train = self.problem.setup.train
         if train is None:
             return next(self._moved(first, off, [order]))
         orders, angles = range(order + 1), self.within(first.angle.terms[0])
-        asked = zip(self.problem.programme.at(angles), self._moved(first, off, orders), FACTORIALS, strict=False)
+        asked = zip(
+            self.problem.programme.motion_at(angles), self._moved(first, off, orders), FACTORIALS, strict=False
+        )
         follower = Taylor([(stands + moved) / factor for stands, moved, factor in asked])
-        tool = self.problem.train_off(off).tool(follower + self._follower_zero).terms[order]
+        tool = self.problem.train_with_errors(off).tool(follower + self._follower_zero).terms[order]
         return np.asarray(tool * FACTORIALS[order] - self._asked(angles, order))
 
-    def angle(self, off: CutErrors, places: FloatArray) -> FloatArray:
+    def angle(self, off: CamErrors, places: FloatArray) -> FloatArray:
         return self.contacts[0].angle(self._own(0, off), places)
 
-    def motion(self, off: CutErrors, places: FloatArray, order: int) -> RealMotion:
+    def motion(self, off: CamErrors, places: FloatArray, order: int) -> RealMotion:
         """The cam angle by the place, and to order 0 the tool."""
         found = self.contacts[0].motion(self._own(0, off), places, order)
         if order > 0:
@@ -217,19 +227,21 @@ class RealPairs(RealCams):
         asked = self._asked(self.within(found.angle.terms[0]), 0)
         return RealMotion(found.angle, Taylor([asked + self._errors(found, off, 0)]))
 
-    def _moved(self, first: RealMotion, off: CutErrors, orders: Iterable[int]) -> Iterator[FloatArray]:
+    def _moved(self, first: RealMotion, off: CamErrors, orders: Iterable[int]) -> Iterator[FloatArray]:
         """The errors of the follower, in the middle of both contacts, and their derivatives by the cam angle."""
         (one, second), other = self.contacts, self._own(1, off)
         places = second.touched(other, first.angle.terms[0])
         for order in orders:
-            moved = back_of(self.problem.setup.mechanism) * second.errors(other, places, order)
+            moved = second_motion_sign(self.problem.setup.mechanism) * second.errors(other, places, order)
             yield (one.beyond(first, order) - moved) / 2.0
 
-    def _own(self, place: int, off: CutErrors) -> CutErrors:
+    def _own(self, place: int, off: CamErrors) -> CamErrors:
         """Errors as a contact has them."""
-        return own_errors(self.problem, place, {key: each for key, each in off.items() if not is_of_train(key)})
+        return errors_at_contact(
+            self.problem, place, {key: each for key, each in off.items() if not is_train_key(key)}
+        )
 
 
 def cams_of(problem: Problem, waves: int) -> RealCams:
     """Real cams of a problem, with one contact or two."""
-    return (RealPairs if problem.setup.mechanism.further else RealCams)(problem, waves)
+    return (RealPairs if problem.setup.mechanism.further_contacts else RealCams)(problem, waves)

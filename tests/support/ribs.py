@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.scene.problem.problem import Problem
-from camopt.solve.contour.curve import curves_of
+from camopt.solve.contour.curve import disc_curves
 from support.pairs import turn
 
 
@@ -63,7 +63,7 @@ def centres(problem: Problem, angles: Any) -> tuple[Any, Any]:
 
 
 def _on_mantle(problem: Problem, angles: Any) -> list[Roller]:
-    design, (y, *_), lift = problem.design, problem.programme.at(angles), problem.programme.lift
+    design, (y, *_), lift = problem.design, problem.programme.motion_at(angles), problem.programme.lift
     d, x = design.roller_spacing[0], angles * design.size[0]
     if not problem.setup.angular:
         return [Roller(x + 1j * (y + side * d / 2), 1j * np.ones_like(x)) for side in (1.0, -1.0)]
@@ -74,7 +74,7 @@ def _on_mantle(problem: Problem, angles: Any) -> list[Roller]:
 
 
 def _on_disc(problem: Problem, angles: Any) -> list[Roller]:
-    design, (y, *_) = problem.design, problem.programme.at(angles)
+    design, (y, *_) = problem.design, problem.programme.motion_at(angles)
     d, prime = design.roller_spacing[0], design.size[0] + design.roller_radius[0]
     turned = np.exp(-1j * design.sense * angles)
     if not problem.setup.angular:
@@ -90,9 +90,10 @@ def _on_disc(problem: Problem, angles: Any) -> list[Roller]:
 def flanks(problem: Problem, angles: Any) -> tuple[Any, Any]:
     """The flanks, as the files of the cam have them, over more than one turn."""
     mantle = problem.setup.mechanism.body.developed
-    found, round_ = curves_of(problem), 2.0 * np.pi * problem.design.size[0] if mantle else 0.0
+    found, round_ = disc_curves(problem), 2.0 * np.pi * problem.design.size[0] if mantle else 0.0
     turns, within = np.divmod(angles, 2.0 * np.pi)
     one, other = (
-        found[name].at(within, found[name].points) + turns * round_ for name in ("profile", "second_profile")
+        found[name].evaluate_by_span(within, found[name].points) + turns * round_
+        for name in ("profile", "second_profile")
     )
     return one, other

@@ -13,16 +13,16 @@ from OCP.STEPControl import STEPControl_Reader
 from OCP.TopoDS import TopoDS
 
 from camopt.show.exporting import shapes
-from camopt.show.exporting.step import quiet
+from camopt.show.exporting.step import silence_output
 
 
 def solids_in(path):
     """The solids of a STEP file."""
     reader = STEPControl_Reader()
-    with quiet():
+    with silence_output():
         assert reader.ReadFile(str(path)) == IFSelect_RetDone
         reader.TransferRoots()
-    return shapes.parts(reader.OneShape(), shapes.SOLID)
+    return shapes.subshapes(reader.OneShape(), shapes.SOLID)
 
 
 def extents(solid):
@@ -36,7 +36,7 @@ def extents(solid):
 def section(solid, height, count=24):
     """Points x + iy of its section at a height, edge by edge."""
     plane = gp_Pln(gp_Pnt(0.0, 0.0, height), gp_Dir(0.0, 0.0, 1.0))
-    for edge in shapes.parts(BRepAlgoAPI_Section(solid, plane).Shape(), shapes.EDGE):
+    for edge in shapes.subshapes(BRepAlgoAPI_Section(solid, plane).Shape(), shapes.EDGE):
         curve = BRepAdaptor_Curve(TopoDS.Edge(edge))
         places = map(curve.Value, np.linspace(curve.FirstParameter(), curve.LastParameter(), count).tolist())
         yield np.array([complex(place.X(), place.Y()) for place in places])

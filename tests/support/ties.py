@@ -16,7 +16,7 @@ from camopt import Scene, sweep
 from camopt.core.mistakes import BadInput
 from camopt.core.quantities import QUANTITIES
 from camopt.core.storage.tables import read_table
-from camopt.model.effects import offered
+from camopt.model.effects import available_quantities
 from camopt.scene.problem.problem import resolve
 from camopt.solve.front import front_search
 from camopt.solve.front.box_bounds import is_bounded
@@ -42,7 +42,7 @@ def space_with_ties(seed: int) -> Scene:
     arm = CONTACTS[contact]["motion"] == "oscillating"
     scene = Scene.from_dict(cam_with(contact, "poly345", None if arm else UNGUIDED, materials=STEEL))
     scene = scene.replace(**{f"follower.dynamics.{key}": value for key, value in TRAIN.items()})
-    offers = [name for name in offered(resolve(scene).setup) if QUANTITIES[name].kind is float]
+    offers = [name for name in available_quantities(resolve(scene).setup) if QUANTITIES[name].kind is float]
     offers = [name for name in offers if QUANTITIES[name].effect != "surface"]
     signs = {name: sign for name in offers for sign in (1.0, -1.0) if is_bounded(name, sign, resolve(scene).setup)}
     wanted = {str(name): signs[str(name)] for name in rng.permutation([*signs])[: rng.integers(1, 4)]}

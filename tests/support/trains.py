@@ -9,9 +9,9 @@ from mpmath import mpf
 
 from camopt.core.numerics.taylor import Taylor
 from camopt.model.trains import TRAIN_STAGES
-from camopt.model.trains.carried import Carried
+from camopt.model.trains.carried_load import CarriedLoad
 from camopt.model.trains.four_bar import four_bar
-from camopt.model.trains.train import StageFault, Train, train_of
+from camopt.model.trains.train import StageFault, Train, assemble_train
 
 Keys = dict[str, Any]
 Stages = list[tuple[str, Keys]]
@@ -148,17 +148,17 @@ def random_train(rng: np.random.Generator) -> tuple[Stages, Train, bool]:
             stages.append((name, keys))
             turns = TRAIN_STAGES[name].turns(keys, turns)
         try:
-            train = train_of(stages, angular=angular)
+            train = assemble_train(stages, angular=angular)
         except StageFault:
             continue
-        low, high = train.reach
+        low, high = train.tool_reach
         if high.at - low.at > (0.05 if train.angular else 2.0):
             return stages, train, angular
 
 
-def drawn_loads(rng: np.random.Generator, joints: int) -> tuple[tuple[Carried, ...], dict[int, Taylor]]:
+def drawn_loads(rng: np.random.Generator, joints: int) -> tuple[tuple[CarriedLoad, ...], dict[int, Taylor]]:
     """Masses, springs and forces at each joint, and a load that changes at the last."""
-    carried = tuple(Carried(k, *rng.uniform(0.0, 2.0, 4)) for k in range(1, joints + 1))
+    carried = tuple(CarriedLoad(k, *rng.uniform(0.0, 2.0, 4)) for k in range(1, joints + 1))
     return carried, {joints: Taylor([float(rng.uniform(-5, 5)), 0.0, 0.0, 0.0])}
 
 

@@ -12,5 +12,5 @@ def boxes_for_front_only() -> Iterator[None]:
     from camopt.solve.front import plan
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plan, "boxes_are_sooner", lambda asked: asked.keep == plan.FRONT_ONLY)
+        patch.setattr(plan, "boxes_are_faster", lambda asked: asked.keep == plan.FRONT_ONLY)
         yield

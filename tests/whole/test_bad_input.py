@@ -16,13 +16,13 @@ from support.fuzzed import KINDS, keys
 import camopt
 from camopt import BadInput, Scene, evaluate, find_scene, shipped_scenes, sweep
 from camopt.cli.main import main
-from camopt.core.mistakes import LONGEST_LINE, MOST_TOLD, shortened
-from camopt.scene.oddities import no_wall, oddities
+from camopt.core.mistakes import LONGEST_LINE, MOST_SHOWN, shorten
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.sources import shipped_toml
-from camopt.scene.text import DEEPEST, parsed
+from camopt.scene.toml_text import DEEPEST_NESTING, parse_toml
+from camopt.scene.unusual_values import no_wall, unusual_value_notes
 from camopt.show.drawing.picture import Picture
-from camopt.show.reporting.cams import words_of
+from camopt.show.reporting.cams import cam_sentences
 
 TEXT = find_scene("roller-1000rpm").to_toml()
 MOVE = {"segment": "move", "angle": 360, "to": 1}
@@ -101,13 +101,13 @@ def test_keys_and_names_reach_no_terminal_raw(tmp_path):
 def test_any_text_is_tables_or_a_mistake_in_a_line(text):
     told = ""
     try:
-        assert isinstance(parsed(text, "mine.toml"), dict)
+        assert isinstance(parse_toml(text, "mine.toml"), dict)
     except BadInput as error:
         told = str(error)
     assert told.isprintable()
 
 
-@given(depth=st.integers(0, 3 * DEEPEST), key=st.text(min_size=1, max_size=9))
+@given(depth=st.integers(0, 3 * DEEPEST_NESTING), key=st.text(min_size=1, max_size=9))
 def test_tables_within_tables_are_a_mistake_however_deep(depth, key):
     tables = 1
     for _ in range(depth):
@@ -208,13 +208,13 @@ def test_a_message_is_no_longer_than_one_reads(changes, words):
     lines = str(error.value).splitlines()
     assert words in str(error.value)
     assert max(map(len, lines)) <= LONGEST_LINE
-    assert len(lines) <= MOST_TOLD + 1
+    assert len(lines) <= MOST_SHOWN + 1
     assert str(error.value).replace("\n", "").isprintable()
 
 
 @given(text=st.text(max_size=50), most=st.integers(3, 40))
 def test_a_long_text_is_cut_in_its_middle(text, most):
-    found = shortened(text, most)
+    found = shorten(text, most)
     assert len(found) == min(len(text), most)
     start, _, end = (found, "", "") if found == text else found.partition("…")
     assert text.startswith(start)
@@ -310,10 +310,10 @@ def test_sizes_that_are_hardly_meant_are_asked_about(capsys, monkeypatch):
     metres = find_scene("two-pauses").replace(
         **{"cam.base_radius": 0.05, "cam.shaft_diameter": None, "cam.rpm": 2e5}
     )
-    found = oddities(metres)
+    found = unusual_value_notes(metres)
     assert [sentence.partition(" = ")[0] for sentence in found] == ["cam.rpm", "cam.base_radius"]
     assert found[1] == "cam.base_radius = 0.05 mm: is this what you mean? 0.1 to 10000 mm is usual"
-    assert [scene for scene in shipped_scenes() if oddities(find_scene(scene))] == []
+    assert [scene for scene in shipped_scenes() if unusual_value_notes(find_scene(scene))] == []
 
 
 WALLS = [
@@ -330,10 +330,10 @@ def test_a_cam_without_a_wall_about_its_bore_is_told_where_none_is_asked(changes
     """Where it is evaluated, and on its page."""
     scene = find_scene("two-pauses").replace(**{"cam.base_radius": 25.0, **changes})
     found = no_wall(scene)
-    assert found == [line for line in oddities(scene) if "wall between" in line]
+    assert found == [line for line in unusual_value_notes(scene) if "wall between" in line]
     assert [line.partition(": ")[0] for line in found] == ([told] if told else [])
     assert all("limits.hub_wall" in line for line in found)
-    lines = words_of(Picture(scene, resolve_design(scene)))
+    lines = cam_sentences(Picture(scene, resolve_design(scene)))
     assert [line for line in lines if "wall between" in line] == [f"T{line[1:]}." for line in found]
 
 
@@ -342,11 +342,13 @@ def test_a_hub_that_a_keyway_leaves_thin_is_told(bore, told):
     """Of less than 1.5 bores; the wall is from the corner of the keyway to the base circle, or to the hub."""
     part = {"thickness": 10, "bore": bore, "keyway_width": 8, "keyway_depth": 3.3}
     scene = find_scene("two-pauses").replace(**{"cam.base_radius": 25.0, "cam.shaft_diameter": None}, part=part)
-    found = [line for line in oddities(scene) if "keyed hub" in line]
+    found = [line for line in unusual_value_notes(scene) if "keyed hub" in line]
     wall = 25.0 - ((bore / 2 + 3.3) ** 2 + 16.0) ** 0.5
     assert bool(found) is told
     assert all(f"a wall of {wall:.4g} mm is left" in line and f"{1.8 * bore:.4g} mm" in line for line in found)
-    assert not [line for line in oddities(scene.replace(**{"limits.hub_wall": 2})) if "keyed hub" in line]
+    assert not [
+        line for line in unusual_value_notes(scene.replace(**{"limits.hub_wall": 2})) if "keyed hub" in line
+    ]
 
 
 @pytest.mark.parametrize(

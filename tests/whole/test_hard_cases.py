@@ -18,13 +18,13 @@ from camopt import LAWS, Scene, certify, evaluate, find_scene, load
 from camopt.core.kernels import compile
 from camopt.core.mistakes import BadInput
 from camopt.core.numerics import LARGEST, LEAST
-from camopt.core.numerics.curves import curve
-from camopt.model.effects import Case, Setup
+from camopt.core.numerics.curves import value_and_slope
+from camopt.model.effects import EvaluationBlock, Setup
 from camopt.model.mechanisms import MECHANISMS, Designs
 from camopt.model.mechanisms.elements import KNIFE, ROLLER
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES
-from camopt.scene.problem.rows import Rows
+from camopt.scene.problem.rows import DesignRows
 from camopt.scene.search import Search
 from camopt.solve.front.pareto import non_dominated
 
@@ -93,14 +93,14 @@ def test_a_peak_next_to_the_end_of_a_return(law, gap):
     zero, mechanism = np.zeros(1), MECHANISMS["disc", "translating", False]
     for side in (1.0, -1.0):
         design = Designs(np.array([prime]), zero, np.array([side * (prime - gap)]), zero, zero, zero, zero, 1.0)
-        found = Case(Setup(mechanism, KNIFE), turn, design).extremes(
+        found = EvaluationBlock(Setup(mechanism, KNIFE), turn, design).extremes(
             mechanism.pressure, [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST)]
         )
         hairs = np.geomspace(1e-9, 0.1, 20001)
         angles = np.concatenate(
             [place + way * hairs for s in turn.strokes for place, way in ((s.start, 1), (s.end, -1))]
         )
-        points = curve(mechanism.pressure(design, turn), 0, turn.state(angles))[0]
+        points = value_and_slope(mechanism.pressure(design, turn), 0, turn.state(angles))[0]
         room = found.width[:, 0] + 1e-12 * np.abs(points).max()
         assert points.max() <= found.value[0, 0] + room[0]
         assert points.min() >= found.value[1, 0] - room[1]
@@ -118,7 +118,7 @@ def test_a_cusp_of_the_pitch_curve():
     zero, mechanism = np.zeros(4), MECHANISMS["disc", "translating", False]
     size = np.array([1e-3, 1e-6, 1e-9, 1e-12])
     designs = Designs(size, zero, zero, zero, zero, zero, zero, 1.0)
-    found = Case(Setup(mechanism, KNIFE), rise, designs).extremes(
+    found = EvaluationBlock(Setup(mechanism, KNIFE), rise, designs).extremes(
         mechanism.curvature, [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST)]
     )
     assert not np.isnan(found.value).any()
@@ -376,16 +376,16 @@ def test_no_point_of_a_curve_lies_outside_of_its_enclosure(data, key, law):
         "roller_spacing": 0.0,
     }
     design = Designs(**{n: np.array([v]) for n, v in sizes.items()}, sense=data.draw(st.sampled_from([1.0, -1.0])))
-    assume(mechanism.exists(design, turn)[0])
+    assume(mechanism.can_assemble(design, turn)[0])
     angles = np.concatenate([s.start + s.angle * np.linspace(1e-9, 1 - 1e-9, 500) for s in turn.strokes])
     tolerance = data.draw(st.sampled_from([1e-3, 1e-6, 1e-9, 1e-12]))
-    case = Case(Setup(mechanism, ROLLER, tolerance), turn, design)
+    case = EvaluationBlock(Setup(mechanism, ROLLER, tolerance), turn, design)
     for name in ("pressure", "curvature", "profile_radius", "reach"):
         make = getattr(mechanism, name)
         if make is None:
             continue
         found = case.extremes(make, [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST)])
-        points = np.broadcast_to(curve(make(design, turn), 0, turn.state(angles))[0], angles.shape)
+        points = np.broadcast_to(value_and_slope(make(design, turn), 0, turn.state(angles))[0], angles.shape)
         (most, least), (above, below) = found.value[:, 0], found.width[:, 0]
         slack = 1e-13 * np.abs(points).max()  # of the points themselves, near steep places
         assert points.max() <= most + above + slack
@@ -417,12 +417,12 @@ def test_pareto_ties_duplicates_and_infinities():
     infinite = np.inf
     sizes = np.array([1.0, 1.0, 2.0, 2.0, 3.0, 4.0, 5.0])
     peaks = np.array([9.0, 9.0, 5.0, 6.0, infinite, 5.0, 4.0])
-    rows = Rows({"base_radius_mm": sizes, "acceleration_max_m_s2": peaks}, 7)
+    rows = DesignRows({"base_radius_mm": sizes, "acceleration_max_m_s2": peaks}, 7)
     objectives = Search(minimise=["base_radius_mm", "acceleration_max_m_s2"]).objectives
     assert non_dominated(rows, objectives).column("base_radius_mm").tolist() == [1.0, 1.0, 2.0, 5.0]
     rng = np.random.default_rng(0)  # against the definition, on numbers with many ties
     costs = rng.choice([0.0, 1.0, 2.0, 3.0, infinite], size=(400, 2))
-    rows = Rows({"base_radius_mm": costs[:, 0], "acceleration_max_m_s2": costs[:, 1]}, 400)
+    rows = DesignRows({"base_radius_mm": costs[:, 0], "acceleration_max_m_s2": costs[:, 1]}, 400)
     found = non_dominated(rows, objectives)
     better = (costs[:, None] <= costs[None]).all(axis=2) & (costs[:, None] < costs[None]).any(axis=2)
     expected = costs[~better.any(axis=0)]

@@ -76,7 +76,7 @@ def test_every_picture_of_a_command_has_a_public_function():
     assert drawn <= {"plot", "animate", "construct"} <= {*camopt.__all__}
 
 
-SAID_BY_COMMANDS = {"scene.problem.unused", "scene.starting"}
+SAID_BY_COMMANDS = {"scene.problem.scene_notes", "scene.scene_templates"}
 """Modules outside of cli that make sentences for commands alone."""
 
 

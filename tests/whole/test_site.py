@@ -17,11 +17,11 @@ from support.pages import ROOT, blocks
 
 from camopt import Scene
 from camopt.cli.main import camopt as command
-from camopt.core.quantities import BOUNDED, QUANTITIES
+from camopt.core.quantities import BOUNDED_QUANTITIES, QUANTITIES
 from camopt.core.quantities.limit_keys import LIMIT_KEYS
-from camopt.scene.places import key_of
 from camopt.scene.problem.problem import resolve
 from camopt.scene.schema import scene_schema
+from camopt.scene.table_places import key_record
 from camopt.scene.tables import SceneTable
 
 UNITS = {
@@ -42,13 +42,13 @@ KEYS = [
     (model, key)
     for model in tables()
     for key in vars(model).get("__annotations__", {})
-    if key in model.model_fields and key not in BOUNDED.keys() - LIMIT_KEYS.keys()
+    if key in model.model_fields and key not in BOUNDED_QUANTITIES.keys() - LIMIT_KEYS.keys()
 ]
 
 
 @pytest.mark.parametrize(("model", "key"), KEYS, ids=lambda each: each if isinstance(each, str) else each.__name__)
 def test_a_key_says_what_it_is_and_a_number_its_unit(model, key):
-    record = key_of(model, key)
+    record = key_record(model, key)
     assert re.fullmatch(r"[A-Zs±].*[^.;]", record.sentence), "a sentence without its full stop"
     text = json.dumps(model.model_json_schema()["properties"][key])
     if '"number"' in text and '"$ref"' not in text and key != "minimise":
@@ -57,8 +57,8 @@ def test_a_key_says_what_it_is_and_a_number_its_unit(model, key):
 
 def test_a_limit_by_the_name_of_a_quantity_says_so_in_the_schema():
     described = scene_schema()["definitions"]["Limits"]["properties"]
-    for name in BOUNDED.keys() - LIMIT_KEYS.keys():
-        assert f"``{name}``. Unit: {BOUNDED[name].unit or 'no unit'}." in described[name]["description"]
+    for name in BOUNDED_QUANTITIES.keys() - LIMIT_KEYS.keys():
+        assert f"``{name}``. Unit: {BOUNDED_QUANTITIES[name].unit or 'no unit'}." in described[name]["description"]
 
 
 def test_every_table_of_a_scene_is_found():

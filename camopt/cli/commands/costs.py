@@ -9,7 +9,7 @@ from camopt import cli, library
 from camopt.cli.options import (
     DEFAULT_SCENE,
     Command,
-    OutputPlace,
+    OutputPath,
     former_again_option,
     output_options,
     refuse_without,
@@ -29,7 +29,7 @@ from camopt.cli.options import (
 )
 @click.option(
     "--out",
-    type=OutputPlace(),
+    type=OutputPath(),
     default="camopt-out",
     show_default=True,
     help="With --spectrum: folder for its files.",
@@ -56,7 +56,7 @@ def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: Path) -
 @output_options
 @click.option(
     "--out",
-    type=OutputPlace(),
+    type=OutputPath(),
     default="camopt-out",
     show_default=True,
     help="Folder for the table and the pictures.",
@@ -94,5 +94,5 @@ def warm(scenes: tuple[str, ...], as_json: bool, quiet: bool) -> int:
     if as_json:
         cli.print_json({"kernels": kernels, "folder": str(folder)})
     else:
-        cli.show(f"{kernels} kernels are in {folder}.")
+        cli.print_sections(f"{kernels} kernels are in {folder}.")
     return 0

@@ -8,24 +8,24 @@ import click
 import camopt
 from camopt import cli, library
 from camopt.cli.options import (
-    ANIMATIONS,
+    ANIMATION_SUFFIXES,
     DEFAULT_SCENE,
-    PICTURES,
+    PICTURE_SUFFIXES,
     Command,
-    Measure,
-    OutputPlace,
-    Renamed,
-    check_file,
-    given_overrides,
+    OutputPath,
+    RenamedOption,
+    UnitNumber,
     output_options,
     outputs_option,
     override_options,
+    refuse_scene_file,
     refuse_without,
     row_option,
     scene_options,
+    take_overrides,
 )
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.show.exporting.endings import ENDINGS
+from camopt.show.exporting.file_types import FILE_TYPES
 
 
 @click.command(cls=Command)
@@ -37,18 +37,20 @@ from camopt.show.exporting.endings import ENDINGS
 @click.option(
     "--plot",
     "picture",
-    type=OutputPlace(*dict.fromkeys((*PICTURES, *ANIMATIONS))),
+    type=OutputPath(*dict.fromkeys((*PICTURE_SUFFIXES, *ANIMATION_SUFFIXES))),
     help="Draw the cam and its diagrams: PNG, SVG, PDF; GIF and MP4 are animated.",
 )
-@click.option("--animate", "animation", type=OutputPlace(*ANIMATIONS), help="Draw the cam turning: GIF, MP4, SVG.")
-@click.option("--points", type=OutputPlace(".csv", ".parquet", ".xlsx"), help="Write points: CSV, Parquet, Excel.")
 @click.option(
-    "--cutter-radius", type=Measure("mm"), help="With --points: also the path of a cutter of this radius, mm."
+    "--animate", "animation", type=OutputPath(*ANIMATION_SUFFIXES), help="Draw the cam turning: GIF, MP4, SVG."
+)
+@click.option("--points", type=OutputPath(".csv", ".parquet", ".xlsx"), help="Write points: CSV, Parquet, Excel.")
+@click.option(
+    "--cutter-radius", type=UnitNumber("mm"), help="With --points: also the path of a cutter of this radius, mm."
 )
 @click.option("--step", type=float, help="With --points: degrees between points; 1 by default.")
 @click.option(
     "--chord",
-    type=Measure("mm"),
+    type=UnitNumber("mm"),
     help="With --points: deviation of straight lines from the curve, mm.",
 )
 def evaluate(
@@ -69,21 +71,21 @@ def evaluate(
         refuse_without("--points", spacing)
     with cli.progress(quiet, ""):
         result = camopt.evaluate(scene)
-    still = picture and picture.suffix.lower() in PICTURES
+    still = picture and picture.suffix.lower() in PICTURE_SUFFIXES
     for moving in filter(None, (animation, None if still else picture)):
         camopt.animate(scene, moving)
     if picture and still:
         camopt.plot(scene, picture)
     if points:
         library.write_points(scene, points, **spacing)
-    if not quiet and scene.mechanism.further:
-        cli.say_notes(library.notes_on_preload(scene))
+    if not quiet and scene.mechanism.further_contacts:
+        cli.print_notes(library.notes_on_preload(scene))
     return cli.print_result(result, as_json, quiet, filter(None, (picture, animation, points)), explained=long)
 
 
 @click.command(cls=Command)
 @click.argument("scene")
-@click.argument("file", type=OutputPlace(*dict.fromkeys((*PICTURES, *ANIMATIONS))))
+@click.argument("file", type=OutputPath(*dict.fromkeys((*PICTURE_SUFFIXES, *ANIMATION_SUFFIXES))))
 @scene_options
 @output_options
 @click.option(
@@ -104,7 +106,7 @@ def plot(scene: Any, file: Path, as_json: bool, quiet: bool, construction: int |
     document: dict[str, Any] = {"scene": scene.name, "file": str(file)}
     if construction is None:
         refuse_without("--construction", {"steps": steps or None})
-    if construction is None and file.suffix.lower() not in PICTURES:
+    if construction is None and file.suffix.lower() not in PICTURE_SUFFIXES:
         camopt.animate(scene, file)
     elif construction is None:
         camopt.plot(scene, file)
@@ -113,7 +115,7 @@ def plot(scene: Any, file: Path, as_json: bool, quiet: bool, construction: int |
         camopt.plot(found, file, steps=steps)
         document |= found.to_dict()
         if not (quiet or as_json):
-            cli.show(found.table())
+            cli.print_sections(found.table())
     return cli.print_files(document, as_json, quiet, [file])
 
 
@@ -130,10 +132,10 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
     a table, camopt adds the verdict of each row as a column. With --row it checks that row alone and writes
     nothing.
     """
-    changes = given_overrides(overrides)
+    changes = take_overrides(overrides)
     if not target.endswith(".parquet") or row is not None:
         allowed = "a TOML file, a shipped scene or a table of designs (.parquet)"
-        scene = cli.scene_at(target, row, changes, "target", allowed)
+        scene = cli.read_scene(target, row, changes, "target", allowed)
         return cli.print_result(camopt.certify(scene), as_json, quiet)
     if changes:
         allowed = "is not possible with a table, which has the limits of its sweep"
@@ -170,7 +172,7 @@ def timing(scene: Any, as_json: bool, quiet: bool, lifts: tuple[float, ...]) -> 
 @scene_options
 @output_options
 @click.option("--orders", type=int, default=24, show_default=True, help="How many harmonics.")
-@click.option("--plot", "picture", type=OutputPlace(*PICTURES), help="Draw their amplitudes: PNG, SVG, PDF.")
+@click.option("--plot", "picture", type=OutputPath(*PICTURE_SUFFIXES), help="Draw their amplitudes: PNG, SVG, PDF.")
 def harmonics(scene: Any, as_json: bool, quiet: bool, orders: int, picture: Path | None) -> int:
     """Compute the harmonics of a motion and of its acceleration."""
     result = camopt.harmonics(scene, orders)
@@ -198,29 +200,31 @@ EXPORT_OPTIONS = {
 
 @click.command(cls=Command, groups=EXPORT_OPTIONS)
 @click.argument("scene")
-@click.argument("file", type=OutputPlace(*ENDINGS))
+@click.argument("file", type=OutputPath(*FILE_TYPES))
 @scene_options
 @output_options
 @click.option("--disc", type=int, help="Of a conjugate pair, the disc that is in the file alone: 1 or 2.")
-@click.option("--chord", type=Measure("mm"), help="Largest deviation from the true curve, mm; 0.001 by default.")
+@click.option("--chord", type=UnitNumber("mm"), help="Largest deviation from the true curve, mm; 0.001 by default.")
 @click.option("--curves", help="What curves are made of: arcs (the default), spline or polyline.")
 @click.option(
-    "--cutter-radius", type=Measure("mm"), help="Also the path of a cutter or grinding wheel of this radius, mm."
+    "--cutter-radius", type=UnitNumber("mm"), help="Also the path of a cutter or grinding wheel of this radius, mm."
 )
 @click.option("--step", type=float, help="Points, or rows of a drawing's table, in even steps of the angle, deg.")
 @click.option(
     "--point-count",
     "points",
-    cls=Renamed,
+    cls=RenamedOption,
     former="--points",
     type=int,
     help="Number of points of an electronic cam; 361 by default.",
 )
-@click.option("--feed", type=Measure("mm/min"), help="Feed of a cutter, mm/min.")
+@click.option("--feed", type=UnitNumber("mm/min"), help="Feed of a cutter, mm/min.")
 @click.option(
-    "--depth", type=Measure("mm"), help="Depth of the cut below the top face, mm; the thickness and 1 by default."
+    "--depth",
+    type=UnitNumber("mm"),
+    help="Depth of the cut below the top face, mm; the thickness and 1 by default.",
 )
-@click.option("--roughing", type=Measure("mm"), help="A first cut that leaves so much, mm.")
+@click.option("--roughing", type=UnitNumber("mm"), help="A first cut that leaves so much, mm.")
 @click.option("--direction", help="climb (the default) or conventional milling.")
 @click.option("--control", help="Whose words a program has: iso, fanuc, siemens or heidenhain; by the ending.")
 @click.option("--decimals", type=int, help="Decimals of its coordinates; those of the control by default.")
@@ -229,14 +233,14 @@ EXPORT_OPTIONS = {
 @click.option("--spindle", type=float, help="Speed of the cutter, rev/min.")
 @click.option("--coolant", is_flag=True, default=None, help="Switch the coolant on.")
 @click.option(
-    "--roughing-feed", type=Measure("mm/min"), help="Feed of first cuts, mm/min; that of --feed by default."
+    "--roughing-feed", type=UnitNumber("mm/min"), help="Feed of first cuts, mm/min; that of --feed by default."
 )
-@click.option("--depth-step", type=Measure("mm"), help="Largest depth of one cut, mm.")
+@click.option("--depth-step", type=UnitNumber("mm"), help="Largest depth of one cut, mm.")
 @click.option(
-    "--blank-diameter", type=Measure("mm"), help="Diameter of the blank, mm; as wide as the cam by default."
+    "--blank-diameter", type=UnitNumber("mm"), help="Diameter of the blank, mm; as wide as the cam by default."
 )
 @click.option(
-    "--largest-radius", type=Measure("mm"), help="Arcs of a larger radius are lines, mm; 10000 by default."
+    "--largest-radius", type=UnitNumber("mm"), help="Arcs of a larger radius are lines, mm; 10000 by default."
 )
 def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) -> int:
     """Write the cam of one design to a file.
@@ -244,7 +248,7 @@ def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) 
     The ending of FILE says what it is for: a machine, a person or another program. camopt proves how far the curves
     in the file are from the true ones, and prints it. An option that means nothing for a kind of file is refused.
     """
-    check_file(scene.file, file, "FILE")
+    refuse_scene_file(scene.file, file, "FILE")
     with cli.progress(quiet, ""):
         result = camopt.export(
             scene, file, **{name: value for name, value in settings.items() if value is not None}

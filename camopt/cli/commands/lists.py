@@ -7,13 +7,13 @@ import click
 
 import camopt
 from camopt import cli, library
-from camopt.cli.options import Command, OutputPlace, output_options, refuse_with
-from camopt.core.mistakes import BadInput, Mistake, nearest
+from camopt.cli.options import Command, OutputPath, output_options, refuse_with
+from camopt.core.mistakes import BadInput, Mistake, suggest_names
 
 
 @click.command(cls=Command)
 @click.argument("name", required=False)
-@click.argument("file", required=False, type=OutputPlace(".toml"))
+@click.argument("file", required=False, type=OutputPath(".toml"))
 @click.option("--form", help="Form of the cam: disc or cylindrical.")
 @click.option("--follower", metavar="MOTION-CONTACT", help="Its follower, such as oscillating-roller.")
 @click.option("--exercise", metavar="KIND", help="A problem for students, and its scene; KIND is as offset-roller.")
@@ -66,7 +66,7 @@ def scenes(name: str | None, as_json: bool, quiet: bool) -> int:
         return cli.print_result(library.list_scenes(), as_json, quiet)
     if name not in camopt.shipped_scenes():
         raise BadInput(
-            [Mistake("camopt", "NAME", name, f"a shipped scene; {nearest(name, camopt.shipped_scenes())}")]
+            [Mistake("camopt", "NAME", name, f"a shipped scene; {suggest_names(name, camopt.shipped_scenes())}")]
         )
     text = library.shipped_toml(name)
     if as_json:

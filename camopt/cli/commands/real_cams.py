@@ -12,24 +12,24 @@ import click
 import camopt
 from camopt import cli, library
 from camopt.cli.options import (
-    PICTURES,
+    PICTURE_SUFFIXES,
     Command,
-    Measure,
-    OutputPlace,
-    check_file,
-    check_folder,
-    given_overrides,
-    options_named,
+    OutputPath,
+    UnitNumber,
+    name_options_in_mistakes,
     output_options,
+    refuse_scene_file,
+    refuse_scene_folder,
     refuse_with,
     refuse_without,
     scene_options,
     set_option,
-    values_of,
+    take_overrides,
+    values_by_key,
 )
 from camopt.core.mistakes import BadInput, Mistake
 
-BARE = re.compile(r"[-+.\deE]+")
+BARE_NUMBER = re.compile(r"[-+.\deE]+")
 """A number without a unit."""
 
 
@@ -46,11 +46,11 @@ TOLERANCE_OPTIONS = {
 @scene_options
 @output_options
 @click.option(
-    "--plot", "picture", type=OutputPlace(*PICTURES), help="Draw the errors over the turn: PNG, SVG, PDF."
+    "--plot", "picture", type=OutputPath(*PICTURE_SUFFIXES), help="Draw the errors over the turn: PNG, SVG, PDF."
 )
 @click.option(
     "--out",
-    type=OutputPlace(),
+    type=OutputPath(),
     help="Folder for the cams with the worst motions, the worst one of each limit, and the one with the grades of "
     "--allocate, as scenes (TOML), and with --cams for what each cam has, as a table (Parquet) and as histograms "
     "(SVG).",
@@ -70,7 +70,7 @@ TOLERANCE_OPTIONS = {
 )
 @click.option(
     "--costs",
-    type=OutputPlace(),
+    type=OutputPath(),
     help="With --allocate, costs of grades, CSV: a column grade, and cost or a column for each key.",
 )
 @click.option(
@@ -86,13 +86,13 @@ TOLERANCE_OPTIONS = {
 )
 @click.option(
     "--measured",
-    type=OutputPlace(),
+    type=OutputPath(),
     multiple=True,
     help="Show the error of a cam that was cut, by points of its --profile, in place of the tables; of a conjugate "
     "pair give it twice, a file for each disc.",
 )
 @click.option("--profile", type=click.Choice(("polar", "xy")), help="What the points are; as for fit.")
-@click.option("--probe", type=Measure("mm"), help="Radius of the ball whose centres the points are, mm.")
+@click.option("--probe", type=UnitNumber("mm"), help="Radius of the ball whose centres the points are, mm.")
 @click.option("--columns", help="Names or numbers of the two columns of the points, such as 1,3; as for fit.")
 @click.option(
     "--keep-outliers", is_flag=True, help="With --measured, single points far off count for the motion too."
@@ -138,7 +138,7 @@ def tolerance(
     if measured:
         others = {"plot": picture, "out": out, "cams": cams, "seed": seed, "allocate": allocate, "costs": costs}
         refuse_with("--measured", {**others, "within": within, "only": only or None})
-        return _inspected(scene, measured, profile, probe or 0.0, reading, as_json, quiet)
+        return _print_inspection(scene, measured, profile, probe or 0.0, reading, as_json, quiet)
     given = {name: value or None for name, value in reading.items()}  # a flag that is not given is False
     refuse_without("--measured", {"profile": profile, "probe": probe, **given})
     if cams is None:
@@ -146,8 +146,8 @@ def tolerance(
     if allocate is None:
         refuse_without("--allocate", {"costs": costs, "only": only or None})
     if out:
-        check_folder(scene, out, library.CAM_FILES[0])
-    most, keeping = (_distance(scene, *each) for each in (("--within", within), ("--allocate", allocate)))
+        refuse_scene_folder(scene, out, library.CAM_FILES[0])
+    most, keeping = (_tool_error(scene, *each) for each in (("--within", within), ("--allocate", allocate)))
     batch = None if cams is None else camopt.sample_cams(scene, cams, seed=seed or 0, within=most)
     allocation = None if keeping is None else camopt.allocate(scene, keeping, costs=costs, only=only)
     result = replace(camopt.tolerance(scene), batch=batch, allocation=allocation)
@@ -158,25 +158,25 @@ def tolerance(
         with library.publication(out, "tolerance", library.CAM_FILES) as unit:
             library.write_cams(result, unit)
             if result.batch:
-                camopt.plot(result.batch, unit.path(library.HISTOGRAM))
+                camopt.plot(result.batch, unit.path(library.HISTOGRAM_FILE))
         written += unit.files
     return cli.print_result(result, as_json, quiet, written)
 
 
-def _distance(scene: Any, option: str, text: str | None) -> float | None:
+def _tool_error(scene: Any, option: str, text: str | None) -> float | None:
     """An error of the tool that an option gives, in mm (deg), or as a text with a unit of its own."""
     if text is None:
         return None
     unit, value = "deg" if scene.tool_turns else "mm", 0.0
     with suppress(ValueError):
-        value = float(text) if BARE.fullmatch(text.strip()) else library.converted(text, unit)
+        value = float(text) if BARE_NUMBER.fullmatch(text.strip()) else library.convert_text_to_unit(text, unit)
     if not 0.0 < value < inf:
         why = f"an error of the tool above 0, a number in {unit} or with a unit, such as '0.02 {unit}'"
         raise BadInput([Mistake("camopt", option, text, why)])
     return value
 
 
-def _inspected(
+def _print_inspection(
     scene: Any,
     measured: tuple[Path, ...],
     profile: str | None,
@@ -189,23 +189,23 @@ def _inspected(
     columns = reading.pop("columns")
     chosen = columns and [name.strip() for name in columns.split(",")]
     profiles = [camopt.MeasuredProfile(file, profile or "", probe) for file in measured]
-    if scene.mechanism.further or len(profiles) > 1:
+    if scene.mechanism.further_contacts or len(profiles) > 1:
         return cli.print_result(camopt.inspect_pair(profiles, scene, columns=chosen, **reading), as_json, quiet)
     return cli.print_result(camopt.inspect(profiles[0], scene, columns=chosen, **reading), as_json, quiet)
 
 
 @click.command(cls=Command)
-@click.argument("file", type=OutputPlace())
+@click.argument("file", type=OutputPath())
 @click.option("--scene", "target", help="Scene whose cam, follower and limits to take; its motion is replaced.")
 @click.option(
-    "--base-radius", type=Measure("mm"), help="Base radius of the cam, mm; of lifts, needed without --scene."
+    "--base-radius", type=UnitNumber("mm"), help="Base radius of the cam, mm; of lifts, needed without --scene."
 )
 @click.option(
     "--follower",
     type=click.Choice(("flat", "roller", "knife")),
     help="Translating follower, without --scene; flat by default.",
 )
-@click.option("--roller-radius", type=Measure("mm"), help="Radius of the roller, mm.")
+@click.option("--roller-radius", type=UnitNumber("mm"), help="Radius of the roller, mm.")
 @click.option("--rpm", type=float, help="Speed of the cam, rev/min.")
 @set_option
 @click.option(
@@ -214,7 +214,7 @@ def _inspected(
 )
 @click.option(
     "--probe",
-    type=Measure("mm"),
+    type=UnitNumber("mm"),
     help="Radius of the ball whose centres they are, mm; by default they are on the profile.",
 )
 @click.option(
@@ -233,8 +233,8 @@ def _inspected(
     "--turn", type=float, help="Angle of one turn of the cam in the file: 720 for degrees of a crankshaft."
 )
 @click.option("--keep-outliers", is_flag=True, help="Hold the band at outliers too.")
-@click.option("--out", type=OutputPlace(".toml"), default="fitted.toml", show_default=True, help="Scene to write.")
-@click.option("--plot", "picture", type=OutputPlace(*PICTURES), help="Draw the fit: PNG, SVG, PDF.")
+@click.option("--out", type=OutputPath(".toml"), default="fitted.toml", show_default=True, help="Scene to write.")
+@click.option("--plot", "picture", type=OutputPath(*PICTURE_SUFFIXES), help="Draw the fit: PNG, SVG, PDF.")
 @output_options
 def fit(
     file: Path,
@@ -256,18 +256,18 @@ def fit(
     camopt writes a scene with the motion within a band of the points. FILE has columns of cam angle and lift, lifts
     alone, or points of a --profile, in text or in a workbook.
     """
-    check_file(target, out)
+    refuse_scene_file(target, out)
     if profile is None:
         refuse_without("--profile", {"probe": probe})
-    changes = given_overrides({"rpm": rpm, "settings": settings})
+    changes = take_overrides({"rpm": rpm, "settings": settings})
     if target:
-        scene = cli.scene_at(target, None, changes, allowed=library.SCENES)
+        scene = cli.read_scene(target, None, changes, allowed=library.SCENE_WORDS)
     else:
-        scene = library.unfolded(values_of(changes)) or None
+        scene = library.nest_dotted_keys(values_by_key(changes)) or None
     chosen, order = (given and [name.strip() for name in given.split(",")] for given in (columns, segments))
     points = file if profile is None else camopt.MeasuredProfile(file, profile, probe or 0.0)
     sizes = {"cam.base_radius": "--base-radius", "follower.roller_radius": "--roller-radius"}
-    with options_named({**changes, **{key: (option, None) for key, option in sizes.items()}}):
+    with name_options_in_mistakes({**changes, **{key: (option, None) for key, option in sizes.items()}}):
         result = camopt.fit(points, scene, columns=chosen, segments=order, **options)
     library.write_scene(out, result.scene)
     if picture:

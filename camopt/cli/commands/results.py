@@ -12,19 +12,19 @@ import click
 import camopt
 from camopt import cli
 from camopt.cli import interrupts
-from camopt.cli.exits import say
+from camopt.cli.exits import print_message
 from camopt.cli.options import (
     DEFAULT_SCENE,
-    PICTURES,
+    PICTURE_SUFFIXES,
     Command,
-    OutputPlace,
-    check_file,
-    given_overrides,
+    OutputPath,
     output_options,
     outputs_option,
     override_options,
+    refuse_scene_file,
     row_option,
     scene_options,
+    take_overrides,
 )
 
 
@@ -34,7 +34,7 @@ from camopt.cli.options import (
 @outputs_option
 @override_options
 @output_options
-@click.option("--out", type=OutputPlace(".html"), default="camopt-report.html", show_default=True, help="The page.")
+@click.option("--out", type=OutputPath(".html"), default="camopt-report.html", show_default=True, help="The page.")
 def report(what: tuple[str, ...], row: int | None, as_json: bool, quiet: bool, out: Path, **overrides: Any) -> int:
     """Write a result as one HTML page.
 
@@ -42,11 +42,11 @@ def report(what: tuple[str, ...], row: int | None, as_json: bool, quiet: bool, o
     a command wrote. A cam turns under its follower, with diagrams, limits, proofs and files; up to four cams stand
     side by side. Tables of designs can be filtered, sorted and clicked.
     """
-    changes = given_overrides(overrides)
-    shown = [cli.shown_at(target, row, changes) for target in what]
+    changes = take_overrides(overrides)
+    shown = [cli.scene_or_result(target, row, changes) for target in what]
     for each in shown:
         if hasattr(each, "file"):
-            check_file(each.file, out)
+            refuse_scene_file(each.file, out)
     with cli.progress(quiet, ""):
         camopt.report(shown, out)
     return cli.print_files({"file": str(out)}, as_json, quiet, [out])
@@ -58,7 +58,7 @@ def report(what: tuple[str, ...], row: int | None, as_json: bool, quiet: bool, o
 @output_options
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port to listen on; by default a free one.")
 @click.option(
-    "--folder", type=OutputPlace(), help="Folder for what is saved; by default that of SCENE, or this one."
+    "--folder", type=OutputPath(), help="Folder for what is saved; by default that of SCENE, or this one."
 )
 @click.option("--no-browser", is_flag=True, help="Only print the address.")
 def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None, no_browser: bool) -> int:
@@ -67,10 +67,10 @@ def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None
     The sliders change sizes, laws and limits. Each move redraws the cam and its diagrams; when the sliders rest,
     camopt proves the limits. The page is served to this machine alone. Ctrl-C ends it.
     """
-    from camopt.show.reporting.server import serving
+    from camopt.show.reporting.server import open_server
 
     place = Path(scene.file).parent if Path(scene.file).is_file() else Path()
-    server = serving(scene, folder or place, port, say)
+    server = open_server(scene, folder or place, port, print_message)
     with suppress(KeyboardInterrupt), server:
         if as_json:
             cli.print_json({"address": server.address})
@@ -80,14 +80,14 @@ def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None
         if not no_browser:  # in a thread of its own, for some browsers run in this terminal until they are closed
             Thread(target=webbrowser.open, args=[server.first_address], daemon=True).start()
         server.serve_forever()
-    return 0 if interrupts.code() == interrupts.CTRL_C else interrupts.code()
+    return 0 if interrupts.interrupt_code() == interrupts.CTRL_C_CODE else interrupts.interrupt_code()
 
 
 @click.command(cls=Command)
 @click.argument("a", metavar="A")
 @click.argument("b", metavar="B")
-@click.option("--out", type=OutputPlace(".parquet", ".csv"), help="Table of the designs that differ: Parquet, CSV.")
-@click.option("--plot", "picture", type=OutputPlace(*PICTURES), help="Draw the fronts: PNG, SVG, PDF.")
+@click.option("--out", type=OutputPath(".parquet", ".csv"), help="Table of the designs that differ: Parquet, CSV.")
+@click.option("--plot", "picture", type=OutputPath(*PICTURE_SUFFIXES), help="Draw the fronts: PNG, SVG, PDF.")
 @output_options
 def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, picture: Path | None) -> int:
     """Compare two results, or two cams.
@@ -105,7 +105,7 @@ def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, pictur
 
 
 @click.command(cls=Command)
-@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=OutputPlace())
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=OutputPath())
 @output_options
 def check(files: tuple[Path, ...], as_json: bool, quiet: bool) -> int:
     """Check that files are as camopt wrote them.

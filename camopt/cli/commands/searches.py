@@ -11,23 +11,23 @@ import camopt
 from camopt import cli, library
 from camopt.cli.options import (
     DEFAULT_SCENE,
-    PICTURES,
+    PICTURE_SUFFIXES,
     Axis,
     Command,
-    FreeNumber,
-    OutputPlace,
-    Renamed,
-    Share,
+    OutputPath,
+    PartNumber,
+    RenamedOption,
+    SearchAxis,
     again_option,
-    changed,
-    check_folder,
     former_again_option,
-    listed,
-    option_of,
+    option_spelling,
     output_options,
     outputs_option,
+    refuse_scene_folder,
     scene_options,
     scheduler_option,
+    split_names,
+    with_changes,
 )
 
 SWEEP_OPTIONS = {
@@ -48,7 +48,7 @@ SWEEP_OPTIONS = {
 @click.option("--roller-radius", type=Axis(), help="Roller radii to sweep, mm.")
 @click.option(
     "--vary",
-    type=FreeNumber(),
+    type=SearchAxis(),
     multiple=True,
     help="Any other number to sweep, by its key, such as follower.dynamics.spring_rate=2:10:1 or arm_length=80.",
 )
@@ -56,17 +56,17 @@ SWEEP_OPTIONS = {
 @click.option("--law", multiple=True, help="Motion law to try; repeat the option for several laws.")
 @click.option(
     "--minimise",
-    callback=listed,
+    callback=split_names,
     metavar="NAME,NAME",
     help="Quantities that the Pareto front minimises, in place of all objectives of the scene.",
 )
 @click.option(
     "--maximise",
-    callback=listed,
+    callback=split_names,
     metavar="NAME,NAME",
     help="Quantities that the Pareto front maximises, in place of all objectives of the scene.",
 )
-@click.option("--out", type=OutputPlace(), default="camopt-out", show_default=True, help="Folder for the tables.")
+@click.option("--out", type=OutputPath(), default="camopt-out", show_default=True, help="Folder for the tables.")
 @click.option(
     "--keep", type=click.Choice(("pareto", "feasible", "all", "front-only")), default="feasible", show_default=True,
     help="Which designs to write to designs.parquet. For pareto, whole boxes of designs are decided together where "
@@ -87,7 +87,9 @@ SWEEP_OPTIONS = {
     help="Resume the unfinished sweep in --out, or start one. The same command does so anyway.",
 )
 @click.option(
-    "--part", type=Share(), help="Evaluate one of N equal parts, on any machine; `camopt merge` puts them together."
+    "--part",
+    type=PartNumber(),
+    help="Evaluate one of N equal parts, on any machine; `camopt merge` puts them together.",
 )
 @again_option
 @scheduler_option
@@ -109,12 +111,12 @@ def sweep(
     camopt writes the feasible designs and the Pareto front as tables. An interrupted sweep keeps its work: the same
     command resumes it. If the tables are up to date, the same command prints them again.
     """
-    scene = changed(scene, _searched(**asked))
+    scene = with_changes(scene, _search_changes(**asked))
     if resume:
         scene, keep = cli.unfinished_sweep(scene, keep, out, part)
-    check_folder(scene, out)
-    notify = cli.say_lost if quiet else cli.say_note
-    by_boxes = not part and not engine and cli.is_by_boxes(scene, keep)
+    refuse_scene_folder(scene, out)
+    notify = cli.print_loss if quiet else cli.print_note
+    by_boxes = not part and not engine and cli.decides_boxes(scene, keep)
     made: Any
     with cli.progress(quiet, "boxes of designs" if by_boxes else "designs") as advance:
         if part:
@@ -137,7 +139,7 @@ def sweep(
     return cli.print_result(made, as_json, quiet, files)
 
 
-def _searched(
+def _search_changes(
     law: tuple[str, ...],
     minimise: list[str] | None,
     maximise: list[str] | None,
@@ -147,7 +149,7 @@ def _searched(
     **axes: Any,
 ) -> dict[str, tuple[str, Any]]:
     """What options change in [search]: keys, each with its option and value."""
-    changes = {f"search.{key}": (option_of(key), value) for key, value in axes.items() if value is not None}
+    changes = {f"search.{key}": (option_spelling(key), value) for key, value in axes.items() if value is not None}
     if minimise or maximise:
         changes |= {"search.minimise": ("--minimise", minimise), "search.maximise": ("--maximise", maximise)}
     changes |= {f"search.{key}": (f"--vary {key}", axis) for key, axis in vary}
@@ -164,7 +166,7 @@ def _searched(
 @click.command(cls=Command)
 @click.argument("parts", nargs=-1, required=True, metavar="FOLDER...")
 @output_options
-@click.option("--out", type=OutputPlace(), default="camopt-out", show_default=True, help="Folder for the tables.")
+@click.option("--out", type=OutputPath(), default="camopt-out", show_default=True, help="Folder for the tables.")
 @again_option
 def merge(parts: tuple[str, ...], as_json: bool, quiet: bool, out: Path, again: bool) -> int:
     """Merge the parts of a sweep.
@@ -174,7 +176,7 @@ def merge(parts: tuple[str, ...], as_json: bool, quiet: bool, out: Path, again: 
     """
     with cli.progress(quiet, "designs") as advance:
         result = camopt.merge(
-            parts, out, progress=advance, tell=cli.say_lost if quiet else cli.say_note, again=again
+            parts, out, progress=advance, tell=cli.print_loss if quiet else cli.print_note, again=again
         )
     return cli.print_result(result, as_json, quiet, [] if result.already_done else result.files)
 
@@ -188,7 +190,7 @@ NO_SECONDS = 1e-9  # over at once: where none are left, bounds have prices, and 
 @outputs_option
 @output_options
 @click.option(
-    "--out", type=OutputPlace(), help="Folder to write the smallest cam of each law to, as a scene (TOML)."
+    "--out", type=OutputPath(), help="Folder to write the smallest cam of each law to, as a scene (TOML)."
 )
 @click.option(
     "--seconds",
@@ -204,19 +206,19 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
     The cam meets every limit of the scene. camopt proves that no smaller cam does, or gives the gap.
     """
     if out:
-        check_folder(scene, out, library.OPTIMUM)
+        refuse_scene_folder(scene, out, library.OPTIMUM)
     if not quiet:
-        cli.say_notes(library.notes_of(scene))
+        cli.print_notes(library.notes_on_scene(scene))
         named = [*scene.search.minimise, *scene.search.maximise]
         if named and scene.mechanism.body.size_quantity not in named:
-            cli.say_note(f"search: optimise minimises the size, and not {', '.join(named)}, which sweep does")
+            cli.print_note(f"search: optimise minimises the size, and not {', '.join(named)}, which sweep does")
     written = library.publication(out, "optimise", (library.OPTIMUM,)) if out else nullcontext()
     with written as unit, cli.progress(quiet, "laws") as advance:
-        end = library.now() + seconds
+        end = library.clock_seconds() + seconds
         result = camopt.optimise(scene, progress=advance, seconds=seconds)
         if unit:
             library.write_scenes(result.by_law, unit.staging)
-        result = replace(result, prices=camopt.prices(result, max(end - library.now(), NO_SECONDS)))
+        result = replace(result, prices=camopt.prices(result, max(end - library.clock_seconds(), NO_SECONDS)))
     return cli.print_result(result, as_json, quiet, unit.files if unit else ())
 
 
@@ -225,12 +227,12 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
 @scene_options
 @output_options
 @click.option(
-    "--out", type=OutputPlace(), default="camopt-out", show_default=True, help="Folder for the scene and the laws."
+    "--out", type=OutputPath(), default="camopt-out", show_default=True, help="Folder for the scene and the laws."
 )
 @click.option(
     "--plot",
     "picture",
-    type=OutputPlace(*PICTURES),
+    type=OutputPath(*PICTURE_SUFFIXES),
     help="Draw the cams of new and known laws: PNG, SVG, PDF.",
 )
 @former_again_option
@@ -239,9 +241,9 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
 
     The law is a B-spline, found by convex optimisation. camopt proves a bound on the size over all motions.
     """
-    check_folder(scene, out, library.SCENE_FILE)
+    refuse_scene_folder(scene, out, library.SCENE_FILE)
     if not quiet:
-        cli.say_notes(library.lost_ramps(scene))
+        cli.print_notes(library.ramps_in_words(scene))
     with library.publication(out, "synthesise", library.SYNTHESIS) as unit:
         with cli.progress(quiet, "starts") as advance:
             result = camopt.synthesise(scene, progress=advance)
@@ -268,7 +270,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
 @click.option(
     "--values",
     "points",
-    cls=Renamed,
+    cls=RenamedOption,
     former="--points",
     type=click.IntRange(2, 500),
     default=24,
@@ -277,7 +279,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
 )
 @click.option(
     "--out",
-    type=OutputPlace(),
+    type=OutputPath(),
     default="camopt-out",
     show_default=True,
     help="Folder for the table and the picture.",
@@ -300,9 +302,9 @@ def frontier(
     Each point is a new motion law. --axes takes other terms and loads.
     """
     traded = [axis.strip() for axis in axes.split(",")]
-    tell = None if quiet else cli.say_note
+    tell = None if quiet else cli.print_note
     if not quiet:
-        cli.say_notes(library.lost_ramps(scene))
+        cli.print_notes(library.ramps_in_words(scene))
     with (
         library.publication(out, "frontier", library.FRONTIER_FILES) as unit,
         cli.progress(quiet, "points") as advance,

@@ -12,7 +12,7 @@ from typing import Protocol, TypeVar
 from camopt.core.mistakes import BadInput, Mistake
 
 Item = TypeVar("Item")
-Result = TypeVar("Result")
+WorkResult = TypeVar("WorkResult")
 LOCAL = "local"
 SCHEDULER = re.compile(r"([a-z]+://)?[^\s/]+:\d+")
 
@@ -26,8 +26,8 @@ class Engine(Protocol):
         ...
 
     def in_order(
-        self, work: Callable[[Sequence[Item]], Result], items: Sequence[Item], sample: Sequence[Item] = ()
-    ) -> Iterator[Result]:
+        self, work: Callable[[Sequence[Item]], WorkResult], items: Sequence[Item], sample: Sequence[Item] = ()
+    ) -> Iterator[WorkResult]:
         """The results of ``work`` for all items, some items at a time, in order.
 
         Parameters
@@ -91,11 +91,11 @@ def cluster(scheduler: str = LOCAL, workers: int | None = None) -> Iterator[Engi
     if mistakes:
         raise BadInput(mistakes)
     try:
-        from camopt.core.engines.dask_cluster import connected
+        from camopt.core.engines.dask_cluster import connect_cluster
     except ModuleNotFoundError as missing:
         if missing.name not in ("dask", "distributed"):
             raise
         why = 'needs Dask; pip install "camopt[cluster]" adds it'
         raise BadInput([Mistake("camopt", "scheduler", scheduler, why, bare=True)]) from None
-    with connected(scheduler, workers) as engine:
+    with connect_cluster(scheduler, workers) as engine:
         yield engine

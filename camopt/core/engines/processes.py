@@ -17,7 +17,7 @@ from typing import Any
 from loky import ProcessPoolExecutor
 from loky.backend import resource_tracker
 
-from camopt.core.engines import Item, Result
+from camopt.core.engines import Item, WorkResult
 from camopt.core.engines.interrupts import hold_interrupts
 
 ITEM_TRIES = 2  # for an item alone, each of which ends with a dead process
@@ -34,8 +34,8 @@ class Processes:
         self._executor = self._start()
 
     def in_order(
-        self, work: Callable[[Sequence[Item]], Result], items: Sequence[Item], sample: Sequence[Item] = ()
-    ) -> Iterator[Result]:
+        self, work: Callable[[Sequence[Item]], WorkResult], items: Sequence[Item], sample: Sequence[Item] = ()
+    ) -> Iterator[WorkResult]:
         """The result of each item, as ``Engine`` says; this process works itself on one item, or as one worker.
 
         Raises
@@ -64,14 +64,14 @@ class Processes:
         self._mouth.close()
         self._ears.close()
 
-    def _submit(self, work: Callable[[Sequence[Item]], Result], item: Item) -> "Future[Result]":
+    def _submit(self, work: Callable[[Sequence[Item]], WorkResult], item: Item) -> "Future[WorkResult]":
         """Begin with an item, in new processes if there are none."""
         resource_tracker.ensure_running()  # its start lets interrupts in again
         with hold_interrupts():  # processes inherit this
-            submitted: Future[Result] = self._executor.submit(work, (item,))
+            submitted: Future[WorkResult] = self._executor.submit(work, (item,))
         return submitted
 
-    def _result_alone(self, work: Callable[[Sequence[Item]], Result], item: Item) -> Result:
+    def _result_alone(self, work: Callable[[Sequence[Item]], WorkResult], item: Item) -> WorkResult:
         """The result of an item in new processes, where nothing else can end them."""
         for _ in range(ITEM_TRIES):
             self._restart()
@@ -89,7 +89,7 @@ class Processes:
         threads = str(max(1, (os.cpu_count() or 1) // self.workers))
         environment = {name: threads for name in THREAD_SETTINGS if name not in os.environ}
         return ProcessPoolExecutor(
-            self.workers, initializer=end_with_parent, initargs=(self._ears,), env=environment
+            self.workers, initializer=exit_after_parent, initargs=(self._ears,), env=environment
         )
 
 
@@ -98,7 +98,7 @@ def has_result(future: "Future[Any]") -> bool:
     return future.done() and not isinstance(future.exception(), BrokenProcessPool)
 
 
-def end_with_parent(ears: Any) -> None:
+def exit_after_parent(ears: Any) -> None:
     """Have this process end when its parent is gone. Interrupts and standard output are the parent's alone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)

@@ -14,8 +14,8 @@ Advance = Callable[[int, int], bool | None]
 Progress = Advance | bool
 """What a caller gives: a function, or True for a progress bar."""
 
-Parameters = ParamSpec("Parameters")
-Result = TypeVar("Result")
+CallParameters = ParamSpec("CallParameters")
+CallResult = TypeVar("CallResult")
 
 LOG_DELAY, LOG_INTERVAL = 10.0, 30.0  # seconds before the first line in a log, and between lines at least
 LARGE_TOTAL = 10_000  # from which counts are shown as 12.3k or 252M
@@ -33,12 +33,14 @@ def report_progress(progress: Progress | None, done: int, total: int) -> None:
         raise Stopped("stopped by the caller")
 
 
-def with_progress_bar(unit: str) -> Callable[[Callable[Parameters, Result]], Callable[Parameters, Result]]:
+def with_progress_bar(
+    unit: str,
+) -> Callable[[Callable[CallParameters, CallResult]], Callable[CallParameters, CallResult]]:
     """Let a function show a progress bar where its ``progress`` is True."""
 
-    def decorate(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
+    def decorate(function: Callable[CallParameters, CallResult]) -> Callable[CallParameters, CallResult]:
         @wraps(function)
-        def run(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Result:
+        def run(*args: CallParameters.args, **kwargs: CallParameters.kwargs) -> CallResult:
             given = signature(function).bind(*args, **kwargs)
             progress = given.arguments.get("progress")
             if progress not in (None, True, False) and not callable(progress):

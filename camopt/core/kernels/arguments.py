@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 
-class Kind(NamedTuple):
+class ArgumentKind(NamedTuple):
     """What numba calls the type of a number, and the dimensions and layout of an array of such; 0: the number."""
 
     name: str
@@ -34,15 +34,15 @@ class Code(NamedTuple):
     arguments: tuple[Any, ...]
 
 
-NONE, COUNT, NUMBER, BOOLEAN, ADDRESS = map(Kind, ("none", "int64", "float64", "boolean", "voidptr"))
-OF_NUMBERS: dict[type, Kind] = {
+NONE, COUNT, NUMBER, BOOLEAN, ADDRESS = map(ArgumentKind, ("none", "int64", "float64", "boolean", "voidptr"))
+NUMBER_KINDS: dict[type, ArgumentKind] = {
     type(None): NONE,
     bool: BOOLEAN,
     **dict.fromkeys((int, np.int64), COUNT),
     **dict.fromkeys((float, np.float64), NUMBER),
 }
-OF_ITEMS = {np.dtype(float): "float64", np.dtype(np.int64): "int64", np.dtype(bool): "boolean"}
-IN_C = {NONE: c_void_p, COUNT: c_int64, NUMBER: c_double, BOOLEAN: c_bool, ADDRESS: c_void_p}
+ITEM_KINDS = {np.dtype(float): "float64", np.dtype(np.int64): "int64", np.dtype(bool): "boolean"}
+C_TYPES = {NONE: c_void_p, COUNT: c_int64, NUMBER: c_double, BOOLEAN: c_bool, ADDRESS: c_void_p}
 POINTERS = None, None  # to what counts the references to an array
 
 
@@ -55,52 +55,52 @@ def kind_of(value: Any) -> Any:
         If no kernel takes it.
     """
     owner = type(value)
-    if owner is np.ndarray and value.ndim and value.dtype in OF_ITEMS:
+    if owner is np.ndarray and value.ndim and value.dtype in ITEM_KINDS:
         flags = value.flags
         layout = "C" if flags.c_contiguous else "F" if flags.f_contiguous else "A"
-        return Kind(OF_ITEMS[value.dtype], value.ndim, layout)
+        return ArgumentKind(ITEM_KINDS[value.dtype], value.ndim, layout)
     if isinstance(value, tuple):
-        return value.record if isinstance(value, Lasting) else Record(owner, tuple(map(kind_of, value)))
-    kind = OF_NUMBERS.get(owner) or getattr(value, "code", None)
+        return value.record if isinstance(value, PinnedTuple) else Record(owner, tuple(map(kind_of, value)))
+    kind = NUMBER_KINDS.get(owner) or getattr(value, "code", None)
     if kind is None:
         raise TypeError(f"a kernel takes numbers, arrays of them, and tuples, not {value!r}")
     return kind
 
 
-def numbers_of(values: Any) -> list[Any]:
+def flatten_arguments(values: Any) -> list[Any]:
     """What machine code takes for some arguments."""
     numbers: list[Any] = []
     for value in values:
         if type(value) is np.ndarray:
-            numbers += (*POINTERS, value.size, value.itemsize, _place(value), *value.shape, *value.strides)
+            numbers += (*POINTERS, value.size, value.itemsize, _array_address(value), *value.shape, *value.strides)
         elif isinstance(value, tuple):
-            numbers += value.numbers if isinstance(value, Lasting) else numbers_of(value)
+            numbers += value.numbers if isinstance(value, PinnedTuple) else flatten_arguments(value)
         else:
             numbers.append(getattr(value, "address", value))
     return numbers
 
 
-class Lasting:
+class PinnedTuple:
     """A tuple whose arrays stay where they are: its type and numbers are found once, not in each call."""
 
     record: Record
     numbers: list[Any]
 
 
-def lasting(value: Any) -> Any:
+def pin_arrays(value: Any) -> Any:
     """A NamedTuple as one of arrays that nobody replaces by others."""
     owner: Any = type(value)
-    made = _lasting_class(owner)(*value)
-    made.record, made.numbers = kind_of(value), numbers_of(value)
+    made = _pinned_class(owner)(*value)
+    made.record, made.numbers = kind_of(value), flatten_arguments(value)
     return made
 
 
 @cache
-def _lasting_class(owner: Any) -> Any:
-    return type(owner.__name__, (owner, Lasting), {})
+def _pinned_class(owner: Any) -> Any:
+    return type(owner.__name__, (owner, PinnedTuple), {})
 
 
-def _place(array: Any) -> int:
+def _array_address(array: Any) -> int:
     """Where the numbers of an array are; what numpy says takes several times as long."""
     try:
         return addressof(c_char.from_buffer(array))
@@ -108,14 +108,14 @@ def _place(array: Any) -> int:
         return int(array.__array_interface__["data"][0])
 
 
-def types_in_c(kinds: Any) -> Iterator[Any]:
+def c_types_of(kinds: Any) -> Iterator[Any]:
     """The types of these numbers."""
     for kind in kinds:
         if isinstance(kind, Record):
-            yield from types_in_c(kind.fields)
+            yield from c_types_of(kind.fields)
         elif isinstance(kind, Code):
             yield c_void_p
         elif kind.dimensions:
             yield from (c_void_p, c_void_p, c_int64, c_int64, c_void_p, *[c_int64] * (2 * kind.dimensions))
         else:
-            yield IN_C[kind]
+            yield C_TYPES[kind]

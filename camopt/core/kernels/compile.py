@@ -21,22 +21,25 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from camopt.core.kernels.arguments import Record, kind_of
-from camopt.core.kernels.compiling import READY
+from camopt.core.kernels.compile_clock import READY_KERNELS
 
 if TYPE_CHECKING:
     from camopt.core.kernels.kernel_cache import KernelFile
     from camopt.core.kernels.machine_code import MachineCode, ObjectCode
 
-Value = TypeVar("Value")
+ValueClass = TypeVar("ValueClass")
 Kinds = tuple[Any, ...]
 """The types of a kernel's arguments."""
 
-FORMULA_CALL = 8_000  # work: the calls of numpy that evaluate a simple curve, for however few values
+FORMULA_CALL_WORK = 8_000  # work: the calls of numpy that evaluate a simple curve, for however few values
 COMPILATION = 25e6  # work done uncompiled in the time in which a small kernel is compiled
 CURVE_SHARE = 0.7  # of that: each curve of which a curve is made
 NUMBA_SHARE = 2.0  # of that: the import of numba
 LOADING = 1e6  # work done in the time in which llvmlite is imported, which loads machine code
-NEVER = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")  # whether everything runs as it is written
+NEVER_COMPILE = os.environ.get("NUMBA_DISABLE_JIT", "0") not in (
+    "",
+    "0",
+)  # whether everything runs as it is written
 COMPILE_LOCK = RLock()
 
 
@@ -51,7 +54,7 @@ class KernelPart:
     def __call__(self, *arguments: Any) -> Any:
         return self.in_python(*arguments)
 
-    def uncompiled(self, function: Callable[..., Any]) -> Callable[..., Any]:
+    def array_version(self, function: Callable[..., Any]) -> Callable[..., Any]:
         """Mark the version of the function for arrays, which runs in its place where it is not compiled."""
         self.in_python = function
         return function
@@ -78,7 +81,7 @@ class Kernel(KernelPart):
         self.files: dict[Kinds, KernelFile] = {}
 
     def __call__(self, *arguments: Any) -> None:
-        if NEVER:
+        if NEVER_COMPILE:
             self.py_func(*arguments)
         else:
             self.machine_code(tuple(map(kind_of, arguments)))(arguments)
@@ -89,7 +92,7 @@ class Kernel(KernelPart):
             with COMPILE_LOCK:
                 if kinds not in self.made:
                     self.made[kinds] = self.file(kinds).machine_code(self.object_code)
-                    READY.append(self.py_func.__qualname__)
+                    READY_KERNELS.append(self.py_func.__qualname__)
         return self.made[kinds]
 
     def object_code(self, kinds: Kinds) -> "ObjectCode":
@@ -113,7 +116,7 @@ class Kernel(KernelPart):
         return cost - self.plain_work[kinds]
 
 
-class TooLong(Exception):
+class TooMuchWork(Exception):
     """An uncompiled run has done so much work that it is given up."""
 
 
@@ -124,9 +127,9 @@ class PlainRun(local):
 
     def count(self, values: float) -> None:
         """Count the work of one formula for some values, or raise ``TooLong`` if that is more than it may do."""
-        self.work += self.weight * (FORMULA_CALL + values)
+        self.work += self.weight * (FORMULA_CALL_WORK + values)
         if self.work > self.most:
-            raise TooLong
+            raise TooMuchWork
 
 
 PLAIN_RUN = PlainRun()
@@ -147,22 +150,22 @@ class KernelForMany(Kernel):
         self.work = work
 
     def __call__(self, *arguments: Any) -> None:
-        if NEVER:
+        if NEVER_COMPILE:
             self.run_uncompiled(arguments, np.inf)
             return
         kinds = tuple(map(kind_of, arguments))
         while kinds not in self.made:
-            called = self.called(kinds, arguments)
-            least = self.work * filled(arguments) * curves_in(kinds[0])
+            called = self.called_kernels(kinds, arguments)
+            least = self.work * largest_array_size(arguments) * curves_in(kinds[0])
             most = self.most_work(called, least)
             if least >= most:
                 break
-            with suppress(TooLong):
+            with suppress(TooMuchWork):
                 self._run_and_count(called, arguments, least, most)
                 return
         self.machine_code(kinds)(arguments)
 
-    def called(self, kinds: Kinds, arguments: tuple[Any, ...]) -> "list[tuple[Kernel, Kinds]]":
+    def called_kernels(self, kinds: Kinds, arguments: tuple[Any, ...]) -> "list[tuple[Kernel, Kinds]]":
         """The kernel and those that it calls by their address, each with the types of its arguments."""
         others = [(each.kernel, each.code.arguments) for each in arguments if hasattr(each, "kernel")]
         return [*others, (self, kinds)]
@@ -198,7 +201,7 @@ class KernelForMany(Kernel):
             PLAIN_RUN.most = np.inf
 
 
-def filled(arguments: tuple[Any, ...]) -> int:
+def largest_array_size(arguments: tuple[Any, ...]) -> int:
     """The numbers in the largest array that a call has to fill."""
     return max((values.size for values in arguments if isinstance(values, np.ndarray)), default=0)
 
@@ -209,7 +212,7 @@ def curves_in(kind: Any) -> int:
     return 1 + sum(curves_in(each) for each in fields if isinstance(each, Record))
 
 
-def inlined(function: Callable[..., Any]) -> Any:
+def inline_in_kernels(function: Callable[..., Any]) -> Any:
     """Compile a function into each kernel that calls it: a call left standing would keep a loop out of vectors."""
     return KernelPart(function, inline=True)
 
@@ -233,10 +236,10 @@ CHOICES: list[tuple[Callable[..., Any], Callable[..., Any]]] = []
 """And functions for which kernels take others by the types of the arguments: the function, and what chooses."""
 
 
-def value_type(*fields: str) -> Callable[[type[Value]], type[Value]]:
+def value_type(*fields: str) -> Callable[[type[ValueClass]], type[ValueClass]]:
     """Mark a class whose objects are numbers with names; in kernels each number is in a register."""
 
-    def register(owner: type[Value]) -> type[Value]:
+    def register(owner: type[ValueClass]) -> type[ValueClass]:
         VALUE_TYPES.append((owner, fields))
         return owner
 
@@ -257,7 +260,7 @@ def chosen_by_type(function: Callable[..., Any]) -> Callable[[Callable[..., Any]
     return register
 
 
-def overloaded(function: Callable[..., Any]) -> Any:
+def overload_in_kernels(function: Callable[..., Any]) -> Any:
     """Compile a function into each kernel that calls it, as ``inlined``; plain Python calls it without a detour."""
     chosen_by_type(function)(wraps(function)(lambda *kinds: function))
     return function

@@ -9,7 +9,7 @@ from typing import Any
 from llvmlite import binding
 
 from camopt.core.kernels.compile import COMPILE_LOCK, Kernel, KernelPart, Kinds
-from camopt.core.kernels.compiling import COMPILING
+from camopt.core.kernels.compile_clock import COMPILE_CLOCK
 from camopt.core.mistakes import BadInput, Mistake
 
 try:
@@ -25,7 +25,13 @@ except (RuntimeWarning, ValueError) as trouble:  # NUMBA_NUM_THREADS=0, NUMBA_OP
 
 from camopt.core.kernels.arguments import NONE
 from camopt.core.kernels.machine_code import ObjectCode
-from camopt.core.kernels.numba_types import INLINE, LINKED, UNWRAPPED, numba_type, tell_numba
+from camopt.core.kernels.numba_types import (
+    INLINE_OPTIONS,
+    LINKED_OPTIONS,
+    UNWRAPPED_OPTIONS,
+    numba_type,
+    register_marks,
+)
 
 FLAGS: dict[str, Any] = {
     "_nrt": False,  # arrays are made outside: code that counts references to them takes long to compile
@@ -34,17 +40,17 @@ FLAGS: dict[str, Any] = {
     "fastmath": False,  # inf and signed zeros decide feasibility; and no reordering: results are bit-identical
 }
 
-OF_NUMBA = ("numba_", "NRT_", "Py")  # how names of functions begin that are there where numba is
+NUMBA_PREFIXES = ("numba_", "NRT_", "Py")  # how names of functions begin that are there where numba is
 
 
 class Listener(event.Listener):
     """Is notified of each kernel that numba compiles."""
 
     def on_start(self, happening: Any) -> None:
-        COMPILING.begin()
+        COMPILE_CLOCK.begin()
 
     def on_end(self, happening: Any) -> None:
-        COMPILING.end()
+        COMPILE_CLOCK.end()
 
 
 event.register("numba:compile", Listener())  # type: ignore[no-untyped-call]
@@ -57,7 +63,7 @@ class Dispatcher(CPUDispatcher):
 
     def compile(self, signature: Any) -> Any:
         with global_compiler_lock:
-            tell_numba()
+            register_marks()
         return super().compile(signature)
 
 
@@ -65,7 +71,9 @@ def dispatcher_of(part: KernelPart) -> Any:
     """What numba compiles a function by: one for each, whatever threads ask for it, and whole before any has it."""
     with COMPILE_LOCK:
         if "dispatcher" not in vars(part):
-            options = UNWRAPPED if isinstance(part, Kernel) else INLINE if part.inline else LINKED
+            options = (
+                UNWRAPPED_OPTIONS if isinstance(part, Kernel) else INLINE_OPTIONS if part.inline else LINKED_OPTIONS
+            )
             made: Any = numba.njit(**options, **FLAGS)(part.py_func)
             made.__class__ = Dispatcher
             made.part = part
@@ -76,17 +84,17 @@ def dispatcher_of(part: KernelPart) -> Any:
 def object_code(kernel: Kernel, kinds: Kinds) -> ObjectCode:
     """A kernel, compiled for arguments of some types."""
     signature = numba_type(NONE)(*map(numba_type, kinds))
-    with _without_collector():
+    with _without_garbage_collection():
         compiled = kernel.dispatcher.get_compile_result(signature)
     _, _, (content, bitcode) = compiled.library.serialize_using_object_code()
     functions = binding.parse_bitcode(bitcode).functions
-    lent = any(each.is_declaration and each.name.startswith(OF_NUMBA) for each in functions)
+    lent = any(each.is_declaration and each.name.startswith(NUMBA_PREFIXES) for each in functions)
     whole = not (lent or compiled.library.has_dynamic_globals)
     return ObjectCode(compiled.fndesc.llvm_func_name, content, whole)
 
 
 @contextmanager
-def _without_collector() -> Iterator[None]:
+def _without_garbage_collection() -> Iterator[None]:
     """A block in which no garbage is looked for: numba makes so many objects that it took a tenth of its time."""
     enabled = gc.isenabled()
     gc.disable()

@@ -27,17 +27,17 @@ from camopt.core.kernels.machine_code import MachineCode, ObjectCode, processor
 from camopt.core.kernels.version import version_of_kernels
 
 DIGEST_SIZE = sha256().digest_size
-UNUSED = 30 * 24 * 3600.0  # seconds after which a folder of another version is removed
-PRIVATE = 0o700
-NOWHERE = Path(os.devnull)
+UNUSED_SECONDS = 30 * 24 * 3600.0  # seconds after which a folder of another version is removed
+PRIVATE_MODE = 0o700
+NO_FOLDER = Path(os.devnull)
 
 
-def checked(content: bytes) -> bytes:
+def with_digest(content: bytes) -> bytes:
     """The content of a file with its digest in front."""
     return sha256(content).digest() + content
 
 
-def content_of(data: bytes) -> bytes | None:
+def checked_content(data: bytes) -> bytes | None:
     """The content of a checked file; None if it is damaged."""
     digest, content = data[:DIGEST_SIZE], data[DIGEST_SIZE:]
     return content if sha256(content).digest() == digest else None
@@ -74,7 +74,7 @@ class KernelFile:
     def read(self) -> ObjectCode | None:
         """The kernel; None if there is none on disk that is whole."""
         try:
-            content = content_of(self._file.read_bytes())
+            content = checked_content(self._file.read_bytes())
         except OSError:
             return None
         if content is None or content[:DIGEST_SIZE] != self._key:
@@ -90,7 +90,7 @@ class KernelFile:
         partial = self._file.with_name(f"{self._file.name}.{os.urandom(8).hex()}.partial")
         with suppress(OSError):
             try:
-                partial.write_bytes(checked(content))
+                partial.write_bytes(with_digest(content))
                 os.replace(partial, self._file)
             finally:
                 partial.unlink(missing_ok=True)
@@ -99,7 +99,7 @@ class KernelFile:
 @cache
 def kernel_folder() -> Path:
     """The folder of the kernels of this version of the package."""
-    return opened_folder(cache_root(os.environ.get("NUMBA_CACHE_DIR", "")), version_of_kernels())
+    return open_version_folder(cache_root(os.environ.get("NUMBA_CACHE_DIR", "")), version_of_kernels())
 
 
 def cache_root(named: str) -> Path:
@@ -107,11 +107,11 @@ def cache_root(named: str) -> Path:
     try:
         root = Path(named) if named else user_cache_path("camopt")
     except RuntimeError:
-        return NOWHERE
-    return root if named or root.is_absolute() else NOWHERE
+        return NO_FOLDER
+    return root if named or root.is_absolute() else NO_FOLDER
 
 
-def opened_folder(root: Path, version: str) -> Path:
+def open_version_folder(root: Path, version: str) -> Path:
     """The folder of a version of the kernels, made if it can be; those of other versions go when long unused.
 
     If others may have put files into it, it is not used, and a line on standard error says so.
@@ -120,14 +120,14 @@ def opened_folder(root: Path, version: str) -> Path:
     with suppress(OSError):
         if not folder.is_dir():
             root.mkdir(parents=True, exist_ok=True)
-            folder.mkdir(PRIVATE, exist_ok=True)
+            folder.mkdir(PRIVATE_MODE, exist_ok=True)
             _remove_unused(root, len(version))
         if is_private(folder):
             with suppress(OSError):
                 os.utime(folder)  # in use
             return folder
         print(f"camopt: {folder} is not used: it is not a folder of yours with mode 0700", file=sys.stderr)
-    return NOWHERE
+    return NO_FOLDER
 
 
 def is_private(folder: Path) -> bool:
@@ -135,11 +135,13 @@ def is_private(folder: Path) -> bool:
     if not hasattr(os, "geteuid"):
         return True
     found = folder.lstat()
-    return stat.S_ISDIR(found.st_mode) and found.st_uid == os.geteuid() and stat.S_IMODE(found.st_mode) == PRIVATE
+    return (
+        stat.S_ISDIR(found.st_mode) and found.st_uid == os.geteuid() and stat.S_IMODE(found.st_mode) == PRIVATE_MODE
+    )
 
 
 def _remove_unused(root: Path, length: int) -> None:
     for folder in root.iterdir():
         version = len(folder.name) == length and set(folder.name) <= set("0123456789abcdef")
-        if version and not folder.is_symlink() and time() - folder.stat().st_mtime > UNUSED:
+        if version and not folder.is_symlink() and time() - folder.stat().st_mtime > UNUSED_SECONDS:
             shutil.rmtree(folder, ignore_errors=True)

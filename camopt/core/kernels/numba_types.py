@@ -23,8 +23,8 @@ from numba.extending import (
     type_callable,
 )
 
+from camopt.core.kernels.address_calls import address_of_values, call, function_address
 from camopt.core.kernels.arguments import Code, Record
-from camopt.core.kernels.by_address import address_of_values, call, code_of
 from camopt.core.kernels.compile import CHOICES, VALUE_TYPES, KernelPart
 
 
@@ -60,9 +60,12 @@ class PartCompiler(Compiler):
         super().__init__(typing, target, own, *others)
 
 
-UNWRAPPED: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # never called from Python: compiles faster
-LINKED: Any = {"pipeline_class": PartCompiler, **UNWRAPPED}
-INLINE: Any = {"forceinline": True, **LINKED}
+UNWRAPPED_OPTIONS: Any = {
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}  # never called from Python: compiles faster
+LINKED_OPTIONS: Any = {"pipeline_class": PartCompiler, **UNWRAPPED_OPTIONS}
+INLINE_OPTIONS: Any = {"forceinline": True, **LINKED_OPTIONS}
 
 
 @typeof_impl.register(KernelPart)
@@ -84,7 +87,7 @@ def numba_type(kind: Any) -> Any:
     return types.Array(number, kind.dimensions, kind.layout) if kind.dimensions else number
 
 
-def described(kind: Any) -> type:
+def python_class_of(kind: Any) -> type:
     """The class for a numba type: a value type, a NamedTuple, tuple, NoneType, or float for all others."""
     if isinstance(kind, ValueType):
         return kind.owner
@@ -105,7 +108,7 @@ class ValueType(types.Type):
         super().__init__(name=owner.__name__)
 
 
-def _tell_value(owner: type, fields: tuple[str, ...]) -> None:
+def _register_value_type(owner: type, fields: tuple[str, ...]) -> None:
     """Let kernels make values of a class and read their fields, each in a register."""
     members = [(name, types.float64) for name in fields]
     own = type(f"{owner.__name__}Type", (ValueType,), {})
@@ -132,22 +135,22 @@ def _tell_value(owner: type, fields: tuple[str, ...]) -> None:
 # ------------------------------------------------------------------------ functions chosen by type
 
 
-def _tell_choice(function: Callable[..., Any], choose: Callable[..., Any]) -> None:
+def _register_choice(function: Callable[..., Any], choose: Callable[..., Any]) -> None:
     """Let kernels call, in place of a function, the one that is chosen by the classes of its arguments."""
 
     @wraps(choose)
-    def chosen(*kinds):
-        return choose(*map(described, kinds))
+    def choose_by_class(*kinds):
+        return choose(*map(python_class_of, kinds))
 
-    overload(function, jit_options=INLINE)(chosen)
+    overload(function, jit_options=INLINE_OPTIONS)(choose_by_class)
 
 
-def tell_numba() -> None:
+def register_marks() -> None:
     """Register with numba everything marked since the last call."""
     while VALUE_TYPES:
-        _tell_value(*VALUE_TYPES.pop(0))
+        _register_value_type(*VALUE_TYPES.pop(0))
     while CHOICES:
-        _tell_choice(*CHOICES.pop(0))
+        _register_choice(*CHOICES.pop(0))
 
 
 # ------------------------------------------------------------------------ addresses of functions
@@ -174,7 +177,7 @@ def _lower_address_of(context, builder, signature, arguments):
     return builder.bitcast(cgutils.alloca_once_value(builder, arguments[0]), cgutils.voidptr_t)
 
 
-@type_callable(code_of)
+@type_callable(function_address)
 def _type_code_of(context):
     def typer(function, values):
         code = numba_type(function.dispatcher.part.code)
@@ -184,7 +187,7 @@ def _type_code_of(context):
     return typer
 
 
-@lower_builtin(code_of, types.Dispatcher, types.Any)
+@lower_builtin(function_address, types.Dispatcher, types.Any)
 def _lower_code_of(context, builder, signature, arguments):
     function, values = signature.args
     compiled = function.dispatcher.overloads[types.CPointer(values), *signature.return_type.arguments[1:]]

@@ -12,6 +12,6 @@ BoolArray = NDArray[np.bool_]
 LARGEST, LEAST, LARGEST_MAGNITUDE = 0, 1, 2
 """Goals of a question about the extremes of a curve."""
 
-UNIT = 2.0**-53  # relative rounding error of one operation
-GIVEN = 4.0 * UNIT  # of a number that enters
+UNIT_ROUNDOFF = 2.0**-53  # relative rounding error of one operation
+INPUT_ROUNDOFF = 4.0 * UNIT_ROUNDOFF  # of a number that enters
 BISECTIONS = 60  # halvings of a bracket: its ends are then neighbours among doubles

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.core.kernels.by_address import call
-from camopt.core.kernels.compile import called_by_kernels, inlined
+from camopt.core.kernels.address_calls import call
+from camopt.core.kernels.compile import called_by_kernels, inline_in_kernels
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
-from camopt.core.numerics.jet import larger, smaller, where
+from camopt.core.numerics.jet import larger, select, smaller
 from camopt.core.numerics.workspace import (
     AT,
     BEST,
@@ -36,7 +36,7 @@ from camopt.core.numerics.workspace import (
 CLIMB_STEPS = 60
 
 
-class Ask(NamedTuple):
+class PeakQuery(NamedTuple):
     """A question: the largest of sign·f, its allowed relative error, and that of its cam angle, rad, or inf.
 
     ``blur`` is the rounding error allowed of a part of a panel, relative; inf where that of the panel is as good.
@@ -48,7 +48,7 @@ class Ask(NamedTuple):
     blur: float
 
 
-class Ends(NamedTuple):
+class PanelPartEnds(NamedTuple):
     """A part of a panel, low ≤ u ≤ high: oriented values at its left and right end, and the slopes there."""
 
     low: float
@@ -72,7 +72,7 @@ class Bracket(NamedTuple):
     side: float
 
 
-class Aim(NamedTuple):
+class ClimbGoal(NamedTuple):
     """When a climb may end: the value to beat, the gain and the slope that may remain."""
 
     best: float
@@ -80,13 +80,13 @@ class Aim(NamedTuple):
     slope: float
 
 
-@inlined
-def first_and_last(goal):
+@inline_in_kernels
+def sign_range(goal):
     """The signs of ``Ask`` that a goal needs: of (1, −1), first and last."""
     return (1 if goal == LEAST else 0), (1 if goal == LARGEST else 2)
 
 
-@inlined
+@inline_in_kernels
 def orient(value, goal):
     """The number whose maximum is the extreme asked for."""
     if goal == LARGEST_MAGNITUDE:
@@ -94,40 +94,40 @@ def orient(value, goal):
     return -value if goal == LEAST else value
 
 
-@inlined
+@inline_in_kernels
 def allowed_gain(best, relative_error, error):
     """The gain that may remain: below it an extreme is exact enough. At least rounding, if that is known."""
-    return larger(0.5 * relative_error * abs(best), where(error < np.inf, error, 0.0))
+    return larger(0.5 * relative_error * abs(best), select(error < np.inf, error, 0.0))
 
 
-@inlined
-def crossing(bracket):
+@inline_in_kernels
+def chord_root(bracket):
     """Where the chord of the slope passes through zero."""
     return bracket.low + (bracket.high - bracket.low) * (bracket.rising / (bracket.rising - bracket.falling))
 
 
-@inlined
-def shrink(bracket, u, slope):
+@inline_in_kernels
+def shrink_bracket(bracket, u, slope):
     """The bracket with u as one of its ends; if that end was moved before, the slope at the other one is halved."""
     up = slope > 0.0
-    rising = where(bracket.side < 0.0, 0.5 * bracket.rising, bracket.rising)
-    falling = where(bracket.side > 0.0, 0.5 * bracket.falling, bracket.falling)
+    rising = select(bracket.side < 0.0, 0.5 * bracket.rising, bracket.rising)
+    falling = select(bracket.side > 0.0, 0.5 * bracket.falling, bracket.falling)
     return Bracket(
-        where(up, u, bracket.low),
-        where(up, bracket.high, u),
-        where(up, slope, rising),
-        where(up, falling, slope),
-        where(up, 1.0, -1.0),
+        select(up, u, bracket.low),
+        select(up, bracket.high, u),
+        select(up, slope, rising),
+        select(up, falling, slope),
+        select(up, 1.0, -1.0),
     )
 
 
-@inlined
-def gain_left(grade, bracket, half_width, concavity):
+@inline_in_kernels
+def remaining_gain(grade, bracket, half_width, concavity):
     """A bound of what the maximum is above a value whose slope has this magnitude."""
     return grade * smaller((bracket.high - bracket.low) * half_width, 0.5 * grade / concavity)
 
 
-@inlined
+@inline_in_kernels
 def cubic_peak(left, rising, right, falling, width):
     """The place in [0, 1] where the cubic through both ends and slopes is largest, given rising > 0 > falling."""
     mean = (right - left) / width
@@ -141,7 +141,7 @@ def begin_climb(climbs, j, design, ends, half_width, concavity):
     low, high, left, rising, right, falling = ends
     share = cubic_peak(left, rising, right, falling, (high - low) * half_width)
     hidden = (share <= 0.0) | (share >= 1.0) | (share != share)  # the cubic, by rounding of the values
-    share = where(hidden, rising / (rising - falling), share)
+    share = select(hidden, rising / (rising - falling), share)
     climbs.design[j] = design
     state = climbs.state
     state[NEXT, j] = low + (high - low) * share
@@ -152,7 +152,7 @@ def begin_climb(climbs, j, design, ends, half_width, concavity):
 
 
 @called_by_kernels
-def step_all(many, half_width, state):
+def step_climbs(many, half_width, state):
     """One step of every climb, from the values and slopes just evaluated; no branches."""
     low, high, rising, falling, side = state[LOW], state[HIGH], state[RISING], state[FALLING], state[SIDE]
     best, at, bound, values, slopes = state[BEST], state[AT], state[BOUND], state[VALUE], state[GRADIENT]
@@ -160,34 +160,34 @@ def step_all(many, half_width, state):
     for j in range(np.uint64(many)):
         u, value, slope = following[j], values[j], slopes[j]
         bracket, grade = Bracket(low[j], high[j], rising[j], falling[j], side[j]), abs(slope)
-        gain[j] = gain_left(grade, bracket, half_width, concavity[j])
+        gain[j] = remaining_gain(grade, bracket, half_width, concavity[j])
         bound[j] = min(bound[j], value + gain[j])
         best[j] = max(value, best[j])
         at[j] = u if grade < steep[j] else at[j]  # values no longer tell points apart where the slope still does
         steep[j] = min(grade, steep[j])
-        bracket = shrink(bracket, u, slope)
+        bracket = shrink_bracket(bracket, u, slope)
         low[j], high[j], rising[j], falling[j], side[j] = bracket
-        following[j] = crossing(bracket)
+        following[j] = chord_root(bracket)
 
 
-@step_all.uncompiled
-def _step_all_in_python(many, half_width, state):
+@step_climbs.array_version
+def _step_climbs_in_python(many, half_width, state):
     u, value, slope, concavity = (state[row, :many] for row in (NEXT, VALUE, GRADIENT, CONCAVITY))
     bracket, grade = Bracket(*(state[row, :many] for row in (LOW, HIGH, RISING, FALLING, SIDE))), abs(slope)
     best, at, bound, steep = (state[row, :many] for row in (BEST, AT, BOUND, SLOPE))
-    state[GAIN, :many] = gain = gain_left(grade, bracket, half_width, concavity)
+    state[GAIN, :many] = gain = remaining_gain(grade, bracket, half_width, concavity)
     bound[:] = smaller(bound, value + gain)
     best[:] = larger(value, best)
-    at[:] = where(grade < steep, u, at)
+    at[:] = select(grade < steep, u, at)
     steep[:] = smaller(grade, steep)
-    bracket = shrink(bracket, u, slope)
+    bracket = shrink_bracket(bracket, u, slope)
     for row, values in zip((LOW, HIGH, RISING, FALLING, SIDE), bracket, strict=True):
         state[row, :many] = values
-    state[NEXT, :many] = crossing(bracket)
+    state[NEXT, :many] = chord_root(bracket)
 
 
 @called_by_kernels
-def advance(many, place, errors, last, ask, found, climbs):
+def update_climbs(many, place, errors, last, ask, found, climbs):
     """Take the results of climbs, and keep the unfinished ones; returns their number.
 
     ``place`` is (centre, half-width) of the panel, ``errors`` those of the designs in it.
@@ -214,11 +214,11 @@ def advance(many, place, errors, last, ask, found, climbs):
     return still
 
 
-@advance.uncompiled
-def _advance_in_python(many, place, errors, last, ask, found, climbs):
+@update_climbs.array_version
+def _update_climbs_in_python(many, place, errors, last, ask, found, climbs):
     i, state = climbs.design[:many], climbs.state[:STATES, :many]
     if np.any(i[1:] == i[:-1]):  # both halves of a panel: the second is held against what the first has found
-        return advance.py_func(many, place, errors, last, ask, found, climbs)
+        return update_climbs.py_func(many, place, errors, last, ask, found, climbs)
     error, better = errors[i], state[BEST] >= found.best[i] - errors[i]
     best = np.where(better & (state[EXACT] == 0.0), larger(found.best[i], state[BEST]), found.best[i])
     found.best[i], found.at[i] = best, np.where(better, place[0] + place[1] * state[AT], found.at[i])
@@ -231,7 +231,7 @@ def _advance_in_python(many, place, errors, last, ask, found, climbs):
     return still.size
 
 
-@inlined
+@inline_in_kernels
 def climb_all(curve, first, many, panels, panel, ask, work):
     """Climb to the maximum of every concave part at once. The table loses what has ended.
 
@@ -245,27 +245,27 @@ def climb_all(curve, first, many, panels, panel, ask, work):
             break
         there = (curve.made, panel, state[NEXT], ask.sign, first, climbs.design, many, state[VALUE:])
         call(curve.panel, there)
-        step_all(many, place[1], state)
-        many = advance(many, place, errors, step == CLIMB_STEPS - 1, ask, work.found, climbs)
+        step_climbs(many, place[1], state)
+        many = update_climbs(many, place, errors, step == CLIMB_STEPS - 1, ask, work.found, climbs)
 
 
-@inlined
+@inline_in_kernels
 def climb(curve, design, panels, panel, ends, concavity, sign, aim):
     """As ``climb_all``, for one design: (largest value, where in the panel, bound of the maximum)."""
     bracket = Bracket(ends.low, ends.high, ends.rising, ends.falling, 0.0)
     largest, at, bound, flattest, exact = -np.inf, ends.low, np.inf, np.inf, False
     half_width = panels.half_width[panel]
     for _ in range(CLIMB_STEPS):
-        u = crossing(bracket)
+        u = chord_root(bracket)
         value, slope = call(curve.point, (curve.made, panel, u, sign, design))
         largest = largest if exact else max(largest, value)
         grade = abs(slope)
         if grade < flattest:
             flattest, at = grade, u
-        gain = gain_left(grade, bracket, half_width, concavity)
+        gain = remaining_gain(grade, bracket, half_width, concavity)
         bound = min(bound, value + gain)
         exact = exact or gain <= aim.gain
         if bound < aim.best or (exact and grade <= aim.slope):
             break
-        bracket = shrink(bracket, u, slope)
+        bracket = shrink_bracket(bracket, u, slope)
     return largest, at, max(bound, largest)

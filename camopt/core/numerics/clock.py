@@ -4,23 +4,23 @@ from collections.abc import Callable
 from time import monotonic, perf_counter
 from typing import TypeVar
 
-from camopt.core.kernels.compiling import COMPILING
+from camopt.core.kernels.compile_clock import COMPILE_CLOCK
 
-T = TypeVar("T")
+TimedResult = TypeVar("TimedResult")
 
 
-def now() -> float:
+def clock_seconds() -> float:
     """Seconds since a fixed moment, without time spent on compilation."""
-    return monotonic() - COMPILING.seconds
+    return monotonic() - COMPILE_CLOCK.seconds
 
 
-def share(end: float, left: int) -> float:
+def time_share(end: float, left: int) -> float:
     """The time at which the first of equal tasks must stop to leave the others as much time."""
-    start = now()
+    start = clock_seconds()
     return start + max(end - start, 0.0) / left
 
 
-def timed(work: Callable[[], T], runs: int) -> tuple[T, float]:
+def time_runs(work: Callable[[], TimedResult], runs: int) -> tuple[TimedResult, float]:
     """What some work gives, and the least time of so many runs in seconds, after a first one, which may compile."""
     result, times = work(), []
     for _ in range(runs):

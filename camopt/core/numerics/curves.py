@@ -18,47 +18,47 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from camopt.core.kernels.compile import chosen_by_type, inlined, overloaded
+from camopt.core.kernels.compile import chosen_by_type, inline_in_kernels, overload_in_kernels
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.dual import beside, dual_state, of_pair, single_state
+from camopt.core.numerics.dual import constant_like, dual_from_pair, dual_state, single_state
 from camopt.core.numerics.state import State
-from camopt.core.numerics.trigonometry import turned
+from camopt.core.numerics.trigonometry import rotate
 
-FurtherFormula = TypeVar("FurtherFormula", bound=Callable[..., tuple[Any, Any, Any, Any]])
+DerivativeFormula = TypeVar("DerivativeFormula", bound=Callable[..., tuple[Any, Any, Any, Any]])
 CurveFormula = TypeVar("CurveFormula", bound=Callable[..., Any])
 
-COMPILED: dict[type, Callable[..., Any]] = {}
-IN_KERNELS: dict[type, Callable[..., Any]] = {}
-FURTHER: dict[type, Callable[..., tuple[Any, Any, Any, Any]]] = {}
-WITH_LOAD: set[type] = set()
+CURVE_FORMULAS: dict[type, Callable[..., Any]] = {}
+KERNEL_FORMULAS: dict[type, Callable[..., Any]] = {}
+DERIVATIVE_FORMULAS: dict[type, Callable[..., tuple[Any, Any, Any, Any]]] = {}
+LOADED_CURVES: set[type] = set()
 
 
 def value_of(f: Any, i: Any, at: State) -> Any:
     """Value of curve ``f`` for design ``i``, a number as those of ``at``; resolved by type inside kernels."""
-    return COMPILED[type(f)](f, i, at)
+    return CURVE_FORMULAS[type(f)](f, i, at)
 
 
 @chosen_by_type(value_of)
-def _formula(f, i, at):
-    return IN_KERNELS.get(f)
+def _formula_in_kernels(f, i, at):
+    return KERNEL_FORMULAS.get(f)
 
 
-@overloaded
-def curve(f, i, at):
+@overload_in_kernels
+def value_and_slope(f, i, at):
     """Value and slope of curve ``f`` for design ``i``."""
     return value_of(f, i, dual_state(at))
 
 
-def part(f: Any, i: Any, at: State) -> Any:
+def field_value(f: Any, i: Any, at: State) -> Any:
     """What a formula takes for a field of its curve: the value of a curve, or the number of a design."""
-    if type(f) in COMPILED:
-        return COMPILED[type(f)](f, i, at)
-    return beside(f[i], at.y)
+    if type(f) in CURVE_FORMULAS:
+        return CURVE_FORMULAS[type(f)](f, i, at)
+    return constant_like(f[i], at.y)
 
 
-@chosen_by_type(part)
-def _part(f, i, at):
-    return IN_KERNELS.get(f, lambda f, i, at: f[i])
+@chosen_by_type(field_value)
+def _field_value_in_kernels(f, i, at):
+    return KERNEL_FORMULAS.get(f, lambda f, i, at: f[i])
 
 
 def curve_type(function: Callable[..., Any] | None = None, *, loaded: bool = False) -> Any:
@@ -75,8 +75,8 @@ def curve_type(function: Callable[..., Any] | None = None, *, loaded: bool = Fal
     owner.__doc__ = function.__doc__
     parts = [f"f.{x.name}" if x.default is not Parameter.empty else f"part(f.{x.name}, i, at)" for x in fields]
     text = f"lambda f, i, at: formula(at, {', '.join(parts)})"
-    curve_formula(owner, loaded=loaded)(eval(text, {"formula": function, "part": part}))
-    IN_KERNELS[owner] = eval(text, {"formula": inlined(function), "part": part})
+    curve_formula(owner, loaded=loaded)(eval(text, {"formula": function, "part": field_value}))
+    KERNEL_FORMULAS[owner] = eval(text, {"formula": inline_in_kernels(function), "part": field_value})
     return owner
 
 
@@ -84,47 +84,49 @@ def curve_formula(owner: type, *, loaded: bool = False) -> Callable[[CurveFormul
     """Register a function of a curve, a design and the state: it gives the value of the curve type ``owner``."""
 
     def register(function: CurveFormula) -> CurveFormula:
-        COMPILED[owner] = IN_KERNELS[owner] = function
+        CURVE_FORMULAS[owner] = KERNEL_FORMULAS[owner] = function
         if loaded:
-            WITH_LOAD.add(owner)
+            LOADED_CURVES.add(owner)
         return function
 
     return register
 
 
-def formula(owner: type, *, loaded: bool = False) -> Callable[[CurveFormula], CurveFormula]:
+def pair_formula(owner: type, *, loaded: bool = False) -> Callable[[CurveFormula], CurveFormula]:
     """As ``curve_formula``, of a function that gives the pair of value and slope."""
 
     def register(function: CurveFormula) -> CurveFormula:
-        pair = inlined(function)
-        curve_formula(owner, loaded=loaded)(lambda f, i, at: of_pair(pair(f, i, single_state(at, at.y)), at.y))
+        pair = inline_in_kernels(function)
+        curve_formula(owner, loaded=loaded)(
+            lambda f, i, at: dual_from_pair(pair(f, i, single_state(at, at.y)), at.y)
+        )
         return function
 
     return register
 
 
-def further(f: Any, i: Any, at: State) -> tuple[Any, Any, Any, Any]:
+def curve_derivatives(f: Any, i: Any, at: State) -> tuple[Any, Any, Any, Any]:
     """Value of curve ``f`` for design ``i``, and three derivatives by the cam angle: the last one has y''''."""
-    return FURTHER[type(f)](f, i, at)
+    return DERIVATIVE_FORMULAS[type(f)](f, i, at)
 
 
-@chosen_by_type(further)
-def _further(f, i, at):
-    return FURTHER.get(f)
+@chosen_by_type(curve_derivatives)
+def _curve_derivatives_in_kernels(f, i, at):
+    return DERIVATIVE_FORMULAS.get(f)
 
 
-def further_formula(owner: type) -> Callable[[FurtherFormula], FurtherFormula]:
+def derivative_formula(owner: type) -> Callable[[DerivativeFormula], DerivativeFormula]:
     """Register a function as what ``further`` gives of the curve type ``owner``."""
 
-    def register(function: FurtherFormula) -> FurtherFormula:
-        FURTHER[owner] = function
+    def register(function: DerivativeFormula) -> DerivativeFormula:
+        DERIVATIVE_FORMULAS[owner] = function
         return function
 
     return register
 
 
-@inlined
-def quotient(w, s):
+@inline_in_kernels
+def quotient_derivatives(w, s):
     """w/s with three derivatives, from those of both."""
     t = w[0] / s[0]
     t1 = (w[1] - t * s[1]) / s[0]
@@ -132,10 +134,10 @@ def quotient(w, s):
     return t, t1, t2, (w[3] - 3.0 * t2 * s[1] - 3.0 * t1 * s[2] - t * s[3]) / s[0]
 
 
-@inlined
-def turned_series(cosine, sine, at):
+@inline_in_kernels
+def rotated_derivatives(cosine, sine, at):
     """Cosine and sine of an angle turned on by y, each with three derivatives."""
-    c, s = turned(cosine, sine, at.y)
+    c, s = rotate(cosine, sine, at.y)
     c1, s1, square = -s * at.y1, c * at.y1, np.square(at.y1)
     c2, s2 = -s * at.y2 - c * square, c * at.y2 - s * square
     c3 = -s * at.y3 - 3.0 * c * at.y1 * at.y2 + s * at.y1 * square
@@ -151,7 +153,7 @@ class Linear(NamedTuple):
     constant: FloatArray
 
 
-@formula(Linear)
+@pair_formula(Linear)
 def linear(f, i, at):
     value = f.constant[i] + f.displacement[i] * at.y + f.velocity[i] * at.y1 + f.acceleration[i] * at.y2
     return value, f.displacement[i] * at.y1 + f.velocity[i] * at.y2 + f.acceleration[i] * at.y3

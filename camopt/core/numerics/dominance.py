@@ -16,13 +16,13 @@ import numpy as np
 from camopt.core.kernels.compile import compiled_for_many
 from camopt.core.numerics import BoolArray, FloatArray, IntArray
 
-BRANCHES = 8
-GROWN = 0.25  # after which the large tree is made anew
-WORK = 30.0  # values of a curve that numpy evaluates while it compares one cost with a tree
+TREE_BRANCHES = 8
+REBUILD_SHARE = 0.25  # after which the large tree is made anew
+COMPARE_WORK = 30.0  # values of a curve that numpy evaluates while it compares one cost with a tree
 COMPARED_AT_ONCE = 8192  # points, so that what is compared fits the cache
 
 
-class Tree(NamedTuple):
+class BoundTree(NamedTuple):
     """The least and the largest costs of branches, (nodes, objectives), level by level from the root."""
 
     least: FloatArray
@@ -35,40 +35,40 @@ class Dominators:
     """Known points, as costs (m, objectives); infinities as the largest number."""
 
     def __init__(self, costs: FloatArray) -> None:
-        least = most = costs[neighbours(costs)]
+        least = most = costs[neighbour_order(costs)]
         levels = [(least, most)]
         while len(least) > 1:
-            least, most = _by_branches(least).min(axis=1), _by_branches(most).max(axis=1)
+            least, most = _group_by_branch(least).min(axis=1), _group_by_branch(most).max(axis=1)
             levels.append((least, most))
-        least, most = (np.concatenate([_filled(level[k]) for level in levels[::-1]]) for k in (0, 1))
-        sizes = [len(_filled(level)) for level, _ in levels[::-1]]
-        self._tree = Tree(least, most, np.concatenate([[0], np.cumsum(sizes)]))
+        least, most = (np.concatenate([_pad_to_branches(level[k]) for level in levels[::-1]]) for k in (0, 1))
+        sizes = [len(_pad_to_branches(level)) for level, _ in levels[::-1]]
+        self._tree = BoundTree(least, most, np.concatenate([[0], np.cumsum(sizes)]))
 
     def dominate(self, costs: FloatArray) -> BoolArray:
         """Which points (n, objectives) some known point dominates (n,): it costs no more, and in some less."""
         found = np.zeros(len(costs), dtype=bool)
-        stack = np.empty((2, BRANCHES * len(self._tree.starts)), np.int64)
+        stack = np.empty((2, TREE_BRANCHES * len(self._tree.starts)), np.int64)
         find_dominated(self._tree, np.ascontiguousarray(costs), found, stack)
         return found
 
 
-def _filled(costs: FloatArray) -> FloatArray:
+def _pad_to_branches(costs: FloatArray) -> FloatArray:
     """Nodes with some more, up to a multiple of a branch, that dominate nothing."""
-    return np.concatenate([costs, np.full((-len(costs) % BRANCHES, costs.shape[1]), np.inf)])
+    return np.concatenate([costs, np.full((-len(costs) % TREE_BRANCHES, costs.shape[1]), np.inf)])
 
 
-def _by_branches(costs: FloatArray) -> FloatArray:
+def _group_by_branch(costs: FloatArray) -> FloatArray:
     """The nodes by branches of the level above."""
-    return _filled(costs).reshape(-1, BRANCHES, costs.shape[1])
+    return _pad_to_branches(costs).reshape(-1, TREE_BRANCHES, costs.shape[1])
 
 
-@compiled_for_many(work=WORK)
+@compiled_for_many(work=COMPARE_WORK)
 def find_dominated(tree, costs, found, stack):
     """Mark the points that a tree dominates."""
     objectives, last = costs.shape[1], tree.starts.size - 2
     for i in range(costs.shape[0]):
         waiting = 0
-        for k in range(min(BRANCHES, tree.starts[1])):
+        for k in range(min(TREE_BRANCHES, tree.starts[1])):
             stack[0, waiting], stack[1, waiting] = 0, k
             waiting += 1
         while waiting:
@@ -85,12 +85,12 @@ def find_dominated(tree, costs, found, stack):
                 found[i] = True
                 break
             if some and level < last:
-                for k in range(BRANCHES):
-                    stack[0, waiting], stack[1, waiting] = level + 1, BRANCHES * place + k
+                for k in range(TREE_BRANCHES):
+                    stack[0, waiting], stack[1, waiting] = level + 1, TREE_BRANCHES * place + k
                     waiting += 1
 
 
-@find_dominated.uncompiled
+@find_dominated.array_version
 def _find_dominated_in_python(tree, every, dominated, stack):
     """Many points together, level by level."""
     roots = int(tree.starts[1])
@@ -101,11 +101,11 @@ def _find_dominated_in_python(tree, every, dominated, stack):
             least, most, mine = tree.least[start + branch], tree.most[start + branch], costs[point]
             found[point[np.all(most <= mine, axis=1) & np.any(most < mine, axis=1)]] = True
             open_ = np.all(least <= mine, axis=1) & ~found[point]
-            point, branch = (np.repeat(each[open_], BRANCHES) for each in (point, branch))
-            branch = BRANCHES * branch + np.arange(branch.size) % BRANCHES
+            point, branch = (np.repeat(each[open_], TREE_BRANCHES) for each in (point, branch))
+            branch = TREE_BRANCHES * branch + np.arange(branch.size) % TREE_BRANCHES
 
 
-class Known:
+class PointTree:
     """Points that come in parts, and are asked in between which others they dominate.
 
     Most are in one tree, which is made anew when they have grown by a share; the others in a small one.
@@ -121,17 +121,17 @@ class Known:
         self._recent.append(costs[~dominated])
         return dominated
 
-    def dominators(self, every: Callable[[], FloatArray]) -> "Dominators | Both":
+    def dominators(self, every: Callable[[], FloatArray]) -> "Dominators | TreePair":
         """What the points dominate so far; ``every`` gives all of them that none dominates, if they are needed."""
         recent = np.concatenate(self._recent)
-        if len(recent) > max(GROWN * self._count, COMPARED_AT_ONCE):
+        if len(recent) > max(REBUILD_SHARE * self._count, COMPARED_AT_ONCE):
             costs, recent = every(), np.empty((0, recent.shape[1]))
             self._most, self._count = Dominators(costs), len(costs)
         self._recent = [recent]
-        return Both(self._most, Dominators(recent)) if len(recent) else self._most
+        return TreePair(self._most, Dominators(recent)) if len(recent) else self._most
 
 
-class Both(NamedTuple):
+class TreePair(NamedTuple):
     """Two trees of known points."""
 
     most: Dominators
@@ -144,16 +144,16 @@ class Both(NamedTuple):
         return found
 
 
-def neighbours(costs: FloatArray) -> Any:
+def neighbour_order(costs: FloatArray) -> Any:
     """The points in an order in which those of a branch are near each other.
 
     They are sorted by the objective in which they are spread the most, by rank, and then each half is, and so on.
     """
-    ranks = np.column_stack([_share(column) for column in costs.T]).astype(np.float32)
-    order, size = np.arange(len(costs)), BRANCHES
+    ranks = np.column_stack([_rank_share(column) for column in costs.T]).astype(np.float32)
+    order, size = np.arange(len(costs)), TREE_BRANCHES
     while size < len(costs):
-        size *= BRANCHES
-    while size > BRANCHES and len(costs):
+        size *= TREE_BRANCHES
+    while size > TREE_BRANCHES and len(costs):
         here, part = ranks[order], np.arange(len(order)) // size
         first = np.arange(0, len(order), size)
         spread = np.maximum.reduceat(here, first) - np.minimum.reduceat(here, first)
@@ -162,7 +162,7 @@ def neighbours(costs: FloatArray) -> Any:
     return order
 
 
-def _share(values: FloatArray) -> FloatArray:
+def _rank_share(values: FloatArray) -> FloatArray:
     """The rank of each value among the different ones, from 0 to 1."""
     known, rank = np.unique(values, return_inverse=True)
     return np.asarray(rank / max(len(known) - 1, 1))

@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.kernels.compile import chosen_by_type, overloaded
+from camopt.core.kernels.compile import chosen_by_type, overload_in_kernels
 from camopt.core.numerics.jet import Jet, to_power
-from camopt.core.numerics.number_type import OTHER, OWN, Rules, give_rules
+from camopt.core.numerics.number_type import OTHER, OWN, OperationRules, give_rules
 from camopt.core.numerics.state import Load, State, TrainForces
 
-BESIDE = (float, np.ndarray, Jet)
+PLAIN_KINDS = (float, np.ndarray, Jet)
 """Kinds of number whose operators leave dual numbers alone."""
 
 
@@ -28,45 +28,45 @@ class Dual(NamedTuple):
     slope: Any
 
 
-def constant(x: Any) -> Any:
+def as_constant(x: Any) -> Any:
     """A number that does not change, as it goes beside dual numbers, which are the outer kind."""
-    return x if isinstance(x, BESIDE) else Dual(x, 0.0)
+    return x if isinstance(x, PLAIN_KINDS) else Dual(x, 0.0)
 
 
-chosen_by_type(constant)(lambda x: lambda x: x)
+chosen_by_type(as_constant)(lambda x: lambda x: x)
 
 
-def beside(x: Any, y: Any) -> Any:
+def constant_like(x: Any, y: Any) -> Any:
     """A number that does not change, as it goes beside a number of any kind."""
-    return constant(beside(x, y.value)) if type(y) is Dual else x
+    return as_constant(constant_like(x, y.value)) if type(y) is Dual else x
 
 
-def _divide(a, b):
+def _divide_duals(a, b):
     value = a.value / b.value
     return Dual(value, (a.slope - value * b.slope) / b.value)
 
 
-def _divide_number(a, b):
+def _divide_by_dual(a, b):
     value = a / b.value
     return Dual(value, -(value * b.slope) / b.value)
 
 
-def _root(a):
+def _dual_root(a):
     value = np.sqrt(a.value)
     return Dual(value, 0.5 * a.slope / value)
 
 
-def _power(a, b):
+def _dual_power(a, b):
     value = to_power(a.value, b)
     return Dual(value, b * value * a.slope / a.value)
 
 
-def _larger(a, b):
+def _larger_dual(a, b):
     """The larger of a and a number; where they are equal the mean of both slopes."""
     return Dual(np.maximum(a.value, b), 0.5 * (1.0 + np.sign(a.value - b)) * a.slope)
 
 
-DUAL_RULES: Rules = {
+DUAL_RULES: OperationRules = {
     operator.add: {
         (OWN, OWN): lambda a, b: Dual(a.value + b.value, a.slope + b.slope),
         (OWN, OTHER): lambda a, b: Dual(a.value + b, a.slope),
@@ -83,17 +83,17 @@ DUAL_RULES: Rules = {
         (OTHER, OWN): lambda a, b: Dual(a * b.value, a * b.slope),
     },
     operator.truediv: {
-        (OWN, OWN): _divide,
+        (OWN, OWN): _divide_duals,
         (OWN, OTHER): lambda a, b: Dual(a.value / b, a.slope / b),
-        (OTHER, OWN): _divide_number,
+        (OTHER, OWN): _divide_by_dual,
     },
-    operator.pow: {(OWN, OTHER): _power},
+    operator.pow: {(OWN, OTHER): _dual_power},
     operator.neg: {(OWN,): lambda a: Dual(-a.value, -a.slope)},
-    np.sqrt: {(OWN,): _root},
+    np.sqrt: {(OWN,): _dual_root},
     np.square: {(OWN,): lambda a: Dual(np.square(a.value), 2.0 * a.value * a.slope)},
     np.absolute: {(OWN,): lambda a: Dual(np.absolute(a.value), np.sign(a.value) * a.slope)},
-    np.maximum: {(OWN, OTHER): _larger},
-    np.sign: {(OWN,): lambda a: constant(np.sign(a.value))},
+    np.maximum: {(OWN, OTHER): _larger_dual},
+    np.sign: {(OWN,): lambda a: as_constant(np.sign(a.value))},
 }
 """What each operation does to operands that are dual numbers or others. A sign is a number that does not change."""
 
@@ -120,7 +120,7 @@ def _dual_load_in_kernels(load):
     return _dual_forces if load is TrainForces else lambda load: Load(Dual(load.value, load.slope), load.slope)
 
 
-@overloaded
+@overload_in_kernels
 def dual_state(at):
     """The state of a follower in dual numbers."""
     y, y1, y2 = Dual(at.y, at.y1), Dual(at.y1, at.y2), Dual(at.y2, at.y3)
@@ -159,11 +159,11 @@ def _single_load_in_kernels(load):
     return _single_forces if load is TrainForces else lambda load: Load(load.value.value, load.value.slope)
 
 
-def of_pair(pair: Any, y: Any) -> Any:
+def dual_from_pair(pair: Any, y: Any) -> Any:
     """A value and its slope as a dual number where the displacement ``y`` is one; else the value."""
     return Dual(*pair) if type(y) is Dual else pair[0]
 
 
-@chosen_by_type(of_pair)
-def _of_pair_in_kernels(pair, y):
+@chosen_by_type(dual_from_pair)
+def _dual_from_pair_in_kernels(pair, y):
     return (lambda pair, y: Dual(pair[0], pair[1])) if y is Dual else lambda pair, y: pair[0]

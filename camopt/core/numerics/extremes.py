@@ -19,24 +19,30 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.kernels.arguments import COUNT, NUMBER, Kind, Record, lasting
-from camopt.core.kernels.by_address import Reached, address_of_values, call
-from camopt.core.kernels.compile import called_by_kernels, compiled, compiled_for_many, inlined
-from camopt.core.numerics import LEAST, UNIT, FloatArray
-from camopt.core.numerics.climbing import Ask, allowed_gain, first_and_last, orient
-from camopt.core.numerics.curves import WITH_LOAD
-from camopt.core.numerics.evaluating import CURVE, evaluator
-from camopt.core.numerics.foreseen import plain_evaluator
+from camopt.core.kernels.address_calls import AddressedKernel, address_of_values, call
+from camopt.core.kernels.arguments import COUNT, NUMBER, ArgumentKind, Record, pin_arrays
+from camopt.core.kernels.compile import called_by_kernels, compiled, compiled_for_many, inline_in_kernels
+from camopt.core.numerics import LEAST, UNIT_ROUNDOFF, FloatArray
+from camopt.core.numerics.climbing import PeakQuery, allowed_gain, orient, sign_range
+from camopt.core.numerics.curve_kernels import EVALUATOR_RECORD, evaluator
+from camopt.core.numerics.curves import LOADED_CURVES
+from camopt.core.numerics.identity_key import IdentityKey
 from camopt.core.numerics.jet import larger
+from camopt.core.numerics.panel_prefetch import caching_evaluator
+from camopt.core.numerics.panel_search import restart_inexact_designs, search_panel, search_panel_again
 from camopt.core.numerics.piecewise import PANEL_RECORD, MotionTable, Panels, panels_of
-from camopt.core.numerics.same import Same
-from camopt.core.numerics.searching import blurred, look_again, search_panel
-from camopt.core.numerics.workspace import PLAIN_TILE, WORK, keep_freed_memory, plain_workspace, workspace
+from camopt.core.numerics.workspace import (
+    PLAIN_TILE,
+    WORKSPACE_RECORD,
+    keep_freed_memory,
+    plain_workspace,
+    workspace,
+)
 
-SHARP = 0.25  # of the error asked: the rounding error allowed of a part that is looked at again
+SHARP_SHARE = 0.25  # of the error asked: the rounding error allowed of a part that is looked at again
 SEARCH_SIZE = 5.0  # times as long as a curve takes to compile: the search, and numba is imported
-LEAST_WORK = 30.0  # values of a curve that a search evaluates for an answer, a bound or a cam angle
-TIED = 8.0 * UNIT  # relative: values this near differ by rounding alone
+SEARCH_WORK = 30.0  # values of a curve that a search evaluates for an answer, a bound or a cam angle
+TIE_TOLERANCE = 8.0 * UNIT_ROUNDOFF  # relative: values this near differ by rounding alone
 
 
 class Precision(NamedTuple):
@@ -50,7 +56,7 @@ class Precision(NamedTuple):
     floor: float = -np.inf
 
 
-PRECISION = Record(Precision, (NUMBER, NUMBER, NUMBER))
+PRECISION_RECORD = Record(Precision, (NUMBER, NUMBER, NUMBER))
 
 
 class Extremes(NamedTuple):
@@ -76,11 +82,15 @@ def best_nodes(values, count, panels, kinds, goal, best, node):
                 row = values[t]
                 for i in range(count):
                     value = orient(row[i], goal)
-                    node[i] = t if value > max(best[i] * (1.0 + TIED), best[i] * (1.0 - TIED)) else node[i]
+                    node[i] = (
+                        t
+                        if value > max(best[i] * (1.0 + TIE_TOLERANCE), best[i] * (1.0 - TIE_TOLERANCE))
+                        else node[i]
+                    )
                     best[i] = max(value, best[i])
 
 
-@best_nodes.uncompiled
+@best_nodes.array_version
 def _best_nodes_in_python(values, count, panels, kinds, goal, best, node):
     piece = np.repeat(np.arange(panels.kind.size), np.diff(panels.first_panel) + 1)
     nodes = np.flatnonzero(panels.kind[piece] & kinds)
@@ -91,7 +101,7 @@ def _best_nodes_in_python(values, count, panels, kinds, goal, best, node):
     most = np.full((len(found) + 1, count), -np.inf)
     for t in range(len(found)):  # a fifth of the time of np.maximum.accumulate
         np.maximum(most[t], found[t], out=most[t + 1])
-    more = found > larger(most[:-1] * (1.0 + TIED), most[:-1] * (1.0 - TIED))
+    more = found > larger(most[:-1] * (1.0 + TIE_TOLERANCE), most[:-1] * (1.0 - TIE_TOLERANCE))
     last = nodes[::-1][more[::-1].argmax(axis=0)]
     best[:count], node[:count] = most[-1], np.where(more.any(axis=0), last, -1)
 
@@ -107,7 +117,7 @@ def node_angle(panels, node):
     return panels.centre[panel] + side * panels.half_width[panel]
 
 
-@node_angle.uncompiled
+@node_angle.array_version
 def _node_angle_in_python(panels, node):
     q = np.searchsorted(panels.first_panel[1:] + np.arange(panels.kind.size), node)
     panel = np.minimum(node - q, panels.first_panel[q + 1] - 1)
@@ -123,14 +133,14 @@ def may_exceed(before, after, excess, count, goal, best):
     return found
 
 
-@may_exceed.uncompiled
+@may_exceed.array_version
 def _may_exceed_in_python(before, after, excess, count, goal, best):
     ends = larger(orient(before[:count], goal), orient(after[:count], goal))
     return bool(np.any(ends + excess[:count] > best[:count]))
 
 
 @called_by_kernels
-def candidates(panel, node, count, ask, work):
+def choose_candidates(panel, node, count, ask, work):
     """Find the designs that may exceed their best value within a panel by more than allowed; their number."""
     before, after, excess = work.values[node], work.values[node + 1], work.bounds.excess[panel]
     best, top, error, chosen = work.found.best, work.found.top, work.bounds.error[panel], work.chosen
@@ -144,8 +154,8 @@ def candidates(panel, node, count, ask, work):
     return many
 
 
-@candidates.uncompiled
-def _candidates_in_python(panel, node, count, ask, work):
+@choose_candidates.array_version
+def _choose_candidates_in_python(panel, node, count, ask, work):
     before, after, excess = work.values[node, :count], work.values[node + 1, :count], work.bounds.excess[panel]
     best, top, error = work.found.best[:count], work.found.top[:count], work.bounds.error[panel, :count]
     bound = larger(ask.sign * before, ask.sign * after) + excess[:count]
@@ -156,8 +166,8 @@ def _candidates_in_python(panel, node, count, ask, work):
     return chosen.size
 
 
-@inlined
-def is_open(curve, first, count, panels, panel, node, goal, work):
+@inline_in_kernels
+def is_panel_open(curve, first, count, panels, panel, node, goal, work):
     """Whether by jets a panel may hold more than the best value of some design."""
     before, after = work.values[node], work.values[node + 1]
     for row in (panels.group[panel], panel):  # the bounds of its group settle most panels
@@ -169,8 +179,8 @@ def is_open(curve, first, count, panels, panel, node, goal, work):
     return True
 
 
-@is_open.uncompiled
-def _is_open_in_python(curve, first, count, panels, panel, node, goal, work):
+@is_panel_open.array_version
+def _is_panel_open_in_python(curve, first, count, panels, panel, node, goal, work):
     before, after, best = work.values[node], work.values[node + 1], work.found.best
     return all(
         may_exceed(before, after, work.bounds.excess[row], count, goal, best)
@@ -179,7 +189,7 @@ def _is_open_in_python(curve, first, count, panels, panel, node, goal, work):
 
 
 @called_by_kernels
-def begin(panels, kinds, goal, floor, count, work):
+def begin_search(panels, kinds, goal, floor, count, work):
     """First extremes of a tile, from the nodes."""
     found = work.found
     best_nodes(work.values, count, panels, kinds, goal, found.best, found.node)
@@ -188,8 +198,8 @@ def begin(panels, kinds, goal, floor, count, work):
         found.top[i], found.rounding[i], found.at[i] = found.best[i], 0.0, node_angle(panels, found.node[i])
 
 
-@begin.uncompiled
-def _begin_in_python(panels, kinds, goal, floor, count, work):
+@begin_search.array_version
+def _begin_search_in_python(panels, kinds, goal, floor, count, work):
     found = work.found
     best_nodes(work.values, count, panels, kinds, goal, found.best, found.node)
     found.best[:count] = larger(found.best[:count], floor)
@@ -197,46 +207,46 @@ def _begin_in_python(panels, kinds, goal, floor, count, work):
     found.at[:count] = node_angle(panels, found.node[:count])
 
 
-@inlined
-def search_open(curve, first, count, panels, place, aim, work):
+@inline_in_kernels
+def search_open_panel(curve, first, count, panels, place, aim, work):
     """Search a panel for the designs whose best value it may exceed by its jets.
 
     ``place`` is the panel and its first node, ``aim`` the goal and the precision.
     """
     (panel, node), (goal, precision) = place, aim
-    one, other = first_and_last(goal)
+    one, other = sign_range(goal)
     for way in range(one, other):
-        ask = Ask(1.0 - 2.0 * way, precision.value, precision.location, np.inf)
-        many = candidates(panel, node, count, ask, work)
+        ask = PeakQuery(1.0 - 2.0 * way, precision.value, precision.location, np.inf)
+        many = choose_candidates(panel, node, count, ask, work)
         if many:
             search_panel(curve, first, many, panels, panel, node, ask, work)
 
 
-@inlined
-def search(curve, first, count, panels, question, precision, work):
+@inline_in_kernels
+def search_tile(curve, first, count, panels, question, precision, work):
     """The extremes of a tile: a question is the kinds of stroke to look at, and the goal."""
     kinds, goal = question
-    begin(panels, kinds, goal, precision.floor, count, work)
+    begin_search(panels, kinds, goal, precision.floor, count, work)
     for q in range(panels.kind.size):
         if panels.kind[q] & kinds:
             for p in range(panels.first_panel[q], panels.first_panel[q + 1]):
-                if is_open(curve, first, count, panels, p, p + q, goal, work):
-                    search_open(curve, first, count, panels, (p, p + q), (goal, precision), work)
+                if is_panel_open(curve, first, count, panels, p, p + q, goal, work):
+                    search_open_panel(curve, first, count, panels, (p, p + q), (goal, precision), work)
 
 
-@search.uncompiled
-def _search_in_python(curve, first, count, panels, question, precision, work):
+@search_tile.array_version
+def _search_tile_in_python(curve, first, count, panels, question, precision, work):
     kinds, goal = question
-    begin(panels, kinds, goal, precision.floor, count, work)
-    look_at_rows(curve, first, count, panels, np.unique(panels.group), work)
-    panel, piece = perhaps_open(panels, kinds, goal, count, work)
-    look_at_rows(curve, first, count, panels, panel, work)
+    begin_search(panels, kinds, goal, precision.floor, count, work)
+    bound_unknown_rows(curve, first, count, panels, np.unique(panels.group), work)
+    panel, piece = open_panels(panels, kinds, goal, count, work)
+    bound_unknown_rows(curve, first, count, panels, panel, work)
     for p, q in zip(panel.tolist(), piece.tolist(), strict=True):
-        if is_open(curve, first, count, panels, p, p + q, goal, work):
-            search_open(curve, first, count, panels, (p, p + q), (goal, precision), work)
+        if is_panel_open(curve, first, count, panels, p, p + q, goal, work):
+            search_open_panel(curve, first, count, panels, (p, p + q), (goal, precision), work)
 
 
-def look_at_rows(curve, first, count, panels, rows, work):
+def bound_unknown_rows(curve, first, count, panels, rows, work):
     """Evaluate the bounds of some panels or groups that are not known yet, together."""
     rows = rows[~work.looked[rows]]
     if rows.size:
@@ -246,22 +256,24 @@ def look_at_rows(curve, first, count, panels, rows, work):
         work.looked[rows] = True
 
 
-@inlined
-def search_again(curve, first, count, panels, question, precision, work):
+@inline_in_kernels
+def search_tile_again(curve, first, count, panels, question, precision, work):
     """Search again for the designs of a tile whose extremes are not as exact as asked."""
     kinds, goal = question
-    one, other = first_and_last(goal)
-    many = blurred(count, precision, work)
+    one, other = sign_range(goal)
+    many = restart_inexact_designs(count, precision, work)
     for q in range(panels.kind.size if many else 0):
         if panels.kind[q] & kinds:
             for p in range(panels.first_panel[q], panels.first_panel[q + 1]):
-                if is_open(curve, first, count, panels, p, p + q, goal, work):
+                if is_panel_open(curve, first, count, panels, p, p + q, goal, work):
                     for way in range(one, other):
-                        sharp = Ask(1.0 - 2.0 * way, precision.value, precision.location, SHARP * precision.value)
-                        look_again(curve, first, many, panels, p, p + q, sharp, work)
+                        sharp = PeakQuery(
+                            1.0 - 2.0 * way, precision.value, precision.location, SHARP_SHARE * precision.value
+                        )
+                        search_panel_again(curve, first, many, panels, p, p + q, sharp, work)
 
 
-def perhaps_open(panels, kinds, goal, count, work):
+def open_panels(panels, kinds, goal, count, work):
     """Panels whose groups' jets may leave them open, and the numbers of their pieces, by the best of all nodes."""
     piece = np.repeat(np.arange(panels.kind.size), np.diff(panels.first_panel))
     panel = np.flatnonzero(panels.kind[piece] & kinds)
@@ -272,7 +284,7 @@ def perhaps_open(panels, kinds, goal, count, work):
 
 
 @called_by_kernels
-def give(found, count, goal, value, where, width):
+def write_extremes(found, count, goal, value, where, width):
     """Write the extremes of a tile into the answers."""
     for i in range(count):
         value[i] = -found.best[i] if goal == LEAST else found.best[i]
@@ -280,8 +292,8 @@ def give(found, count, goal, value, where, width):
         width[i] = max(found.top[i] - found.best[i], 0.0) + 2.0 * found.rounding[i]
 
 
-@give.uncompiled
-def _give_in_python(found, count, goal, value, where, width):
+@write_extremes.array_version
+def _write_extremes_in_python(found, count, goal, value, where, width):
     best = found.best[:count]
     value[:count], where[:count] = -best if goal == LEAST else best, found.at[:count]
     width[:count] = larger(found.top[:count] - best, 0.0) + 2.0 * found.rounding[:count]
@@ -297,28 +309,30 @@ def search_all(curve, panels, questions, precision, answers, work):
         work.looked[:] = False
         for k in range(questions.shape[0]):
             question = (questions[k, 0], questions[k, 1])
-            search(curve, first, count, panels, question, precision, work)
-            search_again(curve, first, count, panels, question, precision, work)
+            search_tile(curve, first, count, panels, question, precision, work)
+            search_tile_again(curve, first, count, panels, question, precision, work)
             value, where, width = answers[0, k, first:], answers[1, k, first:], answers[2, k, first:]
-            give(work.found, count, question[1], value, where, width)
+            write_extremes(work.found, count, question[1], value, where, width)
 
 
-@search_all.uncompiled
+@search_all.array_version
 def _search_all_in_python(curve, panels, questions, precision, answers, work):
-    curve = plain_evaluator(curve)
+    curve = caching_evaluator(curve)
     search_all.py_func(curve, panels, questions, precision, answers, plain_workspace(panels))
 
 
-@compiled_for_many(work=LEAST_WORK)
+@compiled_for_many(work=SEARCH_WORK)
 def search_curve(f, table, panels, questions, precision, answers, work, search_all):
     """As ``search_all``, which is called by its address, from a curve and a motion table."""
     made = (f, table)
     call(search_all, (evaluator(made, address_of_values(made)), panels, questions, precision, answers, work))
 
 
-ANSWERS = Kind(NUMBER.name, 3)
-QUESTIONS = Kind(COUNT.name, 2)
-SEARCH = Reached(search_all, (CURVE, PANEL_RECORD, QUESTIONS, PRECISION, ANSWERS, WORK))
+ANSWERS_KIND = ArgumentKind(NUMBER.name, 3)
+QUESTIONS_KIND = ArgumentKind(COUNT.name, 2)
+SEARCH_ADDRESS = AddressedKernel(
+    search_all, (EVALUATOR_RECORD, PANEL_RECORD, QUESTIONS_KIND, PRECISION_RECORD, ANSWERS_KIND, WORKSPACE_RECORD)
+)
 
 
 def extremes(f: Any, designs: int, table: MotionTable, questions: Any, precision: Precision) -> Extremes:
@@ -329,14 +343,14 @@ def extremes(f: Any, designs: int, table: MotionTable, questions: Any, precision
     if designs > PLAIN_TILE:
         keep_freed_memory()
     answers, asked = np.empty((3, len(questions), designs)), np.array(questions, np.int64)
-    turn = _turn_of(Same(table), type(f) in WITH_LOAD)
+    turn = _kernel_turn(IdentityKey(table), type(f) in LOADED_CURVES)
     with np.errstate(all="ignore"):  # uncompiled, jets without bounds would warn
-        search_curve(f, *turn, asked, precision, answers, workspace(turn[1]), SEARCH)
+        search_curve(f, *turn, asked, precision, answers, workspace(turn[1]), SEARCH_ADDRESS)
     return Extremes(*answers)
 
 
 @lru_cache(maxsize=64)
-def _turn_of(same: Same[MotionTable], loaded: bool) -> tuple[MotionTable, Panels]:
+def _kernel_turn(same: IdentityKey[MotionTable], loaded: bool) -> tuple[MotionTable, Panels]:
     """A motion table and its panels, as kernels take them; without a load, one kernel for both kinds of turn."""
     table = same.value if loaded else same.value._replace(load=None)
-    return lasting(table), lasting(panels_of(table))
+    return pin_arrays(table), pin_arrays(panels_of(table))

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from camopt.core.kernels.by_address import call
-from camopt.core.kernels.compile import called_by_kernels, inlined
-from camopt.core.numerics.climbing import Aim, Ends, allowed_gain, climb
-from camopt.core.numerics.jet import known_bound, larger, smaller, where
+from camopt.core.kernels.address_calls import call
+from camopt.core.kernels.compile import called_by_kernels, inline_in_kernels
+from camopt.core.numerics.climbing import ClimbGoal, PanelPartEnds, allowed_gain, climb
+from camopt.core.numerics.jet import known_bound, larger, select, smaller
 from camopt.core.numerics.workspace import DEPTH
 
 PANEL_PARTS = 4096  # looked at in one panel, before it stays undecided
@@ -13,7 +13,7 @@ POINT_WIDTH = 2.0**-40  # of a panel: a part so short that its rounding error is
 CONCAVE, CLIMBS, SETTLED, UNSETTLED = 0, 1, 2, 3
 
 
-@inlined
+@inline_in_kernels
 def most_ascent(slope, bend, curl, width):
     """The largest gain over an end of a part from which the slope is at most slope + bend·t − curl·t².
 
@@ -21,14 +21,14 @@ def most_ascent(slope, bend, curl, width):
     at the end of a dwell, this is far closer than what the second derivative says.
     """
     root, falls = np.sqrt(larger(bend * bend + 4.0 * curl * slope, 0.0)), bend < 0.0
-    t = where(falls, 2.0 * slope, bend + root) / where(falls, root - bend, 2.0 * curl)
+    t = select(falls, 2.0 * slope, bend + root) / select(falls, root - bend, 2.0 * curl)
     t = smaller(larger(t, 0.0), width)
     gain = t * (slope + t * (0.5 * bend - t * curl / 3.0))
-    return where((curl < np.inf) & (gain == gain), larger(gain, 0.0), np.inf)
+    return select((curl < np.inf) & (gain == gain), larger(gain, 0.0), np.inf)
 
 
 @called_by_kernels
-def looked_at(ends, third, half_width, enough):
+def classify_part(ends, third, half_width, enough):
     """A part judged by end values, slopes and |f'''|: (verdict, bound of its values, lower bound of −f'')."""
     low, high, left, rising, right, falling = ends
     width = (high - low) * half_width
@@ -45,7 +45,7 @@ def looked_at(ends, third, half_width, enough):
     return (SETTLED if bound <= enough else UNSETTLED), bound, 0.0
 
 
-def all_looked_at(ends, third, half_width, enough):
+def classify_parts(ends, third, half_width, enough):
     """As ``looked_at``, uncompiled, of many parts that are as wide."""
     low, high, left, rising, right, falling = ends
     width = (high - low) * half_width
@@ -64,16 +64,16 @@ def all_looked_at(ends, third, half_width, enough):
 
 
 @called_by_kernels
-def put(row, ends):
+def write_ends(row, ends):
     """Write the ends of a part into a row of a table."""
     for k in range(6):
         row[k] = ends[k]
 
 
 @called_by_kernels
-def taken(row):
+def read_ends(row):
     """The ends of a part from a row of a table."""
-    return Ends(row[0], row[1], row[2], row[3], row[4], row[5])
+    return PanelPartEnds(row[0], row[1], row[2], row[3], row[4], row[5])
 
 
 @called_by_kernels
@@ -86,7 +86,7 @@ def bound_by_slope(bounds, ends, sign, half_width):
     return min(max(most, ends.left + rise * width), max(most, ends.right + drop * width))
 
 
-@inlined
+@inline_in_kernels
 def bound_by_jet(bound, bounds, ends, sign, half_width):
     """A closer bound of the values in a part from its own jet."""
     reach = 0.5 * (ends.high - ends.low)
@@ -98,7 +98,7 @@ def bound_by_jet(bound, bounds, ends, sign, half_width):
 
 
 @called_by_kernels
-def blurs(error, bound, best, ask):
+def exceeds_blur(error, bound, best, ask):
     """Whether the rounding error of a part is more than allowed, where the part may exceed the best value."""
     return ask.blur < np.inf and error > ask.blur * abs(best) and bound + error > best
 
@@ -110,7 +110,7 @@ def is_blurred_by_width(curve, design, panel, middle, error):
 
 
 @called_by_kernels
-def split(curve, design, panels, panel, error, ask, best, stack):
+def split_part(curve, design, panels, panel, error, ask, best, stack):
     """Largest value found in a part that is not settled at once, where, a bound of all its values, and their error.
 
     The part is the first row of the stack. The range of its slope is tried first, then jets of its own, then its
@@ -121,35 +121,35 @@ def split(curve, design, panels, panel, error, ask, best, stack):
     """
     half_width = panels.half_width[panel]
     whole = call(curve.part, (curve.made, panel, 0.0, 1.0, design))
-    bound = bound_by_slope(whole, taken(stack[0]), ask.sign, half_width)
-    if bound <= best + allowed_gain(best, ask.relative_error, error) and not blurs(error, bound, best, ask):
+    bound = bound_by_slope(whole, read_ends(stack[0]), ask.sign, half_width)
+    if bound <= best + allowed_gain(best, ask.relative_error, error) and not exceeds_blur(error, bound, best, ask):
         return -np.inf, 0.0, bound, error if bound + error > best else 0.0
     largest, at, top, rounding = -np.inf, 0.0, best, 0.0
     depth, parts = 1, 0
     while depth > 0:
         depth -= 1
         parts += 1
-        ends = taken(stack[depth])
+        ends = read_ends(stack[depth])
         middle = 0.5 * (ends.low + ends.high)
         bounds = call(curve.part, (curve.made, panel, middle, 0.5 * (ends.high - ends.low), design))
         own = min(error, bounds.error)
         gain = allowed_gain(best, ask.relative_error, own)
-        verdict, bound, concavity = looked_at(ends, bounds.third, half_width, best + gain)
+        verdict, bound, concavity = classify_part(ends, bounds.third, half_width, best + gain)
         if verdict == UNSETTLED:
             bound = bound_by_jet(bound, bounds, ends, ask.sign, half_width)
         more = verdict == UNSETTLED and bound > best + gain
-        if not more and blurs(own, np.inf if verdict == CLIMBS else bound, best, ask):
+        if not more and exceeds_blur(own, np.inf if verdict == CLIMBS else bound, best, ask):
             more = is_blurred_by_width(curve, design, panel, middle, own)
         if more and parts < PANEL_PARTS and depth + 2 <= DEPTH and top < np.inf:
             value, slope = call(curve.point, (curve.made, panel, middle, ask.sign, design))
             if value > best:
                 best, largest, at = value, value, middle
-            put(stack[depth], Ends(ends.low, middle, ends.left, ends.rising, value, slope))
-            put(stack[depth + 1], Ends(middle, ends.high, value, slope, ends.right, ends.falling))
+            write_ends(stack[depth], PanelPartEnds(ends.low, middle, ends.left, ends.rising, value, slope))
+            write_ends(stack[depth + 1], PanelPartEnds(middle, ends.high, value, slope, ends.right, ends.falling))
             depth += 2
             continue
         if verdict == CLIMBS:
-            aim = Aim(best, gain, ask.location * concavity)
+            aim = ClimbGoal(best, gain, ask.location * concavity)
             value, u, bound = climb(curve, design, panels, panel, ends, concavity, ask.sign, aim)
             if value > best:
                 best, largest, at = value, value, u

@@ -17,13 +17,13 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import GIVEN, UNIT, FloatArray
+from camopt.core.numerics import INPUT_ROUNDOFF, UNIT_ROUNDOFF, FloatArray
 
-LIBRARY = 8.0 * UNIT
+LIBRARY_ERROR = 8.0 * UNIT_ROUNDOFF
 """The relative error of a function of a library: four units in the last place."""
 
 
-def _hull(*candidates: FloatArray) -> "Interval":
+def _interval_hull(*candidates: FloatArray) -> "Interval":
     low, high = reduce(np.minimum, candidates), reduce(np.maximum, candidates)
     unknown = np.isnan(low)
     if np.logical_or.reduce(unknown, axis=None):
@@ -31,42 +31,42 @@ def _hull(*candidates: FloatArray) -> "Interval":
     return Interval(low, high)
 
 
-def _multiply(a: "Interval", b: "Interval") -> "Interval":
+def _multiply_intervals(a: "Interval", b: "Interval") -> "Interval":
     if a is b:
-        return _square(a)
+        return _square_interval(a)
     if b.low is b.high:  # numbers
-        return _hull(a.low * b.low, a.high * b.low)
+        return _interval_hull(a.low * b.low, a.high * b.low)
     if a.low is a.high:
-        return _hull(a.low * b.low, a.low * b.high)
-    return _hull(a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high)
+        return _interval_hull(a.low * b.low, a.low * b.high)
+    return _interval_hull(a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high)
 
 
-def _square(a: "Interval") -> "Interval":
+def _square_interval(a: "Interval") -> "Interval":
     return Interval(a.least_magnitude**2, a.largest_magnitude**2)
 
 
-def _divide(a: "Interval", b: "Interval") -> "Interval":
+def _divide_intervals(a: "Interval", b: "Interval") -> "Interval":
     """By a range from 0 up, which is 0 at most where a formula has no value, the quotient keeps its bound."""
     through_zero = (b.low <= 0.0) & (b.high >= 0.0)
     if not np.logical_or.reduce(through_zero, axis=None):
-        return _multiply(a, Interval(1.0 / b.high, 1.0 / b.low))
+        return _multiply_intervals(a, Interval(1.0 / b.high, 1.0 / b.low))
     least = np.where(through_zero & ((b.low < 0.0) | (b.high == 0.0)), -np.inf, 1.0 / b.high)
     inverse = Interval(least, np.where(through_zero, np.inf, 1.0 / b.low))
-    return _multiply(a, inverse)
+    return _multiply_intervals(a, inverse)
 
 
-def widened(x: "Interval", relative: float = GIVEN) -> "Interval":
+def widen(x: "Interval", relative: float = INPUT_ROUNDOFF) -> "Interval":
     """Ranges with room for rounding, relative to their ends."""
     return Interval(x.low - relative * np.abs(x.low), x.high + relative * np.abs(x.high))
 
 
-def _power(a: "Interval", exponent: "Interval") -> "Interval":
+def _power_of_interval(a: "Interval", exponent: "Interval") -> "Interval":
     """A base ≥ 0 to the power of a number."""
     low, high = np.maximum(a.low, 0.0) ** exponent.low, np.maximum(a.high, 0.0) ** exponent.low
-    return widened(Interval(np.minimum(low, high), np.maximum(low, high)), LIBRARY)
+    return widen(Interval(np.minimum(low, high), np.maximum(low, high)), LIBRARY_ERROR)
 
 
-def _wave(function: Any, crest: float) -> Callable[["Interval"], "Interval"]:
+def _wave_rule(function: Any, crest: float) -> Callable[["Interval"], "Interval"]:
     """Sine or cosine: its ends, and ±1 where a crest or a trough lies inside.
 
     One that rounding hides is so near an end that the function is 1 there, but for less than a rounding.
@@ -76,55 +76,57 @@ def _wave(function: Any, crest: float) -> Callable[["Interval"], "Interval"]:
         def holds(phase: float) -> Any:
             return np.floor((a.high - phase) / (2 * np.pi)) >= np.ceil((a.low - phase) / (2 * np.pi))
 
-        ends = widened(_hull(function(a.low), function(a.high)), LIBRARY)
+        ends = widen(_interval_hull(function(a.low), function(a.high)), LIBRARY_ERROR)
         return Interval(np.where(holds(crest - np.pi), -1.0, ends.low), np.where(holds(crest), 1.0, ends.high))
 
     return rule
 
 
-def _arctan2(y: "Interval", x: "Interval") -> "Interval":
+def _arctan2_interval(y: "Interval", x: "Interval") -> "Interval":
     """Largest and least at corners, unless the range reaches the negative x axis, where the angle jumps."""
-    ends = widened(_hull(*(np.arctan2(b, a) for b in (y.low, y.high) for a in (x.low, x.high))), LIBRARY)
+    ends = widen(
+        _interval_hull(*(np.arctan2(b, a) for b in (y.low, y.high) for a in (x.low, x.high))), LIBRARY_ERROR
+    )
     jumps = (x.low < 0.0) & (y.low <= 0.0) & (y.high >= 0.0)
     return Interval(np.where(jumps, -np.pi, ends.low), np.where(jumps, np.pi, ends.high))
 
 
-def _rising(function: Any) -> Callable[..., "Interval"]:
+def _increasing_rule(function: Any) -> Callable[..., "Interval"]:
     """A function that rises with each of its arguments."""
     return lambda *a: Interval(function(*(x.low for x in a)), function(*(x.high for x in a)))
 
 
-def _of_library(function: Any) -> Callable[..., "Interval"]:
+def _library_rule(function: Any) -> Callable[..., "Interval"]:
     """A function of a library that rises with its argument."""
-    return lambda a: widened(_rising(function)(a), LIBRARY)
+    return lambda a: widen(_increasing_rule(function)(a), LIBRARY_ERROR)
 
 
 INTERVAL_RULES: dict[np.ufunc, Callable[..., "Interval"]] = {
     np.add: lambda a, b: Interval(a.low + b.low, a.high + b.high),
     np.subtract: lambda a, b: Interval(a.low - b.high, a.high - b.low),
-    np.multiply: _multiply,
-    np.true_divide: _divide,
+    np.multiply: _multiply_intervals,
+    np.true_divide: _divide_intervals,
     np.negative: lambda a: Interval(-a.high, -a.low),
-    np.square: _square,
+    np.square: _square_interval,
     np.absolute: lambda a: Interval(a.least_magnitude, a.largest_magnitude),
-    np.sign: lambda a: _rising(np.sign)(a),
-    np.power: _power,
-    np.sqrt: lambda a: _rising(np.sqrt)(Interval(np.maximum(a.low, 0.0), np.maximum(a.high, 0.0))),
-    np.sin: _wave(np.sin, np.pi / 2),
-    np.cos: _wave(np.cos, 0.0),
-    np.arcsin: _of_library(np.arcsin),
-    np.arctan: _of_library(np.arctan),
-    np.degrees: _rising(np.degrees),
-    np.cbrt: _of_library(np.cbrt),
-    np.arctan2: _arctan2,
-    np.maximum: _rising(np.maximum),
-    np.minimum: _rising(np.minimum),
+    np.sign: lambda a: _increasing_rule(np.sign)(a),
+    np.power: _power_of_interval,
+    np.sqrt: lambda a: _increasing_rule(np.sqrt)(Interval(np.maximum(a.low, 0.0), np.maximum(a.high, 0.0))),
+    np.sin: _wave_rule(np.sin, np.pi / 2),
+    np.cos: _wave_rule(np.cos, 0.0),
+    np.arcsin: _library_rule(np.arcsin),
+    np.arctan: _library_rule(np.arctan),
+    np.degrees: _increasing_rule(np.degrees),
+    np.cbrt: _library_rule(np.cbrt),
+    np.arctan2: _arctan2_interval,
+    np.maximum: _increasing_rule(np.maximum),
+    np.minimum: _increasing_rule(np.minimum),
 }
 
 
-EXACT = {np.negative, np.absolute, np.sign, np.maximum, np.minimum}
+EXACT_RULES = {np.negative, np.absolute, np.sign, np.maximum, np.minimum}
 """Rules without rounding."""
-WITHOUT_BOUNDS: dict[str, Any] = {"divide": "ignore", "invalid": "ignore", "over": "ignore"}
+UNBOUNDED_ERRSTATE: dict[str, Any] = {"divide": "ignore", "invalid": "ignore", "over": "ignore"}
 """Of ``np.errstate``, within which rules run: what has no bound is infinite, or NaN until it is."""
 
 
@@ -140,16 +142,16 @@ class Interval(np.lib.mixins.NDArrayOperatorsMixin):
         if method != "__call__" or kwargs or rule is None:
             return NotImplemented
         for x in inputs:
-            if not isinstance(x, OPERANDS):
+            if not isinstance(x, INTERVAL_OPERANDS):
                 return NotImplemented
-        with np.errstate(**WITHOUT_BOUNDS):
+        with np.errstate(**UNBOUNDED_ERRSTATE):
             found = rule(*[x if isinstance(x, Interval) else as_interval(x) for x in inputs])
-            return found if ufunc in EXACT else widened(found)
+            return found if ufunc in EXACT_RULES else widen(found)
 
     def __getitem__(self, index: Any) -> "Interval":
         return Interval(self.low[index], self.high[index])
 
-    def reshaped(self, *shape: int) -> "Interval":
+    def reshape(self, *shape: int) -> "Interval":
         return Interval(self.low.reshape(shape), self.high.reshape(shape))
 
     @property
@@ -167,7 +169,7 @@ class Interval(np.lib.mixins.NDArrayOperatorsMixin):
         return np.maximum(-self.low, self.high)
 
 
-OPERANDS = (Interval, int, float, np.ndarray, np.generic)
+INTERVAL_OPERANDS = (Interval, int, float, np.ndarray, np.generic)
 
 
 def as_interval(x: Any) -> Interval:

@@ -6,10 +6,12 @@ Source: Chinneck & Dravnieks, ORSA Journal on Computing 3 (1991), the deletion f
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
-T = TypeVar("T")
+Requirement = TypeVar("Requirement")
 
 
-def irreducible(conditions: Sequence[T], feasible: Callable[[Sequence[T]], bool]) -> list[T]:
+def irreducible_set(
+    conditions: Sequence[Requirement], feasible: Callable[[Sequence[Requirement]], bool]
+) -> list[Requirement]:
     """A smallest contradictory set: conditions are left out while the others still contradict each other."""
     kept = list(conditions)
     for each in conditions:

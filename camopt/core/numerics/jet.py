@@ -19,11 +19,11 @@ import operator
 
 import numpy as np
 
-from camopt.core.kernels.compile import chosen_by_type, overloaded, value_type
-from camopt.core.numerics import GIVEN, UNIT
-from camopt.core.numerics.number_type import OTHER, OWN, Rules, give_rules
+from camopt.core.kernels.compile import chosen_by_type, overload_in_kernels, value_type
+from camopt.core.numerics import INPUT_ROUNDOFF, UNIT_ROUNDOFF
+from camopt.core.numerics.number_type import OTHER, OWN, OperationRules, give_rules
 
-NOTHING = np.float64(0.0)  # what divides by it is infinite, in plain Python too
+FLOAT_ZERO = np.float64(0.0)  # what divides by it is infinite, in plain Python too
 JET_FIELDS = ("low", "high", "error", "first", "second", "third")
 
 
@@ -38,7 +38,7 @@ class Jet:
         self.first, self.second, self.third = first, second, third
 
 
-class Later(Jet):
+class LazyJet(Jet):
     """The result of an operation, computed when it is read: often the value of a curve is, and its slope is not."""
 
     __slots__ = ("operands", "rule")
@@ -55,7 +55,7 @@ class Later(Jet):
         return getattr(made, name)
 
 
-def where(condition, a, b):
+def select(condition, a, b):
     """a where a condition holds, else b; numbers or arrays."""
     return np.where(condition, a, b) if type(condition) is np.ndarray else a if condition else b
 
@@ -76,7 +76,7 @@ def smaller(a, b):
     return b if b < a else a
 
 
-@overloaded
+@overload_in_kernels
 def extent_of(p, q, r, s):
     """The least and the largest of four."""
     return smaller(smaller(p, q), smaller(r, s)), larger(larger(p, q), larger(r, s))
@@ -90,143 +90,143 @@ def to_power(a, exponent):
 
 
 chosen_by_type(to_power)(lambda a, exponent: lambda a, exponent: a**exponent)
-chosen_by_type(where)(lambda condition, a, b: lambda condition, a, b: a if condition else b)
+chosen_by_type(select)(lambda condition, a, b: lambda condition, a, b: a if condition else b)
 chosen_by_type(larger)(lambda a, b: lambda a, b: max(a, b))
 chosen_by_type(smaller)(lambda a, b: lambda a, b: min(a, b))
 
 
-@overloaded
+@overload_in_kernels
 def magnitude(a):
     """The largest |a|."""
     return larger(abs(a.low), abs(a.high))
 
 
-@overloaded
+@overload_in_kernels
 def least_magnitude(a):
     """The least |a|."""
     return larger(larger(a.low, -a.high), 0.0)
 
 
-@overloaded
+@overload_in_kernels
 def known_bound(bound):
     """A bound of a jet; inf in place of the NaN of 0·∞, which would compare as if nothing were beyond it."""
-    return where(bound >= 0.0, bound, np.inf)
+    return select(bound >= 0.0, bound, np.inf)
 
 
-@overloaded
+@overload_in_kernels
 def constant_jet(x):
     """A number as a jet."""
-    return Jet(x, x, GIVEN * abs(x), 0.0, 0.0, 0.0)
+    return Jet(x, x, INPUT_ROUNDOFF * abs(x), 0.0, 0.0, 0.0)
 
 
-@overloaded
+@overload_in_kernels
 def negative(a):
     return Jet(-a.high, -a.low, a.error, a.first, a.second, a.third)
 
 
-@overloaded
+@overload_in_kernels
 def add(a, b):
     low, high = a.low + b.low, a.high + b.high
-    error = a.error + b.error + UNIT * larger(abs(low), abs(high))
+    error = a.error + b.error + UNIT_ROUNDOFF * larger(abs(low), abs(high))
     return Jet(low, high, error, a.first + b.first, a.second + b.second, a.third + b.third)
 
 
-@overloaded
+@overload_in_kernels
 def add_number(a, x):
     low, high = a.low + x, a.high + x
-    error = a.error + GIVEN * abs(x) + UNIT * larger(abs(low), abs(high))
+    error = a.error + INPUT_ROUNDOFF * abs(x) + UNIT_ROUNDOFF * larger(abs(low), abs(high))
     return Jet(low, high, error, a.first, a.second, a.third)
 
 
-@overloaded
+@overload_in_kernels
 def multiply(a, b):
     least, most = extent_of(a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high)
     m, n = magnitude(a), magnitude(b)
     return Jet(
         least,
         most,
-        m * b.error + n * a.error + UNIT * m * n,
+        m * b.error + n * a.error + UNIT_ROUNDOFF * m * n,
         m * b.first + n * a.first,
         m * b.second + 2.0 * a.first * b.first + n * a.second,
         m * b.third + 3.0 * (a.first * b.second + a.second * b.first) + n * a.third,
     )
 
 
-@overloaded
+@overload_in_kernels
 def multiply_number(a, x):
     p, q, m = a.low * x, a.high * x, abs(x)
-    error = m * a.error + 2.0 * GIVEN * m * magnitude(a)
+    error = m * a.error + 2.0 * INPUT_ROUNDOFF * m * magnitude(a)
     return Jet(smaller(p, q), larger(p, q), error, m * a.first, m * a.second, m * a.third)
 
 
-@overloaded
+@overload_in_kernels
 def square(a):
     """a², whose range knows that both factors are the same."""
     n, m = least_magnitude(a), magnitude(a)
     return Jet(
         n * n,
         m * m,
-        2.0 * m * a.error + UNIT * m * m,
+        2.0 * m * a.error + UNIT_ROUNDOFF * m * m,
         2.0 * m * a.first,
         2.0 * (m * a.second + a.first * a.first),
         2.0 * (m * a.third + 3.0 * a.first * a.second),
     )
 
 
-@overloaded
+@overload_in_kernels
 def divide(a, b):
     """a/b; without bounds where b may be zero."""
     apart = (b.low > 0.0) | (b.high < 0.0)
-    low, high = 1.0 / where(apart, b.high, -NOTHING), 1.0 / where(apart, b.low, NOTHING)
+    low, high = 1.0 / select(apart, b.high, -FLOAT_ZERO), 1.0 / select(apart, b.low, FLOAT_ZERO)
     least, most = extent_of(a.low * low, a.low * high, a.high * low, a.high * high)
-    inverse = 1.0 / where(apart, least_magnitude(b), NOTHING)
+    inverse = 1.0 / select(apart, least_magnitude(b), FLOAT_ZERO)
     m = magnitude(a) * inverse
     first = (a.first + m * b.first) * inverse
     second = (a.second + 2.0 * first * b.first + m * b.second) * inverse
     third = (a.third + 3.0 * (second * b.first + first * b.second) + m * b.third) * inverse
-    error = (a.error + m * b.error) * inverse + UNIT * m
+    error = (a.error + m * b.error) * inverse + UNIT_ROUNDOFF * m
     return Jet(least, most, error, first, second, third)
 
 
-@overloaded
-def root(a):
+@overload_in_kernels
+def jet_root(a):
     """√a; without bounds where a may be zero."""
     low, high = np.sqrt(larger(a.low, 0.0)), np.sqrt(larger(a.high, 0.0))
     inverse = 1.0 / low
     first = 0.5 * a.first * inverse
     second = (0.5 * a.second + first * first) * inverse
     third = (0.5 * a.third + 3.0 * first * second) * inverse
-    return Jet(low, high, 0.5 * a.error * inverse + UNIT * high, first, second, third)
+    return Jet(low, high, 0.5 * a.error * inverse + UNIT_ROUNDOFF * high, first, second, third)
 
 
-@overloaded
+@overload_in_kernels
 def absolute(a):
     """|a|; its slope is known where a may pass through zero, what is beyond is not."""
-    kink = where((a.low >= 0.0) | (a.high <= 0.0), 0.0, np.inf)
+    kink = select((a.low >= 0.0) | (a.high <= 0.0), 0.0, np.inf)
     return Jet(least_magnitude(a), magnitude(a), a.error, a.first, a.second + kink, a.third + kink)
 
 
-@overloaded
-def at_least(a, x):
+@overload_in_kernels
+def maximum_with_number(a, x):
     """The larger of a and a number."""
-    kink = where((a.low >= x) | (a.high <= x), 0.0, np.inf)
-    share = where(a.high <= x, 0.0, 1.0)
+    kink = select((a.low >= x) | (a.high <= x), 0.0, np.inf)
+    share = select(a.high <= x, 0.0, 1.0)
     low, high = larger(a.low, x), larger(a.high, x)
     return Jet(low, high, a.error, share * a.first, share * a.second + kink, share * a.third + kink)
 
 
-@overloaded
+@overload_in_kernels
 def sign(a):
     """−1, 0 or 1; without derivatives where a may pass through zero."""
-    jump = where((a.low > 0.0) | (a.high < 0.0), 0.0, np.inf)
+    jump = select((a.low > 0.0) | (a.high < 0.0), 0.0, np.inf)
     return Jet(np.sign(a.low), np.sign(a.high), 0.0, jump, jump, jump)
 
 
-@overloaded
+@overload_in_kernels
 def power(a, exponent):
     """a to the power of a number, for a > 0; without bounds where a may be zero or less."""
     inside = a.low > 0.0
-    low, high = where(inside, a.low, NOTHING), where(inside, a.high, np.inf)
+    low, high = select(inside, a.low, FLOAT_ZERO), select(inside, a.high, np.inf)
     p, q = to_power(low, exponent), to_power(high, exponent)
     m, inverse = larger(p, q), 1.0 / low
     ratio1, ratio2, ratio3 = a.first * inverse, a.second * inverse, a.third * inverse
@@ -239,14 +239,14 @@ def power(a, exponent):
     return Jet(
         smaller(p, q),
         larger(p, q),
-        one * m * (a.error * inverse) + 4.0 * UNIT * m,
+        one * m * (a.error * inverse) + 4.0 * UNIT_ROUNDOFF * m,
         one * m * ratio1,
         m * (two * ratio1 * ratio1 + one * ratio2),
         m * (three * ratio1 * ratio1 * ratio1 + 3.0 * two * ratio1 * ratio2 + one * ratio3),
     )
 
 
-@overloaded
+@overload_in_kernels
 def wave(a, low, high, slope):
     """A sine or cosine of a: from its values at the ends of a's range, and its largest derivative there.
 
@@ -260,30 +260,34 @@ def wave(a, low, high, slope):
     return Jet(
         least,
         most,
-        a.error + 2.0 * UNIT,
+        a.error + 2.0 * UNIT_ROUNDOFF,
         slope * a.first,
         slope * a.second + m * square_first,
         slope * (a.third + square_first * a.first) + 3.0 * m * a.first * a.second,
     )
 
 
-@overloaded
-def largest_between(low, high, width):
+@overload_in_kernels
+def largest_wave_magnitude(low, high, width):
     """Largest magnitude of a sine or cosine over a range of arguments, from its ends."""
     return smaller(larger(abs(low), abs(high)) + 0.125 * width * width, 1.0)
 
 
-@overloaded
+@overload_in_kernels
 def sine(a):
-    return wave(a, np.sin(a.low), np.sin(a.high), largest_between(np.cos(a.low), np.cos(a.high), a.high - a.low))
+    return wave(
+        a, np.sin(a.low), np.sin(a.high), largest_wave_magnitude(np.cos(a.low), np.cos(a.high), a.high - a.low)
+    )
 
 
-@overloaded
+@overload_in_kernels
 def cosine(a):
-    return wave(a, np.cos(a.low), np.cos(a.high), largest_between(np.sin(a.low), np.sin(a.high), a.high - a.low))
+    return wave(
+        a, np.cos(a.low), np.cos(a.high), largest_wave_magnitude(np.sin(a.low), np.sin(a.high), a.high - a.low)
+    )
 
 
-JET_RULES: Rules = {
+JET_RULES: OperationRules = {
     operator.add: {
         (OWN, OWN): lambda a, b: add(a, b),
         (OWN, OTHER): lambda a, b: add_number(a, b),
@@ -306,14 +310,14 @@ JET_RULES: Rules = {
     },
     operator.pow: {(OWN, OTHER): lambda a, b: power(a, b)},
     operator.neg: {(OWN,): lambda a: negative(a)},
-    np.sqrt: {(OWN,): lambda a: root(a)},
+    np.sqrt: {(OWN,): lambda a: jet_root(a)},
     np.square: {(OWN,): lambda a: square(a)},
     np.absolute: {(OWN,): lambda a: absolute(a)},
-    np.maximum: {(OWN, OTHER): lambda a, b: at_least(a, b)},
+    np.maximum: {(OWN, OTHER): lambda a, b: maximum_with_number(a, b)},
     np.sign: {(OWN,): lambda a: sign(a)},
     np.sin: {(OWN,): lambda a: sine(a)},
     np.cos: {(OWN,): lambda a: cosine(a)},
 }
 """What each operation does to operands that are jets or numbers."""
 
-give_rules(Jet, JET_RULES, Later, (float, np.ndarray, np.generic, int))
+give_rules(Jet, JET_RULES, LazyJet, (float, np.ndarray, np.generic, int))

@@ -15,23 +15,23 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from camopt.core.numerics import FloatArray
 
-REACH = 3  # neighbours on either side
-MEDIAN = NormalDist().inv_cdf(0.75)  # of |x|, for a normal x of deviation 1
+NEIGHBOURS = 3  # neighbours on either side
+NORMAL_MEDIAN = NormalDist().inv_cdf(0.75)  # of |x|, for a normal x of deviation 1
 
 
-def deviations(angles: FloatArray, lifts: FloatArray, turn: float) -> FloatArray:
+def neighbour_deviations(angles: FloatArray, lifts: FloatArray, turn: float) -> FloatArray:
     """The deviation of each point from the polynomial through its neighbours, over √(1 + Σ wⱼ²/mⱼ).
 
     The lift at an angle that has m points is their mean. After a ``turn`` the points are the same again.
     """
     turned, group, counts = np.unique(angles, return_inverse=True, return_counts=True)
     means = np.bincount(group, lifts) / counts
-    places = np.arange(turned.size)[:, None] + np.delete(np.arange(-REACH, REACH + 1), REACH)
+    places = np.arange(turned.size)[:, None] + np.delete(np.arange(-NEIGHBOURS, NEIGHBOURS + 1), NEIGHBOURS)
     beside = places % turned.size
     apart = turned[beside] + turn * (places // turned.size) - turned[:, None]
     weights = np.ones_like(apart)
-    for j in range(2 * REACH):
-        for k in range(2 * REACH):
+    for j in range(2 * NEIGHBOURS):
+        for k in range(2 * NEIGHBOURS):
             if k != j:
                 weights[:, j] *= apart[:, k] / (apart[:, k] - apart[:, j])
     predicted = (weights * means[beside]).sum(axis=1)
@@ -39,13 +39,15 @@ def deviations(angles: FloatArray, lifts: FloatArray, turn: float) -> FloatArray
     return np.asarray((lifts - predicted[group]) / spread[group])
 
 
-def noise_of_table(x: Sequence[float], s: Sequence[float]) -> float:
+def table_noise(x: Sequence[float], s: Sequence[float]) -> float:
     """The standard deviation of the errors of s, from the median deviation of points between others."""
-    off = deviations(np.array(x, dtype=float), np.array(s, dtype=float), 2.0)
-    return float(np.median(np.abs(off[REACH:-REACH]))) / MEDIAN  # those at the ends have no neighbours beyond
+    off = neighbour_deviations(np.array(x, dtype=float), np.array(s, dtype=float), 2.0)
+    return (
+        float(np.median(np.abs(off[NEIGHBOURS:-NEIGHBOURS]))) / NORMAL_MEDIAN
+    )  # those at the ends have no neighbours beyond
 
 
-def share_of_noise(x: Sequence[float], s: Sequence[float], order: int) -> float:
+def noise_share(x: Sequence[float], s: Sequence[float], order: int) -> float:
     """How much of the root mean square of a derivative by divided differences is noise of the points, 0 to about 1.
 
     Errors σ make a difference Σ wⱼ·sⱼ deviate by σ·√(Σ wⱼ²): of points h apart by √6·σ/h² for the second derivative
@@ -55,5 +57,5 @@ def share_of_noise(x: Sequence[float], s: Sequence[float], order: int) -> float:
     apart = places[:, :, None] - places[:, None, :] + np.eye(order + 1)
     weights = factorial(order) / apart.prod(axis=2)
     largest = float(np.sqrt(np.mean((weights * heights).sum(axis=1) ** 2)))
-    expected = noise_of_table(x, s) * float(np.sqrt(np.mean((weights**2).sum(axis=1))))
+    expected = table_noise(x, s) * float(np.sqrt(np.mean((weights**2).sum(axis=1))))
     return expected / largest if largest else 0.0

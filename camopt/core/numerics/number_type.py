@@ -9,8 +9,8 @@ import numpy as np
 from camopt.core.kernels.compile import chosen_by_type
 
 OWN, OTHER = True, False
-BOTH = (OWN, OWN)
-Rules = Mapping[Any, Mapping[tuple[bool, ...], Callable[..., Any]]]
+OWN_PAIR = (OWN, OWN)
+OperationRules = Mapping[Any, Mapping[tuple[bool, ...], Callable[..., Any]]]
 """What each operation makes of its operands, by which of them are numbers of the kind."""
 OPERATORS: dict[Any, Any] = {
     operator.add: np.add,
@@ -22,7 +22,7 @@ OPERATORS: dict[Any, Any] = {
 }
 
 
-def give_rules(owner: Any, every: Rules, apply: Callable[..., Any], beside: tuple[type, ...]) -> None:
+def give_rules(owner: Any, every: OperationRules, apply: Callable[..., Any], beside: tuple[type, ...]) -> None:
     """Give a class of numbers its operations, on each other and on the kinds of number that it goes ``beside``.
 
     ``apply`` runs a rule on a tuple of operands in plain Python. What a class does not go beside goes beside it.
@@ -41,7 +41,7 @@ def give_rules(owner: Any, every: Rules, apply: Callable[..., Any], beside: tupl
 
         def operate(number: Any, other: Any) -> Any:
             if isinstance(other, owner):
-                rule = rules.get(BOTH)
+                rule = rules.get(OWN_PAIR)
             else:
                 rule = rules.get(alone) if isinstance(other, beside) else None
             if rule is None:
@@ -52,7 +52,7 @@ def give_rules(owner: Any, every: Rules, apply: Callable[..., Any], beside: tupl
 
     owner.__array_ufunc__ = by_numpy
     for operation, rules in every.items():
-        _tell_kernels(operation, rules, owner, beside)
+        _register_in_kernels(operation, rules, owner, beside)
         if operation is operator.neg:
             owner.__neg__ = unary(rules)
         elif operation in OPERATORS:
@@ -60,7 +60,7 @@ def give_rules(owner: Any, every: Rules, apply: Callable[..., Any], beside: tupl
             setattr(owner, f"__r{operation.__name__}__", binary(rules, (OTHER, OWN)))
 
 
-def _tell_kernels(operation: Any, rules: Any, owner: type, beside: tuple[type, ...]) -> None:
+def _register_in_kernels(operation: Any, rules: Any, owner: type, beside: tuple[type, ...]) -> None:
     """Let kernels apply an operation to a class of numbers."""
 
     def choose(*kinds: type) -> Any:

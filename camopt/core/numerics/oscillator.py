@@ -28,13 +28,13 @@ from numpy.polynomial import polynomial
 
 from camopt.core.numerics import FloatArray, IntArray
 
-SHORT = 2.0  # a panel of fewer radians of free vibration on each side of its centre takes the power series
+SERIES_PHASE = 2.0  # a panel of fewer radians of free vibration on each side of its centre takes the power series
 SERIES_TERMS = 40  # of which the next term is below 1e-18 of the largest, for every ζ < 1
 LEFT_END = np.array([-1.0])
 WHOLE_NUMBER = 4e-15  # relative: r this near to a whole number is one, but for rounding of its factors
 
 
-def damped(damping: Any) -> Any:
+def damped_frequency(damping: Any) -> Any:
     """w = √(1 − ζ²), the frequency of the damped vibration relative to the undamped one."""
     return np.sqrt((1.0 - damping) * (1.0 + damping))
 
@@ -52,7 +52,7 @@ class Wave(NamedTuple):
     @property
     def frequency(self) -> FloatArray:
         """w (rows, 1)."""
-        return np.asarray(damped(self.damping))
+        return np.asarray(damped_frequency(self.damping))
 
     @property
     def amplitude(self) -> FloatArray:
@@ -75,28 +75,28 @@ class Wave(NamedTuple):
 
     def plus(self, other: "Wave") -> "Wave":
         """The sum with another wave on the same panels."""
-        series = _added(self.polynomial, other.polynomial)
+        series = _add_polynomials(self.polynomial, other.polynomial)
         return Wave(series, self.cosine + other.cosine, self.sine + other.sine, *self[3:])
 
-    def over(self, series: FloatArray) -> "Wave":
+    def plus_polynomial(self, series: FloatArray) -> "Wave":
         """The sum with a polynomial, (powers, panels) or (powers, rows, panels)."""
         series = np.broadcast_to(series if series.ndim == 3 else series[:, None], (len(series), *self.phase.shape))
-        return self._replace(polynomial=_added(self.polynomial, series))
+        return self._replace(polynomial=_add_polynomials(self.polynomial, series))
 
     def rows(self, index: Any) -> "Wave":
         """Some of the rows."""
         return Wave(self.polynomial[:, index], *(part[index] for part in self[1:]))
 
-    def at(self, u: FloatArray) -> FloatArray:
+    def values_at(self, u: FloatArray) -> FloatArray:
         """Values at u ∈ [−1, 1], (points,) for all panels: (points, rows, panels)."""
-        return self._at(np.asarray(u, dtype=float)[:, None, None])
+        return self._evaluate(np.asarray(u, dtype=float)[:, None, None])
 
-    def along(self, panel: IntArray, u: FloatArray) -> FloatArray:
+    def values_on_panels(self, panel: IntArray, u: FloatArray) -> FloatArray:
         """Values at points of panels, each (points,): (rows, points)."""
         series, cosine, sine, half_width, phase = (part[..., panel] for part in self[:5])
-        return Wave(series, cosine, sine, half_width, phase, self.damping)._at(u)
+        return Wave(series, cosine, sine, half_width, phase, self.damping)._evaluate(u)
 
-    def _at(self, u: FloatArray) -> FloatArray:
+    def _evaluate(self, u: FloatArray) -> FloatArray:
         angle = self.phase * (u + 1.0)
         turned = self.frequency * angle
         free = np.exp(-self.damping * angle) * (self.cosine * np.cos(turned) + self.sine * np.sin(turned))
@@ -104,7 +104,7 @@ class Wave(NamedTuple):
         return result
 
 
-def _added(one: FloatArray, other: FloatArray) -> FloatArray:
+def _add_polynomials(one: FloatArray, other: FloatArray) -> FloatArray:
     """The sum of polynomials of any degrees."""
     longer, shorter = (one, other) if len(one) >= len(other) else (other, one)
     total = longer.copy()
@@ -125,7 +125,9 @@ def is_resonant(ratio: Any, damping: Any) -> Any:
     return (np.asarray(damping) == 0.0) & (np.abs(ratio - whole) <= WHOLE_NUMBER * ratio)
 
 
-def steady(motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: Any, damping: Any) -> Wave:
+def periodic_response(
+    motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: Any, damping: Any
+) -> Wave:
     """The periodic z over one turn, for each r and ζ: arrays (rows, 1), or numbers.
 
     ``motion`` (powers, panels) is y in u, ``half_width`` (panels,) adds up to half a turn, ``corners`` (panels,) is
@@ -135,61 +137,63 @@ def steady(motion: FloatArray, half_width: FloatArray, corners: FloatArray, rati
     h = np.broadcast_to(half_width, (len(ratio), half_width.size))
     phase, soft, moved = ratio * h, ratio < 1.0, motion[:, None]
     with np.errstate(over="ignore"):  # of soft rows, whose own form follows
-        shift, drive, kicks = _stiff(motion, phase, corners / ratio)
+        shift, drive, kicks = _stiff_terms(motion, phase, corners / ratio)
     shift = np.where(soft, 2.0 * damping * moved, shift)
     drive, kicks = np.where(soft, phase * moved, drive), np.where(soft, 0.0, kicks)
-    solution = _particular(shift, drive, phase, damping)
+    solution = _particular_solution(shift, drive, phase, damping)
     # from the polynomial's start: one from rest would vibrate, only to have it taken away with the phase's rounding
     smooth = _horner(solution[0][:, :, 0], LEFT_END), _horner(solution[1][:, :, 0], LEFT_END)
-    *_, end = _carried(solution, phase, kicks, damping, smooth)
-    short = _closed((end[0] - smooth[0], end[1] - smooth[1]), 2.0 * phase.sum(axis=1), damping[:, 0])
-    wave = _wave(solution, h, phase, kicks, damping, (smooth[0] + short[0], smooth[1] + short[1]))
-    return wave.over(np.where(soft, -moved, 0.0)) if soft.any() else wave
+    *_, end = _free_vibration(solution, phase, kicks, damping, smooth)
+    short = _closing_correction((end[0] - smooth[0], end[1] - smooth[1]), 2.0 * phase.sum(axis=1), damping[:, 0])
+    wave = _assemble_wave(solution, h, phase, kicks, damping, (smooth[0] + short[0], smooth[1] + short[1]))
+    return wave.plus_polynomial(np.where(soft, -moved, 0.0)) if soft.any() else wave
 
 
-def from_rest(
+def response_from_rest(
     motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: FloatArray, damping: Any
 ) -> Wave:
     """The z that starts from rest, for each r of ``ratio`` (rows, 1); ``half_width`` (rows, panels)."""
     phase, damping = ratio * half_width, np.full_like(ratio, damping)
-    shift, drive, kicks = _stiff(motion, phase, corners / ratio)
-    solution = _particular(shift, drive, phase, damping)
+    shift, drive, kicks = _stiff_terms(motion, phase, corners / ratio)
+    solution = _particular_solution(shift, drive, phase, damping)
     start = (np.zeros(len(ratio)), np.zeros(len(ratio)))
-    return _wave(solution, half_width, phase, kicks, damping, start)
+    return _assemble_wave(solution, half_width, phase, kicks, damping, start)
 
 
-Pair = tuple[FloatArray, FloatArray]
+StatePair = tuple[FloatArray, FloatArray]
 
 
-def _stiff(motion: FloatArray, phase: FloatArray, jumps: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _stiff_terms(
+    motion: FloatArray, phase: FloatArray, jumps: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     drive = np.zeros((len(motion), *phase.shape))
     drive[:-2] = -polynomial.polyder(motion, 2)[:, None] / phase
     return np.zeros_like(drive), drive, -jumps
 
 
-def _particular(shift: FloatArray, drive: FloatArray, phase: FloatArray, damping: FloatArray) -> Pair:
+def _particular_solution(shift: FloatArray, drive: FloatArray, phase: FloatArray, damping: FloatArray) -> StatePair:
     """A polynomial solution of s′ = a(p − 2ζs + shift), p′ = drive − a·s on each panel."""
     degree, shape = len(drive) - 1, (SERIES_TERMS + 1, *phase.shape)
     s, p = np.zeros(shape), np.zeros(shape)
-    a = np.maximum(phase, SHORT)
+    a = np.maximum(phase, SERIES_PHASE)
     for k in range(degree, -1, -1):
         s[k] = (drive[k] - (k + 1) * p[k + 1]) / a
         p[k] = (k + 1) * s[k + 1] / a + 2.0 * damping * s[k] - shift[k]
     up, along = np.zeros(shape), np.zeros(shape)
-    a = np.minimum(phase, SHORT)
+    a = np.minimum(phase, SERIES_PHASE)
     for k in range(SERIES_TERMS):
         known = k <= degree
         up[k + 1] = a * (along[k] - 2.0 * damping * up[k] + (shift[k] if known else 0.0)) / (k + 1)
         along[k + 1] = ((drive[k] if known else 0.0) - a * up[k]) / (k + 1)
-    short = phase < SHORT
+    short = phase < SERIES_PHASE
     return np.where(short, up, s), np.where(short, along, p)
 
 
-def _carried(
-    solution: Pair, phase: FloatArray, kicks: FloatArray, damping: FloatArray, start: Pair
-) -> tuple[FloatArray, FloatArray, Pair]:
+def _free_vibration(
+    solution: StatePair, phase: FloatArray, kicks: FloatArray, damping: FloatArray, start: StatePair
+) -> tuple[FloatArray, FloatArray, StatePair]:
     """The free vibration (s, p) at the start of each panel, and the state after the last one."""
-    (s, p), w = start, damped(damping)
+    (s, p), w = start, damped_frequency(damping)
     ends = np.array([-1.0, 1.0])[:, None, None]
     (s_left, s_right), (p_left, p_right) = (_horner(series[:, None], ends) for series in solution)
     decay, cosine, sine = np.exp(-2.0 * damping * phase), np.cos(2.0 * w * phase), np.sin(2.0 * w * phase) / w
@@ -204,12 +208,12 @@ def _carried(
     return free_s, free_p, (s, p)
 
 
-def _closed(missed: Pair, angle: FloatArray, damping: FloatArray) -> Pair:
+def _closing_correction(missed: StatePair, angle: FloatArray, damping: FloatArray) -> StatePair:
     """The correction of a start so that the turn returns to it: (1 − E)·added = missed, E the free vibration.
 
     The determinant is |1 − e^{λφ}|², a sum of squares; 1 − e^{−ζφ}·cos wφ is formed without cancellation.
     """
-    w = damped(damping)
+    w = damped_frequency(damping)
     decay = np.exp(-damping * angle)
     sine = decay * np.sin(w * angle) / w
     gap = 2.0 * decay * np.sin(w * angle / 2.0) ** 2 - np.expm1(-damping * angle)
@@ -221,11 +225,16 @@ def _closed(missed: Pair, angle: FloatArray, damping: FloatArray) -> Pair:
     )
 
 
-def _wave(
-    solution: Pair, half_width: FloatArray, phase: FloatArray, kicks: FloatArray, damping: FloatArray, start: Pair
+def _assemble_wave(
+    solution: StatePair,
+    half_width: FloatArray,
+    phase: FloatArray,
+    kicks: FloatArray,
+    damping: FloatArray,
+    start: StatePair,
 ) -> Wave:
-    s, p, _ = _carried(solution, phase, kicks, damping, start)
-    sine = (p - damping * s) / damped(damping)
+    s, p, _ = _free_vibration(solution, phase, kicks, damping, start)
+    sine = (p - damping * s) / damped_frequency(damping)
     series = solution[0]
     used = np.flatnonzero(series.any(axis=(1, 2)))
     return Wave(series[: used[-1] + 1 if used.size else 1], s, sine, half_width, phase, damping)

@@ -7,13 +7,13 @@ P panels and groups of them, ``low``, ``high`` and ``error`` of y and four deriv
 
 import numpy as np
 
-from camopt.core.kernels.compile import overloaded
+from camopt.core.kernels.compile import overload_in_kernels
 from camopt.core.numerics.jet import Jet, smaller
 
 TABLE_DEGREE = 12  # truncation of the trigonometric laws is then below rounding, in the jerk too
 
 
-@overloaded
+@overload_in_kernels
 def derivatives(table, panel, u):
     """(y, y', y'', y''') by cam angle on a panel, by Horner's scheme for a polynomial and its derivatives."""
     y = table.coefficients[panel, TABLE_DEGREE]
@@ -27,8 +27,8 @@ def derivatives(table, panel, u):
     return y, d1 / h, 2.0 * d2 / (h * h), 6.0 * d3 / (h * h * h)
 
 
-@overloaded
-def fourth(table, panel, u):
+@overload_in_kernels
+def fourth_derivative(table, panel, u):
     """y'''' by cam angle on a panel."""
     value = 0.0
     for k in range(TABLE_DEGREE, 3, -1):
@@ -36,7 +36,7 @@ def fourth(table, panel, u):
     return value / np.square(np.square(table.half_width[panel]))
 
 
-@overloaded
+@overload_in_kernels
 def jets_over_row(table, row):
     """y and three derivatives over a whole panel or group, in jets."""
     low, high, most, error = table.low[row], table.high[row], table.most[row], table.error[row]
@@ -48,22 +48,22 @@ def jets_over_row(table, row):
     )
 
 
-@overloaded
+@overload_in_kernels
 def fourth_over_row(table, row):
     """y'''' over a whole panel or group, in jets."""
     low, high, most, error = table.low[row], table.high[row], table.most[row], table.error[row]
     return Jet(low[4], high[4], error[4], most[5], most[6], np.inf)
 
 
-@overloaded
+@overload_in_kernels
 def fourth_over_part(table, panel, u, r):
     """As ``fourth_over_row``, over the part [u − r, u + r] of a panel."""
-    most, y4 = table.most[panel], fourth(table, panel, u)
+    most, y4 = table.most[panel], fourth_derivative(table, panel, u)
     room = r * table.half_width[panel] * most[5]
     return Jet(y4 - room, y4 + room, table.error[panel][4], most[5], most[6], np.inf)
 
 
-@overloaded
+@overload_in_kernels
 def jets_over_part(table, panel, u, r):
     """As ``jets_over_row``, over the part [u − r, u + r] of a panel: mean values from its middle."""
     y, y1, y2, y3 = derivatives(table, panel, u)

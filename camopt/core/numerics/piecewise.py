@@ -15,34 +15,34 @@ import numpy as np
 from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
-from camopt.core.kernels.arguments import COUNT, NUMBER, Kind, Record
-from camopt.core.kernels.compile import inlined
-from camopt.core.numerics import BISECTIONS, UNIT, FloatArray, IndexArray, IntArray
-from camopt.core.numerics.loading import (
+from camopt.core.kernels.arguments import COUNT, NUMBER, ArgumentKind, Record
+from camopt.core.kernels.compile import inline_in_kernels
+from camopt.core.numerics import BISECTIONS, UNIT_ROUNDOFF, FloatArray, IndexArray, IntArray
+from camopt.core.numerics.load_tables import (
     LoadTable,
     TrainLoadTable,
+    load_at_node,
     load_of_all_rows,
     load_of_some_rows,
-    loaded,
-    loaded_node,
-    loaded_part,
-    loaded_row,
+    load_on_panel,
+    load_over_part,
+    load_over_row,
 )
 from camopt.core.numerics.panels import (
     derivatives,
-    fourth,
+    fourth_derivative,
     fourth_over_part,
     fourth_over_row,
     jets_over_part,
     jets_over_row,
 )
-from camopt.core.numerics.stable import matrix_product
+from camopt.core.numerics.stable_functions import matrix_product
 from camopt.core.numerics.state import State
 
-GROUPED = 4  # panels of a group
-CONVERTED = 1e-10  # relative, for rounding in the ranges below
+GROUP_PANELS = 4  # panels of a group
+BERNSTEIN_ERROR = 1e-10  # relative, for rounding in the ranges below
 LEAST_VALUE = 1e-12  # of a polynomial's largest value: less is rounding
-PLACED = 1.5  # errors of the cam angle, in roundings of the stroke's
+ANGLE_ROUNDINGS = 1.5  # errors of the cam angle, in roundings of the stroke's
 TABLE_ERRORS = (
     4.0,
     8.0,
@@ -81,7 +81,7 @@ class Panels(NamedTuple):
     rows: int  # panels and groups
 
 
-COUNTS, NUMBERS = Kind(COUNT.name, 1), Kind(NUMBER.name, 1)
+COUNTS, NUMBERS = ArgumentKind(COUNT.name, 1), ArgumentKind(NUMBER.name, 1)
 PANEL_RECORD = Record(Panels, (COUNTS, COUNTS, NUMBERS, NUMBERS, COUNTS, COUNT))
 
 
@@ -90,58 +90,58 @@ def panels_of(table: MotionTable) -> Panels:
     return Panels(table.first_panel, table.kind, table.centre, table.half_width, table.group, len(table.low))
 
 
-def of_all_rows(table: MotionTable) -> MotionTable:
+def columns_of_all_rows(table: MotionTable) -> MotionTable:
     """The table as formulas take it for all its rows or nodes at once, ``...``: numbers are columns, (rows, 1)."""
     across = {name: getattr(table, name).T[:, :, None] for name in ("nodes", "low", "high", "most", "error")}
     return table._replace(**across, load=None if table.load is None else load_of_all_rows(table.load))
 
 
-def of_some_rows(table: MotionTable, rows: IndexArray) -> MotionTable:
+def columns_of_rows(table: MotionTable, rows: IndexArray) -> MotionTable:
     """As ``of_all_rows``, of some panels or groups."""
     some = {name: getattr(table, name)[rows] for name in ("low", "high", "most", "error")}
     load = None if table.load is None else load_of_some_rows(table.load, rows)
-    return of_all_rows(table._replace(**some, load=load))
+    return columns_of_all_rows(table._replace(**some, load=load))
 
 
-@inlined
-def motion(table, panel, u):
+@inline_in_kernels
+def motion_on_panel(table, panel, u):
     """The state on a panel."""
     y, y1, y2, y3 = derivatives(table, panel, u)
-    load = loaded(table.load, panel, u * table.half_width[panel])
-    return State(y, y1, y2, y3, load, fourth(table, panel, u))
+    load = load_on_panel(table.load, panel, u * table.half_width[panel])
+    return State(y, y1, y2, y3, load, fourth_derivative(table, panel, u))
 
 
-@inlined
-def node_motion(table, node):
+@inline_in_kernels
+def motion_at_node(table, node):
     """The state at a node."""
     y = table.nodes[node]
-    return State(y[0], y[1], y[2], y[3], loaded_node(table.load, node, 0.0), y[4])
+    return State(y[0], y[1], y[2], y[3], load_at_node(table.load, node, 0.0), y[4])
 
 
-@inlined
+@inline_in_kernels
 def row_jets(table, row):
     """The state over a whole panel or group, in jets."""
     y, y1, y2, y3 = jets_over_row(table, row)
-    return State(y, y1, y2, y3, loaded_row(table.load, row, 0.0), fourth_over_row(table, row))
+    return State(y, y1, y2, y3, load_over_row(table.load, row, 0.0), fourth_over_row(table, row))
 
 
-@inlined
+@inline_in_kernels
 def part_jets(table, panel, u, r):
     """The state over the part [u − r, u + r] of a panel, in jets: mean values from its middle."""
     y, y1, y2, y3 = jets_over_part(table, panel, u, r)
     h = table.half_width[panel]
-    load = loaded_part(table.load, panel, (u * h, r * h))
+    load = load_over_part(table.load, panel, (u * h, r * h))
     return State(y, y1, y2, y3, load, fourth_over_part(table, panel, u, r))
 
 
-def node_values(table: Any, first_panel: IntArray) -> FloatArray:
+def panel_end_values(table: Any, first_panel: IntArray) -> FloatArray:
     """Values and derivatives (N, 5) at the ends of all panels; where two of a piece meet, as the second has it."""
     panels = np.arange(len(table.coefficients))
     pieces = np.repeat(np.arange(len(first_panel) - 1), np.diff(first_panel))
     nodes = np.empty((len(panels) + len(first_panel) - 1, 5))
     for side in (1, 0):
         u = 2.0 * side - 1.0
-        rows = (*derivatives(table, panels, u), fourth(table, panels, u))
+        rows = (*derivatives(table, panels, u), fourth_derivative(table, panels, u))
         nodes[panels + pieces + side] = np.stack(rows, axis=1)
     return nodes
 
@@ -181,7 +181,7 @@ def places_of_sign_change(series: FloatArray) -> list[float]:
         changes = int(np.count_nonzero(signs[1:] != signs[:-1]))
         middle = 0.5 * (low + high)
         if changes == 1 or (changes % 2 and not low < middle < high):
-            found.append(_bisected(powers, low, high, float(signs[0])))
+            found.append(_bisect_root(powers, low, high, float(signs[0])))
         elif changes and low < middle < high:
             left, right = halve_bernstein(bounds)
             waiting.append((right, middle, high))
@@ -192,7 +192,7 @@ def places_of_sign_change(series: FloatArray) -> list[float]:
     return found
 
 
-def _bisected(powers: list[float], low: float, high: float, sign: float) -> float:
+def _bisect_root(powers: list[float], low: float, high: float, sign: float) -> float:
     """Where a polynomial that has a sign at the lower end of a range loses it."""
     for _ in range(BISECTIONS):
         middle, value = 0.5 * (low + high), 0.0
@@ -216,11 +216,11 @@ def groups_of(first_panel: IntArray) -> IntArray:
     found: list[int] = []
     for first, last in pairwise(first_panel):
         start = found[-1] + 1 if found else int(first_panel[-1])
-        found += [start + k // GROUPED for k in range(last - first)]
+        found += [start + k // GROUP_PANELS for k in range(last - first)]
     return np.array(found, dtype=np.int64)
 
 
-def ranges(
+def table_ranges(
     coefficients: FloatArray, half_width: FloatArray, stroke: IntArray, group: IntArray
 ) -> tuple[FloatArray, ...]:
     """The tables ``low``, ``high``, ``most`` and ``error`` of a MotionTable.
@@ -233,16 +233,16 @@ def ranges(
     for order in range(7):
         series = polynomial.polyder(series, min(order, 1))
         values = matrix_product(bernstein(len(series) - 1), series) / half_width**order
-        room = CONVERTED * np.abs(values).max(axis=0)
+        room = BERNSTEIN_ERROR * np.abs(values).max(axis=0)
         low[order], high[order] = values.min(axis=0) - room, values.max(axis=0) + room
     most = np.maximum(-low, high)
     error = np.empty((5, len(half_width)))
     brought = np.zeros(len(half_width))
-    turned = PLACED * UNIT * np.bincount(stroke, 2.0 * half_width)[stroke]
+    turned = ANGLE_ROUNDINGS * UNIT_ROUNDOFF * np.bincount(stroke, 2.0 * half_width)[stroke]
     for order in (4, 3, 2, 1, 0):
         peak = np.zeros(stroke.max() + 1)
         np.maximum.at(peak, stroke, most[order])
-        rounded = np.maximum(TABLE_ERRORS[order] * UNIT * peak[stroke], turned * most[order + 1])
+        rounded = np.maximum(TABLE_ERRORS[order] * UNIT_ROUNDOFF * peak[stroke], turned * most[order + 1])
         error[order] = rounded + half_width * brought
         brought = error[order] if order < 4 else brought  # of y'''' nothing is made but slopes
     starts = np.flatnonzero(np.diff(group, prepend=-1))  # a group's first panel

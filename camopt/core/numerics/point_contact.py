@@ -18,14 +18,14 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.kernels.compile import chosen_by_type, inlined
-from camopt.core.numerics import UNIT, FloatArray
+from camopt.core.kernels.compile import chosen_by_type, inline_in_kernels
+from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray
 from camopt.core.numerics.dual import Dual
-from camopt.core.numerics.interval import Interval, widened
-from camopt.core.numerics.jet import Jet, where
+from camopt.core.numerics.interval import Interval, widen
+from camopt.core.numerics.jet import Jet, select
 from camopt.core.numerics.quadrature import chebyshev_series, powers_of_chebyshev
-from camopt.core.numerics.sloped import Quotient, Sloped, by_chain
-from camopt.core.numerics.stable import matrix_product
+from camopt.core.numerics.sloped_interval import Quotient, SlopedInterval, apply_chain_rule
+from camopt.core.numerics.stable_functions import matrix_product
 
 PIECE_WIDTH, CENTRES, PIECE_DEGREE = (
     0.5,
@@ -33,12 +33,12 @@ PIECE_WIDTH, CENTRES, PIECE_DEGREE = (
     15,
 )  # of ln t: width of a piece, pieces to either side of 0, degree of each
 FLATTEST = float(np.exp(PIECE_WIDTH * CENTRES))  # the largest t of the table, 1e10; its inverse is the least
-RELATIVE = 32.0 * UNIT  # error of h in numbers
+PRESSURE_ERROR = 32.0 * UNIT_ROUNDOFF  # error of h in numbers
 BOUND_SLACK = 1.0 + 1e-9  # on bounds of derivatives: the third of the table is right to 2e-10
 ITERATIONS = 24  # each leaves less than a seventh of the error
 
 
-def integrals(ellipticity: Any) -> tuple[Any, Any]:
+def carlson_integrals(ellipticity: Any) -> tuple[Any, Any]:
     """B and D of μ."""
     from scipy.special import elliprd
 
@@ -54,7 +54,7 @@ def ellipticity_of(t: Any) -> FloatArray:
     wanted = np.log(t)
     guess = -wanted / 1.75
     for _ in range(ITERATIONS):
-        b, d = integrals(np.exp(guess))
+        b, d = carlson_integrals(np.exp(guess))
         guess = guess + (np.log(b / d) - 2.0 * guess - wanted) / 1.75
     return np.asarray(np.exp(guess))
 
@@ -65,13 +65,13 @@ def pressure_table() -> FloatArray:
     nodes, to_chebyshev = chebyshev_series(PIECE_DEGREE)
     centres = PIECE_WIDTH * np.arange(-CENTRES, CENTRES + 1)
     mu = ellipticity_of(np.exp(centres + 0.5 * PIECE_WIDTH * nodes[:, None]))
-    b, d = integrals(mu)
+    b, d = carlson_integrals(mu)
     fitted = matrix_product(to_chebyshev, 3.0 / (8.0 * np.pi * mu * b * d))
     powers = matrix_product(powers_of_chebyshev(PIECE_DEGREE), fitted).T
     return np.ascontiguousarray(powers / (0.5 * PIECE_WIDTH) ** np.arange(PIECE_DEGREE + 1))
 
 
-@inlined
+@inline_in_kernels
 def table_derivatives(t, table):
     """h and three derivatives by t at numbers, t held within the table."""
     t = np.minimum(np.maximum(t, 1.0 / FLATTEST), FLATTEST)
@@ -94,18 +94,18 @@ def table_derivatives(t, table):
     )
 
 
-@inlined
+@inline_in_kernels
 def jet_factor(t, table):
     """h of a jet: its bounds from the ends of the range; infinite outside the table."""
     within = (t.low >= 1.0 / FLATTEST) & (t.high <= FLATTEST)
     most, h1, h2, h3 = table_derivatives(t.low, table)
     least = table_derivatives(t.high, table)[0]
     h1, h2, h3 = -h1, h2, -h3
-    scale = where(within, BOUND_SLACK, np.inf)
+    scale = select(within, BOUND_SLACK, np.inf)
     return Jet(
-        where(t.high <= FLATTEST, least, 0.0),
-        where(within, most, np.inf),
-        scale * (h1 * t.error + RELATIVE * most),
+        select(t.high <= FLATTEST, least, 0.0),
+        select(within, most, np.inf),
+        scale * (h1 * t.error + PRESSURE_ERROR * most),
         scale * (h1 * t.first),
         scale * (h2 * t.first * t.first + h1 * t.second),
         scale * (h3 * t.first * t.first * t.first + 3.0 * h2 * t.first * t.second + h1 * t.third),
@@ -123,40 +123,42 @@ def pressure_factor(t: Any, table: FloatArray) -> tuple[Any, Any]:
 
 
 @pressure_factor.register
-def _of_jet(t: Jet, table: FloatArray) -> tuple[Any, Any]:
+def _jet_pressure(t: Jet, table: FloatArray) -> tuple[Any, Any]:
     return jet_factor(t, table), Jet(-np.inf, 0.0, np.inf, np.inf, np.inf, np.inf)
 
 
 @pressure_factor.register
-def _of_interval(t: Interval, table: FloatArray) -> tuple[Any, Any]:
+def _interval_pressure(t: Interval, table: FloatArray) -> tuple[Any, Any]:
     (high, steep, *_), (low, gentle, *_) = table_derivatives(t.low, table), table_derivatives(t.high, table)
     low = np.where(t.high > FLATTEST, 0.0, low)
     below = t.low < 1.0 / FLATTEST
     value, slope = Interval(low, np.where(below, np.inf, high)), Interval(np.where(below, -np.inf, steep), gentle)
-    return widened(value, RELATIVE), widened(slope, BOUND_SLACK - 1.0)
+    return widen(value, PRESSURE_ERROR), widen(slope, BOUND_SLACK - 1.0)
 
 
 @pressure_factor.register
-def _of_sloped(t: Sloped, table: FloatArray) -> tuple[Any, Any]:
-    (value, slope), (h, h1) = _of_interval(t.value, table), _of_interval(t.at, table)
-    return by_chain(value, h, [(t, slope)]), by_chain(slope, h1, [(t, Interval(np.array(0.0), np.array(np.inf)))])
+def _sloped_pressure(t: SlopedInterval, table: FloatArray) -> tuple[Any, Any]:
+    (value, slope), (h, h1) = _interval_pressure(t.value, table), _interval_pressure(t.at, table)
+    return apply_chain_rule(value, h, [(t, slope)]), apply_chain_rule(
+        slope, h1, [(t, Interval(np.array(0.0), np.array(np.inf)))]
+    )
 
 
 @pressure_factor.register
-def _of_quotient(t: Quotient, table: FloatArray) -> tuple[Any, Any]:
-    return pressure_factor(t.divided(), table)
+def _quotient_pressure(t: Quotient, table: FloatArray) -> tuple[Any, Any]:
+    return pressure_factor(t.divide(), table)
 
 
 @pressure_factor.register(Dual)
-def _of_dual(t, table):
+def _dual_pressure(t, table):
     h, h1 = pressure_factor(t.value, table)
     return Dual(h, h1 * t.slope), h1
 
 
 @chosen_by_type(pressure_factor)
-def _in_kernels(t, table):
+def _pressure_in_kernels(t, table):
     if t is Dual:
-        return _of_dual
+        return _dual_pressure
     if t is Jet:
         return lambda t, table: (jet_factor(t, table), Jet(-np.inf, 0.0, np.inf, np.inf, np.inf, np.inf))
     return lambda t, table: table_derivatives(t, table)[:2]

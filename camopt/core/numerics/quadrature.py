@@ -18,16 +18,16 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.stable import matrix_product
+from camopt.core.numerics.stable_functions import matrix_product
 from camopt.core.numerics.trigonometry import sine_cosine
 
 GAUSS_ORDERS = (6, 9, 13, 19, 28, 40)
 SUM_ERROR = 5e-14  # relative: what laws, derivatives on panels of a hundredth of the turn, and sums lose
 
-DIGITS, NEWTON_STEPS = 40, 6  # of roots; each step doubles the digits, from two on
+ROOT_DIGITS, NEWTON_STEPS = 40, 6  # of roots; each step doubles the digits, from two on
 
 
-class Rule(NamedTuple):
+class GaussRule(NamedTuple):
     """Gauss's rule on [−1, 1], and the matrix from values at its nodes to derivatives there."""
 
     nodes: FloatArray
@@ -36,7 +36,7 @@ class Rule(NamedTuple):
 
 
 @cache
-def gauss(order: int) -> Rule:
+def gauss_rule(order: int) -> GaussRule:
     """The rule of n points, exact for polynomials of degree 2n − 1."""
     nodes, weights = np.array([_root_of_legendre(order, k) for k in reversed(range(order))]).T.copy()
     share = (-1.0) ** np.arange(order) * np.sqrt((1.0 - nodes**2) * weights)  # barycentric
@@ -44,12 +44,12 @@ def gauss(order: int) -> Rule:
     derivative = share / share[:, None] / apart
     np.fill_diagonal(derivative, 0.0)
     np.fill_diagonal(derivative, -derivative.sum(axis=1))
-    return Rule(nodes, weights, derivative)
+    return GaussRule(nodes, weights, derivative)
 
 
 def _root_of_legendre(order: int, number: int) -> tuple[float, float]:
     """A root of Legendre's polynomial, the largest first, and its weight: by Newton's method in many digits."""
-    with localcontext(prec=DIGITS):
+    with localcontext(prec=ROOT_DIGITS):
         x = Decimal(cos(pi * (number + 0.75) / (order + 0.5)))
         for _ in range(NEWTON_STEPS):
             before, here = Decimal(1), x
@@ -83,31 +83,31 @@ def chebyshev_projection(degree: int) -> tuple[FloatArray, FloatArray]:
     return u, matrix_product(powers_of_chebyshev(degree), to_chebyshev)
 
 
-class Integrated(NamedTuple):
+class Integrals(NamedTuple):
     """Integrals (kinds, n) and their errors, by the difference of two orders and by rounding."""
 
     value: FloatArray
     error: FloatArray
 
 
-def by_orders(
-    integrals: Callable[[Rule, Any], FloatArray],
+def integrate_by_orders(
+    integrals: Callable[[GaussRule, Any], FloatArray],
     scale: Callable[[FloatArray], FloatArray],
     n: int,
     relative_error: float,
-) -> Integrated:
+) -> Integrals:
     """Integrals (kinds, n), of each of n the lowest order whose difference to the one before is small enough.
 
     ``integrals`` gives those of an index by a rule; errors are relative to their ``scale``.
     """
-    value = integrals(gauss(GAUSS_ORDERS[0]), slice(None))
+    value = integrals(gauss_rule(GAUSS_ORDERS[0]), slice(None))
     error, open_ = np.full_like(value, np.inf), np.arange(n)
     for order in GAUSS_ORDERS[1:]:
-        found = integrals(gauss(order), open_)
+        found = integrals(gauss_rule(order), open_)
         off = np.abs(found - value[:, open_])
         value[:, open_] = found
         error[:, open_] = off + SUM_ERROR * scale(found)
         open_ = open_[np.any(off > relative_error * scale(found), axis=0)]
         if not open_.size:
             break
-    return Integrated(value, error)
+    return Integrals(value, error)

@@ -4,17 +4,17 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.kernels.compile import compiled, inlined
+from camopt.core.kernels.compile import compiled, inline_in_kernels
 from camopt.core.numerics import LEAST
 from camopt.core.numerics.climbing import orient
-from camopt.core.numerics.evaluating import node_values
+from camopt.core.numerics.curve_kernels import fill_node_values
 from camopt.core.numerics.extremes import best_nodes
 from camopt.core.numerics.piecewise import MotionTable
-from camopt.core.numerics.workspace import ROW, TILE
+from camopt.core.numerics.workspace import ROW_LENGTH, TILE
 
 
-@inlined
-def within_piece(table, t):
+@inline_in_kernels
+def is_inside_piece(table, t):
     """Whether both neighbours of a sample are of the same piece."""
     inside = False
     for q in range(table.kind.size):
@@ -28,7 +28,7 @@ def sampled_extremes(f: Any, designs: int, table: MotionTable, questions: Any, p
     The nodes of the table are the samples. With ``polish``, the vertex of the parabola through the best sample and
     its neighbours in the same stroke.
     """
-    values, best, node = np.empty((len(table.nodes), ROW)), np.empty(TILE), np.empty(TILE, np.int64)
+    values, best, node = np.empty((len(table.nodes), ROW_LENGTH)), np.empty(TILE), np.empty(TILE, np.int64)
     _sample_all(f, designs, table, questions, polish, value, (values, best, node))
 
 
@@ -37,13 +37,13 @@ def _sample_all(f, designs, table, questions, polish, value, work):
     values, best, node = work
     for first in range(0, designs, TILE):
         count = min(TILE, designs - first)
-        node_values(f, table, first, count, values)
+        fill_node_values(f, table, first, count, values)
         for k in range(questions.shape[0]):
             kinds, goal = questions[k, 0], questions[k, 1]
             best_nodes(values, count, table, kinds, goal, best, node)
             for i in range(count):
                 top, t = best[i], node[i]
-                if polish and within_piece(table, t):
+                if polish and is_inside_piece(table, t):
                     left, right = orient(values[t - 1, i], goal), orient(values[t + 1, i], goal)
                     bend = left - 2.0 * top + right
                     if left <= top and right <= top and bend < 0.0:

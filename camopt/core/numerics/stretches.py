@@ -8,40 +8,40 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import GIVEN, BoolArray, FloatArray, IntArray
+from camopt.core.numerics import INPUT_ROUNDOFF, BoolArray, FloatArray, IntArray
 from camopt.core.numerics.interval import Interval
-from camopt.core.numerics.panels import derivatives, fourth
+from camopt.core.numerics.panels import derivatives, fourth_derivative
 from camopt.core.numerics.piecewise import MotionTable
 
-ORDERS = 5
+MOTION_ORDERS = 5
 """y and four derivatives by the cam angle."""
-MOST_PANELS = 6
+MOST_STRETCH_PANELS = 6
 """To either side of the first; a longer stretch counts as the whole turn."""
 
 
-class OverPart(NamedTuple):
+class PartRanges(NamedTuple):
     """y and four derivatives on parts of panels."""
 
     middle: list[Interval]
     whole: list[Interval]
 
 
-def over_part(table: MotionTable, panel: IntArray, u: FloatArray, room: FloatArray) -> OverPart:
+def part_ranges(table: MotionTable, panel: IntArray, u: FloatArray, room: FloatArray) -> PartRanges:
     """Those at u, a share of half the panel, and as far as ``room`` to either side, rad: by their mean values."""
-    motion = (*derivatives(table, panel, u), fourth(table, panel, u))
+    motion = (*derivatives(table, panel, u), fourth_derivative(table, panel, u))
     most, error, way = table.most[panel], table.error[panel], Interval(-room, room)
     middle, whole, slope = list[Interval](), list[Interval](), Interval(-most[:, 5], most[:, 5])
-    for order in reversed(range(ORDERS)):
+    for order in reversed(range(MOTION_ORDERS)):
         known = Interval(motion[order] - error[:, order], motion[order] + error[:, order])
         moved = known + slope * way
         low, high = table.low[panel, order] - error[:, order], table.high[panel, order] + error[:, order]
         slope = Interval(np.maximum(moved.low, low), np.minimum(moved.high, high))
         middle.insert(0, known)
         whole.insert(0, slope)
-    return OverPart(middle, whole)
+    return PartRanges(middle, whole)
 
 
-class Stretch(NamedTuple):
+class StretchRanges(NamedTuple):
     """What a motion does over stretches of the turn."""
 
     ranges: list[Interval]
@@ -49,52 +49,52 @@ class Stretch(NamedTuple):
     pieces: BoolArray
     """Which of them go from one smooth piece of the motion to another."""
 
-    def split(self, count: int) -> list["Stretch"]:
+    def split(self, count: int) -> list["StretchRanges"]:
         """The same in parts of one size."""
         size = self.pieces.size // count
         parts = [slice(number * size, (number + 1) * size) for number in range(count)]
-        return [Stretch([each[part] for each in self.ranges], self.pieces[part]) for part in parts]
+        return [StretchRanges([each[part] for each in self.ranges], self.pieces[part]) for part in parts]
 
 
-def over_stretch(table: MotionTable, panel: IntArray, low: FloatArray, high: FloatArray) -> Stretch:
+def stretch_ranges(table: MotionTable, panel: IntArray, low: FloatArray, high: FloatArray) -> StretchRanges:
     """What a motion does over stretches from ``low`` to ``high``, rad from the centres of panels."""
     half, count = table.half_width, table.half_width.size
-    ends = np.full((2, ORDERS, panel.size), np.inf) * np.array([1.0, -1.0])[:, None, None]
+    ends = np.full((2, MOTION_ORDERS, panel.size), np.inf) * np.array([1.0, -1.0])[:, None, None]
     pieces, first = np.zeros(panel.size, dtype=bool), np.isin(np.arange(count), table.first_panel)
     unknown = ~(low <= high)
 
-    def seen(which: BoolArray, on: IntArray, start: FloatArray, end: FloatArray) -> None:
+    def include_part(which: BoolArray, on: IntArray, start: FloatArray, end: FloatArray) -> None:
         if which.any():
             h = half[on[which]]
             sides = np.clip(start[which], -h, h), np.clip(end[which], -h, h)
-            found = over_part(
-                table, on[which], (sides[0] + sides[1]) / (2.0 * h), (sides[1] - sides[0]) * (0.5 + GIVEN)
+            found = part_ranges(
+                table, on[which], (sides[0] + sides[1]) / (2.0 * h), (sides[1] - sides[0]) * (0.5 + INPUT_ROUNDOFF)
             ).whole
             for order, each in enumerate(found):
                 ends[0, order, which] = np.minimum(ends[0, order, which], each.low)
                 ends[1, order, which] = np.maximum(ends[1, order, which], each.high)
 
-    seen((low <= half[panel]) & (high >= -half[panel]), panel, low, high)
+    include_part((low <= half[panel]) & (high >= -half[panel]), panel, low, high)
     for way in (1, -1):
         on, start, end = panel, low, high
-        for _ in range(MOST_PANELS):
-            beyond, inside = _sides(half[on], start, end, way)
+        for _ in range(MOST_STRETCH_PANELS):
+            beyond, inside = _crossed_sides(half[on], start, end, way)
             if not beyond.any():
                 break
             pieces |= first[on if way < 0 else np.mod(on + 1, count)] & beyond & inside
             further = np.mod(on + way, count)
             apart = way * (half[on] + half[further])
             on, start, end = further, start - apart, end - apart
-            seen(beyond & _sides(half[on], start, end, way)[1], on, start, end)
-        unknown |= _sides(half[on], start, end, way)[0]
+            include_part(beyond & _crossed_sides(half[on], start, end, way)[1], on, start, end)
+        unknown |= _crossed_sides(half[on], start, end, way)[0]
     if (unknown := unknown | ~(ends[0, 0] <= ends[1, 0])).any():
         rows = slice(count)
         ends[0][:, unknown] = (table.low[rows] - table.error[rows]).min(axis=0)[:, None]
         ends[1][:, unknown] = (table.high[rows] + table.error[rows]).max(axis=0)[:, None]
         pieces |= unknown
-    return Stretch([Interval(*each) for each in ends.transpose(1, 0, 2)], pieces)
+    return StretchRanges([Interval(*each) for each in ends.transpose(1, 0, 2)], pieces)
 
 
-def _sides(half: FloatArray, low: FloatArray, high: FloatArray, way: int) -> tuple[BoolArray, ...]:
+def _crossed_sides(half: FloatArray, low: FloatArray, high: FloatArray, way: int) -> tuple[BoolArray, ...]:
     """Whether stretches end beyond a panel, and whether they begin before its end, going one way."""
     return (high > half, low <= half) if way > 0 else (low < -half, high >= -half)

@@ -86,7 +86,7 @@ class Taylor:
         return Taylor(found)
 
 
-def _as_series(x: Any, like: Any) -> Taylor:
+def _constant_series(x: Any, like: Any) -> Taylor:
     """What does not change, as a series beside another one."""
     return x if isinstance(x, Taylor) else like * 0.0 + x
 
@@ -108,19 +108,19 @@ class Direction(NamedTuple):
 
 
 @singledispatch
-def root(series: Series) -> Series:
+def series_root(series: Series) -> Series:
     """The square root."""
     return series.root()
 
 
 @singledispatch
-def quotient(a: Series, b: Series) -> Series:
+def series_quotient(a: Series, b: Series) -> Series:
     """a/b."""
     return a / b
 
 
 @singledispatch
-def slope_of(series: Series) -> Series:
+def series_slope(series: Series) -> Series:
     """The series of the derivative, shorter by a term."""
     return series.slope
 
@@ -161,7 +161,7 @@ TAYLOR_RULES: dict[np.ufunc, Callable[..., Taylor]] = {
     np.sin: lambda a: direction(a).sine,
     np.cos: lambda a: direction(a).cosine,
     np.arcsin: lambda a: angle_of((1.0 - a * a).root(), a),
-    np.arctan2: lambda y, x: angle_of(_as_series(x, y), _as_series(y, x)),
+    np.arctan2: lambda y, x: angle_of(_constant_series(x, y), _constant_series(y, x)),
     np.sign: lambda a: np.sign(a.terms[0]),
 }
 """What numpy's functions are of a series, where one is among their arguments."""

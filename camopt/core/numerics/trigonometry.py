@@ -11,21 +11,33 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.kernels.compile import chosen_by_type, overloaded
+from camopt.core.kernels.compile import chosen_by_type, overload_in_kernels
 from camopt.core.numerics.dual import Dual
 from camopt.core.numerics.jet import Jet, cosine, sine
 
 QUARTER, QUARTER_REST = 1.5707963267341256, 6.077100506506192e-11  # π/2 in two parts, the first of 33 bits
 SINES = tuple((-1) ** k / factorial(2 * k + 1) for k in range(7, 0, -1))  # of r³·(r²)ᵏ, the highest first
-STEEP, MIDDLING = 2.414213562373095, 0.66  # tan 3π/8, and from where π/4 is taken off
+STEEP_TANGENT, MIDDLE_TANGENT = 2.414213562373095, 0.66  # tan 3π/8, and from where π/4 is taken off
 QUARTER_LOST = 6.123233995736766e-17  # π/2 less the number next to it
-OVER = (-0.8750608600031904, -16.157537187333652, -75.00855792314705, -122.88666844901361, -64.85021904942025)
-UNDER = (24.858464901423062, 165.02700983169885, 432.88106049129027, 485.3903996359137, 194.5506571482614)
+ARCTAN_NUMERATOR = (
+    -0.8750608600031904,
+    -16.157537187333652,
+    -75.00855792314705,
+    -122.88666844901361,
+    -64.85021904942025,
+)
+ARCTAN_DENOMINATOR = (
+    24.858464901423062,
+    165.02700983169885,
+    432.88106049129027,
+    485.3903996359137,
+    194.5506571482614,
+)
 COSINES = tuple((-1) ** k / factorial(2 * k) for k in range(8, 1, -1))  # of r⁴·(r²)ᵏ
 
 
-@overloaded
-def series(y):
+@overload_in_kernels
+def sine_cosine_series(y):
     """Sine and cosine of a number or an array."""
     k = np.rint(y * (2.0 / np.pi))
     r = (y - k * QUARTER) - k * QUARTER_REST
@@ -45,12 +57,12 @@ def series(y):
 
 def sine_cosine(y: Any) -> tuple[Any, Any]:
     """Sine and cosine of a number, an array, a jet or an interval."""
-    return series(y) if isinstance(y, (float, np.ndarray)) else (np.sin(y), np.cos(y))
+    return sine_cosine_series(y) if isinstance(y, (float, np.ndarray)) else (np.sin(y), np.cos(y))
 
 
 @chosen_by_type(sine_cosine)
-def _in_kernels(y):
-    return (lambda y: (sine(y), cosine(y))) if y is Jet else (lambda y: series(y))
+def _sine_cosine_in_kernels(y):
+    return (lambda y: (sine(y), cosine(y))) if y is Jet else (lambda y: sine_cosine_series(y))
 
 
 def arctangent(y: Any) -> Any:
@@ -62,36 +74,36 @@ def arctangent(y: Any) -> Any:
     if not isinstance(y, (float, np.ndarray)):
         return np.arctan(y)
     size: Any = np.abs(y)
-    steep, middling = size > STEEP, size > MIDDLING
+    steep, middling = size > STEEP_TANGENT, size > MIDDLE_TANGENT
     with np.errstate(all="ignore"):
         t: Any = np.where(steep, -1.0 / size, np.where(middling, (size - 1.0) / (size + 1.0), size))
     square = t * t
-    over, under = OVER[0], square + UNDER[0]
-    for p, q in zip(OVER[1:], UNDER[1:], strict=True):
+    over, under = ARCTAN_NUMERATOR[0], square + ARCTAN_DENOMINATOR[0]
+    for p, q in zip(ARCTAN_NUMERATOR[1:], ARCTAN_DENOMINATOR[1:], strict=True):
         over, under = over * square + p, under * square + q
     quarters = 0.5 * steep + 0.5 * middling  # of a half turn
     angle = quarters * (np.pi / 2.0) + ((t * square * over / under + t) + quarters * QUARTER_LOST)
     return np.copysign(angle, y)
 
 
-def turned(cosine: Any, sine: Any, y: Any) -> Any:
+def rotate(cosine: Any, sine: Any, y: Any) -> Any:
     """Cosine and sine of an angle turned on by y; the angle itself does not change."""
     if type(y) is not Dual:
-        return _turned(cosine, sine, y)
+        return _rotate_number(cosine, sine, y)
     cosine, sine = (each.value if type(each) is Dual else each for each in (cosine, sine))
-    return _turned_dual(cosine, sine, y)
+    return _rotate_dual(cosine, sine, y)
 
 
-def _turned(cosine, sine, y):
+def _rotate_number(cosine, sine, y):
     s, c = sine_cosine(y)
     return cosine * c - sine * s, sine * c + cosine * s
 
 
-def _turned_dual(cosine, sine, y):
-    c, s = turned(cosine, sine, y.value)
+def _rotate_dual(cosine, sine, y):
+    c, s = rotate(cosine, sine, y.value)
     return Dual(c, -(s * y.slope)), Dual(s, c * y.slope)
 
 
-@chosen_by_type(turned)
-def _turned_in_kernels(cosine, sine, y):
-    return _turned_dual if y is Dual else _turned
+@chosen_by_type(rotate)
+def _rotate_in_kernels(cosine, sine, y):
+    return _rotate_dual if y is Dual else _rotate_number

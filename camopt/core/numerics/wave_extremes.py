@@ -22,23 +22,23 @@ MOST_INTERVALS = 1 << 20  # intervals at once; beyond, rows are taken apart, and
 WAVE_HALVINGS = 64
 
 
-class Enclosed(NamedTuple):
+class WaveExtreme(NamedTuple):
     """The largest value found of each row (rows,), and an upper bound apart from rounding."""
 
     value: FloatArray
     bound: FloatArray
 
 
-def largest(wave: Wave) -> Enclosed:
+def wave_maximum(wave: Wave) -> WaveExtreme:
     """The largest value of each row of a wave, one-sided limits at the ends of panels included."""
-    value = np.max(wave.at(np.array([-1.0, 1.0])), axis=(0, 2))
+    value = np.max(wave.values_at(np.array([-1.0, 1.0])), axis=(0, 2))
     value = np.maximum(value, np.max(_stationary_where_constant(wave), axis=1))
     scale = np.max(np.abs(wave.polynomial).sum(axis=0) + wave.amplitude, axis=1)
     bound = value.copy()
     row, panel = np.nonzero((wave.polynomial[1:] != 0.0).any(axis=0))
     flat = row * wave.phase.shape[1] + panel
     centre, radius = np.zeros(len(flat)), 1.0
-    pieces = _Pieces.of(wave)
+    pieces = _WavePieces.from_wave(wave)
     for _ in range(WAVE_HALVINGS):
         found, upper = pieces.bounds(flat, centre, radius)
         owner = flat // wave.phase.shape[1]
@@ -52,23 +52,23 @@ def largest(wave: Wave) -> Enclosed:
         flat, centre = np.concatenate([flat, flat]), np.concatenate([centre - radius, centre + radius])
     rows = len(value)
     if flat.size and rows > 1:
-        halves = [largest(wave.rows(part)) for part in (slice(rows // 2), slice(rows // 2, None))]
-        return Enclosed(*(np.concatenate(ends) for ends in zip(*halves, strict=True)))
+        halves = [wave_maximum(wave.rows(part)) for part in (slice(rows // 2), slice(rows // 2, None))]
+        return WaveExtreme(*(np.concatenate(ends) for ends in zip(*halves, strict=True)))
     if flat.size:
         np.maximum.at(bound, flat // wave.phase.shape[1], upper[open_])
-    return Enclosed(value, np.maximum(bound, value))
+    return WaveExtreme(value, np.maximum(bound, value))
 
 
-def least(wave: Wave) -> Enclosed:
+def wave_minimum(wave: Wave) -> WaveExtreme:
     """As ``largest``, for the least values and their lower bound."""
-    found = largest(wave.times(-1.0))
-    return Enclosed(-found.value, -found.bound)
+    found = wave_maximum(wave.times(-1.0))
+    return WaveExtreme(-found.value, -found.bound)
 
 
-def largest_magnitude(wave: Wave) -> Enclosed:
+def wave_peak_magnitude(wave: Wave) -> WaveExtreme:
     """As ``largest``, for the magnitude."""
-    high, low = largest(wave), largest(wave.times(-1.0))
-    return Enclosed(np.maximum(high.value, low.value), np.maximum(high.bound, low.bound))
+    high, low = wave_maximum(wave), wave_maximum(wave.times(-1.0))
+    return WaveExtreme(np.maximum(high.value, low.value), np.maximum(high.bound, low.bound))
 
 
 def _stationary_where_constant(wave: Wave) -> FloatArray:
@@ -86,7 +86,7 @@ def _stationary_where_constant(wave: Wave) -> FloatArray:
     return result
 
 
-class _Pieces(NamedTuple):
+class _WavePieces(NamedTuple):
     """A wave with rows and panels in one axis, and bounds of second derivatives by u."""
 
     series: FloatArray
@@ -98,7 +98,7 @@ class _Pieces(NamedTuple):
     frequency: FloatArray
 
     @classmethod
-    def of(cls, wave: Wave) -> "_Pieces":
+    def from_wave(cls, wave: Wave) -> "_WavePieces":
         series = wave.polynomial.reshape(len(wave.polynomial), -1)
         k = np.arange(len(series))[:, None]
         curved = np.sum(k * (k - 1) * np.abs(series), axis=0)

@@ -5,23 +5,23 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.kernels.arguments import BOOLEAN, NUMBER, Kind, Record, lasting
+from camopt.core.kernels.arguments import BOOLEAN, NUMBER, ArgumentKind, Record, pin_arrays
 from camopt.core.numerics import BoolArray, FloatArray, IntArray
 from camopt.core.numerics.piecewise import COUNTS, NUMBERS
 
 TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the second-level cache
-ROW = TILE + 8  # a row of a tile: not a power of two, whose columns would all share one cache set
+ROW_LENGTH = TILE + 8  # a row of a tile: not a power of two, whose columns would all share one cache set
 PLAIN_TILE = 4096  # of them uncompiled: a call of numpy takes as long as some thousand numbers in it
 LARGEST_KEPT = 31 << 20  # bytes, just below what glibc allows for
 DEPTH = 50  # halvings of a panel
-MOST_KEPT = 8  # workspaces of a thread, each of about a megabyte
+MOST_KEPT_WORKSPACES = 8  # workspaces of a thread, each of about a megabyte
 
 # rows of the table of climbs, one column for each that goes on
 LOW, HIGH, RISING, FALLING, SIDE, BEST, AT, BOUND, CONCAVITY, GAIN, SLOPE, NEXT, EXACT = range(13)
 VALUE, GRADIENT, STATES = 13, 14, 15  # the last two next to each other, as the values and slopes looked at
 
 
-ROWS = Kind(NUMBER.name, 2)
+MATRIX_KIND = ArgumentKind(NUMBER.name, 2)
 
 
 class PanelBounds(NamedTuple):
@@ -35,7 +35,7 @@ class PanelBounds(NamedTuple):
     error: FloatArray
 
 
-class Located(NamedTuple):
+class TileExtremes(NamedTuple):
     """The extreme of each design, oriented: largest value, its node and angle, bound, rounding error; (TILE,)."""
 
     best: FloatArray
@@ -75,7 +75,7 @@ class Workspace(NamedTuple):
     values: FloatArray
     looked: BoolArray
     bounds: PanelBounds
-    found: Located
+    found: TileExtremes
     chosen: IntArray
     sides: FloatArray
     opened: IntArray
@@ -85,48 +85,48 @@ class Workspace(NamedTuple):
     parts: Halves
 
 
-BOUNDS = Record(PanelBounds, (ROWS, ROWS, ROWS))
-WORK = Record(
+BOUNDS_RECORD = Record(PanelBounds, (MATRIX_KIND, MATRIX_KIND, MATRIX_KIND))
+WORKSPACE_RECORD = Record(
     Workspace,
     (
-        ROWS,
-        Kind(BOOLEAN.name, 1),
-        BOUNDS,
-        Record(Located, (NUMBERS, COUNTS, NUMBERS, NUMBERS, NUMBERS)),
+        MATRIX_KIND,
+        ArgumentKind(BOOLEAN.name, 1),
+        BOUNDS_RECORD,
+        Record(TileExtremes, (NUMBERS, COUNTS, NUMBERS, NUMBERS, NUMBERS)),
         COUNTS,
-        Kind(NUMBER.name, 3),
+        ArgumentKind(NUMBER.name, 3),
         COUNTS,
         COUNTS,
         NUMBERS,
-        Record(Climbs, (COUNTS, ROWS)),
-        Record(Halves, (COUNTS, ROWS, ROWS)),
+        Record(Climbs, (COUNTS, MATRIX_KIND)),
+        Record(Halves, (COUNTS, MATRIX_KIND, MATRIX_KIND)),
     ),
 )
 
 
-class OfThread(local):
+class ThreadWorkspaces(local):
     """The tables that a thread has made, by their numbers of nodes and rows."""
 
     def __init__(self) -> None:
         self.made: dict[tuple[int, int], Workspace] = {}
 
 
-OF_THREAD = OfThread()
+THREAD_WORKSPACES = ThreadWorkspaces()
 
 
 def workspace(panels: Any) -> Workspace:
     """The thread's tables for a turn that is divided into ``Panels``."""
-    size, made = _size(panels), OF_THREAD.made
+    size, made = _table_size(panels), THREAD_WORKSPACES.made
     if size not in made:
-        if len(made) >= MOST_KEPT:
+        if len(made) >= MOST_KEPT_WORKSPACES:
             made.clear()
-        made[size] = lasting(_workspace(*size, TILE))
+        made[size] = pin_arrays(_make_workspace(*size, TILE))
     return made[size]
 
 
 def plain_workspace(panels: Any) -> Workspace:
     """Larger tables, for what is not compiled."""
-    return _workspace(*_size(panels), PLAIN_TILE)
+    return _make_workspace(*_table_size(panels), PLAIN_TILE)
 
 
 def keep_freed_memory() -> None:
@@ -139,17 +139,17 @@ def keep_freed_memory() -> None:
     np.empty(LARGEST_KEPT, np.uint8)
 
 
-def _size(panels: Any) -> tuple[int, int]:
+def _table_size(panels: Any) -> tuple[int, int]:
     return panels.kind.size + panels.centre.size, panels.rows
 
 
-def _workspace(nodes: int, rows: int, tile: int) -> Workspace:
-    row = tile + ROW - TILE
+def _make_workspace(nodes: int, rows: int, tile: int) -> Workspace:
+    row = tile + ROW_LENGTH - TILE
     return Workspace(
         np.empty((nodes, row)),
         np.empty(rows, np.bool_),
         PanelBounds(np.empty((rows, row)), np.empty((rows, row)), np.empty((rows, row))),
-        Located(np.empty(tile), np.empty(tile, np.int64), np.empty(tile), np.empty(tile), np.empty(tile)),
+        TileExtremes(np.empty(tile), np.empty(tile, np.int64), np.empty(tile), np.empty(tile), np.empty(tile)),
         np.empty(tile + 1, np.int64),
         np.empty((3, 2, row)),
         np.empty(tile, np.int64),

@@ -8,7 +8,7 @@ from typing import Literal
 
 from camopt.core.quantities.motion_names import (
     AT_FOLLOWER,
-    DERIVATIVES,
+    DERIVATIVE_UNITS,
     RMS_ORDERS,
     STROKE_WORDS,
     displacement_unit,
@@ -30,24 +30,24 @@ from camopt.core.quantities.scene_numbers import (
     number_quantities,
     number_turns,
 )
-from camopt.core.quantities.stage_numbers import OF_STAGE, of_stage, stage_quantity
+from camopt.core.quantities.stage_numbers import STAGE_NUMBER_KEYS, find_stage_quantity, stage_quantity
 
 __all__ = [
     "AT_FOLLOWER",
     "AT_LEAST",
     "AT_MOST",
-    "BOUNDED",
-    "DERIVATIVES",
+    "BOUNDED_QUANTITIES",
+    "DERIVATIVE_UNITS",
     "DISCIPLINES",
     "EVERYTHING",
     "GEOMETRY",
     "NUMBERS",
     "NUMBER_COLUMNS",
     "NUMBER_KEYS",
-    "OF_STAGE",
     "QUANTITIES",
     "RMS_ORDERS",
     "SPRING_AT",
+    "STAGE_NUMBER_KEYS",
     "STROKE_WORDS",
     "Flag",
     "Quantity",
@@ -55,7 +55,7 @@ __all__ = [
     "displacement_unit",
     "dwell_error_quantity",
     "error_quantity",
-    "in_order",
+    "in_column_order",
     "motion_mean",
     "motion_quantity",
     "motion_unit",
@@ -165,20 +165,20 @@ def _vibration_quantities() -> list[Quantity]:
     ]
 
 
-class Quantities(dict[str, Quantity]):
+class QuantityTable(dict[str, Quantity]):
     """Quantities by name; with the numbers of stages of trains, of which there are too many to list."""
 
     def __missing__(self, name: str) -> Quantity:
-        if (found := of_stage(name)) is None:
+        if (found := find_stage_quantity(name)) is None:
             raise KeyError(name)
         return found
 
     def __contains__(self, name: object) -> bool:
-        return super().__contains__(name) or (isinstance(name, str) and of_stage(name) is not None)
+        return super().__contains__(name) or (isinstance(name, str) and find_stage_quantity(name) is not None)
 
 
 KEEPS_CONTACT = "keeps contact at this speed, in a groove with one and the same flank."
-_ALL = [
+_LISTED_QUANTITIES = [
     Quantity("law_rise", "", "", "sizes", "Motion law of the rises (of the tool, with a train).", str),
     Quantity("law_return", "", "", "sizes", "Motion law of the returns (of the tool, with a train).", str),
     Quantity("base_radius_mm", "R_b", "mm", "sizes", "Least radius of the profile of a disc cam."),
@@ -681,11 +681,11 @@ _ALL = [
     ),
 ]
 
-QUANTITIES: dict[str, Quantity] = Quantities({quantity.name: quantity for quantity in _ALL})
+QUANTITIES: dict[str, Quantity] = QuantityTable({quantity.name: quantity for quantity in _LISTED_QUANTITIES})
 """Every quantity by name, in the order of the columns."""
 
 
-def in_order(names: Collection[str]) -> list[str]:
+def in_column_order(names: Collection[str]) -> list[str]:
     """Names in the order of the columns; numbers of a train are behind other sizes, own ones before verdicts."""
     found = [name for name in QUANTITIES if name in names]
     return sorted([*found, *sorted(name for name in names if name not in found)], key=_column_place)
@@ -696,7 +696,7 @@ def _column_place(name: str) -> int:
     return {"sizes": 0, "limits": 3, "proof": 3}.get(QUANTITIES[name].effect, 1) if name in QUANTITIES else 2
 
 
-BOUNDED = {name: quantity for name, quantity in QUANTITIES.items() if quantity.relation}
+BOUNDED_QUANTITIES = {name: quantity for name, quantity in QUANTITIES.items() if quantity.relation}
 """Those that ``[limits]`` takes by their names."""
 EVERYTHING = "all"
 """The word in a scene's outputs that asks for every quantity."""

@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.mistakes import nearest, shortened
+from camopt.core.mistakes import shorten, suggest_names
 
 MOST_CHARACTERS, MOST_WORDS, MOST_NODES = 4000, 1000, 200
-WORD = re.compile(r"\w+|\*\*|[^\w\s]")
+WORD_PATTERN = re.compile(r"\w+|\*\*|[^\w\s]")
 """What texts are counted in before they are parsed: names, numbers and signs."""
 OPERATORS: dict[type[ast.AST], str] = {
     ast.Add: "+",
@@ -44,10 +44,10 @@ FUNCTIONS = {
 """How many arguments each function takes; of min and max so many at least."""
 CONSTANTS = {"pi": float(np.pi)}
 WHAT_IS_ALLOWED = f"allowed are numbers, quantities, + - * / **, parentheses, {', '.join(FUNCTIONS)} and pi"
-SIGNS = (ast.operator, ast.unaryop, ast.expr_context)
+SIGN_NODES = (ast.operator, ast.unaryop, ast.expr_context)
 """What the parser makes nodes of that only say which operator another node is, or how a name is used."""
-Rules = Mapping[str, Callable[..., Any]]
-DOUBLES: Rules = {
+ExpressionRules = Mapping[str, Callable[..., Any]]
+DOUBLE_RULES: ExpressionRules = {
     "+": np.add,
     "-": np.subtract,
     "*": np.multiply,
@@ -79,7 +79,7 @@ class ExpressionNode(NamedTuple):
     value: float | str = 0.0
     parts: "tuple[ExpressionNode, ...]" = ()
 
-    def evaluate(self, names: Mapping[str, Any], rules: Rules = DOUBLES) -> Any:
+    def evaluate(self, names: Mapping[str, Any], rules: ExpressionRules = DOUBLE_RULES) -> Any:
         """Its value, from those of the names."""
         if self.rule:
             return rules[self.rule](*(part.evaluate(names, rules) for part in self.parts))
@@ -102,7 +102,7 @@ def parse_expression(text: str, check_name: Callable[[str], None]) -> Expression
     """
     if len(text) > MOST_CHARACTERS:
         raise ValueError(f"has {len(text):,} characters; at most {MOST_CHARACTERS:,} are allowed")
-    if (words := len(WORD.findall(text))) > MOST_WORDS:
+    if (words := len(WORD_PATTERN.findall(text))) > MOST_WORDS:
         raise ValueError(f"has {words:,} names, numbers and signs; at most {MOST_NODES} nodes are allowed")
     try:
         with warnings.catch_warnings():
@@ -112,14 +112,14 @@ def parse_expression(text: str, check_name: Callable[[str], None]) -> Expression
         raise ValueError(
             f"is no expression, such as 'outer_radius_mm * torque_rms_N_m'; {WHAT_IS_ALLOWED}"
         ) from None
-    if (count := sum(not isinstance(each, SIGNS) for each in ast.walk(body))) > MOST_NODES:
+    if (count := sum(not isinstance(each, SIGN_NODES) for each in ast.walk(body))) > MOST_NODES:
         raise ValueError(f"has {count:,} nodes; at most {MOST_NODES} are allowed")
-    tree = _node(body, check_name)
+    tree = _parse_node(body, check_name)
     _check_constants(tree)
     return tree
 
 
-def _node(each: ast.AST, check_name: Callable[[str], None]) -> ExpressionNode:
+def _parse_node(each: ast.AST, check_name: Callable[[str], None]) -> ExpressionNode:
     match each:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
             return ExpressionNode("", _finite_number(value))
@@ -131,16 +131,20 @@ def _node(each: ast.AST, check_name: Callable[[str], None]) -> ExpressionNode:
             check_name(name)
             return ExpressionNode("", name)
         case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS:
-            return ExpressionNode(OPERATORS[type(op)], parts=(_node(left, check_name), _node(right, check_name)))
+            return ExpressionNode(
+                OPERATORS[type(op)], parts=(_parse_node(left, check_name), _parse_node(right, check_name))
+            )
         case ast.UnaryOp(op=ast.UAdd(), operand=operand):
-            return _node(operand, check_name)
+            return _parse_node(operand, check_name)
         case ast.UnaryOp(op=ast.USub(), operand=operand):
-            return ExpressionNode("neg", parts=(_node(operand, check_name),))
+            return ExpressionNode("neg", parts=(_parse_node(operand, check_name),))
         case ast.Call(func=ast.Name(id=name)) if name not in FUNCTIONS:
-            raise ValueError(f"{shortened(name)} is no function here; {nearest(name, FUNCTIONS)}")
+            raise ValueError(f"{shorten(name)} is no function here; {suggest_names(name, FUNCTIONS)}")
         case ast.Call(func=ast.Name(id=name), args=given, keywords=[]):
-            return ExpressionNode(name, parts=_arguments(name, tuple(_node(part, check_name) for part in given)))
-    raise ValueError(f"{shortened(ast.unparse(each))} is not allowed; {WHAT_IS_ALLOWED}")
+            return ExpressionNode(
+                name, parts=_checked_arguments(name, tuple(_parse_node(part, check_name) for part in given))
+            )
+    raise ValueError(f"{shorten(ast.unparse(each))} is not allowed; {WHAT_IS_ALLOWED}")
 
 
 def _finite_number(value: float) -> float:
@@ -153,7 +157,7 @@ def _finite_number(value: float) -> float:
     return number
 
 
-def _arguments(name: str, parts: tuple[ExpressionNode, ...]) -> tuple[ExpressionNode, ...]:
+def _checked_arguments(name: str, parts: tuple[ExpressionNode, ...]) -> tuple[ExpressionNode, ...]:
     least, many = FUNCTIONS[name], name in ("min", "max")
     if len(parts) < least or (len(parts) > least and not many):
         count = f"{least}{' or more' if many else ''} argument{'s' if least > 1 else ''}"
@@ -169,7 +173,7 @@ def _check_constants(tree: ExpressionNode) -> float | None:
     if isinstance(tree.value, str) or None in values:
         return None
     with np.errstate(all="ignore"):
-        value = float(DOUBLES[tree.rule](*values)) if tree.rule else tree.value
+        value = float(DOUBLE_RULES[tree.rule](*values)) if tree.rule else tree.value
     if not np.isfinite(value):
         of = " and ".join(f"{each:g}" for each in values)
         raise ValueError(f"has no finite value: {tree.rule} of {of} has none")

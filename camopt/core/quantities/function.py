@@ -17,12 +17,12 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.mistakes import BadInput, Mistake, shortened
+from camopt.core.mistakes import BadInput, Mistake, shorten
 
-ENTRY_POINTS = "camopt.quantities"
+QUANTITY_GROUP = "camopt.quantities"
 ArrayFunction = Callable[..., Any]
-_KNOWN: dict[str, ArrayFunction] = {}
-_NUMBERS = count(1)
+_KNOWN_FUNCTIONS: dict[str, ArrayFunction] = {}
+_FUNCTION_NUMBERS = count(1)
 NOT_IMPORTABLE = "is no function that other processes can import: define it in a module of its own"
 
 
@@ -119,7 +119,7 @@ def quantity(
     if mistakes:
         raise BadInput(mistakes)
     reference = reference_of(function)
-    _KNOWN[reference] = function
+    _KNOWN_FUNCTIONS[reference] = function
     called = getattr(function, "__name__", "") if name is None else name
     return QuantityFunction(called, tuple(columns), unit, sentence, function, reference)
 
@@ -131,13 +131,13 @@ def reference_of(function: ArrayFunction) -> str:
     for part in name.split("."):
         found = getattr(found, part, None)
     importable = found is function and module != "__main__"
-    return f"{module}:{name}" if importable else f"{module}:{name}#{next(_NUMBERS)}"
+    return f"{module}:{name}" if importable else f"{module}:{name}#{next(_FUNCTION_NUMBERS)}"
 
 
 @cache
 def installed_quantities() -> Mapping[str, EntryPoint]:
     """The entry points that are quantities, none loaded; of two of a name the first on the path of imports."""
-    return {each.name: each for each in reversed(tuple(entry_points(group=ENTRY_POINTS)))}
+    return {each.name: each for each in reversed(tuple(entry_points(group=QUANTITY_GROUP)))}
 
 
 @cache
@@ -150,7 +150,7 @@ def load_installed(name: str) -> QuantityFunction:
         If there is none, or what it has is no quantity; the message is the end of a sentence.
     """
     if name not in installed_quantities():
-        raise ValueError(f"is no entry point of the group {ENTRY_POINTS}: install the package that has it")
+        raise ValueError(f"is no entry point of the group {QUANTITY_GROUP}: install the package that has it")
     entry = installed_quantities()[name]
     package = f"{entry.dist.name} {entry.dist.version}" if entry.dist else entry.module
     try:
@@ -165,7 +165,7 @@ def load_installed(name: str) -> QuantityFunction:
 
 
 def _first_line(error: Exception) -> str:
-    return shortened(f"{type(error).__name__}: {error}".splitlines()[0])
+    return shorten(f"{type(error).__name__}: {error}".splitlines()[0])
 
 
 @dataclass(frozen=True)
@@ -199,8 +199,8 @@ class FunctionCall:
     @property
     def function(self) -> ArrayFunction:
         """The function."""
-        if self.reference in _KNOWN:
-            return _KNOWN[self.reference]
+        if self.reference in _KNOWN_FUNCTIONS:
+            return _KNOWN_FUNCTIONS[self.reference]
         if not self.is_importable:
             raise self._mistake(NOT_IMPORTABLE)
         if ":" in self.reference:
@@ -212,9 +212,9 @@ class FunctionCall:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Another process gets the function too, if it can import it."""
-        known = self.is_importable and self.reference in _KNOWN
+        known = self.is_importable and self.reference in _KNOWN_FUNCTIONS
         shared = {self.reference: self.function} if known else {}
-        return call_made_known, (shared, self.name, self.reference, self.names)
+        return restore_call, (shared, self.name, self.reference, self.names)
 
     @property
     def is_importable(self) -> bool:
@@ -231,7 +231,7 @@ class FunctionCall:
         try:
             data = pickle.dumps((facts, kept))
         except Exception:  # whatever cannot be pickled: it is this process's alone
-            data = f"{id(function)} of {id(_KNOWN)}".encode()
+            data = f"{id(function)} of {id(_KNOWN_FUNCTIONS)}".encode()
         return sha256(data).hexdigest()[:16]
 
     def check_importable(self) -> None:
@@ -243,9 +243,9 @@ class FunctionCall:
         return BadInput([Mistake("scene", f"quantities.{self.name}.function", self.reference, why, bare=True)])
 
 
-def call_made_known(functions: Mapping[str, ArrayFunction], *facts: Any) -> FunctionCall:
+def restore_call(functions: Mapping[str, ArrayFunction], *facts: Any) -> FunctionCall:
     """A call from another process, with its function made known here."""
-    _KNOWN.update(functions)
+    _KNOWN_FUNCTIONS.update(functions)
     return FunctionCall(*facts)
 
 

@@ -17,7 +17,7 @@ POSITIVE: Bounds = {"ge": 1e-15, "le": 1e15}
 NOT_NEGATIVE: Bounds = {"ge": 0, "le": 1e15}
 LENGTHS = (0.1, 1e4)
 """Usual lengths, mm."""
-INSIDE = {
+INSIDE_UNITS = {
     "kg": 1e-3,
     "kg·m²": 1e3,
     "N·m": 1e3,
@@ -73,9 +73,9 @@ class NumberKey(Key):
     columns: tuple[tuple[str, str, str], ...] = ()
     """Name, symbol and sentence of its quantity in tables, of two the second where it turns; none of a stage's."""
     allowed: Bounds = field(default_factory=lambda: POSITIVE)
-    absent: float | None = None
+    default: float | None = None
     """What it is where a scene does not give it."""
-    of: Literal["follower", "spring", "tool"] = "follower"
+    motion_of: Literal["follower", "spring", "tool"] = "follower"
     """What decides whether it turns."""
     read_by: tuple[str, ...] = ()
     """The effects that read it."""
@@ -102,9 +102,9 @@ class NumberKey(Key):
         rows = zip(self.columns, (False, True), strict=False)
         return tuple(Quantity(*each[:2], self.column_unit(turns=turns), "sizes", each[2]) for each, turns in rows)
 
-    def inside(self, value: Any, *, turns: bool) -> Any:
+    def to_inside_units(self, value: Any, *, turns: bool) -> Any:
         """A value in mm, s, N, t, rad."""
-        return value * INSIDE.get(self.unit_of(turns=turns), 1.0)
+        return value * INSIDE_UNITS.get(self.unit_of(turns=turns), 1.0)
 
 
 @dataclass(frozen=True, kw_only=True)

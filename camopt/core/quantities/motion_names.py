@@ -12,7 +12,7 @@ STROKE_WORDS = {
     AT_FOLLOWER: "of the follower itself, where it drives a tool through a train",
 }
 """Of what quantities of the motion are, by the part of their name that says so."""
-DERIVATIVES = {
+DERIVATIVE_UNITS = {
     "velocity": ("v", {"m_s": "m/s", "rad_s": "rad/s", "mm_per_rad": "mm/rad", "deg_per_rad": "deg/rad"}),
     "acceleration": (
         "a",
@@ -39,20 +39,20 @@ def motion_unit(derivative: str, *, angular: bool, timed: bool) -> str:
 
 
 def _suffix_and_unit(derivative: str, *, angular: bool, timed: bool) -> tuple[str, str]:
-    return [*DERIVATIVES[derivative][1].items()][2 * (not timed) + angular]  # the order of the units there
+    return [*DERIVATIVE_UNITS[derivative][1].items()][2 * (not timed) + angular]  # the order of the units there
 
 
 def motion_quantities() -> list[Quantity]:
     return [
         Quantity(
             motion_quantity(derivative, stroke, angular=angular, timed=timed),
-            f"{DERIVATIVES[derivative][0]}_max",
+            f"{DERIVATIVE_UNITS[derivative][0]}_max",
             motion_unit(derivative, angular=angular, timed=timed),
             "motion",
             f"Largest |{derivative}| {words}.",
         )
         for derivative, (stroke, words), angular, timed in product(
-            DERIVATIVES, STROKE_WORDS.items(), (False, True), (True, False)
+            DERIVATIVE_UNITS, STROKE_WORDS.items(), (False, True), (True, False)
         )
     ]
 
@@ -61,7 +61,7 @@ def error_quantity(order: int, *, angular: bool, timed: bool) -> str:
     """Name of the largest error of position, velocity or acceleration (0, 1, 2)."""
     if order == 0:
         return f"position_error_max_{displacement_unit(angular=angular)}"
-    derivative = [*DERIVATIVES][order - 1]
+    derivative = [*DERIVATIVE_UNITS][order - 1]
     return motion_quantity(derivative, "", angular=angular, timed=timed).replace("_max_", "_error_max_")
 
 
@@ -96,7 +96,7 @@ def error_quantities() -> list[Quantity]:
             motion_unit(name, angular=angular, timed=timed),
             of_all.format(name),
         )
-        for (order, name), timed, angular in product(enumerate([*DERIVATIVES][:2], 1), (True, False), either)
+        for (order, name), timed, angular in product(enumerate([*DERIVATIVE_UNITS][:2], 1), (True, False), either)
     ]
     in_dwell = "Largest change of the position in a dwell"
     found += [(dwell_error_quantity(angular=each), displacement_unit(angular=each), in_dwell) for each in either]
@@ -110,7 +110,7 @@ def mean_quantities() -> list[Quantity]:
     return [
         Quantity(
             motion_mean(derivative, angular=angular, timed=timed),
-            f"{DERIVATIVES[derivative][0]}_rms",
+            f"{DERIVATIVE_UNITS[derivative][0]}_rms",
             motion_unit(derivative, angular=angular, timed=timed),
             "rms",
             f"Root mean square of the {derivative} over the turn.",

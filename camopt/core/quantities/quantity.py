@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass, field
 
 AT_MOST, AT_LEAST = "≤", "≥"
-WITHOUT_BOUNDS = ("sizes", "limits", "proof")
+UNBOUNDED_EFFECTS = ("sizes", "limits", "proof")
 """Effects whose quantities are what is asked, or its answer."""
 
 
@@ -34,7 +34,7 @@ class Quantity:
     @property
     def relation(self) -> str:
         """The relation to its bound, ≤ or ≥; empty if it cannot be bounded."""
-        if self.place or self.kind is not float or self.effect in WITHOUT_BOUNDS:
+        if self.place or self.kind is not float or self.effect in UNBOUNDED_EFFECTS:
             return ""
         return AT_LEAST if self.least else AT_MOST
 

@@ -5,9 +5,9 @@ from functools import cache
 
 from camopt.core.quantities.key import ANYWHERE, LENGTH, LENGTHS, NOT_NEGATIVE, NumberKey
 
-GUIDED = ("torque", "thrust", "hertz", "surface")
+GUIDE_EFFECTS = ("torque", "thrust", "hertz", "surface")
 """The effects that read a guide."""
-PRESSED = ("force", *GUIDED, "vibration", "clearance")
+PRESS_EFFECTS = ("force", *GUIDE_EFFECTS, "vibration", "clearance")
 """The effects that read what presses the follower on the cam."""
 NUMBERS = (
     NumberKey(
@@ -32,7 +32,7 @@ NUMBERS = (
         key="follower.dynamics.mass",
         columns=(("mass_kg", "m", "Mass that moves with the follower."),),
         example=0.5,
-        read_by=PRESSED,
+        read_by=PRESS_EFFECTS,
         usual=(1e-05, 1e4),
         slides=True,
     ),
@@ -42,7 +42,7 @@ NUMBERS = (
         key="follower.dynamics.inertia",
         columns=(("inertia_kg_m2", "J", "Inertia of the follower about its pivot."),),
         example=0.01,
-        read_by=PRESSED,
+        read_by=PRESS_EFFECTS,
         usual=(1e-09, 1e4),
         turns=True,
     ),
@@ -56,11 +56,11 @@ NUMBERS = (
             ("spring_rate_N_per_mm", "k", "Rate of the spring."),
             ("spring_rate_N_m_per_rad", "k", "Rate of the spring."),
         ),
-        of="spring",
-        absent=0.0,
+        motion_of="spring",
+        default=0.0,
         example=5,
         turning_example=15,
-        read_by=PRESSED,
+        read_by=PRESS_EFFECTS,
     ),
     NumberKey(
         "Force (moment) of that spring at the lowest position",
@@ -69,11 +69,11 @@ NUMBERS = (
         key="follower.dynamics.preload",
         allowed=NOT_NEGATIVE,
         columns=(("preload_N", "F_0", "Preload of the spring."), ("preload_N_m", "M_0", "Preload of the spring.")),
-        of="spring",
-        absent=0.0,
+        motion_of="spring",
+        default=0.0,
         example=100,
         turning_example=6,
-        read_by=PRESSED,
+        read_by=PRESS_EFFECTS,
     ),
     NumberKey(
         "Of an oscillating follower: distance from its pivot at which a straight spring presses square "
@@ -82,7 +82,7 @@ NUMBERS = (
         key="follower.dynamics.spring_at",
         allowed=LENGTH,
         columns=(("spring_at_mm", "a", "Distance of a straight spring from the pivot."),),
-        read_by=PRESSED,
+        read_by=PRESS_EFFECTS,
         turns=True,
     ),
     NumberKey(
@@ -95,9 +95,9 @@ NUMBERS = (
             ("damping_N_s_per_mm", "c", "Damping of the follower's motion."),
             ("damping_N_m_s_per_rad", "c", "Damping of the follower's motion."),
         ),
-        absent=0.0,
+        default=0.0,
         example=0.01,
-        read_by=PRESSED,
+        read_by=PRESS_EFFECTS,
     ),
     NumberKey(
         "External force (moment) that presses the follower on the cam",
@@ -109,8 +109,8 @@ NUMBERS = (
             ("load_N", "", "External force on the follower."),
             ("load_N_m", "", "External moment on the follower."),
         ),
-        absent=0.0,
-        read_by=PRESSED,
+        default=0.0,
+        read_by=PRESS_EFFECTS,
     ),
     NumberKey(
         "Acceleration of gravity, positive if it presses the mass on the cam",
@@ -118,9 +118,9 @@ NUMBERS = (
         key="follower.dynamics.gravity",
         allowed=ANYWHERE,
         columns=(("gravity_m_s2", "g", "Acceleration of gravity towards the cam."),),
-        absent=0.0,
+        default=0.0,
         example=9.81,
-        read_by=PRESSED,
+        read_by=PRESS_EFFECTS,
         slides=True,
     ),
     NumberKey(
@@ -130,7 +130,7 @@ NUMBERS = (
         allowed=LENGTH,
         columns=(("guide_length_mm", "b", "Length of the guide."),),
         example=60,
-        read_by=GUIDED,
+        read_by=GUIDE_EFFECTS,
         slides=True,
         guide=True,
     ),
@@ -141,7 +141,7 @@ NUMBERS = (
         allowed=NOT_NEGATIVE,
         columns=(("overhang_mm", "a_0", "Distance from the guide to the trace point."),),
         example=100,
-        read_by=GUIDED,
+        read_by=GUIDE_EFFECTS,
         slides=True,
         guide=True,
     ),
@@ -151,9 +151,9 @@ NUMBERS = (
         key="follower.dynamics.friction",
         allowed=NOT_NEGATIVE,
         columns=(("friction", "μ", "Coefficient of friction in the guide."),),
-        absent=0.0,
+        default=0.0,
         example=0.1,
-        read_by=GUIDED,
+        read_by=GUIDE_EFFECTS,
         slides=True,
         guide=True,
     ),
@@ -182,7 +182,7 @@ NUMBERS = (
         key="follower.dynamics.damping_ratio",
         allowed={"ge": 0, "lt": 1},
         columns=(("damping_ratio", "ζ", "Damping ratio of the train."),),
-        absent=0.0,
+        default=0.0,
         example=0.05,
         read_by=("vibration",),
     ),
@@ -204,7 +204,7 @@ NUMBERS = (
             ("lash_mm", "", "Clearance that the follower takes up."),
             ("lash_deg", "", "Clearance that the follower takes up."),
         ),
-        of="tool",
+        motion_of="tool",
         example=0.2,
         read_by=("lash",),
     ),
@@ -218,8 +218,8 @@ NUMBERS = (
             ("lash_variation_mm", "", "Variation of the lash, to either side."),
             ("lash_variation_deg", "", "Variation of the lash, to either side."),
         ),
-        of="tool",
-        absent=0.0,
+        motion_of="tool",
+        default=0.0,
         example=0.1,
         read_by=("lash",),
     ),
@@ -359,7 +359,7 @@ def number_turns(key: str, *, angular: bool, tool_turns: bool, straight: bool = 
 
     The motion of a spring on an arm is none if it is a straight one.
     """
-    return {"follower": angular, "tool": tool_turns, "spring": angular and not straight}[NUMBER_KEYS[key].of]
+    return {"follower": angular, "tool": tool_turns, "spring": angular and not straight}[NUMBER_KEYS[key].motion_of]
 
 
 @cache

@@ -86,22 +86,22 @@ STAGE_NUMBERS = (
         allowed=NOT_NEGATIVE,
     ),
 )
-OF_STAGE = {each.name: each for each in STAGE_NUMBERS}
+STAGE_NUMBER_KEYS = {each.name: each for each in STAGE_NUMBERS}
 """The numbers of a stage by their keys in it."""
 STAGE_NUMBER = re.compile(r"train_([1-9]\d*)_([a-z_]+?)((?:_(?:mm|deg|kg|kg_m2|N|N_m|N_per_mm|N_m_per_rad|m_s2))?)")
 
 
 def stage_quantity(number: int, key: str, *, turns: bool) -> str:
     """The quantity that a number of a stage is in tables, of a stage whose motion is an angle or not."""
-    return f"train_{number}_{key}{column_suffix(OF_STAGE[key].column_unit(turns=turns))}"
+    return f"train_{number}_{key}{column_suffix(STAGE_NUMBER_KEYS[key].column_unit(turns=turns))}"
 
 
-def of_stage(name: str) -> Quantity | None:
+def find_stage_quantity(name: str) -> Quantity | None:
     """The number of a stage that has a name; None if there is none."""
     found = STAGE_NUMBER.fullmatch(name)
-    if found is None or found[2] not in OF_STAGE:
+    if found is None or found[2] not in STAGE_NUMBER_KEYS:
         return None
-    units = (OF_STAGE[found[2]].column_unit(turns=turns) for turns in (False, True))
+    units = (STAGE_NUMBER_KEYS[found[2]].column_unit(turns=turns) for turns in (False, True))
     if (unit := next((each for each in units if column_suffix(each) == found[3]), None)) is None:
         return None
     sentence = f"{found[2].replace('_', ' ').capitalize()} of stage {found[1]} of the train."

@@ -38,9 +38,9 @@ CUSTOMARY = {
 }
 """Units and their counterparts, each with what one of that is in the unit."""
 POWERS = {"": 1, "²": 2, "³": 3, "⁴": 4}
-FACTOR = re.compile(r"(Pa·s|[^·/²³⁴ ]+)([²³⁴]?)")
+UNIT_FACTOR = re.compile(r"(Pa·s|[^·/²³⁴ ]+)([²³⁴]?)")
 
-_shown = MM
+_shown_system = MM
 
 
 @contextmanager
@@ -64,49 +64,49 @@ def shown_in(system: str) -> Iterator[None]:
     ...     [cell.text for cell in cam.table().rows[2][:3]]
     ['base_radius_in', '1.9685', 'in']
     """
-    global _shown
+    global _shown_system
     if system not in SYSTEMS:
         raise BadInput([Mistake("camopt", "system", system, " or ".join(SYSTEMS))])
-    before, _shown = _shown, system
+    before, _shown_system = _shown_system, system
     try:
         yield
     finally:
-        _shown = before
+        _shown_system = before
 
 
-def system_shown() -> str:
+def shown_system() -> str:
     """The system in which results are shown now."""
-    return _shown
+    return _shown_system
 
 
 def shown_unit(unit: str) -> str:
     """The unit in which a result is shown that is computed in a unit."""
-    return unit if _shown == MM else _counterpart(unit)[0]
+    return unit if _shown_system == MM else _counterpart(unit)[0]
 
 
-def shown(value: Any, unit: str) -> Any:
+def to_shown_unit(value: Any, unit: str) -> Any:
     """A number or an array in a unit, in the unit in which it is shown."""
-    return value if _shown == MM else value / _counterpart(unit)[1]
+    return value if _shown_system == MM else value / _counterpart(unit)[1]
 
 
-def computed(value: Any, unit: str) -> Any:
+def from_shown_unit(value: Any, unit: str) -> Any:
     """The other way round: from the unit in which a number is shown to that in which it is computed."""
-    return value if _shown == MM else value * _counterpart(unit)[1]
+    return value if _shown_system == MM else value * _counterpart(unit)[1]
 
 
 @cache
 def _counterpart(unit: str) -> tuple[str, float]:
     """The customary unit in place of a unit, and what one of it is in that."""
     above, slash, below = unit.partition("/")
-    size = _size(above) / _size(below)
-    return _renamed(above) + slash + _renamed(below), size
+    size = _counterpart_size(above) / _counterpart_size(below)
+    return _customary_name(above) + slash + _customary_name(below), size
 
 
-def _renamed(product: str) -> str:
-    return FACTOR.sub(lambda found: CUSTOMARY.get(found[1], (found[1], 1.0))[0] + found[2], product)
+def _customary_name(product: str) -> str:
+    return UNIT_FACTOR.sub(lambda found: CUSTOMARY.get(found[1], (found[1], 1.0))[0] + found[2], product)
 
 
-def _size(product: str) -> float:
+def _counterpart_size(product: str) -> float:
     """What one of the counterpart of a product of powers is in the product."""
-    factors = FACTOR.findall(product)
+    factors = UNIT_FACTOR.findall(product)
     return prod(CUSTOMARY[name][1] ** POWERS[power] for name, power in factors if name in CUSTOMARY)

@@ -17,7 +17,7 @@ from warnings import warn
 from camopt.core.mistakes import BadInput, Mistake
 
 LARGEST_TEXT = 1 << 24
-NO_TEXT = {
+BINARY_STARTS = {
     b"PK\x03\x04": "an Excel workbook or another archive; save the table as CSV",
     b"\xd0\xcf\x11\xe0": "an old Excel workbook; save the table as CSV",
     b"PAR1": "a Parquet table",
@@ -27,9 +27,9 @@ NO_TEXT = {
 PARTIAL = ".partial"
 WORK_FOLDER = ".camopt"
 """The folder, inside that of a result, for what is not finished."""
-UNSYNCED = {EBADF, EINVAL, ENOSYS, ENOTSUP, EROFS}
+NO_SYNC_ERRORS = {EBADF, EINVAL, ENOSYS, ENOTSUP, EROFS}
 """What file systems say that cannot sync."""
-FORGOTTEN = 24 * 3600.0  # seconds
+ORPHAN_SECONDS = 24 * 3600.0  # seconds
 URL_START = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
 
 
@@ -102,7 +102,7 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
 
 def text_of(data: bytes) -> str:
     """The text in a file of a user; a ValueError says what the file is if not text in UTF-8, as in "is …"."""
-    for start, kind in NO_TEXT.items():
+    for start, kind in BINARY_STARTS.items():
         if data.startswith(start):
             raise ValueError(f"is {kind}")
     try:
@@ -143,29 +143,29 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 
     Warns
     -----
-    Untidy
+    TidyingWarning
         If the file has its name, and something failed after that.
     """
     path = Path(path)
     target = Path(os.path.realpath(path)) if path.is_symlink() else path
     partial = target.with_name(f".{target.name}.{os.urandom(8).hex()}{PARTIAL}")
-    with naming(path, partial), ExitStack() as stack:
+    with attribute_errors_to(path, partial), ExitStack() as stack:
         check_replaceable(target)
         _remove_orphans(target)
-        stack.callback(_remove, partial)
+        stack.callback(_remove_partial, partial)
         partial.open("xb").close()
         yield partial
-        synced(partial)
+        sync_to_disk(partial)
         with suppress(OSError):
             partial.chmod(S_IMODE(target.stat().st_mode))
         os.replace(partial, target)
         try:
-            synced(target.parent)
+            sync_to_disk(target.parent)
         except OSError as trouble:
-            tell_untidy(trouble, path)
+            warn_untidy(trouble, path)
 
 
-class Untidy(RuntimeWarning):
+class TidyingWarning(RuntimeWarning):
     """A result is published, and whole; something failed after that."""
 
 
@@ -173,14 +173,14 @@ class LossWarning(str):
     """A sentence on data that will be removed."""
 
 
-def tell_untidy(trouble: OSError, path: Path) -> None:
+def warn_untidy(trouble: OSError, path: Path) -> None:
     """Warn of trouble after a file or a folder was published."""
     what = trouble.strerror or str(trouble)
-    warn(f"{path}: published; tidying failed: {what}", Untidy, stacklevel=2)
+    warn(f"{path}: published; tidying failed: {what}", TidyingWarning, stacklevel=2)
 
 
 @contextmanager
-def naming(path: Path, *temporary: Path) -> Iterator[None]:
+def attribute_errors_to(path: Path, *temporary: Path) -> Iterator[None]:
     """Let an OSError that names a temporary file, or no file, name the intended one; others stay."""
     try:
         yield
@@ -188,10 +188,10 @@ def naming(path: Path, *temporary: Path) -> Iterator[None]:
         if trouble.filename is not None and Path(os.fsdecode(trouble.filename)) not in temporary:
             raise  # of another file, which the block writes as well
         reason = os.strerror(trouble.errno) if trouble.errno else str(trouble)
-        raise named(trouble, reason, path) from None
+        raise error_of_file(trouble, reason, path) from None
 
 
-def named(trouble: OSError, reason: str, path: Path) -> OSError:
+def error_of_file(trouble: OSError, reason: str, path: Path) -> OSError:
     """The same error, of another file, with its notes."""
     found = OSError(trouble.errno or 0, reason, os.fspath(path))
     for note in getattr(trouble, "__notes__", ()):
@@ -207,7 +207,7 @@ def check_replaceable(target: Path) -> None:
         raise OSError(EINVAL, os.strerror(EINVAL))
 
 
-def synced(path: Path) -> None:
+def sync_to_disk(path: Path) -> None:
     """Wait until a file, or the names in a folder, are on disk, where the system can do that.
 
     Raises
@@ -222,7 +222,7 @@ def synced(path: Path) -> None:
     try:
         os.fsync(descriptor)
     except OSError as trouble:
-        if trouble.errno not in UNSYNCED:
+        if trouble.errno not in NO_SYNC_ERRORS:
             raise OSError(trouble.errno, trouble.strerror, os.fspath(path)) from None
     finally:
         os.close(descriptor)
@@ -232,11 +232,11 @@ def _remove_orphans(target: Path) -> None:
     """Remove temporary files of a target whose writers are gone since long."""
     with suppress(OSError):
         for partial in target.parent.glob(f".{escape(target.name)}.*{PARTIAL}"):
-            if time() - partial.lstat().st_mtime > FORGOTTEN:
-                _remove(partial)
+            if time() - partial.lstat().st_mtime > ORPHAN_SECONDS:
+                _remove_partial(partial)
 
 
-def _remove(partial: Path) -> None:
+def _remove_partial(partial: Path) -> None:
     with suppress(OSError):
         partial.unlink(missing_ok=True)
 

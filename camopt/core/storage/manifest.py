@@ -21,9 +21,9 @@ from camopt.core.storage.files import read_bytes, regular_file
 from camopt.core.storage.version import VERSION
 
 MANIFEST = "manifest.json"
-TABLES = ".parquet"
+PARQUET_SUFFIX = ".parquet"
 """The ending of tables, which nobody edits: those that are not as they were written are damaged."""
-MARKS = b'"camopt"', b'"results"', b'"digest"'
+MANIFEST_MARKS = b'"camopt"', b'"results"', b'"digest"'
 DIGEST_TEXT, FILE_NAME = re.compile(r"[0-9a-f]{64}"), re.compile(r"[^./\\\0][^/\\\0]*")
 
 
@@ -54,7 +54,7 @@ class Manifest:
 
     def with_result(self, command: str, result: CommandResult) -> "Manifest":
         """The manifest with another result of a command, which takes over names of files that others have."""
-        others = {each: _without(other, result.files) for each, other in self.results.items()}
+        others = {each: _drop_files(other, result.files) for each, other in self.results.items()}
         return Manifest({**others, command: result})
 
     @property
@@ -64,18 +64,21 @@ class Manifest:
 
     def to_json(self) -> str:
         """The text of the file, with a digest of itself."""
-        about = {"camopt": self.camopt, "results": {n: _plain(self.results[n]) for n in sorted(self.results)}}
+        about = {
+            "camopt": self.camopt,
+            "results": {n: _result_document(self.results[n]) for n in sorted(self.results)},
+        }
         digest = sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
         return json.dumps({**about, "digest": digest}, indent=1) + "\n"
 
 
-def _without(result: CommandResult, names: Container[str]) -> CommandResult:
+def _drop_files(result: CommandResult, names: Container[str]) -> CommandResult:
     """A result without the files that another one has taken over; nothing tells then what it was asked."""
     kept = {name: entry for name, entry in result.files.items() if name not in names}
     return result if len(kept) == len(result.files) else CommandResult(kept)
 
 
-def _plain(result: CommandResult) -> dict[str, Any]:
+def _result_document(result: CommandResult) -> dict[str, Any]:
     """A result for JSON, without unknown fields."""
     plain = result._asdict() | {"files": {name: entry._asdict() for name, entry in result.files.items()}}
     return {name: value for name, value in plain.items() if value is not None}
@@ -99,14 +102,14 @@ def manifest_of(folder: str | os.PathLike[str]) -> Manifest | None:
     try:
         data = read_bytes(path)
         about = json.loads(data)
-        results = {str(command): _result(**facts) for command, facts in about["results"].items()}
+        results = {str(command): _parse_result(**facts) for command, facts in about["results"].items()}
         manifest = Manifest(results, str(about["camopt"]))
         if manifest.to_json().encode() == data:
             return manifest
     except (FileNotFoundError, BadInput):  # there is none, or a pipe, or one longer than any that camopt writes
         return None
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
-        if sum(mark in data for mark in MARKS) < 2 and _is_json(data):
+        if sum(mark in data for mark in MANIFEST_MARKS) < 2 and _is_json(data):
             return None
     why = "the manifest that this version of camopt wrote; this is damaged, or of another version"
     raise DamagedManifest([Mistake("camopt", "file", str(path), why)])
@@ -122,7 +125,7 @@ def _is_json(data: bytes) -> bool:
     return True
 
 
-def _result(files: Any, question: Any = None, answer: Any = None) -> CommandResult:
+def _parse_result(files: Any, question: Any = None, answer: Any = None) -> CommandResult:
     """A result as it was written: its names are of files in its folder. ValueError or TypeError if it is odd."""
     entries = {name: FileEntry(**entry) for name, entry in files.items()}
     whole = all(DIGEST_TEXT.fullmatch(each.sha256) and type(each.bytes) is int for each in entries.values())
@@ -183,12 +186,12 @@ def whole_result_file(path: str | os.PathLike[str], manifest: Manifest | None = 
     """
     with regular_file(path) as file:
         manifest = manifest or manifest_of(Path(path).parent)
-        if manifest and (why := _fault(Path(path).name, file, manifest)):
+        if manifest and (why := _manifest_fault(Path(path).name, file, manifest)):
             raise BadInput([Mistake("camopt", "file", os.fsdecode(path), why, bare=True)])
         yield file
 
 
-def _fault(name: str, file: BufferedReader, manifest: Manifest) -> str:
+def _manifest_fault(name: str, file: BufferedReader, manifest: Manifest) -> str:
     """What a manifest has against a file; empty if it is the one that it names."""
     entry = manifest.files.get(name)
     if entry is None:

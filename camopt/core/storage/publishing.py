@@ -22,16 +22,16 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.storage.files import (
     LARGEST_TEXT,
     WORK_FOLDER,
+    attribute_errors_to,
     check_path,
     check_replaceable,
-    named,
-    naming,
-    synced,
-    tell_untidy,
+    error_of_file,
+    sync_to_disk,
+    warn_untidy,
 )
 from camopt.core.storage.manifest import (
     MANIFEST,
-    TABLES,
+    PARQUET_SUFFIX,
     CommandResult,
     DamagedManifest,
     Manifest,
@@ -121,22 +121,22 @@ def publication(
 
     Warns
     -----
-    Untidy
+    TidyingWarning
         If the result is published, and something failed after that.
     """
     folder = _checked_folder(folder)
-    with _own_folder(folder) as work:
+    with _locked_work_folder(folder) as work:
         made = Publication(folder, work / (REVISION if revises else command), may_write)
         try:
-            _finish_all(folder, work)
+            _finish_publications(folder, work)
             made.staging.mkdir(exist_ok=True)
-            _remove_others(made.staging, keeps)
-            _check_own(folder, command, {name for name in may_write if "*" not in name}, revises)
+            _remove_unfinished(made.staging, keeps)
+            _check_ownership(folder, command, {name for name in may_write if "*" not in name}, revises)
             yield made
             _publish(made, command, revises, question)
         except BaseException as end:
             if not (made.staging / MANIFEST).exists():
-                _remove_others(made.staging, keeps)
+                _remove_unfinished(made.staging, keeps)
             if isinstance(end, OSError):
                 _raise_of_result(end, made)
             raise
@@ -153,7 +153,7 @@ def _checked_folder(folder: str | os.PathLike[str]) -> Path:
 
 
 @contextmanager
-def _own_folder(folder: Path) -> Iterator[Path]:
+def _locked_work_folder(folder: Path) -> Iterator[Path]:
     """The work folder in a folder, which this run has to itself; what it made goes again if it stays empty."""
     work = folder / WORK_FOLDER
     made = [each for each in (folder, *folder.parents) if not each.exists()]
@@ -161,15 +161,17 @@ def _own_folder(folder: Path) -> Iterator[Path]:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except FileExistsError as trouble:
-            raise named(trouble, "this is neither a folder nor a link to one", Path(trouble.filename)) from None
+            raise error_of_file(
+                trouble, "this is neither a folder nor a link to one", Path(trouble.filename)
+            ) from None
         for each in made:
-            synced(each.parent)
-        with naming(folder, work), suppress(FileExistsError):
+            sync_to_disk(each.parent)
+        with attribute_errors_to(folder, work), suppress(FileExistsError):
             work.mkdir()
         if work.is_symlink() or not work.is_dir():
             raise NotADirectoryError(ENOTDIR, os.strerror(ENOTDIR), os.fspath(work))
         lock = FileLock(work / LOCK_FILE, thread_local=False)
-        with naming(folder, work / LOCK_FILE):
+        with attribute_errors_to(folder, work / LOCK_FILE):
             try:
                 lock.acquire(timeout=0)
             except Timeout:
@@ -194,15 +196,15 @@ def _is_unused(folder: Path, work: Path) -> bool:
         return False
 
 
-def _remove_others(staging: Path, keeps: tuple[str, ...]) -> None:
+def _remove_unfinished(staging: Path, keeps: tuple[str, ...]) -> None:
     """Remove what is left of a run, but for its finished work."""
     with suppress(OSError):
         for left in staging.iterdir():
             if not _matches(left.name, keeps):
-                remove(left)
+                remove_path(left)
 
 
-def remove(path: Path) -> None:
+def remove_path(path: Path) -> None:
     """Remove a file or a folder with all its content, if it exists."""
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path)
@@ -210,22 +212,22 @@ def remove(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def _check_own(folder: Path, command: str, names: Iterable[str], revises: bool) -> None:
+def _check_ownership(folder: Path, command: str, names: Iterable[str], revises: bool) -> None:
     """BadInput if a file to be replaced, or to go with the earlier result, is the user's or was edited."""
     manifest = readable_manifest(folder)
     earlier = manifest.results.get(command, CommandResult({}))
     mistakes = [
-        Mistake("camopt", "out", str(folder / name), f"{what}, and it would be replaced; {OTHERWISE}", bare=True)
+        Mistake("camopt", "out", str(folder / name), f"{what}, and it would be replaced; {REMEDY}", bare=True)
         for name in sorted({*names, *(() if revises else earlier.files)})
-        if (what := _claim(folder / name, manifest))
+        if (what := _ownership_fault(folder / name, manifest))
     ]
     if (folder / MANIFEST).exists() and not manifest.results and _is_of_another_program(folder):
-        mistakes.append(Mistake("camopt", "out", str(folder / MANIFEST), f"another program's; {OTHERWISE}"))
+        mistakes.append(Mistake("camopt", "out", str(folder / MANIFEST), f"another program's; {REMEDY}"))
     if mistakes:
         raise BadInput(mistakes)
 
 
-OTHERWISE = "choose another folder, or move the file"
+REMEDY = "choose another folder, or move the file"
 
 
 def _is_of_another_program(folder: Path) -> bool:
@@ -235,31 +237,35 @@ def _is_of_another_program(folder: Path) -> bool:
         return False
 
 
-def _claim(path: Path, manifest: Manifest) -> str:
+def _ownership_fault(path: Path, manifest: Manifest) -> str:
     """What of a file is not camopt's, in words; empty if all is, or there is no file."""
     entry = manifest.files.get(path.name)
     if not path.is_file():
         return ""
     if entry is None:
         return "no manifest names this as a file of camopt"
-    return "" if path.suffix == TABLES or has_entry(path, entry) else "this was edited since camopt wrote it"
+    return (
+        "" if path.suffix == PARQUET_SUFFIX or has_entry(path, entry) else "this was edited since camopt wrote it"
+    )
 
 
 def _publish(made: Publication, command: str, revises: bool, question: Any) -> None:
     """Publish what was written: sync it, write down that it is published, and do so."""
     folder, entries = made.folder, {}
     staged = [each for each in sorted(made.staging.iterdir()) if _matches(each.name, made.may_write)]
-    _check_own(folder, command, {each.name for each in staged}, revises)  # again: the work may have taken days
+    _check_ownership(
+        folder, command, {each.name for each in staged}, revises
+    )  # again: the work may have taken days
     for file in staged:
-        with naming(folder / file.name):
+        with attribute_errors_to(folder / file.name):
             check_replaceable(folder / file.name)
-        synced(file)
+        sync_to_disk(file)
         with file.open("rb") as content:
             entries[file.name] = entry_of(content)
     old = readable_manifest(folder)
     earlier = old.results.get(command)
     if not entries and earlier is None:
-        remove(made.staging)  # there is nothing, and there was nothing
+        remove_path(made.staging)  # there is nothing, and there was nothing
         return
     if revises and earlier:
         result = earlier._replace(files={**earlier.files, **entries})
@@ -271,14 +277,14 @@ def _publish(made: Publication, command: str, revises: bool, question: Any) -> N
     written = made.staging / f"{MANIFEST}.new"
     written.write_text(text, encoding="utf-8", newline="\n")
     for path in (written, made.staging, made.staging.parent, folder):
-        synced(path)
+        sync_to_disk(path)
     os.replace(written, made.staging / MANIFEST)
-    synced(made.staging)
+    sync_to_disk(made.staging)
     made.files = tuple(folder / name for name in entries)
-    _finish(folder, made.staging)
+    _finish_publication(folder, made.staging)
 
 
-def _finish(folder: Path, staging: Path) -> None:
+def _finish_publication(folder: Path, staging: Path) -> None:
     """Do what the manifest in a staging folder says, as far as it is not done: old files out, new ones in.
 
     Raises
@@ -288,7 +294,7 @@ def _finish(folder: Path, staging: Path) -> None:
 
     Warns
     -----
-    Untidy
+    TidyingWarning
         If something fails after that.
     """
     new, old = manifest_of(staging), readable_manifest(folder)
@@ -298,28 +304,28 @@ def _finish(folder: Path, staging: Path) -> None:
         for name in {*fresh} | ({*old.files} - {*new.files}):
             if not (folder / name).is_dir():
                 (folder / name).unlink(missing_ok=True)
-        synced(folder)
+        sync_to_disk(folder)
         for name in fresh:
             os.replace(staging / name, folder / name)
-        synced(folder)
+        sync_to_disk(folder)
         os.replace(staging / MANIFEST, folder / MANIFEST)
     except OSError as trouble:
         why = f"not wholly published, which the next run goes on with: {trouble.strerror or trouble}"
-        raise named(trouble, why, folder) from None
+        raise error_of_file(trouble, why, folder) from None
     try:
-        synced(folder)
-        remove(staging)
+        sync_to_disk(folder)
+        remove_path(staging)
     except OSError as trouble:
-        tell_untidy(trouble, folder)
+        warn_untidy(trouble, folder)
 
 
-def _finish_all(folder: Path, work: Path) -> None:
+def _finish_publications(folder: Path, work: Path) -> None:
     """Go on where runs died that were publishing."""
     for staging in sorted(work.iterdir()):
         if (staging / MANIFEST).exists():
             with suppress(DamagedManifest):
                 if manifest_of(staging):
-                    _finish(folder, staging)
+                    _finish_publication(folder, staging)
 
 
 def _raise_of_result(trouble: OSError, made: Publication) -> None:
@@ -327,7 +333,7 @@ def _raise_of_result(trouble: OSError, made: Publication) -> None:
     if isinstance(trouble.filename, str) and Path(trouble.filename).is_relative_to(made.staging.parent):
         name = Path(trouble.filename).name
         meant = made.folder / name if _matches(name, made.may_write) else made.folder
-        raise named(trouble, trouble.strerror or str(trouble), meant) from None
+        raise error_of_file(trouble, trouble.strerror or str(trouble), meant) from None
 
 
 def finish_publishing(folder: Path) -> None:
@@ -339,8 +345,8 @@ def finish_publishing(folder: Path) -> None:
         If another run has the folder, or it cannot be put in order.
     """
     if any((folder / WORK_FOLDER).glob(f"*/{MANIFEST}")):
-        with _own_folder(folder) as work:
-            _finish_all(folder, work)
+        with _locked_work_folder(folder) as work:
+            _finish_publications(folder, work)
 
 
 def published_answer(folder: str | os.PathLike[str], command: str, question: Any) -> Any:

@@ -13,14 +13,14 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.storage.files import whole_file
 from camopt.core.storage.manifest import Manifest, whole_result_file
 
-TYPES = {float: pa.float64(), bool: pa.bool_(), str: pa.string()}
-COLUMN_TYPES = (*TYPES.values(), pa.int64(), pa.null(), pa.list_(pa.string()))
+ARROW_TYPES = {float: pa.float64(), bool: pa.bool_(), str: pa.string()}
+COLUMN_TYPES = (*ARROW_TYPES.values(), pa.int64(), pa.null(), pa.list_(pa.string()))
 SCENE_KEY, VERSION_KEY = b"camopt_scene", b"camopt_version"
 PANDAS_KEY = b"PANDAS_ATTRS"  # where pandas, from 2.1 on, keeps and finds the attrs of a table
 ROWS_IN_GROUP = 1 << 17
 ARROW_ERRORS = (pa.ArrowException, ValueError, OSError, MemoryError)
 """What pyarrow raises of a file that is no good."""
-PARQUET: dict[str, Any] = {"compression": "zstd", "write_page_checksum": True}
+PARQUET_OPTIONS: dict[str, Any] = {"compression": "zstd", "write_page_checksum": True}
 
 
 def write_table(table: pa.Table, path: str | os.PathLike[str]) -> None:
@@ -28,7 +28,9 @@ def write_table(table: pa.Table, path: str | os.PathLike[str]) -> None:
     table = table.replace_schema_metadata(with_pandas_attributes(table.schema).metadata)
     with whole_file(path) as partial, pa.OSFile(os.fsencode(partial), "wb") as file:
         # items of lists keep their name
-        pq.write_table(table, file, row_group_size=ROWS_IN_GROUP, use_compliant_nested_type=False, **PARQUET)
+        pq.write_table(
+            table, file, row_group_size=ROWS_IN_GROUP, use_compliant_nested_type=False, **PARQUET_OPTIONS
+        )
 
 
 def read_table(path: str | os.PathLike[str], manifest: Manifest | None = None) -> pa.Table:
@@ -50,14 +52,14 @@ class TableFile:
 
     def __init__(self, path: str | os.PathLike[str], file: BinaryIO) -> None:
         self._path = path
-        with _refused(path):
+        with _arrow_errors_as_bad_input(path):
             self._parquet = pq.ParquetFile(file, page_checksum_verification=True)
             self.layout: pa.Schema = self._parquet.schema_arrow
             self.count: int = self._parquet.metadata.num_rows
             if VERSION_KEY not in (self.layout.metadata or {}):
-                raise no_table(path, self._writer)
-            if why := _oddity(self.layout):  # before the data, of which odd types may be
-                raise no_table(path, why)
+                raise no_table_error(path, self._writer)
+            if why := _schema_fault(self.layout):  # before the data, of which odd types may be
+                raise no_table_error(path, why)
 
     @property
     def _writer(self) -> str:
@@ -68,14 +70,14 @@ class TableFile:
 
     def read(self, columns: list[str] | None = None) -> pa.Table:
         """Some columns, or all."""
-        with _refused(self._path):
+        with _arrow_errors_as_bad_input(self._path):
             # threads that hold a file of Python abort a process that ends just then (apache/arrow#34314)
             table = self._parquet.read(columns, use_threads=False)
         return table.replace_schema_metadata(self.layout.metadata)  # the file has them twice; these were read
 
 
 @contextmanager
-def _refused(path: str | os.PathLike[str]) -> Iterator[None]:
+def _arrow_errors_as_bad_input(path: str | os.PathLike[str]) -> Iterator[None]:
     """Arrow's error about a file that is no table, as BadInput."""
     try:
         yield
@@ -85,16 +87,16 @@ def _refused(path: str | os.PathLike[str]) -> Iterator[None]:
         if isinstance(trouble, OSError) and trouble.errno:
             raise  # of the disk
         why = f"this is none, or damaged: {str(trouble).splitlines()[0]}" if str(trouble) else "this is none"
-        raise no_table(path, why) from None
+        raise no_table_error(path, why) from None
 
 
-def no_table(path: str | os.PathLike[str], why: str) -> BadInput:
+def no_table_error(path: str | os.PathLike[str], why: str) -> BadInput:
     """The message on a file that is no table of camopt."""
     allowed = f"a Parquet table that camopt wrote; {why}"
     return BadInput([Mistake("camopt", "table", os.fsdecode(path), allowed)])
 
 
-def _oddity(layout: pa.Schema) -> str:
+def _schema_fault(layout: pa.Schema) -> str:
     """The fault of the schema of a table; empty if there is none."""
     for field in layout:
         if field.type not in COLUMN_TYPES:
@@ -106,12 +108,12 @@ def _oddity(layout: pa.Schema) -> str:
     except (ValueError, RecursionError):
         return "its metadata are not text, or its front is not JSON"
     front = {"points": int, "hypervolume": float | int}
-    if not _has(said["front"], front) or not _has(said["sweep"], {"designs": int}):
+    if not _has_types(said["front"], front) or not _has_types(said["sweep"], {"designs": int}):
         return "what it says of its front or its sweep has not the form of camopt"
     return ""
 
 
-def _has(said: Any, kinds: Mapping[str, Any]) -> bool:
+def _has_types(said: Any, kinds: Mapping[str, Any]) -> bool:
     """Whether a part of the metadata, if there is one, is a mapping with values of some types."""
     return said is None or (
         isinstance(said, dict) and all(isinstance(said.get(name), kind) for name, kind in kinds.items())
@@ -120,8 +122,8 @@ def _has(said: Any, kinds: Mapping[str, Any]) -> bool:
 
 def table_facts(layout: pa.Schema) -> dict[Hashable | None, Any]:
     """The facts in the metadata of a table."""
-    columns = {field.name: _decoded(field.metadata) for field in layout}
-    whole = _decoded(layout.metadata)
+    columns = {field.name: _decode_metadata(field.metadata) for field in layout}
+    whole = _decode_metadata(layout.metadata)
     return {
         "units": {name: facts.get("unit", "") for name, facts in columns.items()},
         "symbols": {name: facts.get("symbol", "") for name, facts in columns.items()},
@@ -139,5 +141,5 @@ def with_pandas_attributes(layout: pa.Schema) -> pa.Schema:
     return layout.with_metadata({**(layout.metadata or {}), PANDAS_KEY: facts.encode()})
 
 
-def _decoded(metadata: dict[bytes, bytes] | None) -> dict[str, str]:
+def _decode_metadata(metadata: dict[bytes, bytes] | None) -> dict[str, str]:
     return {key.decode(): value.decode() for key, value in (metadata or {}).items()}

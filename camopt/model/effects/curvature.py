@@ -13,21 +13,21 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
-from camopt.model.effects.case import Bounded, Case, Effect, Setup
-from camopt.model.effects.peak import ConvexRadius, Cutter, Peak, size_of
-from camopt.model.effects.peak_columns import columns_of_ends, peak_column
-from camopt.model.mechanisms.design import itself
+from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
+from camopt.model.effects.peak import ConvexRadius, CutterRadius, Peak, size_unit
+from camopt.model.effects.peak_columns import peak_column, range_columns
+from camopt.model.mechanisms.design import unshared_pitch
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES
 
-CONVEX, CUTTER = "profile_radius_min_mm", "cutter_radius_max_mm"
+CONVEX_RADIUS, CUTTER_RADIUS = "profile_radius_min_mm", "cutter_radius_max_mm"
 PITCH_PAIR = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm")
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.curvature is None:
-        return (CONVEX, "undercut")
-    return (*PITCH_PAIR, CONVEX, "undercut", *(() if setup.mechanism.cut_as_by_roller else (CUTTER,)))
+        return (CONVEX_RADIUS, "undercut")
+    return (*PITCH_PAIR, CONVEX_RADIUS, "undercut", *(() if setup.mechanism.cut_as_by_roller else (CUTTER_RADIUS,)))
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
@@ -38,8 +38,10 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
         curves = ((mechanism.profile_radius, ALL_STROKES),)
-        radius = Peak(curves, LEAST, jumps=pointed, unit=size_of, open_at_zero=True)
-        return {CONVEX: radius._replace(per_body=0.0 if mechanism.alike is itself else 1.0)}
+        radius = Peak(curves, LEAST, jumps=pointed, unit=size_unit, open_at_zero=True)
+        return {
+            CONVEX_RADIUS: radius._replace(per_body=0.0 if mechanism.profile_or_pitch is unshared_pitch else 1.0)
+        }
     curves = ((mechanism.curvature, ALL_STROKES),)
     both = mechanism.two_sided  # either flank may be the sharper one
     most, least = (pointed, notched) if flank.bulge > 0.0 else (notched, pointed)
@@ -48,10 +50,10 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     found = {
         "pitch_curvature_max_per_mm": Peak(curves, LARGEST, jumps=most),
         "pitch_curvature_min_per_mm": Peak(curves, LEAST, jumps=least),
-        CONVEX: Peak(curves, goal, ConvexRadius(wider), sharp, extremes=PITCH_PAIR, open_at_zero=True),
-        CUTTER: Peak(curves, LEAST, Cutter(), notched, extremes=PITCH_PAIR),
+        CONVEX_RADIUS: Peak(curves, goal, ConvexRadius(wider), sharp, extremes=PITCH_PAIR, open_at_zero=True),
+        CUTTER_RADIUS: Peak(curves, LEAST, CutterRadius(), notched, extremes=PITCH_PAIR),
     }
-    return {name: found[name] for name in found if name != CUTTER or not mechanism.cut_as_by_roller}
+    return {name: found[name] for name in found if name != CUTTER_RADIUS or not mechanism.cut_as_by_roller}
 
 
 def is_pointed(programme: Programme) -> bool:
@@ -73,58 +75,62 @@ def reads(setup: Setup) -> tuple[str, ...]:
     return () if setup.mechanism.curvature is None else PITCH_PAIR
 
 
-def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def run_on_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     """The extremes of the pitch curve's curvature, from which ``run`` computes the other quantities."""
     mechanism = case.setup.mechanism
     if mechanism.curvature is None:
         return {}
     if case.programme.radii:
-        return _of_arcs(case)
+        return _arc_extremes(case)
     known = peaks(case.setup)
-    return dict(zip(PITCH_PAIR, columns_of_ends(case, *map(known.__getitem__, PITCH_PAIR)), strict=True))
+    return dict(zip(PITCH_PAIR, range_columns(case, *map(known.__getitem__, PITCH_PAIR)), strict=True))
 
 
-def _of_arcs(case: Case) -> dict[str, Any]:
-    """As ``of_pitch``, of a cam that is given by its arcs and lines, on each of which the curvature is constant."""
+def _arc_extremes(case: EvaluationBlock) -> dict[str, Any]:
+    """As ``run_on_pitch``, for a cam of arcs and lines: the curvature is constant on each."""
     curvature = 1.0 / np.array(case.programme.radii)
     most, least = (np.full(len(case.designs), extreme) for extreme in (curvature.max(), curvature.min()))
     exact, scale = np.zeros_like(most), np.maximum(np.abs(most), np.abs(least))
-    return dict(zip(PITCH_PAIR, (Bounded(most, exact, scale), Bounded(least, exact, scale)), strict=True))
+    return dict(
+        zip(PITCH_PAIR, (EnclosedValue(most, exact, scale), EnclosedValue(least, exact, scale)), strict=True)
+    )
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    return _flat(case) if case.setup.mechanism.curvature is None else _trace_point(case, wanted)
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    return (
+        _flat_face_columns(case) if case.setup.mechanism.curvature is None else _trace_point_columns(case, wanted)
+    )
 
 
-def _flat(case: Case) -> dict[str, Any]:
+def _flat_face_columns(case: EvaluationBlock) -> dict[str, Any]:
     if case.programme.radii:
         radius = np.full(len(case.designs), min(case.programme.radii))
-        return {CONVEX: Bounded(radius, np.zeros_like(radius), radius), "undercut": radius <= 0.0}
-    least = peak_column(case, peaks(case.setup)[CONVEX])
-    return {CONVEX: least, "undercut": least.value <= 0.0}
+        return {CONVEX_RADIUS: EnclosedValue(radius, np.zeros_like(radius), radius), "undercut": radius <= 0.0}
+    least = peak_column(case, peaks(case.setup)[CONVEX_RADIUS])
+    return {CONVEX_RADIUS: least, "undercut": least.value <= 0.0}
 
 
-def _trace_point(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def _trace_point_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     roller, both = case.setup.half_width(case.designs), case.setup.mechanism.two_sided
-    (most, least), (highest, lowest) = map(case.found.__getitem__, PITCH_PAIR), map(case.far, PITCH_PAIR)
+    (most, least), (highest, lowest) = map(case.columns.__getitem__, PITCH_PAIR), map(case.outer_bound, PITCH_PAIR)
     if both:
         most, highest = np.maximum(most, -least), np.maximum(highest, -lowest)
-    radius, inwards = _radius(most, highest)
-    columns: dict[str, Any] = {CONVEX: Bounded(radius - roller, inwards, radius)}
+    radius, inwards = _curvature_radius(most, highest)
+    columns: dict[str, Any] = {CONVEX_RADIUS: EnclosedValue(radius - roller, inwards, radius)}
     if "undercut" in wanted:
         columns["undercut"] = np.where(roller > 0.0, np.maximum(most, 0.0), 0.0) * roller >= 1.0
-    if CUTTER in wanted and not case.setup.mechanism.cut_as_by_roller:
-        radius, inwards = _radius(-least, -lowest)
-        columns[CUTTER] = Bounded(roller + radius, inwards, roller + radius)
+    if CUTTER_RADIUS in wanted and not case.setup.mechanism.cut_as_by_roller:
+        radius, inwards = _curvature_radius(-least, -lowest)
+        columns[CUTTER_RADIUS] = EnclosedValue(roller + radius, inwards, roller + radius)
     return columns
 
 
 @np.errstate(divide="ignore", invalid="ignore")
-def _radius(curvature: FloatArray, larger: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _curvature_radius(curvature: FloatArray, larger: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The radius of a curvature, infinite where that is 0 or less; how far one is from that of a larger."""
     radius = 1.0 / np.maximum(curvature, 0.0)
     inwards = np.minimum(1.0 / np.maximum(larger, 0.0) - radius, 0.0)
     return radius, np.where(np.isfinite(radius), inwards, 0.0)
 
 
-EFFECT = Effect("curvature", offers, run, reads=reads, of_pitch=of_pitch, peaks=peaks, of_contact=True)
+EFFECT = Effect("curvature", offers, run, reads=reads, run_on_pitch=run_on_pitch, peaks=peaks, is_per_contact=True)

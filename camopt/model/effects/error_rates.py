@@ -19,66 +19,66 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.kernels.compile import inlined
+from camopt.core.kernels.compile import inline_in_kernels
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.curves import curve, formula, further, turned_series
-from camopt.model.effects.case import Setup
-from camopt.model.effects.given import NO_BAND, GivenErrors
+from camopt.core.numerics.curves import curve_derivatives, pair_formula, rotated_derivatives, value_and_slope
+from camopt.model.effects.effect import Setup
+from camopt.model.effects.effect_numbers import NO_BAND, ToleranceBands
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import Programme
 
-TINY = 1e-60
+TINY_SQUARE = 1e-60
 """Below any square that counts: so that a root of two squares has a slope where both are 0."""
 
 
-@inlined
-def either(half, middle, c, c1):
+@inline_in_kernels
+def band_rate(half, middle, c, c1):
     """half·|c| + middle·c, and its slope."""
     return half * np.abs(c) + middle * c, (half * np.sign(c) + middle) * c1
 
 
-@inlined
-def length(a, a1, b, b1):
+@inline_in_kernels
+def hypotenuse_rate(a, a1, b, b1):
     """√(a² + b²), and its slope."""
-    root = np.sqrt(np.square(a) + np.square(b) + TINY)
+    root = np.sqrt(np.square(a) + np.square(b) + TINY_SQUARE)
     return root, (a * a1 + b * b1) / root
 
 
-@inlined
-def of_normal(f, i, g, chi):
+@inline_in_kernels
+def normal_error_rate(f, i, g, chi):
     """What is off along the normal, from G and χ', each with derivatives."""
     (g0, g1, g2, g3), (x1, x2, x3) = g, chi
     n = f.waves[i]
     if f.order == 1:
-        waved, waved1 = length(g1, g2, n * g0, n * g1)
-        turned, turned1 = length(g1, g2, g0 * x1, g1 * x1 + g0 * x2)
-        other, other1 = either(f.half[i], f.middle[i], g1, g2)
+        waved, waved1 = hypotenuse_rate(g1, g2, n * g0, n * g1)
+        turned, turned1 = hypotenuse_rate(g1, g2, g0 * x1, g1 * x1 + g0 * x2)
+        other, other1 = band_rate(f.half[i], f.middle[i], g1, g2)
     else:
-        steep, steep1 = length(2.0 * g1, 2.0 * g2, n * g0, n * g1)
+        steep, steep1 = hypotenuse_rate(2.0 * g1, 2.0 * g2, n * g0, n * g1)
         waved, waved1 = np.abs(g2) + n * steep, np.sign(g2) * g3 + n * steep1
         square = np.square(x1)
         out, across = g2 - g0 * square, 2.0 * g1 * x1 + g0 * x2
         out1, across1 = g3 - g1 * square - 2.0 * g0 * x1 * x2, 2.0 * g2 * x1 + 3.0 * g1 * x2 + g0 * x3
-        turned, turned1 = length(out, out1, across, across1)
-        other, other1 = either(f.half[i], f.middle[i], g2, g3)
+        turned, turned1 = hypotenuse_rate(out, out1, across, across1)
+        other, other1 = band_rate(f.half[i], f.middle[i], g2, g3)
     value = f.profile[i] * waved + f.bore[i] * turned + other
     return value, f.profile[i] * waved1 + f.bore[i] * turned1 + other1
 
 
-@inlined
-def of_motion(f, i, at):
+@inline_in_kernels
+def motion_error_rate(f, i, at):
     """What answers as y' does."""
     if f.order == 1:
-        ahead, ahead1 = either(f.turning[i], f.ahead[i], at.y2, at.y3)
-        across, across1 = length(at.y2, at.y3, at.y1, at.y2)
+        ahead, ahead1 = band_rate(f.turning[i], f.ahead[i], at.y2, at.y3)
+        across, across1 = hypotenuse_rate(at.y2, at.y3, at.y1, at.y2)
     else:
-        ahead, ahead1 = either(f.turning[i], f.ahead[i], at.y3, at.y4)
-        across, across1 = length(at.y3 - at.y1, at.y4 - at.y2, 2.0 * at.y2, 2.0 * at.y3)
+        ahead, ahead1 = band_rate(f.turning[i], f.ahead[i], at.y3, at.y4)
+        across, across1 = hypotenuse_rate(at.y3 - at.y1, at.y4 - at.y2, 2.0 * at.y2, 2.0 * at.y3)
     return ahead + f.around[i] * across, ahead1 + f.around[i] * across1
 
 
-@inlined
-def of_order(order, c1, c2, c3):
+@inline_in_kernels
+def pick_order(order, c1, c2, c3):
     """The derivative of an order, and the next one."""
     return (c1, c2) if order == 1 else (c2, c3)
 
@@ -148,9 +148,9 @@ class SwingingFaceErrorRates(NamedTuple):
     middle: FloatArray
 
 
-@formula(TraceErrorRates)
+@pair_formula(TraceErrorRates)
 def trace_error_rates(f, i, at):
-    t, t1, t2, t3 = further(f.pressure, i, at)
+    t, t1, t2, t3 = curve_derivatives(f.pressure, i, at)
     square = 1.0 + np.square(t)
     g0 = np.sqrt(square)
     b1 = t1 / square
@@ -161,52 +161,52 @@ def trace_error_rates(f, i, at):
     g3 = (3.0 * t1 * t2 + t * t3 - 3.0 * g1 * g2) / g0
     swing, way = f.swing[i], f.way[i]
     chi = (1.0 + swing * at.y1 - way * b1, swing * at.y2 - way * b2, swing * at.y3 - way * b3)
-    normal, normal1 = of_normal(f.normal, i, (g0, g1, g2, g3), chi)
-    motion, motion1 = of_motion(f.motion, i, at)
-    c, c1 = of_order(f.normal.order, t1, t2, t3)
-    along, along1 = either(f.half[i], f.middle[i], c, c1)
+    normal, normal1 = normal_error_rate(f.normal, i, (g0, g1, g2, g3), chi)
+    motion, motion1 = motion_error_rate(f.motion, i, at)
+    c, c1 = pick_order(f.normal.order, t1, t2, t3)
+    along, along1 = band_rate(f.half[i], f.middle[i], c, c1)
     return normal + motion + along, normal1 + motion1 + along1
 
 
-@formula(ArmErrorRates)
+@pair_formula(ArmErrorRates)
 def arm_error_rates(f, i, at):
-    value, slope = curve(f.trace, i, at)
-    t, t1, t2, t3 = further(f.trace.pressure, i, at)
-    (c, c1, c2, c3), (_, s1, s2, s3) = turned_series(f.cosine[i], f.sine[i], at)
+    value, slope = value_and_slope(f.trace, i, at)
+    t, t1, t2, t3 = curve_derivatives(f.trace.pressure, i, at)
+    (c, c1, c2, c3), (_, s1, s2, s3) = rotated_derivatives(f.cosine[i], f.sine[i], at)
     g1, g2 = s1 - t1 * c - t * c1, s2 - t2 * c - 2.0 * t1 * c1 - t * c2
     g3 = s3 - t3 * c - 3.0 * t2 * c1 - 3.0 * t1 * c2 - t * c3
-    g, next_ = of_order(f.trace.normal.order, g1, g2, g3)
-    off, off1 = either(f.half[i], f.middle[i], g, next_)
+    g, next_ = pick_order(f.trace.normal.order, g1, g2, g3)
+    off, off1 = band_rate(f.half[i], f.middle[i], g, next_)
     return value + off, slope + off1
 
 
-@formula(FaceErrorRates)
+@pair_formula(FaceErrorRates)
 def face_error_rates(f, i, at):
-    value, slope = of_motion(f.motion, i, at)
+    value, slope = motion_error_rate(f.motion, i, at)
     return f.steady[i] + value, slope
 
 
-@formula(SwingingFaceErrorRates)
+@pair_formula(SwingingFaceErrorRates)
 def swinging_face_error_rates(f, i, at):
-    t, t1, t2, t3 = further(f.reach, i, at)
+    t, t1, t2, t3 = curve_derivatives(f.reach, i, at)
     g0 = 1.0 / t
     g1 = -g0 * t1 / t
     g2 = -(2.0 * g1 * t1 + g0 * t2) / t
     g3 = -(3.0 * g2 * t1 + 3.0 * g1 * t2 + g0 * t3) / t
     sense = f.sense[i]
     chi = (1.0 + sense * at.y1, sense * at.y2, sense * at.y3)
-    normal, normal1 = of_normal(f.normal, i, (g0, g1, g2, g3), chi)
-    motion, motion1 = of_motion(f.motion, i, at)
-    _, (s, s1, s2, s3) = turned_series(f.cosine[i], f.sine[i], at)
+    normal, normal1 = normal_error_rate(f.normal, i, (g0, g1, g2, g3), chi)
+    motion, motion1 = motion_error_rate(f.motion, i, at)
+    _, (s, s1, s2, s3) = rotated_derivatives(f.cosine[i], f.sine[i], at)
     h1, h2 = s1 * g0 + s * g1, s2 * g0 + 2.0 * s1 * g1 + s * g2
     h3 = s3 * g0 + 3.0 * s2 * g1 + 3.0 * s1 * g2 + s * g3
-    h, next_ = of_order(f.normal.order, h1, h2, h3)
-    off, off1 = either(f.half[i], f.middle[i], h, next_)
+    h, next_ = pick_order(f.normal.order, h1, h2, h3)
+    off, off1 = band_rate(f.half[i], f.middle[i], h, next_)
     return normal + motion + off, normal1 + motion1 + off1
 
 
 def rate_curve(
-    setup: Setup, given: GivenErrors, order: int, side: float, designs: Designs, programme: Programme
+    setup: Setup, given: ToleranceBands, order: int, side: float, designs: Designs, programme: Programme
 ) -> Any:
     """Curve of the worst error of velocity (1) or acceleration (2) to one side, +1 or −1; mm (rad) per radⁿ."""
     mechanism, zeros = setup.mechanism, np.zeros(len(designs))

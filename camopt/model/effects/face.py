@@ -11,38 +11,41 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics.stable import difference_of_squares_root
-from camopt.model.effects.case import Bounded, Case, Effect, Setup
-from camopt.model.effects.implied import Implied
+from camopt.core.numerics.stable_functions import difference_of_squares_root
+from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
+from camopt.model.effects.necessary_conditions import NecessaryConditions
 
-DIAMETER = "face_diameter_min_mm"
+FACE_DIAMETER = "face_diameter_min_mm"
 FACE_REACHES = ("face_reach_max_mm", "face_reach_min_mm")
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return () if setup.mechanism.reach is None or setup.angular else (DIAMETER,)
+    return () if setup.mechanism.reach is None or setup.angular else (FACE_DIAMETER,)
 
 
 def reads(setup: Setup) -> tuple[str, ...]:
     return FACE_REACHES if offers(setup) else ()
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    width = case.each.bodies.face_width
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    width = case.setup_per_design.bodies.face_width
     width = 0.0 if width is None else width
     found, far = (
         2.0 * np.hypot(np.maximum(*map(np.abs, ends)), width / 2.0)
-        for ends in ([case.found[name] for name in FACE_REACHES], [case.far(name) for name in FACE_REACHES])
+        for ends in (
+            [case.columns[name] for name in FACE_REACHES],
+            [case.outer_bound(name) for name in FACE_REACHES],
+        )
     )
-    return {DIAMETER: Bounded(found, far - found, found)}
+    return {FACE_DIAMETER: EnclosedValue(found, far - found, found)}
 
 
-def implies(setup: Setup, name: str, bound: float) -> Implied:
+def implies(setup: Setup, name: str, bound: float) -> NecessaryConditions:
     """The reach at which the circle about the follower's axis has the diameter."""
     width = setup.bodies.face_width or 0.0
-    if name != DIAMETER or "materials.face_width" in setup.free or bound < width:
-        return Implied()
-    return Implied(reach=difference_of_squares_root(bound, width) / 2.0)
+    if name != FACE_DIAMETER or "materials.face_width" in setup.free or bound < width:
+        return NecessaryConditions()
+    return NecessaryConditions(reach=difference_of_squares_root(bound, width) / 2.0)
 
 
-EFFECT = Effect("face", offers, run, reads=reads, implies=implies, of_contact=True)
+EFFECT = Effect("face", offers, run, reads=reads, implies=implies, is_per_contact=True)

@@ -25,23 +25,23 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.core.numerics import BISECTIONS, BoolArray, FloatArray, IntArray
-from camopt.core.numerics.curves import curve
+from camopt.core.numerics.curves import value_and_slope
 from camopt.core.numerics.piecewise import sign_changes
 from camopt.core.numerics.state import State
 from camopt.model.effects.force import force_series
 from camopt.model.motion.programme import Programme
 
-NO_FORCE = 1e-9  # of the largest force: less is none
-TERMS = 24  # of a series
-STEP = 2.0  # of a series: its length times the frequency of the follower on its spring
-SHARES = np.arange(1, 9) / 8.0  # of a step, at which flanks are looked for
-MOST_STEPS = 2000
-FURTHEST = 0.05  # rad: how far that may be from where F is 0
-APART = 1e-9  # of the clearance: what is no further from a flank has not left it
-STEP_BACK = 1e-5  # rad, of a slope
+NEGLIGIBLE_FORCE = 1e-9  # of the largest force: less is none
+FLIGHT_TERMS = 24  # of a series
+SERIES_STEP = 2.0  # of a series: its length times the frequency of the follower on its spring
+STEP_FRACTIONS = np.arange(1, 9) / 8.0  # of a step, at which flanks are looked for
+MOST_FLIGHT_STEPS = 2000
+LARGEST_DEPARTURE_LAG = 0.05  # rad: how far that may be from where F is 0
+LIFTED_SHARE = 1e-9  # of the clearance: what is no further from a flank has not left it
+SLOPE_STEP = 1e-5  # rad, of a slope
 
 
-class Crossings(NamedTuple):
+class FlankCrossings(NamedTuple):
     """Where F changes its sign over a turn: each an array (crossings,)."""
 
     angle: FloatArray
@@ -57,8 +57,8 @@ class Crossings(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def crossings(programme: Programme, factors: tuple[float, ...]) -> Crossings:
-    """The crossings of F with its factors (``force.factors_of``) over a turn without corners."""
+def find_flank_crossings(programme: Programme, factors: tuple[float, ...]) -> FlankCrossings:
+    """The crossings of F with its factors (``force.force_factors``) over a turn without corners."""
     table, series = programme.table, force_series(programme, factors)[:, 0]
     bound = float(np.abs(polynomial.polyval(np.linspace(-1.0, 1.0, 9), series)).max())
     roots: dict[int, list[float]] = {}
@@ -69,7 +69,7 @@ def crossings(programme: Programme, factors: tuple[float, ...]) -> Crossings:
         edges = [-1.0, *sorted(roots.get(panel, ())), 1.0]
         for low, high in pairwise(edges):
             middle = float(polynomial.polyval((low + high) / 2.0, series[:, panel]))
-            if abs(middle) > NO_FORCE * bound:
+            if abs(middle) > NEGLIGIBLE_FORCE * bound:
                 signs.append(np.sign(middle))
                 starts.append((panel, low))
     found = [k for k in range(len(signs)) if signs[k] != signs[k - 1]]
@@ -78,11 +78,11 @@ def crossings(programme: Programme, factors: tuple[float, ...]) -> Crossings:
     here = series[:, panels]
     after = np.asarray(polynomial.polyval(places, here, tensor=False))
     slope = polynomial.polyval(places, polynomial.polyder(here), tensor=False) / table.half_width[panels]
-    return Crossings(
+    return FlankCrossings(
         table.centre[panels] + places * table.half_width[panels],
         panels,
         np.array([-signs[k] for k in found]),
-        np.where(np.abs(after) > NO_FORCE * bound, after, 0.0),
+        np.where(np.abs(after) > NEGLIGIBLE_FORCE * bound, after, 0.0),
         np.asarray(slope),
     )
 
@@ -132,41 +132,41 @@ class HalfGap(NamedTuple):
     """½·j/l of each design."""
     programme: Programme
 
-    def at(
+    def value_and_slope(
         self, design: IntArray, panel: IntArray, u: FloatArray, side: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """e and e' by the cam angle, of designs at places of panels, of the flanks that bear forces with a sign."""
-        state = state_at(self.programme, panel, u)
-        each = [curve(pressure, design, state) for pressure in self.pressures]
+        state = panel_state(self.programme, panel, u)
+        each = [value_and_slope(pressure, design, state) for pressure in self.pressures]
         tangent, slope = np.where(side > 0.0, each[0], each[-1])
         secant = np.sqrt(1.0 + np.square(tangent))
         return self.half[design] * secant, self.half[design] * tangent * slope / secant
 
 
-def state_at(programme: Programme, panel: IntArray, u: FloatArray) -> State:
+def panel_state(programme: Programme, panel: IntArray, u: FloatArray) -> State:
     """The motion at places of panels; without jerk and load, which the formulas of sizes do not read."""
     rows, width = programme.table.coefficients[panel].T, programme.table.half_width[panel]
     y, y1, y2 = (polynomial.polyval(u, polynomial.polyder(rows, order), tensor=False) for order in range(3))
     return State(y, y1 / width, y2 / np.square(width), np.zeros_like(y))
 
 
-def fly(programme: Programme, followers: Followers, flights: Flights, gap: HalfGap) -> Landings:
+def simulate_flights(programme: Programme, followers: Followers, flights: Flights, gap: HalfGap) -> Landings:
     """All flights to the flanks where they end."""
-    flying = _departed(programme, followers, flights, gap)
+    flying = _departure_states(programme, followers, flights, gap)
     count = flights.design.size
     landed = Landings(
         np.zeros(count), np.zeros(count, np.int64), np.zeros(count), np.zeros(count), np.zeros(count, bool)
     )
     index = np.arange(count)
-    for _ in range(MOST_STEPS):
+    for _ in range(MOST_FLIGHT_STEPS):
         if not index.size:
             break
-        done, flying = _step(programme, followers, flights, gap, index, flying, landed)
+        done, flying = _advance_flights(programme, followers, flights, gap, index, flying, landed)
         index = index[~done]
     return landed
 
 
-class _Flying(NamedTuple):
+class _FlightState(NamedTuple):
     """The state of flights under way: panel, place on it, cam angle flown, s·u and its derivative by the angle."""
 
     panel: IntArray
@@ -175,44 +175,44 @@ class _Flying(NamedTuple):
     way: FloatArray
     speed: FloatArray
 
-    def take(self, index: Any) -> "_Flying":
-        return _Flying(*(each[index] for each in self))
+    def take(self, index: Any) -> "_FlightState":
+        return _FlightState(*(each[index] for each in self))
 
 
-def _departed(programme: Programme, followers: Followers, flights: Flights, gap: HalfGap) -> _Flying:
+def _departure_states(programme: Programme, followers: Followers, flights: Flights, gap: HalfGap) -> _FlightState:
     """Where flanks are left: a little before F is 0 or after it, for a flank that the clearance moves.
 
     Where the jerk jumps at the crossing, neither side may have such a place: then the flank is left just there.
     """
     table, panel, design = programme.table, flights.panel, flights.design
     start = (flights.angle - table.centre[panel]) / table.half_width[panel]
-    early, late = (_left(programme, followers, flights, gap, start, side) for side in (-1.0, 1.0))
+    early, late = (_departure_lag(programme, followers, flights, gap, start, side) for side in (-1.0, 1.0))
     by = np.where(late > 0.0, late, np.minimum(early, 0.0))
-    panel, place = _placed(programme, panel, start, by)
-    half, half1 = gap.at(design, panel, place, flights.side)
-    return _Flying(panel, place, np.zeros(design.size), -half, -half1)
+    panel, place = _shift_places(programme, panel, start, by)
+    half, half1 = gap.value_and_slope(design, panel, place, flights.side)
+    return _FlightState(panel, place, np.zeros(design.size), -half, -half1)
 
 
-def _left(
+def _departure_lag(
     programme: Programme, followers: Followers, flights: Flights, gap: HalfGap, start: FloatArray, side: float
 ) -> FloatArray:
     """How much after F is 0 a flank is left, rad, by the slopes just before the crossing (−1) or after it (1)."""
-    table, own, step = programme.table, flights.setting, np.full(start.size, STEP_BACK)
+    table, own, step = programme.table, flights.setting, np.full(start.size, SLOPE_STEP)
     mass, damping, stiffness, omega = (each[own] for each in followers[:4])
     (near, at), (far, beyond) = (
-        _placed(programme, flights.panel, start, side * each * step) for each in (1.0, 2.0)
+        _shift_places(programme, flights.panel, start, side * each * step) for each in (1.0, 2.0)
     )
-    half, half1 = gap.at(flights.design, near, at, flights.side)
-    half2 = (gap.at(flights.design, far, beyond, flights.side)[1] - half1) / (side * step)
+    half, half1 = gap.value_and_slope(flights.design, near, at, flights.side)
+    half2 = (gap.value_and_slope(flights.design, far, beyond, flights.side)[1] - half1) / (side * step)
     moved = mass * np.square(omega) * half2 + damping * omega * half1 + stiffness * half
     series = polynomial.polyder(followers.force[:, own, near])
     falling = flights.side * polynomial.polyval(at, series, tensor=False) / table.half_width[near]
     with np.errstate(divide="ignore", invalid="ignore"):
         found = np.where((flights.jump == 0.0) & (falling < 0.0), moved / falling, 0.0)
-    return np.where(np.abs(found) < FURTHEST, found, 0.0)
+    return np.where(np.abs(found) < LARGEST_DEPARTURE_LAG, found, 0.0)
 
 
-def _placed(
+def _shift_places(
     programme: Programme, panel: IntArray, place: FloatArray, by: FloatArray
 ) -> tuple[IntArray, FloatArray]:
     """Places moved by a cam angle (rad), on the panel before or after if need be."""
@@ -225,50 +225,58 @@ def _placed(
     return found, np.where(by == 0.0, place, np.clip(where, -1.0, 1.0))
 
 
-def _step(
+def _advance_flights(
     programme: Programme,
     followers: Followers,
     flights: Flights,
     gap: HalfGap,
     index: IntArray,
-    flying: _Flying,
+    flying: _FlightState,
     landed: Landings,
-) -> tuple[BoolArray, _Flying]:
+) -> tuple[BoolArray, _FlightState]:
     """Fly on to the end of a panel, or as far as a series goes; which flights have ended, and the others."""
     table, own, side = programme.table, flights.setting[index], flights.side[index]
     panel, design, width = flying.panel, flights.design[index], table.half_width[flying.panel]
     mass, damping, stiffness, omega = (each[own] for each in followers[:4])
     fast = np.maximum(np.sqrt(stiffness / mass), damping / mass) / omega
     room = np.maximum((1.0 - flying.place) * width, 0.0)
-    length = np.minimum(room, STEP / np.maximum(fast, 1e-9))
-    pushed = -side * _about(followers.force[:, own, panel], flying.place) / _powers(width, len(followers.force))
-    series = _solved(pushed, mass * np.square(omega), damping * omega, stiffness, flying.way, flying.speed)
+    length = np.minimum(room, SERIES_STEP / np.maximum(fast, 1e-9))
+    pushed = (
+        -side
+        * _recentre_polynomials(followers.force[:, own, panel], flying.place)
+        / _powers_by_row(width, len(followers.force))
+    )
+    series = _oscillator_series(
+        pushed, mass * np.square(omega), damping * omega, stiffness, flying.way, flying.speed
+    )
 
-    def gone(share: Any) -> tuple[FloatArray, FloatArray]:
+    def flank_gaps(share: Any) -> tuple[FloatArray, FloatArray]:
         """s·u less its value on the other flank, and on the first one: that is met at 0, this left above it."""
         along = share * length
         way = polynomial.polyval(along, series, tensor=False)
-        ahead, behind = (gap.at(design, panel, flying.place + along / width, each)[0] for each in (-side, side))
+        ahead, behind = (
+            gap.value_and_slope(design, panel, flying.place + along / width, each)[0] for each in (-side, side)
+        )
         return way - ahead, way + behind
 
-    looked = [gone(share) for share in SHARES]
+    looked = [flank_gaps(share) for share in STEP_FRACTIONS]
     beyond = np.array([one >= 0.0 for one, _ in looked])
-    size = gap.at(design, panel, flying.place, side)[0]
-    back = np.array([two < -APART * size for _, two in looked])
+    size = gap.value_and_slope(design, panel, flying.place, side)[0]
+    back = np.array([two < -LIFTED_SHARE * size for _, two in looked])
     met = beyond | back
     ends = met.any(axis=0)
     first = met.argmax(axis=0)
-    low, high = np.where(first > 0, SHARES[first - 1], 0.0), SHARES[first]
+    low, high = np.where(first > 0, STEP_FRACTIONS[first - 1], 0.0), STEP_FRACTIONS[first]
     returns = back[first, np.arange(index.size)]
     for _ in range(BISECTIONS if ends.any() else 0):
         middle = 0.5 * (low + high)
-        one, two = gone(middle)
-        inside = np.where(returns, two >= -APART * size, one < 0.0)
+        one, two = flank_gaps(middle)
+        inside = np.where(returns, two >= -LIFTED_SHARE * size, one < 0.0)
         low, high = np.where(inside, middle, low), np.where(inside, high, middle)
     along = np.where(ends, high, 1.0) * length
     way, speed = (polynomial.polyval(along, each, tensor=False) for each in (series, polynomial.polyder(series)))
     place = flying.place + along / width
-    _, half1 = gap.at(design, panel, place, np.where(returns, side, -side))
+    _, half1 = gap.value_and_slope(design, panel, place, np.where(returns, side, -side))
     here = index[ends]
     flown = flying.flown + along
     landed.panel[here], landed.length[here] = panel[ends], flown[ends]
@@ -276,29 +284,29 @@ def _step(
     landed.speed[here] = np.abs(speed - np.where(returns, -half1, half1))[ends]
     landed.crosses[here] = ~returns[ends]
     over = room <= length
-    on = _Flying(
+    on = _FlightState(
         np.where(over, (panel + 1) % table.centre.size, panel), np.where(over, -1.0, place), flown, way, speed
     )
     return ends, on.take(~ends)
 
 
-def _powers(width: FloatArray, count: int) -> FloatArray:
+def _powers_by_row(width: FloatArray, count: int) -> FloatArray:
     """width⁰, width¹, … (count, n)."""
     return np.asarray(width ** np.arange(count)[:, None])
 
 
-def _about(series: FloatArray, place: FloatArray) -> FloatArray:
+def _recentre_polynomials(series: FloatArray, place: FloatArray) -> FloatArray:
     """Polynomials (powers, n) in powers of u − place."""
     count = len(series)
     found = np.zeros_like(series)
-    powers = _powers(place, count)
+    powers = _powers_by_row(place, count)
     for low in range(count):
         for high in range(low, count):
             found[low] += comb(high, low) * powers[high - low] * series[high]
     return found
 
 
-def _solved(
+def _oscillator_series(
     pushed: FloatArray,
     mass: FloatArray,
     damping: FloatArray,
@@ -307,7 +315,7 @@ def _solved(
     speed: FloatArray,
 ) -> FloatArray:
     """The series (terms, n) of x with mass·x'' + damping·x' + stiffness·x = pushed, from x and x' at its start."""
-    found = np.zeros((max(TERMS, len(pushed) + 2), way.size))
+    found = np.zeros((max(FLIGHT_TERMS, len(pushed) + 2), way.size))
     found[0], found[1] = way, speed
     for k in range(len(found) - 2):
         given = pushed[k] if k < len(pushed) else 0.0

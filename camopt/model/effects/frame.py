@@ -16,10 +16,10 @@ import numpy as np
 
 from camopt.core.numerics import LARGEST
 from camopt.core.numerics.curves import Linear
-from camopt.model.effects.case import Case, Effect, Setup
-from camopt.model.effects.peak import AS_IT_IS, Peak, Times
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
+from camopt.model.effects.peak import IDENTITY_SCALE, Multiple, Peak
 from camopt.model.mechanisms.design import Designs
-from camopt.model.mechanisms.ribs import spacing
+from camopt.model.mechanisms.ribs import roller_advance
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES
 
@@ -27,40 +27,40 @@ DISTANCE, ANGLE, BREADTH = "roller_distance_mm", "subtending_angle_deg", "breadt
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    if setup.mechanism.ribbed:
+    if setup.mechanism.has_rib:
         return (ANGLE,) if setup.angular else ()
-    if not setup.mechanism.further:
+    if not setup.mechanism.further_contacts:
         return ()
     return (BREADTH if setup.mechanism.flat_faced else ANGLE if setup.angular else DISTANCE,)
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     (name,) = offers(case.setup)
-    return {name: _scale(case.setup).factor * _apart(case.setup, case.designs, case.programme)}
+    return {name: _frame_scale(case.setup).factor * _contact_distance(case.setup, case.designs, case.programme)}
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
     """As the largest value of a curve that is the same at every cam angle: searches and proofs ask that."""
-    curves = ((partial(_curve, setup), ALL_STROKES),)
-    return {name: Peak(curves, LARGEST, _scale(setup)) for name in offers(setup)}
+    curves = ((partial(_distance_curve, setup), ALL_STROKES),)
+    return {name: Peak(curves, LARGEST, _frame_scale(setup)) for name in offers(setup)}
 
 
-def _scale(setup: Setup) -> Times:
-    return Times(180.0 / pi) if setup.angular else AS_IT_IS
+def _frame_scale(setup: Setup) -> Multiple:
+    return Multiple(180.0 / pi) if setup.angular else IDENTITY_SCALE
 
 
-def _curve(setup: Setup, designs: Designs, programme: Programme) -> Linear:
+def _distance_curve(setup: Setup, designs: Designs, programme: Programme) -> Linear:
     none = np.zeros(len(designs))
-    return Linear(none, none, none, _apart(setup, designs, programme) + none)
+    return Linear(none, none, none, _contact_distance(setup, designs, programme) + none)
 
 
-def _apart(setup: Setup, designs: Designs, programme: Programme) -> Any:
+def _contact_distance(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """How far apart the contacts are, mm or rad."""
     mechanism, lift = setup.mechanism, programme.lift
-    if mechanism.ribbed:
-        return spacing(mechanism, designs)
-    (contact,) = mechanism.further
-    second = contact.seen(designs)
+    if mechanism.has_rib:
+        return roller_advance(mechanism, designs)
+    (contact,) = mechanism.further_contacts
+    second = contact.local_designs(designs)
     if mechanism.start is None:
         return designs.size + second.size + lift
     along = mechanism.start(designs) + mechanism.start(second) + lift

@@ -24,41 +24,41 @@ import numpy as np
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.core.numerics.curves import value_of
-from camopt.core.numerics.point_contact import ellipticity_of, integrals
+from camopt.core.numerics.point_contact import carlson_integrals, ellipticity_of
 from camopt.model.effects import force
-from camopt.model.effects.bearing import bearing_bodies
-from camopt.model.effects.case import Case, Effect, Setup, of_setting
+from camopt.model.effects.bearing_radii import load_bearing_radii
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_by_setting
 from camopt.model.effects.loads import (
     contact_load,
+    friction_ways,
     has_guide_friction,
     is_sound,
     normal_curve,
-    ways,
 )
-from camopt.model.effects.peak import Peak, Root, Scale, Variant, at_corners
-from camopt.model.effects.peak_columns import ExtremeOfEach, as_column, extreme_of, peak_column
+from camopt.model.effects.peak import LoadRoot, Peak, Scale, Variant, jumps_at_corners
+from camopt.model.effects.peak_columns import DesignExtremes, as_column, peak_column, peak_extremes
 from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.elements import Flank
 
 SHEAR_SHARE, SHEAR_DEPTH = 0.3002831060007776, 0.7861513777574233  # of the largest shear: over p₀, over b
 STRESS, HALF_WIDTH, HALF_LENGTH = "contact_stress_max_MPa", "contact_half_width_mm", "contact_half_length_mm"
-SHEARED = "contact_shear_max_MPa"
-LINE_CONTACT = (STRESS, HALF_WIDTH, SHEARED, "contact_shear_depth_mm")
+SHEAR_STRESS = "contact_shear_max_MPa"
+LINE_CONTACT = (STRESS, HALF_WIDTH, SHEAR_STRESS, "contact_shear_depth_mm")
 POINT_CONTACT = (STRESS, HALF_WIDTH, HALF_LENGTH)
-FLANKS = {"contact_stress_push_MPa": 1.0, "contact_stress_pull_MPa": -1.0}
+FLANK_SIGNS = {"contact_stress_push_MPa": 1.0, "contact_stress_pull_MPa": -1.0}
 """The sign of the normal force on the flank behind each, where there is one that pulls."""
-EITHER = "contact_stress_either_MPa"
+EITHER_FLANK_STRESS = "contact_stress_either_MPa"
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
     if setup.is_knife:
         return (STRESS,)
-    flanks = (*FLANKS, EITHER) if setup.mechanism.pulls else ()
+    flanks = (*FLANK_SIGNS, EITHER_FLANK_STRESS) if setup.mechanism.pulls else ()
     return (*(POINT_CONTACT if setup.spherical else LINE_CONTACT), *flanks)
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
-    keys = force.missing(setup)
+    keys = force.missing_force_keys(setup)
     if not setup.bodies.modulus:
         keys += ("materials.cam", "materials.follower")
     if not setup.bodies.face_width and not setup.spherical:
@@ -77,15 +77,15 @@ def stress_variants(setup: Setup) -> list[tuple[Flank, float, Variant]]:
     return [
         (flank, way, (partial(contact_load, setup, flank=flank, way=way), kinds))
         for flank in setup.mechanism.flanks
-        for way, kinds in ways(setup)
+        for way, kinds in friction_ways(setup)
     ]
 
 
 def stress_scale(setup: Setup, factor: float = 1.0) -> Scale:
     """From the load to a multiple of the stress, MPa: from N/R, N/mm, or at a point from N·h/R_s², N/mm²."""
     degree = 3 if setup.spherical else 2
-    root, unit = Root(degree, load_of_unit_stress(setup), factor), Root(degree, 1.0, factor)
-    return of_setting(setup, root, unit, lambda each: 1.0 / load_of_unit_stress(each))
+    root, unit = LoadRoot(degree, load_of_unit_stress(setup), factor), LoadRoot(degree, 1.0, factor)
+    return scale_by_setting(setup, root, unit, lambda each: 1.0 / load_of_unit_stress(each))
 
 
 def load_of_unit_stress(setup: Setup) -> Any:
@@ -98,7 +98,7 @@ def load_of_unit_stress(setup: Setup) -> Any:
     return np.pi * width / modulus
 
 
-def stress_of(setup: Setup, load: Any, designs: Designs) -> Any:
+def contact_stress(setup: Setup, load: Any, designs: Designs) -> Any:
     """The contact stress at a load, MPa; 0 below 0."""
     return stress_scale(setup).quantity(load, designs)
 
@@ -107,46 +107,49 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.is_knife or lacks(setup):
         return {}
     curves, stress = tuple(variant for *_, variant in stress_variants(setup)), stress_scale(setup)
-    bodies = None if setup.spherical or has_guide_friction(setup) else bearing_bodies
-    found = {STRESS: Peak(curves, LARGEST, stress, at_corners, bodies=bodies)}
+    bodies = None if setup.spherical or has_guide_friction(setup) else load_bearing_radii
+    found = {STRESS: Peak(curves, LARGEST, stress, jumps_at_corners, bodies=bodies)}
     if not setup.spherical:
-        found[SHEARED] = found[STRESS]._replace(scale=stress_scale(setup, SHEAR_SHARE))
+        found[SHEAR_STRESS] = found[STRESS]._replace(scale=stress_scale(setup, SHEAR_SHARE))
     if setup.mechanism.pulls:
-        found[EITHER] = Peak(curves, LARGEST_MAGNITUDE, stress, at_corners)
-        found |= {name: Peak(tuple(_on_flank(setup, name)), LARGEST, stress, at_corners) for name in FLANKS}
+        found[EITHER_FLANK_STRESS] = Peak(curves, LARGEST_MAGNITUDE, stress, jumps_at_corners)
+        found |= {
+            name: Peak(tuple(_flank_variants(setup, name)), LARGEST, stress, jumps_at_corners)
+            for name in FLANK_SIGNS
+        }
     return found
 
 
-def _on_flank(setup: Setup, name: str) -> list[Variant]:
+def _flank_variants(setup: Setup, name: str) -> list[Variant]:
     """The load on the flanks that one sign of the normal force presses on."""
-    return [variant for flank, _, variant in stress_variants(setup) if flank.pressing == FLANKS[name]]
+    return [variant for flank, _, variant in stress_variants(setup) if flank.pressing == FLANK_SIGNS[name]]
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     setup = case.setup
     if setup.is_knife:
         return {STRESS: np.inf}
     known, sound = peaks(setup), is_sound(case)
     columns: dict[str, Any] = {
-        name: peak_column(case, known[name], sound) for name in wanted & known.keys() - {STRESS, SHEARED}
+        name: peak_column(case, known[name], sound) for name in wanted & known.keys() - {STRESS, SHEAR_STRESS}
     }
     patch_wanted = bool(wanted - known.keys())
-    top = extreme_of(case, known[STRESS], sound, located=patch_wanted)
-    columns |= {name: as_column(case, known[name], top) for name in (STRESS, SHEARED) if name in known}
+    top = peak_extremes(case, known[STRESS], sound, located=patch_wanted)
+    columns |= {name: as_column(case, known[name], top) for name in (STRESS, SHEAR_STRESS) if name in known}
     if patch_wanted:
         load, (width, length) = np.maximum(top.value, 0.0), np.zeros((2, len(case.designs)))
         width[~np.isfinite(load)] = length[~np.isfinite(load)] = np.inf
         for number, (flank, way, (make, _)) in enumerate(stress_variants(setup)):
             here = np.flatnonzero(np.isfinite(load) & (load > 0.0) & (top.number == number))
             if here.size:
-                width[here], length[here] = _patch(case, make, flank, way, here, top)
+                width[here], length[here] = _contact_patch(case, make, flank, way, here, top)
         columns[HALF_WIDTH] = width
         columns |= {HALF_LENGTH: length} if setup.spherical else {"contact_shear_depth_mm": SHEAR_DEPTH * width}
     return columns
 
 
-def _patch(
-    case: Case, make: Any, flank: Flank, way: float, index: Any, top: ExtremeOfEach
+def _contact_patch(
+    case: EvaluationBlock, make: Any, flank: Flank, way: float, index: Any, top: DesignExtremes
 ) -> tuple[FloatArray, FloatArray]:
     """Half-axes of the contact where the stress is largest, in the plane of the cam and across it.
 
@@ -162,11 +165,11 @@ def _patch(
         values.append(np.broadcast_arrays(value_of(load, ..., motion), value_of(normal, ..., motion), bend))
     nearer = np.abs(values[0][0] - top.value[index]) < np.abs(values[1][0] - top.value[index])
     _, force, bend = (np.where(nearer, one, two) for one, two in zip(*values, strict=True))
-    stress, bodies = stress_of(setup, top.value[index], designs), setup.at(designs).bodies
+    stress, bodies = contact_stress(setup, top.value[index], designs), setup.with_design_numbers(designs).bodies
     if setup.spherical:
         assert bodies.modulus is not None
         mu = ellipticity_of(1.0 - flank.bulge * designs.roller_radius * bend)
-        b, _ = integrals(mu)
+        b, _ = carlson_integrals(mu)
         across = np.asarray(2.0 * designs.roller_radius * stress * b / bodies.modulus)
         return across / mu, across
     assert bodies.face_width is not None
@@ -174,5 +177,5 @@ def _patch(
 
 
 EFFECT = Effect(
-    "hertz", offers, run, lacks, reads, is_of_motion=lambda setup: setup.is_knife, peaks=peaks, of_contact=True
+    "hertz", offers, run, lacks, reads, is_of_motion=lambda setup: setup.is_knife, peaks=peaks, is_per_contact=True
 )

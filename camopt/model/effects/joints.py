@@ -22,19 +22,19 @@ from camopt.core.numerics.curves import Linear
 from camopt.core.numerics.extremes import Precision, extremes
 from camopt.core.numerics.state import TrainForces
 from camopt.core.numerics.taylor import Taylor
-from camopt.model.effects.case import Bounded, Case, Effect, Setup
+from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
 from camopt.model.effects.force import train_force
-from camopt.model.effects.settings import by_setting
+from camopt.model.effects.setting_cache import once_per_setting
 from camopt.model.effects.train_peak import TrainMotion, TrainPeak
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.load import TrainLoad
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES
-from camopt.model.trains.joints import JointForce, Weighted
+from camopt.model.trains.joint_forces import JointForce, WeightedForce
 
-LARGEST_OF = {"joint": "joint_force_max_N", "pivot": "pivot_force_max_N", "guide": "slide_thrust_max_N"}
-AT, DIRECTION = "joint_force_max_at_deg", "joint_force_max_direction_deg"
-PRECISION = Precision(1e-14, 1e-9)
+LARGEST_BY_KIND = {"joint": "joint_force_max_N", "pivot": "pivot_force_max_N", "guide": "slide_thrust_max_N"}
+JOINT_FORCE_ANGLE, JOINT_FORCE_DIRECTION = "joint_force_max_at_deg", "joint_force_max_direction_deg"
+JOINT_PRECISION = Precision(1e-14, 1e-9)
 
 
 class ForceRange(NamedTuple):
@@ -48,15 +48,15 @@ class ForceRange(NamedTuple):
     largest_width: Any
 
 
-def forces_of(setup: Setup) -> tuple[JointForce, ...]:
+def setup_joint_forces(setup: Setup) -> tuple[JointForce, ...]:
     """The forces in the joints of a train."""
     return () if setup.train is None else setup.train.forces
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    kinds = {force.kind for force in forces_of(setup)}
-    found = tuple(name for kind, name in LARGEST_OF.items() if kind in kinds)
-    return (*found, AT, DIRECTION) if "joint" in kinds else found
+    kinds = {force.kind for force in setup_joint_forces(setup)}
+    found = tuple(name for kind, name in LARGEST_BY_KIND.items() if kind in kinds)
+    return (*found, JOINT_FORCE_ANGLE, JOINT_FORCE_DIRECTION) if "joint" in kinds else found
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
@@ -67,20 +67,20 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     return dict.fromkeys(offers(setup), ("cam.rpm",)) if setup.train.has_mass and setup.omega is None else {}
 
 
-def joint_turn(programme: Programme, parts: tuple[Weighted, ...]) -> Programme:
+def joint_programme(programme: Programme, parts: tuple[WeightedForce, ...]) -> Programme:
     """The turn of a follower with a force in joints of its train in place of the load that comes to it."""
     assert isinstance(programme.load, TrainLoad)
     return replace(programme, load=replace(programme.load, parts=parts))
 
 
-def force_range(programme: Programme, parts: tuple[Weighted, ...], speed: Any) -> ForceRange:
+def force_range(programme: Programme, parts: tuple[WeightedForce, ...], speed: Any) -> ForceRange:
     """The range of a force in joints over the turn at a speed, rad/s, or at an array of them."""
-    found: ForceRange = _force_range(joint_turn(programme, parts), speed)
+    found: ForceRange = _ranges_by_speed(joint_programme(programme, parts), speed)
     return found
 
 
-@by_setting
-def _force_range(programme: Programme, speed: FloatArray) -> ForceRange:
+@once_per_setting
+def _ranges_by_speed(programme: Programme, speed: FloatArray) -> ForceRange:
     none, load = np.zeros_like(speed), programme.load
     assert isinstance(load, TrainLoad)
     first = min(part.link for part in load.parts)
@@ -88,11 +88,11 @@ def _force_range(programme: Programme, speed: FloatArray) -> ForceRange:
         return ForceRange(none - inf, none + inf, none, none, none, none)
     force = train_force(Linear(none, none, none, none), none + 1.0, speed**2)
     questions = [(ALL_STROKES, LEAST), (ALL_STROKES, LARGEST)]
-    return ForceRange(*np.concatenate(extremes(force, speed.size, programme.table, questions, PRECISION)))
+    return ForceRange(*np.concatenate(extremes(force, speed.size, programme.table, questions, JOINT_PRECISION)))
 
 
-def force_at(programme: Programme, angles: FloatArray, speed: float) -> FloatArray:
-    """The force of the turn of a joint (``joint_turn``) at cam angles, rad, N."""
+def joint_force_at(programme: Programme, angles: FloatArray, speed: float) -> FloatArray:
+    """The force of the turn of a joint (``joint_programme``) at cam angles, rad, N."""
     load = programme.state(angles).load
     assert isinstance(load, TrainForces)
     return np.asarray(load.value + speed**2 * load.carried)
@@ -117,27 +117,27 @@ def joint_rows(setup: Setup, programme: Programme) -> list[JointRow]:
     if lacks(setup):
         return []
     speed = 0.0 if setup.omega is None else float(setup.omega)
-    return [_row(programme, force, speed) for force in forces_of(setup)]
+    return [_joint_row(programme, force, speed) for force in setup_joint_forces(setup)]
 
 
-def _row(programme: Programme, force: JointForce, speed: float) -> JointRow:
-    value, at, _ = (float(each) for each in worst_of(programme, force, speed))
+def _joint_row(programme: Programme, force: JointForce, speed: float) -> JointRow:
+    value, at, _ = (float(each) for each in largest_joint_force(programme, force, speed))
     if len(force.parts) > 1:
         return JointRow(force.stage, force.name, None, value, degrees(at), None)
     found = force_range(programme, force.parts, speed)
-    way = float(direction_of(programme, force, np.array([at]))[0])
+    way = float(joint_direction(programme, force, np.array([at]))[0])
     return JointRow(force.stage, force.name, float(found.least), float(found.largest), degrees(at), way)
 
 
-def direction_of(programme: Programme, force: JointForce, angles: FloatArray) -> FloatArray:
+def joint_direction(programme: Programme, force: JointForce, angles: FloatArray) -> FloatArray:
     """The direction of a force of one link at cam angles, rad, in deg: of what is pressed, or pushed, along it."""
     load, ((link, number, _),) = programme.load, force.parts
     assert isinstance(load, TrainLoad)
-    moved = load.train.joints(Taylor([programme.at(angles)[0] + load.zero]))[link].moved
+    moved = load.train.joints(Taylor([programme.motion_at(angles)[0] + load.zero]))[link].moved
     return np.degrees(load.train.links[link].forces[number].way(np.asarray(moved.terms[0])))
 
 
-class Worst(NamedTuple):
+class LargestForce(NamedTuple):
     """The largest magnitude of some forces, N, its cam angle, rad, and how much larger it may be."""
 
     value: Any
@@ -145,60 +145,64 @@ class Worst(NamedTuple):
     room: Any
 
 
-def worst_of(programme: Programme, force: JointForce, speed: Any) -> Worst:
+def largest_joint_force(programme: Programme, force: JointForce, speed: Any) -> LargestForce:
     """The largest magnitude of a force over the turn."""
-    return _largest(worst for parts in force.sums for worst in _ends(force_range(programme, parts, speed)))
-
-
-def _ends(found: ForceRange) -> tuple[Worst, Worst]:
-    return (
-        Worst(-found.least, found.least_at, found.least_width),
-        Worst(found.largest, found.largest_at, found.largest_width),
+    return _largest_of_forces(
+        worst for parts in force.sums for worst in _range_ends(force_range(programme, parts, speed))
     )
 
 
-def _largest(found: Any) -> Worst:
+def _range_ends(found: ForceRange) -> tuple[LargestForce, LargestForce]:
+    return (
+        LargestForce(-found.least, found.least_at, found.least_width),
+        LargestForce(found.largest, found.largest_at, found.largest_width),
+    )
+
+
+def _largest_of_forces(found: Any) -> LargestForce:
     value, at, room = (np.array(each) for each in zip(*found, strict=True))
     best = value.argmax(axis=0)[None]
     top = np.take_along_axis(value, best, 0)[0]
     with np.errstate(invalid="ignore"):
         over = np.where(np.isfinite(top), (value + room).max(axis=0) - top, 0.0)
-    return Worst(top, np.take_along_axis(at, best, 0)[0], over)
+    return LargestForce(top, np.take_along_axis(at, best, 0)[0], over)
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    speed, columns = 0.0 if case.each.omega is None else case.each.omega, dict[str, Any]()
-    for kind, name in LARGEST_OF.items():
-        if not wanted & ({name, AT, DIRECTION} if kind == "joint" else {name}):
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    speed, columns = 0.0 if case.setup_per_design.omega is None else case.setup_per_design.omega, dict[str, Any]()
+    for kind, name in LARGEST_BY_KIND.items():
+        if not wanted & ({name, JOINT_FORCE_ANGLE, JOINT_FORCE_DIRECTION} if kind == "joint" else {name}):
             continue
-        forces = [force for force in forces_of(case.setup) if force.kind == kind]
-        worst = _largest(worst_of(case.programme, force, speed) for force in forces)
-        columns[name] = Bounded(worst.value, worst.room, worst.value)
+        forces = [force for force in setup_joint_forces(case.setup) if force.kind == kind]
+        worst = _largest_of_forces(largest_joint_force(case.programme, force, speed) for force in forces)
+        columns[name] = EnclosedValue(worst.value, worst.room, worst.value)
         if kind == "joint":
-            columns[AT] = np.degrees(worst.at)
-        if kind == "joint" and DIRECTION in wanted:
-            columns[DIRECTION] = _direction(case.programme, forces, speed)
+            columns[JOINT_FORCE_ANGLE] = np.degrees(worst.at)
+        if kind == "joint" and JOINT_FORCE_DIRECTION in wanted:
+            columns[JOINT_FORCE_DIRECTION] = _largest_direction(case.programme, forces, speed)
     return columns
 
 
 def train_peaks(setup: Setup) -> dict[str, TrainPeak]:
     found = dict[str, TrainPeak]()
-    for kind, name in LARGEST_OF.items():
-        sums = [parts for force in forces_of(setup) if force.kind == kind for parts in force.sums]
-        curves = tuple(partial(_of_links, setup=setup, parts=parts) for parts in sums)
+    for kind, name in LARGEST_BY_KIND.items():
+        sums = [parts for force in setup_joint_forces(setup) if force.kind == kind for parts in force.sums]
+        curves = tuple(partial(_link_force_curve, setup=setup, parts=parts) for parts in sums)
         found[name] = TrainPeak(curves, LARGEST_MAGNITUDE)
     return found
 
 
-def _of_links(designs: Designs, motion: TrainMotion, setup: Setup, parts: tuple[Weighted, ...]) -> Any:
-    omega = setup.at(designs).omega
+def _link_force_curve(designs: Designs, motion: TrainMotion, setup: Setup, parts: tuple[WeightedForce, ...]) -> Any:
+    omega = setup.with_design_numbers(designs).omega
     return motion.force(parts, 0.0 if omega is None else omega)
 
 
-def _direction(programme: Programme, forces: list[JointForce], speed: Any) -> FloatArray:
+def _largest_direction(programme: Programme, forces: list[JointForce], speed: Any) -> FloatArray:
     """The direction of the largest of some forces, where it is largest."""
-    each = [worst_of(programme, force, speed) for force in forces]
-    ways = [direction_of(programme, one, np.atleast_1d(worst.at)) for one, worst in zip(forces, each, strict=True)]
+    each = [largest_joint_force(programme, force, speed) for force in forces]
+    ways = [
+        joint_direction(programme, one, np.atleast_1d(worst.at)) for one, worst in zip(forces, each, strict=True)
+    ]
     largest = np.argmax([np.atleast_1d(worst.value) for worst in each], axis=0)
     return np.asarray(np.choose(largest, ways).reshape(np.shape(each[0].value)))
 

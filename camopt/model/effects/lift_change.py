@@ -7,13 +7,13 @@ from math import radians
 from typing import Any
 
 from camopt.core.numerics import LARGEST_MAGNITUDE
-from camopt.model.effects.case import Case, Effect, Setup
-from camopt.model.effects.peak import Derivative, InDegrees, Peak
-from camopt.model.motion.programme import peak
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
+from camopt.model.effects.peak import DegreeScale, Derivative, Peak
+from camopt.model.motion.programme import derivative_peak
 from camopt.model.motion.stroke import ALL_STROKES, RETURN, RISE
 
 
-def name_of(setup: Setup) -> str:
+def lift_change_name(setup: Setup) -> str:
     """The quantity, in mm (deg) per deg."""
     return f"lift_change_max_{'deg' if setup.tool_turns else 'mm'}_per_deg"
 
@@ -23,13 +23,17 @@ def per_degree(setup: Setup) -> float:
     return 1.0 if setup.tool_turns else radians(1.0)
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    return {name_of(case.setup): peak(case.programme.tool, 1, ALL_STROKES) * per_degree(case.setup)}
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    return {
+        lift_change_name(case.setup): derivative_peak(case.programme.tool, 1, ALL_STROKES) * per_degree(case.setup)
+    }
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    scale = InDegrees(0 if setup.tool_turns else -1)
-    return {name_of(setup): Peak(((Derivative(1), RISE | RETURN),), LARGEST_MAGNITUDE, scale)}
+    scale = DegreeScale(0 if setup.tool_turns else -1)
+    return {lift_change_name(setup): Peak(((Derivative(1), RISE | RETURN),), LARGEST_MAGNITUDE, scale)}
 
 
-EFFECT = Effect("lift_change", lambda setup: (name_of(setup),), run, is_of_motion=lambda setup: True, peaks=peaks)
+EFFECT = Effect(
+    "lift_change", lambda setup: (lift_change_name(setup),), run, is_of_motion=lambda setup: True, peaks=peaks
+)

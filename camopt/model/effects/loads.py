@@ -25,9 +25,9 @@ from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE
 from camopt.core.numerics.curves import curve_type
 from camopt.core.numerics.extremes import Extremes
 from camopt.core.numerics.point_contact import pressure_factor, pressure_table
-from camopt.model.effects.case import Case, Setup
-from camopt.model.effects.force import force_curve, own_force_curve
-from camopt.model.effects.given import GivenDynamics
+from camopt.model.effects.effect import EvaluationBlock, Setup
+from camopt.model.effects.effect_numbers import FollowerDynamics
+from camopt.model.effects.force import follower_force_curve, force_curve
 from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.elements import Flank
 from camopt.model.motion.programme import Programme
@@ -118,7 +118,7 @@ def has_guide_friction(setup: Setup) -> bool:
     return bool(guided and given.friction and given.guide_length is not None and given.overhang is not None)
 
 
-def friction(dynamics: GivenDynamics, count: int, way: float) -> tuple[Any, Any]:
+def friction_line(dynamics: FollowerDynamics, count: int, way: float) -> tuple[Any, Any]:
     """drag and slide: way·μ·q as a line in y."""
     assert dynamics.guide_length is not None
     assert dynamics.overhang is not None
@@ -128,23 +128,25 @@ def friction(dynamics: GivenDynamics, count: int, way: float) -> tuple[Any, Any]
     return way * dynamics.friction * q * ones, way * slide * ones
 
 
-def along_curve(
+def motion_force_curve(
     setup: Setup, designs: Designs, programme: Programme, way: float = 0.0, *, pulls: bool = False
 ) -> Any:
     """G, N (F/l, or the moment of an oscillating flat face), of a follower that moves outward (1), inward (−1) or
     rests (0); ``pulls`` says that the cam gives F < 0 too."""
     force = force_curve(setup, designs, programme)
     if not (pulls or setup.mechanism.pulls):
-        force = _on_one_contact(setup, designs, force)
+        force = _open_contact_force(setup, designs, force)
     if not has_guide_friction(setup):
         return force
     pressure = setup.mechanism.pressure(designs, programme)
-    return guided_force(force, pressure, *friction(setup.at(designs).dynamics, len(designs), way))
+    return guided_force(
+        force, pressure, *friction_line(setup.with_design_numbers(designs).dynamics, len(designs), way)
+    )
 
 
-def _on_one_contact(setup: Setup, designs: Designs, force: Any) -> Any:
+def _open_contact_force(setup: Setup, designs: Designs, force: Any) -> Any:
     """The part of a force along the motion that presses on an open contact."""
-    preload = setup.at(designs).dynamics.pair_preload
+    preload = setup.with_design_numbers(designs).dynamics.pair_preload
     if preload is None:
         return borne_force(force)
     lever = designs.arm_length if setup.angular and setup.mechanism.curvature else 1.0
@@ -153,7 +155,7 @@ def _on_one_contact(setup: Setup, designs: Designs, force: Any) -> Any:
 
 def normal_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
     """The normal force of a mechanism, N, of a follower that moves one way."""
-    along = along_curve(setup, designs, programme, way)
+    along = motion_force_curve(setup, designs, programme, way)
     if setup.mechanism.curvature:
         return normal_force(along, setup.mechanism.pressure(designs, programme))
     if not setup.angular:
@@ -165,8 +167,8 @@ def normal_curve(setup: Setup, designs: Designs, programme: Programme, way: floa
 def torque_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
     """The torque of the camshaft while the follower moves one way; without friction the same for all designs."""
     if has_guide_friction(setup):
-        return shaft_torque(along_curve(setup, designs, programme, way, pulls=True))
-    return shaft_torque(own_force_curve(setup, designs, programme))
+        return shaft_torque(motion_force_curve(setup, designs, programme, way, pulls=True))
+    return shaft_torque(follower_force_curve(setup, designs, programme))
 
 
 def contact_load(
@@ -179,7 +181,7 @@ def contact_load(
     flank = flank or setup.mechanism.flanks[0]
     normal = normal_curve(setup, designs, programme, way)
     if setup.mechanism.curvature:
-        curvature = roller_path(setup, designs, programme, flank)
+        curvature = flank_path_curvature(setup, designs, programme, flank)
         pressing, bent = (np.full(len(designs), sign) for sign in (flank.pressing, flank.bulge))
         if setup.spherical:
             return point_load(normal, curvature, designs.roller_radius, pressing, bent, pressure_table())
@@ -188,7 +190,7 @@ def contact_load(
     return face_load(normal, setup.mechanism.profile_radius(designs, programme))
 
 
-def roller_path(setup: Setup, designs: Designs, programme: Programme, flank: Flank) -> Any:
+def flank_path_curvature(setup: Setup, designs: Designs, programme: Programme, flank: Flank) -> Any:
     """κ of the path of the trace point while it is on a flank: with a clearance it is beside the pitch curve."""
     assert setup.mechanism.curvature is not None
     found = setup.mechanism.curvature(designs, programme)
@@ -197,33 +199,33 @@ def roller_path(setup: Setup, designs: Designs, programme: Programme, flank: Fla
     return curvature_beside(found, flank.bulge * (setup.half_width(designs) - designs.roller_radius))
 
 
-def ways(setup: Setup) -> tuple[tuple[float, int], ...]:
+def friction_ways(setup: Setup) -> tuple[tuple[float, int], ...]:
     """The directions of the guide's friction, each with the pieces of the turn on which it acts."""
     return ((1.0, OUTWARD), (-1.0, INWARD), (0.0, RESTING)) if has_guide_friction(setup) else ((0.0, ALL_STROKES),)
 
 
-def driven(setup: Setup) -> int:
+def driven_kinds(setup: Setup) -> int:
     """The pieces on which the cam works against the guide's friction; there the follower may jam."""
     return OUTWARD | INWARD if setup.mechanism.pulls else OUTWARD
 
 
 def drag_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """μ·q·t."""
-    drag = friction(setup.at(designs).dynamics, len(designs), 1.0)
+    drag = friction_line(setup.with_design_numbers(designs).dynamics, len(designs), 1.0)
     return guide_drag(setup.mechanism.pressure(designs, programme), *drag)
 
 
-def drag_of(case: Case, kinds: int) -> Extremes:
+def largest_drag(case: EvaluationBlock, kinds: int) -> Extremes:
     """The largest μ·q·|t| on some pieces of the turn."""
     return case.extremes(partial(drag_curve, case.setup), [(kinds, LARGEST_MAGNITUDE)])
 
 
-def goal_of(setup: Setup) -> int:
+def load_goal(setup: Setup) -> int:
     """The extreme of a force along the motion that is the largest load on the flanks."""
     return LARGEST_MAGNITUDE if setup.mechanism.pulls else LARGEST
 
 
-def is_sound(case: Case) -> Any:
+def is_sound(case: EvaluationBlock) -> Any:
     """Designs with a contact that bears loads: the profile is not undercut, and the follower does not jam."""
-    undercut = np.broadcast_to(case.found.get("undercut", False), len(case.designs))
-    return ~undercut & (np.asarray(case.found.get("jamming_margin", 1.0)) > 0.0)
+    undercut = np.broadcast_to(case.columns.get("undercut", False), len(case.designs))
+    return ~undercut & (np.asarray(case.columns.get("jamming_margin", 1.0)) > 0.0)

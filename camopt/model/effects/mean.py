@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.model.effects.panel_parts import PanelParts
-from camopt.model.effects.peak import AS_IT_IS, NumberKind, Scale, Variant, never
+from camopt.model.effects.peak import IDENTITY_SCALE, NumberKind, Scale, Variant, never_jumps
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import Programme
 
-Smooth = Callable[[Designs, Programme], PanelParts]
+SmoothPanels = Callable[[Designs, Programme], PanelParts]
 """The parts of panels on which the curves of one design are smooth."""
 
 
@@ -26,10 +26,10 @@ class Mean(NamedTuple):
     curves: tuple[Variant, ...]
     """The curve, or what it is on the pieces of some kinds, which together are the turn."""
     power: int = 1
-    scale: Scale = AS_IT_IS
-    jumps: Callable[[Programme], bool] = never
+    scale: Scale = IDENTITY_SCALE
+    jumps: Callable[[Programme], bool] = never_jumps
     """Whether jumps of a motion make it infinite, whatever the design."""
-    smooth: Smooth | None = None
+    smooth: SmoothPanels | None = None
     """Where its curves are smooth, if that is not on whole panels."""
 
     @property
@@ -37,11 +37,11 @@ class Mean(NamedTuple):
         """Whether a bound on the quantity bounds the mean from below."""
         return self.scale.falls
 
-    def of_powers(self, mean: Any) -> Any:
+    def value_of_mean(self, mean: Any) -> Any:
         """M from the mean of the curve to the power p: numbers or ranges."""
         return mean if self.power == 1 else np.sqrt(mean)
 
-    def mean_of_powers_at(self, quantity: float, numbers: NumberKind) -> Any:
+    def power_mean_at(self, quantity: float, numbers: NumberKind) -> Any:
         """The mean of the curve to the power p at a value of the quantity; below 0 if there is none."""
         mean = self.scale.extreme_at(quantity, numbers)
         return mean if self.power == 1 or mean < 0 else mean * mean

@@ -13,31 +13,35 @@ from typing import Any
 from camopt.core.numerics import LARGEST_MAGNITUDE
 from camopt.core.quantities import (
     AT_FOLLOWER,
-    DERIVATIVES,
+    DERIVATIVE_UNITS,
     displacement_unit,
     dwell_error_quantity,
     error_quantity,
     motion_quantity,
     motion_unit,
 )
-from camopt.model.effects.case import Case, Effect, Setup, of_setting
-from camopt.model.effects.peak import ByTime, Derivative, InDegrees, Peak, Scale, Times
-from camopt.model.motion.programme import peak
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_by_setting
+from camopt.model.effects.peak import DegreeScale, Derivative, Multiple, Peak, Scale, TimeDerivative
+from camopt.model.motion.programme import derivative_peak
 from camopt.model.motion.stroke import RETURN, RISE
 
 MOVE_KINDS = {"rise": RISE, "return": RETURN, "": RISE | RETURN}
 
 
-def _curves(setup: Setup) -> dict[str, tuple[Derivative, int]]:
+def _motion_curves(setup: Setup) -> dict[str, tuple[Derivative, int]]:
     """Name of each quantity with its derivative and kinds of stroke."""
-    return _named(setup.tool_turns, None if setup.train is None else setup.angular, setup.omega is not None)
+    return _motion_quantities(
+        setup.tool_turns, None if setup.train is None else setup.angular, setup.omega is not None
+    )
 
 
 @cache
-def _named(tool_turns: bool, follower_turns: bool | None, timed: bool) -> dict[str, tuple[Derivative, int]]:
+def _motion_quantities(
+    tool_turns: bool, follower_turns: bool | None, timed: bool
+) -> dict[str, tuple[Derivative, int]]:
     """The same for a tool, a follower that drives it, if there is a train between them, and a speed or none."""
     found = dict[str, tuple[Derivative, int]]()
-    for order, name in enumerate(DERIVATIVES, start=1):
+    for order, name in enumerate(DERIVATIVE_UNITS, start=1):
         for stroke, kinds in MOVE_KINDS.items():
             found[motion_quantity(name, stroke, angular=tool_turns, timed=timed)] = Derivative(order), kinds
         if follower_turns is not None:
@@ -47,14 +51,14 @@ def _named(tool_turns: bool, follower_turns: bool | None, timed: bool) -> dict[s
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return tuple(_curves(setup))
+    return tuple(_motion_curves(setup))
 
 
-def unit_of(setup: Setup, order: int) -> str:
+def motion_table_unit(setup: Setup, order: int) -> str:
     """The unit in tables of the tool's displacement (0), velocity (1), and so on."""
     if not order:
         return displacement_unit(angular=setup.tool_turns)
-    return motion_unit([*DERIVATIVES][order - 1], angular=setup.tool_turns, timed=setup.omega is not None)
+    return motion_unit([*DERIVATIVE_UNITS][order - 1], angular=setup.tool_turns, timed=setup.omega is not None)
 
 
 def error_names(setup: Setup) -> tuple[str, str, str, str]:
@@ -64,7 +68,7 @@ def error_names(setup: Setup) -> tuple[str, str, str, str]:
     return first, second, third, dwell_error_quantity(angular=angular)
 
 
-def scale(setup: Setup, order: int, *, at_follower: bool = False) -> Any:
+def motion_scale(setup: Setup, order: int, *, at_follower: bool = False) -> Any:
     """From mm (rad) by cam angle to the table's unit: mm or deg, m by time, rad by time, mm or deg by cam angle."""
     turns = setup.angular if at_follower else setup.tool_turns
     if order and setup.omega is not None:
@@ -73,29 +77,29 @@ def scale(setup: Setup, order: int, *, at_follower: bool = False) -> Any:
 
 
 def derivative_scale(setup: Setup, order: int, *, at_follower: bool = False) -> Scale:
-    """As ``scale``, for any kind of number."""
+    """As ``motion_scale``, for any kind of number."""
     turns = setup.angular if at_follower else setup.tool_turns
     if setup.rpm is None:
-        return InDegrees(int(turns))
+        return DegreeScale(int(turns))
     unit = 1.0 if turns else 1e3
-    by_time, by_unit = ByTime(unit, order, setup.rpm), Times(1.0 / unit)
-    return of_setting(setup, by_time, by_unit, lambda each: each.omega**order)
+    by_time, by_unit = TimeDerivative(unit, order, setup.rpm), Multiple(1.0 / unit)
+    return scale_by_setting(setup, by_time, by_unit, lambda each: each.omega**order)
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     return {
-        name: peak(made.of(case.programme), made.order, kinds)
-        * scale(case.each, made.order, at_follower=made.at_follower)
-        for name, (made, kinds) in _curves(case.setup).items()
+        name: derivative_peak(made.source_motion(case.programme), made.order, kinds)
+        * motion_scale(case.setup_per_design, made.order, at_follower=made.at_follower)
+        for name, (made, kinds) in _motion_curves(case.setup).items()
         if name in wanted
     }
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    return {name: _peak(setup, *which) for name, which in _curves(setup).items()}
+    return {name: _motion_peak(setup, *which) for name, which in _motion_curves(setup).items()}
 
 
-def _peak(setup: Setup, made: Derivative, kinds: int) -> Peak:
+def _motion_peak(setup: Setup, made: Derivative, kinds: int) -> Peak:
     unit = derivative_scale(setup, made.order, at_follower=made.at_follower)
     return Peak(((made, kinds),), LARGEST_MAGNITUDE, unit, made.jumps)
 

@@ -23,20 +23,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import LARGEST, FloatArray
-from camopt.core.numerics.curves import curve, formula, value_of
-from camopt.core.numerics.trigonometry import turned
-from camopt.model.effects.case import Case, Effect, Setup
+from camopt.core.numerics.curves import pair_formula, value_and_slope, value_of
+from camopt.core.numerics.trigonometry import rotate
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
+from camopt.model.effects.effect_numbers import NO_BAND, ToleranceBands
 from camopt.model.effects.error_extremes import dwell_errors, largest_errors
 from camopt.model.effects.error_rates import rate_curve
-from camopt.model.effects.given import NO_BAND, GivenErrors
-from camopt.model.effects.motion import derivative_scale, error_names, scale
-from camopt.model.effects.peak import InDegrees, Peak, PerDesign, Scale, Times
+from camopt.model.effects.motion import derivative_scale, error_names, motion_scale
+from camopt.model.effects.peak import DegreeScale, Multiple, Peak, PerDesignFactor, Scale
 from camopt.model.effects.peak_columns import peak_column
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import LEAST_JUMP, Programme
 from camopt.model.motion.stroke import ALL_STROKES
 
-TOLERANCES, WAVES = ("tolerances",), ("tolerances.waves",)
+TOLERANCE_KEYS, WAVE_KEYS = ("tolerances",), ("tolerances.waves",)
 """The keys that a scene lacks without any, and for the slope of the profile."""
 
 
@@ -86,9 +86,9 @@ class SwingingFaceError(NamedTuple):
     ahead: FloatArray
 
 
-@formula(TraceError)
+@pair_formula(TraceError)
 def trace_error(f, i, at):
-    t, t1 = curve(f.pressure, i, at)
+    t, t1 = value_and_slope(f.pressure, i, at)
     root = np.sqrt(1.0 + np.square(t))
     value = f.out[i] * root + f.along[i] * np.abs(t) + f.leaning[i] * t
     value = value + f.turning[i] * np.abs(at.y1) + f.ahead[i] * at.y1
@@ -96,17 +96,17 @@ def trace_error(f, i, at):
     return value, slope + (f.turning[i] * np.sign(at.y1) + f.ahead[i]) * at.y2
 
 
-@formula(ArmError)
+@pair_formula(ArmError)
 def arm_error(f, i, at):
-    value, slope = curve(f.trace, i, at)
-    t, t1 = curve(f.trace.pressure, i, at)
-    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
+    value, slope = value_and_slope(f.trace, i, at)
+    t, t1 = value_and_slope(f.trace.pressure, i, at)
+    cosine, sine = rotate(f.cosine[i], f.sine[i], at.y)
     g, g1 = sine - t * cosine, (cosine + t * sine) * at.y1 - t1 * cosine
     value = value + f.across[i] * np.abs(g) + f.nearer[i] * g
     return value, slope + (f.across[i] * np.sign(g) + f.nearer[i]) * g1
 
 
-@formula(FaceError)
+@pair_formula(FaceError)
 def face_error(f, i, at):
     x, x1 = f.sense[i] * at.y1 - f.offset[i], f.sense[i] * at.y2
     value = f.out[i] + f.turning[i] * np.abs(at.y1) + f.ahead[i] * at.y1
@@ -115,17 +115,17 @@ def face_error(f, i, at):
     return value, slope + (f.tilting[i] * np.sign(x) + f.leaning[i]) * x1
 
 
-@formula(SwingingFaceError)
+@pair_formula(SwingingFaceError)
 def swinging_face_error(f, i, at):
-    t, t1 = curve(f.reach, i, at)
-    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
+    t, t1 = value_and_slope(f.reach, i, at)
+    cosine, sine = rotate(f.cosine[i], f.sine[i], at.y)
     along = f.out[i] + f.across[i] * np.abs(sine) + f.nearer[i] * sine
     along1 = (f.across[i] * np.sign(sine) + f.nearer[i]) * cosine * at.y1
     value = along / t + f.turning[i] * np.abs(at.y1) + f.ahead[i] * at.y1
     return value, (along1 - along * t1 / t) / t + (f.turning[i] * np.sign(at.y1) + f.ahead[i]) * at.y2
 
 
-def error_curve(setup: Setup, given: GivenErrors, side: float, designs: Designs, programme: Programme) -> Any:
+def error_curve(setup: Setup, given: ToleranceBands, side: float, designs: Designs, programme: Programme) -> Any:
     """Curve of the worst error to one side, +1 or −1, of the follower; mm (rad)."""
     mechanism, zeros = setup.mechanism, np.zeros(len(designs))
     sizes = {field: given.sizes.get(field, NO_BAND) for field in mechanism.sizes}
@@ -165,16 +165,16 @@ def offers(setup: Setup) -> tuple[str, ...]:
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     given, names = setup.errors, offers(setup)
     if given is None:
-        return dict.fromkeys(names, TOLERANCES)
-    return dict.fromkeys(names[1:3], WAVES) if given.profile and given.waves is None else {}
+        return dict.fromkeys(names, TOLERANCE_KEYS)
+    return dict.fromkeys(names[1:3], WAVE_KEYS) if given.profile and given.waves is None else {}
 
 
-def _ratio(setup: Setup) -> float | None:
+def _sole_contact_ratio(setup: Setup) -> float | None:
     """That of the train, if one contact moves it and it is the same everywhere, whatever the tolerances.
 
     None where no curve tells errors (``effects.error_extremes``).
     """
-    if setup.mechanism.further:
+    if setup.mechanism.further_contacts:
         return None
     if setup.errors is not None and setup.errors.links:
         return None
@@ -182,11 +182,11 @@ def _ratio(setup: Setup) -> float | None:
 
 
 def peaks(setup: Setup) -> Mapping[str, Peak]:
-    given, ratio = setup.errors, _ratio(setup)
+    given, ratio = setup.errors, _sole_contact_ratio(setup)
     if given is None or ratio is None:
         return {}
     factor = abs(ratio)
-    scale: Scale = InDegrees(1, factor) if setup.tool_turns else Times(factor)
+    scale: Scale = DegreeScale(1, factor) if setup.tool_turns else Multiple(factor)
     sides = (1.0, -1.0) if given.is_lopsided else (1.0,)
     curves = tuple((partial(error_curve, setup, given, side), ALL_STROKES) for side in sides)
     names = error_names(setup)
@@ -194,12 +194,12 @@ def peaks(setup: Setup) -> Mapping[str, Peak]:
     for order in (1, 2) if given.waves or not given.profile else ():
         rates = tuple((partial(rate_curve, setup, given, order, side), ALL_STROKES) for side in sides)
         unit = derivative_scale(setup, order)
-        unit = unit if factor == 1.0 else PerDesign(unit, lambda designs: factor)
-        found[names[order]] = Peak(rates, LARGEST, unit, partial(_jumps, setup, given, order))
+        unit = unit if factor == 1.0 else PerDesignFactor(unit, lambda designs: factor)
+        found[names[order]] = Peak(rates, LARGEST, unit, partial(_error_jumps, setup, given, order))
     return found
 
 
-def _jumps(setup: Setup, given: GivenErrors, order: int, programme: Programme) -> bool:
+def _error_jumps(setup: Setup, given: ToleranceBands, order: int, programme: Programme) -> bool:
     """Whether a jump of the motion makes an error of velocity (1) or acceleration (2) infinite, in every design.
 
     Each does that changes the normal. Where a follower stands square to its cam, what is off along the normal
@@ -211,41 +211,42 @@ def _jumps(setup: Setup, given: GivenErrors, order: int, programme: Programme) -
     even = given.is_square and not given.bore and given.phase == NO_BAND and given.sizes.keys() <= {"roller_radius"}
     jumps = [jump for jump in programme.jumps if jump.order <= order]
     if even and order == 2 and not programme.corners:
-        speeds = programme.at(np.array([jump.at for jump in jumps]))[1] if jumps else np.empty(0)
+        speeds = programme.motion_at(np.array([jump.at for jump in jumps]))[1] if jumps else np.empty(0)
         return bool(np.any(np.abs(speeds) > LEAST_JUMP * programme.table.most[:, 1].max()))
     return bool(jumps)
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     *rates, dwell = error_names(case.setup)
-    if _ratio(case.setup) is None:
-        return _by_sampling(case, wanted)
+    if _sole_contact_ratio(case.setup) is None:
+        return _sample_errors(case, wanted)
     every = peaks(case.setup)
     found: dict[str, Any] = {name: peak_column(case, every[name]) for name in rates if name in wanted}
     if dwell in wanted:
-        found[dwell] = _in_dwells(case)
+        found[dwell] = _dwell_changes(case)
     return found
 
 
-def _by_sampling(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def _sample_errors(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     """Those that no curve tells."""
     *rates, dwell = error_names(case.setup)
     every = {name: order for order, name in enumerate(rates) if name in wanted}
     largest = largest_errors(case, [*every.values()])
     found: dict[str, Any] = {
-        name: scale(case.each, k) * each for (name, k), each in zip(every.items(), largest, strict=True)
+        name: motion_scale(case.setup_per_design, k) * each
+        for (name, k), each in zip(every.items(), largest, strict=True)
     }
     if dwell in wanted:
-        found[dwell] = scale(case.setup, 0) * dwell_errors(case)
+        found[dwell] = motion_scale(case.setup, 0) * dwell_errors(case)
     return found
 
 
-def _in_dwells(case: Case) -> FloatArray:
+def _dwell_changes(case: EvaluationBlock) -> FloatArray:
     """The largest change of the position in a dwell."""
-    setup, given, ratio = case.setup, case.setup.errors, _ratio(case.setup)
+    setup, given, ratio = case.setup, case.setup.errors, _sole_contact_ratio(case.setup)
     assert given is not None
     assert ratio is not None
-    alone = GivenErrors({}, profile=1.0)
+    alone = ToleranceBands({}, profile=1.0)
     changes = [np.zeros(len(case.designs))]
     for stroke in case.programme.tool.dwells:
         at = case.programme.state(np.array([stroke.start + 0.5 * stroke.angle]))

@@ -30,14 +30,14 @@ import numpy as np
 
 from camopt.core.numerics import LARGEST, LEAST
 from camopt.core.numerics.curves import curve_type
-from camopt.model.effects.case import Case, Effect, Setup
-from camopt.model.effects.peak import Peak, size_of
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
+from camopt.model.effects.peak import Peak, size_unit
 from camopt.model.effects.peak_columns import peak_column
-from camopt.model.mechanisms.design import Designs, itself
+from camopt.model.mechanisms.design import Designs, unshared_pitch
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES
 
-RADIUS, CLEARANCE = "outer_radius_mm", "pivot_clearance_min_mm"
+OUTER_RADIUS, PIVOT_CLEARANCE = "outer_radius_mm", "pivot_clearance_min_mm"
 EDGE_WALL = "edge_wall_min_mm"
 
 
@@ -52,8 +52,8 @@ def offers(setup: Setup) -> tuple[str, ...]:
     if mechanism.outline is None:
         return ()
     edge = (EDGE_WALL,) if "outer_diameter" in mechanism.body.part else ()
-    pivot = (CLEARANCE,) if mechanism.body.bounded and "centre_distance" in mechanism.sizes else ()
-    return (RADIUS, *pivot, *edge)
+    pivot = (PIVOT_CLEARANCE,) if mechanism.body.bounded and "centre_distance" in mechanism.sizes else ()
+    return (OUTER_RADIUS, *pivot, *edge)
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
@@ -61,18 +61,18 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     return {EDGE_WALL: ("part.outer_diameter",)} if lacking else {}
 
 
-def _outermost(setup: Setup, designs: Designs, programme: Programme) -> Any:
+def _outermost_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """Curve of the distance of the outline from the axis: of the flank farthest from it, beside the roller."""
     assert setup.mechanism.outline is not None
     side = max(flank.side for flank in setup.mechanism.flanks)
     return setup.mechanism.outline(designs, programme, side * setup.half_width(designs))
 
 
-def _to_pivot(outline: Callable[[Designs, Programme], Any], designs: Designs, programme: Programme) -> Any:
+def _pivot_clearance(outline: Callable[[Designs, Programme], Any], designs: Designs, programme: Programme) -> Any:
     return outline_clearance(outline(designs, programme), designs.centre_distance)
 
 
-def _to_edge(
+def _edge_clearance(
     outline: Callable[[Designs, Programme], Any], edge: float, designs: Designs, programme: Programme
 ) -> Any:
     return outline_clearance(outline(designs, programme), np.full(len(designs), edge))
@@ -86,20 +86,22 @@ def _centre_distance(designs: Designs) -> Any:
 def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.mechanism.outline is None:
         return {}
-    outline, edge = partial(_outermost, setup), (setup.solid.outer_diameter or 0.0) / 2.0
-    per_body = 0.0 if setup.mechanism.alike is itself else -1.0 if setup.mechanism.flat_faced else 1.0
+    outline, edge = partial(_outermost_curve, setup), (setup.solid.outer_diameter or 0.0) / 2.0
+    per_body = (
+        0.0 if setup.mechanism.profile_or_pitch is unshared_pitch else -1.0 if setup.mechanism.flat_faced else 1.0
+    )
     found = {
-        RADIUS: Peak(((outline, ALL_STROKES),), LARGEST),
-        CLEARANCE: Peak(
-            ((partial(_to_pivot, outline), ALL_STROKES),), LEAST, unit=_centre_distance, per_body=per_body
+        OUTER_RADIUS: Peak(((outline, ALL_STROKES),), LARGEST),
+        PIVOT_CLEARANCE: Peak(
+            ((partial(_pivot_clearance, outline), ALL_STROKES),), LEAST, unit=_centre_distance, per_body=per_body
         ),
-        EDGE_WALL: Peak(((partial(_to_edge, outline, edge), ALL_STROKES),), LEAST, unit=size_of),
+        EDGE_WALL: Peak(((partial(_edge_clearance, outline, edge), ALL_STROKES),), LEAST, unit=size_unit),
     }
     return {name: found[name]._replace(at_ends=True) for name in offers(setup) if name not in lacks(setup)}
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     return {name: peak_column(case, peak) for name, peak in peaks(case.setup).items() if name in wanted}
 
 
-EFFECT = Effect("outline", offers, run, lacks, peaks=peaks, of_contact=True)
+EFFECT = Effect("outline", offers, run, lacks, peaks=peaks, is_per_contact=True)

@@ -10,7 +10,7 @@ from numpy.polynomial import polynomial
 from camopt.core.numerics import FloatArray, IntArray
 from camopt.core.numerics.piecewise import MotionTable, carried_series, load_series
 from camopt.core.numerics.state import Load, State, TrainForces
-from camopt.model.effects.work import derivative
+from camopt.model.effects.panel_series import displacement_derivative
 from camopt.model.motion.load import TrainLoad
 from camopt.model.motion.programme import Programme
 
@@ -22,7 +22,7 @@ class PanelParts(NamedTuple):
     low: FloatArray
     high: FloatArray
 
-    def at(self, share: FloatArray) -> FloatArray:
+    def places_in_parts(self, share: FloatArray) -> FloatArray:
         """u at places from −1 to 1 of each part."""
         return 0.5 * ((1.0 - share) * self.low + (1.0 + share) * self.high)
 
@@ -39,10 +39,12 @@ def cut_panels(table: MotionTable, cuts: Iterable[tuple[int, float]]) -> PanelPa
     return PanelParts(panel, low, np.where(last, 1.0, np.append(low[1:], 1.0)))
 
 
-def motion_in(programme: Programme, parts: PanelParts, u: FloatArray) -> State:
+def part_states(programme: Programme, parts: PanelParts, u: FloatArray) -> State:
     """The state at places (…, n) of parts, without y''': slopes of curves are not valid."""
     table = programme.table
-    y, y1, y2 = (polynomial.polyval(u, series[:, parts.panel], tensor=False) for series in _orders(programme))
+    y, y1, y2 = (
+        polynomial.polyval(u, series[:, parts.panel], tensor=False) for series in _motion_polynomials(programme)
+    )
     if programme.load is None:
         return State(y, y1, y2, 0.0)
     load, carried = (
@@ -55,6 +57,6 @@ def motion_in(programme: Programme, parts: PanelParts, u: FloatArray) -> State:
 
 
 @lru_cache(maxsize=64)
-def _orders(programme: Programme) -> tuple[FloatArray, ...]:
+def _motion_polynomials(programme: Programme) -> tuple[FloatArray, ...]:
     """y, y' and y'' as polynomials, which a bisection asks for again and again."""
-    return tuple(derivative(programme.table, order) for order in range(3))
+    return tuple(displacement_derivative(programme.table, order) for order in range(3))

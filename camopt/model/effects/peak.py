@@ -43,59 +43,59 @@ class NumberKind(NamedTuple):
 DOUBLES = NumberKind(float, lambda: math.pi, math.tan)
 
 
-CLEAR = 1e-9  # relative, of what is further from a bound than rounding
+CLEAR_SHARE = 1e-9  # relative, of what is further from a bound than rounding
 
 
-def unweighted(designs: Designs) -> float:
+def unit_weight(designs: Designs) -> float:
     """The weight of most curves."""
     return 1.0
 
 
-def size_of(designs: Designs) -> Any:
+def size_unit(designs: Designs) -> Any:
     """The unit of lengths."""
     return designs.size
 
 
-class Bodies(NamedTuple):
+class RadiusRange(NamedTuple):
     """The radii, from and to, of bodies that may touch the cam; mm, for all pitch curves or each."""
 
     least: Any = -math.inf
     most: Any = math.inf
 
-    def both(self, other: "Bodies") -> "Bodies":
+    def intersection(self, other: "RadiusRange") -> "RadiusRange":
         """Those that are in another range too."""
-        return Bodies(np.maximum(self.least, other.least), np.minimum(self.most, other.most))
+        return RadiusRange(np.maximum(self.least, other.least), np.minimum(self.most, other.most))
 
-    def hold(self, radius: FloatArray) -> Any:
+    def contains(self, radius: FloatArray) -> Any:
         """Which radii are among them."""
         return (self.least <= radius) & (radius <= self.most)
 
 
-BodiesOfCurves = Callable[[Any, Callable[[Designs], Any], Bodies], tuple[Bodies, Bodies]]
+RadiiOfCurves = Callable[[Any, Callable[[Designs], Any], RadiusRange], tuple[RadiusRange, RadiusRange]]
 """From a case of pitch curves, the inverse of what designs are allowed, and some bodies: with which of these the
 curves hold it for certain, and with which they may."""
 
 
-class OfBody(ABC):
+class RadiusWeight(ABC):
     """A weight that depends on the radius of the body that touches the cam alone."""
 
     @abstractmethod
     def __call__(self, designs: Designs) -> Any: ...
 
     @abstractmethod
-    def bodies(self, extreme: FloatArray, room: float) -> Bodies:
+    def allowed_radii(self, extreme: FloatArray, room: float) -> RadiusRange:
         """The bodies with which the weight times an extreme is at most 1.
 
         ``room``, relative, is kept from the ends of the range: more than rounding; or beyond them, if below 0.
         """
 
     @abstractmethod
-    def largest(self, bodies: Bodies) -> float:
+    def largest_weight(self, bodies: RadiusRange) -> float:
         """The largest weight with one of some bodies."""
 
 
 @dataclass(frozen=True)
-class BodyRadiusPlus(OfBody):
+class BodyRadiusPlus(RadiusWeight):
     """R_r + ρ of a design: times the curvature of its pitch curve it is 1 where the profile's radius is ρ, mm."""
 
     radius: float
@@ -103,15 +103,15 @@ class BodyRadiusPlus(OfBody):
     def __call__(self, designs: Designs) -> Any:
         return designs.roller_radius + self.radius
 
-    def bodies(self, extreme: FloatArray, room: float) -> Bodies:
-        return Bodies(most=_largest_weight(extreme) * (1.0 - room) - self.radius * (1.0 + room))
+    def allowed_radii(self, extreme: FloatArray, room: float) -> RadiusRange:
+        return RadiusRange(most=_weight_limit(extreme) * (1.0 - room) - self.radius * (1.0 + room))
 
-    def largest(self, bodies: Bodies) -> float:
+    def largest_weight(self, bodies: RadiusRange) -> float:
         return float(bodies.most + self.radius)
 
 
 @dataclass(frozen=True)
-class BeyondBody(OfBody):
+class CutterOverRoller(RadiusWeight):
     """R_c − R_r of a cutter larger than the roller, else 0, mm.
 
     Times the curvature of the pitch curve it is −1 where the cutter just reaches a hollow flank.
@@ -122,20 +122,20 @@ class BeyondBody(OfBody):
     def __call__(self, designs: Designs) -> Any:
         return np.maximum(self.radius - designs.roller_radius, 0.0)
 
-    def bodies(self, extreme: FloatArray, room: float) -> Bodies:
-        return Bodies(least=self.radius * (1.0 + room) - _largest_weight(extreme) * (1.0 - room))
+    def allowed_radii(self, extreme: FloatArray, room: float) -> RadiusRange:
+        return RadiusRange(least=self.radius * (1.0 + room) - _weight_limit(extreme) * (1.0 - room))
 
-    def largest(self, bodies: Bodies) -> float:
+    def largest_weight(self, bodies: RadiusRange) -> float:
         return float(max(self.radius - bodies.least, 0.0))
 
 
-def _largest_weight(extreme: FloatArray) -> FloatArray:
+def _weight_limit(extreme: FloatArray) -> FloatArray:
     """The largest weight that times an extreme is at most 1; −∞ where the extreme is infinite, for none will do."""
     with np.errstate(divide="ignore"):
         return np.where(extreme == np.inf, -np.inf, 1.0 / np.maximum(extreme, 0.0))
 
 
-def per_roller(designs: Designs) -> Any:
+def inverse_roller_radius(designs: Designs) -> Any:
     """1/R_r, 1/mm."""
     return 1.0 / designs.roller_radius
 
@@ -167,11 +167,11 @@ class Scale(ABC):
 
     def weight(self, quantity: float) -> Callable[[Designs], Any]:
         """The factor of the curve, which may depend on the design."""
-        return unweighted
+        return unit_weight
 
 
 @dataclass(frozen=True)
-class Times(Scale):
+class Multiple(Scale):
     """A multiple of the extreme."""
 
     factor: float = 1.0
@@ -186,11 +186,11 @@ class Times(Scale):
         return numbers.of(quantity) / numbers.of(self.factor)
 
 
-AS_IT_IS = Times()
+IDENTITY_SCALE = Multiple()
 
 
 @dataclass(frozen=True)
-class Angle(Scale):
+class AngleOfTangent(Scale):
     """The angle in deg of a tangent ≥ 0."""
 
     def quantity(self, extreme: Any, designs: Designs) -> Any:
@@ -201,7 +201,7 @@ class Angle(Scale):
 
 
 @dataclass(frozen=True)
-class ByTime(Scale):
+class TimeDerivative(Scale):
     """A derivative by time from that of the same order by the cam angle: extreme·ωⁿ/unit."""
 
     unit: float
@@ -218,7 +218,7 @@ class ByTime(Scale):
 
 
 @dataclass(frozen=True)
-class OverTurn(Scale):
+class TurnIntegral(Scale):
     """The integral over the turn that has the extreme as its mean: 2π·extreme."""
 
     def quantity(self, extreme: Any, designs: Designs) -> Any:
@@ -229,7 +229,7 @@ class OverTurn(Scale):
 
 
 @dataclass(frozen=True)
-class InDegrees(Scale):
+class DegreeScale(Scale):
     """A multiple of the extreme with its angle in deg: factor·extreme·(180/π)ⁿ, n = 1 or −1."""
 
     power: int
@@ -243,7 +243,7 @@ class InDegrees(Scale):
 
 
 @dataclass(frozen=True)
-class Root(Scale):
+class LoadRoot(Scale):
     """A stress that grows with a root of the load: factor·(load/unit)^(1/degree), 0 where the load is below 0."""
 
     degree: int
@@ -260,7 +260,7 @@ class Root(Scale):
 
 
 @dataclass(frozen=True)
-class Over(Scale):
+class InverseScale(Scale):
     """The inverse of the extreme: factor/extreme, infinite where the extreme is 0 or less."""
 
     factor: float
@@ -274,7 +274,7 @@ class Over(Scale):
 
 
 @dataclass(frozen=True)
-class LeftOfOne(Scale):
+class OneMinus(Scale):
     """The difference from 1: 1 − extreme."""
 
     falls: ClassVar[bool] = True
@@ -287,7 +287,7 @@ class LeftOfOne(Scale):
 
 
 @dataclass(frozen=True)
-class PerRoller(Scale):
+class PerRollerRadius(Scale):
     """A multiple of the extreme over the radius of the roller."""
 
     factor: float
@@ -299,7 +299,7 @@ class PerRoller(Scale):
         return numbers.of(quantity) / numbers.of(self.factor)
 
     def weight(self, quantity: float) -> Callable[[Designs], Any]:
-        return per_roller
+        return inverse_roller_radius
 
 
 @dataclass(frozen=True)
@@ -335,7 +335,7 @@ class ConvexRadius(Scale):
 
 
 @dataclass(frozen=True)
-class Cutter(Scale):
+class CutterRadius(Scale):
     """The largest cutter that reaches every hollow flank: R_r − 1/κ, with κ of the pitch curve, hollow below 0."""
 
     def quantity(self, extreme: Any, designs: Designs) -> Any:
@@ -345,11 +345,11 @@ class Cutter(Scale):
         return numbers.of(-1.0)
 
     def weight(self, quantity: float) -> Callable[[Designs], Any]:
-        return BeyondBody(quantity)
+        return CutterOverRoller(quantity)
 
 
 @dataclass(frozen=True)
-class PerDesign(Scale):
+class PerDesignFactor(Scale):
     """A scale of the extreme times a factor ≥ 0 of each design."""
 
     scale: Scale
@@ -371,15 +371,15 @@ class PerDesign(Scale):
 
     def weight(self, quantity: float) -> Callable[[Designs], Any]:
         weight = self.scale.weight(quantity)
-        return self.factor if weight is unweighted else lambda designs: self.factor(designs) * weight(designs)
+        return self.factor if weight is unit_weight else lambda designs: self.factor(designs) * weight(designs)
 
 
-def never(programme: Programme) -> bool:
+def never_jumps(programme: Programme) -> bool:
     """Never: for quantities that stay finite at every jump of the motion."""
     return False
 
 
-def at_corners(programme: Programme) -> bool:
+def jumps_at_corners(programme: Programme) -> bool:
     """Whether the velocity jumps: inertia makes a load infinite there."""
     return bool(programme.corners)
 
@@ -399,9 +399,9 @@ class Derivative:
 
     def jumps(self, programme: Programme) -> bool:
         """Whether it is infinite somewhere."""
-        return any(jump.order < self.order for jump in self.of(programme).jumps)
+        return any(jump.order < self.order for jump in self.source_motion(programme).jumps)
 
-    def of(self, programme: Turn) -> Turn:
+    def source_motion(self, programme: Turn) -> Turn:
         """The motion that it is of, from that of the follower: a programme, or its like."""
         return programme if self.at_follower else programme.tool
 
@@ -412,8 +412,8 @@ class Peak(NamedTuple):
     curves: tuple[Variant, ...]
     goal: int
     """LARGEST, LEAST or LARGEST_MAGNITUDE, of all curves together."""
-    scale: Scale = AS_IT_IS
-    jumps: Callable[[Programme], bool] = never
+    scale: Scale = IDENTITY_SCALE
+    jumps: Callable[[Programme], bool] = never_jumps
     """Whether jumps of a motion make it infinite, whatever the design."""
     unit: Callable[[Designs], Any] | None = None
     """What its error is relative to where that is larger than itself."""
@@ -426,7 +426,7 @@ class Peak(NamedTuple):
     none. 0 where it does not rise in proportion."""
     at_ends: bool = False
     """Whether its curves depend on the displacement alone, and rise or fall with it."""
-    bodies: BodiesOfCurves | None = None
+    bodies: RadiiOfCurves | None = None
     """Of profiles that are not undercut: with which bodies it is no larger than designs are allowed."""
 
     @property
@@ -434,10 +434,10 @@ class Peak(NamedTuple):
         """Whether the quantity is the least over the turn, so that its bound is one from below."""
         return (self.goal == LEAST) != self.scale.falls
 
-    def over(self, kinds: int) -> "Peak":
+    def over_kinds(self, kinds: int) -> "Peak":
         """The same peak over other kinds of pieces."""
         return self._replace(curves=tuple((make, kinds) for make, _ in self.curves))
 
-    def either_way(self) -> "Peak":
+    def as_magnitude(self) -> "Peak":
         """The largest magnitude of the same curves."""
         return self._replace(goal=LARGEST_MAGNITUDE)

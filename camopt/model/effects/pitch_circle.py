@@ -9,18 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from camopt.model.effects.case import Case, Effect, Setup
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
 
-RADIUS, PITCH_POINT = "pitch_circle_radius_mm", "pressure_angle_max_at_deg"
+PITCH_CIRCLE_RADIUS, PITCH_POINT_COLUMN = "pitch_circle_radius_mm", "pressure_angle_max_at_deg"
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return () if setup.mechanism.body.developed else (RADIUS,)
+    return () if setup.mechanism.body.developed else (PITCH_CIRCLE_RADIUS,)
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    angles = np.radians(case.found[PITCH_POINT] + np.zeros(len(case.designs)))
-    return {RADIUS: np.abs(case.setup.mechanism.travel(case.designs, case.programme, angles).trace)}
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    angles = np.radians(case.columns[PITCH_POINT_COLUMN] + np.zeros(len(case.designs)))
+    return {PITCH_CIRCLE_RADIUS: np.abs(case.setup.mechanism.travel(case.designs, case.programme, angles).trace)}
 
 
-EFFECT = Effect("pitch_circle", offers, run, reads=lambda setup: (PITCH_POINT,), of_contact=True, exact=True)
+EFFECT = Effect(
+    "pitch_circle", offers, run, reads=lambda setup: (PITCH_POINT_COLUMN,), is_per_contact=True, exact=True
+)

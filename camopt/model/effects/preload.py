@@ -21,68 +21,70 @@ import numpy as np
 
 from camopt.core.numerics import LARGEST_MAGNITUDE
 from camopt.model.effects import force
-from camopt.model.effects.case import Case, Effect, Setup, of_setting
-from camopt.model.effects.force import own_force_curve
-from camopt.model.effects.peak import AS_IT_IS, Over, Peak, Times, at_corners
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_by_setting
+from camopt.model.effects.force import follower_force_curve
+from camopt.model.effects.peak import IDENTITY_SCALE, InverseScale, Multiple, Peak, jumps_at_corners
 from camopt.model.effects.peak_columns import peak_column
 from camopt.model.motion.stroke import ALL_STROKES
 
 INTERFERENCE, STIFFNESS = "drive.interference", "drive.stiffness"
-RATIO = "pair_preload_ratio"
+PRELOAD_RATIO = "pair_preload_ratio"
 
 
-def names_of(setup: Setup) -> tuple[str, str, str, str]:
+def preload_names(setup: Setup) -> tuple[str, str, str, str]:
     """The preload, the least that never lets go, the interference that gives it, and the preload over the least."""
     unit = "N_m" if setup.angular else "N"
     angle = "deg" if setup.angular else "mm"
-    return f"pair_preload_{unit}", f"pair_preload_required_{unit}", f"interference_required_{angle}", RATIO
+    return f"pair_preload_{unit}", f"pair_preload_required_{unit}", f"interference_required_{angle}", PRELOAD_RATIO
 
 
-def borne(force: float, preload: float) -> float:
+def first_contact_force(force: float, preload: float) -> float:
     """F₁, the part of a force along the motion that one of two contacts bears."""
     return force / 2.0 + max(abs(force) / 2.0, preload)
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return names_of(setup) if setup.mechanism.further else ()
+    return preload_names(setup) if setup.mechanism.further_contacts else ()
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
-    if not setup.mechanism.further:
+    if not setup.mechanism.further_contacts:
         return {}
-    given, missing = setup.given, force.missing(setup)
+    given, missing = setup.given, force.missing_force_keys(setup)
     interference, stiffness = ((key,) if given[key] is None else () for key in (INTERFERENCE, STIFFNESS))
     none = () if given[INTERFERENCE] else (INTERFERENCE,)  # 0 is no preload
     needs = (interference + stiffness, missing, missing + stiffness, missing + none + stiffness)
-    return {name: keys for name, keys in zip(names_of(setup), needs, strict=True) if keys}
+    return {name: keys for name, keys in zip(preload_names(setup), needs, strict=True) if keys}
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    if not setup.mechanism.further or setup.omega is None:
+    if not setup.mechanism.further_contacts or setup.omega is None:
         return {}
-    _, least, interference, _ = names_of(setup)
+    _, least, interference, _ = preload_names(setup)
     unit, angle = (1e-3, 180.0 / pi) if setup.angular else (1.0, 1.0)
-    curves = ((partial(own_force_curve, setup), ALL_STROKES),)
-    found = {least: Peak(curves, LARGEST_MAGNITUDE, Times(0.5 * unit), at_corners)}
+    curves = ((partial(follower_force_curve, setup), ALL_STROKES),)
+    found = {least: Peak(curves, LARGEST_MAGNITUDE, Multiple(0.5 * unit), jumps_at_corners)}
     if setup.given[STIFFNESS]:
 
         def per_load(each: Setup) -> Any:
             return 0.5 * angle / each.dynamics.pair_stiffness
 
-        scale = of_setting(setup, Times(per_load(setup)), AS_IT_IS, per_load)
-        found[interference] = Peak(curves, LARGEST_MAGNITUDE, scale, at_corners)
+        scale = scale_by_setting(setup, Multiple(per_load(setup)), IDENTITY_SCALE, per_load)
+        found[interference] = Peak(curves, LARGEST_MAGNITUDE, scale, jumps_at_corners)
     if preload := setup.dynamics.pair_preload:
-        ratio = of_setting(setup, Over(2.0 * preload), Over(1.0), lambda each: 0.5 / each.dynamics.pair_preload)
-        found[RATIO] = Peak(curves, LARGEST_MAGNITUDE, ratio)
+        ratio = scale_by_setting(
+            setup, InverseScale(2.0 * preload), InverseScale(1.0), lambda each: 0.5 / each.dynamics.pair_preload
+        )
+        found[PRELOAD_RATIO] = Peak(curves, LARGEST_MAGNITUDE, ratio)
     return found
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     setup, known = case.setup, peaks(case.setup)
     columns: dict[str, Any] = {name: peak_column(case, known[name]) for name in wanted & known.keys()}
-    preload = case.each.dynamics.pair_preload
+    preload = case.setup_per_design.dynamics.pair_preload
     if preload is not None:
-        columns[names_of(setup)[0]] = preload * (1e-3 if setup.angular else 1.0) + np.zeros(len(case.designs))
+        columns[preload_names(setup)[0]] = preload * (1e-3 if setup.angular else 1.0) + np.zeros(len(case.designs))
     return columns
 
 

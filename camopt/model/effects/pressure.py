@@ -11,28 +11,32 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import LARGEST_MAGNITUDE
-from camopt.model.effects.case import Bounded, Case, Effect, Setup
-from camopt.model.effects.peak import Angle, Peak
+from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
+from camopt.model.effects.peak import AngleOfTangent, Peak
 from camopt.model.effects.peak_columns import peak_column
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE
 
 ANGLE_ERROR = 4e-16  # relative, of an angle from its tangent
-PITCH_POINT = "pressure_angle_max_at_deg"
-BOTTOM = "pressure_angle_max_bottom_deg"
-ANGLE_SCALE = Angle()
+PITCH_POINT_ANGLE = "pressure_angle_max_at_deg"
+BOTTOM_ANGLE = "pressure_angle_max_bottom_deg"
+ANGLE_SCALE = AngleOfTangent()
 STROKE_KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
     names = ["pressure_angle_max_deg", *(f"pressure_angle_max_{kind}_deg" for kind in STROKE_KINDS)]
-    return (*names, PITCH_POINT, *((BOTTOM,) if setup.mechanism.body.developed else ()))
+    return (*names, PITCH_POINT_ANGLE, *((BOTTOM_ANGLE,) if setup.mechanism.body.developed else ()))
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     body = setup.mechanism.body
-    return {BOTTOM: (f"part.{body.flank_height}",)} if body.developed and setup.solid.flank_height is None else {}
+    return (
+        {BOTTOM_ANGLE: (f"part.{body.flank_height}",)}
+        if body.developed and setup.solid.flank_height is None
+        else {}
+    )
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
@@ -40,12 +44,12 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         "pressure_angle_max_deg": ALL_STROKES
     }
     curves = {name: (setup.mechanism.pressure, kinds) for name, kinds in names.items()}
-    if BOTTOM in offers(setup) and BOTTOM not in lacks(setup):
-        curves[BOTTOM] = (_at_bottom(setup), ALL_STROKES)
+    if BOTTOM_ANGLE in offers(setup) and BOTTOM_ANGLE not in lacks(setup):
+        curves[BOTTOM_ANGLE] = (_bottom_pressure(setup), ALL_STROKES)
     return {name: Peak((curve,), LARGEST_MAGNITUDE, ANGLE_SCALE) for name, curve in curves.items()}
 
 
-def _at_bottom(setup: Setup) -> Callable[[Designs, Programme], Any]:
+def _bottom_pressure(setup: Setup) -> Callable[[Designs, Programme], Any]:
     """Curve tan β at the bottom of the groove, or the foot of the rib."""
     inwards = (setup.solid.flank_height or 0.0) / 2.0
 
@@ -55,24 +59,26 @@ def _at_bottom(setup: Setup) -> Callable[[Designs, Programme], Any]:
     return curve
 
 
-def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def run_on_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     kinds = {f"pressure_angle_max_{kind}_deg": bit for kind, bit in STROKE_KINDS.items()}
-    bits = {name: bit for name, bit in kinds.items() if case.programme.has(bit)}
+    bits = {name: bit for name, bit in kinds.items() if case.programme.has_kinds(bit)}
     apart = bits if wanted & kinds.keys() else {"": sum(bits.values())}  # or all strokes together
     questions = [(bit, LARGEST_MAGNITUDE) for bit in apart.values()]
-    found = case.extremes(case.setup.mechanism.pressure, questions, located=PITCH_POINT in wanted)
+    found = case.extremes(case.setup.mechanism.pressure, questions, located=PITCH_POINT_ANGLE in wanted)
     angles = ANGLE_SCALE.quantity(found.value, case.designs)
     largest = angles.max(axis=0)
     outer = ANGLE_SCALE.quantity(found.value + found.width, case.designs) + ANGLE_ERROR * largest
     columns: dict[str, Any] = dict.fromkeys(kinds, 0.0)
-    columns |= {n: Bounded(angle, top - angle, largest) for n, angle, top in zip(apart, angles, outer, strict=True)}
-    columns["pressure_angle_max_deg"] = Bounded(largest, outer.max(axis=0) - largest, largest)
-    if PITCH_POINT in wanted:
+    columns |= {
+        n: EnclosedValue(angle, top - angle, largest) for n, angle, top in zip(apart, angles, outer, strict=True)
+    }
+    columns["pressure_angle_max_deg"] = EnclosedValue(largest, outer.max(axis=0) - largest, largest)
+    if PITCH_POINT_ANGLE in wanted:
         pitch_point = found.where[angles.argmax(axis=0), np.arange(len(case.designs))]
-        columns[PITCH_POINT] = np.degrees(pitch_point)
-    if BOTTOM in wanted:
-        columns[BOTTOM] = peak_column(case, peaks(case.setup)[BOTTOM])
+        columns[PITCH_POINT_ANGLE] = np.degrees(pitch_point)
+    if BOTTOM_ANGLE in wanted:
+        columns[BOTTOM_ANGLE] = peak_column(case, peaks(case.setup)[BOTTOM_ANGLE])
     return columns
 
 
-EFFECT = Effect("pressure", offers, lacks=lacks, of_pitch=of_pitch, peaks=peaks, of_contact=True)
+EFFECT = Effect("pressure", offers, lacks=lacks, run_on_pitch=run_on_pitch, peaks=peaks, is_per_contact=True)

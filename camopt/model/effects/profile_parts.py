@@ -17,7 +17,7 @@ from numpy.polynomial import polynomial
 
 from camopt.core.numerics import ComplexArray, FloatArray, IntArray
 from camopt.core.numerics.piecewise import MotionTable
-from camopt.model.effects.case import Setup
+from camopt.model.effects.effect import Setup
 from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.elements import INNER_SIDE
 from camopt.model.motion.programme import Programme
@@ -44,7 +44,7 @@ class TurnParts(NamedTuple):
         return TurnParts(start + (2 * place + 1) * half, half, *bounds)
 
 
-def first_parts(programme: Programme) -> TurnParts:
+def initial_parts(programme: Programme) -> TurnParts:
     """The panels of the motion, or parts of them: a jump of y' or y'' lies between two parts."""
     table = programme.table
     most, error = (rows[: table.centre.size] for rows in (table.most, table.error))  # the rest is of groups
@@ -52,7 +52,7 @@ def first_parts(programme: Programme) -> TurnParts:
     return panels.split(np.ceil(table.half_width / HALF_PART).astype(int))
 
 
-class Cover(NamedTuple):
+class ProfileEnclosure(NamedTuple):
     """Enclosures of the profile over parts: arrays (..., n), lengths in mm, angles in rad."""
 
     point: ComplexArray
@@ -69,15 +69,17 @@ class Cover(NamedTuple):
     rounding: FloatArray
     """How exact its points are."""
 
-    def take(self, index: Any) -> "Cover":
+    def take(self, index: Any) -> "ProfileEnclosure":
         """Some of the parts."""
         return self._replace(**{name: values[index] for name, values in self._asdict().items()})
 
 
-def cover(setup: Setup, design: Designs, programme: Programme, parts: TurnParts, side: float = INNER_SIDE) -> Cover:
+def enclose_profile(
+    setup: Setup, design: Designs, programme: Programme, parts: TurnParts, side: float = INNER_SIDE
+) -> ProfileEnclosure:
     """Enclose a wall of one design, or of several, (n, 1) each, over parts of the turn."""
     y, y1 = position_and_speed(programme.table, parts.middle)
-    trace, velocity = (x + 1j * z for x, z in drawn(setup, design, start_height(setup, design) + y, y1))
+    trace, velocity = (x + 1j * z for x, z in trace_motion(setup, design, start_height(setup, design) + y, y1))
     reach = np.abs(design.centre_distance - trace) if setup.angular else 1.0  # of the trace point by y
     distance, speed, radius = np.abs(trace), np.abs(velocity), setup.half_width(design)
     inwards = -side * radius
@@ -93,7 +95,7 @@ def cover(setup: Setup, design: Designs, programme: Programme, parts: TurnParts,
     normal = 1j * design.sense * tangent
     away = parts.half * (speed + parts.half * bend) + radius * np.minimum(spread, 2.0) + rounding
     bulge = 0.5 * np.square(parts.half) * bend + radius * 2.0 * np.square(np.sin(0.5 * spread)) + rounding
-    return Cover(turn * trace - inwards * normal, tangent, normal, spread, away, bulge, rounding)
+    return ProfileEnclosure(turn * trace - inwards * normal, tangent, normal, spread, away, bulge, rounding)
 
 
 PartEnds = Sequence[ComplexArray]
@@ -105,15 +107,15 @@ def part_ends(
 ) -> PartEnds:
     """The ends of parts of a wall of one design, or of several, (n, 1) each."""
     angles = np.stack([parts.middle - parts.half, parts.middle + parts.half])
-    return list(points_at(setup, design, programme, angles, side))
+    return list(wall_points(setup, design, programme, angles, side))
 
 
-def points_at(
+def wall_points(
     setup: Setup, design: Designs, programme: Programme, angles: FloatArray, side: float = INNER_SIDE
 ) -> ComplexArray:
     """A wall of one design, or of several, (n, 1) each, at cam angles in rad."""
     y, y1 = position_and_speed(programme.table, angles)
-    x, z = profile(setup, on_side(setup, design, side), start_height(setup, design) + y, y1)
+    x, z = profile_point(setup, wall_designs(setup, design, side), start_height(setup, design) + y, y1)
     return np.asarray(np.exp(-1j * design.sense * angles) * (x + 1j * z))
 
 
@@ -127,7 +129,7 @@ def position_and_speed(table: MotionTable, angles: FloatArray) -> tuple[FloatArr
     return np.asarray(y), np.asarray(y1 / h)
 
 
-def on_side(setup: Setup, designs: Designs, side: Any) -> Designs:
+def wall_designs(setup: Setup, designs: Designs, side: Any) -> Designs:
     """Designs whose profile is the wall on a side of the trace point: beyond it, that of a roller below 0.
 
     It is as far away as R_r and half of a clearance. Their height or angle at displacement 0 is that of the designs
@@ -142,7 +144,7 @@ def start_height(setup: Setup, designs: Designs) -> Any:
     return setup.mechanism.start(designs)
 
 
-def drawn(setup: Setup, designs: Designs, s: Any, y1: Any) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
+def trace_motion(setup: Setup, designs: Designs, s: Any, y1: Any) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
     """The trace point T in the ground frame at a height or angle, and its velocity over the cam, mm/rad, as (x, y).
 
     K·y' − iσT, where T moves by K = i per displacement, or, about a pivot at c, by i(c − T). Numbers or ranges.
@@ -153,8 +155,8 @@ def drawn(setup: Setup, designs: Designs, s: Any, y1: Any) -> tuple[tuple[Any, A
     return (x, z), (along + designs.sense * z, up - designs.sense * x)
 
 
-def profile(setup: Setup, designs: Designs, s: Any, y1: Any) -> tuple[Any, Any]:
+def profile_point(setup: Setup, designs: Designs, s: Any, y1: Any) -> tuple[Any, Any]:
     """The contact point (x, y) in the ground frame at a height or angle: T − R_r·n. Numbers or ranges."""
-    (x, z), (along, up) = drawn(setup, designs, s, y1)
+    (x, z), (along, up) = trace_motion(setup, designs, s, y1)
     share = designs.sense * designs.roller_radius / np.sqrt(np.square(along) + np.square(up))
     return x + share * up, z - share * along

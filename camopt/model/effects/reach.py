@@ -7,9 +7,9 @@ if the cam turns ccw, to the left if cw. Oscillating: the distance from the pivo
 from typing import Any
 
 from camopt.core.numerics import LARGEST, LEAST
-from camopt.model.effects.case import Case, Effect, Setup
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
 from camopt.model.effects.peak import Peak
-from camopt.model.effects.peak_columns import columns_of_ends
+from camopt.model.effects.peak_columns import range_columns
 from camopt.model.motion.stroke import ALL_STROKES
 
 
@@ -24,9 +24,9 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     return {name: Peak(curves, goal) for name, goal in zip(offers(setup), goals, strict=True)}
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     found = peaks(case.setup)
-    return dict(zip(found, columns_of_ends(case, *found.values()), strict=True))
+    return dict(zip(found, range_columns(case, *found.values()), strict=True))
 
 
-EFFECT = Effect("reach", offers, run, peaks=peaks, of_contact=True)
+EFFECT = Effect("reach", offers, run, peaks=peaks, is_per_contact=True)

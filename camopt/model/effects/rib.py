@@ -19,14 +19,14 @@ import numpy as np
 
 from camopt.core.numerics import LEAST
 from camopt.core.numerics.curves import curve_type
-from camopt.model.effects.case import Case, Effect, Setup
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
 from camopt.model.effects.peak import Peak
 from camopt.model.effects.peak_columns import peak_column
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES
 
-THICKNESS = "rib_thickness_min_mm"
+RIB_THICKNESS = "rib_thickness_min_mm"
 
 
 @curve_type
@@ -39,10 +39,10 @@ def rib_thickness(at, first, second, spacing, cosine, sine, rollers):
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return (THICKNESS,) if setup.mechanism.ribbed else ()
+    return (RIB_THICKNESS,) if setup.mechanism.has_rib else ()
 
 
-def _spacing(designs: Designs) -> Any:
+def _roller_spacing(designs: Designs) -> Any:
     """d, mm: thicknesses are right to so much of it."""
     return designs.roller_spacing
 
@@ -54,20 +54,20 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         d, zero = designs.roller_spacing, designs.size * 0.0
         sine = 0.5 * d / designs.arm_length if setup.angular else zero
         cosine, way = np.sqrt((1.0 - sine) * (1.0 + sine)), designs.sense if mechanism.body.developed else 1.0
-        (second,) = mechanism.further
+        (second,) = mechanism.further_contacts
         first = mechanism.pressure(designs, programme)
-        other = second.mechanism.pressure(second.seen(designs), programme)
+        other = second.mechanism.pressure(second.local_designs(designs), programme)
         return rib_thickness(first, other, d, cosine + zero, way * sine, 2.0 * setup.half_width(designs) + zero)
 
     return (
-        {THICKNESS: Peak(((thickness, ALL_STROKES),), LEAST, unit=_spacing, open_at_zero=True)}
-        if mechanism.ribbed
+        {RIB_THICKNESS: Peak(((thickness, ALL_STROKES),), LEAST, unit=_roller_spacing, open_at_zero=True)}
+        if mechanism.has_rib
         else {}
     )
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    return {THICKNESS: peak_column(case, peaks(case.setup)[THICKNESS])}
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    return {RIB_THICKNESS: peak_column(case, peaks(case.setup)[RIB_THICKNESS])}
 
 
 EFFECT = Effect("rib", offers, run, peaks=peaks)

@@ -24,12 +24,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import ComplexArray, FloatArray
-from camopt.core.numerics.quadrature import Integrated, Rule, by_orders, gauss
-from camopt.core.numerics.stable import matrix_product
-from camopt.model.effects.case import Bounded, Case, Effect, Setup
-from camopt.model.effects.implied import Implied
+from camopt.core.numerics.quadrature import GaussRule, Integrals, gauss_rule, integrate_by_orders
+from camopt.core.numerics.stable_functions import matrix_product
+from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
 from camopt.model.effects.mean import Mean
-from camopt.model.effects.peak import OverTurn
+from camopt.model.effects.necessary_conditions import NecessaryConditions
+from camopt.model.effects.peak import TurnIntegral
 from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.elements import INNER_SIDE
 from camopt.model.motion.programme import JUMP_SIDE
@@ -40,7 +40,7 @@ CENTROID = ("centroid_x_mm", "centroid_y_mm")
 GROOVE_LENGTH = "groove_length_mm"
 SECTION_POINTS = 2**15  # points of all designs of a block
 JUST_ABOVE = 1.0 + 1e-12  # of a size, for rounding
-RADIAL = 6  # points along the depth of a groove, over which integrands hardly change
+RADIAL_NODES = 6  # points along the depth of a groove, over which integrands hardly change
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
@@ -49,20 +49,20 @@ def offers(setup: Setup) -> tuple[str, ...]:
     return (GROOVE_LENGTH,) if setup.mechanism.two_sided else ()
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     if not case.setup.mechanism.body.bounded:
-        groove = groove_integrals_of(case)
-        return {GROOVE_LENGTH: Bounded(groove.value[0], groove.error[0], groove.value[0])}
-    found = section_of(case)
+        groove = integrate_groove(case)
+        return {GROOVE_LENGTH: EnclosedValue(groove.value[0], groove.error[0], groove.value[0])}
+    found = integrate_section(case)
     (length, area, *_, polar), size = found.value, found.size
     columns = {
-        PROFILE_LENGTH: Bounded(length, found.error[0], length),
-        AREA: Bounded(area, found.error[1], area),
-        POLAR_MOMENT: Bounded(polar, found.error[4], polar),
+        PROFILE_LENGTH: EnclosedValue(length, found.error[0], length),
+        AREA: EnclosedValue(area, found.error[1], area),
+        POLAR_MOMENT: EnclosedValue(polar, found.error[4], polar),
     }
     for name, moment, error in zip(CENTROID, found.value[2:4], found.error[2:4], strict=True):
         off = (error + np.abs(moment / area) * found.error[1]) / area
-        columns[name] = Bounded(moment / area, off, size)
+        columns[name] = EnclosedValue(moment / area, off, size)
     return columns
 
 
@@ -74,55 +74,64 @@ class SectionIntegrals(NamedTuple):
     size: FloatArray
 
 
-def section_of(case: Case) -> SectionIntegrals:
+def integrate_section(case: EvaluationBlock) -> SectionIntegrals:
     """The integrals over the sections of disc cams, or over what is within a flank of a rib, mm."""
     side = case.setup.mechanism.flanks[0].side
-    found = by_orders(*_of(case, partial(section_integrals, side=side), _scale))
+    found = integrate_by_orders(
+        *_integration_arguments(case, partial(section_integrals, side=side), _section_scale)
+    )
     return SectionIntegrals(*found, np.sqrt(np.abs(found.value[1]) / pi))
 
 
-def _scale(found: FloatArray) -> FloatArray:
+def _section_scale(found: FloatArray) -> FloatArray:
     """The scale of errors; for first moments, that of the area at the radius of a disc of the same area."""
     length, area, *_, polar = np.abs(found)
     moment = area * np.sqrt(area / pi)
     return np.stack([length, area, moment, moment, polar])
 
 
-def _of(case: Case, integrals: Any, scale: Any) -> tuple[Any, Any, int, float]:
+def _integration_arguments(case: EvaluationBlock, integrals: Any, scale: Any) -> tuple[Any, Any, int, float]:
     """The arguments of ``by_orders``: designs are taken a block at a time, so that memory is bounded."""
 
-    def taken(rule: Rule, index: Any) -> FloatArray:
+    def integrate_designs(rule: GaussRule, index: Any) -> FloatArray:
         designs = case.designs.take(index)
         count = 1 + len(designs) * case.programme.table.centre.size * rule.nodes.size // SECTION_POINTS
         blocks = np.array_split(np.arange(len(designs)), count)
         return np.concatenate([integrals(case, designs.take(block), rule) for block in blocks], axis=1)
 
-    return taken, scale, len(case.designs), case.setup.relative_error
+    return integrate_designs, scale, len(case.designs), case.setup.relative_error
 
 
-def _columns(designs: Designs) -> Designs:
+def _design_columns(designs: Designs) -> Designs:
     """Designs as columns (n, 1), so that formulas give them at many cam angles."""
     return designs.with_values({name: values[:, None] for name, values in designs.values.items()})
 
 
-def section_integrals(case: Case, designs: Designs, rule: Rule, side: float = INNER_SIDE) -> FloatArray:
+def section_integrals(
+    case: EvaluationBlock, designs: Designs, rule: GaussRule, side: float = INNER_SIDE
+) -> FloatArray:
     """As of ``SectionIntegrals``, (5, designs), within the wall on a side; within the pitch curve of side 0."""
     table, sense = case.programme.table, designs.sense
     angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
-    travel = case.setup.mechanism.travel(_columns(designs), case.programme, angles.ravel())
+    travel = case.setup.mechanism.travel(_design_columns(designs), case.programme, angles.ravel())
     across = (len(designs), *angles.shape)
     normal = travel.normal.reshape(-1, *angles.shape)
     reach = side * case.setup.half_width(designs)
     point = travel.trace.reshape(across) + reach[:, None, None] * normal
     along = matrix_product(point, rule.derivative.T) - 1j * sense * table.half_width[:, None] * point
-    total = _swept(sense, rule, point, normal, along, np.exp(-1j * sense * angles))
-    for corner in _at_corners(case, designs, rule, reach):
-        total += _swept(sense, rule, *corner)
+    total = _profile_integrals(sense, rule, point, normal, along, np.exp(-1j * sense * angles))
+    for corner in _corner_parts(case, designs, rule, reach):
+        total += _profile_integrals(sense, rule, *corner)
     return total
 
 
-def _swept(
-    sense: float, rule: Rule, point: ComplexArray, normal: ComplexArray, along: ComplexArray, turn: ComplexArray
+def _profile_integrals(
+    sense: float,
+    rule: GaussRule,
+    point: ComplexArray,
+    normal: ComplexArray,
+    along: ComplexArray,
+    turn: ComplexArray,
 ) -> FloatArray:
     """The integrals (5, designs) over parts of profiles: points, normals, derivatives, (designs, parts, nodes)."""
     length = matrix_product((along * np.conj(-1j * sense * normal)).real, rule.weights)
@@ -133,14 +142,16 @@ def _swept(
     return np.array([part.sum(axis=1) for part in parts])
 
 
-def _at_corners(case: Case, designs: Designs, rule: Rule, reach: FloatArray) -> Iterator[tuple[Any, ...]]:
+def _corner_parts(
+    case: EvaluationBlock, designs: Designs, rule: GaussRule, reach: FloatArray
+) -> Iterator[tuple[Any, ...]]:
     """The part of profiles at corners of the motion: an arc about the trace point, or an edge along a flat face."""
     share, half = 0.5 * (1.0 + rule.nodes), 0.5
     for corner in case.programme.corners:
         angles = np.mod(corner.at + JUMP_SIDE * np.array([-1.0, 1.0]), 2.0 * pi)
         trace, normal = (
             np.broadcast_to(each, (len(designs), 2))
-            for each in case.setup.mechanism.travel(_columns(designs), case.programme, angles)
+            for each in case.setup.mechanism.travel(_design_columns(designs), case.programme, angles)
         )
         moved, turned = np.diff(trace, axis=1), np.angle(normal[:, 1:] / normal[:, :1])
         face = normal[:, :1] * np.exp(1j * turned * share)
@@ -151,19 +162,25 @@ def _at_corners(case: Case, designs: Designs, rule: Rule, reach: FloatArray) -> 
         yield point[:, None], face[:, None], along[:, None], turn
 
 
-def groove_integrals_of(case: Case) -> Integrated:
+def integrate_groove(case: EvaluationBlock) -> Integrals:
     """The integrals of ``groove_integrals`` (3, designs); of a groove in a face those of ``band_integrals``."""
     developed = case.setup.mechanism.body.developed
-    return by_orders(*(_of(case, groove_integrals, np.abs) if developed else _of(case, band_integrals, _scale)))
+    return integrate_by_orders(
+        *(
+            _integration_arguments(case, groove_integrals, np.abs)
+            if developed
+            else _integration_arguments(case, band_integrals, _section_scale)
+        )
+    )
 
 
-def band_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:
+def band_integrals(case: EvaluationBlock, designs: Designs, rule: GaussRule) -> FloatArray:
     """Of a groove in the face of a disc, (5, designs): its length; of its band area, moments and polar moment."""
     inner, middle, outer = (section_integrals(case, designs, rule, side) for side in (INNER_SIDE, 0.0, -INNER_SIDE))
     return np.concatenate([middle[:1], (outer - inner)[1:]])
 
 
-def groove_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:
+def groove_integrals(case: EvaluationBlock, designs: Designs, rule: GaussRule) -> FloatArray:
     """Of the pitch curve of a groove of depth d, as long as L(r) at the radius r: L(R_m), ∫L dr, ∫r²·L dr.
 
     Or of that of a flank of a rib of the height d. From R_m − d/2 to R_m + d/2. At a radius r the curve is as long
@@ -171,7 +188,7 @@ def groove_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:
     """
     table, depth, mean = case.programme.table, case.setup.solid.flank_height or 0.0, designs.size
     angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
-    trace = case.setup.mechanism.travel(_columns(designs), case.programme, angles.ravel()).trace
+    trace = case.setup.mechanism.travel(_design_columns(designs), case.programme, angles.ravel()).trace
     along = matrix_product(trace.reshape(-1, *angles.shape), rule.derivative.T)
 
     def length(share: FloatArray) -> FloatArray:
@@ -179,7 +196,7 @@ def groove_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:
         return np.asarray(matrix_product(speed, rule.weights).sum(axis=1))
 
     total = np.array([length(np.ones(len(designs))), 0.0 * mean, 0.0 * mean])
-    for place, weight in zip(*gauss(RADIAL)[:2], strict=True):
+    for place, weight in zip(*gauss_rule(RADIAL_NODES)[:2], strict=True):
         radius = mean + place * depth / 2.0
         part = weight * depth / 2.0 * length(radius / mean)
         total[1:] += part, np.square(radius) * part
@@ -188,12 +205,12 @@ def groove_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:
 
 def means(setup: Setup) -> dict[str, Mean]:
     path = setup.mechanism.path if GROOVE_LENGTH in offers(setup) else None
-    return {} if path is None else {GROOVE_LENGTH: Mean(((path, ALL_STROKES),), 1, OverTurn())}
+    return {} if path is None else {GROOVE_LENGTH: Mean(((path, ALL_STROKES),), 1, TurnIntegral())}
 
 
-def implies(setup: Setup, name: str, bound: float) -> Implied:
+def implies(setup: Setup, name: str, bound: float) -> NecessaryConditions:
     """The base radius above which no profile encloses as little: it goes round the base circle."""
-    return Implied(most_size=sqrt(bound / pi) * JUST_ABOVE) if name == AREA else Implied()
+    return NecessaryConditions(most_size=sqrt(bound / pi) * JUST_ABOVE) if name == AREA else NecessaryConditions()
 
 
-EFFECT = Effect("section", offers, run, means=means, implies=implies, of_disc=True)
+EFFECT = Effect("section", offers, run, means=means, implies=implies, is_single_disc=True)

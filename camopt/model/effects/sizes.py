@@ -6,8 +6,8 @@ the prime circle), so the clearance is base radius minus shaft radius, exactly.
 
 from typing import Any
 
-from camopt.model.effects.case import Case, Effect, Setup
-from camopt.model.effects.contacts import least_size_of
+from camopt.model.effects.contacts import least_disc_size
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
 from camopt.model.motion.stroke import RETURN, RISE
 
 
@@ -21,17 +21,17 @@ def offers(setup: Setup) -> tuple[str, ...]:
     return (*names, *setup.varied.values())
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     designs, mechanism = case.designs, case.setup.mechanism
-    seconds = (each.seen(designs).sizes.items() for each in mechanism.further)
+    seconds = (each.local_designs(designs).sizes.items() for each in mechanism.further_contacts)
     sizes = designs.sizes | {f"second_{name}": size for each in seconds for name, size in each}
     return {
         "law_rise": case.programme.law_names(RISE),
         "law_return": case.programme.law_names(RETURN),
         **{name: sizes[field] for field, name in mechanism.size_quantities.items()},
         "prime_radius_mm": designs.prime_radius,
-        "shaft_clearance_mm": least_size_of(case.setup, designs) - (case.setup.shaft_radius or 0.0),
-        **{name: case.each.given[key] for key, name in case.setup.varied.items()},
+        "shaft_clearance_mm": least_disc_size(case.setup, designs) - (case.setup.shaft_radius or 0.0),
+        **{name: case.setup_per_design.given[key] for key, name in case.setup.varied.items()},
     }
 
 

@@ -36,20 +36,37 @@ from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.core.numerics.curves import curve_type
 from camopt.core.numerics.jet import to_power
 from camopt.model.effects import force
-from camopt.model.effects.case import Bounded, Case, Effect, Setup, of_setting
-from camopt.model.effects.loads import contact_load, has_guide_friction, is_sound, normal_curve, roller_path, ways
-from camopt.model.effects.peak import AS_IT_IS, Over, Peak, PerRoller, Scale, Times, Variant, at_corners, never
-from camopt.model.effects.peak_columns import as_column, columns_of_ends, extreme_of, peak_column
+from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup, scale_by_setting
+from camopt.model.effects.loads import (
+    contact_load,
+    flank_path_curvature,
+    friction_ways,
+    has_guide_friction,
+    is_sound,
+    normal_curve,
+)
+from camopt.model.effects.peak import (
+    IDENTITY_SCALE,
+    InverseScale,
+    Multiple,
+    Peak,
+    PerRollerRadius,
+    Scale,
+    Variant,
+    jumps_at_corners,
+    never_jumps,
+)
+from camopt.model.effects.peak_columns import as_column, peak_column, peak_extremes, range_columns
 from camopt.model.mechanisms.design import Designs, Mechanism
 from camopt.model.mechanisms.elements import INNER_SIDE
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES
 
-SLIDING, SPIN = "sliding_speed_max_m_s", "roller_speed_max_rpm"
+SLIDING_SPEED, ROLLER_SPEED = "sliding_speed_max_m_s", "roller_speed_max_rpm"
 FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT = "entrainment_speed_max_m_s", "entrainment_speed_min_m_s"
-WEAR, FILM, RATIO = "wear_depth_max_um", "film_thickness_min_um", "film_ratio_min"
+WEAR_DEPTH, FILM_THICKNESS, FILM_RATIO = "wear_depth_max_um", "film_thickness_min_um", "film_ratio_min"
 LUBRICANT = ("viscosity", "pressure_viscosity")
-OF_SPEED, OF_LOAD, OF_RADIUS = 0.7, 0.13, 0.43  # exponents of u, 1/N and R in the film
+FILM_SPEED_POWER, FILM_LOAD_POWER, FILM_RADIUS_POWER = 0.7, 0.13, 0.43  # exponents of u, 1/N and R in the film
 REPORTED_TURNS = 1e6
 
 
@@ -93,29 +110,35 @@ def relative_radius(at, curvature, roller_radius):
 @curve_type(loaded=True)
 def film_thinness(at, normal, entrainment, radius):
     """N^0.13·u^−0.7·R^−0.43, the inverse of the film but for a factor; N, mm/rad, mm."""
-    spread = to_power(np.square(entrainment), -0.5 * OF_SPEED) * to_power(radius, -OF_RADIUS)
-    return to_power(normal, OF_LOAD) * spread
+    spread = to_power(np.square(entrainment), -0.5 * FILM_SPEED_POWER) * to_power(radius, -FILM_RADIUS_POWER)
+    return to_power(normal, FILM_LOAD_POWER) * spread
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
     if speed_over_cam(setup.mechanism) is None:
         return ()
     if setup.mechanism.two_sided:
-        return (SPIN,) if setup.rolls else ()
-    worn = () if setup.spherical or setup.rolls else (WEAR,)
-    carried = () if setup.spherical or setup.is_knife else (FILM, RATIO)
-    return (SPIN if setup.rolls else SLIDING, FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT, *worn, *carried)
+        return (ROLLER_SPEED,) if setup.rolls else ()
+    worn = () if setup.spherical or setup.rolls else (WEAR_DEPTH,)
+    carried = () if setup.spherical or setup.is_knife else (FILM_THICKNESS, FILM_RATIO)
+    return (
+        ROLLER_SPEED if setup.rolls else SLIDING_SPEED,
+        FASTEST_ENTRAINMENT,
+        SLOWEST_ENTRAINMENT,
+        *worn,
+        *carried,
+    )
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     bodies, speed = setup.bodies, () if setup.omega is not None else ("cam.rpm",)
-    loads = force.missing(setup)
-    needs = {WEAR: ("wear_rate", "face_width"), FILM: ("face_width", *LUBRICANT)}
-    needs[RATIO] = (*needs[FILM], "roughness")
+    loads = force.missing_force_keys(setup)
+    needs = {WEAR_DEPTH: ("wear_rate", "face_width"), FILM_THICKNESS: ("face_width", *LUBRICANT)}
+    needs[FILM_RATIO] = (*needs[FILM_THICKNESS], "roughness")
     found = {}
     for name in offers(setup):
         keys = tuple(f"materials.{key}" for key in needs.get(name, ()) if not getattr(bodies, key))
-        if name in (FILM, RATIO) and not bodies.modulus:
+        if name in (FILM_THICKNESS, FILM_RATIO) and not bodies.modulus:
             keys = ("materials.cam", "materials.follower", *keys)
         absent = (*(loads if name in needs else speed), *keys)
         if absent:
@@ -132,7 +155,7 @@ def speed_over_cam(mechanism: Mechanism) -> Any:
     return mechanism.sliding or mechanism.path
 
 
-def turning(setup: Setup, designs: Designs) -> FloatArray:
+def turning_factor(setup: Setup, designs: Designs) -> FloatArray:
     """The factor of y' in q."""
     way = -1.0 if setup.mechanism.reverses else 1.0
     return np.full(len(designs), way * designs.sense if setup.angular else 0.0)
@@ -144,20 +167,20 @@ def sliding_curve(setup: Setup, designs: Designs, programme: Programme, side: fl
     if setup.mechanism.curvature is None:
         return sliding
     turns = np.full(len(designs), 0.0 if setup.mechanism.body.developed else 1.0)
-    return trace_sliding(sliding, -side * designs.roller_radius, turns, turning(setup, designs))
+    return trace_sliding(sliding, -side * designs.roller_radius, turns, turning_factor(setup, designs))
 
 
 def spin_rate_curve(setup: Setup, designs: Designs, programme: Programme, side: float) -> Any:
     """N_p' − R·q' on the wall on a side of the trace point, mm/rad²."""
     assert setup.mechanism.speeding is not None
     speed = setup.mechanism.speeding(designs, programme)
-    return spin_rate(speed, -side * designs.roller_radius, turning(setup, designs))
+    return spin_rate(speed, -side * designs.roller_radius, turning_factor(setup, designs))
 
 
 def entrainment_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """u, mm/rad."""
     mechanism = setup.mechanism
-    sliding, turns = speed_over_cam(mechanism)(designs, programme), turning(setup, designs)
+    sliding, turns = speed_over_cam(mechanism)(designs, programme), turning_factor(setup, designs)
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
         return face_entrainment(mechanism.profile_radius(designs, programme), sliding, turns)
@@ -170,7 +193,7 @@ def wear_curve(setup: Setup, designs: Designs, programme: Programme, way: float 
     if setup.is_knife:
         return normal_curve(setup, designs, programme, way)
     load, sliding = contact_load(setup, designs, programme), sliding_curve(setup, designs, programme)
-    return face_wear(load, sliding, turning(setup, designs))
+    return face_wear(load, sliding, turning_factor(setup, designs))
 
 
 def thinness_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
@@ -181,7 +204,9 @@ def thinness_curve(setup: Setup, designs: Designs, programme: Programme, way: fl
         entrainment_curve(setup, designs, programme),
     )
     if mechanism.curvature:
-        radius = relative_radius(roller_path(setup, designs, programme, mechanism.flanks[0]), designs.roller_radius)
+        radius = relative_radius(
+            flank_path_curvature(setup, designs, programme, mechanism.flanks[0]), designs.roller_radius
+        )
         return film_thinness(normal, entrainment, radius)
     assert mechanism.profile_radius is not None
     return film_thinness(normal, entrainment, mechanism.profile_radius(designs, programme))
@@ -189,8 +214,8 @@ def thinness_curve(setup: Setup, designs: Designs, programme: Programme, way: fl
 
 def wear_variants(name: str, setup: Setup) -> tuple[Variant, ...]:
     """The curves that decide wear (film), with the guide's friction each way."""
-    make = wear_curve if name == WEAR else thinness_curve
-    return tuple((partial(make, setup, way=way), kinds) for way, kinds in ways(setup))
+    make = wear_curve if name == WEAR_DEPTH else thinness_curve
+    return tuple((partial(make, setup, way=way), kinds) for way, kinds in friction_ways(setup))
 
 
 def wear_factor(setup: Setup) -> Any:
@@ -210,80 +235,87 @@ def film_factor(setup: Setup) -> Any:
     assert bodies.face_width is not None
     assert omega is not None
     twice = 2.0 * bodies.modulus
-    speed, load = (bodies.viscosity * omega / twice) ** OF_SPEED, (twice * bodies.face_width) ** OF_LOAD
+    speed, load = (
+        (bodies.viscosity * omega / twice) ** FILM_SPEED_POWER,
+        (twice * bodies.face_width) ** FILM_LOAD_POWER,
+    )
     return 2.65 * (bodies.pressure_viscosity * twice) ** 0.54 * speed * load
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
     if not offers(setup) or setup.omega is None:
         return {}
-    return _speeds(setup) | _of_load(setup)
+    return _speed_peaks(setup) | _load_peaks(setup)
 
 
-def _speeds(setup: Setup) -> dict[str, Peak]:
+def _speed_peaks(setup: Setup) -> dict[str, Peak]:
     sliding = tuple(
         (partial(sliding_curve, setup, side=flank.side), ALL_STROKES) for flank in setup.mechanism.flanks
     )
     carrying = partial(entrainment_curve, setup), ALL_STROKES
-    jumps = never if setup.is_knife else at_corners
-    speed = of_setting(setup, Times(setup.omega / 1e3), AS_IT_IS, lambda each: each.omega / 1e3)
+    jumps = never_jumps if setup.is_knife else jumps_at_corners
+    speed = scale_by_setting(setup, Multiple(setup.omega / 1e3), IDENTITY_SCALE, lambda each: each.omega / 1e3)
     scale = speed
     if setup.rolls:
         turns = 30.0 / pi * setup.omega
-        scale = of_setting(setup, PerRoller(turns), PerRoller(1.0), lambda each: 30.0 / pi * each.omega)
+        scale = scale_by_setting(
+            setup, PerRollerRadius(turns), PerRollerRadius(1.0), lambda each: 30.0 / pi * each.omega
+        )
     found = {
-        SPIN if setup.rolls else SLIDING: Peak(sliding, LARGEST_MAGNITUDE, scale),
+        ROLLER_SPEED if setup.rolls else SLIDING_SPEED: Peak(sliding, LARGEST_MAGNITUDE, scale),
         FASTEST_ENTRAINMENT: Peak((carrying,), LARGEST, speed, jumps),
         SLOWEST_ENTRAINMENT: Peak((carrying,), LEAST, speed, jumps),
     }
     return {name: found[name] for name in found if name in offers(setup)}
 
 
-def _of_load(setup: Setup) -> dict[str, Peak]:
+def _load_peaks(setup: Setup) -> dict[str, Peak]:
     """Wear and film, if the scene gives the values that they need."""
     missing = lacks(setup)
     return {
-        name: Peak(wear_variants(name, setup), LARGEST, _scale(name, setup), at_corners)
+        name: Peak(wear_variants(name, setup), LARGEST, _wear_scale(name, setup), jumps_at_corners)
         for name in offers(setup)
-        if name in (WEAR, FILM, RATIO) and name not in missing
+        if name in (WEAR_DEPTH, FILM_THICKNESS, FILM_RATIO) and name not in missing
     }
 
 
-def _scale(name: str, setup: Setup) -> Scale:
+def _wear_scale(name: str, setup: Setup) -> Scale:
     """From the extreme of its curves to wear or film."""
-    if name == WEAR:
-        return of_setting(setup, Times(wear_factor(setup)), AS_IT_IS, wear_factor)
+    if name == WEAR_DEPTH:
+        return scale_by_setting(setup, Multiple(wear_factor(setup)), IDENTITY_SCALE, wear_factor)
 
     def film(setup: Setup) -> Any:
-        unit: Any = 1e3 if name == FILM else 1.0 / setup.bodies.roughness
+        unit: Any = 1e3 if name == FILM_THICKNESS else 1.0 / setup.bodies.roughness
         return film_factor(setup) * unit
 
-    return of_setting(setup, Over(film(setup)), Over(1.0), lambda each: 1.0 / film(each))
+    return scale_by_setting(setup, InverseScale(film(setup)), InverseScale(1.0), lambda each: 1.0 / film(each))
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     known, sound = peaks(case.setup), is_sound(case)
-    columns: dict[str, Any] = {name: peak_column(case, known[name]) for name in wanted & {SLIDING, SPIN}}
-    if wanted & {FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT, FILM, RATIO}:
-        ends = columns_of_ends(case, known[FASTEST_ENTRAINMENT], known[SLOWEST_ENTRAINMENT])
+    columns: dict[str, Any] = {
+        name: peak_column(case, known[name]) for name in wanted & {SLIDING_SPEED, ROLLER_SPEED}
+    }
+    if wanted & {FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT, FILM_THICKNESS, FILM_RATIO}:
+        ends = range_columns(case, known[FASTEST_ENTRAINMENT], known[SLOWEST_ENTRAINMENT])
         columns |= zip((FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT), ends, strict=True)
-    if wanted & {FILM, RATIO}:
-        columns |= _film(case, known, sound & _carries(*ends))
-    if WEAR in wanted:
-        columns[WEAR] = peak_column(case, known[WEAR], sound)
+    if wanted & {FILM_THICKNESS, FILM_RATIO}:
+        columns |= _film_columns(case, known, sound & _carries_film(*ends))
+    if WEAR_DEPTH in wanted:
+        columns[WEAR_DEPTH] = peak_column(case, known[WEAR_DEPTH], sound)
     return columns
 
 
-def _carries(fastest: Bounded, slowest: Bounded) -> Any:
+def _carries_film(fastest: EnclosedValue, slowest: EnclosedValue) -> Any:
     """Designs whose surfaces carry the lubricant in one direction over the whole turn."""
     return (slowest.value + slowest.outward > 0.0) | (fastest.value + fastest.outward < 0.0)
 
 
-def _film(case: Case, known: Mapping[str, Peak], carried: Any) -> dict[str, Any]:
+def _film_columns(case: EvaluationBlock, known: Mapping[str, Peak], carried: Any) -> dict[str, Any]:
     """The least film, while the bodies are pressed together."""
     pressed = force.keeps_contact(case)
-    thinnest = extreme_of(case, known[FILM], carried & pressed)
-    return {name: as_column(case, known[name], thinnest) for name in (FILM, RATIO) if name in known}
+    thinnest = peak_extremes(case, known[FILM_THICKNESS], carried & pressed)
+    return {name: as_column(case, known[name], thinnest) for name in (FILM_THICKNESS, FILM_RATIO) if name in known}
 
 
-EFFECT = Effect("surface", offers, run, lacks, reads, peaks=peaks, of_contact=True)
+EFFECT = Effect("surface", offers, run, lacks, reads, peaks=peaks, is_per_contact=True)

@@ -21,26 +21,26 @@ import numpy as np
 
 from camopt.core.numerics import LARGEST_MAGNITUDE
 from camopt.model.effects import force
-from camopt.model.effects.case import Case, Effect, Setup, of_setting
-from camopt.model.effects.given import GivenDynamics
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_by_setting
+from camopt.model.effects.effect_numbers import FollowerDynamics
 from camopt.model.effects.loads import (
-    along_curve,
     drag_curve,
-    driven,
-    friction,
-    goal_of,
+    driven_kinds,
+    friction_line,
+    friction_ways,
     has_guide_friction,
+    load_goal,
+    motion_force_curve,
     normal_curve,
     side_thrust,
-    ways,
 )
-from camopt.model.effects.peak import AS_IT_IS, LeftOfOne, Peak, Scale, Times, at_corners, unweighted
+from camopt.model.effects.peak import IDENTITY_SCALE, Multiple, OneMinus, Peak, Scale, jumps_at_corners, unit_weight
 from camopt.model.effects.peak_columns import peak_column
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import Programme
 
 GUIDE = ("guide_length", "overhang")
-NEEDS = {  # keys of [follower.dynamics] beside those of a force
+THRUST_NEEDS = {  # keys of [follower.dynamics] beside those of a force
     "guide_reaction_max_N": GUIDE,
     "stem_bending_stress_max_MPa": ("overhang", "stem_diameter"),
 }
@@ -51,14 +51,14 @@ def offers(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.flat_faced:
         return ("normal_force_max_N",)
     names = ("normal_force_max_N", "side_thrust_max_N")
-    return names if setup.angular or setup.mechanism.further else (*names, *NEEDS, *JAMMING)
+    return names if setup.angular or setup.mechanism.further_contacts else (*names, *THRUST_NEEDS, *JAMMING)
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
-    given, loads = setup.dynamics, force.missing(setup)
+    given, loads = setup.dynamics, force.missing_force_keys(setup)
     found = {}
     for name in offers(setup):
-        keys = ("friction", *GUIDE) if name in JAMMING else NEEDS.get(name, ())
+        keys = ("friction", *GUIDE) if name in JAMMING else THRUST_NEEDS.get(name, ())
         absent = tuple(f"follower.dynamics.{key}" for key in keys if not getattr(given, key) and key != "overhang")
         if "overhang" in keys and given.overhang is None:
             absent += ("follower.dynamics.overhang",)
@@ -71,37 +71,41 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 def thrust_curve(setup: Setup, designs: Designs, programme: Programme, way: float, of: str) -> Any:
     """S·(arm + reach·y) of a follower that moves one way, for a quantity of side thrust."""
     ones, pressure = np.ones(len(designs)), setup.mechanism.pressure(designs, programme)
-    arm, reach, _ = LEVERS[of](setup.at(designs).dynamics)
-    return side_thrust(along_curve(setup, designs, programme, way), pressure, arm * ones, reach * ones)
+    arm, reach, _ = LEVERS[of](setup.with_design_numbers(designs).dynamics)
+    return side_thrust(motion_force_curve(setup, designs, programme, way), pressure, arm * ones, reach * ones)
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    normal = tuple((partial(normal_curve, setup, way=way), kinds) for way, kinds in ways(setup))
-    found = {"normal_force_max_N": Peak(normal, goal_of(setup), jumps=at_corners)}
+    normal = tuple((partial(normal_curve, setup, way=way), kinds) for way, kinds in friction_ways(setup))
+    found = {"normal_force_max_N": Peak(normal, load_goal(setup), jumps=jumps_at_corners)}
     if has_guide_friction(setup):
-        drag = ((partial(drag_curve, setup), driven(setup)),)
-        found["jamming_margin"] = Peak(drag, LARGEST_MAGNITUDE, LeftOfOne(), unit=unweighted)
-    for name in levers(setup) if setup.mechanism.curvature else ():
-        curves = tuple((partial(thrust_curve, setup, way=way, of=name), kinds) for way, kinds in ways(setup))
-        found[name] = Peak(curves, LARGEST_MAGNITUDE, _scale(setup, name), at_corners)
+        drag = ((partial(drag_curve, setup), driven_kinds(setup)),)
+        found["jamming_margin"] = Peak(drag, LARGEST_MAGNITUDE, OneMinus(), unit=unit_weight)
+    for name in thrust_quantities(setup) if setup.mechanism.curvature else ():
+        curves = tuple(
+            (partial(thrust_curve, setup, way=way, of=name), kinds) for way, kinds in friction_ways(setup)
+        )
+        found[name] = Peak(curves, LARGEST_MAGNITUDE, _thrust_scale(setup, name), jumps_at_corners)
     return found
 
 
-def _scale(setup: Setup, of: str) -> Scale:
+def _thrust_scale(setup: Setup, of: str) -> Scale:
     """From S·(arm + reach·y) to the quantity."""
 
     def factor(setup: Setup) -> Any:
         return LEVERS[of](setup.dynamics)[2]
 
-    return of_setting(setup, Times(factor(setup)), AS_IT_IS, factor)
+    return scale_by_setting(setup, Multiple(factor(setup)), IDENTITY_SCALE, factor)
 
 
-def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def run_on_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     setup, known, sound = case.setup, peaks(case.setup), True
     columns: dict[str, Any] = {}
     if has_guide_friction(setup):
         margin = columns["jamming_margin"] = peak_column(case, known["jamming_margin"])
-        drag = friction(case.each.dynamics, len(case.designs) if case.designs.numbers else 1, 1.0)[0]
+        drag = friction_line(case.setup_per_design.dynamics, len(case.designs) if case.designs.numbers else 1, 1.0)[
+            0
+        ]
         angle = np.degrees(np.arctan2(1.0, drag))
         columns["jamming_angle_deg"] = angle if case.designs.numbers else float(angle[0])
         sound = margin.value + margin.outward > 0.0
@@ -109,19 +113,19 @@ def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return columns | {name: peak_column(case, known[name], sound) for name in loads}
 
 
-def _reaction(given: GivenDynamics) -> tuple[Any, Any, Any]:
+def _guide_reaction_lever(given: FollowerDynamics) -> tuple[Any, Any, Any]:
     return 1.0 + given.overhang / given.guide_length, -1.0 / given.guide_length, 1.0
 
 
-LEVERS: dict[str, Callable[[GivenDynamics], tuple[Any, Any, Any]]] = {
+LEVERS: dict[str, Callable[[FollowerDynamics], tuple[Any, Any, Any]]] = {
     "side_thrust_max_N": lambda given: (1.0, 0.0, 1.0),
-    "guide_reaction_max_N": _reaction,
+    "guide_reaction_max_N": _guide_reaction_lever,
     "stem_bending_stress_max_MPa": lambda given: (given.overhang, -1.0, 32.0 / (pi * given.stem_diameter**3)),
 }
 """What side thrust is multiplied with: a line in y (arm, reach), and a factor."""
 
 
-def levers(setup: Setup) -> tuple[str, ...]:
+def thrust_quantities(setup: Setup) -> tuple[str, ...]:
     """The quantities of side thrust for which the scene gives the values needed."""
     given = setup.dynamics
     there = (True, bool(given.guide_length), bool(given.stem_diameter))
@@ -129,4 +133,4 @@ def levers(setup: Setup) -> tuple[str, ...]:
     return tuple(name for name in has if given.overhang is not None or name == "side_thrust_max_N")
 
 
-EFFECT = Effect("thrust", offers, lacks=lacks, of_pitch=of_pitch, peaks=peaks, of_contact=True)
+EFFECT = Effect("thrust", offers, lacks=lacks, run_on_pitch=run_on_pitch, peaks=peaks, is_per_contact=True)

@@ -34,17 +34,32 @@ from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.core.numerics.curves import Linear
 from camopt.core.numerics.piecewise import carried_series, load_series
 from camopt.model.effects import force
-from camopt.model.effects.case import Bounded, Case, Effect, Setup, of_setting
-from camopt.model.effects.force import with_load
-from camopt.model.effects.given import GivenDynamics
-from camopt.model.effects.guided import guided_torque, smooth_parts
-from camopt.model.effects.loads import drag_of, driven, has_guide_friction, shaft_torque, torque_curve, ways
+from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup, scale_by_setting
+from camopt.model.effects.effect_numbers import FollowerDynamics
+from camopt.model.effects.force import add_load
+from camopt.model.effects.guided_torque import guided_torque, smooth_parts
+from camopt.model.effects.loads import (
+    driven_kinds,
+    friction_ways,
+    has_guide_friction,
+    largest_drag,
+    shaft_torque,
+    torque_curve,
+)
 from camopt.model.effects.mean import Mean
 from camopt.model.effects.mean_columns import mean_column
-from camopt.model.effects.peak import AS_IT_IS, Peak, Scale, Times, at_corners
-from camopt.model.effects.peak_columns import extreme_of
-from camopt.model.effects.settings import by_setting
-from camopt.model.effects.work import WORK_ERROR, added, derivative, integral, largest_of_series, product, total
+from camopt.model.effects.panel_series import (
+    WORK_ERROR,
+    displacement_derivative,
+    integrate_series,
+    largest_of_series,
+    multiply_series,
+    sum_series,
+    turn_integral,
+)
+from camopt.model.effects.peak import IDENTITY_SCALE, Multiple, Peak, Scale, jumps_at_corners
+from camopt.model.effects.peak_columns import peak_extremes
+from camopt.model.effects.setting_cache import once_per_setting
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.load import TrainLoad
 from camopt.model.motion.programme import LEAST_JUMP, Programme
@@ -60,9 +75,9 @@ TORQUE_NAMES = (
     "power_mean_W",
     "energy_fluctuation_J",
 )
-EXTREMES = frozenset(("torque_max_N_m", "torque_min_N_m", "torque_peak_N_m", "power_peak_W"))
+EXTREME_QUANTITIES = frozenset(("torque_max_N_m", "torque_min_N_m", "torque_peak_N_m", "power_peak_W"))
 FLYWHEEL = "flywheel_inertia_kg_m2"
-FLUCTUATING = frozenset(("energy_fluctuation_J", FLYWHEEL))
+FLUCTUATION_QUANTITIES = frozenset(("energy_fluctuation_J", FLYWHEEL))
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
@@ -70,7 +85,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
-    keys = force.missing(setup)
+    keys = force.missing_force_keys(setup)
     wheel = () if setup.dynamics.fluctuation is not None else ("follower.dynamics.fluctuation",)
     wanted = {**dict.fromkeys(TORQUE_NAMES, keys), FLYWHEEL: (*keys, *wheel)}
     return {name: lacking for name, lacking in wanted.items() if lacking}
@@ -97,23 +112,27 @@ class TorqueOverTurn(NamedTuple):
     room: Any
 
     @property
-    def span(self) -> TorqueExtremes:
+    def extremes(self) -> TorqueExtremes:
         return TorqueExtremes(self.largest, self.least, self.fluctuation, self.room)
 
 
 def torque_series(programme: Programme, factors: Sequence[Any]) -> FloatArray:
-    """T on the panels, N·mm, from the factors of F (``force.factors_of``); impulses at corners are apart."""
-    return product(force.force_series(programme, factors), derivative(programme.table, 1)[:, None])
+    """T on the panels, N·mm, from the factors of F (``force.force_factors``); impulses at corners are apart."""
+    return multiply_series(
+        force.force_series(programme, factors), displacement_derivative(programme.table, 1)[:, None]
+    )
 
 
-@by_setting
+@once_per_setting
 def torque_over_turn(programme: Programme, *factors: FloatArray) -> TorqueOverTurn:
     """Extremes, mean, root mean square and fluctuation of energy of the torque, from the factors of F."""
     series, half_width = torque_series(programme, factors), programme.table.half_width
-    mean = total(half_width, product(lasting(programme, factors), _speed(programme))) / (2.0 * pi)
-    rms = np.sqrt(total(half_width, product(series, series)) / (2.0 * pi))
-    upwards, downwards = _impulses(programme)
-    unknown = inf if has_lost_energy(programme) else 0.0
+    mean = turn_integral(
+        half_width, multiply_series(dissipative_force(programme, factors), _speed_series(programme))
+    ) / (2.0 * pi)
+    rms = np.sqrt(turn_integral(half_width, multiply_series(series, series)) / (2.0 * pi))
+    upwards, downwards = _impulse_signs(programme)
+    unknown = inf if has_unknown_energy(programme) else 0.0
     top, bottom = largest_of_series(series), -largest_of_series(-series)
     room = WORK_ERROR * np.maximum(top, -bottom)
     mean = np.where(np.abs(mean) <= room, 0.0, mean)  # of what comes back over the turn, rounding alone is left
@@ -122,59 +141,59 @@ def torque_over_turn(programme: Programme, *factors: FloatArray) -> TorqueOverTu
         bottom - inf if downwards else bottom,
         mean + unknown,
         rms + inf if upwards or downwards else rms,
-        _fluctuation(programme, factors, mean) + unknown,
+        _energy_fluctuation(programme, factors, mean) + unknown,
         np.zeros_like(mean) if upwards or downwards else room,
     )
 
 
-def _speed(programme: Programme) -> FloatArray:
+def _speed_series(programme: Programme) -> FloatArray:
     """y', the same for all settings."""
-    return derivative(programme.table, 1)[:, None]
+    return displacement_derivative(programme.table, 1)[:, None]
 
 
-def extremes_of_turn(case: Case) -> TorqueExtremes:
+def torque_extremes(case: EvaluationBlock) -> TorqueExtremes:
     """The extremes only, for designs with numbers of their own; the motion has no corners."""
     known, unknown = peaks(case.setup), np.full(len(case.designs), inf)
-    most, least = (extreme_of(case, known[name]) for name in ("torque_max_N_m", "torque_min_N_m"))
+    most, least = (peak_extremes(case, known[name]) for name in ("torque_max_N_m", "torque_min_N_m"))
     return TorqueExtremes(most.value, least.value, unknown, np.maximum(most.width, least.width))
 
 
-def lasting(programme: Programme, factors: Sequence[FloatArray]) -> FloatArray:
+def dissipative_force(programme: Programme, factors: Sequence[FloatArray]) -> FloatArray:
     """The part of F whose energy is not returned, on the panels, with all that comes from a train."""
     _, damping, _, _, carried = (each[:, None] for each in factors)
     table = programme.table
-    load = added(load_series(table)[:, None], carried * carried_series(table)[:, None])
-    return added(damping * _speed(programme), load)
+    load = sum_series(load_series(table)[:, None], carried * carried_series(table)[:, None])
+    return sum_series(damping * _speed_series(programme), load)
 
 
-def has_lost_energy(programme: Programme) -> bool:
+def has_unknown_energy(programme: Programme) -> bool:
     """Whether corners of the motion leave the energy unknown: that of what a train carries passes there at once."""
     return bool(programme.corners) and isinstance(programme.load, TrainLoad) and programme.load.train.has_mass
 
 
-def _impulses(programme: Programme) -> tuple[bool, bool]:
+def _impulse_signs(programme: Programme) -> tuple[bool, bool]:
     """Whether corners make the torque infinite upwards, and downwards."""
     shares = [corner.after / corner.size for corner in programme.corners]
     return any(share > LEAST_JUMP for share in shares), any(1.0 - share > LEAST_JUMP for share in shares)
 
 
-def _fluctuation(programme: Programme, factors: Sequence[FloatArray], mean: FloatArray) -> FloatArray:
+def _energy_fluctuation(programme: Programme, factors: Sequence[FloatArray], mean: FloatArray) -> FloatArray:
     """Largest minus least W. At a corner that reverses the motion, y' passes through 0."""
     table = programme.table
     stiffness, _, mass, constant, _, taken = (each[:, None] for each in (*factors, mean))
-    y, speed = derivative(table, 0)[:, None], _speed(programme)
+    y, speed = displacement_derivative(table, 0)[:, None], _speed_series(programme)
     angle = np.array([table.centre, table.half_width])[:, None]
-    spent = integral(table.half_width, product(lasting(programme, factors), speed))
-    kinetic = 0.5 * mass * product(speed, speed)
-    rest = added(0.5 * stiffness * product(y, y), constant * y, spent, -taken * angle)
+    spent = integrate_series(table.half_width, multiply_series(dissipative_force(programme, factors), speed))
+    kinetic = 0.5 * mass * multiply_series(speed, speed)
+    rest = sum_series(0.5 * stiffness * multiply_series(y, y), constant * y, spent, -taken * angle)
     turned = [corner.at for corner in programme.corners if 0.0 < corner.after / corner.size < 1.0]
     within = np.asarray(polynomial.polyval(-1.0, rest))[:, np.searchsorted(table.centre, turned)]
-    work = added(rest, kinetic)
+    work = sum_series(rest, kinetic)
     least = np.minimum(-largest_of_series(-work), within.min(axis=1, initial=inf))
     return np.asarray(largest_of_series(work) - least)
 
 
-def guided_span(case: Case, runs: Any, wanted: frozenset[str]) -> TorqueExtremes:
+def guided_torque_extremes(case: EvaluationBlock, runs: Any, wanted: frozenset[str]) -> TorqueExtremes:
     """The extremes for followers with guide friction, arrays (designs,); infinite for those that jam."""
     count, index = len(case.designs), np.flatnonzero(runs)
     span = TorqueExtremes(np.full(count, inf), np.full(count, -inf), np.full(count, inf), np.zeros(count))
@@ -182,101 +201,101 @@ def guided_span(case: Case, runs: Any, wanted: frozenset[str]) -> TorqueExtremes
         return span
     some = replace(case, designs=case.designs.take(index))
     known = peaks(case.setup)
-    most, least = (extreme_of(some, known[name]) for name in ("torque_max_N_m", "torque_min_N_m"))
+    most, least = (peak_extremes(some, known[name]) for name in ("torque_max_N_m", "torque_min_N_m"))
     span.largest[index], span.least[index] = most.value, least.value
     span.room[index] = np.maximum(most.width, least.width)
-    for number in index if wanted & FLUCTUATING else ():
-        torque = guided_torque(*case.setup.alone(case.designs.take([number])), case.programme)
-        span.fluctuation[number] = _fluctuation_of(*torque)
+    for number in index if wanted & FLUCTUATION_QUANTITIES else ():
+        torque = guided_torque(*case.setup.absorb_design_numbers(case.designs.take([number])), case.programme)
+        span.fluctuation[number] = _series_fluctuation(*torque)
     return span
 
 
-def _runs_free(case: Case) -> Any:
+def _is_jam_free(case: EvaluationBlock) -> Any:
     """Designs that surely do not jam, for a motion without corners; only outward if the cam cannot pull."""
-    least, _ = force.least_and_largest(case)
-    pulled, smooth = (least.value if isinstance(least, Bounded) else least) < 0.0, not case.programme.corners
+    least, _ = force.contact_force_bounds(case)
+    pulled, smooth = (least.value if isinstance(least, EnclosedValue) else least) < 0.0, not case.programme.corners
 
     def free(kinds: int) -> Any:
-        drag = drag_of(case, kinds)
+        drag = largest_drag(case, kinds)
         return (drag.value[0] + drag.width[0] < 1.0) & smooth
 
     if np.ndim(pulled) == 0:
-        return free(OUTWARD | INWARD if pulled else driven(case.setup))
-    return np.where(pulled, free(OUTWARD | INWARD), free(driven(case.setup)))
+        return free(OUTWARD | INWARD if pulled else driven_kinds(case.setup))
+    return np.where(pulled, free(OUTWARD | INWARD), free(driven_kinds(case.setup)))
 
 
-def _fluctuation_of(half_width: FloatArray, series: FloatArray) -> float:
+def _series_fluctuation(half_width: FloatArray, series: FloatArray) -> float:
     """The fluctuation of energy of a torque on panels of these half-widths."""
-    mean = total(half_width, series) / (2.0 * pi)
-    work = integral(half_width, added(series, np.full((1, half_width.size), -mean)))
+    mean = turn_integral(half_width, series) / (2.0 * pi)
+    work = integrate_series(half_width, sum_series(series, np.full((1, half_width.size), -mean)))
     return float(largest_of_series(work) + largest_of_series(-work))
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.omega is None:
         return {}
-    curves = tuple((partial(torque_curve, setup, way=way), kinds) for way, kinds in ways(setup))
+    curves = tuple((partial(torque_curve, setup, way=way), kinds) for way, kinds in friction_ways(setup))
     goals = {"torque_max_N_m": LARGEST, "torque_min_N_m": LEAST}
     goals |= dict.fromkeys(("torque_peak_N_m", "power_peak_W"), LARGEST_MAGNITUDE)
-    in_newton_metres = Times(1e-3)
+    in_newton_metres = Multiple(1e-3)
     units: dict[str, Scale] = dict.fromkeys(goals, in_newton_metres) | {"power_peak_W": _in_watts(setup)}
-    return {name: Peak(curves, goal, units[name], at_corners) for name, goal in goals.items()}
+    return {name: Peak(curves, goal, units[name], jumps_at_corners) for name, goal in goals.items()}
 
 
 def _in_watts(setup: Setup) -> Scale:
     """From a torque in N·mm to the power."""
-    return of_setting(setup, Times(1e-3 * setup.omega), AS_IT_IS, lambda each: 1e-3 * each.omega)
+    return scale_by_setting(setup, Multiple(1e-3 * setup.omega), IDENTITY_SCALE, lambda each: 1e-3 * each.omega)
 
 
 def means(setup: Setup) -> dict[str, Mean]:
     if setup.omega is None:
         return {}
-    whole = tuple((partial(torque_curve, setup, way=way), kinds) for way, kinds in ways(setup))
-    units: dict[str, Scale] = {"torque_mean_N_m": Times(1e-3), "power_mean_W": _in_watts(setup)}
+    whole = tuple((partial(torque_curve, setup, way=way), kinds) for way, kinds in friction_ways(setup))
+    units: dict[str, Scale] = {"torque_mean_N_m": Multiple(1e-3), "power_mean_W": _in_watts(setup)}
     if has_guide_friction(setup):
         smooth = partial(smooth_parts, setup)
-        found = {name: Mean(whole, 1, unit, at_corners, smooth) for name, unit in units.items()}
-        return found | {"torque_rms_N_m": Mean(whole, 2, Times(1e-3), at_corners, smooth)}
-    spent = ((partial(spent_curve, setup), ALL_STROKES),)
-    return {name: Mean(spent, 1, unit, has_lost_energy) for name, unit in units.items()} | {
-        "torque_rms_N_m": Mean(whole, 2, Times(1e-3), at_corners)
+        found = {name: Mean(whole, 1, unit, jumps_at_corners, smooth) for name, unit in units.items()}
+        return found | {"torque_rms_N_m": Mean(whole, 2, Multiple(1e-3), jumps_at_corners, smooth)}
+    spent = ((partial(dissipative_torque, setup), ALL_STROKES),)
+    return {name: Mean(spent, 1, unit, has_unknown_energy) for name, unit in units.items()} | {
+        "torque_rms_N_m": Mean(whole, 2, Multiple(1e-3), jumps_at_corners)
     }
 
 
-def spent_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
-    """The torque of forces whose energy is not returned (``lasting``), without impulses at corners."""
-    each, ones = setup.at(designs), np.ones(len(designs))
+def dissipative_torque(setup: Setup, designs: Designs, programme: Programme) -> Any:
+    """The torque of forces whose energy is not returned (``dissipative_force``), without impulses at corners."""
+    each, ones = setup.with_design_numbers(designs), np.ones(len(designs))
     damped = Linear(0.0 * ones, each.dynamics.damping * each.omega * ones, 0.0 * ones, 0.0 * ones)
-    return shaft_torque(with_load(damped, ones, each.omega**2 * ones, programme))
+    return shaft_torque(add_load(damped, ones, each.omega**2 * ones, programme))
 
 
-def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    dynamics, omega = case.each.dynamics, case.each.omega
+def run_on_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    dynamics, omega = case.setup_per_design.dynamics, case.setup_per_design.omega
     assert omega is not None
     if has_guide_friction(case.setup):
-        runs, known = _runs_free(case), means(case.setup)
+        runs, known = _is_jam_free(case), means(case.setup)
         found = {name: mean_column(case, known[name], runs) for name in wanted & known.keys()}
-        return _of_span(guided_span(case, runs, wanted), dynamics, omega) | found
-    own = bool(case.designs.numbers and wanted & EXTREMES) and not case.programme.corners
-    span = extremes_of_turn(case) if own else None  # whatever else is wanted: a bound is of the same digits
-    if span and wanted <= EXTREMES:
-        return _of_span(span, dynamics, omega)
-    turn, unit = torque_over_turn(case.programme, *force.factors_of(dynamics, omega)), 1e-3
+        return _extreme_columns(guided_torque_extremes(case, runs, wanted), dynamics, omega) | found
+    own = bool(case.designs.numbers and wanted & EXTREME_QUANTITIES) and not case.programme.corners
+    span = torque_extremes(case) if own else None  # whatever else is wanted: a bound is of the same digits
+    if span and wanted <= EXTREME_QUANTITIES:
+        return _extreme_columns(span, dynamics, omega)
+    turn, unit = torque_over_turn(case.programme, *force.force_factors(dynamics, omega)), 1e-3
     span = span._replace(fluctuation=turn.fluctuation) if span else turn.span
-    columns = _of_span(span, dynamics, omega)
+    columns = _extreme_columns(span, dynamics, omega)
     columns |= {"torque_mean_N_m": turn.mean * unit, "torque_rms_N_m": turn.rms * unit}
     return columns | {"power_mean_W": turn.mean * (unit * omega)}
 
 
-def _of_span(span: TorqueExtremes, dynamics: GivenDynamics, omega: Any) -> dict[str, Any]:
+def _extreme_columns(span: TorqueExtremes, dynamics: FollowerDynamics, omega: Any) -> dict[str, Any]:
     """The columns of extremes and of the fluctuation."""
     unit, power = 1e-3, 1e-3 * omega  # to N·m from N·mm, to W from N·mm
     peak, room = np.maximum(span.largest, -span.least), span.room
     columns: dict[str, Any] = {
         "torque_max_N_m": span.largest * unit,
         "torque_min_N_m": span.least * unit,
-        "torque_peak_N_m": Bounded(peak * unit, room * unit, peak * unit),
-        "power_peak_W": Bounded(peak * power, room * power, peak * power),
+        "torque_peak_N_m": EnclosedValue(peak * unit, room * unit, peak * unit),
+        "power_peak_W": EnclosedValue(peak * power, room * power, peak * power),
         "energy_fluctuation_J": span.fluctuation * unit,
     }
     if dynamics.fluctuation is not None:
@@ -288,7 +307,7 @@ EFFECT = Effect(
     "torque",
     offers,
     lacks=lacks,
-    of_pitch=of_pitch,
+    run_on_pitch=run_on_pitch,
     is_of_motion=lambda setup: not has_guide_friction(setup),
     peaks=peaks,
     means=means,

@@ -7,10 +7,10 @@ by ways of their own (``effects.transmission``, ``effects.joints``); boxes of tr
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
-from camopt.model.effects.peak import AS_IT_IS, Scale
+from camopt.model.effects.peak import IDENTITY_SCALE, Scale
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import Programme
-from camopt.model.trains.joints import Weighted
+from camopt.model.trains.joint_forces import WeightedForce
 
 
 class TrainMotion(Protocol):
@@ -20,7 +20,7 @@ class TrainMotion(Protocol):
         """The acute angle of a link's coupler, rad."""
         ...
 
-    def force(self, parts: Sequence[Weighted], speed: Any) -> Any:
+    def force(self, parts: Sequence[WeightedForce], speed: Any) -> Any:
         """A sum of forces of links at a speed, rad/s, N."""
         ...
 
@@ -35,7 +35,7 @@ class TrainPeak(NamedTuple):
     curves: tuple[TrainCurve, ...]
     goal: int
     """LEAST or LARGEST_MAGNITUDE, of all curves together."""
-    scale: Scale = AS_IT_IS
+    scale: Scale = IDENTITY_SCALE
 
     def jumps(self, programme: Programme) -> bool:
         """Whether jumps of a motion make it infinite: its effect tells."""

@@ -15,33 +15,33 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import LEAST
-from camopt.model.effects.case import Bounded, Case, Effect, Setup
-from camopt.model.effects.peak import InDegrees
+from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
+from camopt.model.effects.peak import DegreeScale
 from camopt.model.effects.train_peak import TrainMotion, TrainPeak
 from camopt.model.mechanisms.design import Designs
-from camopt.model.motion.driven import travel
+from camopt.model.motion.tool_drive import tool_travel
 
 LEAST_ANGLE = "transmission_angle_min_deg"
-ROUNDED = 1e-12  # of the angle: what positions of joints lose
+ANGLE_ROUNDING = 1e-12  # of the angle: what positions of joints lose
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
     return (LEAST_ANGLE,) if setup.train is not None and setup.train.has_couplers else ()
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     assert case.setup.train is not None
-    least = np.degrees(case.setup.train.least_transmission(*travel(case.programme)))
-    return {LEAST_ANGLE: Bounded(least, -ROUNDED * least, least)}
+    least = np.degrees(case.setup.train.least_transmission(*tool_travel(case.programme)))
+    return {LEAST_ANGLE: EnclosedValue(least, -ANGLE_ROUNDING * least, least)}
 
 
 def train_peaks(setup: Setup) -> dict[str, TrainPeak]:
     links = () if setup.train is None else setup.train.links
-    curves = tuple(partial(_angle, link=k) for k, link in enumerate(links) if link.couplers[0])
-    return {LEAST_ANGLE: TrainPeak(curves, LEAST, InDegrees(1))}
+    curves = tuple(partial(_coupler_angle, link=k) for k, link in enumerate(links) if link.couplers[0])
+    return {LEAST_ANGLE: TrainPeak(curves, LEAST, DegreeScale(1))}
 
 
-def _angle(designs: Designs, motion: TrainMotion, link: int) -> Any:
+def _coupler_angle(designs: Designs, motion: TrainMotion, link: int) -> Any:
     return motion.transmission(link)
 
 

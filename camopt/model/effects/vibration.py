@@ -26,14 +26,14 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.oscillator import Wave, is_resonant, steady
+from camopt.core.numerics.oscillator import Wave, is_resonant, periodic_response
 from camopt.core.numerics.piecewise import load_series
-from camopt.core.numerics.wave_extremes import Enclosed, largest_magnitude, least
-from camopt.model.effects.case import Bounded, Case, Effect, Setup
-from camopt.model.effects.force import missing, weights
-from camopt.model.effects.motion import scale
-from camopt.model.effects.settings import by_setting
-from camopt.model.motion.programme import Programme, peak
+from camopt.core.numerics.wave_extremes import WaveExtreme, wave_minimum, wave_peak_magnitude
+from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
+from camopt.model.effects.force import force_weights, missing_force_keys
+from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.setting_cache import once_per_setting
+from camopt.model.motion.programme import Programme, derivative_peak
 from camopt.model.motion.stroke import ALL_STROKES, DWELL
 
 
@@ -59,7 +59,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
         "dynamic_factor",
     )
     flat_swing = setup.angular and setup.mechanism.flat_faced  # its lever changes over the turn
-    without = flat_swing or setup.train or setup.mechanism.further
+    without = flat_swing or setup.train or setup.mechanism.further_contacts
     return moving if without else (*moving, "contact_force_elastic_min_N")
 
 
@@ -68,17 +68,17 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     train = () if setup.dynamics.natural_frequency is not None else ("follower.dynamics.natural_frequency",)
     keys = dict.fromkeys(offers(setup), (*speed, *train))
     if "contact_force_elastic_min_N" in keys:
-        keys["contact_force_elastic_min_N"] = (*missing(setup), *train)
+        keys["contact_force_elastic_min_N"] = (*missing_force_keys(setup), *train)
     return {name: wanting for name, wanting in keys.items() if wanting}
 
 
-def response(programme: Programme, ratio: Any, damping: Any) -> Wave:
+def steady_response(programme: Programme, ratio: Any, damping: Any) -> Wave:
     """The steady z = x − y on the panels of the programme, for r = ω_n/ω and ζ (rows, 1) that do not resonate."""
     table = programme.table
-    return steady(table.coefficients.T, table.half_width, corners(programme), ratio, damping)
+    return periodic_response(table.coefficients.T, table.half_width, corner_sizes(programme), ratio, damping)
 
 
-def corners(programme: Programme) -> FloatArray:
+def corner_sizes(programme: Programme) -> FloatArray:
     """The jump of y′ at the start of each panel."""
     table = programme.table
     sizes = np.zeros(len(table.half_width))
@@ -92,35 +92,37 @@ def mass_acceleration(wave: Wave, ratio: Any) -> Wave:
     return wave.times(-(ratio**2)).plus(wave.slope().times(-2.0 * wave.damping * ratio))
 
 
-@by_setting
+@once_per_setting
 def vibration(programme: Programme, ratio: Any, damping: Any) -> Vibration:
     """The extremes of the steady response."""
     found = np.full((len(Vibration._fields), ratio.size), inf)
     calm = ~is_resonant(ratio, damping)
     if calm.any():
         ratio, damping = ratio[calm, None], damping[calm, None]
-        wave = response(programme, ratio, damping)
+        wave = steady_response(programme, ratio, damping)
         dwells = programme.table.first_panel[:-1][(programme.table.kind & DWELL) != 0]
-        moved, driven = largest_magnitude(wave), largest_magnitude(mass_acceleration(wave, ratio))
+        moved, driven = wave_peak_magnitude(wave), wave_peak_magnitude(mass_acceleration(wave, ratio))
         found[:, calm] = *moved, *driven, wave.amplitude[:, dwells].max(axis=1, initial=0.0)
     return Vibration(*found)
 
 
-@by_setting
-def least_contact(
+@once_per_setting
+def least_elastic_force(
     programme: Programme, stiffness: Any, damping: Any, mass: Any, constant: Any, ratio: Any, damping_ratio: Any
-) -> Enclosed:
-    """The least F over the turn with its factors (``force.weights``), N (N·mm), and its lower bound."""
+) -> WaveExtreme:
+    """The least F over the turn with its factors (``force.force_weights``), N (N·mm), and its lower bound."""
     found = np.full((2, ratio.size), -inf)
     calm = ~is_resonant(ratio, damping_ratio)
     if calm.any():
         parts = (each[calm, None] for each in (stiffness, damping, mass, constant))
-        found[:, calm] = least(contact_wave(programme, tuple(parts), ratio[calm, None], damping_ratio[calm, None]))
-    return Enclosed(*found)
+        found[:, calm] = wave_minimum(
+            contact_wave(programme, tuple(parts), ratio[calm, None], damping_ratio[calm, None])
+        )
+    return WaveExtreme(*found)
 
 
 def contact_wave(programme: Programme, factors: tuple[Any, ...], ratio: Any, damping_ratio: Any) -> Wave:
-    """F over the turn with the elastic train, N (N·mm), from its factors (``force.weights``), each (rows, 1)."""
+    """Contact force of the elastic train over the turn [N or N·mm], from its factors, each (rows, 1)."""
     stiffness, damping, mass, constant = factors
     table = programme.table
     y = table.coefficients.T[:, None]
@@ -128,7 +130,9 @@ def contact_wave(programme: Programme, factors: tuple[Any, ...], ratio: Any, dam
     held[:-1] += damping * polynomial.polyder(y) / table.half_width
     held[0] += constant
     held[:2] += load_series(table)[:, None]
-    return mass_acceleration(response(programme, ratio, damping_ratio), ratio).times(mass).over(held)
+    return (
+        mass_acceleration(steady_response(programme, ratio, damping_ratio), ratio).times(mass).plus_polynomial(held)
+    )
 
 
 def dynamic_factor(elastic: Any, rigid: float) -> Any:
@@ -138,34 +142,36 @@ def dynamic_factor(elastic: Any, rigid: float) -> Any:
     return np.where(endless, inf, over)[()]
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    setup, programme, own = case.setup, case.programme.tool, case.each
-    train = train_ratio(own), own.dynamics.damping_ratio
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    setup, programme, own = case.setup, case.programme.tool, case.setup_per_design
+    train = frequency_ratio(own), own.dynamics.damping_ratio
     found = vibration(programme, *train)
     length, second = ("deg", "rad_s2") if setup.tool_turns else ("mm", "m_s2")
     unit = degrees(1.0) if setup.tool_turns else 1.0
     columns: dict[str, Any] = {
-        f"overshoot_max_{length}": _bounded(found.overshoot, found.overshoot_bound, unit),
-        f"acceleration_elastic_max_{second}": _bounded(found.acceleration, found.acceleration_bound, scale(own, 2)),
+        f"overshoot_max_{length}": _enclose_scaled(found.overshoot, found.overshoot_bound, unit),
+        f"acceleration_elastic_max_{second}": _enclose_scaled(
+            found.acceleration, found.acceleration_bound, motion_scale(own, 2)
+        ),
         f"residual_vibration_max_{length}": found.residual * unit,
-        "dynamic_factor": dynamic_factor(found.acceleration, peak(programme, 2, ALL_STROKES)),
+        "dynamic_factor": dynamic_factor(found.acceleration, derivative_peak(programme, 2, ALL_STROKES)),
     }
     if "contact_force_elastic_min_N" in wanted:
         lever = case.designs.arm_length if setup.angular else 1.0
-        force = least_contact(programme, *weights(own.dynamics, own.omega), *train)
-        columns["contact_force_elastic_min_N"] = _bounded(force.value, force.bound, 1.0 / lever)
+        force = least_elastic_force(programme, *force_weights(own.dynamics, own.omega), *train)
+        columns["contact_force_elastic_min_N"] = _enclose_scaled(force.value, force.bound, 1.0 / lever)
     return columns
 
 
-def train_ratio(setup: Setup) -> Any:
+def frequency_ratio(setup: Setup) -> Any:
     """r = ω_n/ω."""
     return 2.0 * pi * setup.dynamics.natural_frequency / setup.omega
 
 
-def _bounded(value: Any, bound: Any, unit: Any) -> Bounded:
+def _enclose_scaled(value: Any, bound: Any, unit: Any) -> EnclosedValue:
     with np.errstate(invalid="ignore"):
         outward = np.where(value == bound, 0.0, np.subtract(bound, value))  # ∞ − ∞ is no width
-    return Bounded(value * unit, outward * unit, np.abs(value) * unit)
+    return EnclosedValue(value * unit, outward * unit, np.abs(value) * unit)
 
 
 EFFECT = Effect("vibration", offers, run, lacks, is_of_motion=lambda setup: True)

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from camopt.model.effects.case import Case, Effect, Setup
-from camopt.model.effects.implied import Implied
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
+from camopt.model.effects.necessary_conditions import NecessaryConditions
 from camopt.model.mechanisms.elements import INNER_SIDE
 
 WALL = "hub_wall_min_mm"
@@ -35,7 +35,7 @@ def size_for_wall(setup: Setup, wall: float) -> float:
     return wall + solid.bore_reach + inwards
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     solid, designs, mechanism = case.setup.solid, case.designs, case.setup.mechanism
     inside = not mechanism.body.developed and all(flank.side > INNER_SIDE for flank in mechanism.flanks)
     beyond = (
@@ -45,8 +45,8 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return {WALL: np.minimum(about, solid.hub_radius - solid.bore_reach) if solid.hub_radius else about}
 
 
-def implies(setup: Setup, name: str, bound: float) -> Implied:
-    return Implied(least_size=size_for_wall(setup, bound))
+def implies(setup: Setup, name: str, bound: float) -> NecessaryConditions:
+    return NecessaryConditions(least_size=size_for_wall(setup, bound))
 
 
-EFFECT = Effect("wall", offers, run, lacks, implies=implies, is_of_sizes=True, of_contact=True)
+EFFECT = Effect("wall", offers, run, lacks, implies=implies, is_of_sizes=True, is_per_contact=True)

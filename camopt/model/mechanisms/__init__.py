@@ -42,7 +42,7 @@ MECHANISMS: dict[tuple[str, str, bool], Mechanism] = {
     )
 }
 """By form of the cam, motion of the follower, and whether its face is flat: each with its usual drive."""
-DRIVEN: tuple[Mechanism, ...] = (*face_groove.MECHANISMS, *pairs.MECHANISMS, *ribs.MECHANISMS)
+DRIVEN: tuple[Mechanism, ...] = (*face_groove.FACE_GROOVE_MECHANISMS, *pairs.PAIR_MECHANISMS, *ribs.RIB_MECHANISMS)
 """Those with another drive than the usual one."""
 
 

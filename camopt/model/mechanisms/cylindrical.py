@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics.curves import curve_type, further_formula
+from camopt.core.numerics.curves import curve_type, derivative_formula
+from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift
 from camopt.model.mechanisms.design import Designs, Mechanism, without_roller
-from camopt.model.mechanisms.elements import CYLINDER, GROOVED, ROUND, TRANSLATING
-from camopt.model.mechanisms.rest import ContactPoint, Off, Rest
+from camopt.model.mechanisms.elements import CYLINDER, GROOVED, ROUND_TIPS, TRANSLATING
 from camopt.model.mechanisms.trace import speed_change, trace_curvature
 from camopt.model.motion.programme import Programme
 
@@ -21,8 +21,8 @@ def cylindrical_pressure(at, mean_radius):
     return at.y1 / mean_radius
 
 
-@further_formula(cylindrical_pressure)
-def pressure_angle_further(f, i, at):
+@derivative_formula(cylindrical_pressure)
+def cylindrical_pressure_derivatives(f, i, at):
     return at.y1 / f.mean_radius[i], at.y2 / f.mean_radius[i], at.y3 / f.mean_radius[i], at.y4 / f.mean_radius[i]
 
 
@@ -44,34 +44,34 @@ def cylindrical_curvature(at, mean_radius):
     return trace_curvature(-at.y1, -at.y2, mean_radius, 0.0, 0.0)
 
 
-def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+def _cylindrical_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     return (designs.size,)
 
 
-def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
+def _cylindrical_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
     return ContactPoint(angle * design.size, y, -y1, y * 0.0 + design.size)
 
 
-def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
+def _cylindrical_shift(design: Designs, lift: float, y: Any, y1: Any, off: ContactErrors) -> ContactShift:
     """On the developed surface the follower has one line on which it moves."""
-    across, up = off.shift(_contact(design, lift, y * 0.0, y, y1))
-    return Rest(up, across / design.size)
+    across, up = off.point_shift(_cylindrical_contact(design, lift, y * 0.0, y, y1))
+    return ContactShift(up, across / design.size)
 
 
 MECHANISM = Mechanism(
     body=CYLINDER,
     drive=GROOVED,
     motion=TRANSLATING,
-    tips=ROUND,
+    tips=ROUND_TIPS,
     sizes=("roller_radius",),
     name="cylindrical cam, translating follower",
     pressure=lambda designs, programme: cylindrical_pressure(designs.size),
     curvature=lambda designs, programme: cylindrical_curvature(designs.size),
     path=lambda designs, programme: cylindrical_path(designs.size),
     speeding=lambda designs, programme: cylindrical_speed_change(designs.size),
-    assembly_margins=_assembly_margins,
+    assembly_margins=_cylindrical_margins,
     assembly="the mean radius has to be above 0",
-    contact=_contact,
-    rest=_rest,
+    contact=_cylindrical_contact,
+    shifted_contact=_cylindrical_shift,
     pitch=without_roller,
 )

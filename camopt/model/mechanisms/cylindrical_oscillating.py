@@ -21,11 +21,11 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.curves import curve_type, further_formula, quotient, turned_series
-from camopt.core.numerics.trigonometry import turned
-from camopt.model.mechanisms.design import Designs, Mechanism, Misfit, without_roller
-from camopt.model.mechanisms.elements import CYLINDER, GROOVED, OSCILLATING, ROUND
-from camopt.model.mechanisms.rest import ContactPoint, Off, Rest, angle_by_sine
+from camopt.core.numerics.curves import curve_type, derivative_formula, quotient_derivatives, rotated_derivatives
+from camopt.core.numerics.trigonometry import rotate
+from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift, angle_growth
+from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault, without_roller
+from camopt.model.mechanisms.elements import CYLINDER, GROOVED, OSCILLATING, ROUND_TIPS
 from camopt.model.mechanisms.trace import course_over_cylinder, speed_change, trace_curvature
 from camopt.model.motion.programme import Programme
 
@@ -33,13 +33,13 @@ from camopt.model.motion.programme import Programme
 @curve_type
 def swinging_pressure(at, mean_radius, arm_length, cosine, sine, sense):
     """tan β; ``cosine`` and ``sine`` are those of the arm at the start."""
-    cosine, sine = turned(cosine, sine, at.y)
+    cosine, sine = rotate(cosine, sine, at.y)
     return (arm_length / mean_radius * at.y1 + sense * sine) / cosine
 
 
-@further_formula(swinging_pressure)
-def pressure_angle_further(f, i, at):
-    cosine, (s, s1, s2, s3) = turned_series(f.cosine[i], f.sine[i], at)
+@derivative_formula(swinging_pressure)
+def swinging_pressure_derivatives(f, i, at):
+    cosine, (s, s1, s2, s3) = rotated_derivatives(f.cosine[i], f.sine[i], at)
     ratio, sense = f.arm_length[i] / f.mean_radius[i], f.sense[i]
     w = (
         ratio * at.y1 + sense * s,
@@ -47,13 +47,13 @@ def pressure_angle_further(f, i, at):
         ratio * at.y3 + sense * s2,
         ratio * at.y4 + sense * s3,
     )
-    return quotient(w, cosine)
+    return quotient_derivatives(w, cosine)
 
 
 @curve_type
 def swinging_path(at, mean_radius, arm_length, cosine, sine, sense):
     """The length of the pitch curve by the cam angle, N [mm/rad]."""
-    cosine, sine = turned(cosine, sine, at.y)
+    cosine, sine = rotate(cosine, sine, at.y)
     swing = sense * arm_length * at.y1
     return np.sqrt(np.square(mean_radius + swing * sine) + np.square(swing * cosine))
 
@@ -72,33 +72,33 @@ def swinging_speed_change(at, mean_radius, arm_length, cosine, sine, sense):
     return speed_change(w, w1, s, s1)
 
 
-def _fields(designs: Designs, programme: Programme) -> tuple[FloatArray, ...]:
+def _swinging_fields(designs: Designs, programme: Programme) -> tuple[FloatArray, ...]:
     ones, start = np.ones(len(designs)), -programme.lift / 2
     return designs.size, designs.arm_length, ones * np.cos(start), ones * np.sin(start), ones * designs.sense
 
 
-def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+def _swinging_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     return designs.size, np.pi - programme.lift
 
 
-def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
+def _swinging_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
     half, l, sense = lift / 2, design.arm_length, design.sense  # noqa: E741
     cosine, sine = np.cos(y - half), np.sin(y - half)
     x = angle * design.size - (cosine - np.cos(half)) * (sense * l)
     return ContactPoint(x, sine * l, -y1 * cosine * l, y1 * sine * (sense * l) + design.size)
 
 
-def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
+def _swinging_shift(design: Designs, lift: float, y: Any, y1: Any, off: ContactErrors) -> ContactShift:
     """The arm turns until its end is as high as the point, and the surface moves until both meet."""
-    psi, l, longer, sense = y - lift / 2, design.arm_length, off.of("arm_length"), design.sense  # noqa: E741
-    across, up = off.shift(_contact(design, lift, y * 0.0, y, y1))
+    psi, l, longer, sense = y - lift / 2, design.arm_length, off.size_error("arm_length"), design.sense  # noqa: E741
+    across, up = off.point_shift(_swinging_contact(design, lift, y * 0.0, y, y1))
     cosine, sine = np.cos(psi), np.sin(psi)
-    moved = angle_by_sine(sine, cosine, (up - sine * longer) / (longer + l))
+    moved = angle_growth(sine, cosine, (up - sine * longer) / (longer + l))
     fall = np.sin(psi + moved * 0.5) * np.sin(moved * 0.5) * 2.0
-    return Rest(moved, (((cosine - fall) * longer - fall * l) * sense + across) / design.size)
+    return ContactShift(moved, (((cosine - fall) * longer - fall * l) * sense + across) / design.size)
 
 
-def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
+def _swinging_misfit(sizes: Mapping[str, float]) -> SizeFault | None:
     lift = sizes["lift"]
     if lift < 180.0:
         return None
@@ -109,17 +109,17 @@ MECHANISM = Mechanism(
     body=CYLINDER,
     drive=GROOVED,
     motion=OSCILLATING,
-    tips=ROUND,
+    tips=ROUND_TIPS,
     sizes=("roller_radius", "arm_length"),
     name="cylindrical cam, oscillating follower",
-    pressure=lambda designs, programme: swinging_pressure(*_fields(designs, programme)),
-    curvature=lambda designs, programme: swinging_curvature(*_fields(designs, programme)),
-    path=lambda designs, programme: swinging_path(*_fields(designs, programme)),
-    speeding=lambda designs, programme: swinging_speed_change(*_fields(designs, programme)),
-    assembly_margins=_assembly_margins,
+    pressure=lambda designs, programme: swinging_pressure(*_swinging_fields(designs, programme)),
+    curvature=lambda designs, programme: swinging_curvature(*_swinging_fields(designs, programme)),
+    path=lambda designs, programme: swinging_path(*_swinging_fields(designs, programme)),
+    speeding=lambda designs, programme: swinging_speed_change(*_swinging_fields(designs, programme)),
+    assembly_margins=_swinging_margins,
     assembly="the mean radius has to be above 0, and the swing below 180 deg",
-    contact=_contact,
-    rest=_rest,
+    contact=_swinging_contact,
+    shifted_contact=_swinging_shift,
     pitch=without_roller,
-    misfit=_misfit,
+    misfit=_swinging_misfit,
 )

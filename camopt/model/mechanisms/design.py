@@ -9,10 +9,10 @@ import numpy as np
 
 from camopt.core.numerics import BoolArray, ComplexArray, FloatArray
 from camopt.core.numerics.interval import as_interval
-from camopt.core.numerics.stable import difference_of_squares_root, exact_sum
-from camopt.model.mechanisms.elements import Body, Drive, Flank, FollowerMotion, Tip
-from camopt.model.mechanisms.rest import ContactPoint, Off, Rest
-from camopt.model.motion.contact import ProfileContact as OnProfile
+from camopt.core.numerics.stable_functions import difference_of_squares_root, exact_sum
+from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift
+from camopt.model.mechanisms.elements import Body, DriveKind, Flank, FollowerMotion, Tip
+from camopt.model.motion.profile_contact import ProfileContact as OnProfile
 from camopt.model.motion.programme import Programme
 
 SIZE_FIELDS = ("size", "roller_radius", "offset", "arm_length", "centre_distance", "face_offset", "roller_spacing")
@@ -36,7 +36,7 @@ SECOND_FIELDS = {
 }
 """Likewise the sizes of a second contact of the follower, which has those of the first where they are not given."""
 SECOND_SIZE = SECOND_FIELDS["drive.base_radius"]
-OF_SECOND = frozenset(SECOND_FIELDS.values())
+SECOND_FIELD_NAMES = frozenset(SECOND_FIELDS.values())
 SizeBounds = dict[str, tuple[float, float]]
 """Closed intervals of the sizes of a design, by field of Designs; equal ends where a size is fixed."""
 
@@ -79,7 +79,7 @@ class Designs:
             vars(taken)["height"] = self.height[index]
         return taken
 
-    def replaced(self, index: Any, others: "Designs") -> "Designs":
+    def replace_at(self, index: Any, others: "Designs") -> "Designs":
         """The designs, those at an index replaced by others."""
         arrays = {name: values.copy() for name, values in self.values.items()}
         for name, values in others.values.items():
@@ -90,7 +90,7 @@ class Designs:
         """The same designs with other sizes, by field, and other numbers, by key of the scene."""
         sizes = {name: value for name, value in values.items() if name in SIZE_FIELDS}
         others = {name: value for name, value in values.items() if name not in SIZE_FIELDS}
-        second = {name: others.pop(name) for name in OF_SECOND & others.keys()}
+        second = {name: others.pop(name) for name in SECOND_FIELD_NAMES & others.keys()}
         return replace(
             self,
             **sizes,
@@ -98,12 +98,12 @@ class Designs:
             second={**self.second, **second} if second else self.second,
         )
 
-    def without(self, names: Container[str]) -> "Designs":
+    def without_numbers(self, names: Container[str]) -> "Designs":
         """The designs without some of the numbers that they bring."""
         return replace(self, numbers={name: each for name, each in self.numbers.items() if name not in names})
 
     @property
-    def brought(self) -> dict[str, float]:
+    def number_values(self) -> dict[str, float]:
         """The numbers that one design brings, by key."""
         return {key: float(value[0]) for key, value in self.numbers.items()}
 
@@ -128,8 +128,8 @@ class Designs:
         return root
 
     @cached_property
-    def by_point(self) -> "Designs":
-        """As ``drawn_by_point``."""
+    def point_designs(self) -> "Designs":
+        """As ``with_point_follower``."""
         prime, lost = exact_sum(self.size, self.roller_radius)
         return replace(self, size=prime, roller_radius=lost)
 
@@ -145,13 +145,13 @@ def concatenate(parts: Iterable[Designs]) -> Designs:
     return parts[0].with_values({n: np.concatenate([part.values[n] for part in parts]) for n in parts[0].values})
 
 
-def drawn_by_point(designs: Designs) -> Designs:
+def with_point_follower(designs: Designs) -> Designs:
     """Designs without a roller that have the same pitch curves: of disc cams, the prime circle as base circle.
 
     Curves take the sum of size and roller radius to its last digit. What rounding takes off the prime radius stays
     as a tiny "roller radius", so that the sum is the same, and equal designs come of pitch curves that are equal.
     """
-    return designs.by_point
+    return designs.point_designs
 
 
 def without_roller(designs: Designs) -> Designs:
@@ -164,18 +164,18 @@ def without_size(designs: Designs) -> Designs:
     return replace(designs, size=np.zeros(len(designs)))
 
 
-def by_difference(designs: Designs) -> Designs:
+def with_central_face(designs: Designs) -> Designs:
     """Designs of which a face, further from its pivot by as much as the base circle is larger, moves the whole
     profile along its normal, with the face through the pivot."""
     return replace(designs, size=designs.size - designs.face_offset, face_offset=np.zeros(len(designs)))
 
 
-def itself(designs: Designs) -> Designs:
+def unshared_pitch(designs: Designs) -> Designs:
     """Designs that share no pitch curve."""
     return designs
 
 
-Misfit = tuple[str, Any, str]
+SizeFault = tuple[str, Any, str]
 """A key of a scene, its value if that is at fault, and what is wrong."""
 
 
@@ -186,12 +186,12 @@ class Travel(NamedTuple):
     normal: ComplexArray
 
 
-class Contact(NamedTuple):
+class FurtherContact(NamedTuple):
     """A further contact of the follower, seen as that of an ordinary cam (``mechanisms.pairs``)."""
 
     mechanism: "Mechanism"
     """With the curves of its own motion, over that of the follower."""
-    seen: Callable[[Designs], Designs]
+    local_designs: Callable[[Designs], Designs]
     """From designs to their sizes at this contact."""
 
 
@@ -203,7 +203,7 @@ class Mechanism(NamedTuple):
     """
 
     body: Body
-    drive: Drive
+    drive: DriveKind
     """What keeps its follower on the cam."""
     motion: FollowerMotion
     tips: tuple[Tip, ...]
@@ -219,7 +219,7 @@ class Mechanism(NamedTuple):
     """That condition in words."""
     contact: Callable[[Designs, float, Any, Any, Any], ContactPoint]
     """From a design, the lift, the cam angle (rad), y and y' to where the follower touches or traces the cam."""
-    rest: Callable[[Designs, float, Any, Any, Off], Rest]
+    shifted_contact: Callable[[Designs, float, Any, Any, ContactErrors], ContactShift]
     """From a design, the lift, y, y' and what is off to where the follower rests on the point it would touch."""
     sliding: Callable[[Designs, Programme], Any] | None = None
     """Curve of the speed at which the trace point or the flat face slides over a disc cam, mm/rad."""
@@ -237,7 +237,7 @@ class Mechanism(NamedTuple):
     """Of a cylindrical cam, curve of how far the trace point moves along the developed groove, mm/rad."""
     speeding: Callable[[Designs, Programme], Any] | None = None
     """Curve of the derivative by the cam angle of the speed of the trace point over the cam, mm/rad²."""
-    pitch: Callable[[Designs], Designs] = itself
+    pitch: Callable[[Designs], Designs] = unshared_pitch
     """For designs those with the same pitch curves that are alike if these are; of a flat face: the same but for
     how far ``parallel`` has moved the profile. What effects find of pitch curves they find of these."""
     profile: Callable[[Designs], Designs] | None = None
@@ -245,7 +245,7 @@ class Mechanism(NamedTuple):
     parallel: str = "roller_radius"
     """The size, by field of ``Designs``, that moves the profile along its normal, as the roller does from a pitch
     curve (a flat face square to the motion: the base radius)."""
-    misfit: Callable[[Mapping[str, float]], Misfit | None] = lambda sizes: None
+    misfit: Callable[[Mapping[str, float]], SizeFault | None] = lambda sizes: None
     """From the sizes of one design in mm, by field, and its ``lift`` in the unit of the motion: why it cannot be
     put together at its lowest or highest position; KeyError where it needs one that is not there."""
     on_profile: Callable[[Mapping[str, float], float], OnProfile] | None = None
@@ -254,7 +254,7 @@ class Mechanism(NamedTuple):
     """−1 for a contact that a force on the follower presses on which points back towards the cam."""
     reverses: bool = False
     """Whether its own motion is that of the follower reversed."""
-    further: tuple[Contact, ...] = ()
+    further_contacts: tuple[FurtherContact, ...] = ()
     """The contacts of the follower beside this one."""
 
     def follower_keys(self, tip: Tip) -> tuple[str, ...]:
@@ -280,17 +280,17 @@ class Mechanism(NamedTuple):
         return any(self.pressure is other.pressure for other in others)
 
     @property
-    def pitch_is_without(self) -> bool:
+    def pitch_ignores_parallel(self) -> bool:
         """Whether pitch curves do not depend on ``parallel`` at all; else on its sum with the size of the cam."""
         return self.pitch in (without_roller, without_size)
 
     @property
-    def alike(self) -> Callable[[Designs], Designs]:
+    def profile_or_pitch(self) -> Callable[[Designs], Designs]:
         """For designs those with the same profiles, but for how far ``parallel`` has moved them."""
         return self.profile or self.pitch
 
     @property
-    def of_pitch(self) -> tuple[Callable[[Designs, Programme], Any] | None, ...]:
+    def pitch_curves(self) -> tuple[Callable[[Designs, Programme], Any] | None, ...]:
         """Its curves that designs with the same pitch curve share."""
         if self.flat_faced:
             return (self.reach,) if self.profile else (self.pressure, self.reach)
@@ -305,21 +305,21 @@ class Mechanism(NamedTuple):
     @property
     def second_keys(self) -> tuple[str, ...]:
         """The keys of a scene that give sizes of a second contact, where they are not those of the first."""
-        own = self.drive.keys if self.further else ()
+        own = self.drive.keys if self.further_contacts else ()
         return tuple(key for key in SECOND_FIELDS if key.partition(".")[2] in own)
 
     @property
     def two_profiles(self) -> bool:
         """Whether its second contact is on a profile of its own: of a second disc, or another flank of a rib."""
-        return bool(self.further) and not self.drive.one_disc
+        return bool(self.further_contacts) and not self.drive.one_disc
 
     @property
-    def ribbed(self) -> bool:
+    def has_rib(self) -> bool:
         """Whether two rollers of its follower have a rib of the cam between them."""
-        return bool(self.further) and self.at_rib
+        return bool(self.further_contacts) and self.touches_rib
 
     @property
-    def at_rib(self) -> bool:
+    def touches_rib(self) -> bool:
         """Whether its follower touches a rib, with both rollers or as one of them."""
         return "roller_spacing" in self.sizes
 
@@ -336,7 +336,7 @@ class Mechanism(NamedTuple):
     @property
     def is_positive(self) -> bool:
         """Whether the cam itself keeps the follower where it is, whatever the sign of the force."""
-        return self.pulls or bool(self.further)
+        return self.pulls or bool(self.further_contacts)
 
     @property
     def two_sided(self) -> bool:
@@ -351,32 +351,32 @@ class Mechanism(NamedTuple):
 
     def travel(self, design: Designs, programme: Programme, angles: FloatArray) -> Travel:
         """Trace point (flat faces: contact point) and unit normal of one design at cam angles (m,)."""
-        lift, (y, y1, *_) = programme.lift, self.prescribed(programme).at(angles)
+        lift, (y, y1, *_) = programme.lift, self.contact_programme(programme).motion_at(angles)
         found = self.contact(design, lift, angles, y, y1)
         normal = found.across + 1j * found.up
         return Travel(found.x + 1j * found.y, normal / np.abs(normal))
 
-    def prescribed(self, programme: Programme) -> Programme:
+    def contact_programme(self, programme: Programme) -> Programme:
         """The motion that the cam gives at this contact, from that of the follower."""
-        return programme.reversed if self.reverses else programme
+        return programme.reversed_programme if self.reverses else programme
 
-    def apart(self, why: str) -> "Mechanism":
+    def with_no_assembly(self, why: str) -> "Mechanism":
         """The same of which no design can be assembled, for a reason."""
-        return self._replace(assembly_margins=_none_assembled, assembly=why)
+        return self._replace(assembly_margins=_no_assembly_margin, assembly=why)
 
     @property
-    def is_apart(self) -> bool:
+    def has_no_assembly(self) -> bool:
         """Whether it is one of which no design can be assembled."""
-        return self.assembly_margins is _none_assembled
+        return self.assembly_margins is _no_assembly_margin
 
-    def exists(self, designs: Designs, programme: Programme) -> BoolArray:
+    def can_assemble(self, designs: Designs, programme: Programme) -> BoolArray:
         """Which designs can be assembled at every cam angle."""
         held = np.ones(len(designs), dtype=bool)
         for margin in self.assembly_margins(designs, programme):
             held &= margin > 0.0
         return held
 
-    def impossible(self, boxes: Designs, programme: Programme) -> BoolArray:
+    def cannot_assemble(self, boxes: Designs, programme: Programme) -> BoolArray:
         """Which boxes (designs of Intervals) hold no design that can be assembled."""
         lacking = np.zeros(len(boxes), dtype=bool)
         for margin in self.assembly_margins(boxes, programme):
@@ -384,5 +384,5 @@ class Mechanism(NamedTuple):
         return lacking
 
 
-def _none_assembled(designs: Designs, programme: Programme) -> tuple[FloatArray]:
+def _no_assembly_margin(designs: Designs, programme: Programme) -> tuple[FloatArray]:
     return (np.full(len(designs), -1.0),)

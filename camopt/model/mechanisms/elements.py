@@ -133,14 +133,14 @@ class Flank(NamedTuple):
     """1 if κ > 0 of the pitch curve bends it towards the follower, −1 if away from it."""
 
     @property
-    def said(self) -> str:
+    def words(self) -> str:
         """It in words."""
         return f"{self.name} {self.kind}"
 
 
-OUTER = (Flank("", -1.0, 1.0),)
+OUTER_PROFILE = (Flank("", -1.0, 1.0),)
 """The profile of an open cam: it can push the follower outward, and not pull it back."""
-GROOVE = (Flank("right", -1.0, 1.0, bulge=-1.0), Flank("left", 1.0, -1.0))
+GROOVE_WALLS = (Flank("right", -1.0, 1.0, bulge=-1.0), Flank("left", 1.0, -1.0))
 """Both walls of a groove: the one pushes the roller outward, the other pulls it back."""
 FACE_WALLS = (Flank("inner", INNER_SIDE, 1.0, "wall"), Flank("outer", -INNER_SIDE, -1.0, "wall", bulge=-1.0))
 """Those of a groove in the face of a disc, whichever way it turns."""
@@ -191,7 +191,7 @@ KNIFE, ROLLER, FLAT, SPHERICAL = (
     Tip("spherical", "face_radius", "face centre"),
 )
 TIPS: dict[str, Tip] = {tip.name: tip for tip in (KNIFE, ROLLER, FLAT, SPHERICAL)}
-ROUND = (KNIFE, ROLLER, SPHERICAL)
+ROUND_TIPS = (KNIFE, ROLLER, SPHERICAL)
 """Tips with a trace point: the edge, or the centre of the roller or face."""
 
 
@@ -199,7 +199,7 @@ DriveName = Literal["spring", "groove", "conjugate", "breadth", "diameter", "rib
 """What keeps a follower on its cam, as ``drive.kind`` has it."""
 
 
-class Drive(NamedTuple):
+class DriveKind(NamedTuple):
     """A way to keep a follower on its cam. Mechanisms say on which cams, and with which followers, there is one."""
 
     name: DriveName
@@ -213,12 +213,18 @@ class Drive(NamedTuple):
     """Whether two contacts of the follower are on one disc, half a turn apart."""
 
 
-SPRUNG = Drive("spring", "a spring", flanks=OUTER)
-GROOVED = Drive("groove", "a groove", flanks=GROOVE, keys=("clearance", "roller_inertia", "friction"))
+SPRUNG = DriveKind("spring", "a spring", flanks=OUTER_PROFILE)
+GROOVED = DriveKind("groove", "a groove", flanks=GROOVE_WALLS, keys=("clearance", "roller_inertia", "friction"))
 PRELOAD = ("interference", "stiffness")
 """The keys of a preload between two contacts."""
-CONJUGATE = Drive("conjugate", "a conjugate pair", flanks=OUTER, keys=(*PRELOAD, "base_radius", "roller_radius"))
-BREADTH = Drive("breadth", "a yoke of constant breadth", flanks=OUTER, keys=PRELOAD, one_disc=True)
-DIAMETER = Drive("diameter", "a yoke of constant diameter", flanks=OUTER, keys=PRELOAD, one_disc=True)
-RIBBED = Drive("rib", "a rib", flanks=OUTER, keys=(*PRELOAD, "clearance"))
-DRIVES: dict[str, Drive] = {drive.name: drive for drive in (SPRUNG, GROOVED, CONJUGATE, BREADTH, DIAMETER, RIBBED)}
+CONJUGATE = DriveKind(
+    "conjugate", "a conjugate pair", flanks=OUTER_PROFILE, keys=(*PRELOAD, "base_radius", "roller_radius")
+)
+BREADTH_YOKE = DriveKind("breadth", "a yoke of constant breadth", flanks=OUTER_PROFILE, keys=PRELOAD, one_disc=True)
+DIAMETER_YOKE = DriveKind(
+    "diameter", "a yoke of constant diameter", flanks=OUTER_PROFILE, keys=PRELOAD, one_disc=True
+)
+RIBBED = DriveKind("rib", "a rib", flanks=OUTER_PROFILE, keys=(*PRELOAD, "clearance"))
+DRIVES: dict[str, DriveKind] = {
+    drive.name: drive for drive in (SPRUNG, GROOVED, CONJUGATE, BREADTH_YOKE, DIAMETER_YOKE, RIBBED)
+}

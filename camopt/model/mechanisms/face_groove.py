@@ -26,4 +26,4 @@ def _with_groove(mechanism: Mechanism) -> Mechanism:
     )
 
 
-MECHANISMS = (_with_groove(translating.MECHANISM), _with_groove(oscillating.MECHANISM))
+FACE_GROOVE_MECHANISMS = (_with_groove(translating.MECHANISM), _with_groove(oscillating.MECHANISM))

@@ -40,12 +40,12 @@ def cam_curves(
     return CamCurves(pitch, normal, profile)
 
 
-def from_image(curves: CamCurves) -> CamCurves:
+def mirror_curves(curves: CamCurves) -> CamCurves:
     """The curves of a second disc in the cam's own frame, from those in the mirror (``mechanisms.pairs``)."""
     return CamCurves(*(each.conj() for each in curves))
 
 
-def distances(mechanism: Mechanism, radius: float, cutter_radius: float | None = None) -> dict[str, float]:
+def normal_distances(mechanism: Mechanism, radius: float, cutter_radius: float | None = None) -> dict[str, float]:
     """Distance (mm) of each curve of one design along the normal of its pitch curve, or of its flat face, by name.
 
     ``radius`` is that of the follower's round body with half its clearance.

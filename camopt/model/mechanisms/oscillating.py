@@ -17,38 +17,44 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.curves import curve_type, further_formula, quotient, turned_series
-from camopt.core.numerics.stable import triangle_angle
+from camopt.core.numerics.curves import curve_type, derivative_formula, quotient_derivatives, rotated_derivatives
+from camopt.core.numerics.stable_functions import triangle_angle
 from camopt.core.numerics.taylor import direction
-from camopt.core.numerics.trigonometry import turned
-from camopt.model.mechanisms.design import Designs, Mechanism, Misfit, drawn_by_point
-from camopt.model.mechanisms.elements import DISC, OSCILLATING, ROUND, SPRUNG
-from camopt.model.mechanisms.rest import ContactPoint, Off, Rest, angle_by_sine, turned_by
+from camopt.core.numerics.trigonometry import rotate
+from camopt.model.mechanisms.contact_errors import (
+    ContactErrors,
+    ContactPoint,
+    ContactShift,
+    angle_growth,
+    cam_turn_to_point,
+)
+from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault, with_point_follower
+from camopt.model.mechanisms.elements import DISC, OSCILLATING, ROUND_TIPS, SPRUNG
 from camopt.model.mechanisms.trace import course_of_arm, speed_change, trace_curvature
-from camopt.model.motion.contact import OscillatingPoint
+from camopt.model.motion.profile_contact import OscillatingPoint
 from camopt.model.motion.programme import Programme
 
 
 @curve_type
 def oscillating_pressure(at, centre_distance, arm_length, cosine, sine, sense):
     """tan β; ``cosine`` and ``sine`` are those of ψ₀."""
-    cosine, sine = turned(cosine, sine, at.y)
+    cosine, sine = rotate(cosine, sine, at.y)
     return (arm_length * (1.0 + sense * at.y1) - centre_distance * cosine) / (centre_distance * sine)
 
 
-@further_formula(oscillating_pressure)
-def pressure_angle_further(f, i, at):
-    (c, c1, c2, c3), (s, s1, s2, s3) = turned_series(f.cosine[i], f.sine[i], at)
+@derivative_formula(oscillating_pressure)
+def oscillating_pressure_derivatives(f, i, at):
+    (c, c1, c2, c3), (s, s1, s2, s3) = rotated_derivatives(f.cosine[i], f.sine[i], at)
     ratio = f.arm_length[i] / f.centre_distance[i]
     swung = ratio * f.sense[i]
     w = (ratio + swung * at.y1 - c, swung * at.y2 - c1, swung * at.y3 - c2, swung * at.y4 - c3)
-    return quotient(w, (s, s1, s2, s3))
+    return quotient_derivatives(w, (s, s1, s2, s3))
 
 
 @curve_type
 def oscillating_speed(at, centre_distance, arm_length, cosine, sine, sense):
     """N [mm/rad]."""
-    cosine, sine = turned(cosine, sine, at.y)
+    cosine, sine = rotate(cosine, sine, at.y)
     w = arm_length * (1.0 + sense * at.y1) - centre_distance * cosine
     return np.sqrt(np.square(w) + np.square(centre_distance * sine))
 
@@ -70,7 +76,7 @@ def oscillating_speed_change(at, centre_distance, arm_length, cosine, sine, sens
 @curve_type
 def oscillating_outline(at, centre_distance, arm_length, cosine, sine, roller_radius):
     """Distance of the trace point from the cam's axis less R_r [mm]."""
-    cosine, sine = turned(cosine, sine, at.y)
+    cosine, sine = rotate(cosine, sine, at.y)
     across = np.square(arm_length - centre_distance * cosine)
     return np.sqrt(across + np.square(centre_distance * sine)) - roller_radius
 
@@ -83,18 +89,18 @@ def first_angle(designs: Designs) -> FloatArray:
     return angle
 
 
-def _fields(designs: Designs) -> tuple[FloatArray, ...]:
+def _oscillating_fields(designs: Designs) -> tuple[FloatArray, ...]:
     start = first_angle(designs)
     sense = np.full(len(designs), designs.sense)
     return designs.centre_distance, designs.arm_length, np.cos(start), np.sin(start), sense
 
 
-def _outline(designs: Designs, programme: Programme, beyond: Any) -> Any:
-    c, l, cosine, sine, _ = _fields(designs)  # noqa: E741
+def _oscillating_outline_curve(designs: Designs, programme: Programme, beyond: Any) -> Any:
+    c, l, cosine, sine, _ = _oscillating_fields(designs)  # noqa: E741
     return oscillating_outline(c, l, cosine, sine, -beyond)
 
 
-def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+def _oscillating_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     c, l, r = designs.centre_distance, designs.arm_length, designs.prime_radius  # noqa: E741
     return r - (c - l), r - (l - c), c + l - r, np.pi - programme.lift - first_angle(designs)
 
@@ -104,33 +110,38 @@ def trace_point(designs: Designs, angle: Any) -> tuple[Any, Any]:
     return designs.centre_distance - l * np.cos(angle), l * np.sin(angle)
 
 
-def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
+def _oscillating_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
     """The trace point moves as the arm and the cam turn: the normal is p − σ·y'·(c − p) for a pivot c."""
-    return _touching(design, *trace_point(design, y + first_angle(design)), y1)
+    return _trace_contact(design, *trace_point(design, y + first_angle(design)), y1)
 
 
-def _touching(design: Designs, x: Any, height: Any, y1: Any) -> ContactPoint:
+def _trace_contact(design: Designs, x: Any, height: Any, y1: Any) -> ContactPoint:
     """The contact of a trace point."""
     turn = y1 * design.sense
     return ContactPoint(x, height, x - turn * (design.centre_distance - x), height + turn * height)
 
 
-def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
+def _oscillating_shift(design: Designs, lift: float, y: Any, y1: Any, off: ContactErrors) -> ContactShift:
     """The law of cosines of the triangle with its sides off: cos ψ falls by g."""
     angle = y + first_angle(design)
     cosine, sine = direction(angle)
-    c, l, dc, dl = design.centre_distance, design.arm_length, off.of("centre_distance"), off.of("arm_length")  # noqa: E741
-    at = _touching(design, c - l * cosine, l * sine, y1)
-    across, up = off.shift(at)
+    c, l, dc, dl = (  # noqa: E741
+        design.centre_distance,
+        design.arm_length,
+        off.size_error("centre_distance"),
+        off.size_error("arm_length"),
+    )
+    at = _trace_contact(design, c - l * cosine, l * sine, y1)
+    across, up = off.point_shift(at)
     square = across * (at.x * 2.0 + across) + up * (at.y * 2.0 + up) - dc * (2.0 * c + dc) - dl * (2.0 * l + dl)
     fall = (square + (c * dl + l * dc + dc * dl) * 2.0 * cosine) / ((c + dc) * (l + dl) * 2.0)
-    moved = -angle_by_sine(cosine, sine, -fall)
+    moved = -angle_growth(cosine, sine, -fall)
     rise = np.cos(angle + moved * 0.5) * np.sin(moved * 0.5) * 2.0
     tip = dc - (cosine - fall) * dl + fall * l, (sine + rise) * dl + rise * l
-    return Rest(moved, turned_by(design.sense, at, (across, up), tip))
+    return ContactShift(moved, cam_turn_to_point(design.sense, at, (across, up), tip))
 
 
-def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
+def _oscillating_misfit(sizes: Mapping[str, float]) -> SizeFault | None:
     arm, centre, prime = sizes["arm_length"], sizes["centre_distance"], sizes["size"] + sizes["roller_radius"]
     lift = sizes["lift"]
     if not abs(centre - arm) < prime < centre + arm:
@@ -142,7 +153,7 @@ def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
     return "motion.lift", None, f"the arm starts at {start:g} deg and rises {lift:g}: it stays below 180 deg"
 
 
-def _on_profile(sizes: Mapping[str, float], sense: float) -> OscillatingPoint:
+def _oscillating_on_profile(sizes: Mapping[str, float], sense: float) -> OscillatingPoint:
     return OscillatingPoint(sizes["roller_radius"], sizes["centre_distance"], sizes["arm_length"], sense)
 
 
@@ -150,21 +161,21 @@ MECHANISM = Mechanism(
     body=DISC,
     drive=SPRUNG,
     motion=OSCILLATING,
-    tips=ROUND,
+    tips=ROUND_TIPS,
     sizes=("centre_distance", "arm_length", "roller_radius"),
     name="disc cam, oscillating follower with a trace point",
-    pressure=lambda designs, programme: oscillating_pressure(*_fields(designs)),
-    sliding=lambda designs, programme: oscillating_speed(*_fields(designs)),
-    speeding=lambda designs, programme: oscillating_speed_change(*_fields(designs)),
-    curvature=lambda designs, programme: oscillating_curvature(*_fields(designs)),
-    outline=_outline,
+    pressure=lambda designs, programme: oscillating_pressure(*_oscillating_fields(designs)),
+    sliding=lambda designs, programme: oscillating_speed(*_oscillating_fields(designs)),
+    speeding=lambda designs, programme: oscillating_speed_change(*_oscillating_fields(designs)),
+    curvature=lambda designs, programme: oscillating_curvature(*_oscillating_fields(designs)),
+    outline=_oscillating_outline_curve,
     start=first_angle,
     trace_point=trace_point,
-    assembly_margins=_assembly_margins,
+    assembly_margins=_oscillating_margins,
     assembly="prime radius, arm and centre distance have to form a triangle throughout the lift",
-    contact=_contact,
-    rest=_rest,
-    pitch=drawn_by_point,
-    misfit=_misfit,
-    on_profile=_on_profile,
+    contact=_oscillating_contact,
+    shifted_contact=_oscillating_shift,
+    pitch=with_point_follower,
+    misfit=_oscillating_misfit,
+    on_profile=_oscillating_on_profile,
 )

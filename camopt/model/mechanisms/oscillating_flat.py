@@ -14,33 +14,33 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.curves import curve_type, further_formula, quotient, turned_series
-from camopt.core.numerics.trigonometry import turned
-from camopt.model.mechanisms.design import Designs, Mechanism, Misfit, by_difference
+from camopt.core.numerics.curves import curve_type, derivative_formula, quotient_derivatives, rotated_derivatives
+from camopt.core.numerics.trigonometry import rotate
+from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift, angle_growth
+from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault, with_central_face
 from camopt.model.mechanisms.elements import DISC, FLAT, OSCILLATING, SPRUNG
-from camopt.model.mechanisms.rest import ContactPoint, Off, Rest, angle_by_sine
-from camopt.model.motion.contact import OscillatingFace
+from camopt.model.motion.profile_contact import OscillatingFace
 from camopt.model.motion.programme import Programme
 
 
 @curve_type
 def swinging_face_sliding(at, face_offset, centre_distance, cosine, sine, sense):
     """Speed of sliding [mm/rad]; ``cosine`` and ``sine`` are those of ψ₀."""
-    _, sine = turned(cosine, sine, at.y)
+    _, sine = rotate(cosine, sine, at.y)
     return (1.0 + sense * at.y1) * face_offset + centre_distance * sine
 
 
 @curve_type
 def swinging_face_pressure(at, face_offset, centre_distance, cosine, sine, sense):
     """tan β."""
-    cosine, _ = turned(cosine, sine, at.y)
+    cosine, _ = rotate(cosine, sine, at.y)
     return face_offset / (centre_distance * cosine) * (1.0 + sense * at.y1)
 
 
 @curve_type
 def swinging_face_radius(at, face_offset, centre_distance, cosine, sine, sense):
     """ρ of the profile [mm]."""
-    cosine, sine = turned(cosine, sine, at.y)
+    cosine, sine = rotate(cosine, sine, at.y)
     q = 1.0 + sense * at.y1
     return face_offset + centre_distance * (sine * ((2.0 * q - 1.0) / (q * q)) + cosine * (at.y2 / (q * q * q)))
 
@@ -48,22 +48,22 @@ def swinging_face_radius(at, face_offset, centre_distance, cosine, sine, sense):
 @curve_type
 def swinging_face_reach(at, face_offset, centre_distance, cosine, sine, sense):
     """Distance t of the contact from the pivot along the face [mm]."""
-    cosine, _ = turned(cosine, sine, at.y)
+    cosine, _ = rotate(cosine, sine, at.y)
     return centre_distance * cosine / (1.0 + sense * at.y1)
 
 
-@further_formula(swinging_face_reach)
-def reach_further(f, i, at):
+@derivative_formula(swinging_face_reach)
+def swinging_face_reach_derivatives(f, i, at):
     c, sense = f.centre_distance[i], f.sense[i]
-    (cosine, cosine1, cosine2, cosine3), _ = turned_series(f.cosine[i], f.sine[i], at)
+    (cosine, cosine1, cosine2, cosine3), _ = rotated_derivatives(f.cosine[i], f.sine[i], at)
     turning = (1.0 + sense * at.y1, sense * at.y2, sense * at.y3, sense * at.y4)
-    return quotient((c * cosine, c * cosine1, c * cosine2, c * cosine3), turning)
+    return quotient_derivatives((c * cosine, c * cosine1, c * cosine2, c * cosine3), turning)
 
 
 @curve_type
 def swinging_face_outline(at, face_offset, centre_distance, cosine, sine):
     """Distance of the face from the cam's axis [mm]."""
-    _, sine = turned(cosine, sine, at.y)
+    _, sine = rotate(cosine, sine, at.y)
     return face_offset + centre_distance * sine
 
 
@@ -72,25 +72,25 @@ def first_sine(designs: Designs) -> FloatArray:
     return (designs.size - designs.face_offset) / designs.centre_distance
 
 
-def _fields(designs: Designs) -> tuple[FloatArray, ...]:
+def _swinging_face_fields(designs: Designs) -> tuple[FloatArray, ...]:
     sine = np.minimum(np.maximum(first_sine(designs), -1.0), 1.0)
     cosine = np.sqrt((1.0 - sine) * (1.0 + sine))
     sense = np.full(len(designs), designs.sense)
     return designs.face_offset, designs.centre_distance, cosine, sine, sense
 
 
-def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+def _swinging_face_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     sine = first_sine(designs)
     first = np.arcsin(np.minimum(np.maximum(sine, -1.0), 1.0))
-    return 1.0 + sine, 1.0 - sine, np.pi / 2 - programme.lift - first, slowest(designs.sense, programme)
+    return 1.0 + sine, 1.0 - sine, np.pi / 2 - programme.lift - first, least_turning_rate(designs.sense, programme)
 
 
-def slowest(sense: float, programme: Programme) -> float:
+def least_turning_rate(sense: float, programme: Programme) -> float:
     """The least q, at which the face turns against the cam."""
     return 1.0 + programme.least_speed(sense)
 
 
-def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
+def _swinging_face_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
     psi = y + np.arcsin(first_sine(design))
     cosine, sine = np.cos(psi), np.sin(psi)
     c, f = design.centre_distance, design.face_offset
@@ -98,15 +98,15 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
     return ContactPoint(sine * f - t * cosine + c, cosine * f + t * sine, sine, cosine)
 
 
-def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
+def _swinging_face_shift(design: Designs, lift: float, y: Any, y1: Any, off: ContactErrors) -> ContactShift:
     """The distance of the face from the axis, f + c·sin ψ, is larger by δn; the cam turns back with the face."""
-    at = _contact(design, lift, 0.0, y, y1)
-    more = off.along(at) - off.of("face_offset") - at.across * off.of("centre_distance")
-    moved = angle_by_sine(at.across, at.up, more / (design.centre_distance + off.of("centre_distance")))
-    return Rest(moved, -(moved * design.sense))
+    at = _swinging_face_contact(design, lift, 0.0, y, y1)
+    more = off.profile_error(at) - off.size_error("face_offset") - at.across * off.size_error("centre_distance")
+    moved = angle_growth(at.across, at.up, more / (design.centre_distance + off.size_error("centre_distance")))
+    return ContactShift(moved, -(moved * design.sense))
 
 
-def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
+def _swinging_face_misfit(sizes: Mapping[str, float]) -> SizeFault | None:
     base, face, centre, lift = (sizes[name] for name in ("size", "face_offset", "centre_distance", "lift"))
     if not abs(base - face) < centre:
         between = f"between base radius and face offset ({abs(base - face):g})"
@@ -117,7 +117,7 @@ def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
     return "motion.lift", None, f"the face starts at {start:g} deg and rises {lift:g}: it stays below 90 deg"
 
 
-def _on_profile(sizes: Mapping[str, float], sense: float) -> OscillatingFace:
+def _swinging_face_on_profile(sizes: Mapping[str, float], sense: float) -> OscillatingFace:
     return OscillatingFace(sizes["centre_distance"], sizes["face_offset"], sense)
 
 
@@ -128,17 +128,17 @@ MECHANISM = Mechanism(
     tips=(FLAT,),
     sizes=("centre_distance", "face_offset"),
     name="disc cam, oscillating flat-faced follower",
-    pressure=lambda designs, programme: swinging_face_pressure(*_fields(designs)),
-    profile_radius=lambda designs, programme: swinging_face_radius(*_fields(designs)),
-    sliding=lambda designs, programme: swinging_face_sliding(*_fields(designs)),
-    reach=lambda designs, programme: swinging_face_reach(*_fields(designs)),
-    outline=lambda designs, programme, beyond: swinging_face_outline(*_fields(designs)[:4]),
-    assembly_margins=_assembly_margins,
+    pressure=lambda designs, programme: swinging_face_pressure(*_swinging_face_fields(designs)),
+    profile_radius=lambda designs, programme: swinging_face_radius(*_swinging_face_fields(designs)),
+    sliding=lambda designs, programme: swinging_face_sliding(*_swinging_face_fields(designs)),
+    reach=lambda designs, programme: swinging_face_reach(*_swinging_face_fields(designs)),
+    outline=lambda designs, programme, beyond: swinging_face_outline(*_swinging_face_fields(designs)[:4]),
+    assembly_margins=_swinging_face_margins,
     assembly="the face has to touch the base circle, and to swing by less than the cam turns",
-    contact=_contact,
-    rest=_rest,
-    misfit=_misfit,
-    profile=by_difference,
+    contact=_swinging_face_contact,
+    shifted_contact=_swinging_face_shift,
+    misfit=_swinging_face_misfit,
+    profile=with_central_face,
     parallel="face_offset",
-    on_profile=_on_profile,
+    on_profile=_swinging_face_on_profile,
 )

@@ -41,14 +41,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.curves import curve_formula, part, value_of
-from camopt.core.numerics.stable import difference_of_squares_root, triangle_angle
+from camopt.core.numerics.curves import curve_formula, field_value, value_of
+from camopt.core.numerics.stable_functions import difference_of_squares_root, triangle_angle
 from camopt.core.numerics.state import State
 from camopt.model.mechanisms import cylindrical, cylindrical_oscillating, oscillating, translating
-from camopt.model.mechanisms.design import Designs, Mechanism, Misfit
+from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift, angle_growth
+from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault
 from camopt.model.mechanisms.elements import (
     FACE_WALLS,
-    GROOVE,
+    GROOVE_WALLS,
     RIBBED,
     RIBBED_CYLINDER,
     RIBBED_DISC,
@@ -56,12 +57,11 @@ from camopt.model.mechanisms.elements import (
     Body,
     Flank,
 )
-from camopt.model.mechanisms.pairs import with_second
-from camopt.model.mechanisms.rest import ContactPoint, Off, Rest, angle_by_sine
+from camopt.model.mechanisms.pairs import with_second_contact
 from camopt.model.motion.programme import Programme
 
 
-class Ahead(NamedTuple):
+class ShiftedCurve(NamedTuple):
     """A factor times a curve of a motion that is ahead: of y + by, in place of y."""
 
     curve: Any
@@ -69,96 +69,100 @@ class Ahead(NamedTuple):
     factor: FloatArray
 
 
-@curve_formula(Ahead)
-def ahead_curve(f, i, at):
-    return part(f.factor, i, at) * value_of(f.curve, i, State(at.y + f.by[i], at.y1, at.y2, at.y3, None, at.y4))
+@curve_formula(ShiftedCurve)
+def shifted_curve(f, i, at):
+    return field_value(f.factor, i, at) * value_of(
+        f.curve, i, State(at.y + f.by[i], at.y1, at.y2, at.y3, None, at.y4)
+    )
 
 
-def spacing(mechanism: Mechanism, designs: Designs) -> Any:
+def roller_advance(mechanism: Mechanism, designs: Designs) -> Any:
     """By how much the first roller is ahead of the second one, mm; of a follower that swings δ, rad."""
     apart = designs.roller_spacing
     return 2.0 * np.arcsin(0.5 * apart / designs.arm_length) if mechanism.motion.angular else apart
 
 
-def _wider(mechanism: Mechanism, designs: Designs, off: Off) -> Any:
+def _advance_error(mechanism: Mechanism, designs: Designs, off: ContactErrors) -> Any:
     """By how much further that is, where sizes of the follower are off."""
-    wider = off.of("roller_spacing")
+    wider = off.size_error("roller_spacing")
     if not mechanism.motion.angular:
         return wider
-    longer, arm = off.of("arm_length"), designs.arm_length
+    longer, arm = off.size_error("arm_length"), designs.arm_length
     sine = designs.roller_spacing / (2.0 * arm)
     more = (wider * 0.5 - longer * sine) / (longer + arm)
-    return angle_by_sine(sine, np.sqrt((1.0 - sine) * (1.0 + sine)), more) * 2.0
+    return angle_growth(sine, np.sqrt((1.0 - sine) * (1.0 + sine)), more) * 2.0
 
 
-def _carried(mechanism: Mechanism, share: float, still: float = 0.0) -> Mechanism:
+def _roller_mechanism(mechanism: Mechanism, share: float, still: float = 0.0) -> Mechanism:
     """The mechanism of a roller that is ahead of its follower by a share of the distance of both.
 
     ``still`` is that of it by which the sizes of designs have it ahead already.
     """
 
-    def ahead(design: Designs) -> Any:
-        return (share - still) * spacing(mechanism, design)
+    def roller_shift(design: Designs) -> Any:
+        return (share - still) * roller_advance(mechanism, design)
 
     def contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
-        return mechanism.contact(design, lift, angle, y + ahead(design), y1)
+        return mechanism.contact(design, lift, angle, y + roller_shift(design), y1)
 
-    def rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
-        found = mechanism.rest(design, lift, y + ahead(design), y1, off)
-        return found._replace(moved=found.moved - _wider(mechanism, design, off) * share)
+    def rest(design: Designs, lift: float, y: Any, y1: Any, off: ContactErrors) -> ContactShift:
+        found = mechanism.shifted_contact(design, lift, y + roller_shift(design), y1, off)
+        return found._replace(moved=found.moved - _advance_error(mechanism, design, off) * share)
 
-    return mechanism._replace(contact=contact, rest=rest)
+    return mechanism._replace(contact=contact, shifted_contact=rest)
 
 
-def as_it_is(designs: Designs) -> Designs:
+def same_designs(designs: Designs) -> Designs:
     """Designs as the second contact with a cylinder sees them."""
     return designs
 
 
-def _closer(mechanism: Mechanism, designs: Designs) -> Any:
+def _inner_roller_start(mechanism: Mechanism, designs: Designs) -> Any:
     """The height or angle of the second roller over a disc at displacement 0."""
     assert mechanism.start is not None
-    return mechanism.start(designs) - spacing(mechanism, designs)
+    return mechanism.start(designs) - roller_advance(mechanism, designs)
 
 
-def closer_on_line(designs: Designs) -> Designs:
+def inner_cam_on_line(designs: Designs) -> Designs:
     """The cam to which the inner roller of a follower that translates is the roller of an open one."""
-    height = _closer(translating.MECHANISM, designs)
-    return _of_prime(designs, np.sqrt(np.square(height) + np.square(designs.offset)))
+    height = _inner_roller_start(translating.MECHANISM, designs)
+    return _with_prime_radius(designs, np.sqrt(np.square(height) + np.square(designs.offset)))
 
 
-def closer_on_arm(designs: Designs) -> Designs:
+def inner_cam_on_arm(designs: Designs) -> Designs:
     """Likewise of a follower that swings."""
     c, l = designs.centre_distance, designs.arm_length  # noqa: E741
-    half = np.sin(0.5 * _closer(oscillating.MECHANISM, designs))
-    return _of_prime(designs, np.sqrt(np.square(c - l) + 4.0 * (c * l) * np.square(half)))
+    half = np.sin(0.5 * _inner_roller_start(oscillating.MECHANISM, designs))
+    return _with_prime_radius(designs, np.sqrt(np.square(c - l) + 4.0 * (c * l) * np.square(half)))
 
 
-def _of_prime(designs: Designs, prime: Any) -> Designs:
+def _with_prime_radius(designs: Designs, prime: Any) -> Designs:
     """Designs with a prime radius, by the size of their cam."""
     return replace(designs, size=prime - designs.roller_radius)
 
 
-def _moved(make: Any, by: Callable[[Designs], Any], factor: float) -> Any:
+def _shifted_maker(make: Any, by: Callable[[Designs], Any], factor: float) -> Any:
     """What makes a curve of a motion that is ahead, times a factor."""
 
-    def made(designs: Designs, programme: Programme) -> Ahead:
+    def make_shifted(designs: Designs, programme: Programme) -> ShiftedCurve:
         zero = designs.size * 0.0
-        return Ahead(make(designs, programme), by(designs) + zero, zero + factor)
+        return ShiftedCurve(make(designs, programme), by(designs) + zero, zero + factor)
 
-    return made
+    return make_shifted
 
 
-def _none(designs: Designs) -> float:
+def _zero_shift(designs: Designs) -> float:
     return 0.0
 
 
-def _beside(mechanism: Mechanism, body: Body, wall: Flank) -> Mechanism:
+def _rib_side_mechanism(mechanism: Mechanism, body: Body, wall: Flank) -> Mechanism:
     """The mechanism of one of the rollers at a rib, which has the flank where a groove would have a wall.
 
     Its curvature is seen from that roller, whose force is that of the follower if it pushes it outward.
     """
-    curvature = mechanism.curvature if wall.bulge > 0.0 else _moved(mechanism.curvature, _none, wall.bulge)
+    curvature = (
+        mechanism.curvature if wall.bulge > 0.0 else _shifted_maker(mechanism.curvature, _zero_shift, wall.bulge)
+    )
     flanks = (Flank("", wall.side, 1.0),)
     return mechanism._replace(
         body=body,
@@ -171,7 +175,7 @@ def _beside(mechanism: Mechanism, body: Body, wall: Flank) -> Mechanism:
     )
 
 
-def _apart(mechanism: Mechanism, sizes: Mapping[str, float]) -> Misfit | None:
+def _rib_misfit(mechanism: Mechanism, sizes: Mapping[str, float]) -> SizeFault | None:
     """Why the rollers of a design have no room for a rib, or no arms."""
     if found := mechanism.misfit(sizes):
         return found
@@ -183,47 +187,49 @@ def _apart(mechanism: Mechanism, sizes: Mapping[str, float]) -> Misfit | None:
     return None
 
 
-def _apart_margins(mechanism: Mechanism, designs: Designs) -> tuple[Any, ...]:
+def _rib_margins(mechanism: Mechanism, designs: Designs) -> tuple[Any, ...]:
     """Numbers above 0 where the rollers have a rib between them, and arms."""
     arms = (2.0 * designs.arm_length - designs.roller_spacing,) if mechanism.motion.angular else ()
     return designs.roller_spacing - 2.0 * designs.roller_radius, *arms
 
 
-HAVE_TO_BE_APART = "the rollers have to stand apart by more than their diameter"
+ROLLERS_STAND_APART = "the rollers have to stand apart by more than their diameter"
 
 
 def _on_cylinder(mechanism: Mechanism) -> Mechanism:
     """The mechanism of a grooved cylinder as that of a rib between two rollers."""
 
-    def at(wall: Flank) -> Mechanism:
+    def mechanism_at(wall: Flank) -> Mechanism:
         """That of the roller on the other side of the wall that there would be."""
 
-        def ahead(designs: Designs) -> Any:
-            return -0.5 * wall.side * spacing(mechanism, designs)
+        def wall_shift(designs: Designs) -> Any:
+            return -0.5 * wall.side * roller_advance(mechanism, designs)
 
-        def moved(make: Any) -> Any:
-            return _moved(make, ahead, 1.0) if mechanism.motion.angular else make  # the same wherever it translates
+        def shift_curve(make: Any) -> Any:
+            return (
+                _shifted_maker(make, wall_shift, 1.0) if mechanism.motion.angular else make
+            )  # the same wherever it translates
 
-        placed = _carried(mechanism, -0.5 * wall.side)._replace(
-            pressure=moved(mechanism.pressure),
-            curvature=moved(mechanism.curvature),
-            path=moved(mechanism.path),
-            speeding=moved(mechanism.speeding),
+        placed = _roller_mechanism(mechanism, -0.5 * wall.side)._replace(
+            pressure=shift_curve(mechanism.pressure),
+            curvature=shift_curve(mechanism.curvature),
+            path=shift_curve(mechanism.path),
+            speeding=shift_curve(mechanism.speeding),
         )
-        return _beside(placed, RIBBED_CYLINDER, wall)
+        return _rib_side_mechanism(placed, RIBBED_CYLINDER, wall)
 
     def margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
-        return *mechanism.assembly_margins(designs, programme), *_apart_margins(mechanism, designs)
+        return *mechanism.assembly_margins(designs, programme), *_rib_margins(mechanism, designs)
 
-    below, above = GROOVE
-    return with_second(
-        at(below)._replace(
+    below, above = GROOVE_WALLS
+    return with_second_contact(
+        mechanism_at(below)._replace(
             assembly_margins=margins,
-            assembly=f"{mechanism.assembly}, and {HAVE_TO_BE_APART}",
-            misfit=lambda sizes: _apart(mechanism, sizes),
+            assembly=f"{mechanism.assembly}, and {ROLLERS_STAND_APART}",
+            misfit=lambda sizes: _rib_misfit(mechanism, sizes),
         ),
-        at(above),
-        as_it_is,
+        mechanism_at(above),
+        same_designs,
     )
 
 
@@ -234,13 +240,13 @@ def _on_disc(mechanism: Mechanism, closer: Callable[[Designs], Designs]) -> Mech
         reach = closer(designs).size
         return (
             *mechanism.assembly_margins(designs, programme),
-            *_apart_margins(mechanism, designs),
-            _closer(mechanism, designs),
+            *_rib_margins(mechanism, designs),
+            _inner_roller_start(mechanism, designs),
             reach,
         )
 
-    def misfit(sizes: Mapping[str, float]) -> Misfit | None:
-        if found := _apart(mechanism, sizes):
+    def misfit(sizes: Mapping[str, float]) -> SizeFault | None:
+        if found := _rib_misfit(mechanism, sizes):
             return found
         apart, most = sizes["roller_spacing"], _most_spacing(mechanism.motion.angular, sizes)
         if apart < most:
@@ -249,13 +255,13 @@ def _on_disc(mechanism: Mechanism, closer: Callable[[Designs], Designs]) -> Mech
         return "follower.roller_spacing", apart, why
 
     inner, outer = FACE_WALLS
-    return with_second(
-        _beside(_carried(mechanism, 0.0), RIBBED_DISC, inner)._replace(
+    return with_second_contact(
+        _rib_side_mechanism(_roller_mechanism(mechanism, 0.0), RIBBED_DISC, inner)._replace(
             assembly_margins=margins,
-            assembly=f"{mechanism.assembly}, {HAVE_TO_BE_APART}, and the inner one has to stay off the axis",
+            assembly=f"{mechanism.assembly}, {ROLLERS_STAND_APART}, and the inner one has to stay off the axis",
             misfit=misfit,
         ),
-        _beside(_carried(mechanism, -1.0, still=-1.0), RIBBED_DISC, outer),
+        _rib_side_mechanism(_roller_mechanism(mechanism, -1.0, still=-1.0), RIBBED_DISC, outer),
         closer,
     )
 
@@ -271,9 +277,9 @@ def _most_spacing(angular: bool, sizes: Mapping[str, float]) -> Any:
     return 2.0 * l * sin(0.5 * (start - least))
 
 
-MECHANISMS = (
+RIB_MECHANISMS = (
     _on_cylinder(cylindrical.MECHANISM),
     _on_cylinder(cylindrical_oscillating.MECHANISM),
-    _on_disc(translating.MECHANISM, closer_on_line),
-    _on_disc(oscillating.MECHANISM, closer_on_arm),
+    _on_disc(translating.MECHANISM, inner_cam_on_line),
+    _on_disc(oscillating.MECHANISM, inner_cam_on_arm),
 )

@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.kernels.compile import chosen_by_type, overloaded
+from camopt.core.kernels.compile import chosen_by_type, overload_in_kernels
 from camopt.core.numerics.dual import Dual
-from camopt.core.numerics.trigonometry import turned
+from camopt.core.numerics.trigonometry import rotate
 
 
-@overloaded
+@overload_in_kernels
 def speed_change(w, w1, s, s1):
     """N' from w and s, and their derivatives by the cam angle."""
     return (w * w1 + s * s1) / np.sqrt(np.square(w) + np.square(s))
@@ -27,7 +27,7 @@ def speed_change(w, w1, s, s1):
 
 def turning_and_speed(w: Any, w1: Any, s: Any, s1: Any) -> Any:
     """β' and N from w and s, and their derivatives by the cam angle."""
-    return (_with_slopes if type(w) is Dual and type(s1) is Dual else _turning_and_speed)(w, w1, s, s1)
+    return (_dual_turning_and_speed if type(w) is Dual and type(s1) is Dual else _turning_and_speed)(w, w1, s, s1)
 
 
 def _turning_and_speed(w, w1, s, s1):
@@ -35,7 +35,7 @@ def _turning_and_speed(w, w1, s, s1):
     return (w1 * s - w * s1) / square, np.sqrt(square)
 
 
-def _with_slopes(w, w1, s, s1):
+def _dual_turning_and_speed(w, w1, s, s1):
     """In dual numbers, with fewer operations than by the chain rule, which does not know that w' is ``w1``."""
     square, half = np.square(w.value) + np.square(s.value), w.value * w1.value + s.value * s1.value
     turn, speed = (w1.value * s.value - w.value * s1.value) / square, np.sqrt(square)
@@ -44,30 +44,30 @@ def _with_slopes(w, w1, s, s1):
 
 
 @chosen_by_type(turning_and_speed)
-def _in_kernels(w, w1, s, s1):
-    return _with_slopes if w is Dual and s1 is Dual else _turning_and_speed
+def _compiled_turning_and_speed(w, w1, s, s1):
+    return _dual_turning_and_speed if w is Dual and s1 is Dual else _turning_and_speed
 
 
-@overloaded
+@overload_in_kernels
 def trace_curvature(w, w1, s, s1, frame):
     """κ from w and s, their derivatives by the cam angle, and the turning of the frame."""
     turn, speed = turning_and_speed(w, w1, s, s1)
     return (frame - turn) / speed
 
 
-@overloaded
+@overload_in_kernels
 def course_of_arm(at, centre_distance, arm_length, cosine, sine, sense):
     """w and s of the trace point on an arm over a disc, each with its derivative by the cam angle."""
-    cosine, sine = turned(cosine, sine, at.y)
+    cosine, sine = rotate(cosine, sine, at.y)
     s, along = centre_distance * sine, centre_distance * cosine
     w = sense * (arm_length * (1.0 + sense * at.y1) - along)
     return w, arm_length * at.y2 + sense * s * at.y1, s, along * at.y1
 
 
-@overloaded
+@overload_in_kernels
 def course_over_cylinder(at, mean_radius, arm_length, cosine, sine, sense):
     """w and s of the trace point on an arm over a cylinder, each with its derivative by the cam angle."""
-    cosine, sine = turned(cosine, sine, at.y)
+    cosine, sine = rotate(cosine, sine, at.y)
     s, across = mean_radius * cosine, mean_radius * sine
     w, w1 = -(arm_length * at.y1 + sense * across), -(arm_length * at.y2 + sense * s * at.y1)
     return w, w1, s, -(across * at.y1)

@@ -15,24 +15,24 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.curves import curve_type, further_formula, quotient
-from camopt.model.mechanisms.design import Designs, Mechanism, Misfit, drawn_by_point
-from camopt.model.mechanisms.elements import DISC, ROUND, SPRUNG, TRANSLATING
-from camopt.model.mechanisms.rest import ContactPoint, Off, Rest, turned_by
+from camopt.core.numerics.curves import curve_type, derivative_formula, quotient_derivatives
+from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift, cam_turn_to_point
+from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault, with_point_follower
+from camopt.model.mechanisms.elements import DISC, ROUND_TIPS, SPRUNG, TRANSLATING
 from camopt.model.mechanisms.trace import speed_change, trace_curvature
-from camopt.model.motion.contact import TranslatingPoint
+from camopt.model.motion.profile_contact import TranslatingPoint
 from camopt.model.motion.programme import Programme
 
 
 @curve_type
 def translating_pressure(at, lead, height):
-    """tan β; ``lead`` is e, ``height`` is s₀ [mm]."""
+    """tan β; ``lead`` is e, ``trace_height`` is s₀ [mm]."""
     return (at.y1 - lead) / (at.y + height)
 
 
-@further_formula(translating_pressure)
-def pressure_angle_further(f, i, at):
-    return quotient((at.y1 - f.lead[i], at.y2, at.y3, at.y4), (f.height[i] + at.y, at.y1, at.y2, at.y3))
+@derivative_formula(translating_pressure)
+def translating_pressure_derivatives(f, i, at):
+    return quotient_derivatives((at.y1 - f.lead[i], at.y2, at.y3, at.y4), (f.height[i] + at.y, at.y1, at.y2, at.y3))
 
 
 @curve_type
@@ -59,30 +59,30 @@ def translating_outline(at, lead, height, roller_radius):
     return np.sqrt(np.square(at.y + height) + np.square(lead)) - roller_radius
 
 
-def height(designs: Designs) -> FloatArray:
+def trace_height(designs: Designs) -> FloatArray:
     """s₀, the trace point's least height above the cam centre, mm."""
     return designs.height
 
 
-def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+def _translating_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     return designs.prime_radius - designs.offset, designs.prime_radius + designs.offset
 
 
-def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
-    s = y + height(design)
+def _translating_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
+    s = y + trace_height(design)
     return ContactPoint(s * 0.0 + design.offset, s, (design.lead - y1) * design.sense, s)
 
 
-def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
+def _translating_shift(design: Designs, lift: float, y: Any, y1: Any, off: ContactErrors) -> ContactShift:
     """The point of the cam is turned to the follower's line, x = e + δe, where it has the height of a root."""
-    at, wide = _contact(design, lift, 0.0, y, y1), off.of("offset")
-    across, up = off.shift(at)
+    at, wide = _translating_contact(design, lift, 0.0, y, y1), off.size_error("offset")
+    across, up = off.point_shift(at)
     more = (across - wide) * (at.x * 2.0 + across + wide) + up * (at.y * 2.0 + up)
     moved = more / (np.sqrt(np.square(at.y) + more) + at.y)
-    return Rest(moved, turned_by(design.sense, at, (across, up), (wide, moved)))
+    return ContactShift(moved, cam_turn_to_point(design.sense, at, (across, up), (wide, moved)))
 
 
-def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
+def _translating_misfit(sizes: Mapping[str, float]) -> SizeFault | None:
     prime, offset = sizes["size"] + sizes["roller_radius"], sizes["offset"]
     if abs(offset) < prime:
         return None
@@ -93,21 +93,21 @@ MECHANISM = Mechanism(
     body=DISC,
     drive=SPRUNG,
     motion=TRANSLATING,
-    tips=ROUND,
+    tips=ROUND_TIPS,
     sizes=("roller_radius", "offset"),
     name="disc cam, translating follower with a trace point",
-    pressure=lambda designs, programme: translating_pressure(designs.lead, height(designs)),
-    sliding=lambda designs, programme: translating_speed(designs.lead, height(designs)),
-    speeding=lambda designs, programme: translating_speed_change(designs.lead, height(designs)),
-    curvature=lambda designs, programme: translating_curvature(designs.lead, height(designs)),
-    outline=lambda designs, programme, beyond: translating_outline(designs.lead, height(designs), -beyond),
-    start=height,
+    pressure=lambda designs, programme: translating_pressure(designs.lead, trace_height(designs)),
+    sliding=lambda designs, programme: translating_speed(designs.lead, trace_height(designs)),
+    speeding=lambda designs, programme: translating_speed_change(designs.lead, trace_height(designs)),
+    curvature=lambda designs, programme: translating_curvature(designs.lead, trace_height(designs)),
+    outline=lambda designs, programme, beyond: translating_outline(designs.lead, trace_height(designs), -beyond),
+    start=trace_height,
     trace_point=lambda designs, height: (designs.offset, height),
-    assembly_margins=_assembly_margins,
+    assembly_margins=_translating_margins,
     assembly="the offset has to be smaller than the prime radius",
-    contact=_contact,
-    rest=_rest,
-    pitch=drawn_by_point,
-    misfit=_misfit,
+    contact=_translating_contact,
+    shifted_contact=_translating_shift,
+    pitch=with_point_follower,
+    misfit=_translating_misfit,
     on_profile=lambda sizes, sense: TranslatingPoint(sizes["roller_radius"], sense * sizes["offset"]),
 )

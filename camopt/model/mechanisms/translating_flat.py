@@ -11,27 +11,27 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.curves import Linear
+from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift
 from camopt.model.mechanisms.design import Designs, Mechanism, without_size
 from camopt.model.mechanisms.elements import DISC, FLAT, SPRUNG, TRANSLATING
-from camopt.model.mechanisms.rest import ContactPoint, Off, Rest
-from camopt.model.motion.contact import TranslatingFace
+from camopt.model.motion.profile_contact import TranslatingFace
 
 
-def _linear(designs: Designs, y: float, y1: float, y2: float, constant: FloatArray) -> Linear:
+def _linear_curve(designs: Designs, y: float, y1: float, y2: float, constant: FloatArray) -> Linear:
     zeros = np.zeros(len(designs))
     return Linear(zeros + y, zeros + y1, zeros + y2, zeros + constant)
 
 
-def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
+def _flat_face_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
     return ContactPoint(y1 * design.sense, y + design.size, y * 0.0, y * 0.0 + 1.0)
 
 
-def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
+def _flat_face_shift(design: Designs, lift: float, y: Any, y1: Any, off: ContactErrors) -> ContactShift:
     """The tilted face is at the distance R_b + y + δn from the axis, and meets the stem where that stands."""
-    at, half = _contact(design, lift, 0.0, y, y1), np.sin(off.tilt * 0.5)
-    stem, sine, cosine = design.offset + off.of("offset"), np.sin(off.tilt), np.cos(off.tilt)
-    moved = (off.along(at) + stem * sine + np.square(half) * 2.0 * at.y) / cosine
-    return Rest(moved, off.tilt * design.sense + y1 * 0.0)
+    at, half = _flat_face_contact(design, lift, 0.0, y, y1), np.sin(off.tilt * 0.5)
+    stem, sine, cosine = design.offset + off.size_error("offset"), np.sin(off.tilt), np.cos(off.tilt)
+    moved = (off.profile_error(at) + stem * sine + np.square(half) * 2.0 * at.y) / cosine
+    return ContactShift(moved, off.tilt * design.sense + y1 * 0.0)
 
 
 MECHANISM = Mechanism(
@@ -41,15 +41,15 @@ MECHANISM = Mechanism(
     tips=(FLAT,),
     sizes=("offset",),
     name="disc cam, translating flat-faced follower",
-    pressure=lambda designs, programme: _linear(designs, 0, 0, 0, np.zeros(1)),
-    profile_radius=lambda designs, programme: _linear(designs, 1, 0, 1, designs.size),
-    sliding=lambda designs, programme: _linear(designs, 1, 0, 0, designs.size),
-    reach=lambda designs, programme: _linear(designs, 0, 1, 0, -designs.lead),
-    outline=lambda designs, programme, beyond: _linear(designs, 1, 0, 0, designs.size),
+    pressure=lambda designs, programme: _linear_curve(designs, 0, 0, 0, np.zeros(1)),
+    profile_radius=lambda designs, programme: _linear_curve(designs, 1, 0, 1, designs.size),
+    sliding=lambda designs, programme: _linear_curve(designs, 1, 0, 0, designs.size),
+    reach=lambda designs, programme: _linear_curve(designs, 0, 1, 0, -designs.lead),
+    outline=lambda designs, programme, beyond: _linear_curve(designs, 1, 0, 0, designs.size),
     assembly_margins=lambda designs, programme: (designs.size * 0.0 + 1.0,),
     assembly="the base radius has to be above 0",
-    contact=_contact,
-    rest=_rest,
+    contact=_flat_face_contact,
+    shifted_contact=_flat_face_shift,
     pitch=without_size,
     parallel="size",
     on_profile=lambda sizes, sense: TranslatingFace(),

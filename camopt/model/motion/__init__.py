@@ -13,7 +13,7 @@ from camopt.model.motion import (
     poly4567,
     poly56789,
 )
-from camopt.model.motion.installed import installed_laws
+from camopt.model.motion.installed_laws import installed_laws
 from camopt.model.motion.law import Law
 from camopt.model.motion.polynomial import cubic, poly8, uniform
 from camopt.model.motion.scca import (

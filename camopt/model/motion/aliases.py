@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 
-from camopt.core.mistakes import ALIKE_SHARE, nearest
+from camopt.core.mistakes import ALIKE_SHARE, suggest_names
 from camopt.model.motion import LAWS
 
 ALIASES: dict[str, tuple[str, ...]] = {
@@ -30,7 +30,7 @@ ALIASES: dict[str, tuple[str, ...]] = {
     "modified-constant-velocity": ("mcv50",),
 }
 """Other names of laws, by law."""
-SEGMENTS: dict[str, tuple[str, ...]] = {
+SEGMENT_ALIASES: dict[str, tuple[str, ...]] = {
     "rise": ("outstroke", "outward stroke", "ascent", "lift"),
     "dwell": ("rest",),
     "return": ("return stroke", "inward stroke", "descent", "fall"),
@@ -41,31 +41,31 @@ SEGMENTS: dict[str, tuple[str, ...]] = {
 LAST_WORDS = re.compile("(motion|period|stroke)$")
 
 
-def _letters(name: str) -> str:
+def _name_letters(name: str) -> str:
     """The letters and digits that tell a name from others: small, without "and", "equal" and ``LAST_WORDS``."""
     words = re.findall(r"[^\W_]+", name.lower().replace(".", ""))
     return LAST_WORDS.sub("", "".join(word for word in words if word not in ("and", "equal")))
 
 
-def _by_letters(names: Iterable[str], aliases: Mapping[str, tuple[str, ...]]) -> dict[str, str]:
-    return {_letters(each): name for name in names for each in (name, *aliases.get(name, ()))}
+def _names_by_letters(names: Iterable[str], aliases: Mapping[str, tuple[str, ...]]) -> dict[str, str]:
+    return {_name_letters(each): name for name in names for each in (name, *aliases.get(name, ()))}
 
 
-_LAWS, _SEGMENTS = _by_letters(LAWS, ALIASES), _by_letters(SEGMENTS, SEGMENTS)
+_LAWS, _SEGMENTS = _names_by_letters(LAWS, ALIASES), _names_by_letters(SEGMENT_ALIASES, SEGMENT_ALIASES)
 
 
-def law_named(name: str) -> str:
+def canonical_law(name: str) -> str:
     """The name that scenes use of a law by any of its names; a name that is none as it is."""
-    return name if name in LAWS else _LAWS.get(_letters(name), name)
+    return name if name in LAWS else _LAWS.get(_name_letters(name), name)
 
 
-def segment_named(name: str) -> str:
+def canonical_segment(name: str) -> str:
     """The kind of a segment by any of its names; a name that is none as it is."""
-    return _SEGMENTS.get(_letters(name), name)
+    return _SEGMENTS.get(_name_letters(name), name)
 
 
 def nearest_law(name: str, known: Iterable[str]) -> str:
     """The end of a message: the known law with the most similar name, of all its names, or all known laws."""
-    by_letters = _by_letters(known := (*known,), ALIASES)
-    close = get_close_matches(_letters(name), by_letters, n=1, cutoff=ALIKE_SHARE)
-    return nearest(by_letters[close[0]] if close else name, known)
+    by_letters = _names_by_letters(known := (*known,), ALIASES)
+    close = get_close_matches(_name_letters(name), by_letters, n=1, cutoff=ALIKE_SHARE)
+    return suggest_names(by_letters[close[0]] if close else name, known)

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.stable import angle_minus_sine
-from camopt.model.motion.law import folded
+from camopt.core.numerics.stable_functions import angle_minus_sine
+from camopt.model.motion.law import fold_to_half
 
 NAME = "half-cycloidal-1"
 TITLE = "half cycloidal C-1"
@@ -26,7 +26,7 @@ def velocity(x: ArrayLike) -> FloatArray:
 
 
 def acceleration(x: ArrayLike) -> FloatArray:
-    return np.pi * np.sin(np.pi * folded(x)[0])
+    return np.pi * np.sin(np.pi * fold_to_half(x)[0])
 
 
 def jerk(x: ArrayLike) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camopt.core.numerics import FloatArray
-from camopt.model.motion.law import folded
+from camopt.model.motion.law import fold_to_half
 
 NAME = "half-cycloidal-2"
 TITLE = "half cycloidal C-2"
@@ -17,7 +17,7 @@ BREAKS = (0.0, 1.0)
 
 
 def displacement(x: ArrayLike) -> FloatArray:
-    return np.asarray(x, dtype=float) + np.sin(np.pi * folded(x)[0]) / np.pi
+    return np.asarray(x, dtype=float) + np.sin(np.pi * fold_to_half(x)[0]) / np.pi
 
 
 def velocity(x: ArrayLike) -> FloatArray:
@@ -25,7 +25,7 @@ def velocity(x: ArrayLike) -> FloatArray:
 
 
 def acceleration(x: ArrayLike) -> FloatArray:
-    return -np.pi * np.sin(np.pi * folded(x)[0])
+    return -np.pi * np.sin(np.pi * fold_to_half(x)[0])
 
 
 def jerk(x: ArrayLike) -> FloatArray:

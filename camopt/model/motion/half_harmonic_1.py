@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camopt.core.numerics import FloatArray
-from camopt.model.motion.law import folded
+from camopt.model.motion.law import fold_to_half
 
 NAME = "half-harmonic-1"
 TITLE = "half harmonic H-1"
@@ -17,7 +17,7 @@ BREAKS = (0.0, 1.0)
 
 
 def displacement(x: ArrayLike) -> FloatArray:
-    near, mirrored = folded(x)
+    near, mirrored = fold_to_half(x)
     return np.where(mirrored, 1.0 - np.sin(np.pi / 2 * near), 2.0 * np.sin(np.pi / 4 * near) ** 2)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camopt.core.numerics import FloatArray
-from camopt.model.motion.law import folded
+from camopt.model.motion.law import fold_to_half
 
 NAME = "harmonic"
 TITLE = "simple harmonic"
@@ -16,13 +16,13 @@ BREAKS = (0.0, 1.0)
 
 
 def displacement(x: ArrayLike) -> FloatArray:
-    near, mirrored = folded(x)
+    near, mirrored = fold_to_half(x)
     s = np.sin(np.pi / 2 * near) ** 2
     return np.where(mirrored, 1.0 - s, s)
 
 
 def velocity(x: ArrayLike) -> FloatArray:
-    return np.pi / 2 * np.sin(np.pi * folded(x)[0])
+    return np.pi / 2 * np.sin(np.pi * fold_to_half(x)[0])
 
 
 def acceleration(x: ArrayLike) -> FloatArray:
@@ -31,4 +31,4 @@ def acceleration(x: ArrayLike) -> FloatArray:
 
 
 def jerk(x: ArrayLike) -> FloatArray:
-    return -(np.pi**3) / 2 * np.sin(np.pi * folded(x)[0])
+    return -(np.pi**3) / 2 * np.sin(np.pi * fold_to_half(x)[0])

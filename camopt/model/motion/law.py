@@ -4,7 +4,7 @@
 three derivatives by x. ``BREAKS`` are the points between which all four are smooth, 0 and 1 included; *at* a
 break a verb may return either one-sided value, so the motion tables evaluate strictly between breaks.
 
-Laws need not rest at their ends. ``joined_by`` tells what a law joins, in the letters of VDI 2143.
+Laws need not rest at their ends. ``motion_task`` tells what a law joins, in the letters of VDI 2143.
 
 A new law is a module of this folder or a member of a family, a name in the list of ``motion``, its exact form for
 the oracle of proofs in ``tests/support/balls/laws.py``, and its formula in ``tests/support/naive.py`` for the
@@ -42,41 +42,41 @@ class Law(Protocol):
 class ByOrder:
     """The four verbs of a law that has one formula for a derivative of any order."""
 
-    def _at(self, x: ArrayLike, order: int) -> FloatArray:
+    def _derivative(self, x: ArrayLike, order: int) -> FloatArray:
         raise NotImplementedError
 
     def displacement(self, x: ArrayLike, /) -> FloatArray:
-        return self._at(x, 0)
+        return self._derivative(x, 0)
 
     def velocity(self, x: ArrayLike, /) -> FloatArray:
-        return self._at(x, 1)
+        return self._derivative(x, 1)
 
     def acceleration(self, x: ArrayLike, /) -> FloatArray:
-        return self._at(x, 2)
+        return self._derivative(x, 2)
 
     def jerk(self, x: ArrayLike, /) -> FloatArray:
-        return self._at(x, 3)
+        return self._derivative(x, 3)
 
 
 class BySeries(ByOrder):
     """The four verbs of a law whose lower derivatives come with the one that is asked for."""
 
-    def _up_to(self, x: ArrayLike, order: int) -> Sequence[FloatArray]:
+    def _derivatives_to_order(self, x: ArrayLike, order: int) -> Sequence[FloatArray]:
         """Displacement, velocity and so on, up to the derivative of some order."""
         raise NotImplementedError
 
-    def _at(self, x: ArrayLike, order: int) -> FloatArray:
-        return self._up_to(x, order)[order]
+    def _derivative(self, x: ArrayLike, order: int) -> FloatArray:
+        return self._derivatives_to_order(x, order)[order]
 
 
-def derivatives_of(law: Law, x: ArrayLike, order: int) -> Sequence[FloatArray]:
+def law_derivatives(law: Law, x: ArrayLike, order: int) -> Sequence[FloatArray]:
     """Displacement, velocity and so on of a law, up to the derivative of some order."""
     if isinstance(law, BySeries):
-        return law._up_to(x, order)
+        return law._derivatives_to_order(x, order)
     return [verb(x) for verb in (law.displacement, law.velocity, law.acceleration, law.jerk)[: order + 1]]
 
 
-def folded(x: ArrayLike) -> tuple[FloatArray, Any]:
+def fold_to_half(x: ArrayLike) -> tuple[FloatArray, Any]:
     """x mirrored into the first half of the stroke, and a mask of the mirrored ones.
 
     A symmetric law, s(1−x) = 1 − s(x), is evaluated from the nearer end, where its formulas keep their digits.
@@ -90,13 +90,13 @@ VDI_STATES = {(False, False): "R", (True, False): "G", (False, True): "U", (True
 """Whether there is a velocity and an acceleration: rest (Rast), constant velocity (Geschwindigkeit), reversal
 (Umkehr), and motion in general (Bewegung)."""
 UNIT_SAMPLES = np.linspace(0.0, 1.0, 257)
-LEAST_SHARE = 1e-9  # of the largest value: less is rounding
+LAW_ROUNDING = 1e-9  # of the largest value: less is rounding
 
 
-def joined_by(law: Law) -> str:
+def motion_task(law: Law) -> str:
     """The motion task of VDI 2143 of a law, such as R-G, by its first two derivatives at both ends."""
     ends = [
-        np.abs(verb([0.0, 1.0])) > LEAST_SHARE * np.abs(verb(UNIT_SAMPLES)).max()
+        np.abs(verb([0.0, 1.0])) > LAW_ROUNDING * np.abs(verb(UNIT_SAMPLES)).max()
         for verb in (law.velocity, law.acceleration)
     ]
     return "-".join(
@@ -106,11 +106,11 @@ def joined_by(law: Law) -> str:
 
 def is_still(law: Law) -> bool:
     """Whether a law has no velocity at its ends, so that it makes no corner beside a dwell."""
-    return not {"G", "B"} & set(joined_by(law))
+    return not {"G", "B"} & set(motion_task(law))
 
 
 def is_symmetric(law: Law) -> bool:
     """Whether the second half of a stroke is the first from its other end: s(1 − x) = 1 − s(x)."""
     return bool(
-        np.abs(law.displacement(UNIT_SAMPLES) + law.displacement(1.0 - UNIT_SAMPLES) - 1.0).max() <= LEAST_SHARE
+        np.abs(law.displacement(UNIT_SAMPLES) + law.displacement(1.0 - UNIT_SAMPLES) - 1.0).max() <= LAW_ROUNDING
     )

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camopt.core.numerics import FloatArray
-from camopt.model.motion.law import folded
+from camopt.model.motion.law import fold_to_half
 
 NAME = "parabolic"
 TITLE = "parabolic (uniform acceleration and retardation)"
@@ -16,17 +16,17 @@ BREAKS = (0.0, 0.5, 1.0)
 
 
 def displacement(x: ArrayLike) -> FloatArray:
-    near, mirrored = folded(x)
+    near, mirrored = fold_to_half(x)
     return np.where(mirrored, 1.0 - 2.0 * near * near, 2.0 * near * near)
 
 
 def velocity(x: ArrayLike) -> FloatArray:
-    return 4.0 * folded(x)[0]
+    return 4.0 * fold_to_half(x)[0]
 
 
 def acceleration(x: ArrayLike) -> FloatArray:
-    return np.where(folded(x)[1], -4.0, 4.0)
+    return np.where(fold_to_half(x)[1], -4.0, 4.0)
 
 
 def jerk(x: ArrayLike) -> FloatArray:
-    return np.zeros_like(folded(x)[0])
+    return np.zeros_like(fold_to_half(x)[0])

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camopt.core.numerics import FloatArray
-from camopt.model.motion.law import folded
+from camopt.model.motion.law import fold_to_half
 
 NAME = "poly4567"
 TITLE = "4-5-6-7 polynomial"
@@ -16,7 +16,7 @@ BREAKS = (0.0, 1.0)
 
 
 def displacement(x: ArrayLike) -> FloatArray:
-    near, mirrored = folded(x)
+    near, mirrored = fold_to_half(x)
     s = near**4 * (35.0 + near * (-84.0 + near * (70.0 - 20.0 * near)))
     return np.where(mirrored, 1.0 - s, s)
 

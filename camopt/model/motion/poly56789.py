@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camopt.core.numerics import FloatArray
-from camopt.model.motion.law import folded
+from camopt.model.motion.law import fold_to_half
 
 NAME = "poly56789"
 TITLE = "5-6-7-8-9 polynomial"
@@ -17,7 +17,7 @@ BREAKS = (0.0, 1.0)
 
 
 def displacement(x: ArrayLike) -> FloatArray:
-    near, mirrored = folded(x)
+    near, mirrored = fold_to_half(x)
     s = near**5 * (126.0 + near * (-420.0 + near * (540.0 + near * (-315.0 + 70.0 * near))))
     return np.where(mirrored, 1.0 - s, s)
 

@@ -27,16 +27,16 @@ from numpy.typing import ArrayLike
 from camopt.core.numerics import FloatArray
 from camopt.model.motion.law import ByOrder
 
-HIGHEST = 12  # degree: the panels of a motion hold it without an error
+HIGHEST_DEGREE = 12  # degree: the panels of a motion hold it without an error
 
 
 @dataclass(frozen=True)
 class PolynomialLaw(ByOrder):
     """The polynomial of least degree with the given s, s', s'', … at x = 0 (``start``) and at x = 1 (``end``).
 
-    Any number of conditions at either end, ``HIGHEST`` + 1 in all at most; s(1) may be any number. The Bernstein
-    coefficients follow from the conditions without a system of equations, in rational numbers, and are rounded
-    once. In this form a derivative that is zero at an end keeps all its digits near it.
+    Any number of conditions at either end, ``HIGHEST_DEGREE`` + 1 in all at most; s(1) may be any number. The
+    Bernstein coefficients follow from the conditions without a system of equations, in rational numbers, and are
+    rounded once. In this form a derivative that is zero at an end keeps all its digits near it.
     """
 
     NAME: str
@@ -51,18 +51,18 @@ class PolynomialLaw(ByOrder):
         return len(self.start) + len(self.end) - 1
 
     @cached_property
-    def _terms(self) -> list[FloatArray]:
+    def _bernstein_terms(self) -> list[FloatArray]:
         """Of s and its first three derivatives: the factors of xᵏ(1 − x)ⁿ⁻ᵏ for k = 0 … n."""
-        before = _bernstein(self.start, self.degree)
-        after = _bernstein([(-1.0) ** k * value for k, value in enumerate(self.end)], self.degree)
+        before = _end_bernstein(self.start, self.degree)
+        after = _end_bernstein([(-1.0) ** k * value for k, value in enumerate(self.end)], self.degree)
         values, found = [*before, *reversed(after)], []
         for degree in range(self.degree, self.degree - 4, -1):
             found.append(np.array([comb(degree, k) * value for k, value in enumerate(values)], dtype=float))
             values = [degree * (b - a) for a, b in pairwise(values)]
         return found
 
-    def _at(self, x: ArrayLike, order: int) -> FloatArray:
-        x, terms = np.asarray(x, dtype=float)[..., None], self._terms[order]
+    def _derivative(self, x: ArrayLike, order: int) -> FloatArray:
+        x, terms = np.asarray(x, dtype=float)[..., None], self._bernstein_terms[order]
         power = np.arange(terms.size)
         return np.asarray((terms * x**power * (1.0 - x) ** power[::-1]).sum(axis=-1))
 
@@ -79,7 +79,7 @@ poly8 = PolynomialLaw(
 )
 
 
-def _bernstein(derivatives: Iterable[float], degree: int) -> list[Fraction]:
+def _end_bernstein(derivatives: Iterable[float], degree: int) -> list[Fraction]:
     """The first Bernstein coefficients, as many as derivatives at x = 0: Δᵏb₀ = s⁽ᵏ⁾(0)·(n − k)!/n!."""
     steps = [Fraction(value) / perm(degree, k) for k, value in enumerate(derivatives)]
     return [sum((comb(j, k) * steps[k] for k in range(j + 1)), Fraction(0)) for j in range(len(steps))]

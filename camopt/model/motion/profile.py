@@ -18,7 +18,7 @@ from typing import NamedTuple
 TOUCHING_SHARE = 1e-9  # of the radii: what touches but for rounding, touches
 
 
-class Unfit(ValueError):
+class ProfileFault(ValueError):
     """The fault of an element (its number from 1), or of all of them (0)."""
 
     def __init__(self, number: int, why: str) -> None:
@@ -27,7 +27,7 @@ class Unfit(ValueError):
         self.why = why
 
 
-class GivenElement(NamedTuple):
+class ElementSpec(NamedTuple):
     """An arc or line as it is given."""
 
     radius: float | None
@@ -36,21 +36,21 @@ class GivenElement(NamedTuple):
     """None: where it touches both neighbours."""
 
 
-class Joint(NamedTuple):
+class ProfileJoint(NamedTuple):
     """A point of the profile, and the outward normal there."""
 
     point: complex
     normal: complex
 
 
-class PlacedElement(NamedTuple):
+class ProfilePiece(NamedTuple):
     """An element in its place, from joint to joint."""
 
     radius: float | None
     centre: complex
     """Of a line the foot of the normal through the axis."""
-    start: Joint
-    end: Joint
+    start: ProfileJoint
+    end: ProfileJoint
 
     @property
     def sweep(self) -> float:
@@ -59,12 +59,12 @@ class PlacedElement(NamedTuple):
             return 0.0
         if self.start is self.end:
             return 2 * pi
-        return _turn(self.start.normal, self.end.normal, self.radius > 0.0)
+        return _turn_between(self.start.normal, self.end.normal, self.radius > 0.0)
 
     @property
     def height(self) -> float:
         """Distance of a line from the axis, along its normal."""
-        return _height(self.start.point, self.start.normal)
+        return _height_along(self.start.point, self.start.normal)
 
     @property
     def is_concentric(self) -> bool:
@@ -82,11 +82,11 @@ class PlacedElement(NamedTuple):
         if self.is_concentric:
             return [self.radius]
         away = self.centre / abs(self.centre)
-        return [_height(self.centre, n) + self.radius for n in (away, -away) if self._has(n)]
+        return [_height_along(self.centre, n) + self.radius for n in (away, -away) if self._contains_normal(n)]
 
-    def _has(self, normal: complex) -> bool:
+    def _contains_normal(self, normal: complex) -> bool:
         """Whether the arc has this normal, but for rounding."""
-        turned = abs(_turn(self.start.normal, normal, self.sweep > 0.0))
+        turned = abs(_turn_between(self.start.normal, normal, self.sweep > 0.0))
         return turned <= abs(self.sweep) + TOUCHING_SHARE or turned >= 2 * pi - TOUCHING_SHARE
 
 
@@ -95,18 +95,18 @@ def phase(z: complex) -> float:
     return atan2(z.imag, z.real)
 
 
-def _height(point: complex, normal: complex) -> float:
+def _height_along(point: complex, normal: complex) -> float:
     """The distance of a point along a normal."""
     return (point * normal.conjugate()).real
 
 
-def _turn(start: complex, end: complex, forward: bool) -> float:
+def _turn_between(start: complex, end: complex, forward: bool) -> float:
     """The angle from one direction to another, rad: in (0, 2π], or in [−2π, 0) if not forward."""
     angle = phase(end / start)
     return angle % (2 * pi) if forward else -(-angle % (2 * pi))
 
 
-def parts_of(elements: Sequence[GivenElement]) -> list[PlacedElement]:
+def place_elements(elements: Sequence[ElementSpec]) -> list[ProfilePiece]:
     """The elements in their places.
 
     Raises
@@ -115,64 +115,66 @@ def parts_of(elements: Sequence[GivenElement]) -> list[PlacedElement]:
         If no tangent arc or line is there, two arcs do not touch, or the elements do not go round once.
     """
     if len(elements) == 1:
-        return [_eccentric(elements[0])]
-    fixed = [_fixed(elements, k) for k in range(len(elements))]
-    joints = [_joint(elements, fixed, k) for k in range(len(elements))]
+        return [_eccentric_circle(elements[0])]
+    fixed = [_arc_centre(elements, k) for k in range(len(elements))]
+    joints = [_element_joint(elements, fixed, k) for k in range(len(elements))]
     parts = []
     for k, element in enumerate(elements):
         start, end = joints[k - 1][1], joints[k][0]
-        centre = fixed[k] if element.radius is not None else _height(start.point, start.normal) * start.normal
+        centre = fixed[k] if element.radius is not None else _height_along(start.point, start.normal) * start.normal
         assert centre is not None
-        parts.append(PlacedElement(element.radius, centre, start, end))
+        parts.append(ProfilePiece(element.radius, centre, start, end))
     if round(sum(part.sweep for part in parts) / (2 * pi)) != 1:
-        raise Unfit(0, "the elements do not go round the cam once")
+        raise ProfileFault(0, "the elements do not go round the cam once")
     return parts
 
 
-def _eccentric(element: GivenElement) -> PlacedElement:
+def _eccentric_circle(element: ElementSpec) -> ProfilePiece:
     """One circle, from where it is nearest to the axis."""
     radius, centre = element.radius, element.centre
     if radius is None or centre is None or radius < 0.0:
-        raise Unfit(1, "a profile of one element is an arc with its centre (x, y) and a radius above 0")
+        raise ProfileFault(1, "a profile of one element is an arc with its centre (x, y) and a radius above 0")
     if abs(centre) <= TOUCHING_SHARE * radius:
-        raise Unfit(1, "a circle about the cam's axis moves nothing")
+        raise ProfileFault(1, "a circle about the cam's axis moves nothing")
     normal = -centre / abs(centre)
-    joint = Joint(centre + radius * normal, normal)
-    return PlacedElement(radius, centre, joint, joint)
+    joint = ProfileJoint(centre + radius * normal, normal)
+    return ProfilePiece(radius, centre, joint, joint)
 
 
-def _fixed(elements: Sequence[GivenElement], k: int) -> complex | None:
+def _arc_centre(elements: Sequence[ElementSpec], k: int) -> complex | None:
     """The centre of an arc, given or computed; None for a line."""
     element = elements[k]
     if element.radius is None or element.centre is not None:
         return element.centre
-    (r1, c1), (r2, c2) = _neighbours(elements, k)
+    (r1, c1), (r2, c2) = _neighbour_arcs(elements, k)
     a, b, apart = r1 - element.radius, r2 - element.radius, abs(c2 - c1)
     if not (apart > 0.0 and a * b != 0.0 and -1.0 < (cosine := (a * a + b * b - apart**2) / (2 * a * b)) < 1.0):
-        raise Unfit(k + 1, "no arc of this radius touches both neighbours")
+        raise ProfileFault(k + 1, "no arc of this radius touches both neighbours")
     forward = 1.0 if element.radius > 0.0 else -1.0
     turn = complex(cosine, forward * sqrt((1.0 - cosine) * (1.0 + cosine)))
     normal = (c2 - c1) / (a - b * turn)
     return c1 + a * normal / abs(normal)
 
 
-def _neighbours(elements: Sequence[GivenElement], k: int) -> list[tuple[float, complex]]:
+def _neighbour_arcs(elements: Sequence[ElementSpec], k: int) -> list[tuple[float, complex]]:
     """Radius and centre of the arcs before and after an element that has to touch both."""
     found = []
     for other in (elements[k - 1], elements[(k + 1) % len(elements)]):
         if other.radius is None or other.centre is None:
-            raise Unfit(k + 1, "it touches its neighbours, which have to be arcs with centres (x, y)")
+            raise ProfileFault(k + 1, "it touches its neighbours, which have to be arcs with centres (x, y)")
         found.append((other.radius, other.centre))
     return found
 
 
-def _joint(elements: Sequence[GivenElement], centres: Sequence[complex | None], k: int) -> tuple[Joint, Joint]:
+def _element_joint(
+    elements: Sequence[ElementSpec], centres: Sequence[complex | None], k: int
+) -> tuple[ProfileJoint, ProfileJoint]:
     """The end of an element and the start of the next: the same point apart from rounding."""
     after = (k + 1) % len(elements)
     if elements[k].radius is None:
-        return _on_line(elements, k)[1:] * 2
+        return _line_ends(elements, k)[1:] * 2
     if elements[after].radius is None:
-        return _on_line(elements, after)[:1] * 2
+        return _line_ends(elements, after)[:1] * 2
     (r1, c1), (r2, c2) = ((elements[j].radius, centres[j]) for j in (k, after))
     assert r1 is not None
     assert r2 is not None
@@ -180,26 +182,26 @@ def _joint(elements: Sequence[GivenElement], centres: Sequence[complex | None], 
     assert c2 is not None
     apart, gap = abs(c2 - c1), abs(abs(c2 - c1) - abs(r1 - r2))
     if apart <= TOUCHING_SHARE * (abs(r1) + abs(r2)):
-        raise Unfit(after + 1, "has the centre of the arc before it: they are one circle, or never touch")
+        raise ProfileFault(after + 1, "has the centre of the arc before it: they are one circle, or never touch")
     if gap > TOUCHING_SHARE * (abs(r1) + abs(r2)):
         why = f"does not touch the arc before it, by {gap:.3g} mm; one of them may leave its centre out (x, y)"
-        raise Unfit(after + 1, why)
+        raise ProfileFault(after + 1, why)
     normal = (c2 - c1) / apart * (1.0 if r1 > r2 else -1.0)
-    return Joint(c1 + r1 * normal, normal), Joint(c2 + r2 * normal, normal)
+    return ProfileJoint(c1 + r1 * normal, normal), ProfileJoint(c2 + r2 * normal, normal)
 
 
-def _on_line(elements: Sequence[GivenElement], k: int) -> tuple[Joint, Joint]:
+def _line_ends(elements: Sequence[ElementSpec], k: int) -> tuple[ProfileJoint, ProfileJoint]:
     """The ends of a line."""
-    (r1, c1), (r2, c2) = _neighbours(elements, k)
+    (r1, c1), (r2, c2) = _neighbour_arcs(elements, k)
     square = abs(c2 - c1) ** 2 - (r1 - r2) ** 2
     if not square > 0.0:
-        raise Unfit(k + 1, "no line touches both neighbours: one is inside the other")
+        raise ProfileFault(k + 1, "no line touches both neighbours: one is inside the other")
     normal = (c2 - c1) / complex(r1 - r2, sqrt(square))
     normal /= abs(normal)
-    return Joint(c1 + r1 * normal, normal), Joint(c2 + r2 * normal, normal)
+    return ProfileJoint(c1 + r1 * normal, normal), ProfileJoint(c2 + r2 * normal, normal)
 
 
-def least_radius(parts: Sequence[PlacedElement]) -> float:
+def least_radius(parts: Sequence[ProfilePiece]) -> float:
     """The least radius of a profile, mm.
 
     Raises
@@ -209,6 +211,6 @@ def least_radius(parts: Sequence[PlacedElement]) -> float:
     """
     least = min((height for part in parts for height in part.heights()), key=abs)
     if least <= 0.0:
-        raise Unfit(0, "the axis of the cam (0, 0) is outside the profile")
+        raise ProfileFault(0, "the axis of the cam (0, 0) is outside the profile")
     base = [part.radius for part in parts if part.is_concentric and part.radius is not None]
     return next((radius for radius in base if abs(radius - least) <= TOUCHING_SHARE * least), least)

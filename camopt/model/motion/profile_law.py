@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.taylor import Series, Taylor
-from camopt.model.motion.contact import ProfileContact, Stand
 from camopt.model.motion.law import BySeries
 from camopt.model.motion.load import ExternalLoad
-from camopt.model.motion.profile import Joint, PlacedElement, Unfit, least_radius, phase
+from camopt.model.motion.profile import ProfileFault, ProfileJoint, ProfilePiece, least_radius, phase
+from camopt.model.motion.profile_contact import JointPosition, ProfileContact
 from camopt.model.motion.programme import Programme
-from camopt.model.motion.stroke import ALL_STROKES, DWELL, AsGiven, Stroke
+from camopt.model.motion.stroke import ALL_STROKES, DWELL, ExactNumbers, Stroke
 
 STATE_ORDERS = 4  # y and its first three derivatives
 LEAST_LIFT = 1e-6  # of the largest position: a lift of which rounding leaves enough digits
@@ -56,7 +56,7 @@ class ProfileLaw(BySeries):
             return self.contact.on_line(self.distance, angle)
         return self.contact.on_arc(self.radius, self.distance, angle)
 
-    def _up_to(self, x: ArrayLike, order: int) -> list[FloatArray]:
+    def _derivatives_to_order(self, x: ArrayLike, order: int) -> list[FloatArray]:
         x, turn = np.asarray(x, dtype=float), radians(self.turn)
         rates = (turn, *(0.0,) * (STATE_ORDERS - 2))
         start = self.position(Taylor([self.first])).terms[0]
@@ -76,8 +76,8 @@ class ProfileLaw(BySeries):
         return bool(np.isfinite(found.terms).all())
 
 
-def programme_on(
-    parts: Sequence[PlacedElement], contact: ProfileContact, load: ExternalLoad | None = None
+def programme_on_profile(
+    parts: Sequence[ProfilePiece], contact: ProfileContact, load: ExternalLoad | None = None
 ) -> Programme:
     """The turn of a follower on a profile.
 
@@ -87,8 +87,8 @@ def programme_on(
         If the axis is outside, the follower bridges a hollow flank, would jump, or could not be driven by it.
     """
     least = least_radius(parts)
-    stands = [_stands(part, contact, k) for k, part in enumerate(parts, start=1)]
-    lowest = contact.at(Joint(complex(least), 1.0 + 0.0j)).position
+    stands = [_position_on_piece(part, contact, k) for k, part in enumerate(parts, start=1)]
+    lowest = contact.position_at_joint(ProfileJoint(complex(least), 1.0 + 0.0j)).position
     farthest = max(abs(stand.position) for stand in stands)
     levels = [stand.position - lowest for stand in stands]
     levels = [0.0 if abs(level) <= LEAST_DROP * farthest else level for level in levels]
@@ -96,16 +96,18 @@ def programme_on(
     for k, (part, stand) in enumerate(zip(parts, stands, strict=True), start=1):
         turn = degrees((stands[k % len(parts)].turned - stand.turned) % (2 * pi)) or 360.0
         start = strokes[-1].end if strokes else 0.0
-        strokes.append(_stroke(part, contact, stand.turned, turn, start, levels[k - 1], levels[k % len(parts)]))
+        strokes.append(
+            _piece_stroke(part, contact, stand.turned, turn, start, levels[k - 1], levels[k % len(parts)])
+        )
         law = strokes[-1].law
         if isinstance(law, ProfileLaw) and not law.is_steady:
-            raise Unfit(k, TOO_STEEP)
+            raise ProfileFault(k, TOO_STEEP)
     if round(strokes[-1].end / (2 * pi)) != 1:
-        raise Unfit(0, "the follower does not go round the cam once")
+        raise ProfileFault(0, "the follower does not go round the cam once")
     radii = tuple(inf if part.radius is None else part.radius + contact.radius for part in parts)
     programme = Programme(tuple(strokes), load, levels[0], radii)
     if programme.lift <= LEAST_LIFT * farthest:
-        raise Unfit(0, "the arcs are one circle about the cam's axis but for a millionth: nothing moves")
+        raise ProfileFault(0, "the arcs are one circle about the cam's axis but for a millionth: nothing moves")
     return programme
 
 
@@ -115,30 +117,32 @@ TOO_STEEP = (
 )
 
 
-def _stands(part: PlacedElement, contact: ProfileContact, number: int) -> Stand:
+def _position_on_piece(part: ProfilePiece, contact: ProfileContact, number: int) -> JointPosition:
     """The position of a follower at the start of an element, if it has one."""
     if part.radius is None or part.radius < 0.0:
         what = "a line" if part.radius is None else "a hollow flank"
         if contact.is_flat:
-            raise Unfit(number, f"a flat face jumps over {what}: only arcs with a radius above 0 move it smoothly")
+            raise ProfileFault(
+                number, f"a flat face jumps over {what}: only arcs with a radius above 0 move it smoothly"
+            )
         if part.radius is not None and part.radius + contact.radius >= 0.0:
             why = f"the follower bridges this hollow flank: its radius ({contact.radius:g}) is too large for it"
-            raise Unfit(number, why)
-    stand = contact.at(part.start)
+            raise ProfileFault(number, why)
+    stand = contact.position_at_joint(part.start)
     if not stand.lead > cos(radians(STEEPEST_JOINT)) * (not contact.is_flat):
-        raise Unfit(number, TOO_STEEP)
+        raise ProfileFault(number, TOO_STEEP)
     return stand
 
 
-def _stroke(
-    part: PlacedElement, contact: ProfileContact, turned: float, turn: float, start: float, low: float, high: float
+def _piece_stroke(
+    part: ProfilePiece, contact: ProfileContact, turned: float, turn: float, start: float, low: float, high: float
 ) -> Stroke:
     """The stroke of the follower on an element; on an arc about the axis it rests."""
     if part.is_concentric:
-        return Stroke(DWELL, None, start, radians(turn), low, low, AsGiven(turn, 0.0, angular=False))
+        return Stroke(DWELL, None, start, radians(turn), low, low, ExactNumbers(turn, 0.0, angular=False))
     if part.radius is None:
         radius, distance, towards = None, part.height + contact.radius, part.start.normal
     else:
         radius, distance, towards = part.radius + contact.radius, abs(part.centre), part.centre
     law = ProfileLaw(contact, radius, distance, turned - phase(towards), turn)
-    return Stroke(ALL_STROKES, law, start, radians(turn), low, high, AsGiven(turn, high - low, angular=False))
+    return Stroke(ALL_STROKES, law, start, radians(turn), low, high, ExactNumbers(turn, high - low, angular=False))

@@ -18,19 +18,20 @@ from camopt.core.numerics.piecewise import (
     carried_series,
     groups_of,
     load_series,
-    node_values,
+    panel_end_values,
     places_of_sign_change,
-    ranges,
+    table_ranges,
 )
-from camopt.core.numerics.quadrature import gauss
-from camopt.core.numerics.stable import matrix_product
+from camopt.core.numerics.quadrature import gauss_rule
+from camopt.core.numerics.stable_functions import matrix_product
 from camopt.core.numerics.state import State
 from camopt.model.motion import LAWS
-from camopt.model.motion.installed import InstalledLaw
-from camopt.model.motion.joints import with_moves
+from camopt.model.motion.installed_laws import InstalledLaw
 from camopt.model.motion.law import Law
+from camopt.model.motion.law_panels import cut_breaks, stroke_coefficients, turning_points
 from camopt.model.motion.load import ExternalLoad, TrainLoad
-from camopt.model.motion.segments import GivenSegment, strokes_from
+from camopt.model.motion.move_joints import join_moves
+from camopt.model.motion.segments import MotionSegment, build_strokes
 from camopt.model.motion.spline import SplineLaw
 from camopt.model.motion.stroke import (
     ALL_STROKES,
@@ -42,9 +43,8 @@ from camopt.model.motion.stroke import (
     RISE,
     WAY_OF,
     Stroke,
-    way_of,
+    motion_ways,
 )
-from camopt.model.motion.table import cut_at, stroke_coefficients, turnings
 
 TURN_PANELS = 24
 LEAST_JUMP = 1e-9  # jumps below this share of the largest value in the turn are rounding
@@ -77,7 +77,7 @@ class Programme:
     radii: tuple[float, ...] = ()
     """Of a cam that is given by its profile: of the arcs of the pitch curve (of a flat face: of the profile), mm;
     below 0 where hollow, infinite for a line."""
-    asked: "Programme | None" = None
+    tool_programme: "Programme | None" = None
     """The motion of the tool that the follower drives through a train, if there is one; without loads."""
     given_at_follower: bool = False
     """Whether that of the follower is the one that is given, and the tool's follows from it."""
@@ -87,38 +87,38 @@ class Programme:
     @property
     def tool(self) -> "Programme":
         """The motion that is asked: that of the tool, or without a train of the follower itself."""
-        return self.asked or self
+        return self.tool_programme or self
 
     @property
-    def given(self) -> "Programme":
+    def given_programme(self) -> "Programme":
         """The motion that is given: that of the tool, or of the follower itself, without what a train brings."""
-        if self.asked is None:
+        if self.tool_programme is None:
             return self
-        return replace(self, asked=None, load=None) if self.given_at_follower else self.asked
+        return replace(self, tool_programme=None, load=None) if self.given_at_follower else self.tool_programme
 
     @classmethod
     def from_segments(
         cls,
-        segments: Sequence[GivenSegment | tuple[str, float, float, str | None]],
+        segments: Sequence[MotionSegment | tuple[str, float, float, str | None]],
         *,
         angular: bool,
         laws: Mapping[str, Law] = LAWS,
         load: ExternalLoad | TrainLoad | None = None,
     ) -> "Programme":
         """From segments as they are given; those of no length drop out. Displacements are in deg if ``angular``."""
-        start, strokes = strokes_from([GivenSegment(*each) for each in segments], angular=angular, laws=laws)
-        return cls(with_moves(strokes), load, start).on_base_circle()
+        start, strokes = build_strokes([MotionSegment(*each) for each in segments], angular=angular, laws=laws)
+        return cls(join_moves(strokes), load, start).on_base_circle()
 
     def with_laws(self, rise: Law | None, fall: Law | None) -> "Programme":
         """The same turn with other laws on its rises and returns (None keeps them)."""
         chosen = {RISE: rise, RETURN: fall}
         strokes = [replace(s, law=chosen.get(s.kind) or s.law) for s in self.strokes]
-        return replace(self, strokes=with_moves(strokes)).on_base_circle()
+        return replace(self, strokes=join_moves(strokes)).on_base_circle()
 
     @cached_property
-    def reversed(self) -> "Programme":
+    def reversed_programme(self) -> "Programme":
         """The turn with the displacement lift − y, without loads and train: that of a second disc of a pair."""
-        strokes = tuple(each.reversed(self.lift) for each in self.strokes)
+        strokes = tuple(each.reversed_stroke(self.lift) for each in self.strokes)
         return Programme(strokes, start=(self.lift - self.strokes[0].low) / self.unit, reverse_of=self)
 
     def on_base_circle(self) -> "Programme":
@@ -141,14 +141,14 @@ class Programme:
         return "+".join(dict.fromkeys(s.law.NAME for s in self.tool.strokes if s.kind == kind and s.law))
 
     @property
-    def sampled(self) -> bool:
+    def has_sampled_law(self) -> bool:
         """Whether a law comes from the points of a table or the functions of a package: unknown between."""
         return any(isinstance(s.law, SplineLaw | InstalledLaw) and s.law.sampled for s in self.tool.strokes)
 
     @property
     def monotone(self) -> bool:
         """Whether the follower turns back only between strokes."""
-        return not any(s.law and (s.is_move or turnings(s.law, TURN_PANELS)) for s in self.strokes)
+        return not any(s.law and (s.is_move or turning_points(s.law, TURN_PANELS)) for s in self.strokes)
 
     @property
     def lift(self) -> float:
@@ -160,11 +160,11 @@ class Programme:
         """The lowest and the highest displacement of the turn, mm (rad): where strokes end, or turn back."""
         found = [y for stroke in self.strokes for y in (stroke.low, stroke.high)]
         for stroke in self.strokes:
-            if stroke.law is not None and (places := turnings(stroke.law, TURN_PANELS)):
+            if stroke.law is not None and (places := turning_points(stroke.law, TURN_PANELS)):
                 found += (stroke.low + stroke.size * stroke.law.displacement(np.array(places))).tolist()
         return min(found), max(found)
 
-    def has(self, kinds: int) -> bool:
+    def has_kinds(self, kinds: int) -> bool:
         """Whether any piece of the turn has one of some kinds, or moves in one of some ways."""
         return bool(self.kinds & kinds)
 
@@ -176,7 +176,7 @@ class Programme:
     @cached_property
     def table(self) -> MotionTable:
         """The programme as panel polynomials."""
-        return _table(self)
+        return _build_table(self)
 
     @property
     def starts(self) -> FloatArray:
@@ -187,7 +187,7 @@ class Programme:
     @cached_property
     def jumps(self) -> tuple[Jump, ...]:
         """Where y' or y'' is discontinuous, the end of the turn joined to its start."""
-        return tuple(jumps_of(self, (1, 2)))
+        return tuple(find_jumps(self, (1, 2)))
 
     @cached_property
     def unseen_jump(self) -> float:
@@ -211,7 +211,7 @@ class Programme:
         """Jumps of y': the acceleration there is an impulse, the pitch curve has a corner."""
         return tuple(j for j in self.jumps if j.order == 1)
 
-    def at(self, angles: FloatArray, order: int = 3) -> FloatArray:
+    def motion_at(self, angles: FloatArray, order: int = 3) -> FloatArray:
         """(y, y', y'', y''') up to an order at cam angles (rad), one row each, from the laws themselves."""
         angles = np.asarray(angles, dtype=float)
         out = np.zeros((order + 1, *angles.shape))
@@ -224,14 +224,14 @@ class Programme:
 
     def state(self, angles: FloatArray) -> State:
         """The state of the follower at the given cam angles, which curves take."""
-        motion = self.at(angles)
-        load = None if self.load is None else self.load.state(angles, motion, way_of(self.kinds_at(angles)))
+        motion = self.motion_at(angles)
+        load = None if self.load is None else self.load.state(angles, motion, motion_ways(self.kinds_at(angles)))
         y, y1, y2, y3 = motion
         return State(y, y1, y2, y3, load)
 
     def least_speed(self, sense: float) -> float:
         """The least y' of the turn, or with a sense of −1 of the turn the other way."""
-        return min(sense * speed for speed in span(self, (0, 1), ALL_STROKES))
+        return min(sense * speed for speed in weighted_range(self, (0, 1), ALL_STROKES))
 
     def panels_of(self, kinds: int) -> BoolArray:
         """The panels of the table in pieces of some kinds, or of some ways."""
@@ -241,7 +241,7 @@ class Programme:
         """The kinds of the pieces at cam angles, and the ways in which the follower moves there."""
         return np.asarray(self.table.kind[np.searchsorted(self.starts[1:], angles, side="right")])
 
-    def one_sided(self, angles: FloatArray, kinds: int) -> FloatArray:
+    def one_sided_angles(self, angles: FloatArray, kinds: int) -> FloatArray:
         """The cam angles just before and just after the given ones, (2, …), for both one-sided values at a jump.
 
         All lie in pieces of the given kinds: an angle that does not becomes that of the other side, or else the
@@ -259,16 +259,16 @@ class Programme:
     def cuts(self, stroke: Stroke) -> tuple[float, ...]:
         """Where the motion turns back or the load has a corner, as shares of a stroke; those outside it too."""
         corners = tuple((angle - stroke.start) / stroke.angle for angle in (self.load.angles if self.load else ()))
-        return corners if stroke.law is None else (*turnings(stroke.law, TURN_PANELS), *corners)
+        return corners if stroke.law is None else (*turning_points(stroke.law, TURN_PANELS), *corners)
 
 
 @lru_cache(maxsize=512)
-def _table(programme: Programme) -> MotionTable:
+def _build_table(programme: Programme) -> MotionTable:
     rows, centres, halves, pieces, kinds = [], [], [], [0], []
     numbers: list[IntArray] = []
     for stroke in programme.strokes:
         if stroke.law is None:
-            ends = np.array(cut_at((0.0, 1.0), programme.cuts(stroke)))
+            ends = np.array(cut_breaks((0.0, 1.0), programme.cuts(stroke)))
             counts: tuple[int, ...] = (1,) * (len(ends) - 1)
             coefficients = np.zeros((len(counts), TABLE_DEGREE + 1))
         else:
@@ -286,11 +286,11 @@ def _table(programme: Programme) -> MotionTable:
         numbers.append(np.full(len(row), len(numbers), dtype=np.int64))
         for count, way in zip(counts, ways, strict=True):
             pieces.append(pieces[-1] + count)
-            kinds.append(_kind(stroke, way) | way)
+            kinds.append(_piece_kind(stroke, way) | way)
     coefficients, centre, half_width = np.concatenate(rows), np.concatenate(centres), np.concatenate(halves)
     first_panel, number = np.array(pieces), np.concatenate(numbers)
     group = groups_of(first_panel)
-    low, high, most, error = ranges(coefficients, half_width, number, group)
+    low, high, most, error = table_ranges(coefficients, half_width, number, group)
     table = MotionTable(
         coefficients,
         centre,
@@ -305,16 +305,16 @@ def _table(programme: Programme) -> MotionTable:
         error,
         None,
     )
-    table = table._replace(nodes=node_values(table, first_panel))
-    return table if programme.load is None else table._replace(load=programme.load.tabulated(table, number))
+    table = table._replace(nodes=panel_end_values(table, first_panel))
+    return table if programme.load is None else table._replace(load=programme.load.panel_table(table, number))
 
 
-def _kind(stroke: Stroke, way: int) -> int:
+def _piece_kind(stroke: Stroke, way: int) -> int:
     """The kind of a piece of a stroke: that of the stroke, or for a move, that of its direction."""
     return next(kind for kind in WAY_OF if WAY_OF[kind] == way) if stroke.is_move else stroke.kind
 
 
-def jumps_of(programme: Programme, orders: Sequence[int]) -> list[Jump]:
+def find_jumps(programme: Programme, orders: Sequence[int]) -> list[Jump]:
     """Where derivatives of some orders are discontinuous: of a piece the first of them alone."""
     table = programme.table
     pieces = np.arange(table.kind.size)
@@ -333,14 +333,14 @@ def jumps_of(programme: Programme, orders: Sequence[int]) -> list[Jump]:
     return found
 
 
-def peak(programme: Programme, order: int, kinds: int) -> float:
+def derivative_peak(programme: Programme, order: int, kinds: int) -> float:
     """Largest |derivative of that order| over the strokes of the given kinds, by cam angle.
 
     Infinite where a lower derivative jumps in one of them or at its ends.
     """
     if any(j.order < order and j.kinds & kinds for j in programme.jumps):
         return inf
-    least, largest = span(programme, (0.0,) * order + (1.0,), kinds)
+    least, largest = weighted_range(programme, (0.0,) * order + (1.0,), kinds)
     return max(-least, largest, 0.0)
 
 
@@ -348,7 +348,7 @@ USUAL_ORDERS = 4  # up to the jerk: all are made at once, for one is seldom aske
 
 
 @lru_cache(maxsize=4096)
-def span(
+def weighted_range(
     programme: Programme, weights: tuple[float, ...], kinds: int, load: float = 0.0, carried: float = 0.0
 ) -> tuple[float, float]:
     """Least and largest value of w₀·y + w₁·y' + w₂·y'' + … over the strokes of the given kinds.
@@ -357,11 +357,11 @@ def span(
     extremes of each panel's polynomial, found from the roots of its derivative; one-sided values at jumps.
     (inf, -inf) if there is no such stroke.
     """
-    found = _derivatives(programme, max(len(weights), USUAL_ORDERS), kinds)
+    found = _derivative_bounds(programme, max(len(weights), USUAL_ORDERS), kinds)
     if found is None:
         return inf, -inf
     factors, terms = np.array((*weights, load, carried)), [*range(len(weights)), -2, -1]
-    series, slope, ends, slopes, bounds = (_summed(factors, each[terms]) for each in found)
+    series, slope, ends, slopes, bounds = (_weighted_sum(factors, each[terms]) for each in found)
     low, high = bounds.min(axis=0), bounds.max(axis=0)
     least, largest, rounding = float(ends.min()), float(ends.max()), OVERSHOOT * max(-low.min(), high.max())
     turning = (slopes.min(axis=0) < 0) & (slopes.max(axis=0) > 0)  # the others have no extreme inside,
@@ -371,7 +371,7 @@ def span(
 
 
 @lru_cache(maxsize=256)
-def _derivatives(programme: Programme, orders: int, kinds: int) -> tuple[FloatArray, ...] | None:
+def _derivative_bounds(programme: Programme, orders: int, kinds: int) -> tuple[FloatArray, ...] | None:
     """Of y, y', y'' …, load and inertia on the panels of some kinds: coefficients, slopes', ends, bounds of both.
 
     Each is (orders + 2, …, panels), but for ends, (orders + 2, panels, 2). Bounds are Bernstein coefficients, those
@@ -394,7 +394,7 @@ def _derivatives(programme: Programme, orders: int, kinds: int) -> tuple[FloatAr
     return series, slope, ends, *(np.moveaxis(each, 1, 0) for each in bounds)
 
 
-def _summed(factors: FloatArray, terms: FloatArray) -> FloatArray:
+def _weighted_sum(factors: FloatArray, terms: FloatArray) -> FloatArray:
     """The sum of terms (orders + 1, …), each times its factor."""
     used = np.flatnonzero(factors)
     return matrix_product(factors[used], terms[used])
@@ -408,7 +408,7 @@ def _stationary_values(series: FloatArray, slope: FloatArray) -> list[float]:
 def mean_of_powers(programme: Programme, order: int, power: int) -> float:
     """1/2π·∫ (y⁽ᵏ⁾)ᵖ dθ over the turn, p = 1 or 2; Gauss's rule on each panel, exact for its polynomial."""
     table = programme.table
-    nodes, weights, _ = gauss(table.coefficients.shape[1])
+    nodes, weights, _ = gauss_rule(table.coefficients.shape[1])
     values = polynomial.polyval(nodes, polynomial.polyder(table.coefficients.T, order), tensor=True)
     powers = matrix_product((values / table.half_width[:, None] ** order) ** power, weights) * table.half_width
     return float(powers.sum() / (2 * pi))
@@ -419,13 +419,13 @@ def root_mean_square(programme: Programme, order: int) -> float:
     return sqrt(mean_of_powers(programme, order, 2))
 
 
-def unit_span(law: Law) -> tuple[float, float]:
+def law_range(law: Law) -> tuple[float, float]:
     """Least and largest displacement of a law's unit stroke: 0 and 1, or beyond by more than rounding."""
-    least, largest = span(Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),)), (1.0,), RISE)
+    least, largest = weighted_range(Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),)), (1.0,), RISE)
     return least if least < -OVERSHOOT else 0.0, largest if largest > 1.0 + OVERSHOOT else 1.0
 
 
-PEAKS = {"peak_velocity": 1, "peak_acceleration": 2, "peak_jerk": 3}
+LAW_PEAKS = {"peak_velocity": 1, "peak_acceleration": 2, "peak_jerk": 3}
 
 
 def law_peaks(law: Law) -> dict[str, float | str]:
@@ -436,11 +436,14 @@ def law_peaks(law: Law) -> dict[str, float | str]:
     turn = Programme((rise, rest, fall, replace(rest, start=3.0, low=0.0, high=0.0)))
     jumps = {1: "velocity", 2: "acceleration"}
     lowest = min((jump.order for jump in turn.jumps if jump.kinds & RISE), default=0)
-    return {**{name: peak(turn, order, RISE) for name, order in PEAKS.items()}, "jumps": jumps.get(lowest, "")}
+    return {
+        **{name: derivative_peak(turn, order, RISE) for name, order in LAW_PEAKS.items()},
+        "jumps": jumps.get(lowest, ""),
+    }
 
 
 def peaks_inside(law: Law) -> dict[str, float]:
     """The largest derivatives within a law's unit stroke, without its ends."""
     alone = Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),))
-    spans = {name: span(alone, (0.0,) * order + (1.0,), RISE) for name, order in PEAKS.items()}
+    spans = {name: weighted_range(alone, (0.0,) * order + (1.0,), RISE) for name, order in LAW_PEAKS.items()}
     return {name: max(abs(least), abs(largest)) for name, (least, largest) in spans.items()}

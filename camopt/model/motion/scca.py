@@ -22,23 +22,23 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.stable import angle_minus_sine
-from camopt.model.motion.law import folded
+from camopt.core.numerics.stable_functions import angle_minus_sine
+from camopt.model.motion.law import fold_to_half
 
 Verb = Callable[[FloatArray, float], FloatArray]
 """Of a distance t from the start of a piece and of its length, under an acceleration of 1 at most."""
 
 
-def _wave(length: float) -> float:
+def _quarter_frequency(length: float) -> float:
     """The angular frequency of a quarter sine."""
     return np.pi / 2 / length
 
 
 RAMP: tuple[Verb, ...] = (
-    lambda t, length: angle_minus_sine(_wave(length) * t) / _wave(length) ** 2,
-    lambda t, length: 2.0 * np.sin(_wave(length) / 2 * t) ** 2 / _wave(length),
-    lambda t, length: np.sin(_wave(length) * t),
-    lambda t, length: _wave(length) * np.cos(_wave(length) * t),
+    lambda t, length: angle_minus_sine(_quarter_frequency(length) * t) / _quarter_frequency(length) ** 2,
+    lambda t, length: 2.0 * np.sin(_quarter_frequency(length) / 2 * t) ** 2 / _quarter_frequency(length),
+    lambda t, length: np.sin(_quarter_frequency(length) * t),
+    lambda t, length: _quarter_frequency(length) * np.cos(_quarter_frequency(length) * t),
 )
 CONSTANT: tuple[Verb, ...] = (
     lambda t, _: t * t / 2,
@@ -47,10 +47,12 @@ CONSTANT: tuple[Verb, ...] = (
     lambda t, _: np.zeros_like(t),
 )
 FALL: tuple[Verb, ...] = (
-    lambda t, length: 2.0 * np.sin(_wave(length) / 2 * t) ** 2 / _wave(length) ** 2,
-    lambda t, length: np.sin(_wave(length) * t) / _wave(length),
-    lambda t, length: np.sin(_wave(length) * (length - t)),  # cos: full digits where it passes through zero
-    lambda t, length: -_wave(length) * np.sin(_wave(length) * t),
+    lambda t, length: 2.0 * np.sin(_quarter_frequency(length) / 2 * t) ** 2 / _quarter_frequency(length) ** 2,
+    lambda t, length: np.sin(_quarter_frequency(length) * t) / _quarter_frequency(length),
+    lambda t, length: np.sin(
+        _quarter_frequency(length) * (length - t)
+    ),  # cos: full digits where it passes through zero
+    lambda t, length: -_quarter_frequency(length) * np.sin(_quarter_frequency(length) * t),
 )
 ZERO: tuple[Verb, ...] = (lambda t, _: np.zeros_like(t),) * 4
 
@@ -78,7 +80,7 @@ class SCCALaw:
     SOURCE: str = "the scene"
 
     @cached_property
-    def _half(self) -> list[Quarter]:
+    def _half_pieces(self) -> list[Quarter]:
         """The pieces of the first half that are not empty, scaled so that s is ½ at its end."""
         found, start, s, v = [], 0.0, 0.0, 0.0
         for verbs, share in zip((RAMP, CONSTANT, FALL, ZERO), self.shares, strict=True):
@@ -90,42 +92,42 @@ class SCCALaw:
         return found
 
     @cached_property
-    def _size(self) -> float:
+    def _largest_acceleration(self) -> float:
         """The largest acceleration."""
-        verbs, _, length, s, v = self._half[-1]
+        verbs, _, length, s, v = self._half_pieces[-1]
         return 0.5 / (s + v * length + float(verbs[0](np.array(length), length)))
 
     @cached_property
     def BREAKS(self) -> tuple[float, ...]:  # noqa: N802
-        verbs, _, length, _, _ = self._half[-1]
-        inner = [piece.start for piece in self._half[1:]]
+        verbs, _, length, _, _ = self._half_pieces[-1]
+        inner = [piece.start for piece in self._half_pieces[1:]]
         middle = [0.5] if verbs[2](np.array(length), length) != 0.0 else []
         return (0.0, *inner, *middle, *(1.0 - x for x in reversed(inner)), 1.0)
 
-    def _at(self, near: FloatArray, order: int) -> FloatArray:
+    def _half_derivative(self, near: FloatArray, order: int) -> FloatArray:
         """A derivative on the first half of the stroke."""
         found = np.zeros_like(near)
-        for verbs, start, length, s, v in self._half:
+        for verbs, start, length, s, v in self._half_pieces:
             t = near - start
             before = (s + v * t, v, 0.0, 0.0)[order]
             found = np.where(near < start, found, before + verbs[order](t, length))
-        return self._size * found
+        return self._largest_acceleration * found
 
     def displacement(self, x: ArrayLike, /) -> FloatArray:
-        near, mirrored = folded(x)
-        s = self._at(near, 0)
+        near, mirrored = fold_to_half(x)
+        s = self._half_derivative(near, 0)
         return np.where(mirrored, 1.0 - s, s)
 
     def velocity(self, x: ArrayLike, /) -> FloatArray:
-        return self._at(folded(x)[0], 1)
+        return self._half_derivative(fold_to_half(x)[0], 1)
 
     def acceleration(self, x: ArrayLike, /) -> FloatArray:
-        near, mirrored = folded(x)
-        a = self._at(near, 2)
+        near, mirrored = fold_to_half(x)
+        a = self._half_derivative(near, 2)
         return np.where(mirrored, -a, a)
 
     def jerk(self, x: ArrayLike, /) -> FloatArray:
-        return self._at(folded(x)[0], 3)
+        return self._half_derivative(fold_to_half(x)[0], 3)
 
 
 _NORTON = "Norton, Cam Design and Manufacturing Handbook, ch. 3"

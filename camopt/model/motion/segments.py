@@ -6,7 +6,16 @@ from typing import NamedTuple
 
 from camopt.model.motion.law import Law
 from camopt.model.motion.polynomial import PolynomialLaw
-from camopt.model.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE, AsGiven, AskedValue, Passing, Stroke
+from camopt.model.motion.stroke import (
+    ALL_STROKES,
+    DWELL,
+    RETURN,
+    RISE,
+    ExactNumbers,
+    PassingCondition,
+    RequiredValue,
+    Stroke,
+)
 
 MOVE, CONSTANT_VELOCITY = "move", "constant-velocity"
 SEGMENT_KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL, MOVE: ALL_STROKES, CONSTANT_VELOCITY: ALL_STROKES}
@@ -16,7 +25,7 @@ NO_DWELL = 1e-12  # deg: a shorter dwell is the rounding of the other angles
 SAME_LIFT = 1e-9  # displacements nearer than this share of a stroke are the same but for rounding
 
 
-class GivenSegment(NamedTuple):
+class MotionSegment(NamedTuple):
     """A given segment of the turn: cam angle in deg, displacements in mm, or deg if they are angular."""
 
     segment: str
@@ -25,11 +34,11 @@ class GivenSegment(NamedTuple):
     law: str | None = None
     to: float | None = None
     """The position at its end, in place of the lift."""
-    wanted: tuple[AskedValue, ...] = ()
+    wanted: tuple[RequiredValue, ...] = ()
     """Of a move: what is asked of y', y'' … at its end, by the cam angle in rad."""
     between: tuple[float, float] | None = None
     """Of a move between others: from where to where the position at its end may be, if it is not given."""
-    through: tuple[Passing, ...] = ()
+    through: tuple[PassingCondition, ...] = ()
     """Of a move: what is asked of it on its way, with positions."""
     key: str = ""
     """Of the segment in its scene."""
@@ -40,7 +49,7 @@ class GivenSegment(NamedTuple):
         return LIFT_SIGNS[self.segment] * self.lift
 
 
-def start_position(segments: Sequence[GivenSegment]) -> float:
+def start_position(segments: Sequence[MotionSegment]) -> float:
     """The position at which a turn starts: the last that is given, and the lifts after it; 0 if none is given."""
     position = 0.0
     for segment in segments:
@@ -48,7 +57,7 @@ def start_position(segments: Sequence[GivenSegment]) -> float:
     return position if any(segment.to is not None for segment in segments) else 0.0
 
 
-def lifts_of(segments: Sequence[GivenSegment]) -> list[float]:
+def segment_lifts(segments: Sequence[MotionSegment]) -> list[float]:
     """The change of displacement in each segment."""
     position, found = start_position(segments), []
     for segment in segments:
@@ -57,48 +66,54 @@ def lifts_of(segments: Sequence[GivenSegment]) -> list[float]:
     return found
 
 
-def positions_of(segments: Sequence[GivenSegment]) -> list[float]:
+def segment_positions(segments: Sequence[MotionSegment]) -> list[float]:
     """The position at the start of the turn, and at the end of each segment."""
     found = [start_position(segments)]
-    for change in lifts_of(segments):
+    for change in segment_lifts(segments):
         found.append(found[-1] + change)
     return found
 
 
-def strokes_from(
-    segments: Sequence[GivenSegment], *, angular: bool, laws: Mapping[str, Law]
+def build_strokes(
+    segments: Sequence[MotionSegment], *, angular: bool, laws: Mapping[str, Law]
 ) -> tuple[float, list[Stroke]]:
     """The given position where the turn starts, and its strokes; moves get their laws later (``joints``)."""
     start = start_position(segments)
     strokes: list[Stroke] = []
-    turned, y = 0.0, start * AsGiven(0.0, 0.0, angular).unit
-    for segment, change in zip(segments, lifts_of(segments), strict=True):
+    turned, y = 0.0, start * ExactNumbers(0.0, 0.0, angular).unit
+    for segment, change in zip(segments, segment_lifts(segments), strict=True):
         if segment.angle < NO_DWELL:
             continue
-        through = tuple(_counted(each, start) for each in segment.through)
-        segment = segment._replace(wanted=(_from(start, segment.between), *segment.wanted), through=through)
-        strokes.append(_stroke(segment, AsGiven(segment.angle, change, angular), turned, y, laws))
+        through = tuple(_relative_passing(each, start) for each in segment.through)
+        segment = segment._replace(
+            wanted=(_relative_position(start, segment.between), *segment.wanted), through=through
+        )
+        strokes.append(_segment_stroke(segment, ExactNumbers(segment.angle, change, angular), turned, y, laws))
         turned, y = strokes[-1].end, strokes[-1].high
     return start, strokes
 
 
-def _from(start: float, asked: AskedValue) -> AskedValue:
+def _relative_position(start: float, asked: RequiredValue) -> RequiredValue:
     """A position, or a range of them, relative to another."""
     if asked is None:
         return None
     return (asked[0] - start, asked[1] - start) if isinstance(asked, tuple) else asked - start
 
 
-def _counted(through: Passing, start: float) -> Passing:
+def _relative_passing(through: PassingCondition, start: float) -> PassingCondition:
     """Conditions at cam angles in rad, with positions relative to a given one."""
-    position, *others = through.asked
-    return Passing(radians(through.start), radians(through.end), (_from(start, position), *others))
+    position, *others = through.required_values
+    return PassingCondition(
+        radians(through.start), radians(through.end), (_relative_position(start, position), *others)
+    )
 
 
-def _stroke(segment: GivenSegment, given: AsGiven, start: float, low: float, laws: Mapping[str, Law]) -> Stroke:
+def _segment_stroke(
+    segment: MotionSegment, given: ExactNumbers, start: float, low: float, laws: Mapping[str, Law]
+) -> Stroke:
     change = given.change * given.unit
     high = 0.0 if abs(low + change) <= SAME_LIFT * abs(change) else low + change
-    wanted: tuple[AskedValue, ...] | None = None
+    wanted: tuple[RequiredValue, ...] | None = None
     law: Law | None = None
     if segment.segment == MOVE:
         wanted, law = segment.wanted, laws[segment.law] if segment.law else None

@@ -54,7 +54,7 @@ class SplineLaw(ByOrder):
             knots = knots[1:-1]
         return found
 
-    def _at(self, x: ArrayLike, order: int) -> FloatArray:
+    def _derivative(self, x: ArrayLike, order: int) -> FloatArray:
         """A derivative by de Boor's algorithm: steps between coefficients, which keep the digits."""
         (knots, values), degree, x = self._derivatives[order], self.degree - order, np.asarray(x, dtype=float)
         k = np.clip(np.searchsorted(knots, x, side="right") - 1, degree, values.size - 1)
@@ -67,7 +67,7 @@ class SplineLaw(ByOrder):
         return result
 
 
-class End(Enum):
+class EndCondition(Enum):
     """What the law of a table does at an end; its value is which derivatives are zero there."""
 
     REST = (1, 2)
@@ -84,8 +84,11 @@ class End(Enum):
 
 
 @lru_cache(maxsize=64)
-def tabulated(
-    name: str, x: tuple[float, ...], s: tuple[float, ...], ends: tuple[End, End] = (End.REST, End.REST)
+def fit_table_spline(
+    name: str,
+    x: tuple[float, ...],
+    s: tuple[float, ...],
+    ends: tuple[EndCondition, EndCondition] = (EndCondition.REST, EndCondition.REST),
 ) -> SplineLaw:
     """The quintic spline through the points of a table that has the least mean-square jerk with such ends."""
     from scipy.interpolate import make_interp_spline

@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.taylor import Series, angle_of, direction, root
-from camopt.model.trains.link import NO_COUPLERS, RADIAN, DeadPoint, Force, needed, one_like
-from camopt.model.trains.sketch import Port, Sketch, Standing, bar, sliding
+from camopt.core.numerics.taylor import Series, angle_of, direction, series_root
+from camopt.model.trains.link import NO_COUPLERS, RADIAN, DeadPoint, Force, require_positive, unit_series
+from camopt.model.trains.sketch import LinkSketch, Port, Support, bar, sliding_member
 
-ALONG = "the arm points along the motion of the slide"
+ARM_IN_LINE = "the arm points along the motion of the slide"
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Arm:
     sine: Any
     """Of the start angle, as both formulas take it."""
     couplers = NO_COUPLERS
-    forces = (Force("roller", "joint", one_like, touches=True),)
+    forces = (Force("roller", "joint", unit_series, touches=True),)
 
     @property
     def turns(self) -> tuple[bool, bool]:
@@ -43,7 +43,7 @@ class Arm:
 
     @property
     def ends(self) -> tuple[DeadPoint, DeadPoint]:
-        return DeadPoint(-pi / 2 - self.start, ALONG), DeadPoint(pi / 2 - self.start, ALONG)
+        return DeadPoint(-pi / 2 - self.start, ARM_IN_LINE), DeadPoint(pi / 2 - self.start, ARM_IN_LINE)
 
     def forward(self, given: Series) -> Series:
         cosine, sine = direction(given)
@@ -51,31 +51,31 @@ class Arm:
 
     def backward(self, asked: Series) -> Series:
         sine = asked / self.length + self.sine
-        cosine = root(-((sine - 1.0) * (sine + 1.0)))
+        cosine = series_root(-((sine - 1.0) * (sine + 1.0)))
         return angle_of(cosine * self.cosine + sine * self.sine, sine * self.cosine - cosine * self.sine)
 
     def ratio(self, given: Series) -> Series:
         cosine, sine = direction(given)
         return (cosine * self.cosine - sine * self.sine) * self.length
 
-    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
+    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
         """The arm with its roller, and above it what it lifts; below it what lifts it, which is drawn elsewhere."""
         end = self.length * np.exp(1j * (self.start + given))
         first, roller = complex(rect(self.length, self.start)), 0.035 * size
-        members = [bar((np.zeros_like(end), end)), sliding("roller", np.array([roller]), end)]
-        standing = [Standing("pivot", 0.0)]
+        members = [bar((np.zeros_like(end), end)), sliding_member("roller", np.array([roller]), end)]
+        standing = [Support("pivot", 0.0)]
         if back:
-            return Sketch(members, standing, Port(0.0, -1.0), Port(first - 1j * roller, 1j))
+            return LinkSketch(members, standing, Port(0.0, -1.0), Port(first - 1j * roller, 1j))
         thick, half, travel = 0.03 * size, 0.02 * size, float(np.ptp(asked))
         guide, low, high = 2 * thick + travel, end.real.min() - first.real, end.real.max() - first.real
         top, ends = guide + 0.25 * size, (min(low, 0.0) - roller, max(high, 0.0) + roller)
         face = np.array([ends[0], ends[1], ends[1] + 1j * thick, half + 1j * thick, half + 1j * top])
         face = np.append(face, [-half + 1j * top, -half + 1j * thick, ends[0] + 1j * thick])
-        members.append(sliding("slide", face, first + 1j * (asked + roller)))
+        members.append(sliding_member("slide", face, first + 1j * (asked + roller)))
         place = first + 1j * (roller + float(asked.min()) + guide + 0.07 * size)
-        return Sketch(
+        return LinkSketch(
             members,
-            [*standing, Standing("guide", place, 0.06j * size)],
+            [*standing, Support("guide", place, 0.06j * size)],
             Port(0.0, 1.0),
             Port(first + 1j * (roller + top), 1j),
         )
@@ -89,6 +89,8 @@ def arm(length: Any, angle: Any) -> Arm:
     Unassembled
         If the angle is not between −90 and 90.
     """
-    needed(90.0 - abs(angle), lambda: f"an arm at {angle:g} deg {ALONG.removeprefix('the arm ')}, or beyond")
+    require_positive(
+        90.0 - abs(angle), lambda: f"an arm at {angle:g} deg {ARM_IN_LINE.removeprefix('the arm ')}, or beyond"
+    )
     start = angle * RADIAN
     return Arm(length, start, np.cos(start), np.sin(start))

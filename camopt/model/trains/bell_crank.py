@@ -5,20 +5,20 @@ arm itself; its second arm is the crank.
 """
 
 from camopt.model.trains.crank import crank
-from camopt.model.trains.link import Keys, Link, Stage
-from camopt.model.trains.rocker import driven
+from camopt.model.trains.link import Keys, Link, StageKind
+from camopt.model.trains.rocker import input_links
 
 
-def _links(keys: Keys, turns: bool) -> tuple[Link, ...]:
+def _bell_crank_links(keys: Keys, turns: bool) -> tuple[Link, ...]:
     moved = crank(keys["crank"], keys["coupler"], keys.get("offset", 0.0), keys["angle"])
-    return (*driven(keys, turns), moved)
+    return (*input_links(keys, turns), moved)
 
 
-STAGE = Stage(
+STAGE = StageKind(
     "bell-crank",
     "a bell crank",
     ("crank", "coupler", "angle"),
     ("offset", "input_arm", "input_angle"),
     lambda keys, turns: False,
-    _links,
+    _bell_crank_links,
 )

@@ -18,27 +18,27 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.stable import difference_of_squares_root
-from camopt.core.numerics.taylor import Series, angle_of, direction, quotient, root
+from camopt.core.numerics.stable_functions import difference_of_squares_root
+from camopt.core.numerics.taylor import Series, angle_of, direction, series_quotient, series_root
 from camopt.model.trains.link import (
-    FLAT,
+    FLAT_TOLERANCE,
     RADIAN,
     Bar,
     Coupler,
     DeadPoint,
     Force,
     Vector,
-    acute,
+    acute_angle,
     nearest_ends,
-    needed,
-    one_like,
     position_at,
-    square_to,
+    require_positive,
+    square_direction,
+    unit_series,
 )
-from camopt.model.trains.sketch import Port, Sketch, Standing, bar, sliding
+from camopt.model.trains.sketch import LinkSketch, Port, Support, bar, sliding_member
 
-IN_LINE = "crank and coupler are in line"
-SQUARE = "the coupler is square to the slide"
+CRANK_IN_LINE = "crank and coupler are in line"
+COUPLER_SQUARE = "the coupler is square to the slide"
 
 
 @dataclass(frozen=True)
@@ -61,74 +61,76 @@ class Crank:
     @property
     def ends(self) -> tuple[DeadPoint, DeadPoint]:
         a, b, e = self.crank, self.coupler, self.offset
-        places = [DeadPoint(asin(e / (a + b)), IN_LINE)]
+        places = [DeadPoint(asin(e / (a + b)), CRANK_IN_LINE)]
         if abs(e) <= abs(a - b) and a != b:
-            places.append(DeadPoint(pi - asin(e / (a - b)), IN_LINE))
+            places.append(DeadPoint(pi - asin(e / (a - b)), CRANK_IN_LINE))
         for across in (e + b, e - b):
-            if abs(across) <= a + FLAT * (a + b + abs(e)):
+            if abs(across) <= a + FLAT_TOLERANCE * (a + b + abs(e)):
                 angle = atan2(across, difference_of_squares_root(a, across))
-                places += [DeadPoint(angle, SQUARE), DeadPoint(pi - angle, SQUARE)]
+                places += [DeadPoint(angle, COUPLER_SQUARE), DeadPoint(pi - angle, COUPLER_SQUARE)]
         return nearest_ends(each._replace(at=each.at - self.start) for each in places)
 
     def forward(self, given: Series) -> Series:
         cosine, sine = direction(given + self.start)
         across = sine * self.crank - self.offset
-        return cosine * self.crank + root(-((across - self.coupler) * (across + self.coupler))) - self.place
+        return cosine * self.crank + series_root(-((across - self.coupler) * (across + self.coupler))) - self.place
 
     def ratio(self, given: Series) -> Series:
         cosine, sine = direction(given + self.start)
         along, across = self._along_and_across(sine)
-        return (sine + quotient(across * cosine, along)) * -self.crank
+        return (sine + series_quotient(across * cosine, along)) * -self.crank
 
     def _along_and_across(self, sine: Series) -> tuple[Series, Series]:
         """The coupler from the slide's pin to the crank's: how far ahead the slide is, and S."""
         across = sine * self.crank - self.offset
-        return root(-((across - self.coupler) * (across + self.coupler))), across
+        return series_root(-((across - self.coupler) * (across + self.coupler))), across
 
     @property
     def forces(self) -> tuple[Force, ...]:
         """b/Q in the coupler, and S/Q across the slide."""
-        across = Force("guide", "guide", self._thrust, way=square_to)
-        return Force("coupler", "joint", self._pushed, way=self._way), across
+        across = Force("guide", "guide", self._guide_share, way=square_direction)
+        return Force("coupler", "joint", self._coupler_share, way=self._coupler_direction), across
 
-    def _way(self, given: FloatArray) -> FloatArray:
-        along, across = self._coupler(given + self.start)
+    def _coupler_direction(self, given: FloatArray) -> FloatArray:
+        along, across = self._coupler_vector(given + self.start)
         return np.asarray(np.arctan2(across, along))
 
-    def _pushed(self, given: Series) -> Series:
+    def _coupler_share(self, given: Series) -> Series:
         along, _ = self._along_and_across(direction(given + self.start).sine)
-        return quotient(one_like(given) * self.coupler, along)
+        return series_quotient(unit_series(given) * self.coupler, along)
 
-    def _thrust(self, given: Series) -> Series:
+    def _guide_share(self, given: Series) -> Series:
         along, across = self._along_and_across(direction(given + self.start).sine)
-        return quotient(across, along)
+        return series_quotient(across, along)
 
     @property
     def couplers(self) -> tuple[Coupler, Coupler]:
         """Against the line square to the slide, where the crank drives; against the crank, where the slide does."""
         places = (k * pi / 2 - self.start for k in range(-5, 6, 2))
-        by_crank = Coupler(lambda turned: acute((0.0, 1.0), self._coupler(turned + self.start)), tuple(places))
+        by_crank = Coupler(
+            lambda turned: acute_angle((0.0, 1.0), self._coupler_vector(turned + self.start)), tuple(places)
+        )
         return by_crank, Coupler(self._angle_to_crank, (-self.place,))
 
-    def _coupler(self, angle: Any) -> Vector:
+    def _coupler_vector(self, angle: Any) -> Vector:
         """From the crank's pin to the slide's."""
         across = self.crank * np.sin(angle) - self.offset
         return np.sqrt((self.coupler - across) * (self.coupler + across)), -across
 
     def _angle_to_crank(self, moved: Any) -> Any:
         angle = position_at(self.backward, moved) + self.start
-        return acute((np.cos(angle), np.sin(angle)), self._coupler(angle))
+        return acute_angle((np.cos(angle), np.sin(angle)), self._coupler_vector(angle))
 
-    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
+    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
         """Crank, coupler, and the slide in its guide."""
         pin = self.crank * np.exp(1j * (self.start + given))
         slide, half = asked + self.place + 1j * self.offset, 0.035 * size
         block = half * np.array([-1.8 - 1j, 1.8 - 1j, 1.8 + 1j, -1.8 + 1j])
         first, way = complex(self.place, self.offset), complex(float(np.ptp(asked)) / 2 + 3 * half)
         middle = first + float(asked.min() + asked.max()) / 2
-        return Sketch(
-            [sliding("slide", block, slide), bar((np.zeros_like(pin), pin)), bar((pin, slide))],
-            [Standing("guide", middle, way), Standing("pivot", 0.0)],
+        return LinkSketch(
+            [sliding_member("slide", block, slide), bar((np.zeros_like(pin), pin)), bar((pin, slide))],
+            [Support("guide", middle, way), Support("pivot", 0.0)],
             Port(0.0, 1.0),
             Port(first, 1.0),
         )
@@ -151,7 +153,7 @@ def crank(length: Any, coupler: Any, offset: Any, angle: Any) -> Crank:
     cosine, sine = np.cos(start), np.sin(start)
     across = sine * length - offset
     far = "the coupler ({:g}) does not reach the slide: it is {:g} away"
-    needed(coupler - abs(across), lambda: far.format(coupler, abs(across)))
+    require_positive(coupler - abs(across), lambda: far.format(coupler, abs(across)))
     place = cosine * length + np.sqrt((coupler - across) * (coupler + across))
     x, y = cosine * place + sine * offset, sine * place - cosine * offset
     return Crank(length, coupler, offset, start, place, Bar(length, coupler, np.sign(y), np.arctan2(y, x)))

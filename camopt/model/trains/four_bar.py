@@ -20,29 +20,29 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.stable import triangle_angle
-from camopt.core.numerics.taylor import Series, angle_of, direction, quotient
-from camopt.model.trains.crank import IN_LINE
+from camopt.core.numerics.stable_functions import triangle_angle
+from camopt.core.numerics.taylor import Series, angle_of, direction, series_quotient
+from camopt.model.trains.crank import CRANK_IN_LINE
 from camopt.model.trains.link import (
-    FLAT,
+    FLAT_TOLERANCE,
     RADIAN,
+    AssemblyFault,
     Bar,
     Coupler,
     DeadPoint,
     Force,
     Keys,
-    Stage,
-    Unassembled,
+    StageKind,
     Vector,
-    acute,
-    either,
+    acute_angle,
+    choose_form,
     nearest_ends,
-    needed,
-    one_like,
     position_at,
+    require_positive,
+    unit_series,
     value_at_start,
 )
-from camopt.model.trains.sketch import Port, Sketch, Standing, bar
+from camopt.model.trains.sketch import LinkSketch, Port, Support, bar
 
 ROCKER_IN_LINE = "coupler and rocker are in line"
 
@@ -71,7 +71,7 @@ class FourBar:
         """Where |A| is |b ± c|."""
         a, b, c, d = self.crank.length, self.crank.other, self.rocker.length, self.ground
         for far in (b + c, abs(b - c)):
-            if _closes(a, d, far):
+            if _forms_triangle(a, d, far):
                 angle = float(triangle_angle(a, d, far))
                 yield from (DeadPoint(sign * angle, ROCKER_IN_LINE) for sign in (1.0, -1.0))
 
@@ -79,18 +79,18 @@ class FourBar:
         """Where |B| is |a ± b|, with the linkage assembled as at the start."""
         a, b, c, d = self.crank.length, self.crank.other, self.rocker.length, self.ground
         for far in (a + b, a - b):
-            for sign in (1.0, -1.0) if far and _closes(c, d, abs(far)) else ():
+            for sign in (1.0, -1.0) if far and _forms_triangle(c, d, abs(far)) else ():
                 arm = rect(c, sign * (pi - float(triangle_angle(c, d, abs(far)))))
                 turned = phase((d + arm) / far)
                 if phase(arm / (rect(a, turned) - d)) * self.rocker.side >= 0.0:
-                    yield DeadPoint(turned, IN_LINE)
+                    yield DeadPoint(turned, CRANK_IN_LINE)
 
     def forward(self, given: Series) -> Series:
-        return self.rocker.angle(*_aim(given + self.start, self.crank.length, -self.ground))
+        return self.rocker.angle(*_aim_from_origin(given + self.start, self.crank.length, -self.ground))
 
     def ratio(self, given: Series) -> Series:
         """Both ends of the coupler are as fast along it: a·φ'·sin(φ − δ) = c·ψ'·sin(ψ − δ), with δ its angle."""
-        return quotient(*self._levers(given))
+        return series_quotient(*self._levers(given))
 
     def _levers(self, given: Series) -> tuple[Series, Series]:
         """The moments of the coupler, as a force b, about both pivots: b·a·sin(δ − φ) and b·c·sin(δ − ψ)."""
@@ -102,20 +102,20 @@ class FourBar:
     @property
     def forces(self) -> tuple[Force]:
         """1/(c·sin(δ − ψ)) in the coupler."""
-        return (Force("coupler", "joint", self._pushed, way=self._way),)
+        return (Force("coupler", "joint", self._coupler_share, way=self._coupler_direction),)
 
-    def _way(self, given: FloatArray) -> FloatArray:
+    def _coupler_direction(self, given: FloatArray) -> FloatArray:
         _, (along, across) = self._rocker_and_coupler(given)
         return np.asarray(np.arctan2(across, along))
 
-    def _pushed(self, given: Series) -> Series:
-        return quotient(one_like(given) * self.crank.other, self._levers(given)[1])
+    def _coupler_share(self, given: Series) -> Series:
+        return series_quotient(unit_series(given) * self.crank.other, self._levers(given)[1])
 
     @property
     def couplers(self) -> tuple[Coupler, None]:
         """Between coupler and rocker, which the crank drives; none where the rocker drives, as no train does."""
         places = tuple(k * pi - self.start for k in range(-2, 3))
-        return Coupler(lambda turned: acute(*self._rocker_and_coupler(turned)), places), None
+        return Coupler(lambda turned: acute_angle(*self._rocker_and_coupler(turned)), places), None
 
     def _rocker_and_coupler(self, turned: Any) -> tuple[Vector, Vector]:
         """From the rocker's pivot to its pin, and from the crank's pin there."""
@@ -124,29 +124,29 @@ class FourBar:
         x, y = np.cos(psi) * c, np.sin(psi) * c
         return (x, y), (x + self.ground - np.cos(phi) * a, y - np.sin(phi) * a)
 
-    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
+    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
         """Crank, coupler and rocker."""
         pin = self.crank.length * np.exp(1j * (self.start + given))
         end = self.ground + self.rocker.length * np.exp(1j * (self.asked_start + asked))
         fixed = np.zeros_like(pin)
-        return Sketch(
+        return LinkSketch(
             [bar((fixed, pin)), bar((fixed + self.ground, end)), bar((pin, end))],
-            [Standing("pivot", 0.0), Standing("pivot", self.ground)],
+            [Support("pivot", 0.0), Support("pivot", self.ground)],
             Port(0.0, 1.0),
             Port(self.ground, 1.0),
         )
 
     def backward(self, asked: Series) -> Series:
-        return self.crank.angle(*_aim(asked + self.asked_start, self.rocker.length, self.ground))
+        return self.crank.angle(*_aim_from_origin(asked + self.asked_start, self.rocker.length, self.ground))
 
 
-def _closes(one: float, other: float, far: float) -> bool:
+def _forms_triangle(one: float, other: float, far: float) -> bool:
     """Whether three sides form a triangle; a flat one counts, even where rounding opens it."""
-    room = FLAT * (one + other + far)
+    room = FLAT_TOLERANCE * (one + other + far)
     return abs(one - other) - room <= far <= one + other + room
 
 
-def _aim(angle: Series, radius: Any, offset: Any) -> tuple[Series, Series]:
+def _aim_from_origin(angle: Series, radius: Any, offset: Any) -> tuple[Series, Series]:
     """The direction and the squared distance of r·e^{iθ} + d, from the origin.
 
     As the angle of the larger of both and what the other adds to it, which is less than a right angle, the
@@ -154,7 +154,7 @@ def _aim(angle: Series, radius: Any, offset: Any) -> tuple[Series, Series]:
     """
     cosine, sine = direction(angle)
     square = cosine * (radius * offset * 2.0) + (radius * radius + offset * offset)
-    towards = either(
+    towards = choose_form(
         radius - abs(offset),
         lambda: angle + angle_of(cosine * offset + radius, sine * -offset),
         lambda: angle_of(cosine * (radius / offset) + 1.0, sine * (radius / offset)),
@@ -177,7 +177,7 @@ def four_bar(crank: Any, coupler: Any, rocker: Any, ground: Any, angle: Any, *, 
     along = square + (rocker - coupler) * (rocker + coupler)
     room = square * (rocker * rocker * 4.0) - along * along
     apart = "coupler and rocker ({:g} and {:g}) do not meet with the crank at {:g} deg"
-    needed(room, lambda: apart.format(coupler, rocker, angle))
+    require_positive(room, lambda: apart.format(coupler, rocker, angle))
     side = 1.0 if crossed else -1.0
     asked = np.arctan2(down, back) + np.arctan2(np.sqrt(room), along) * side + pi
     pin = np.cos(asked) * rocker + ground, np.sin(asked) * rocker
@@ -187,12 +187,14 @@ def four_bar(crank: Any, coupler: Any, rocker: Any, ground: Any, angle: Any, *, 
     return FourBar(ground, start, asked, *(replace(bar, rest=rest) for bar, rest in zip(bars, rests, strict=True)))
 
 
-def _links(keys: Keys, turns: bool) -> tuple[FourBar]:
+def _four_bar_links(keys: Keys, turns: bool) -> tuple[FourBar]:
     if not turns:
-        raise Unassembled("its crank takes an angle, and what comes to it is a length")
-    sizes = (keys[name] for name in NEEDS)
+        raise AssemblyFault("its crank takes an angle, and what comes to it is a length")
+    sizes = (keys[name] for name in FOUR_BAR_KEYS)
     return (four_bar(*sizes, crossed=keys.get("crossed", False)),)
 
 
-NEEDS = ("crank", "coupler", "rocker", "ground", "angle")
-STAGE = Stage("four-bar", "a four-bar linkage", NEEDS, ("crossed",), lambda keys, turns: True, _links)
+FOUR_BAR_KEYS = ("crank", "coupler", "rocker", "ground", "angle")
+STAGE = StageKind(
+    "four-bar", "a four-bar linkage", FOUR_BAR_KEYS, ("crossed",), lambda keys, turns: True, _four_bar_links
+)

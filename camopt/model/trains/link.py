@@ -20,12 +20,12 @@ from typing import Any, Literal, NamedTuple, Protocol
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.sloped import Placed, as_sloped, hull_of
-from camopt.core.numerics.taylor import Series, Taylor, angle_of, quotient, root
-from camopt.model.trains.sketch import Sketch
+from camopt.core.numerics.sloped_interval import LinkageInterval, as_sloped_interval, hull_of
+from camopt.core.numerics.taylor import Series, Taylor, angle_of, series_quotient, series_root
+from camopt.model.trains.sketch import LinkSketch
 
 
-class Unassembled(ValueError):
+class AssemblyFault(ValueError):
     """Why a stage cannot be put together, or a train cannot move so far."""
 
 
@@ -44,7 +44,7 @@ class Coupler(NamedTuple):
     places: tuple[Any, ...]
     """Inputs where its cosine is stationary."""
 
-    def least(self, low: Any, high: Any) -> Any:
+    def least_angle(self, low: Any, high: Any) -> Any:
         """The least angle over a travel of the input."""
         between = (np.minimum(np.maximum(each, low), high) for each in self.places)
         return reduce(np.minimum, map(self.angle, (low, high, *between)))
@@ -100,7 +100,7 @@ class Link(Protocol):
         """The forces in its joints; none where they take sizes that it does not have."""
         ...
 
-    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
+    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
         """Itself in a frame of its own at some inputs and outputs; what has no length of its own goes by a size.
 
         ``back`` says whether it is driven from its output; its input is what drives it in the sketch all the same.
@@ -109,10 +109,10 @@ class Link(Protocol):
 
 
 RADIAN = pi / 180.0
-ROUNDED = 10.0 ** np.arange(-16, -5)
-FLAT = 1e-15
+END_INSETS = 10.0 ** np.arange(-16, -5)
+FLAT_TOLERANCE = 1e-15
 """Share of its lengths by which rounding may keep a linkage from a position that it just reaches."""
-FREE = DeadPoint(-inf, ""), DeadPoint(inf, "")
+NO_DEAD_POINTS = DeadPoint(-inf, ""), DeadPoint(inf, "")
 """The ends of a link that has no dead point."""
 NO_COUPLERS = None, None
 
@@ -130,7 +130,7 @@ def nearest_ends(places: Iterable[DeadPoint]) -> tuple[DeadPoint, DeadPoint]:
     return low, high
 
 
-def needed(margin: Any, why: Callable[[], str]) -> None:
+def require_positive(margin: Any, why: Callable[[], str]) -> None:
     """That a number is above 0; of many linkages, or a box of them, nothing is known where it is not.
 
     Raises
@@ -139,25 +139,29 @@ def needed(margin: Any, why: Callable[[], str]) -> None:
         If it is one number, and is not.
     """
     if isinstance(margin, float | int | np.number) and not margin > 0.0:
-        raise Unassembled(why())
+        raise AssemblyFault(why())
 
 
-def either(margin: Any, one: Callable[[], Any], other: Callable[[], Any]) -> Any:
+def choose_form(margin: Any, one: Callable[[], Any], other: Callable[[], Any]) -> Any:
     """Numbers or series, one of two forms of them: the first where ``margin`` is above 0."""
     margin = margin.terms[0] if isinstance(margin, Taylor) else margin
-    if isinstance(margin, Placed):
+    if isinstance(margin, LinkageInterval):
         sides = margin.value.low > 0.0, margin.value.high <= 0.0
-        return _picked(one(), other(), lambda a, b: hull_of(as_sloped(a, margin), as_sloped(b, margin), *sides))
+        return _combine_terms(
+            one(),
+            other(),
+            lambda a, b: hull_of(as_sloped_interval(a, margin), as_sloped_interval(b, margin), *sides),
+        )
     if isinstance(margin, np.ndarray):
-        return _picked(one(), other(), lambda a, b: np.where(margin > 0.0, a, b))
+        return _combine_terms(one(), other(), lambda a, b: np.where(margin > 0.0, a, b))
     return one() if margin > 0.0 else other()
 
 
-def _picked(one: Any, other: Any, pick: Callable[[Any, Any], Any]) -> Any:
+def _combine_terms(one: Any, other: Any, pick: Callable[[Any, Any], Any]) -> Any:
     """Two series put together, term by term; terms may be series themselves."""
     if not isinstance(one, Taylor):
         return pick(one, other)
-    return Taylor([_picked(a, b, pick) for a, b in zip(one.terms, other.terms, strict=True)])
+    return Taylor([_combine_terms(a, b, pick) for a, b in zip(one.terms, other.terms, strict=True)])
 
 
 def position_at(formula: Callable[[Series], Series], place: Any) -> Any:
@@ -170,9 +174,9 @@ def value_at_start(formula: Callable[[Series], Series], like: Any) -> Any:
     return formula(like * 0.0) if isinstance(like, Taylor) else position_at(formula, 0.0)
 
 
-def value_at(formula: Callable[[Series], Series], end: float) -> float:
+def value_at_end(formula: Callable[[Series], Series], end: float) -> float:
     """The value of a formula at an end of its range, or so little inside that rounding does not take it beyond."""
-    places = end * (1.0 - np.array([0.0, *ROUNDED])) if isfinite(end) else np.array([end])
+    places = end * (1.0 - np.array([0.0, *END_INSETS])) if isfinite(end) else np.array([end])
     with np.errstate(invalid="ignore"):
         found = formula(Taylor([places])).terms[0]
     return float(found[np.isfinite(found) | np.isinf(places)][0])
@@ -181,24 +185,24 @@ def value_at(formula: Callable[[Series], Series], end: float) -> float:
 Vector = tuple[Any, Any]
 
 
-def acute(one: Vector, other: Vector) -> Any:
+def acute_angle(one: Vector, other: Vector) -> Any:
     """The acute angle between two directions, rad."""
     (x, y), (u, v) = one, other
     return np.arctan2(abs(x * v - y * u), abs(x * u + y * v))
 
 
-def square_to(given: FloatArray) -> FloatArray:
+def square_direction(given: FloatArray) -> FloatArray:
     """The direction of a force square to a motion, rad."""
     return np.zeros_like(given) + pi / 2
 
 
-def one_like(series: Series) -> Series:
+def unit_series(series: Series) -> Series:
     """The series of 1, with as many terms as another."""
     return series * 0.0 + 1.0
 
 
 @dataclass(frozen=True)
-class Reversed:
+class ReversedLink:
     """A link that is driven from its output."""
 
     link: Link
@@ -210,7 +214,7 @@ class Reversed:
 
     @property
     def ends(self) -> tuple[DeadPoint, DeadPoint]:
-        low, high = sorted(DeadPoint(value_at(self.link.forward, each.at), each.why) for each in self.link.ends)
+        low, high = sorted(DeadPoint(value_at_end(self.link.forward, each.at), each.why) for each in self.link.ends)
         return low, high
 
     def forward(self, given: Series) -> Series:
@@ -220,7 +224,7 @@ class Reversed:
         return self.link.forward(asked)
 
     def ratio(self, given: Series) -> Series:
-        return quotient(one_like(given), self.link.ratio(self.link.backward(given)))
+        return series_quotient(unit_series(given), self.link.ratio(self.link.backward(given)))
 
     @property
     def couplers(self) -> tuple[Coupler | None, Coupler | None]:
@@ -229,23 +233,26 @@ class Reversed:
 
     @property
     def forces(self) -> tuple[Force, ...]:
-        return tuple(each._replace(share=self._share(each), way=self._way(each)) for each in self.link.forces)
+        return tuple(
+            each._replace(share=self._reversed_share(each), way=self._reversed_direction(each))
+            for each in self.link.forces
+        )
 
-    def _way(self, force: Force) -> Callable[[FloatArray], FloatArray]:
+    def _reversed_direction(self, force: Force) -> Callable[[FloatArray], FloatArray]:
         return lambda given: force.way(position_at(self.link.backward, given))
 
-    def _share(self, force: Force) -> Callable[[Series], Series]:
+    def _reversed_share(self, force: Force) -> Callable[[Series], Series]:
         """What drives the link's output pushes there with what is asked over the ratio, not against its motion."""
         sign = 1.0 if force.touches else -1.0
         return lambda given: force.share(self.link.backward(given)) * self.ratio(given) * sign
 
-    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
-        return self.link.sketch(asked, given, size, back=not back).swapped
+    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
+        return self.link.sketch(asked, given, size, back=not back).reversed_sketch
 
 
 def reversed_link(link: Link) -> Link:
     """A link that is driven from its other end."""
-    return link.link if isinstance(link, Reversed) else Reversed(link)
+    return link.link if isinstance(link, ReversedLink) else ReversedLink(link)
 
 
 @dataclass(frozen=True)
@@ -266,7 +273,7 @@ class Bar:
     def angle(self, towards: Series, square: Series) -> Series:
         """The angle of the bar, from the direction to the point and the square of its distance."""
         along = square + (self.length - self.other) * (self.length + self.other)
-        across = root(square * (self.length * self.length * 4.0) - along * along)
+        across = series_root(square * (self.length * self.length * 4.0) - along * along)
         return towards + angle_of(along, across) * self.side - self.rest
 
 
@@ -275,7 +282,7 @@ Keys = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
-class Stage:
+class StageKind:
     """A kind of stage."""
 
     name: str
@@ -287,9 +294,9 @@ class Stage:
     turns: Callable[[Keys, bool], bool]
     """Whether what it moves is an angle, if what comes to it is one or not."""
     links: Callable[[Keys, bool], Sequence[Link]]
-    """Its links from values by key, and whether what comes to it is an angle; raises ``Unassembled``."""
+    """Its links from values by key, and whether what comes to it is an angle; raises ``AssemblyFault``."""
 
-    def made(self, keys: Keys, turns: bool) -> Sequence[Link]:
+    def make_links(self, keys: Keys, turns: bool) -> Sequence[Link]:
         """Its links from values by key, and whether what comes to it is an angle.
 
         Raises
@@ -299,7 +306,7 @@ class Stage:
         """
         own = (*self.needs, *self.others)
         if missing := [key for key in self.needs if keys.get(key) is None]:
-            raise Unassembled(f"{self.words} needs {', '.join(missing)}")
+            raise AssemblyFault(f"{self.words} needs {', '.join(missing)}")
         if strange := [key for key, value in keys.items() if value is not None and key not in own]:
-            raise Unassembled(f"{self.words} has no {strange[0]}; known: {', '.join(own)}")
+            raise AssemblyFault(f"{self.words} has no {strange[0]}; known: {', '.join(own)}")
         return self.links({key: value for key, value in keys.items() if value is not None}, turns)

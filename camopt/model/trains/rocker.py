@@ -9,30 +9,30 @@ A follower that oscillates is the first arm itself.
 """
 
 from camopt.model.trains.arm import Arm, arm
-from camopt.model.trains.link import Keys, Link, Reversed, Stage, Unassembled
+from camopt.model.trains.link import AssemblyFault, Keys, Link, ReversedLink, StageKind
 
 
-def driven(keys: Keys, turns: bool) -> tuple[Link, ...]:
+def input_links(keys: Keys, turns: bool) -> tuple[Link, ...]:
     """The arm by which a rocker or bell crank is driven, unless it turns with the follower."""
     if turns:
         if {"input_arm", "input_angle"} & keys.keys():
-            raise Unassembled("it turns with what comes to it, an angle: it has no input_arm")
+            raise AssemblyFault("it turns with what comes to it, an angle: it has no input_arm")
         return ()
     if "input_arm" not in keys:
-        raise Unassembled("what comes to it is a length: it needs an input_arm (mm)")
-    return (Reversed(arm(keys["input_arm"], keys.get("input_angle", 0.0))),)
+        raise AssemblyFault("what comes to it is a length: it needs an input_arm (mm)")
+    return (ReversedLink(arm(keys["input_arm"], keys.get("input_angle", 0.0))),)
 
 
-def _links(keys: Keys, turns: bool) -> tuple[Link, ...]:
+def _rocker_links(keys: Keys, turns: bool) -> tuple[Link, ...]:
     output: Arm = arm(keys["output_arm"], keys.get("output_angle", 0.0))
-    return (*driven(keys, turns), output)
+    return (*input_links(keys, turns), output)
 
 
-STAGE = Stage(
+STAGE = StageKind(
     "rocker",
     "a rocker",
     ("output_arm",),
     ("output_angle", "input_arm", "input_angle"),
     lambda keys, turns: False,
-    _links,
+    _rocker_links,
 )

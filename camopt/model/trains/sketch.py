@@ -11,8 +11,8 @@ import numpy as np
 
 from camopt.core.numerics import ComplexArray, FloatArray
 
-Shape = Literal["bar", "wheel", "slide", "roller", "wedge", "belt"]
-Ground = Literal["pivot", "guide"]
+MemberShape = Literal["bar", "wheel", "slide", "roller", "wedge", "belt"]
+SupportKind = Literal["pivot", "guide"]
 
 
 class Port(NamedTuple):
@@ -29,7 +29,7 @@ class Port(NamedTuple):
 class Member(NamedTuple):
     """A rigid part."""
 
-    shape: Shape
+    shape: MemberShape
     points: ComplexArray
     """Its joints or corners, seen from its own origin in the first position; of a round one its radius."""
     at: ComplexArray
@@ -38,46 +38,54 @@ class Member(NamedTuple):
     """By how much it has turned since the first position, (positions,)."""
 
 
-class Standing(NamedTuple):
+class Support(NamedTuple):
     """A pivot, or a guide along a way, that stands still."""
 
-    ground: Ground
+    ground: SupportKind
     at: complex
     way: complex = 1.0
 
 
-class Sketch(NamedTuple):
+class LinkSketch(NamedTuple):
     """A link, or several, in some positions."""
 
     members: Sequence[Member]
-    standing: Sequence[Standing]
-    given: Port
+    supports: Sequence[Support]
+    input_port: Port
     """What drives it."""
-    asked: Port
+    output_port: Port
     """What it drives."""
 
     @property
-    def swapped(self) -> "Sketch":
+    def reversed_sketch(self) -> "LinkSketch":
         """The same, driven from its other end."""
-        return self._replace(given=self.asked, asked=self.given)
+        return self._replace(input_port=self.output_port, output_port=self.input_port)
 
-    def placed(self, port: Port) -> "Sketch":
+    def attach_to(self, port: Port) -> "LinkSketch":
         """Where what drives it is a port of another link."""
-        mirrored = port.sense != self.given.sense
-        way = port.way / (np.conj(self.given.way) if mirrored else self.given.way)
+        mirrored = port.sense != self.input_port.sense
+        way = port.way / (np.conj(self.input_port.way) if mirrored else self.input_port.way)
 
-        def turned(points: Any) -> Any:
+        def rotate_points(points: Any) -> Any:
             return way * (np.conj(points) if mirrored else points)
 
-        side, away = -1.0 if mirrored else 1.0, port.at - turned(self.given.at)
-        asked = self.asked
-        members = [Member(m.shape, turned(m.points), turned(m.at) + away, side * m.turned) for m in self.members]
-        standing = [Standing(s.ground, turned(s.at) + away, turned(s.way)) for s in self.standing]
-        return Sketch(members, standing, port, Port(turned(asked.at) + away, turned(asked.way), side * asked.sense))
+        side, away = -1.0 if mirrored else 1.0, port.at - rotate_points(self.input_port.at)
+        asked = self.output_port
+        members = [
+            Member(m.shape, rotate_points(m.points), rotate_points(m.at) + away, side * m.turned)
+            for m in self.members
+        ]
+        standing = [Support(s.ground, rotate_points(s.at) + away, rotate_points(s.way)) for s in self.supports]
+        return LinkSketch(
+            members,
+            standing,
+            port,
+            Port(rotate_points(asked.at) + away, rotate_points(asked.way), side * asked.sense),
+        )
 
-    def shifted(self, by: complex) -> "Sketch":
+    def shift_by(self, by: complex) -> "LinkSketch":
         """Elsewhere in the plane."""
-        return self.placed(self.given._replace(at=self.given.at + by))
+        return self.attach_to(self.input_port._replace(at=self.input_port.at + by))
 
 
 def bar(ends: tuple[Any, Any]) -> Member:
@@ -91,6 +99,6 @@ def wheel(radius: float, centre: complex, turned: FloatArray) -> Member:
     return Member("wheel", np.array([radius]), np.full(turned.size, complex(centre)), turned - turned[0])
 
 
-def sliding(shape: Shape, points: Any, at: Any) -> Member:
+def sliding_member(shape: MemberShape, points: Any, at: Any) -> Member:
     """A member that does not turn, from its corners and the path of its origin."""
     return Member(shape, np.asarray(points, dtype=complex), np.asarray(at), np.zeros(len(at)))

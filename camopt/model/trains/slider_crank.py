@@ -1,13 +1,20 @@
 """A slider-crank, driven from its crank, or where a length comes to it from its slide (``trains.crank``)."""
 
 from camopt.model.trains.crank import crank
-from camopt.model.trains.link import Keys, Link, Reversed, Stage
+from camopt.model.trains.link import Keys, Link, ReversedLink, StageKind
 
 
-def _links(keys: Keys, turns: bool) -> tuple[Link]:
+def _slider_crank_links(keys: Keys, turns: bool) -> tuple[Link]:
     link = crank(keys["crank"], keys["coupler"], keys.get("offset", 0.0), keys["angle"])
-    return (link if turns else Reversed(link),)
+    return (link if turns else ReversedLink(link),)
 
 
-NEEDS = ("crank", "coupler", "angle")
-STAGE = Stage("slider-crank", "a slider-crank", NEEDS, ("offset",), lambda keys, turns: not turns, _links)
+SLIDER_CRANK_KEYS = ("crank", "coupler", "angle")
+STAGE = StageKind(
+    "slider-crank",
+    "a slider-crank",
+    SLIDER_CRANK_KEYS,
+    ("offset",),
+    lambda keys, turns: not turns,
+    _slider_crank_links,
+)

@@ -1,1 +1,1 @@
-"""The problem: a scene in inside units, its limits and what they claim, and the space of its designs."""
+"""The problem: a scene in inside units, its limits with their constraints, and the space of its designs."""

@@ -7,12 +7,12 @@ it.
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.model.motion.driven import tool_position
-from camopt.model.trains.sketch import Port, Sketch
+from camopt.model.motion.tool_drive import tool_position
+from camopt.model.trains.sketch import LinkSketch, Port
 from camopt.scene.problem.problem import Problem
 
 
-def pivot_of(problem: Problem) -> complex:
+def follower_pivot(problem: Problem) -> complex:
     """The pivot of an oscillating follower, mm: from the axis of a disc cam, on a surface that is developed."""
     design = problem.design
     if not problem.setup.mechanism.body.developed:
@@ -20,12 +20,12 @@ def pivot_of(problem: Problem) -> complex:
     return complex(design.sense * float(design.arm_length[0]) * np.cos(problem.programme.lift / 2))
 
 
-def turning_of(problem: Problem) -> float:
+def outward_turn_sense(problem: Problem) -> float:
     """Which way an oscillating follower turns as it goes outward: 1 anticlockwise, −1 clockwise."""
     return -problem.design.sense if problem.setup.mechanism.body.developed else -1.0
 
 
-def linkage_at(problem: Problem, angles: FloatArray, at: complex, size: float) -> Sketch | None:
+def linkage_sketch(problem: Problem, angles: FloatArray, at: complex, size: float) -> LinkSketch | None:
     """The train of a problem at cam angles, rad, driven ``at`` a place of the first of them; None without a train.
 
     Where its follower swings that is its pivot, and where it slides the end of its stem. What has no length of its
@@ -37,4 +37,4 @@ def linkage_at(problem: Problem, angles: FloatArray, at: complex, size: float) -
     moved = train.follower_at(tool_position(problem.programme, angles))
     if not problem.setup.angular:
         return train.sketch(moved, Port(at - 1j * float(moved[0]), 1j), size)
-    return train.sketch(moved, Port(at, -turning_of(problem), turning_of(problem)), size)
+    return train.sketch(moved, Port(at, -outward_turn_sense(problem), outward_turn_sense(problem)), size)

@@ -9,126 +9,126 @@ from numpy.typing import NDArray
 
 from camopt.core.numerics import IndexArray
 
-Columns = dict[str, Any]
+QuantityColumns = dict[str, Any]
 """Quantities by name: an array (rows,), or one value that holds for all rows."""
 Objectives = Mapping[str, float]
 """The quantities to minimise or to maximise, and what turns each into a cost: 1 if minimised, −1 if maximised."""
-VERDICT = ("feasible", "violated", "status", "relative_half_width")
+VERDICT_COLUMNS = ("feasible", "violated", "status", "relative_half_width")
 """The columns of a verdict."""
 
 
 @dataclass(frozen=True)
-class Rows:
+class DesignRows:
     """A number of rows with their columns.
 
     The true value of a quantity lies between its column and that plus ``outward`` (absent: exact to rounding);
     ``half_width`` is the largest width of an enclosure of each row, relative to the quantity.
     """
 
-    columns: Columns
+    columns: QuantityColumns
     count: int
-    outward: Columns = field(default_factory=dict)
+    outward: QuantityColumns = field(default_factory=dict)
     half_width: Any = 0.0
 
-    def shifted(self, share: Any) -> Columns:
+    def shifted_columns(self, share: Any) -> QuantityColumns:
         """The columns moved by a share of their widths: 1 for the far side, −1 for the same distance inwards.
 
         Shares (n, 1) give columns (n, rows).
         """
         return self.columns | {name: self.columns[name] + share * width for name, width in self.outward.items()}
 
-    def only(self, names: Iterable[str]) -> "Rows":
+    def select_columns(self, names: Iterable[str]) -> "DesignRows":
         """The columns of some names."""
         names = set(names)
         kept = {name: value for name, value in self.columns.items() if name in names}
         return replace(self, columns=kept, outward={n: w for n, w in self.outward.items() if n in names})
 
-    def take(self, index: NDArray[Any]) -> "Rows":
+    def take(self, index: NDArray[Any]) -> "DesignRows":
         """The rows at an index or mask."""
         index = np.flatnonzero(index) if index.dtype == bool else index
 
-        def taken(values: Any) -> Any:
-            return values[index] if differs(values) else values
+        def take_values(values: Any) -> Any:
+            return values[index] if is_per_row(values) else values
 
-        columns, outward = ({n: taken(v) for n, v in each.items()} for each in (self.columns, self.outward))
-        return Rows(columns, index.size, outward, taken(self.half_width))
+        columns, outward = ({n: take_values(v) for n, v in each.items()} for each in (self.columns, self.outward))
+        return DesignRows(columns, index.size, outward, take_values(self.half_width))
 
-    def drawn(self, index: NDArray[Any]) -> "Rows":
+    def take_and_release(self, index: NDArray[Any]) -> "DesignRows":
         """As ``take``, of rows that are given up: each column goes as soon as what is taken of it is there."""
         count, columns = int(np.count_nonzero(index)) if index.dtype == bool else index.size, self.columns
-        return Rows({n: v[index] if differs(v := columns.pop(n)) else v for n in [*columns]}, count)
+        return DesignRows({n: v[index] if is_per_row(v := columns.pop(n)) else v for n in [*columns]}, count)
 
-    def part(self, some: slice) -> "Rows":
+    def slice_rows(self, some: slice) -> "DesignRows":
         """Consecutive rows, which share their columns with these."""
-        columns = {name: values[some] if differs(values) else values for name, values in self.columns.items()}
-        return Rows(columns, len(range(*some.indices(self.count))))
+        columns = {name: values[some] if is_per_row(values) else values for name, values in self.columns.items()}
+        return DesignRows(columns, len(range(*some.indices(self.count))))
 
-    def with_rows(self, index: IndexArray, other: "Rows") -> "Rows":
+    def replace_rows(self, index: IndexArray, other: "DesignRows") -> "DesignRows":
         """These columns with the rows at an index taken from others."""
         columns = {}
         for name, value in self.columns.items():
-            if not (differs(value) or differs(other.columns[name])) and value == other.columns[name]:
+            if not (is_per_row(value) or is_per_row(other.columns[name])) and value == other.columns[name]:
                 columns[name] = value
                 continue
             here, there = self.column(name), other.column(name)
             columns[name] = here.astype(np.promote_types(here.dtype, there.dtype))
             columns[name][index] = there
-        return Rows(columns, self.count)
+        return DesignRows(columns, self.count)
 
     def column(self, name: str) -> NDArray[Any]:
         """One column, repeated if it is a single value."""
         values = self.columns[name]
-        return values if differs(values) else np.broadcast_to(values, (self.count,))
+        return values if is_per_row(values) else np.broadcast_to(values, (self.count,))
 
     def records(self) -> list[dict[str, Any]]:
         """The rows as mappings of plain Python values."""
         plain = {name: np.asarray(values).tolist() for name, values in self.columns.items()}
-        lists = {n: v if differs(self.columns[n]) else [v] * self.count for n, v in plain.items()}
+        lists = {n: v if is_per_row(self.columns[n]) else [v] * self.count for n, v in plain.items()}
         return [{name: values[i] for name, values in lists.items()} for i in range(self.count)]
 
 
-def differs(values: Any) -> bool:
+def is_per_row(values: Any) -> bool:
     """Whether a column has a value for each row; or else one for all."""
     return bool(getattr(values, "ndim", 0))
 
 
-def concatenate_rows(parts: Iterable[Rows]) -> Rows:
+def concatenate_rows(parts: Iterable[DesignRows]) -> DesignRows:
     """Rows put one after the other; all must have the same columns."""
     parts = list(parts)
-    columns = {name: _one_after_the_other(name, parts) for name in parts[0].columns}
-    return Rows(columns, sum(part.count for part in parts))
+    columns = {name: _concatenate_column(name, parts) for name in parts[0].columns}
+    return DesignRows(columns, sum(part.count for part in parts))
 
 
-def joined_rows(parts: list[Rows]) -> Rows:
+def join_and_release_rows(parts: list[DesignRows]) -> DesignRows:
     """As ``concatenate_rows``, of rows that are given up: each column of all goes as soon as it is joined."""
     count = sum(part.count for part in parts)
     columns = {}
     for name in [*parts[0].columns]:
-        columns[name] = _one_after_the_other(name, parts)
+        columns[name] = _concatenate_column(name, parts)
         for part in parts:
             del part.columns[name]
-    return Rows(columns, count)
+    return DesignRows(columns, count)
 
 
-def _one_after_the_other(name: str, parts: list[Rows]) -> Any:
+def _concatenate_column(name: str, parts: list[DesignRows]) -> Any:
     """A column of several parts; if all have the same single value, that value."""
     values = [part.columns[name] for part in parts]
-    if not any(map(differs, values)):
+    if not any(map(is_per_row, values)):
         same = all(value == values[0] for value in values)
         return values[0] if same else np.repeat(values, [part.count for part in parts])
     return np.concatenate([part.column(name) for part in parts])
 
 
-def scattered(parts: Iterable[tuple[Any, Rows]], count: int) -> Rows:
+def scatter_rows(parts: Iterable[tuple[Any, DesignRows]], count: int) -> DesignRows:
     """One table of so many rows from parts, each with the places of its rows; nothing is held twice.
 
     Texts are references: in arrays of their own each takes four bytes a letter.
     """
-    columns: Columns = {}
+    columns: QuantityColumns = {}
     for places, rows in parts:
         for name, values in rows.columns.items():
             if name not in columns:
                 kind = rows.column(name).dtype
                 columns[name] = np.empty(count, dtype=object if kind.kind == "U" else kind)
             columns[name][places] = values
-    return Rows(columns, count)
+    return DesignRows(columns, count)

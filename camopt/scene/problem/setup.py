@@ -6,18 +6,18 @@ from typing import Any
 
 from camopt.core.numerics.taylor import Taylor
 from camopt.core.quantities import NUMBER_COLUMNS
-from camopt.model.effects import GivenErrors, GivenNumbers, Setup, SolidGiven
-from camopt.model.effects.given import Band
+from camopt.model.effects import SceneNumbers, Setup, SolidSizes, ToleranceBands
+from camopt.model.effects.effect_numbers import ErrorBand
 from camopt.model.mechanisms import FIELDS
 from camopt.model.trains.train import Train
-from camopt.scene.load import constant_and_changing
+from camopt.scene.load import split_load
 from camopt.scene.materials import MATERIALS
 from camopt.scene.own_quantities import own_quantities
-from camopt.scene.problem.variables import is_of_train, variables_of
+from camopt.scene.problem.variables import is_train_key, variables_of
 from camopt.scene.scene import Scene
 from camopt.scene.sizes import FOLLOWER_SIZES
-from camopt.scene.tolerances import moves_tool, zone_of
-from camopt.scene.train import train_from, trains_from
+from camopt.scene.tolerances import moves_tool, tolerance_zone
+from camopt.scene.train import build_train, build_trains
 
 
 def setup_of(scene: Scene) -> Setup:
@@ -27,20 +27,20 @@ def setup_of(scene: Scene) -> Setup:
         mechanism=scene.mechanism,
         tip=scene.tip,
         relative_error=scene.accuracy.relative_error,
-        given=GivenNumbers(_numbers(scene), angular, scene.tool_turns),
-        solid=_solid(scene),
-        train=train_from(scene.train, angular=angular),
-        errors=_errors(scene),
-        own=own_quantities(scene.quantities),
+        given=SceneNumbers(_setup_numbers(scene), angular, scene.tool_turns),
+        solid=_solid_of_part(scene),
+        train=build_train(scene.train, angular=angular),
+        errors=_errors_from_tolerances(scene),
+        own_quantities=own_quantities(scene.quantities),
         varied={each.key: each.quantity for each in variables_of(scene) if each.is_number and each.is_searched},
     )
 
 
-def _numbers(scene: Scene) -> dict[str, float | None]:
+def _setup_numbers(scene: Scene) -> dict[str, float | None]:
     """The numbers of a scene by key, with those of its materials where it only names them."""
-    of_train = filter(is_of_train, (*scene.search.numbers, *scene.tolerances.numbers))
+    of_train = filter(is_train_key, (*scene.search.numbers, *scene.tolerances.numbers))
     numbers, given = scene.numbers((*NUMBER_COLUMNS, *of_train)), scene.materials
-    load, _ = constant_and_changing(load_and_unit(scene)[0], 1.0)
+    load, _ = split_load(load_and_unit(scene)[0], 1.0)
     numbers["follower.dynamics.load"] = load
     for body in ("cam", "follower"):
         listed = MATERIALS.get(getattr(given, body))
@@ -50,53 +50,53 @@ def _numbers(scene: Scene) -> dict[str, float | None]:
     return numbers
 
 
-def _errors(scene: Scene) -> GivenErrors | None:
+def _errors_from_tolerances(scene: Scene) -> ToleranceBands | None:
     """What ``[tolerances]`` says; a class of ISO 286 is of the size that the scene gives."""
     given = scene.tolerances
     zones = {
-        key: zone_of(given.numbers[f"follower.{key}"], key, getattr(scene.follower, key) or 0.0)
+        key: tolerance_zone(given.numbers[f"follower.{key}"], key, getattr(scene.follower, key) or 0.0)
         for key in FOLLOWER_SIZES
         if f"follower.{key}" in given.numbers
     }
     angles = {
-        key: zone_of(each, key, 0.0).scaled(radians(1.0))
+        key: tolerance_zone(each, key, 0.0).scale_by(radians(1.0))
         for key, each in (("phase", given.phase), ("tilt", given.face_tilt), ("disc_phase", given.disc_phase))
         if each
     }
-    second, links = dict(_second_bands(scene)), dict(_links(scene))
+    second, links = dict(_second_contact_bands(scene)), dict(_train_link_bands(scene))
     if not (zones or angles or given.profile or given.bore_eccentricity or second or links):
         return None
-    return GivenErrors(
-        {FIELDS[key]: Band(each.lower, each.upper) for key, each in zones.items()},
+    return ToleranceBands(
+        {FIELDS[key]: ErrorBand(each.lower, each.upper) for key, each in zones.items()},
         profile=given.profile or 0.0,
         waves=given.waves,
         bore=given.bore_eccentricity or 0.0,
         is_square=not (scene.mechanism.motion.angular or scene.follower.offset or scene.search.offset),
         second=second,
         links=links,
-        **{key: Band(each.lower, each.upper) for key, each in angles.items()},
+        **{key: ErrorBand(each.lower, each.upper) for key, each in angles.items()},
     )
 
 
-def _second_bands(scene: Scene) -> Iterator[tuple[str, Band]]:
+def _second_contact_bands(scene: Scene) -> Iterator[tuple[str, ErrorBand]]:
     """The bands of sizes of a second contact that move the tool, by key."""
     for key in scene.mechanism.second_keys:
         if (given := scene.tolerances.numbers.get(key)) is None or not moves_tool(key):
             continue
         name = key.partition(".")[2]
         size = getattr(scene.drive, name)
-        zone = zone_of(given, name, getattr(scene.follower, name) or 0.0 if size is None else size)
-        yield key, Band(zone.lower, zone.upper)
+        zone = tolerance_zone(given, name, getattr(scene.follower, name) or 0.0 if size is None else size)
+        yield key, ErrorBand(zone.lower, zone.upper)
 
 
-def _links(scene: Scene) -> Iterator[tuple[str, tuple[Band, Train]]]:
+def _train_link_bands(scene: Scene) -> Iterator[tuple[str, tuple[ErrorBand, Train]]]:
     """The bands of numbers of the train that move the tool, by key, each with the train as a series of it."""
     angular = scene.mechanism.motion.angular
     for key, given in scene.tolerances.numbers.items():
-        if is_of_train(key) and moves_tool(key) and (nominal := scene.numbers((key,))[key]) is not None:
-            zone = zone_of(given, key.rpartition(".")[2], nominal)
-            made = trains_from(scene.train, {key: Taylor([nominal, 1.0])}, angular=angular)
-            yield key, (Band(zone.lower, zone.upper), made)
+        if is_train_key(key) and moves_tool(key) and (nominal := scene.numbers((key,))[key]) is not None:
+            zone = tolerance_zone(given, key.rpartition(".")[2], nominal)
+            made = build_trains(scene.train, {key: Taylor([nominal, 1.0])}, angular=angular)
+            yield key, (ErrorBand(zone.lower, zone.upper), made)
 
 
 def load_and_unit(scene: Scene) -> tuple[Any, float]:
@@ -105,10 +105,10 @@ def load_and_unit(scene: Scene) -> tuple[Any, float]:
     return given and given.load, 1e3 if scene.mechanism.motion.angular else 1.0
 
 
-def _solid(scene: Scene) -> SolidGiven:
+def _solid_of_part(scene: Scene) -> SolidSizes:
     """The cam as a solid, completed from other tables of the scene."""
     part = scene.whole_part
-    return SolidGiven(
+    return SolidSizes(
         thickness=part.thickness,
         density=None if part.density is None else part.density * 1e-12,  # kg/m³ to t/mm³
         bore_radius=(part.bore or 0.0) / 2,

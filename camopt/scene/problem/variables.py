@@ -14,18 +14,18 @@ from camopt.core.mistakes import Mistake
 from camopt.core.numerics import FloatArray
 from camopt.core.quantities import QUANTITIES
 from camopt.model.mechanisms import SECOND_FIELDS
-from camopt.model.motion.segments import GivenSegment
-from camopt.scene.choices import Chosen, StepRange
+from camopt.model.motion.segments import MotionSegment
+from camopt.scene.choices import CheckedChoice, StepRange
 from camopt.scene.scene import Scene
 from camopt.scene.search import Search
 from camopt.scene.sizes import SIGNED_SIZES
 
-Enters = Literal["size", "number", "shared", "train", "angle"]
+VariableRole = Literal["size", "number", "shared", "train", "angle"]
 """Where a variable enters: as a size, or another number, that designs bring; as a number that decides which limits
 there are, so that all designs of a problem share it; as one of the train, which decides their motion and which they
 share therefore; as the angle of a segment of their motion."""
-SHARED = ("cam.shaft_diameter",)
-OTHERS = {
+SHARED_KEYS = ("cam.shaft_diameter",)
+ROLE_ADVICE = {
     "number": "this number from the scene; only sweep and optimise can vary it",
     "shared": "this number from the scene; only sweep can vary it",
     "train": "this number of the train from the scene; only sweep and optimise can vary it",
@@ -40,21 +40,21 @@ class Variable:
 
     key: str
     """In the scene, as ``cam.base_radius`` or ``motion.2.angle``."""
-    enters: Enters
+    role: VariableRole
     name: str
     """In ``[search]``, as ``base_radius``, ``cam.rpm`` or ``angle_rise``."""
     field: str
     """In ``Designs`` and in boxes of them."""
     quantity: str = ""
     """The column that tables have it in; an angle has none of its own."""
-    choice: Chosen | None = None
+    choice: CheckedChoice | None = None
     segment: int = -1
     """Of an angle, the number of its segment."""
-    turn: float = 0.0
+    shared_angle: float = 0.0
     """Of an angle, the degrees that all freed segments have together."""
 
     @property
-    def searched(self) -> str:
+    def search_key(self) -> str:
         """Its key in the scene where a search varies it."""
         return f"search.{self.name}"
 
@@ -68,84 +68,88 @@ class Variable:
 
     @property
     def is_size(self) -> bool:
-        return self.enters == "size"
+        return self.role == "size"
 
     @property
     def is_number(self) -> bool:
         """Whether it is a number of the scene that is no size."""
-        return self.enters in ("number", "shared", "train")
+        return self.role in ("number", "shared", "train")
 
     @property
-    def is_ranged(self) -> bool:
+    def varies_by_design(self) -> bool:
         """Whether boxes of designs may have a range of it: not of what all designs of a problem share."""
-        return self.enters not in ("shared", "train")
+        return self.role not in ("shared", "train")
 
     @property
-    def in_range(self) -> bool:
+    def has_range(self) -> bool:
         """Whether its choice is a range."""
         return isinstance(self.choice, StepRange)
 
     @property
     def is_free(self) -> bool:
         """Whether a search may give it any value of a range."""
-        return self.is_ranged and self.in_range
+        return self.varies_by_design and self.has_range
 
     @property
-    def ends(self) -> tuple[float, float]:
+    def range_ends(self) -> tuple[float, float]:
         """The least and the largest value of its choice."""
         if isinstance(self.choice, StepRange):
             return self.choice.start, self.choice.stop
         return (float(min(self.choice)), float(max(self.choice))) if self.choice else (nan, nan)
 
     @property
-    def least(self) -> float:
+    def lower_bound(self) -> float:
         """What it may not be below, beside its choice."""
-        return -inf if self.field in SIGNED_SIZES or self.ends[0] < 0.0 else 0.0
+        return -inf if self.field in SIGNED_SIZES or self.range_ends[0] < 0.0 else 0.0
 
-    def order(self, length: float) -> float:
+    def magnitude(self, length: float) -> float:
         """What it is of the order of, if the cam is of the order of a length in mm."""
-        return {"size": length, "angle": self.turn}.get(self.enters) or max(map(abs, self.ends))
+        return {"size": length, "angle": self.shared_angle}.get(self.role) or max(map(abs, self.range_ends))
 
     @property
-    def first(self) -> float:
+    def first_value(self) -> float:
         """The first value of its choice."""
-        return self.ends[0] if isinstance(self.choice, StepRange) else float(self.listed[0])
+        return self.range_ends[0] if isinstance(self.choice, StepRange) else float(self.listed_values[0])
 
     @property
-    def listed(self) -> FloatArray:
+    def listed_values(self) -> FloatArray:
         """The values of a list, each once."""
         values = () if self.choice is None or isinstance(self.choice, StepRange) else self.choice
         return np.array([*dict.fromkeys(values)], dtype=float)
 
     @property
-    def count(self) -> int:
+    def grid_count(self) -> int:
         """How many values it has in a grid."""
         if not isinstance(self.choice, StepRange):
-            return self.listed.size
-        low, high = self.ends
+            return self.listed_values.size
+        low, high = self.range_ends
         return 1 + (floor((high - low) / self.choice.step + 1e-9) if self.choice.step else 0)
 
     @property
-    def values(self) -> FloatArray:
+    def grid_values(self) -> FloatArray:
         """Those values, of a range with both its ends: the last step may fall short, and none is beyond."""
         if not isinstance(self.choice, StepRange):
-            return self.listed
-        low, high = self.ends
-        return np.asarray(np.minimum(low + (self.choice.step or 0.0) * np.arange(self.count), high))
+            return self.listed_values
+        low, high = self.range_ends
+        return np.asarray(np.minimum(low + (self.choice.step or 0.0) * np.arange(self.grid_count), high))
 
-    def values_at(self, shares: FloatArray) -> FloatArray:
+    def values_at_shares(self, shares: FloatArray) -> FloatArray:
         """Values of its range, or of its list, at shares of it from 0 to 1."""
         if isinstance(self.choice, StepRange):
-            low, high = self.ends
+            low, high = self.range_ends
             return np.asarray(np.clip(low + shares * (high - low), low, high))
-        return np.asarray(self.listed[np.minimum((shares * self.listed.size).astype(int), self.listed.size - 1)])
+        return np.asarray(
+            self.listed_values[
+                np.minimum((shares * self.listed_values.size).astype(int), self.listed_values.size - 1)
+            ]
+        )
 
     @property
-    def intervals(self) -> list[tuple[float, float]]:
+    def box_intervals(self) -> list[tuple[float, float]]:
         """What boxes have of it: its range, or a listed value; of the cam's own size all between those listed."""
         if isinstance(self.choice, StepRange) or self.field == "size":
-            return [self.ends]
-        return [(value, value) for value in self.listed.tolist()]
+            return [self.range_ends]
+        return [(value, value) for value in self.listed_values.tolist()]
 
 
 def variables_of(scene: Scene) -> tuple[Variable, ...]:
@@ -158,19 +162,19 @@ def variables_of(scene: Scene) -> tuple[Variable, ...]:
             for name in [key if key in SECOND_FIELDS else key.partition(".")[2]]
         ),
         *(
-            Variable(key, "shared" if key in SHARED else "number", key, key, name, numbers.get(key))
+            Variable(key, "shared" if key in SHARED_KEYS else "number", key, key, name, numbers.get(key))
             for key, name in scene.number_quantities.items()
         ),
         *(Variable(key, "train", key, key, name, numbers.get(key)) for key, name in scene.stage_quantities.items()),
     )
 
 
-def is_of_train(key: str) -> bool:
+def is_train_key(key: str) -> bool:
     """Whether a key is that of a number of the train, which decides the motion."""
     return key.startswith("train.")
 
 
-def angles_of(search: Search, segments: Sequence[GivenSegment]) -> tuple[Variable, ...]:
+def angle_variables(search: Search, segments: Sequence[MotionSegment]) -> tuple[Variable, ...]:
     """The angles of the segments of a turn that ``[search]`` frees."""
     freed = {place: each for place, each in enumerate(segments) if each.segment in search.angles}
     turn = float(sum(each.angle for each in freed.values()))
@@ -182,8 +186,8 @@ def angles_of(search: Search, segments: Sequence[GivenSegment]) -> tuple[Variabl
     )
 
 
-def not_varied(file: str, variables: Iterable[Variable], who: str) -> list[Mistake]:
+def variation_mistakes(file: str, variables: Iterable[Variable], who: str) -> list[Mistake]:
     """A mistake for each of some variables that ``[search]`` varies, for those that take what the scene has."""
-    found = {each.searched: OTHERS[each.enters] for each in variables if each.is_searched}
+    found = {each.search_key: ROLE_ADVICE[each.role] for each in variables if each.is_searched}
     why = {key: f"{who} {other}: leave it out of [search]" for key, other in found.items()}
     return [Mistake(file, key, None, what, bare=True) for key, what in why.items()]

@@ -12,23 +12,23 @@ import pyarrow as pa
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import IndexArray
-from camopt.core.quantities.shown import Drawn
-from camopt.core.storage.tables import no_table
+from camopt.core.quantities.display import Drawable
+from camopt.core.storage.tables import no_table_error
 from camopt.scene.arguments import options_by_keyword
 from camopt.scene.scene import Scene
+from camopt.show.comparing.compared_results import ComparedResult, DesignTable, open_result
 from camopt.show.comparing.designs import (
     Change,
     Index,
     Matching,
     changed_quantities,
-    checked_place,
-    matched,
+    check_output_file,
+    match_designs,
     write_differences,
 )
-from camopt.show.comparing.fronts import Fronts, compared_fronts
-from camopt.show.comparing.scenes import Difference, Values, compared_cams, differing, is_cam
-from camopt.show.comparing.sections import sections_of
-from camopt.show.comparing.sides import DesignTable, Side, side_of
+from camopt.show.comparing.fronts import Fronts, compare_fronts
+from camopt.show.comparing.scenes import Difference, ValuePair, compare_cams, is_cam, scene_differences
+from camopt.show.comparing.sections import comparison_sections
 from camopt.solve.tables.designs import DESIGNS, PARETO
 from camopt.solve.tables.result import Result, Table
 
@@ -66,29 +66,29 @@ class TableComparison:
     """Sizes and objectives of a few designs that went and came, the best feasible ones by the first objective."""
 
     @property
-    def same(self) -> bool:
+    def has_same_designs(self) -> bool:
         """Whether both have the same designs with the same quantities, in any order."""
         return not any((self.went.size, self.came.size, len(self.changed), self.columns_in_a, self.columns_in_b))
 
     def to_dict(self) -> dict[str, Any]:
         """Counts and quantities as plain values."""
         return {
-            "same": self.same,
+            "same": self.has_same_designs,
             "designs": {"a": self.designs[0], "b": self.designs[1]},
             "went": self.went.size,
             "came": self.came.size,
             "changed": len(self.changed),
             "beyond_accuracy": self.beyond,
-            "quantities": {name: _plain(asdict(each)) for name, each in self.quantities.items()},
+            "quantities": {name: _json_record(asdict(each)) for name, each in self.quantities.items()},
             "columns_only_in": {"a": list(self.columns_in_a), "b": list(self.columns_in_b)},
             "objectives": dict(zip("ab", self.objectives, strict=True)),
             "fronts": self.fronts and self.fronts.to_dict(),
-            "first": {kind: [_plain(row) for row in rows] for kind, rows in self.first.items()},
+            "first": {kind: [_json_record(row) for row in rows] for kind, rows in self.first.items()},
         }
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison(Result, Drawn):
+class Comparison(Result, Drawable):
     """Two results side by side.
 
     Attributes
@@ -132,7 +132,7 @@ class Comparison(Result, Drawn):
     b: str
     settings: dict[str, dict[str, Difference]]
     scenes: dict[str, tuple[Scene, Scene]]
-    cams: dict[str, dict[str, Values]]
+    cams: dict[str, dict[str, ValuePair]]
     by_table: dict[str, TableComparison]
     only_in_a: tuple[str, ...]
     only_in_b: tuple[str, ...]
@@ -146,11 +146,11 @@ class Comparison(Result, Drawn):
     def same(self) -> bool:
         """Whether settings and designs are the same; versions of camopt may differ."""
         differ = (self.settings, self.only_in_a, self.only_in_b)
-        return not any(differ) and all(each.same for each in self.by_table.values())
+        return not any(differ) and all(each.has_same_designs for each in self.by_table.values())
 
     def sections(self) -> Iterator[Table | str]:
         """The differences, or a line that there are none."""
-        return sections_of(self)
+        return comparison_sections(self)
 
     def document(self) -> dict[str, Any]:
         """What differs, by kind."""
@@ -164,13 +164,15 @@ class Comparison(Result, Drawn):
             "same": self.same,
             "versions": dict(zip("ab", self.versions, strict=True)),
             "settings": settings,
-            "cams": {names: {n: _plain(v._asdict()) for n, v in each.items()} for names, each in self.cams.items()},
+            "cams": {
+                names: {n: _json_record(v._asdict()) for n, v in each.items()} for names, each in self.cams.items()
+            },
             "only_in": {"a": list(self.only_in_a), "b": list(self.only_in_b)},
             "tables": {name: each.to_dict() for name, each in self.by_table.items()},
         }
 
 
-def _plain(record: Mapping[str, Any]) -> dict[str, Any]:
+def _json_record(record: Mapping[str, Any]) -> dict[str, Any]:
     """A record with None for what is no finite number."""
     odd = {n for n, value in record.items() if isinstance(value, float) and (isinf(value) or isnan(value))}
     return {name: None if name in odd else value for name, value in record.items()}
@@ -222,23 +224,24 @@ def compare(a: Any, b: Any, *, out: str | os.PathLike[str] | None = None) -> Com
     >>> round(found.cams["scene"]["pressure_angle_max_deg"].difference, 3)
     -12.659
     """
-    place = None if out is None else checked_place(out)
+    place = None if out is None else check_output_file(out)
     with ExitStack() as stack:
-        one, other = (side_of(each, stack) for each in (a, b))
+        one, other = (open_result(each, stack) for each in (a, b))
         files = [file for file in (*one.files, *other.files) if file.exists()]
         if place and place.exists() and any(map(place.samefile, files)):
             raise BadInput([Mistake("camopt", "out", str(place), "another file: this one is compared")])
         names = [name for name in one.scenes if name in other.scenes]
         if not names:
-            why = f"a result with something that the other has too; there are {_listed(one)}, and {_listed(other)}"
+            why = "a result with something that the other has too; "
+            why += f"there are {_scene_names(one)}, and {_scene_names(other)}"
             raise BadInput([Mistake("camopt", "result", other.name, why)])
         pairs = {name: (one.tables[name], other.tables[name]) for name in one.tables if name in other.tables}
         for pair in pairs.values():
             _check_types(*pair)
-        found = {name: matched(*pair) for name, pair in pairs.items()}
+        found = {name: match_designs(*pair) for name, pair in pairs.items()}
         fronts = {name for name in pairs if name != DESIGNS or PARETO not in pairs}
-        tables = {name: _compared(*pair, found[name], name in fronts) for name, pair in pairs.items()}
-        scenes = _that_differ(one, other, names)
+        tables = {name: _compare_tables(*pair, found[name], name in fronts) for name, pair in pairs.items()}
+        scenes = _differing_scenes(one, other, names)
         searched = {table.scene for side in (one, other) for table in side.tables.values()}
         cams = [pair for pair in scenes.values() if searched.isdisjoint(pair) and all(map(is_cam, pair))]
         if place:
@@ -247,13 +250,13 @@ def compare(a: Any, b: Any, *, out: str | os.PathLike[str] | None = None) -> Com
         return Comparison(
             one.name,
             other.name,
-            {names: differing(*pair) for names, pair in scenes.items()},
+            {names: scene_differences(*pair) for names, pair in scenes.items()},
             scenes,
-            {names: compared_cams(*pair) for names, pair in scenes.items() if pair in cams},
+            {names: compare_cams(*pair) for names, pair in scenes.items() if pair in cams},
             tables,
             tuple(name for name in one.scenes if name not in other.scenes),
             tuple(name for name in other.scenes if name not in one.scenes),
-            (_versions(one), _versions(other)),
+            (_table_versions(one), _table_versions(other)),
         )
 
 
@@ -262,26 +265,26 @@ def _check_types(a: DesignTable, b: DesignTable) -> None:
     for name in a.names:
         kinds = {side.layout.field(name).type for side in (a, b) if name in side.names} - {pa.null()}
         if len(kinds) > 1:
-            raise no_table(b.name, f"its column {name} has another type than in {a.name}")
+            raise no_table_error(b.name, f"its column {name} has another type than in {a.name}")
 
 
-def _listed(side: Side) -> str:
+def _scene_names(side: ComparedResult) -> str:
     return f"{', '.join(side.scenes)} in {side.name}"
 
 
-def _versions(side: Side) -> str:
+def _table_versions(side: ComparedResult) -> str:
     return ", ".join(sorted({table.version for table in side.tables.values()}))
 
 
-def _that_differ(a: Side, b: Side, names: Iterable[str]) -> dict[str, tuple[Scene, Scene]]:
+def _differing_scenes(a: ComparedResult, b: ComparedResult, names: Iterable[str]) -> dict[str, tuple[Scene, Scene]]:
     """The pairs of scenes that differ in a setting; names of the same two scenes are told together."""
     alike: dict[tuple[Scene, Scene], list[str]] = {}
     for name in names:
         alike.setdefault((a.scenes[name], b.scenes[name]), []).append(name)
-    return {", ".join(each): pair for pair, each in alike.items() if differing(*pair)}
+    return {", ".join(each): pair for pair, each in alike.items() if scene_differences(*pair)}
 
 
-def _compared(a: DesignTable, b: DesignTable, pairs: Matching, of_front: bool) -> TableComparison:
+def _compare_tables(a: DesignTable, b: DesignTable, pairs: Matching, of_front: bool) -> TableComparison:
     differs, beyond = np.zeros((2, pairs.in_a.size), dtype=bool)
     quantities = {}
     for name, change, here, there in changed_quantities(a, b, pairs):
@@ -298,23 +301,23 @@ def _compared(a: DesignTable, b: DesignTable, pairs: Matching, of_front: bool) -
         quantities=quantities,
         columns_in_a=tuple(name for name in a.names if name not in b.names),
         columns_in_b=tuple(name for name in b.names if name not in a.names),
-        objectives=(_in_words(a), _in_words(b)),
+        objectives=(_objective_words(a), _objective_words(b)),
         units={name: a.units[name] for name in a.objectives},
-        fronts=compared_fronts(a.front(), b.front()) if comparable else None,
-        first={"went": _first(a, pairs.went), "came": _first(b, pairs.came)},
+        fronts=compare_fronts(a.front(), b.front()) if comparable else None,
+        first={"went": _best_designs(a, pairs.went), "came": _best_designs(b, pairs.came)},
     )
 
 
-def _in_words(table: DesignTable) -> dict[str, str]:
+def _objective_words(table: DesignTable) -> dict[str, str]:
     return {name: "minimise" if sign > 0.0 else "maximise" for name, sign in table.objectives.items()}
 
 
-def _first(table: DesignTable, rows: Index) -> list[dict[str, Any]]:
+def _best_designs(table: DesignTable, rows: Index) -> list[dict[str, Any]]:
     """Sizes and objectives of a few of some rows, with their numbers: the best of the feasible ones first."""
     if not rows.size:
         return []
     worse = [sign * table.floats(name)[rows] for name, sign in table.objectives.items()][:1]
-    rows = rows[np.lexsort([*worse, ~table.possible()[rows]])][:SHOWN_DESIGNS]
+    rows = rows[np.lexsort([*worse, ~table.front_candidates()[rows]])][:SHOWN_DESIGNS]
     names = [name for name in dict.fromkeys((*table.key, *table.objectives)) if name != "scene"]
     columns = {name: table.column(name).take(rows).to_pylist() for name in names}
     return [{"row": int(row), **{n: columns[n][k] for n in names}} for k, row in enumerate(rows)]

@@ -19,8 +19,8 @@ from camopt.core.numerics import BoolArray, FloatArray, IndexArray, IntArray
 from camopt.core.storage.files import check_writable, checked_suffix, path_of, whole_file
 from camopt.core.storage.tables import write_table
 from camopt.core.storage.version import VERSION
-from camopt.scene.text import parsed
-from camopt.show.comparing.sides import OWN_SCENE, DesignTable
+from camopt.scene.toml_text import parse_toml
+from camopt.show.comparing.compared_results import SCENE_COLUMN, DesignTable
 
 Index = IndexArray
 MOST_CODES = 2**62
@@ -55,15 +55,15 @@ class Change:
     """Row of this design in A, and in B."""
 
 
-def matched(a: DesignTable, b: DesignTable) -> Matching:
+def match_designs(a: DesignTable, b: DesignTable) -> Matching:
     """Pair the rows of the same designs; of designs that a table has several times, in the order of rows."""
     codes = np.zeros(a.count + b.count, dtype=np.int64)
     for name in dict.fromkeys((*a.key, *b.key)):
-        codes = _joined(codes, _numbered(*(_key_column(each, name) for each in (a, b))))
-    codes = _dense(codes)
+        codes = _pair_codes(codes, _value_codes(*(_key_column(each, name) for each in (a, b))))
+    codes = _dense_codes(codes)
     if any(np.bincount(side).max(initial=0) > 1 for side in (codes[: a.count], codes[a.count :])):
-        again = np.concatenate([_occurrence(codes[: a.count]), _occurrence(codes[a.count :])])
-        codes = _dense(_joined(codes, again))
+        again = np.concatenate([_occurrence_counts(codes[: a.count]), _occurrence_counts(codes[a.count :])])
+        codes = _dense_codes(_pair_codes(codes, again))
     place = np.full(int(codes.max(initial=-1)) + 1, -1, dtype=np.intp)
     place[codes[a.count :]] = np.arange(b.count)
     partner = place[codes[: a.count]]
@@ -74,20 +74,20 @@ def matched(a: DesignTable, b: DesignTable) -> Matching:
     return Matching(in_a, in_b, np.flatnonzero(partner < 0), np.flatnonzero(alone))
 
 
-def _joined(codes: IntArray, more: IntArray) -> IntArray:
+def _pair_codes(codes: IntArray, more: IntArray) -> IntArray:
     """Numbers of pairs of numbers."""
     many = int(more.max(initial=0)) + 1
     if (int(codes.max(initial=0)) + 1) * many > MOST_CODES:
-        codes = _dense(codes)
+        codes = _dense_codes(codes)
     return codes * many + more
 
 
-def _dense(codes: IntArray) -> IntArray:
+def _dense_codes(codes: IntArray) -> IntArray:
     """The same numbers from 0 without a gap."""
     return np.asarray(pa.array(codes).dictionary_encode().indices.to_numpy(), dtype=np.int64)
 
 
-def _occurrence(codes: IntArray) -> IntArray:
+def _occurrence_counts(codes: IntArray) -> IntArray:
     """How often each number came before in its place."""
     order = np.argsort(codes, kind="stable")
     ordered = codes[order]
@@ -101,34 +101,36 @@ def _occurrence(codes: IntArray) -> IntArray:
 def _key_column(table: DesignTable, name: str) -> pa.Array:
     """A column of the key, or what the scene has in its place; of a scene of its own a design has its motion."""
     if name not in table.names:
-        value = table.fixed(name)
+        value = table.fixed_value(name)
         return pa.nulls(table.count) if value is None else pa.array(np.full(table.count, value))
     column = table.column(name)
-    if name != OWN_SCENE:
+    if name != SCENE_COLUMN:
         return column
-    return pa.array([text and _motion(parsed(text, table.name)) for text in column.to_pylist()], pa.string())
+    return pa.array(
+        [text and _motion_text(parse_toml(text, table.name)) for text in column.to_pylist()], pa.string()
+    )
 
 
-def _motion(tables: Mapping[str, Any]) -> str:
+def _motion_text(tables: Mapping[str, Any]) -> str:
     """What of a scene makes the motion."""
     return repr([tables.get(key) for key in ("motion", "profile", "laws")])
 
 
-def _numbered(a: pa.Array, b: pa.Array) -> IntArray:
+def _value_codes(a: pa.Array, b: pa.Array) -> IntArray:
     """Each value of two columns, one after the other, by a number of its own; −0 is 0."""
-    both = pa.concat_arrays(_alike(a, b))
+    both = pa.concat_arrays(_unify_types(a, b))
     coded = both.dictionary_encode(null_encoding="encode")
     return np.asarray(coded.indices.to_numpy(zero_copy_only=False), dtype=np.int64)
 
 
-def _alike(*columns: pa.Array) -> list[pa.Array]:
+def _unify_types(*columns: pa.Array) -> list[pa.Array]:
     """Columns of one type: numbers if all are, or else texts."""
-    if all(_is_number(column.type) for column in columns):
+    if all(_is_numeric(column.type) for column in columns):
         return [pa.compute.add(column.cast(pa.float64()), 0.0) for column in columns]
     return [as_text(column) for column in columns]
 
 
-def _is_number(kind: pa.DataType) -> bool:
+def _is_numeric(kind: pa.DataType) -> bool:
     return bool(pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_null(kind))
 
 
@@ -149,8 +151,8 @@ def changed_quantities(
         if name not in b.names or name in a.key:
             continue
         one, other = a.column(name).take(pa.array(pairs.in_a)), b.column(name).take(pa.array(pairs.in_b))
-        numbers = _is_number(one.type) and _is_number(other.type)
-        found = _changed_numbers if numbers else _changed_words
+        numbers = _is_numeric(one.type) and _is_numeric(other.type)
+        found = _compare_numbers if numbers else _compare_texts
         differs, share, beyond = found(one, other, a.scene.accuracy.relative_error, b.scene.accuracy.relative_error)
         if not differs.any():
             continue
@@ -176,7 +178,7 @@ Differences = tuple[BoolArray, FloatArray, BoolArray]
 """Whether values differ, by which share of the larger, and whether beyond the accuracy."""
 
 
-def _changed_numbers(a: pa.Array, b: pa.Array, error_a: float, error_b: float) -> Differences:
+def _compare_numbers(a: pa.Array, b: pa.Array, error_a: float, error_b: float) -> Differences:
     """Of numbers; what is missing on one side, or infinite, differs by an infinite share."""
     x, y = (np.asarray(column.to_numpy(zero_copy_only=False), dtype=float) for column in (a, b))
     differs = (x != y) & ~(np.isnan(x) & np.isnan(y))
@@ -190,21 +192,21 @@ def _changed_numbers(a: pa.Array, b: pa.Array, error_a: float, error_b: float) -
     return differs, share, beyond
 
 
-def _changed_words(a: pa.Array, b: pa.Array, *_: float) -> Differences:
+def _compare_texts(a: pa.Array, b: pa.Array, *_: float) -> Differences:
     """Of texts, flags and lists of texts."""
-    codes = _numbered(a, b)
+    codes = _value_codes(a, b)
     differs = codes[: len(a)] != codes[len(a) :]
     return differs, differs.astype(float), differs
 
 
 PARQUET, CSV = ".parquet", ".csv"
-ORIGIN = pa.schema({"change": pa.string(), "table": pa.string(), "row": pa.int64()})
+ORIGIN_SCHEMA = pa.schema({"change": pa.string(), "table": pa.string(), "row": pa.int64()})
 """Columns that say where a row comes from, and what happened to its design."""
-Different = tuple[DesignTable, DesignTable, Matching, IndexArray]
+ChangedTables = tuple[DesignTable, DesignTable, Matching, IndexArray]
 """Two tables, which of their rows are of the same designs, and pairs of rows that changed."""
 
 
-def checked_place(path: str | os.PathLike[str]) -> Path:
+def check_output_file(path: str | os.PathLike[str]) -> Path:
     """The file to write; BadInput unless it is of a known kind, OSError if it cannot be written."""
     checked_suffix(path, "out", (PARQUET, CSV))
     place = path_of(path)
@@ -212,10 +214,10 @@ def checked_place(path: str | os.PathLike[str]) -> Path:
     return place
 
 
-def write_differences(found: Mapping[str, Different], path: Path) -> None:
+def write_differences(found: Mapping[str, ChangedTables], path: Path) -> None:
     """Write all rows of designs that went, came or changed, with where they come from."""
-    parts = [part for name, each in found.items() for part in _parts(name, *each)]
-    table = pa.concat_tables([ORIGIN.empty_table(), *parts], promote_options="default")
+    parts = [part for name, each in found.items() for part in _difference_rows(name, *each)]
+    table = pa.concat_tables([ORIGIN_SCHEMA.empty_table(), *parts], promote_options="default")
     if path.suffix.lower() == PARQUET:
         write_table(table.replace_schema_metadata({"camopt_version": VERSION}), path)
         return
@@ -225,7 +227,9 @@ def write_differences(found: Mapping[str, Different], path: Path) -> None:
         csv.write_csv(pa.table(texts), partial)
 
 
-def _parts(name: str, a: DesignTable, b: DesignTable, pairs: Matching, changed: IndexArray) -> Iterator[pa.Table]:
+def _difference_rows(
+    name: str, a: DesignTable, b: DesignTable, pairs: Matching, changed: IndexArray
+) -> Iterator[pa.Table]:
     """The rows of two tables by what happened to them; of those that changed, both."""
     for change, table, rows in (
         ("went", a, pairs.went),
@@ -237,4 +241,4 @@ def _parts(name: str, a: DesignTable, b: DesignTable, pairs: Matching, changed: 
             origin = [pa.repeat(change, rows.size), pa.repeat(name, rows.size), pa.array(rows.astype(np.int64))]
             taken = [table.column(each).take(pa.array(rows)) for each in table.names]
             layout = [field.with_nullable(True) for field in table.layout]  # another table may lack a column
-            yield pa.table([*origin, *taken], schema=pa.schema([*ORIGIN, *layout]))
+            yield pa.table([*origin, *taken], schema=pa.schema([*ORIGIN_SCHEMA, *layout]))

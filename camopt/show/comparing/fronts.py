@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.solve.front.pareto import hypervolume, scale_of_costs, undominated
+from camopt.solve.front.pareto import cost_scale, hypervolume, is_non_dominated
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class FrontSide:
     front is ahead of each of them. Like the mean it is None where a front has no point of finite costs."""
 
     @property
-    def alone(self) -> int:
+    def uncovered_points(self) -> int:
         """Points that the other front does not cover."""
         return self.points - self.dominated - self.shared
 
@@ -49,55 +49,62 @@ class Fronts:
     """Of each front, (points, objectives)."""
 
     @property
-    def same(self) -> bool:
+    def has_same_points(self) -> bool:
         """Whether each front has the points of the other, in objectives."""
         return not self.a.points - self.a.shared and not self.b.points - self.b.shared
 
     @property
-    def told(self) -> str:
+    def verdict_sentence(self) -> str:
         """Which front is better, and where, in words."""
         a, b = self.a, self.b
         if not (a.points and b.points):
             return (
                 "Only A has a front." if a.points else "Only B has a front." if b.points else "Neither has a front."
             )
-        if self.same:
+        if self.has_same_points:
             return "The fronts are the same."
-        if a.alone and b.alone:
+        if a.uncovered_points and b.uncovered_points:
             ahead = {"A": b.behind_most, "B": a.behind_most}
             shares = [f"{name}'s by at most {most:.3g}" for name, most in ahead.items() if most is not None]
             of = f": {', '.join(shares)} of the range of an objective" if shares else ""
             return f"Each front is better in places{of}."
-        better, side = ("A", b) if a.alone else ("B", a)
+        better, side = ("A", b) if a.uncovered_points else ("B", a)
         where = "everywhere" if side.dominated == side.points else "in places, and as good elsewhere"
         return f"{better}'s front is better {where}."
 
     def to_dict(self) -> dict[str, Any]:
         """The same as plain values."""
-        return {"same": self.same, "told": self.told, "a": asdict(self.a), "b": asdict(self.b)}
+        return {
+            "same": self.has_same_points,
+            "told": self.verdict_sentence,
+            "a": asdict(self.a),
+            "b": asdict(self.b),
+        }
 
 
-def compared_fronts(a: FloatArray, b: FloatArray) -> Fronts:
+def compare_fronts(a: FloatArray, b: FloatArray) -> Fronts:
     """Two fronts as costs, (points, objectives); each has no point that another of it dominates."""
     a, b = a + 0.0, b + 0.0  # no −0
-    scale = scale_of_costs(np.concatenate([a, b]))
-    normalised = scale.normalised(np.concatenate([a, b]))
+    scale = cost_scale(np.concatenate([a, b]))
+    normalised = scale.normalise_costs(np.concatenate([a, b]))
     one, other = normalised[: len(a)], normalised[len(a) :]
-    kept = undominated(np.concatenate([a, b])) if len(a) + len(b) else np.zeros(0, bool)
+    kept = is_non_dominated(np.concatenate([a, b])) if len(a) + len(b) else np.zeros(0, bool)
     return Fronts(
-        _side(a, b, one, other, int(np.sum(~kept[: len(a)]))),
-        _side(b, a, other, one, int(np.sum(~kept[len(a) :]))),
+        _front_side(a, b, one, other, int(np.sum(~kept[: len(a)]))),
+        _front_side(b, a, other, one, int(np.sum(~kept[len(a) :]))),
         (a, b),
     )
 
 
-def _side(mine: FloatArray, others: FloatArray, here: FloatArray, there: FloatArray, dominated: int) -> FrontSide:
+def _front_side(
+    mine: FloatArray, others: FloatArray, here: FloatArray, there: FloatArray, dominated: int
+) -> FrontSide:
     """One front beside the other: costs, then both normalised."""
     import moocore  # noqa: PLC0415, two cams are compared without it
 
     volume, exact = hypervolume(here) if len(here) else (0.0, True)
     known = {tuple(row) for row in others.tolist()}
-    here, there = _near(here), _near(there)
+    here, there = _finite_points(here), _finite_points(there)
     known_distances = bool(len(here) and len(there))
     return FrontSide(
         points=len(mine),
@@ -110,6 +117,6 @@ def _side(mine: FloatArray, others: FloatArray, here: FloatArray, there: FloatAr
     )
 
 
-def _near(normalised: FloatArray) -> FloatArray:
+def _finite_points(normalised: FloatArray) -> FloatArray:
     """The points to which there is a distance: without an infinite cost; an infinite gain is the ideal."""
     return np.maximum(normalised[np.all(normalised < np.inf, axis=1)], 0.0)

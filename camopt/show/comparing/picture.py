@@ -7,33 +7,33 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import BoolArray, FloatArray
-from camopt.core.quantities.unit_systems import shown
+from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.show.comparing.compare import Comparison, TableComparison
-from camopt.show.drawing.style import MUTED, PAGE_TITLE, SERIES, Figure, Target, canvas, dress
+from camopt.show.drawing.style import MUTED, PAGE_TITLE, SERIES, Figure, Target, add_grid, canvas
 from camopt.solve.tables.cells import axis_label
 
-MOST_PANELS = 3  # side by side: all pairs of three objectives
+MOST_OBJECTIVE_PAIRS = 3  # side by side: all pairs of three objectives
 PANEL_WIDTH, PANEL_HEIGHT = 4.6, 4.4  # inches: of a panel
 
 
 def draw(found: Comparison, path: Target = None) -> "Figure":
     """Draw the Pareto fronts of two results, a row of panels for each table: each pair of objectives that vary."""
-    rows = {name: table for name, table in found.by_table.items() if table.fronts and _pairs(table)}
+    rows = {name: table for name, table in found.by_table.items() if table.fronts and _varied_objectives(table)}
     if not rows:
         why = "results with fronts of the same two objectives or more, which vary"
         raise BadInput([Mistake("camopt", "what", repr(found), why)])
-    many = max(len(_pairs(table)) for table in rows.values())
+    many = max(len(_varied_objectives(table)) for table in rows.values())
     with canvas(path, (max(many, 2) * PANEL_WIDTH, len(rows) * PANEL_HEIGHT), layout="constrained") as figure:
         title = f"Pareto fronts: {found.a} (A) and {found.b} (B)"
         figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
         for panels, (name, table) in zip(
             figure.subplots(len(rows), many, squeeze=False), rows.items(), strict=True
         ):
-            pairs = _pairs(table)
+            pairs = _varied_objectives(table)
             for axes in panels[len(pairs) :]:
                 axes.set_axis_off()
             for axes, pair in zip(panels, pairs, strict=False):
-                _draw(axes, table, pair)
+                _draw_fronts(axes, table, pair)
             panels[0].set_title(name, loc="left")
         drawn = [axes.get_legend_handles_labels() for axes in figure.axes]
         once = {label: handle for handles, labels in drawn for handle, label in zip(handles, labels, strict=True)}
@@ -41,40 +41,40 @@ def draw(found: Comparison, path: Target = None) -> "Figure":
     return figure
 
 
-def _values(table: TableComparison) -> tuple[FloatArray, FloatArray]:
+def _front_costs(table: TableComparison) -> tuple[FloatArray, FloatArray]:
     """The objectives of the points of both fronts."""
     assert table.fronts is not None
     signs = np.array([1.0 if aim == "minimise" else -1.0 for aim in table.objectives[0].values()])
-    scales = signs * [shown(1.0, table.units[name]) for name in table.objectives[0]]
+    scales = signs * [to_shown_unit(1.0, table.units[name]) for name in table.objectives[0]]
     a, b = table.fronts.costs
     return a * scales, b * scales
 
 
-def _pairs(table: TableComparison) -> list[tuple[int, int]]:
+def _varied_objectives(table: TableComparison) -> list[tuple[int, int]]:
     """The pairs of objectives that differ from point to point."""
-    every = np.concatenate(_values(table))
+    every = np.concatenate(_front_costs(table))
     varied = [k for k, column in enumerate(every.T) if np.unique(column[np.isfinite(column)]).size > 1]
-    return list(combinations(varied, 2))[:MOST_PANELS]
+    return list(combinations(varied, 2))[:MOST_OBJECTIVE_PAIRS]
 
 
-def _draw(axes: Any, table: TableComparison, pair: tuple[int, int]) -> None:
+def _draw_fronts(axes: Any, table: TableComparison, pair: tuple[int, int]) -> None:
     """The fronts in two objectives: common points, points of A only and of B only."""
-    a, b = _values(table)
-    in_both = _which_of(a, b)
+    a, b = _front_costs(table)
+    in_both = _are_among_points(a, b)
     for points, label, look in (
         (a[in_both], "on both fronts", {"color": MUTED, "marker": ".", "s": 16}),
         (a[~in_both], "on A's alone", {"facecolor": "none", "edgecolor": SERIES[0], "marker": "o", "s": 22}),
-        (b[~_which_of(b, a)], "on B's alone", {"color": SERIES[1], "marker": "x", "s": 18, "lw": 1.0}),
+        (b[~_are_among_points(b, a)], "on B's alone", {"color": SERIES[1], "marker": "x", "s": 18, "lw": 1.0}),
     ):
         if len(points):
             axes.scatter(points[:, pair[0]], points[:, pair[1]], label=label, zorder=3, **look)
     names = [*table.objectives[0]]
     across, up = (axis_label(names[k], table.units[names[k]]) for k in pair)
     axes.set(xlabel=across, ylabel=up)
-    dress(axes)
+    add_grid(axes)
 
 
-def _which_of(points: FloatArray, others: FloatArray) -> BoolArray:
+def _are_among_points(points: FloatArray, others: FloatArray) -> BoolArray:
     """Which points are among others."""
     known = {tuple(each) for each in others.tolist()}
     return np.array([tuple(each) in known for each in points.tolist()], dtype=bool)

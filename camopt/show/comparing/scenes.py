@@ -3,12 +3,12 @@
 from math import isfinite
 from typing import Any, NamedTuple
 
-from camopt.core.quantities import in_order
+from camopt.core.quantities import in_column_order
 from camopt.scene.mapping import leaves
-from camopt.scene.places import tables_of
-from camopt.scene.problem.problem import missing, resolve
+from camopt.scene.problem.problem import missing_variable_mistakes, resolve
 from camopt.scene.scene import Scene
-from camopt.scene.units import as_shown, units_shown
+from camopt.scene.table_places import tables_by_place
+from camopt.scene.units import in_shown_units, tables_of_shown_units
 from camopt.show.comparing.designs import ERROR_BOUND
 from camopt.solve.verdicts.evaluation import evaluate
 
@@ -16,7 +16,7 @@ Difference = tuple[Any, Any]
 """What A and B have; None for what is not set."""
 
 
-def differing(a: Scene, b: Scene) -> dict[str, Difference]:
+def scene_differences(a: Scene, b: Scene) -> dict[str, Difference]:
     """The keys in which two scenes differ, such as ``limits.pressure_angle`` and ``motion.1.angle``.
 
     Segments are counted from 1. A key that one scene leaves at its default is there with the default.
@@ -29,16 +29,16 @@ def differing(a: Scene, b: Scene) -> dict[str, Difference]:
 
 def shown_settings(a: Scene, b: Scene) -> dict[str, tuple[Any, Any, str]]:
     """The keys in which two scenes differ: what A and B have, in the units that are shown, and these units."""
-    models, tables = tables_of(Scene), [scene.model_dump(mode="json") for scene in (a, b)]
-    one, other = (dict(leaves(as_shown(each, models))) for each in tables)
-    units = [dict(leaves(units_shown(each, models))) for each in tables]
+    models, tables = tables_by_place(Scene), [scene.model_dump(mode="json") for scene in (a, b)]
+    one, other = (dict(leaves(in_shown_units(each, models))) for each in tables)
+    units = [dict(leaves(tables_of_shown_units(each, models))) for each in tables]
     return {
         key: (one.get(key), other.get(key), " / ".join(dict.fromkeys(u[key] for u in units if u.get(key))))
-        for key in differing(a, b)
+        for key in scene_differences(a, b)
     }
 
 
-class Values(NamedTuple):
+class ValuePair(NamedTuple):
     """A quantity of two cams."""
 
     a: Any
@@ -51,24 +51,30 @@ class Values(NamedTuple):
 
 def is_cam(scene: Scene) -> bool:
     """Whether a scene gives all sizes and numbers of its cam, and leaves none to a search."""
-    return not missing(resolve(scene))
+    return not missing_variable_mistakes(resolve(scene))
 
 
-def compared_cams(a: Scene, b: Scene) -> dict[str, Values]:
+def compare_cams(a: Scene, b: Scene) -> dict[str, ValuePair]:
     """The quantities that either calls for and that differ by more than the relative errors of both."""
     one, other = evaluate(a), evaluate(b)
-    pairs = {name: (one.get(name), other.get(name)) for name in in_order({**one, **other}) if name != ERROR_BOUND}
+    pairs = {
+        name: (one.get(name), other.get(name)) for name in in_column_order({**one, **other}) if name != ERROR_BOUND
+    }
     errors = a.accuracy.relative_error, b.accuracy.relative_error
-    return {name: Values(*pair, _apart(*pair)) for name, pair in pairs.items() if _differ(*pair, *errors)}
+    return {
+        name: ValuePair(*pair, _numeric_difference(*pair))
+        for name, pair in pairs.items()
+        if _values_differ(*pair, *errors)
+    }
 
 
 def _are_numbers(*values: Any) -> bool:
     return all(isinstance(value, float) and isfinite(value) for value in values)
 
 
-def _apart(a: Any, b: Any) -> float | None:
+def _numeric_difference(a: Any, b: Any) -> float | None:
     return b - a if _are_numbers(a, b) else None
 
 
-def _differ(a: Any, b: Any, error_a: float, error_b: float) -> bool:
+def _values_differ(a: Any, b: Any, error_a: float, error_b: float) -> bool:
     return bool(abs(b - a) > error_a * abs(a) + error_b * abs(b)) if _are_numbers(a, b) else a != b

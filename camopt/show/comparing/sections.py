@@ -3,22 +3,22 @@
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from camopt.core.quantities.unit_systems import shown
+from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.show.comparing.scenes import shown_settings
-from camopt.solve.tables.cells import number, shown_name, unit_of_column
+from camopt.solve.tables.cells import number_text, shown_column_name, unit_of_column
 from camopt.solve.tables.designs import LAW_COLUMNS, laws_shown, with_law
 from camopt.solve.tables.result import Table, table_of
 
 if TYPE_CHECKING:
     from camopt.show.comparing.compare import Comparison, TableComparison
     from camopt.show.comparing.fronts import FrontSide
-    from camopt.show.comparing.scenes import Values
+    from camopt.show.comparing.scenes import ValuePair
 
 VALUE_CHARACTERS = 60  # characters of a value
 NOT_SET = "—"
 
 
-def sections_of(result: "Comparison") -> Iterator[Table | str]:
+def comparison_sections(result: "Comparison") -> Iterator[Table | str]:
     """The differences, or a line that there are none."""
     yield f"A: {result.a}"
     yield f"B: {result.b}"
@@ -31,42 +31,44 @@ def sections_of(result: "Comparison") -> Iterator[Table | str]:
             yield f"Only in {name}: {', '.join(only)}"
     for names, pair in result.scenes.items():
         settings = shown_settings(*pair).items()
-        rows = [{"key": key, "A": _short(a), "B": _short(b), "unit": unit} for key, (a, b, unit) in settings]
+        rows = [
+            {"key": key, "A": _short_value(a), "B": _short_value(b), "unit": unit} for key, (a, b, unit) in settings
+        ]
         yield ""
         yield table_of(f"Settings that differ ({names})", rows, ["key", "A", "B", "unit"])
     for names, cam in result.cams.items():
         yield ""
-        yield from _quantities(names, cam)
+        yield from _quantity_sections(names, cam)
     for name, table in result.by_table.items():
         yield ""
-        yield from _designs(name, table)
-        yield from _fronts(table)
+        yield from _design_sections(name, table)
+        yield from _front_sections(table)
 
 
-def _short(value: Any) -> str:
+def _short_value(value: Any) -> str:
     """A value of a scene in a cell."""
     if value is None:
         return NOT_SET
-    text = ", ".join(map(number, value)) if isinstance(value, list) else number(value)
+    text = ", ".join(map(number_text, value)) if isinstance(value, list) else number_text(value)
     return text if len(text) <= VALUE_CHARACTERS else f"{text[:VALUE_CHARACTERS]}…"
 
 
-def _shown(name: str, value: Any) -> Any:
+def _shown_value(name: str, value: Any) -> Any:
     """A value of a column as it is shown."""
-    return shown(value, unit_of_column(name)) if isinstance(value, float) else value
+    return to_shown_unit(value, unit_of_column(name)) if isinstance(value, float) else value
 
 
-def _quantities(names: str, cam: "Mapping[str, Values]") -> Iterator[Table | str]:
+def _quantity_sections(names: str, cam: "Mapping[str, ValuePair]") -> Iterator[Table | str]:
     """The quantities of two cams that differ, side by side."""
     if not cam:
         yield f"Their quantities are the same ({names})."
         return
     rows = [
         {
-            "quantity": shown_name(name),
-            "A": _short(_shown(name, each.a)),
-            "B": _short(_shown(name, each.b)),
-            "B − A": "" if each.difference is None else f"{_shown(name, each.difference):+.6g}",
+            "quantity": shown_column_name(name),
+            "A": _short_value(_shown_value(name, each.a)),
+            "B": _short_value(_shown_value(name, each.b)),
+            "B − A": "" if each.difference is None else f"{_shown_value(name, each.difference):+.6g}",
             "relative": f"{each.difference / abs(each.a):+.1%}" if each.difference and each.a else "",
         }
         for name, each in cam.items()
@@ -74,11 +76,11 @@ def _quantities(names: str, cam: "Mapping[str, Values]") -> Iterator[Table | str
     yield table_of(f"Quantities that differ ({names})", rows, [*rows[0]])
 
 
-def _designs(name: str, table: "TableComparison") -> Iterator[Table | str]:
+def _design_sections(name: str, table: "TableComparison") -> Iterator[Table | str]:
     """The numbers of new, lost and changed designs; the changed quantities; the best new and lost designs."""
     of_a, of_b = table.designs
     yield f"{name}: {of_a:,} designs in A, {of_b:,} in B"
-    if table.same:
+    if table.has_same_designs:
         yield "The same designs, with the same quantities."
         return
     moved = f"{table.went.size:,} went (only in A), {table.came.size:,} came (only in B)"
@@ -90,12 +92,12 @@ def _designs(name: str, table: "TableComparison") -> Iterator[Table | str]:
     if table.quantities:
         rows = [
             {
-                "quantity": shown_name(name),
+                "quantity": shown_column_name(name),
                 "designs": change.designs,
                 "beyond accuracy": change.beyond,
                 "largest change": "" if change.largest is None else float(f"{change.largest:.2g}"),
-                "A": _short(_shown(name, change.a)),
-                "B": _short(_shown(name, change.b)),
+                "A": _short_value(_shown_value(name, change.a)),
+                "B": _short_value(_shown_value(name, change.b)),
             }
             for name, change in table.quantities.items()
         ]
@@ -109,35 +111,35 @@ def _designs(name: str, table: "TableComparison") -> Iterator[Table | str]:
             yield table_of(title, with_law(rows), ["row", *laws_shown(rows), *numbers])
 
 
-def _fronts(table: "TableComparison") -> Iterator[Table | str]:
+def _front_sections(table: "TableComparison") -> Iterator[Table | str]:
     """The differences of the fronts, or the reason why they cannot be compared."""
     a, b = table.objectives
-    if table.fronts and table.fronts.same:
-        yield table.fronts.told
+    if table.fronts and table.fronts.has_same_points:
+        yield table.fronts.verdict_sentence
     elif table.fronts:
         yield ""
         words: dict[str, Callable[[FrontSide], str]] = {
             "points": lambda side: f"{side.points:,}",
             "hypervolume, as a share": lambda side: f"{'' if side.exact else 'about '}{side.hypervolume:.6g}",
-            "points that the other dominates": lambda side: _share(side.dominated, side.points),
-            "points that the other has too": lambda side: _share(side.shared, side.points),
-            "behind the other, in the mean (IGD⁺)": lambda side: _distance(side.behind_mean),
-            "behind the other, at most (ε)": lambda side: _distance(side.behind_most),
+            "points that the other dominates": lambda side: _count_with_share(side.dominated, side.points),
+            "points that the other has too": lambda side: _count_with_share(side.shared, side.points),
+            "behind the other, in the mean (IGD⁺)": lambda side: _distance_text(side.behind_mean),
+            "behind the other, at most (ε)": lambda side: _distance_text(side.behind_most),
         }
         rows = [{"": word, "A": text(table.fronts.a), "B": text(table.fronts.b)} for word, text in words.items()]
         yield table_of("The fronts, by the ideal and the nadir of both", rows, ["", "A", "B"])
-        yield table.fronts.told
+        yield table.fronts.verdict_sentence
     elif a != b:
-        yield f"The fronts cannot be compared: A has the objectives {_aims(a)}; B {_aims(b)}."
+        yield f"The fronts cannot be compared: A has the objectives {_objectives_text(a)}; B {_objectives_text(b)}."
 
 
-def _aims(objectives: dict[str, str]) -> str:
+def _objectives_text(objectives: dict[str, str]) -> str:
     return ", ".join(f"{aim} {name}" for name, aim in objectives.items()) or "none"
 
 
-def _share(count: int, of: int) -> str:
+def _count_with_share(count: int, of: int) -> str:
     return f"{count:,} ({count / of:.1%})" if of else "0"
 
 
-def _distance(value: float | None) -> str:
+def _distance_text(value: float | None) -> str:
     return NOT_SET if value is None else f"{value:.3g}".replace("-", "−")

@@ -17,13 +17,13 @@ from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.core.storage.files import checked_suffix, whole_file
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.problem.problem import resolve_design
-from camopt.show.drawing.bodies import FRAMES, TURN_TIME, Reading, Stage
+from camopt.show.drawing.animated_figure import DISC_SIZE, GROOVE_SIZE, draw_animated_figure
 from camopt.show.drawing.frames import ffmpeg, write_gif, write_mp4
+from camopt.show.drawing.moving_bodies import FRAMES, TURN_TIME, AnimatedFigure, Reading
 from camopt.show.drawing.picture import Picture
-from camopt.show.drawing.stage import DISC_SIZE, GROOVE_SIZE, set_stage
 from camopt.show.drawing.style import Target, canvas
 
-MOVING_KINDS = (".svg", ".gif", ".mp4")
+ANIMATION_KINDS = (".svg", ".gif", ".mp4")
 
 
 @dataclass(frozen=True)
@@ -85,13 +85,13 @@ def animate(scene: SceneSource, path: Target = None) -> Animation:
     >>> animation = camopt.animate(camopt.find_scene("two-pauses"), "turning.svg")
     """
     scene = scene_from(scene)
-    suffix = None if path is None else checked_suffix(path, "path", MOVING_KINDS)
+    suffix = None if path is None else checked_suffix(path, "path", ANIMATION_KINDS)
     if suffix == ".mp4":
         ffmpeg()  # or the trouble is known before the work
     picture = Picture(scene, resolve_design(scene))
     with canvas(None, GROOVE_SIZE if picture.problem.setup.mechanism.body.developed else DISC_SIZE) as figure:
-        stage = set_stage(figure, picture)
-        animation = Animation(scene.name, moving_svg(stage))
+        stage = draw_animated_figure(figure, picture)
+        animation = Animation(scene.name, animated_svg(stage))
         if path is not None and suffix is not None:
             with whole_file(path) as partial:
                 if suffix == ".svg":
@@ -102,7 +102,7 @@ def animate(scene: SceneSource, path: Target = None) -> Animation:
 
 
 NAMESPACE = "http://www.w3.org/2000/svg"
-PER_INCH = 72.0  # of an inch; the unit of the file
+POINTS_PER_INCH = 72.0  # of an inch; the unit of the file
 PAGES_AROUND = 2.0  # widths of the page on each side, where lines are drawn too: they may come onto it
 TEXT_ABOVE, TEXT_BELOW, TEXT_LEFT = 9.0, 3.0, 120.0  # points of a text that are shown, from its foot and its end
 READING_STEP = 24.0  # points from one text of a column to the next
@@ -110,27 +110,27 @@ READING_STEP = 24.0  # points from one text of a column to the next
 Element = ElementTree.Element
 
 
-def moving_svg(stage: Stage) -> str:
+def animated_svg(stage: AnimatedFigure) -> str:
     """The text of the file."""
     for place, body in enumerate(stage.bodies):
         body.axes.set_gid(f"body-{place}")
     for place, reading in enumerate(stage.readings):
         reading.text.set_gid(f"reading-{place}")
-    root = _drawn(stage.figure)
+    root = _wide_svg(stage.figure)
     groups = {group.get("id"): group for group in root.iter(f"{{{NAMESPACE}}}g")}
     for place, body in enumerate(stage.bodies):
         group = groups[f"body-{place}"]
-        for kind, values in body.svg_motions(_units(body.axes, stage.figure)).items():
+        for kind, values in body.svg_transforms(_file_points(body.axes, stage.figure)).items():
             if len(set(values)) > 1:
-                _animate(_inside(group), kind, values, "linear")
+                _animate_transform(_wrap_in_group(group), kind, values, "linear")
         if body.windowed:
-            _clip(group, _window(body.axes, stage.figure))
+            _clip_group(group, _axes_window(body.axes, stage.figure))
     for place, reading in enumerate(stage.readings):
-        _change(groups[f"reading-{place}"], reading)
+        _animate_reading(groups[f"reading-{place}"], reading)
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def _drawn(figure: Any) -> Element:
+def _wide_svg(figure: Any) -> Element:
     """The picture without motion, on a wide page: matplotlib leaves out what is off the page."""
     from matplotlib.transforms import Bbox
 
@@ -141,28 +141,30 @@ def _drawn(figure: Any) -> Element:
     ElementTree.register_namespace("", NAMESPACE)
     ElementTree.register_namespace("xlink", "http://www.w3.org/1999/xlink")
     root = ElementTree.fromstring(file.getvalue())
-    width, height = width * PER_INCH, height * PER_INCH
+    width, height = width * POINTS_PER_INCH, height * POINTS_PER_INCH
     root.set("viewBox", f"{PAGES_AROUND * width:g} 0 {width:g} {height:g}")
     root.set("width", f"{width:g}pt")
     root.set("height", f"{height:g}pt")
     return root
 
 
-def _change(group: Element, reading: Reading) -> None:
+def _animate_reading(group: Element, reading: Reading) -> None:
     """Show one text after the other: a column of texts jumps past a window of one line."""
     (first,) = group.iter(f"{{{NAMESPACE}}}text")
     x, y = (float(first.get(key, "0")) for key in "xy")
-    column = _inside(group)
+    column = _wrap_in_group(group)
     first.attrib.pop("transform", None)
     for place, words in enumerate(reading.values[1:FRAMES], start=1):
         text = ElementTree.SubElement(column, f"{{{NAMESPACE}}}text", first.attrib)
         text.set("y", f"{y + place * READING_STEP:.6g}")
         text.text = words
-    _animate(column, "translate", [f"0 {-place * READING_STEP:.6g}" for place in range(FRAMES)], "discrete")
-    _clip(group, (x - TEXT_LEFT, y - TEXT_ABOVE, TEXT_LEFT, TEXT_ABOVE + TEXT_BELOW))
+    _animate_transform(
+        column, "translate", [f"0 {-place * READING_STEP:.6g}" for place in range(FRAMES)], "discrete"
+    )
+    _clip_group(group, (x - TEXT_LEFT, y - TEXT_ABOVE, TEXT_LEFT, TEXT_ABOVE + TEXT_BELOW))
 
 
-def _inside(group: Element) -> Element:
+def _wrap_in_group(group: Element) -> Element:
     """A new element that takes all that is in a group."""
     within = list(group)
     for element in within:
@@ -172,7 +174,7 @@ def _inside(group: Element) -> Element:
     return moved
 
 
-def _animate(element: Element, kind: str, values: list[str], mode: str) -> None:
+def _animate_transform(element: Element, kind: str, values: list[str], mode: str) -> None:
     """Animate the transform of an element over one turn, again and again."""
     ElementTree.SubElement(
         element,
@@ -186,7 +188,7 @@ def _animate(element: Element, kind: str, values: list[str], mode: str) -> None:
     )
 
 
-def _clip(group: Element, window: tuple[float, float, float, float]) -> None:
+def _clip_group(group: Element, window: tuple[float, float, float, float]) -> None:
     """Show only the part of a group within a rectangle: left, top, width, height."""
     name = f"{group.get('id')}-window"
     clip = ElementTree.Element(f"{{{NAMESPACE}}}clipPath", id=name)
@@ -196,15 +198,15 @@ def _clip(group: Element, window: tuple[float, float, float, float]) -> None:
     group.set("clip-path", f"url(#{name})")
 
 
-def _window(axes: Any, figure: Any) -> tuple[float, float, float, float]:
+def _axes_window(axes: Any, figure: Any) -> tuple[float, float, float, float]:
     """The box of axes in the file: left, top, width, height in points."""
-    box, (width, height) = axes.get_position(), figure.get_size_inches() * PER_INCH
+    box, (width, height) = axes.get_position(), figure.get_size_inches() * POINTS_PER_INCH
     return (PAGES_AROUND + box.x0) * width, (1.0 - box.y1) * height, box.width * width, box.height * height
 
 
-def _units(axes: Any, figure: Any) -> Callable[[ComplexArray], FloatArray]:
+def _file_points(axes: Any, figure: Any) -> Callable[[ComplexArray], FloatArray]:
     """From points of axes to places in the file, (n, 2), in points."""
-    left, top, width, height = _window(axes, figure)
+    left, top, width, height = _axes_window(axes, figure)
     (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
 
     def places(points: ComplexArray) -> FloatArray:

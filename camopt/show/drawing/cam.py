@@ -7,23 +7,23 @@ import scipy
 from shapely import LinearRing, Point, Polygon, make_valid
 
 from camopt.core.numerics import ComplexArray
-from camopt.core.quantities.unit_systems import computed, shown, shown_unit
+from camopt.core.quantities.unit_systems import from_shown_unit, shown_unit, to_shown_unit
 from camopt.model.mechanisms.geometry import CamCurves, cam_curves
 from camopt.model.motion.stroke import DWELL
-from camopt.show.drawing.follower import Parts, draw_follower
-from camopt.show.drawing.labels import Label, around
+from camopt.show.drawing.follower import FollowerAxes, draw_follower
+from camopt.show.drawing.labels import Label, label_places
 from camopt.show.drawing.linkage import draw_linkage
 from camopt.show.drawing.picture import (
     STROKE_NAMES,
     Picture,
-    area,
     draw_circle,
     draw_line,
+    fill_area,
     fit_axes,
-    in_figures,
+    length_in_digits,
     round_length,
 )
-from camopt.show.drawing.second import draw_second_contact, draw_second_disc, outline_of
+from camopt.show.drawing.second_contact import draw_second_contact, draw_second_disc, second_outline
 from camopt.show.drawing.style import (
     COLOURS,
     FAINT,
@@ -31,18 +31,18 @@ from camopt.show.drawing.style import (
     INK,
     MUTED,
     PITCH_COLOUR,
-    PROFILE,
+    PROFILE_WIDTH,
     REFERENCE_COLOUR,
-    SMALL,
-    TEXT,
+    SMALL_SIZE,
+    TEXT_SIZE,
     TITLE_SIZE,
 )
 
-FROM_START = (7.0, 16.0, 28.0)  # points: of a cam angle from where its stroke begins
-ASIDE = (5.0, 8.0, 12.0, 16.0, 22.0, 30.0)  # points: of ω from its arrow
-CROSS = np.array([1, 1j, -1, -1j])
-MARGIN = 0.08  # of the radius of a groove: what is drawn beside it where the diameter of its disc is not given
-UNSEEN = 1e-4  # of the cam: an offset smaller than that is none to the eye
+START_LABEL_DISTANCES = (7.0, 16.0, 28.0)  # points: of a cam angle from where its stroke begins
+ROTATION_LABEL_DISTANCES = (5.0, 8.0, 12.0, 16.0, 22.0, 30.0)  # points: of ω from its arrow
+CROSS_POINTS = np.array([1, 1j, -1, -1j])
+BODY_MARGIN = 0.08  # of the radius of a groove: what is drawn beside it where the diameter of its disc is not given
+INVISIBLE_OFFSET = 1e-4  # of the cam: an offset smaller than that is none to the eye
 
 
 def draw_disc(axes: Any, picture: Picture) -> list[Label]:
@@ -52,12 +52,12 @@ def draw_disc(axes: Any, picture: Picture) -> list[Label]:
     size = float(np.abs(pitch).max())
     draw_body(axes, whole)
     draw_second_disc(axes, whole)
-    labels = [*draw_strokes(axes, picture), draw_sense(axes, picture)]
-    spans = draw_follower(Parts(axes, axes, axes), picture, size)
-    second = [*draw_second_contact(axes, whole), outline_of(whole)]
-    body = reach_of_body(picture) * CROSS
+    labels = [*draw_strokes(axes, picture), draw_rotation(axes, picture)]
+    spans = draw_follower(FollowerAxes(axes, axes, axes), picture, size)
+    second = [*draw_second_contact(axes, whole), second_outline(whole)]
+    body = body_reach(picture) * CROSS_POINTS
     parts = [pitch, body, *_draw_circles(axes, whole, pitch, size), *spans, *second]
-    frame(axes, np.concatenate([*parts, *draw_linkage(axes, picture, spans, size)]))
+    frame_axes(axes, np.concatenate([*parts, *draw_linkage(axes, picture, spans, size)]))
     return labels
 
 
@@ -73,10 +73,10 @@ def draw_body(axes: Any, picture: Picture) -> None:
     """The profile, the walls of a groove, or the flanks of a rib, coloured by stroke, on the body; without what
     undercutting removes."""
     mechanism = picture.problem.setup.mechanism
-    fill = _fill_profile if mechanism.body.bounded else _fill_rib if mechanism.ribbed else _fill_face
-    fill(axes, picture if mechanism.ribbed else picture.contacts[0])
+    fill = _fill_profile if mechanism.body.bounded else _fill_face_rib if mechanism.has_rib else _fill_face
+    fill(axes, picture if mechanism.has_rib else picture.contacts[0])
     named = set[Any]()
-    for each in picture.on_body:
+    for each in picture.body_contacts:
         _draw_flanks(axes, each, named)
         if float(each.problem.design.roller_radius[0]) > 0.0:
             pitch = np.concatenate([c.pitch for c in each.curves])
@@ -101,9 +101,11 @@ def _draw_flanks(axes: Any, picture: Picture, named: set[Any]) -> None:
 
 def _fill_profile(axes: Any, picture: Picture) -> None:
     """What is inside the profile."""
-    solid = remaining(picture) if picture.undercut else np.concatenate([c.profile[0] for c in picture.curves])
+    solid = (
+        remaining_outline(picture) if picture.undercut else np.concatenate([c.profile[0] for c in picture.curves])
+    )
     edge = {"edgecolor": INK, "label": "what is left of the cam"} if picture.undercut else {"edgecolor": "none"}
-    area(axes, solid, facecolor=FILL, lw=1.4, zorder=1, **edge)
+    fill_area(axes, solid, facecolor=FILL, lw=1.4, zorder=1, **edge)
 
 
 def _fill_face(axes: Any, picture: Picture) -> None:
@@ -117,28 +119,28 @@ def _fill_face(axes: Any, picture: Picture) -> None:
         axes.fill(*np.asarray(ring.coords).T, facecolor=colour, **style)
 
 
-def _fill_rib(axes: Any, picture: Picture) -> None:
+def _fill_face_rib(axes: Any, picture: Picture) -> None:
     """A disc with a rib on its face."""
     _fill_plate(axes, picture.contacts[0], "white")
     outer, inner = (np.concatenate([c.profile[0] for c in each.curves]) for each in picture.contacts)
-    area(axes, np.concatenate([outer, outer[:1], inner[:1], inner[::-1]]), facecolor=FILL, lw=0.0, zorder=1.5)
+    fill_area(axes, np.concatenate([outer, outer[:1], inner[:1], inner[::-1]]), facecolor=FILL, lw=0.0, zorder=1.5)
 
 
 def _fill_plate(axes: Any, picture: Picture, colour: str) -> None:
     """The face of a disc, with its edge if its diameter is known."""
-    edge = reach_of_body(picture) * np.exp(1j * np.linspace(0.0, 2 * np.pi, 721))
+    edge = body_reach(picture) * np.exp(1j * np.linspace(0.0, 2 * np.pi, 721))
     known = picture.problem.setup.solid.outer_diameter is not None
-    area(axes, edge, facecolor=colour, edgecolor=INK if known else "none", lw=1.0, zorder=1)
+    fill_area(axes, edge, facecolor=colour, edgecolor=INK if known else "none", lw=1.0, zorder=1)
 
 
-def reach_of_body(picture: Picture) -> float:
+def body_reach(picture: Picture) -> float:
     """How far the body of a disc cam reaches from its axis, mm; of one that is not known, what is drawn of it."""
     mechanism, solid = picture.problem.setup.mechanism, picture.problem.setup.solid
     reach = float(max(np.abs(c.profile).max() for c in picture.curves))
-    return reach if mechanism.body.bounded else (solid.outer_diameter or 0.0) / 2 or reach * (1.0 + MARGIN)
+    return reach if mechanism.body.bounded else (solid.outer_diameter or 0.0) / 2 or reach * (1.0 + BODY_MARGIN)
 
 
-def remaining(picture: Picture) -> ComplexArray:
+def remaining_outline(picture: Picture) -> ComplexArray:
     """The outline of an undercut cam: all that no position of the follower covers."""
     pitch = np.concatenate([c.pitch for c in picture.curves])
     if picture.problem.setup.mechanism.flat_faced:
@@ -163,23 +165,23 @@ def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float)
 
     The pitch circle is that of the steepest contact.
     """
-    steepest, picture = picture.steepest, picture.contacts[0]
+    steepest, picture = picture.steepest_contact, picture.contacts[0]
     problem = picture.problem
     mechanism = problem.setup.mechanism
-    spans, lowest = [], float(pitch.imag.min()) if mechanism.body.bounded else -reach_of_body(picture)
+    spans, lowest = [], float(pitch.imag.min()) if mechanism.body.bounded else -body_reach(picture)
     base, radius = float(problem.design.size[0]), float(problem.design.roller_radius[0])
     thin = {"lw": 0.8, "zorder": 2.5}
-    draw_circle(axes, base, color=MUTED, label=f"base circle, R {in_figures(base)}", **thin)
+    draw_circle(axes, base, color=MUTED, label=f"base circle, R {length_in_digits(base)}", **thin)
     if radius > 0.0:
-        label = f"prime circle, R {in_figures(base + radius)}"
+        label = f"prime circle, R {length_in_digits(base + radius)}"
         draw_circle(axes, base + radius, color=MUTED, ls=(0, (5, 3)), label=label, **thin)
     if not mechanism.flat_faced:
         through = steepest.values["pitch_circle_radius_mm"]
-        label = f"pitch circle, R {in_figures(through)}"
+        label = f"pitch circle, R {length_in_digits(through)}"
         draw_circle(axes, through, color=REFERENCE_COLOUR, ls=(0, (1.5, 2.5)), label=label, **thin)
-        spans.append(through * CROSS)
+        spans.append(through * CROSS_POINTS)
         lowest = min(lowest, -through)
-        _mark_pitch_point(axes, steepest, mirrored=steepest is not picture and not mechanism.at_rib)
+        _draw_pitch_point(axes, steepest, mirrored=steepest is not picture and not mechanism.touches_rib)
     draw_centre(axes, picture, size)
     if not problem.setup.angular:
         spans.append(_draw_offset(axes, float(problem.design.offset[0]), lowest, size))
@@ -191,13 +193,13 @@ def draw_centre(axes: Any, picture: Picture, size: float) -> None:
     shaft, mark = picture.problem.setup.shaft_radius, 0.06 * size
     if shaft is not None:
         draw_circle(axes, shaft, color=INK, lw=1.0, zorder=2.6)
-        area(axes, shaft * np.exp(1j * np.linspace(0, 2 * np.pi, 181)), facecolor="white", zorder=2.2)
+        fill_area(axes, shaft * np.exp(1j * np.linspace(0, 2 * np.pi, 181)), facecolor="white", zorder=2.2)
     draw_line(axes, [-mark, mark], color=INK, lw=0.8, zorder=5)
     draw_line(axes, [-mark * 1j, mark * 1j], color=INK, lw=0.8, zorder=5)
     draw_circle(axes, 0.012 * size, color=INK, lw=0.8, zorder=5)
 
 
-def _mark_pitch_point(axes: Any, picture: Picture, *, mirrored: bool) -> None:
+def _draw_pitch_point(axes: Any, picture: Picture, *, mirrored: bool) -> None:
     """A ring at the pitch point; of a contact with a second disc, which is drawn as in a mirror."""
     problem, at = picture.problem, np.radians([picture.values["pressure_angle_max_at_deg"]])
     point = cam_curves(problem.setup.mechanism, problem.design, problem.programme, at).pitch
@@ -208,7 +210,7 @@ def _mark_pitch_point(axes: Any, picture: Picture, *, mirrored: bool) -> None:
 def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> ComplexArray:
     """The offset circle, the follower's axis, and the offset as a dimension below the cam."""
     dashes = {"color": MUTED, "lw": 0.7, "ls": (0, (12, 3, 2, 3)), "zorder": 2}
-    offset = offset if abs(offset) > UNSEEN * size else 0.0
+    offset = offset if abs(offset) > INVISIBLE_OFFSET * size else 0.0
     level = lowest - (0.1 * size if offset else 0.02 * size)
     ends = 1j * np.array([level - 0.03 * size, 0.4 * size])
     draw_line(axes, ends, **dashes)
@@ -220,14 +222,14 @@ def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> Comple
         color=REFERENCE_COLOUR,
         lw=0.8,
         zorder=2.5,
-        label=f"offset circle, R {in_figures(abs(offset))}",
+        label=f"offset circle, R {length_in_digits(abs(offset))}",
     )
     draw_line(axes, offset + 1j * np.array([level - 0.03 * size, 0.9 * size]), **dashes)
     arrow = {"arrowstyle": "<|-|>", "color": MUTED, "lw": 0.7, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
     axes.annotate("", (0.0, level), (offset, level), arrowprops=arrow)
     side = 1.0 if offset > 0 else -1.0
-    place = {"ha": "left" if offset > 0 else "right", "va": "center", "fontsize": TEXT, "color": INK}
-    axes.text(offset + side * 0.03 * size, level, f"offset {in_figures(offset)}", **place)
+    place = {"ha": "left" if offset > 0 else "right", "va": "center", "fontsize": TEXT_SIZE, "color": INK}
+    axes.text(offset + side * 0.03 * size, level, f"offset {length_in_digits(offset)}", **place)
     return ends
 
 
@@ -242,13 +244,15 @@ def draw_strokes(axes: Any, picture: Picture) -> list[Label]:
     for angle, point, foot in zip(starts, found.profile[0], feet, strict=True):
         draw_line(axes, [foot, point], color=FAINT, lw=0.7, zorder=2)
         box = {"boxstyle": "round,pad=0.15", "fc": FILL, "ec": "none"}
-        style = {"fontsize": SMALL, "color": MUTED, "bbox": box, "zorder": 4.5}
-        places = around(FROM_START, float(np.angle(foot - point)))
-        labels.append(Label(axes, f"{np.degrees(angle):.4g}°", (point.real, point.imag), places, style, PROFILE))
+        style = {"fontsize": SMALL_SIZE, "color": MUTED, "bbox": box, "zorder": 4.5}
+        places = label_places(START_LABEL_DISTANCES, float(np.angle(foot - point)))
+        labels.append(
+            Label(axes, f"{np.degrees(angle):.4g}°", (point.real, point.imag), places, style, PROFILE_WIDTH)
+        )
     return labels
 
 
-def draw_sense(axes: Any, picture: Picture) -> Label:
+def draw_rotation(axes: Any, picture: Picture) -> Label:
     """An arrow for the sense of rotation, where the cam has most room inside; its label."""
     design = picture.problem.design
     marks = [np.pi / 2, *(np.pi / 2 - design.sense * s.start for s in picture.problem.programme.strokes)]
@@ -263,16 +267,20 @@ def draw_sense(axes: Any, picture: Picture) -> Label:
     axes.annotate("", *ends, arrowprops={"arrowstyle": "-|>", "color": INK, "mutation_scale": 13}, zorder=5)
     beside = radius * np.exp(1j * middle)
     style = {"fontsize": TITLE_SIZE, "color": INK, "zorder": 5}
-    return Label(axes, "ω", (beside.real, beside.imag), around(ASIDE, middle + np.pi, 24), style)
+    return Label(
+        axes, "ω", (beside.real, beside.imag), label_places(ROTATION_LABEL_DISTANCES, middle + np.pi, 24), style
+    )
 
 
-def frame(axes: Any, points: ComplexArray) -> tuple[complex, float]:
+def frame_axes(axes: Any, points: ComplexArray) -> tuple[complex, float]:
     """Limits round the points, no axes, and a bar of round length for scale; as ``fit`` what was chosen."""
     corner, unit = fit_axes(axes, points, 0.03)
     axes.set_axis_off()
-    length = round_length(shown(unit * axes.get_position().width * axes.figure.get_size_inches()[0] / 6, "mm"))
-    text, length = f"{length:g} {shown_unit('mm')}", computed(length, "mm")
+    length = round_length(
+        to_shown_unit(unit * axes.get_position().width * axes.figure.get_size_inches()[0] / 6, "mm")
+    )
+    text, length = f"{length:g} {shown_unit('mm')}", from_shown_unit(length, "mm")
     draw_line(axes, [corner, corner + length], color=INK, lw=2.5, solid_capstyle="butt", clip_on=False)
     place = corner + 0.07j * unit
-    axes.text(place.real, place.imag, text, fontsize=TEXT, color=INK, ha="left", va="bottom")
+    axes.text(place.real, place.imag, text, fontsize=TEXT_SIZE, color=INK, ha="left", va="bottom")
     return corner, unit

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.show.drawing.labels import Label, around
+from camopt.show.drawing.labels import Label, label_places
 from camopt.show.drawing.panels import NEGLIGIBLE, MarkedPeak, MoveMark, Panel, PieceValues
 from camopt.show.drawing.picture import STROKE_NAMES, Picture, four_digits
 from camopt.show.drawing.style import (
@@ -15,20 +15,20 @@ from camopt.show.drawing.style import (
     COLOURS,
     FAINT,
     INK,
-    LIMIT,
+    LIMIT_STYLE,
     MUTED,
     PALE_ALARM,
     PITCH_COLOUR,
     SHADES,
-    SMALL,
-    dress,
+    SMALL_SIZE,
+    add_grid,
 )
 
 DEGREES_A_LETTER = 4.0  # that a letter above the diagrams takes
-FROM_PEAK = (3.5, 9.0, 16.0)  # points: of a peak's value from the peak
+PEAK_LABEL_DISTANCES = (3.5, 9.0, 16.0)  # points: of a peak's value from the peak
 PEN_WIDTH = 1.0  # points: lines as thick as that do not run through it
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-TITLES_APART = 8.0  # points between the title of a diagram and its note
+TITLE_GAP = 8.0  # points between the title of a diagram and its note
 
 
 def draw_diagrams(
@@ -48,7 +48,7 @@ def draw_diagrams(
 
 
 def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
-    factor, unit = in_powers(panel.values, panel.unit)
+    factor, unit = power_of_ten(panel.values, panel.unit)
     if factor != 1.0:
         for peak in panel.peaks:
             peak.text = four_digits(peak.value * factor) if peak.text[-1:].isdigit() else peak.text
@@ -57,7 +57,7 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
         axes.axvspan(*np.degrees([start, end]), color=SHADES[kind], lw=0, zorder=0)
     for low, high in panel.bands:
         axes.axhspan(low * factor, high * factor, color=FAINT, lw=0, zorder=0.5)
-    dress(axes)
+    add_grid(axes)
     axes.axhline(0.0, color=FAINT, lw=0.8, zorder=1)
     for angle, value in zip(angles, panel.reference or [], strict=panel.reference is not None):
         axes.plot(angle, value * factor, color=PITCH_COLOUR, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=2)
@@ -67,11 +67,11 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
         axes.plot(angle, value * factor, color=COLOURS[kind], lw=1.7, zorder=3, solid_capstyle="butt")
     for mark in panel.marks:
         draw_mark(axes, mark, factor)
-    span = _limits(axes, panel, factor)
+    span = _set_value_limits(axes, panel, factor)
     _draw_risers(axes, angles, [v * factor for v in panel.values], span)
     _draw_limits(axes, picture, panel, factor)
     _draw_impulses(axes, panel)
-    _draw_alarm(axes, angles, panel)
+    _draw_undercut(axes, angles, panel)
     _draw_titles(axes, f"{panel.title}, {unit}" if unit else panel.title, panel.note)
     axes.set(xlim=(0, 360), xticks=range(0, 361, 30))
     return [_draw_peak(axes, peak, factor) for peak in panel.peaks]
@@ -81,12 +81,12 @@ def _draw_titles(axes: Any, title: str, note: str) -> None:
     """The title of a diagram and the note beside it, in letters so small that both fit on one line."""
     renderer = axes.figure.canvas.get_renderer()
     left = axes.set_title(title, loc="left", pad=2.5)
-    right = axes.set_title(note, loc="right", fontsize=SMALL, pad=2.5, color=MUTED)
-    room = axes.bbox.width - left.get_window_extent(renderer).width - TITLES_APART * axes.figure.dpi / 72.0
-    right.set_fontsize(SMALL * min(1.0, room / max(right.get_window_extent(renderer).width, 1.0)))
+    right = axes.set_title(note, loc="right", fontsize=SMALL_SIZE, pad=2.5, color=MUTED)
+    room = axes.bbox.width - left.get_window_extent(renderer).width - TITLE_GAP * axes.figure.dpi / 72.0
+    right.set_fontsize(SMALL_SIZE * min(1.0, room / max(right.get_window_extent(renderer).width, 1.0)))
 
 
-def in_powers(values: Sequence[FloatArray], unit: str) -> tuple[float, str]:
+def power_of_ten(values: Sequence[FloatArray], unit: str) -> tuple[float, str]:
     """A factor that keeps the numbers of a diagram short, and the unit with its power of ten."""
     every = np.abs(np.concatenate(values))
     largest = float(np.nanmax(np.append(every[np.isfinite(every)], 0.0)))
@@ -96,7 +96,7 @@ def in_powers(values: Sequence[FloatArray], unit: str) -> tuple[float, str]:
     return 10.0**-power, f"10{str(power).translate(SUPERSCRIPT)} {unit}"
 
 
-def _limits(axes: Any, panel: Panel, factor: float) -> float:
+def _set_value_limits(axes: Any, panel: Panel, factor: float) -> float:
     """Limits of the vertical axis, with room for the texts at peaks; the range of the values."""
     every = np.concatenate([*panel.values, *(panel.reference or [])]) * factor
     every = every[np.isfinite(every)]
@@ -146,10 +146,10 @@ def _draw_limits(axes: Any, picture: Picture, panel: Panel, factor: float) -> No
     for kinds, bound in panel.limits:
         level = bound * factor
         if kinds == 0 and low < level < high:
-            axes.axhline(level, zorder=2, **LIMIT)
+            axes.axhline(level, zorder=2, **LIMIT_STYLE)
         for kind, start, end in picture.stretches:
             if kind & kinds and level < high:
-                axes.hlines([level, -level], *np.degrees([start, end]), zorder=2, **LIMIT)
+                axes.hlines([level, -level], *np.degrees([start, end]), zorder=2, **LIMIT_STYLE)
     shown = [f"{bound:.4g}" for _, bound in panel.limits if low < bound * factor < high]
     if shown:
         words = f"red: limit {' and '.join(dict.fromkeys(shown))} {panel.unit}".rstrip()
@@ -166,10 +166,10 @@ def _draw_impulses(axes: Any, panel: Panel) -> None:
         axes.annotate("", (at, length), (at, 0.0), arrowprops=style, zorder=4, annotation_clip=False)
 
 
-def _draw_alarm(axes: Any, angles: PieceValues, panel: Panel) -> None:
+def _draw_undercut(axes: Any, angles: PieceValues, panel: Panel) -> None:
     """A mark where the cam is undercut, with one text."""
     low, high = axes.get_ylim()
-    style = {"fontsize": SMALL, "color": ALARM, "ha": "center", "va": "top"}
+    style = {"fontsize": SMALL_SIZE, "color": ALARM, "ha": "center", "va": "top"}
     found = []
     for angle, bad in zip(angles, panel.alarm or [], strict=panel.alarm is not None):
         if np.any(bad):
@@ -186,8 +186,10 @@ def _draw_peak(axes: Any, peak: MarkedPeak, factor: float) -> Label:
     value = peak.value * factor
     outwards = copysign(pi / 2, -1.0 if peak.least else value)
     axes.plot([peak.angle], [value], marker="o", ms=3.2, color=peak.colour, zorder=5, clip_on=False)
-    style = {"fontsize": SMALL, "color": peak.colour, "zorder": 5}
-    return Label(axes, peak.text, (peak.angle, value), around(FROM_PEAK, outwards), style, PEN_WIDTH)
+    style = {"fontsize": SMALL_SIZE, "color": peak.colour, "zorder": 5}
+    return Label(
+        axes, peak.text, (peak.angle, value), label_places(PEAK_LABEL_DISTANCES, outwards), style, PEN_WIDTH
+    )
 
 
 def _name_strokes(axes: Any, picture: Picture) -> None:
@@ -200,6 +202,6 @@ def _name_strokes(axes: Any, picture: Picture) -> None:
         if len(lines[0]) * DEGREES_A_LETTER > angle:
             lines = [name, size]
         lines = [text for text in lines if text and len(text) * DEGREES_A_LETTER <= angle * 1.15]
-        style = {"ha": "center", "va": "top", "fontsize": SMALL, "color": COLOURS.get(stroke.kind, INK)}
+        style = {"ha": "center", "va": "top", "fontsize": SMALL_SIZE, "color": COLOURS.get(stroke.kind, INK)}
         place = {"textcoords": "offset points", "xycoords": ("data", "axes fraction")}
         axes.annotate("\n".join(lines), (start + angle / 2, 1.0), (0, 34), **place, **style)

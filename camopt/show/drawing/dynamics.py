@@ -8,124 +8,131 @@ import numpy as np
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.oscillator import Wave
 from camopt.core.quantities import QUANTITIES
-from camopt.model.effects import Case, clearance, joints, preload, vibration
-from camopt.model.effects.force import force_curve, least_and_largest, over, weights
-from camopt.model.effects.loads import along_curve, torque_curve, ways
-from camopt.model.effects.motion import scale
+from camopt.model.effects import EvaluationBlock, clearance, joints, preload, vibration
+from camopt.model.effects.force import contact_force_bounds, divide_by_lever, force_curve, force_weights
+from camopt.model.effects.loads import friction_ways, motion_force_curve, torque_curve
+from camopt.model.effects.motion import motion_scale
 from camopt.model.effects.peak import Variant
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES, DWELL
 from camopt.show.drawing.limit_lines import limit_lines
-from camopt.show.drawing.loads import by_way
+from camopt.show.drawing.loads import largest_variant
 from camopt.show.drawing.panels import (
     MarkedPeak,
     Panel,
-    bounds,
-    greatest_and_least,
-    known,
+    extreme_peaks,
+    has_quantities,
     load_panel,
-    marked,
-    of_contacts,
+    magnitude_peak,
+    merge_contacts,
+    quantity_peaks,
 )
-from camopt.show.drawing.picture import Picture, told
+from camopt.show.drawing.picture import Picture, value_with_unit
 
 
 def dynamics_panels(picture: Picture) -> list[Panel]:
     """The diagrams of force, torque and vibration, of those that were computed and are finite."""
-    return [*_force(picture), *_torque(picture), *_joints(picture), *_train(picture)]
+    return [*_force_panels(picture), *_torque_panels(picture), *_joint_panels(picture), *_train_panels(picture)]
 
 
-def _force(picture: Picture) -> list[Panel]:
+def _force_panels(picture: Picture) -> list[Panel]:
     problem, ends = picture.problem, ("contact_force_max_N", "contact_force_min_N")
-    if problem.setup.mechanism.further:
-        return _of_two_contacts(picture)
-    if not known(picture, *ends):
+    if problem.setup.mechanism.further_contacts:
+        return _pair_force_panels(picture)
+    if not has_quantities(picture, *ends):
         return []
     values = picture.curve_values(force_curve(problem.setup, problem.design, problem.programme))
-    peaks = [*greatest_and_least(picture, values, *ends), *_crossings(picture)]
-    limits, note = limit_lines(picture, ends[1]), _below_zero(picture)
-    return [Panel(ALONG, "N", values, peaks, limits, note=note, quantity=ends[0])]
+    peaks = [*quantity_peaks(picture, values, *ends), *_flank_crossings(picture)]
+    limits, note = limit_lines(picture, ends[1]), _negative_force_note(picture)
+    return [Panel(FORCE_TITLE, "N", values, peaks, limits, note=note, quantity=ends[0])]
 
 
-ALONG = "Force along the motion"
+FORCE_TITLE = "Force along the motion"
 
 
-def _of_two_contacts(picture: Picture) -> list[Panel]:
+def _pair_force_panels(picture: Picture) -> list[Panel]:
     """The force on each of two contacts, of which extremes are no quantities."""
-    if not known(picture, preload.names_of(picture.problem.setup)[1]):
+    if not has_quantities(picture, preload.preload_names(picture.problem.setup)[1]):
         return []
-    (panel,) = of_contacts(picture, _borne)
-    panel.peaks += _crossings(picture)
+    (panel,) = merge_contacts(picture, _borne_force_panels)
+    panel.peaks += _flank_crossings(picture)
     return [panel]
 
 
-def _borne(picture: Picture) -> list[Panel]:
+def _borne_force_panels(picture: Picture) -> list[Panel]:
     """The force along the motion that one of two contacts bears."""
     problem = picture.problem
     setup, designs = problem.setup, problem.design
     lever = float(designs.arm_length[0]) if setup.angular else 1.0
-    ends = (over(end, lever) for end in least_and_largest(Case(setup, problem.programme, designs)))
+    ends = (
+        divide_by_lever(end, lever)
+        for end in contact_force_bounds(EvaluationBlock(setup, problem.programme, designs))
+    )
     either = [setup.mechanism.way * float(getattr(end, "value", end)) for end in ends]
     pressing = (setup.dynamics.pair_preload or 0.0) / lever
-    values = picture.curve_values(along_curve(setup, designs, problem.programme))
-    exact = tuple(preload.borne(force, pressing) for force in (max(either), min(either)))
-    return [Panel(ALONG, "N", values, bounds(picture, values, exact))]
+    values = picture.curve_values(motion_force_curve(setup, designs, problem.programme))
+    exact = tuple(preload.first_contact_force(force, pressing) for force in (max(either), min(either)))
+    return [Panel(FORCE_TITLE, "N", values, extreme_peaks(picture, values, exact))]
 
 
-def _crossings(picture: Picture) -> list[MarkedPeak]:
+def _flank_crossings(picture: Picture) -> list[MarkedPeak]:
     """Where the follower crosses to the other flank, with the speeds at which it lands."""
-    if not known(picture, clearance.SPEED):
+    if not has_quantities(picture, clearance.CROSSING_SPEED):
         return []
     problem = picture.problem
-    case = Case(problem.setup, problem.programme, problem.design)
-    flights, followers = clearance.flights_of(case)
-    _, speeds = clearance.landed(case, flights, followers)
+    case = EvaluationBlock(problem.setup, problem.programme, problem.design)
+    flights, followers = clearance.design_flights(case)
+    _, speeds = clearance.land_flights(case, flights, followers)
     places = zip(np.degrees(flights.angle).tolist(), speeds.tolist(), strict=True)
-    return [MarkedPeak(angle, 0.0, told(speed, "m/s")) for angle, speed in places if speed]
+    return [MarkedPeak(angle, 0.0, value_with_unit(speed, "m/s")) for angle, speed in places if speed]
 
 
-def _below_zero(picture: Picture) -> str:
+def _negative_force_note(picture: Picture) -> str:
     """The note on a contact force below 0."""
     pulls = picture.problem.setup.mechanism.pulls
     return "below 0, the other flank bears" if pulls else "contact is lost below 0"
 
 
-def _torque(picture: Picture) -> list[Panel]:
+def _torque_panels(picture: Picture) -> list[Panel]:
     """The torque with its mean; a limit on power is drawn as one on torque, at the cam's speed."""
     ends = ("torque_max_N_m", "torque_min_N_m")
-    if not known(picture, *ends):
+    if not has_quantities(picture, *ends):
         return []
     setup = picture.problem.setup
     assert setup.omega is not None
-    variants: list[Variant] = [(partial(torque_curve, setup, way=way), kinds) for way, kinds in ways(setup)]
-    values = [1e-3 * v for v in by_way(picture, variants)]
-    peaks, limits = greatest_and_least(picture, values, *ends), limit_lines(picture, ends[0])
+    variants: list[Variant] = [
+        (partial(torque_curve, setup, way=way), kinds) for way, kinds in friction_ways(setup)
+    ]
+    values = [1e-3 * v for v in largest_variant(picture, variants)]
+    peaks, limits = quantity_peaks(picture, values, *ends), limit_lines(picture, ends[0])
     mean = picture.values["torque_mean_N_m"]
-    level, note = [np.full_like(value, mean) for value in values], f"dash-dot: mean {told(mean, 'N·m')}"
+    level, note = [np.full_like(value, mean) for value in values], f"dash-dot: mean {value_with_unit(mean, 'N·m')}"
     return [
         Panel("Torque of the camshaft", "N·m", values, peaks, limits, reference=level, note=note, quantity=ends[0])
     ]
 
 
-def _joints(picture: Picture) -> list[Panel]:
+def _joint_panels(picture: Picture) -> list[Panel]:
     """The force in the joint of a train that has the largest, and the largest forces in the others."""
-    if not known(picture, joints.LARGEST_OF["joint"]):
+    if not has_quantities(picture, joints.LARGEST_BY_KIND["joint"]):
         return []
     problem, speed = picture.problem, picture.problem.setup.omega or 0.0
-    forces = [force for force in joints.forces_of(problem.setup) if force.kind == "joint"]
-    worst = [float(joints.worst_of(problem.programme, force, speed).value) for force in forces]
+    forces = [force for force in joints.setup_joint_forces(problem.setup) if force.kind == "joint"]
+    worst = [float(joints.largest_joint_force(problem.programme, force, speed).value) for force in forces]
     most = forces[int(np.argmax(worst))]
-    turn = joints.joint_turn(problem.programme, most.parts)
-    values = [joints.force_at(turn, angles, speed) for angles in picture.pieces]
+    turn = joints.joint_programme(problem.programme, most.parts)
+    values = [joints.joint_force_at(turn, angles, speed) for angles in picture.pieces]
     others = [
-        f"{f.name} of stage {f.stage} {told(w, 'N')}" for f, w in zip(forces, worst, strict=True) if f != most
+        f"{f.name} of stage {f.stage} {value_with_unit(w, 'N')}"
+        for f, w in zip(forces, worst, strict=True)
+        if f != most
     ]
     note = f"largest in others: {', '.join(others)}" if others else ""
     title = f"Force in a joint of the train: {most.name} of stage {most.stage}"
-    return [load_panel(picture, title, joints.LARGEST_OF["joint"], values, kinds=ALL_STROKES, note=note)]
+    return [load_panel(picture, title, joints.LARGEST_BY_KIND["joint"], values, kinds=ALL_STROKES, note=note)]
 
 
-def _train(picture: Picture) -> list[Panel]:
+def _train_panels(picture: Picture) -> list[Panel]:
     """The mass on the elastic train: its acceleration, its deviation from the motion, and the contact force."""
     setup, programme, given = (
         picture.problem.setup,
@@ -134,46 +141,48 @@ def _train(picture: Picture) -> list[Panel]:
     )
     length, second = ("deg", "rad_s2") if setup.tool_turns else ("mm", "m_s2")
     overshoot, acceleration = f"overshoot_max_{length}", f"acceleration_elastic_max_{second}"
-    if not known(picture, overshoot, acceleration):
+    if not has_quantities(picture, overshoot, acceleration):
         return []
     assert setup.omega is not None
     assert given.natural_frequency is not None
     ratio = 2.0 * pi * given.natural_frequency / setup.omega
-    wave = vibration.response(programme, ratio, given.damping_ratio)
-    unit, factor = degrees(1.0) if setup.tool_turns else 1.0, scale(setup, 2)
-    driven = _sampled(picture, programme, vibration.mass_acceleration(wave, ratio), factor)
+    wave = vibration.steady_response(programme, ratio, given.damping_ratio)
+    unit, factor = degrees(1.0) if setup.tool_turns else 1.0, motion_scale(setup, 2)
+    driven = _sample_wave(picture, programme, vibration.mass_acceleration(wave, ratio), factor)
     mass = Panel(
         "Acceleration of the mass on its elastic train",
         QUANTITIES[acceleration].unit,
         driven,
-        [marked(picture, driven, acceleration)],
+        [magnitude_peak(picture, driven, acceleration)],
         reference=[rows[2] * factor for rows in picture.tool_motion],
         note="dash-dot: that of the motion",
         quantity=acceleration,
     )
-    moved = _sampled(picture, programme, wave, unit)
-    peaks, name = [marked(picture, moved, overshoot)], f"residual_vibration_max_{length}"
+    moved = _sample_wave(picture, programme, wave, unit)
+    peaks, name = [magnitude_peak(picture, moved, overshoot)], f"residual_vibration_max_{length}"
     limits = limit_lines(picture, name, DWELL)
     travel = Panel("Deviation of the mass from the motion", length, moved, peaks, limits, quantity=overshoot)
     found = [mass, travel]
     least = "contact_force_elastic_min_N"
-    if known(picture, least):
+    if has_quantities(picture, least):
         lever = float(picture.problem.design.arm_length[0]) if setup.angular else 1.0
-        factors = weights(given, setup.omega)
+        factors = force_weights(given, setup.omega)
         pressed = vibration.contact_wave(programme, factors, ratio, given.damping_ratio)
-        values = _sampled(picture, programme, pressed, 1.0 / lever)
-        peaks, note = greatest_and_least(picture, values, "", least), _below_zero(picture)
+        values = _sample_wave(picture, programme, pressed, 1.0 / lever)
+        peaks, note = quantity_peaks(picture, values, "", least), _negative_force_note(picture)
         title, limits = "Force with the elastic train", limit_lines(picture, least)
         found.append(Panel(title, "N", values, peaks, limits, note=note, quantity=least))
     return found
 
 
-def _sampled(picture: Picture, programme: Programme, wave: Wave, factor: float) -> list[FloatArray]:
+def _sample_wave(picture: Picture, programme: Programme, wave: Wave, factor: float) -> list[FloatArray]:
     """A wave on each piece of the motion that drives it."""
     table = programme.table
     starts = table.centre - table.half_width
     found = []
     for angles, first, end in zip(picture.pieces, table.first_panel[:-1], table.first_panel[1:], strict=True):
         panel = first + np.searchsorted(starts[first + 1 : end], angles, side="right")
-        found.append(factor * wave.along(panel, (angles - table.centre[panel]) / table.half_width[panel])[0])
+        found.append(
+            factor * wave.values_on_panels(panel, (angles - table.centre[panel]) / table.half_width[panel])[0]
+        )
     return found

@@ -5,22 +5,32 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.quantities.unit_systems import shown
-from camopt.model.effects.rib import THICKNESS
+from camopt.core.quantities.unit_systems import to_shown_unit
+from camopt.model.effects.rib import RIB_THICKNESS
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.show.drawing import diagrams
 from camopt.show.drawing.cam import draw_disc
 from camopt.show.drawing.dynamics import dynamics_panels
 from camopt.show.drawing.groove import draw_groove
-from camopt.show.drawing.labels import Label, settle
+from camopt.show.drawing.labels import Label, place_labels
 from camopt.show.drawing.loads import load_panels
-from camopt.show.drawing.panels import Panel, panels
-from camopt.show.drawing.picture import Picture, four_digits, told
-from camopt.show.drawing.style import ALARM, HEADING, INK, MUTED, PAGE_TITLE, TITLE_SIZE, Figure, Target, canvas
+from camopt.show.drawing.panels import Panel, motion_panels
+from camopt.show.drawing.picture import Picture, four_digits, value_with_unit
+from camopt.show.drawing.style import (
+    ALARM,
+    HEADING_SIZE,
+    INK,
+    MUTED,
+    PAGE_TITLE,
+    TITLE_SIZE,
+    Figure,
+    Target,
+    canvas,
+)
 from camopt.solve.tables.designs import Design
 from camopt.solve.verdicts.evaluation import Evaluation
-from camopt.solve.verdicts.judging import excesses, violations
+from camopt.solve.verdicts.limit_verdicts import excesses, violations
 
 
 def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
@@ -29,24 +39,27 @@ def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
     picture = Picture(scene, resolve_design(scene))
     developed = picture.problem.setup.mechanism.body.developed
     shown = shown_panels(picture)
-    page = _below_a_groove(len(shown)) if developed else _beside_a_disc(len(shown))
+    page = _groove_layout(len(shown)) if developed else _disc_layout(len(shown))
     with canvas(path, (FIGURE_WIDTH, page.height)) as figure:
-        axes = [figure.add_axes(page.on_figure(box)) for box in page.panels]
-        _header(figure, picture)
+        axes = [figure.add_axes(page.figure_shares(box)) for box in page.panels]
+        _draw_header(figure, picture)
         labels = diagrams.draw_diagrams(axes, picture, shown, page.heads, page.feet)
-        settle(figure, [*labels, *_draw_cam(figure, picture, page)])
+        place_labels(figure, [*labels, *_draw_cam(figure, picture, page)])
     return figure
 
 
 def shown_panels(picture: Picture) -> list[Panel]:
     """The diagrams of motion, pressure angle, curvature and computed loads, in the units that are shown."""
-    return [each.as_shown() for each in (*panels(picture), *dynamics_panels(picture), *load_panels(picture))]
+    return [
+        each.in_shown_units()
+        for each in (*motion_panels(picture), *dynamics_panels(picture), *load_panels(picture))
+    ]
 
 
 def draw_in(axes: Any, what: Scene | Evaluation | Design) -> None:
     """Draw the cam to scale at cam angle 0."""
     scene = what if isinstance(what, Scene) else what.scene
-    settle(axes.figure, _draw_to_scale(axes, Picture(scene, resolve_design(scene))))
+    place_labels(axes.figure, _draw_to_scale(axes, Picture(scene, resolve_design(scene))))
 
 
 def _draw_to_scale(axes: Any, picture: Picture) -> list[Label]:
@@ -63,7 +76,7 @@ def _draw_to_scale(axes: Any, picture: Picture) -> list[Label]:
 def _draw_cam(figure: Any, picture: Picture, page: Any) -> list[Label]:
     """The cam to scale, with the legend of its lines; the labels to settle."""
     developed = picture.problem.setup.mechanism.body.developed
-    cam = figure.add_axes(page.on_figure(page.cam))
+    cam = figure.add_axes(page.figure_shares(page.cam))
     labels = _draw_to_scale(cam, picture)
     if not picture.exists:
         return []
@@ -75,15 +88,15 @@ def _draw_cam(figure: Any, picture: Picture, page: Any) -> list[Label]:
     return labels
 
 
-BETWEEN = "  ·  "  # things that stand in a line
+TEXT_SEPARATOR = "  ·  "  # things that stand in a line
 FIGURE_WIDTH = 15.5  # inches
-ACROSS = 200  # characters of a heading that go across the figure
+HEADER_LETTERS = 200  # characters of a heading that go across the figure
 COLUMN_ENDS, COLUMN_WIDTH = (0.045, 0.54), 0.44  # left ends and width of diagrams, as shares of the figure
-TALL = 1.0333  # inches: a diagram
+PANEL_HEIGHT_INCHES = 1.0333  # inches: a diagram
 Corners = tuple[float, float, float, float]
 
 
-class Page(NamedTuple):
+class FigureLayout(NamedTuple):
     """Places on the figure: across as shares of its width, upwards in inches."""
 
     height: float
@@ -95,50 +108,56 @@ class Page(NamedTuple):
     feet: tuple[int, ...]
     """Diagrams with the cam angle below them."""
 
-    def on_figure(self, box: Corners) -> Corners:
+    def figure_shares(self, box: Corners) -> Corners:
         """In shares of the figure."""
         left, bottom, width, height = box
         return left, bottom / self.height, width, height / self.height
 
 
-def _beside_a_disc(count: int) -> Page:
+def _disc_layout(count: int) -> FigureLayout:
     """Six diagrams beside the cam, the others below in two columns, row by row."""
-    rows, step = ceil(max(count - 6, 0) / 2), TALL + 0.34
+    rows, step = ceil(max(count - 6, 0) / 2), PANEL_HEIGHT_INCHES + 0.34
     below = rows * step
     lift = 0.65 if rows else 0.0  # room for the names of the strokes
     places = [(0, k) if k < 6 else (k % 2, 6 + (k - 6) // 2) for k in range(count)]
-    panels = [(COLUMN_ENDS[k], below + 8.5 - TALL - row * step, COLUMN_WIDTH, TALL) for k, row in places]
+    panels = [
+        (COLUMN_ENDS[k], below + 8.5 - PANEL_HEIGHT_INCHES - row * step, COLUMN_WIDTH, PANEL_HEIGHT_INCHES)
+        for k, row in places
+    ]
     heads = (0, 7) if count > 7 else (0,)
     feet = tuple({COLUMN_ENDS.index(left): place for place, (left, *_) in enumerate(panels)}.values())
     cam = (0.53, below + 1.25 + lift, 0.45, 7.45 - lift)
-    return Page(below + 10.0, cam, (0.755, below + 0.2 + lift), panels, heads, feet)
+    return FigureLayout(below + 10.0, cam, (0.755, below + 0.2 + lift), panels, heads, feet)
 
 
-def _below_a_groove(count: int) -> Page:
+def _groove_layout(count: int) -> FigureLayout:
     """Diagrams in two columns, one after the other, below the long groove."""
-    rows, step = ceil(count / 2), TALL + 0.45
+    rows, step = ceil(count / 2), PANEL_HEIGHT_INCHES + 0.45
     height = 6.0 + rows * step - 0.45
     places = [divmod(k, rows) for k in range(count)]
-    panels = [(COLUMN_ENDS[k], height - 5.4 - TALL - row * step, COLUMN_WIDTH, TALL) for k, row in places]
+    panels = [
+        (COLUMN_ENDS[k], height - 5.4 - PANEL_HEIGHT_INCHES - row * step, COLUMN_WIDTH, PANEL_HEIGHT_INCHES)
+        for k, row in places
+    ]
     cam, legend = (0.045, height - 4.0, 0.935, 2.5), (0.5, height - 4.75)
-    return Page(height, cam, legend, panels, (0, rows), (rows - 1, count - 1))
+    return FigureLayout(height, cam, legend, panels, (0, rows), (rows - 1, count - 1))
 
 
-def _header(figure: Any, picture: Picture) -> None:
+def _draw_header(figure: Any, picture: Picture) -> None:
     """The scene's name, its mechanism and sizes, and the main results."""
     name = picture.scene.name
     shown = name if len(name) <= 90 else name[:89] + "…"
     inch = 1.0 / figure.get_figheight()
     figure.text(0.045, 1.0 - 0.42 * inch, shown, fontsize=PAGE_TITLE, fontweight="bold")
     sizes = sizes_in_words(picture)
-    fitting = HEADING * min(1.0, ACROSS / len(sizes))
+    fitting = HEADING_SIZE * min(1.0, HEADER_LETTERS / len(sizes))
     figure.text(0.045, 1.0 - 0.66 * inch, sizes, fontsize=fitting, color=MUTED)
-    figure.text(0.045, 1.0 - 0.87 * inch, results_in_words(picture), fontsize=HEADING, color=INK)
+    figure.text(0.045, 1.0 - 0.87 * inch, results_in_words(picture), fontsize=HEADING_SIZE, color=INK)
     if picture.exists:
         figure.text(
             0.98,
             1.0 - 0.42 * inch,
-            _faults(picture),
+            _fault_words(picture),
             fontsize=TITLE_SIZE,
             color=ALARM,
             ha="right",
@@ -162,16 +181,16 @@ def sizes_in_words(picture: Picture) -> str:
         "face_offset_mm": "face offset",
         "roller_spacing_mm": "rollers apart by",
     }
-    sizes = [f"{words} {told(values[key])}" for key, words in names.items() if values.get(key)]
+    sizes = [f"{words} {value_with_unit(values[key])}" for key, words in names.items() if values.get(key)]
     seconds = {f"second_{key}": words for key, words in names.items() if f"second_{key}" in values}
     own = [
-        f"{words} {told(values[key])}"
+        f"{words} {value_with_unit(values[key])}"
         for key, words in seconds.items()
         if values[key] != values[key.removeprefix("second_")]
     ]
     sizes += [f"second disc: {', '.join(own) or 'the same sizes'}"] if seconds else []
     laws = [f"{kind} {values[f'law_{kind}']}" for kind in ("rise", "return") if values[f"law_{kind}"]]
-    return BETWEEN.join([*words, *sizes, *laws])
+    return TEXT_SEPARATOR.join([*words, *sizes, *laws])
 
 
 def results_in_words(picture: Picture) -> str:
@@ -184,18 +203,20 @@ def results_in_words(picture: Picture) -> str:
     words = ["pressure angle 0" if square else f"largest pressure angle: {', '.join(angles)}"]
     least = values["profile_radius_min_mm"]
     if np.isfinite(least) and least > 0.0 and not picture.undercut:
-        words.append(f"least convex radius of the profile {told(least)}")
-    if THICKNESS in values:
-        words.append(f"thickness of the rib {told(values[THICKNESS])}")
+        words.append(f"least convex radius of the profile {value_with_unit(least)}")
+    if RIB_THICKNESS in values:
+        words.append(f"thickness of the rib {value_with_unit(values[RIB_THICKNESS])}")
     if "face_reach_min_mm" in values:
         least, most = (values[f"face_reach_{end}_mm"] for end in ("min", "max"))
-        words.append(f"contact on the face from {four_digits(shown(least, 'mm'))} to {told(most)}")
+        words.append(
+            f"contact on the face from {four_digits(to_shown_unit(least, 'mm'))} to {value_with_unit(most)}"
+        )
     if "shaft_clearance_mm" in values:
-        words.append(f"clear of the shaft by {told(values['shaft_clearance_mm'])}")
-    return BETWEEN.join(words)
+        words.append(f"clear of the shaft by {value_with_unit(values['shaft_clearance_mm'])}")
+    return TEXT_SEPARATOR.join(words)
 
 
-def _faults(picture: Picture) -> str:
+def _fault_words(picture: Picture) -> str:
     """Undercut, and the limits that the design exceeds."""
     problem = picture.problem
     columns = {name: np.atleast_1d(value) for name, value in picture.values.items()}
@@ -203,4 +224,4 @@ def _faults(picture: Picture) -> str:
     broken = str(violations(problem.limits, excess)[0]) if problem.limits else ""
     names = [name.replace("_", " ") for name in broken.split(",") if name and name != "undercut"]
     faults = ["undercut"] if picture.undercut else []
-    return BETWEEN.join([*faults, *([f"exceeds: {', '.join(names)}"] if names else [])])
+    return TEXT_SEPARATOR.join([*faults, *([f"exceeds: {', '.join(names)}"] if names else [])])

@@ -6,13 +6,13 @@ import numpy as np
 
 from camopt.core.numerics import ComplexArray
 from camopt.model.mechanisms import oscillating_flat
-from camopt.show.drawing.picture import Picture, area, draw_circle, draw_line
+from camopt.show.drawing.picture import Picture, draw_circle, draw_line, fill_area
 from camopt.show.drawing.style import BODY, INK, MUTED
 
 BODY_STYLE = {"facecolor": BODY, "edgecolor": INK, "lw": 1.1}
 
 
-class Parts(NamedTuple):
+class FollowerAxes(NamedTuple):
     """Axes for each part that moves differently; a still picture has the same axes three times."""
 
     follower: Any
@@ -22,75 +22,75 @@ class Parts(NamedTuple):
     """Where the follower touches the cam."""
 
 
-def draw_follower(parts: Parts, picture: Picture, size: float) -> list[ComplexArray]:
+def draw_follower(parts: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:
     """Draw the follower of a disc cam; the points it spans. ``size`` is the largest radius of the cam, mm."""
     flat = picture.problem.setup.mechanism.flat_faced
     if picture.problem.setup.angular:
-        return (_swinging_face if flat else _swinging_tip)(parts, picture, size)
-    return (_sliding_face if flat else _sliding_tip)(parts, picture, size)
+        return (_draw_swinging_face if flat else _draw_swinging_tip)(parts, picture, size)
+    return (_draw_sliding_face if flat else _draw_sliding_tip)(parts, picture, size)
 
 
-def _sliding_tip(parts: Parts, picture: Picture, size: float) -> list[ComplexArray]:
-    trace = complex(_start(picture)[0])
+def _draw_sliding_tip(parts: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:
+    trace = complex(_start_contact(picture)[0])
     seat = _draw_tip(parts, picture, trace, 1j, size)
-    return [*_draw_stem(parts, picture, seat, size), np.array([trace])]
+    return [*_draw_follower_stem(parts, picture, seat, size), np.array([trace])]
 
 
-def _sliding_face(parts: Parts, picture: Picture, size: float) -> list[ComplexArray]:
+def _draw_sliding_face(parts: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:
     """A face square to the motion, as wide as the contact needs."""
     design, values = picture.problem.design, picture.values
-    contact, offset, thick = complex(_start(picture)[0]), float(design.offset[0]), 0.045 * size
+    contact, offset, thick = complex(_start_contact(picture)[0]), float(design.offset[0]), 0.045 * size
     ends = design.sense * np.array([values["face_reach_min_mm"], values["face_reach_max_mm"]]) + offset
     left = min(*ends, offset - 0.07 * size) - 0.05 * size
     right = max(*ends, offset + 0.07 * size) + 0.05 * size
     face = np.array([left, right, right + 1j * thick, left + 1j * thick]) + 1j * contact.imag
-    area(parts.follower, face, zorder=5, **BODY_STYLE)
+    fill_area(parts.follower, face, zorder=5, **BODY_STYLE)
     draw_line(parts.contact, [contact], marker="o", ms=3.5, color=INK, zorder=7)
-    return [face, *_draw_stem(parts, picture, offset + 1j * (contact.imag + thick), size)]
+    return [face, *_draw_follower_stem(parts, picture, offset + 1j * (contact.imag + thick), size)]
 
 
-def _draw_stem(parts: Parts, picture: Picture, seat: complex, size: float) -> list[ComplexArray]:
+def _draw_follower_stem(parts: FollowerAxes, picture: Picture, seat: complex, size: float) -> list[ComplexArray]:
     """The stem above its seat, in a guide that the follower never reaches."""
     half, lift = 0.035 * size, picture.problem.programme.lift
-    roller = float(picture.problem.design.roller_radius[0]) * (seat == complex(_start(picture)[0]))
+    roller = float(picture.problem.design.roller_radius[0]) * (seat == complex(_start_contact(picture)[0]))
     guide = 0.05 * size + roller + lift
     top = guide + 0.16 * size
     stem = seat + np.array([-half, half, half + 1j * top, -half + 1j * top])
-    area(parts.follower, stem, zorder=4.8, **BODY_STYLE)
+    fill_area(parts.follower, stem, zorder=4.8, **BODY_STYLE)
     for side in (-1.0, 1.0):
         block = seat + side * half + np.array([0, side * 0.07 * size])
         block = np.concatenate([block + 1j * guide, block[::-1] + 1j * (guide + 0.1 * size)])
-        area(parts.ground, block, facecolor="white", edgecolor=MUTED, hatch="//////", lw=0.8, zorder=4.7)
+        fill_area(parts.ground, block, facecolor="white", edgecolor=MUTED, hatch="//////", lw=0.8, zorder=4.7)
     return [stem]
 
 
-def _draw_tip(parts: Parts, picture: Picture, trace: complex, up: complex, size: float) -> complex:
+def _draw_tip(parts: FollowerAxes, picture: Picture, trace: complex, up: complex, size: float) -> complex:
     """Draw a knife edge, roller or spherical face whose trace point moves along ``up``; the seat of its carrier."""
     contact, axes = picture.scene.follower.contact, parts.follower
     radius = float(picture.problem.design.roller_radius[0])
     if contact == "knife":
         wedge = trace + up * size * np.array([0, 0.12 - 0.045j, 0.12 + 0.045j])
-        area(axes, wedge, zorder=5, **BODY_STYLE)
+        fill_area(axes, wedge, zorder=5, **BODY_STYLE)
         return trace + up * 0.12 * size
-    normal = complex(_start(picture)[1])
+    normal = complex(_start_contact(picture)[1])
     if contact == "roller":
         turn = np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))
-        area(axes, trace + radius * turn, zorder=5, facecolor="white", edgecolor=INK, lw=1.3)
+        fill_area(axes, trace + radius * turn, zorder=5, facecolor="white", edgecolor=INK, lw=1.3)
         draw_circle(axes, min(0.15 * radius, 0.015 * size), trace, color=INK, lw=0.9, zorder=6)
         seat = trace
     else:
         half = np.radians(min(max(picture.values["pressure_angle_max_deg"] + 8.0, 20.0), 85.0))
         cap = trace - radius * up * np.exp(1j * np.linspace(-half, half, 91))
         back = up * max(0.04 * size, 0.06 * radius)
-        area(axes, np.concatenate([cap, cap[[-1, 0]] + back]), zorder=5, **BODY_STYLE)
+        fill_area(axes, np.concatenate([cap, cap[[-1, 0]] + back]), zorder=5, **BODY_STYLE)
         draw_line(axes, [trace], marker="+", ms=7, color=INK, zorder=6)
         seat = complex((cap[0] + cap[-1]) / 2 + back)
     draw_line(parts.contact, [trace - radius * normal], marker="o", ms=3.5, color=INK, zorder=7)
     return seat
 
 
-def _swinging_tip(parts: Parts, picture: Picture, size: float) -> list[ComplexArray]:
-    trace, pivot = complex(_start(picture)[0]), complex(picture.problem.design.centre_distance[0])
+def _draw_swinging_tip(parts: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:
+    trace, pivot = complex(_start_contact(picture)[0]), complex(picture.problem.design.centre_distance[0])
     up = -1j * (trace - pivot) / abs(trace - pivot)
     seat = _draw_tip(parts, picture, trace, up, size)
     draw_arm(parts, pivot, seat, size)
@@ -98,46 +98,48 @@ def _swinging_tip(parts: Parts, picture: Picture, size: float) -> list[ComplexAr
     return [swing, np.array([pivot + 0.12 * size * (1 - 1j), seat + 0.12j * size])]
 
 
-def _swinging_face(parts: Parts, picture: Picture, size: float) -> list[ComplexArray]:
+def _draw_swinging_face(parts: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:
     """A straight face at its distance from the pivot, as long as the contact needs."""
     design, values = picture.problem.design, picture.values
     pivot, face = complex(design.centre_distance[0]), float(design.face_offset[0])
-    psi = float(np.arcsin(oscillating_flat.first_sine(design))[0]) + picture.start
+    psi = float(np.arcsin(oscillating_flat.first_sine(design))[0]) + picture.start_displacement
     along, normal = -np.exp(-1j * psi), 1j * np.exp(-1j * psi)
     foot, thick = pivot + face * normal, 0.05 * size
     near, far = values["face_reach_min_mm"] - 0.08 * size, values["face_reach_max_mm"] + 0.08 * size
     blade = foot + along * np.array([near, far, far, near]) + normal * np.array([0, 0, thick, thick])
     draw_arm(parts, pivot, complex(foot + along * near + normal * thick / 2), size)
-    area(parts.follower, blade, zorder=5, **BODY_STYLE)
-    draw_line(parts.contact, [_start(picture)[0]], marker="o", ms=3.5, color=INK, zorder=7)
+    fill_area(parts.follower, blade, zorder=5, **BODY_STYLE)
+    draw_line(parts.contact, [_start_contact(picture)[0]], marker="o", ms=3.5, color=INK, zorder=7)
     swing = _draw_swing(parts.ground, picture, pivot, complex(foot + along * far))
     return [swing, blade, np.array([pivot + 0.12 * size * (1 - 1j)])]
 
 
-def draw_arm(parts: Parts, pivot: complex, end: complex, size: float) -> None:
+def draw_arm(parts: FollowerAxes, pivot: complex, end: complex, size: float) -> None:
     """An arm from its fixed pivot to the follower's tip."""
     axes, fixed, half = parts.follower, parts.ground, 0.03 * size
     across = 1j * (end - pivot) / max(abs(end - pivot), 1e-300) * half
-    area(axes, [pivot + across, end + 0.7 * across, end - 0.7 * across, pivot - across], zorder=4.8, **BODY_STYLE)
+    fill_area(
+        axes, [pivot + across, end + 0.7 * across, end - 0.7 * across, pivot - across], zorder=4.8, **BODY_STYLE
+    )
     ground = pivot + size * np.array([0, 0.07 - 0.09j, -0.07 - 0.09j])
-    area(fixed, ground, facecolor="white", edgecolor=MUTED, lw=0.9, zorder=4.7)
+    fill_area(fixed, ground, facecolor="white", edgecolor=MUTED, lw=0.9, zorder=4.7)
     base = pivot + size * np.array([-0.1 - 0.09j, 0.1 - 0.09j, 0.1 - 0.115j, -0.1 - 0.115j])
-    area(fixed, base, facecolor="white", edgecolor=MUTED, hatch="//////", lw=0.0, zorder=4.6)
+    fill_area(fixed, base, facecolor="white", edgecolor=MUTED, hatch="//////", lw=0.0, zorder=4.6)
     draw_line(fixed, base[:2], color=MUTED, lw=0.9, zorder=4.7)
     turn = np.exp(1j * np.linspace(0.0, 2 * np.pi, 91))
-    area(axes, pivot + 1.25 * half * turn, zorder=6, **BODY_STYLE)
+    fill_area(axes, pivot + 1.25 * half * turn, zorder=6, **BODY_STYLE)
     draw_line(axes, [pivot], marker="o", ms=2.5, color=INK, zorder=6.1)
 
 
 def _draw_swing(axes: Any, picture: Picture, pivot: complex, tip: complex) -> ComplexArray:
     """The arc that the tip of an arm swings through."""
-    angles = np.linspace(0.0, picture.problem.programme.lift, 61) - picture.start
+    angles = np.linspace(0.0, picture.problem.programme.lift, 61) - picture.start_displacement
     swing = pivot + (tip - pivot) * np.exp(-1j * angles)
     draw_line(axes, swing, color=MUTED, lw=0.8, ls=(0, (2, 2)), zorder=4.4)
     return np.asarray(swing)
 
 
-def _start(picture: Picture) -> tuple[complex, complex]:
+def _start_contact(picture: Picture) -> tuple[complex, complex]:
     """Trace (contact) point and outward normal at cam angle 0."""
     problem = picture.problem
     travel = problem.setup.mechanism.travel(problem.design, problem.programme, np.zeros(1))

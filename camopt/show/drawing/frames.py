@@ -13,7 +13,7 @@ from PIL import Image as Pillow
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.storage.files import whole_file
-from camopt.show.drawing.bodies import FRAMES, TURN_TIME, Stage, artists_of
+from camopt.show.drawing.moving_bodies import FRAMES, TURN_TIME, AnimatedFigure, body_artists
 
 FRAME_DPI = 100
 STILL_TIME = 3000  # ms: a frame that is read
@@ -22,7 +22,7 @@ PALETTE = 128  # colours of a GIF, those that cover the most of it: the white of
 Image = NDArray[np.uint8]
 
 
-def frames(stage: Stage) -> Iterator[Image]:
+def frames(stage: AnimatedFigure) -> Iterator[Image]:
     """Each frame of one turn as rows of pixels, red, green and blue."""
     from matplotlib.transforms import Affine2D
 
@@ -30,7 +30,7 @@ def frames(stage: Stage) -> Iterator[Image]:
     figure.set_dpi(FRAME_DPI)
     for body, affine in placed:
         body.axes.set_visible(False)
-        for artist in artists_of(body):
+        for artist in body_artists(body):
             artist.set_clip_on(body.windowed)
             artist.set_transform(affine + body.axes.transData)
     for reading in stage.readings:
@@ -51,7 +51,7 @@ def frames(stage: Stage) -> Iterator[Image]:
         yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
 
-def write_gif(stage: Stage, file: Path) -> None:
+def write_gif(stage: AnimatedFigure, file: Path) -> None:
     """An animated GIF that repeats for ever, in one palette: that of the first frame."""
     _save_gif(frames(stage), round(1000 * TURN_TIME / FRAMES), file)
 
@@ -77,7 +77,7 @@ def _save_gif(images: Iterable[Image], duration: int, file: Path) -> None:
     made[0].save(file, format="GIF", save_all=True, append_images=made[1:], duration=duration, loop=0)
 
 
-def write_mp4(stage: Stage, file: Path) -> None:
+def write_mp4(stage: AnimatedFigure, file: Path) -> None:
     """A video of one turn, by ffmpeg.
 
     Raises

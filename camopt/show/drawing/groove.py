@@ -6,70 +6,81 @@ import numpy as np
 from shapely import LineString
 
 from camopt.core.numerics import ComplexArray
-from camopt.core.quantities.unit_systems import computed, shown, shown_unit
+from camopt.core.quantities.unit_systems import from_shown_unit, shown_unit, to_shown_unit
 from camopt.model.mechanisms.geometry import CamCurves
-from camopt.scene.problem.linkage import pivot_of
-from camopt.show.drawing.follower import Parts, draw_arm
+from camopt.scene.problem.linkage import follower_pivot
+from camopt.show.drawing.follower import FollowerAxes, draw_arm
 from camopt.show.drawing.labels import Label
 from camopt.show.drawing.linkage import draw_linkage
 from camopt.show.drawing.picture import (
     STROKE_NAMES,
     Picture,
-    area,
     draw_line,
+    fill_area,
     fit_axes,
     four_digits,
-    in_figures,
+    length_in_digits,
     round_length,
 )
-from camopt.show.drawing.style import BODY, COLOURS, FAINT, FILL, INK, MUTED, PITCH_COLOUR, PROFILE, SMALL, TEXT
+from camopt.show.drawing.style import (
+    BODY,
+    COLOURS,
+    FAINT,
+    FILL,
+    INK,
+    MUTED,
+    PITCH_COLOUR,
+    PROFILE_WIDTH,
+    SMALL_SIZE,
+    TEXT_SIZE,
+)
 
 ANGLE_OFFSETS = ((0.0, 2.0), (0.0, 11.0), (0.0, 20.0))  # points: of a cam angle above the sheet
 
 
-STEM, ABOVE = 0.05, 0.25
+STEM_WIDTH, STEM_OVERRUN = 0.05, 0.25
 """The width of a stem that drives a train, and how far it reaches above the surface, in mean radii."""
 
 
 def draw_groove(axes: Any, picture: Picture) -> list[Label]:
     """The developed groove, or rib, of a cylindrical cam over one turn, rollers at its start; labels to settle."""
     design = picture.problem.design
-    around, (low, high) = 2 * np.pi * float(design.size[0]), sides_of(picture)
+    around, (low, high) = 2 * np.pi * float(design.size[0]), surface_ends(picture)
     sheet = np.array([low * 1j, around + low * 1j, around + high * 1j, high * 1j])
     (face,) = axes.fill(sheet.real, sheet.imag, facecolor=surface_colour(picture), edgecolor=INK, lw=1.0, zorder=1)
     draw_channel(axes, picture, around)
     for artist in [*axes.patches[1:], *axes.lines]:
         artist.set_clip_path(face)
     labels = _draw_boundaries(axes, picture, sheet)
-    spans = [sheet, *draw_groove_follower(Parts(axes, axes, axes), picture)]
+    spans = [sheet, *draw_groove_follower(FollowerAxes(axes, axes, axes), picture)]
     spans += draw_linkage(axes, picture, spans, float(design.size[0]))
     points, box, page = np.concatenate(spans), axes.get_position(), axes.figure.get_size_inches()
     wanted = box.height * page[1] / page[0] * np.ptp(points.real) / np.ptp(points.imag)
     width = min(box.width, float(wanted))  # no more than the points need at equal scales
     axes.set_position((box.x0 + (box.width - width) / 2, box.y0, width, box.height))
     fit_axes(axes, points, 0.02)
-    radius, unit = in_figures(float(design.size[0])), shown_unit("mm")
+    radius, unit = length_in_digits(float(design.size[0])), shown_unit("mm")
     axes.set(xlabel=f"circumference at R {radius}, {unit}", ylabel=f"along its axis, {unit}")
     axes.spines[:].set_visible(False)
-    axes.set_xticks(np.arange(0.0, around, _step(around / 4)))
-    step = _step((high - low) / 4)
+    axes.set_xticks(np.arange(0.0, around, _round_step(around / 4)))
+    step = _round_step((high - low) / 4)
     axes.set_yticks(np.arange(np.ceil(low / step), np.floor(high / step) + 1.0) * step)
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(lambda length, _: four_digits(shown(length, "mm")))
+        axis.set_major_formatter(lambda length, _: four_digits(to_shown_unit(length, "mm")))
     return labels
 
 
-def _step(length: float) -> float:
+def _round_step(length: float) -> float:
     """A length, mm, that is round in the unit that is shown, and about as long as another."""
-    return float(computed(round_length(shown(length, "mm")), "mm"))
+    return float(from_shown_unit(round_length(to_shown_unit(length, "mm")), "mm"))
 
 
 def surface_colour(picture: Picture) -> str:
     """The colour of the surface beside the flanks: that of metal, or that of what is cut away beside a rib."""
-    return "white" if picture.problem.setup.mechanism.further else FILL
+    return "white" if picture.problem.setup.mechanism.further_contacts else FILL
 
 
-def sides_of(picture: Picture) -> tuple[float, float]:
+def surface_ends(picture: Picture) -> tuple[float, float]:
     """The two ends of the drawn surface of a cylindrical cam along its axis, mm, beyond the whole groove."""
     radius, size = float(picture.problem.design.roller_radius[0]), float(picture.problem.design.size[0])
     pitch = np.concatenate([c.pitch.imag for each in picture.contacts for c in each.curves])
@@ -82,7 +93,7 @@ def draw_channel(axes: Any, picture: Picture, around: float) -> None:
     """A groove or a rib, with coloured flanks and pitch curves; neighbouring turns too."""
     radius, contacts = float(picture.problem.design.roller_radius[0]), [each.curves for each in picture.contacts]
     if len(contacts) > 1:
-        _fill_rib(axes, contacts, around)
+        _fill_cylinder_rib(axes, contacts, around)
     elif radius > 0.0:
         _fill_groove(axes, contacts[0], radius, around)
     named = set()
@@ -96,10 +107,10 @@ def draw_channel(axes: Any, picture: Picture, around: float) -> None:
                 label = None
     dashes = {"color": PITCH_COLOUR, "lw": 1.0, "ls": (0, (9, 2.5, 1.5, 2.5)), "zorder": 3}
     for number, each in enumerate(contacts if radius > 0.0 else ()):
-        draw_line(axes, _over_turns(each, around), label=None if number else "pitch curve", **dashes)
+        draw_line(axes, _pitch_over_turns(each, around), label=None if number else "pitch curve", **dashes)
 
 
-def _over_turns(curves: list[CamCurves], around: float) -> ComplexArray:
+def _pitch_over_turns(curves: list[CamCurves], around: float) -> ComplexArray:
     """A pitch curve over three turns."""
     pitch = np.concatenate([c.pitch for c in curves])
     return np.concatenate([pitch - around, pitch, pitch + around])
@@ -107,18 +118,20 @@ def _over_turns(curves: list[CamCurves], around: float) -> ComplexArray:
 
 def _fill_groove(axes: Any, curves: list[CamCurves], radius: float, around: float) -> None:
     """The region that the roller sweeps."""
-    turns = _over_turns(curves, around)
+    turns = _pitch_over_turns(curves, around)
     swept = LineString(np.column_stack([turns.real, turns.imag])).buffer(radius, quad_segs=32)
     for part in getattr(swept, "geoms", [swept]):
         for ring, colour in [(part.exterior, "white"), *((hole, FILL) for hole in part.interiors)]:
             axes.fill(*np.asarray(ring.coords).T, facecolor=colour, edgecolor=INK, lw=0.6, zorder=2)
 
 
-def _fill_rib(axes: Any, contacts: list[list[CamCurves]], around: float) -> None:
+def _fill_cylinder_rib(axes: Any, contacts: list[list[CamCurves]], around: float) -> None:
     """What is between both flanks."""
     beyond, before = (np.concatenate([c.profile[0] for c in each]) for each in contacts)
     for shift in (-around, 0.0, around):
-        area(axes, np.concatenate([beyond, before[::-1]]) + shift, facecolor=FILL, edgecolor=FILL, lw=0.6, zorder=2)
+        fill_area(
+            axes, np.concatenate([beyond, before[::-1]]) + shift, facecolor=FILL, edgecolor=FILL, lw=0.6, zorder=2
+        )
 
 
 def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> list[Label]:
@@ -126,51 +139,53 @@ def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> list[L
     size, top, labels = float(picture.problem.design.size[0]), float(sheet.imag.max()), []
     for angle in [*(s.start for s in picture.problem.programme.strokes), 2 * np.pi]:
         draw_line(axes, size * angle + 1j * np.array([sheet.imag.min(), top]), color=FAINT, lw=0.7, zorder=1.5)
-        style = {"fontsize": SMALL, "color": MUTED}
-        labels.append(Label(axes, f"{np.degrees(angle):.4g}°", (size * angle, top), ANGLE_OFFSETS, style, PROFILE))
+        style = {"fontsize": SMALL_SIZE, "color": MUTED}
+        labels.append(
+            Label(axes, f"{np.degrees(angle):.4g}°", (size * angle, top), ANGLE_OFFSETS, style, PROFILE_WIDTH)
+        )
     arrow = {"arrowstyle": "-|>", "color": INK, "lw": 1.2, "mutation_scale": 11}
     axes.annotate("", (0.91, 1.14), (0.97, 1.14), xycoords="axes fraction", arrowprops=arrow)
-    place = {"ha": "right", "va": "center", "fontsize": TEXT, "color": INK, "transform": axes.transAxes}
+    place = {"ha": "right", "va": "center", "fontsize": TEXT_SIZE, "color": INK, "transform": axes.transAxes}
     axes.text(0.905, 1.14, "the surface moves", **place)
     return labels
 
 
-def _draw_stem(axes: Any, picture: Picture, start: complex) -> ComplexArray:
+def _draw_groove_stem(axes: Any, picture: Picture, start: complex) -> ComplexArray:
     """The stem of a follower that slides, from its roller to where it drives a train beyond the surface."""
-    size, top = float(picture.problem.design.size[0]), sides_of(picture)[1]
-    half, end = STEM * size / 2, start.real + 1j * (top + ABOVE * size)
+    size, top = float(picture.problem.design.size[0]), surface_ends(picture)[1]
+    half, end = STEM_WIDTH * size / 2, start.real + 1j * (top + STEM_OVERRUN * size)
     stem = np.array([start - half, end - half, end + half, start + half])
-    area(axes, stem, facecolor=BODY, edgecolor=INK, lw=1.1, zorder=5)
+    fill_area(axes, stem, facecolor=BODY, edgecolor=INK, lw=1.1, zorder=5)
     return stem
 
 
-def draw_groove_follower(parts: Parts, picture: Picture) -> list[ComplexArray]:
+def draw_groove_follower(parts: FollowerAxes, picture: Picture) -> list[ComplexArray]:
     """The rollers at the start of the turn, and their arm when it swings; the points they span."""
     axes, design, angular = parts.follower, picture.problem.design, picture.problem.setup.angular
     starts = [complex(each.curves[0].pitch[0]) for each in picture.contacts]
     start, radius, spans = starts[0], float(design.roller_radius[0]), [np.array(starts)]
     size = max(picture.problem.programme.lift * (float(design.arm_length[0]) if angular else 1.0), 2 * radius)
     if angular:
-        pivot = pivot_of(picture.problem)
+        pivot = follower_pivot(picture.problem)
         for each in starts:
             draw_arm(parts, pivot, each, 1.5 * size)
         spans.append(pivot + 0.1 * size * np.array([-1, 1]))
     else:
-        reach = start - (radius + 0.25 * size) - 1j * picture.start
+        reach = start - (radius + 0.25 * size) - 1j * picture.start_displacement
         ends = reach + 1j * picture.problem.programme.lift * np.array([0.0, 1.0])
         draw_line(parts.ground, ends, color=MUTED, lw=1.0, marker="_", ms=8)
-        style = {"rotation": 90, "ha": "right", "va": "center", "fontsize": SMALL, "color": MUTED}
+        style = {"rotation": 90, "ha": "right", "va": "center", "fontsize": SMALL_SIZE, "color": MUTED}
         parts.ground.annotate(
             "travel", (reach.real, ends.imag.mean()), (-4, 0), textcoords="offset points", **style
         )
         spans.append(np.array([reach - 0.3 * size]))
         draw_line(axes, starts, color=INK, lw=1.6, alpha=0.5, zorder=5.5)
         if picture.problem.setup.train is not None:
-            spans.append(_draw_stem(axes, picture, start))
+            spans.append(_draw_groove_stem(axes, picture, start))
     turn = np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))
     for each in starts:
         if radius > 0.0:
-            area(axes, each + radius * turn, facecolor=BODY, edgecolor=INK, lw=1.3, zorder=6)
+            fill_area(axes, each + radius * turn, facecolor=BODY, edgecolor=INK, lw=1.3, zorder=6)
             spans.append(each + radius * turn)
         draw_line(axes, [each], marker="o", ms=3, color=INK, zorder=6.5)
     return spans

@@ -24,7 +24,7 @@ LabelPlace = tuple[float, float]
 """Where the near edge of a label is, in points from its point."""
 
 
-def around(distances: Iterable[float], first: float = 0.0, directions: int = 8) -> list[LabelPlace]:
+def label_places(distances: Iterable[float], first: float = 0.0, directions: int = 8) -> list[LabelPlace]:
     """Places in so many directions, those near to ``first`` (rad) first, at each distance in turn."""
     turns = [2.0 * pi * ((k + 1) // 2) * (-1) ** k / directions for k in range(directions)]
     return [(d * cos(first + turn), d * sin(first + turn)) for d in distances for turn in turns]
@@ -42,7 +42,7 @@ class Label(NamedTuple):
     """Lines thinner than that (points) may run through the text."""
 
 
-def settle(figure: Any, labels: Sequence[Label]) -> None:
+def place_labels(figure: Any, labels: Sequence[Label]) -> None:
     """Draw labels into a figure in which everything else is drawn already."""
     from matplotlib.text import Text
 
@@ -52,7 +52,9 @@ def settle(figure: Any, labels: Sequence[Label]) -> None:
     taken = [text.get_window_extent(renderer).get_points() for text in texts]
     room, clear = (points * figure.dpi / 72.0 for points in (TEXT_ROOM, MARK_ROOM))
     every = {(label.axes, label.thinnest) for label in labels}
-    seen = {(axes, pen): (_marks(axes), _bodies(axes), list(_lines(axes, pen))) for axes, pen in every}
+    seen = {
+        (axes, pen): (_mark_points(axes), _body_outlines(axes), list(_line_paths(axes, pen))) for axes, pen in every
+    }
     for label in labels:
         text = label.axes.annotate(
             label.text,
@@ -65,20 +67,20 @@ def settle(figure: Any, labels: Sequence[Label]) -> None:
         text.set_in_layout(False)
         costs: list[float] = []
         for place in label.places:
-            _put(text, place)
+            _set_text_place(text, place)
             box, (marks, bodies, lines) = text.get_window_extent(renderer), seen[label.axes, label.thinnest]
-            met = box.padded(room).count_overlaps(taken) + _leaves(box, figure.bbox)
-            marked = box.padded(clear).count_contains(marks) + _leaves(box, label.axes.bbox)
+            met = box.padded(room).count_overlaps(taken) + _leaves_bounds(box, figure.bbox)
+            marked = box.padded(clear).count_contains(marks) + _leaves_bounds(box, label.axes.bbox)
             marked += sum(body.intersects_bbox(box, filled=False) for body in bodies)
             crossed = sum(path.intersects_bbox(box.padded(half), filled=False) for path, half in lines)
             costs.append(TEXT_COST * met + MARK_COST * marked + LINE_COST * crossed)
             if costs[-1] == 0.0:
                 break
-        _put(text, label.places[int(np.argmin(costs))])
+        _set_text_place(text, label.places[int(np.argmin(costs))])
         taken.append(text.get_window_extent(renderer).get_points())
 
 
-def _put(text: Any, place: LabelPlace) -> None:
+def _set_text_place(text: Any, place: LabelPlace) -> None:
     """A text at a place, with the edge or corner that is nearest to its point there."""
     x, y = place
     text.set_position(place)
@@ -86,7 +88,7 @@ def _put(text: Any, place: LabelPlace) -> None:
     text.set_verticalalignment("center" if abs(y) < LEAST_OFFSET else "bottom" if y > 0.0 else "top")
 
 
-def _marks(axes: Any) -> FloatArray:
+def _mark_points(axes: Any) -> FloatArray:
     """Where axes have marks, in pixels (n, 2)."""
     from matplotlib.collections import PathCollection
 
@@ -97,7 +99,7 @@ def _marks(axes: Any) -> FloatArray:
     return np.concatenate([np.zeros((0, 2)), *found])
 
 
-def _lines(axes: Any, thinnest: float) -> Iterator[tuple[Any, float]]:
+def _line_paths(axes: Any, thinnest: float) -> Iterator[tuple[Any, float]]:
     """The lines of axes and half their widths, in pixels."""
     from matplotlib.collections import LineCollection
 
@@ -113,12 +115,12 @@ def _lines(axes: Any, thinnest: float) -> Iterator[tuple[Any, float]]:
                 yield axes.transData.transform_path(path), half * width
 
 
-def _bodies(axes: Any) -> list[Any]:
+def _body_outlines(axes: Any) -> list[Any]:
     """The outlines of what is drawn over the lines of axes, in pixels."""
     over = (patch for patch in axes.patches if patch.get_zorder() > LABEL_ORDER)
     return [patch.get_transform().transform_path(patch.get_path()) for patch in over]
 
 
-def _leaves(box: Any, bounds: Any) -> bool:
+def _leaves_bounds(box: Any, bounds: Any) -> bool:
     """Whether a box is not wholly within bounds."""
     return bool(box.x0 < bounds.x0 or box.y0 < bounds.y0 or box.x1 > bounds.x1 or box.y1 > bounds.y1)

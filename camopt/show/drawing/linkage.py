@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import ComplexArray
-from camopt.model.trains.sketch import Member, Sketch, Standing
-from camopt.scene.problem.linkage import linkage_at, pivot_of
-from camopt.show.drawing.bodies import FRAME_ANGLES
-from camopt.show.drawing.picture import Picture, area, draw_circle, draw_line
+from camopt.model.trains.sketch import LinkSketch, Member, Support
+from camopt.scene.problem.linkage import follower_pivot, linkage_sketch
+from camopt.show.drawing.moving_bodies import FRAME_ANGLES
+from camopt.show.drawing.picture import Picture, draw_circle, draw_line, fill_area
 from camopt.show.drawing.style import BODY, FAINT, INK, MUTED
 
 MEMBER_STYLE = {"facecolor": BODY, "edgecolor": INK, "lw": 1.1}
@@ -18,40 +18,40 @@ GUIDE_GAP, GUIDE_WIDTH, BAR_HALF = 0.037, 0.025, 0.022
 """Shares of the size of the cam."""
 
 
-def linkage(picture: Picture, spans: list[ComplexArray], size: float) -> Sketch | None:
+def train_sketch(picture: Picture, spans: list[ComplexArray], size: float) -> LinkSketch | None:
     """The train at the frames of a turn, on the pivot of a follower, or on the end of its stem; None without one.
 
     That end is the highest of the points that are spanned without the train.
     """
     problem = picture.problem
     if problem.setup.angular:
-        at = pivot_of(problem)
+        at = follower_pivot(problem)
     else:
         at = complex(problem.design.offset[0], max(float(span.imag.max()) for span in spans))
-    return linkage_at(problem, FRAME_ANGLES % (2 * np.pi), at, size)
+    return linkage_sketch(problem, FRAME_ANGLES % (2 * np.pi), at, size)
 
 
 def draw_linkage(axes: Any, picture: Picture, spans: list[ComplexArray], size: float) -> list[ComplexArray]:
     """Draw the train as it is at cam angle 0; the points that it spans over the turn."""
-    if (train := linkage(picture, spans, size)) is None:
+    if (train := train_sketch(picture, spans, size)) is None:
         return []
-    draw_standing(axes, train, size)
+    draw_fixed_parts(axes, train, size)
     for member in train.members:
         draw_member(axes, member, size)
-    return [reach_of(train)]
+    return [sketch_points(train)]
 
 
-def reach_of(sketch: Sketch) -> ComplexArray:
+def sketch_points(sketch: LinkSketch) -> ComplexArray:
     """The points that a train spans over the turn."""
-    moved = [_corners(each)[:, None] * np.exp(1j * each.turned) + each.at for each in sketch.members]
-    guides = [each.at + each.way * np.array([-1, 1]) for each in sketch.standing]
+    moved = [_member_corners(each)[:, None] * np.exp(1j * each.turned) + each.at for each in sketch.members]
+    guides = [each.at + each.way * np.array([-1, 1]) for each in sketch.supports]
     return np.concatenate([points.ravel() for points in (*moved, *guides)])
 
 
-def draw_standing(axes: Any, sketch: Sketch, size: float) -> None:
+def draw_fixed_parts(axes: Any, sketch: LinkSketch, size: float) -> None:
     """What stands still, and the paths of the joints."""
-    for each in sketch.standing:
-        (_pivot if each.ground == "pivot" else _guide)(axes, each, size)
+    for each in sketch.supports:
+        (_draw_pivot if each.ground == "pivot" else _draw_guide)(axes, each, size)
     for member in sketch.members:
         if member.shape == "bar":
             draw_line(axes, member.at, color=FAINT, lw=0.8, zorder=4.2)
@@ -61,44 +61,44 @@ def draw_member(axes: Any, member: Member, size: float) -> None:
     """A rigid part as it is at cam angle 0."""
     at = complex(member.at[0])
     if member.shape == "bar":
-        _bar(axes, at, at + complex(member.points[1]), BAR_HALF * size)
+        _draw_bar(axes, at, at + complex(member.points[1]), BAR_HALF * size)
     elif member.shape == "belt":
         draw_line(axes, at + member.points, color=INK, lw=1.0, zorder=5)
     elif member.shape in ("wheel", "roller"):
         radius = float(abs(member.points[0]))
-        area(axes, at + radius * np.exp(1j * np.linspace(0.0, 2 * np.pi, 121)), zorder=5.2, **MEMBER_STYLE)
+        fill_area(axes, at + radius * np.exp(1j * np.linspace(0.0, 2 * np.pi, 121)), zorder=5.2, **MEMBER_STYLE)
         draw_line(axes, [at, at + member.points[0]], color=INK, lw=0.9, zorder=5.3)
     else:
-        area(axes, at + member.points, zorder=5.0, **MEMBER_STYLE)
+        fill_area(axes, at + member.points, zorder=5.0, **MEMBER_STYLE)
 
 
-def _corners(member: Member) -> ComplexArray:
+def _member_corners(member: Member) -> ComplexArray:
     if member.shape in ("wheel", "roller"):
         return np.asarray(abs(member.points[0]) * np.array([1, 1j, -1, -1j]))
     return member.points
 
 
-def _bar(axes: Any, start: complex, end: complex, half: float) -> None:
+def _draw_bar(axes: Any, start: complex, end: complex, half: float) -> None:
     """A bar with round ends, and a pin at each."""
     way = (end - start) / (abs(end - start) or 1.0)
     round_end = half * way * np.exp(1j * np.linspace(-np.pi / 2, np.pi / 2, 19))
-    area(axes, np.concatenate([end + round_end, start - round_end]), zorder=5.4, **MEMBER_STYLE)
+    fill_area(axes, np.concatenate([end + round_end, start - round_end]), zorder=5.4, **MEMBER_STYLE)
     for pin in (start, end):
         draw_circle(axes, 0.4 * half, pin, color=INK, lw=0.9, zorder=5.6)
 
 
-def _pivot(axes: Any, pivot: Standing, size: float) -> None:
+def _draw_pivot(axes: Any, pivot: Support, size: float) -> None:
     """A fixed pivot on the ground."""
-    area(axes, pivot.at + size * PIVOT, facecolor="white", edgecolor=MUTED, lw=0.9, zorder=4.7)
+    fill_area(axes, pivot.at + size * PIVOT, facecolor="white", edgecolor=MUTED, lw=0.9, zorder=4.7)
     base = pivot.at + size * BASE
-    area(axes, base, facecolor="white", edgecolor=MUTED, hatch="//////", lw=0.0, zorder=4.6)
+    fill_area(axes, base, facecolor="white", edgecolor=MUTED, hatch="//////", lw=0.0, zorder=4.6)
     draw_line(axes, base[:2], color=MUTED, lw=0.9, zorder=4.7)
 
 
-def _guide(axes: Any, guide: Standing, size: float) -> None:
+def _draw_guide(axes: Any, guide: Support, size: float) -> None:
     """A guide on both sides of what slides along it."""
     across = 1j * guide.way / abs(guide.way) * size
     for side in (-1.0, 1.0):
         inner = guide.at + side * GUIDE_GAP * across + guide.way * np.array([-1, 1])
         block = np.concatenate([inner, inner[::-1] + side * GUIDE_WIDTH * across])
-        area(axes, block, facecolor="white", edgecolor=MUTED, hatch="//////", lw=0.8, zorder=4.5)
+        fill_area(axes, block, facecolor="white", edgecolor=MUTED, hatch="//////", lw=0.8, zorder=4.5)

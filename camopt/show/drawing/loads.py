@@ -7,10 +7,10 @@ from math import pi
 import numpy as np
 
 from camopt.model.effects import hertz, surface, thrust
-from camopt.model.effects.loads import normal_curve, ways
+from camopt.model.effects.loads import friction_ways, normal_curve
 from camopt.model.effects.peak import Variant
 from camopt.show.drawing.limit_lines import limit_lines
-from camopt.show.drawing.panels import Panel, PieceValues, known, load_panel, of_contacts
+from camopt.show.drawing.panels import Panel, PieceValues, has_quantities, load_panel, merge_contacts
 from camopt.show.drawing.picture import Picture
 
 
@@ -18,12 +18,18 @@ def load_panels(picture: Picture, *, every: bool = False) -> list[Panel]:
     """The diagrams of thrust, stress and surface that were computed and are finite: all, or the usual."""
 
     def panels_of_contact(each: Picture) -> list[Panel]:
-        return [*_thrust(each, every), *_stress(each), *_sliding(each), *_wear(each), *_film(each)]
+        return [
+            *_thrust_panels(each, every),
+            *_stress_panels(each),
+            *_sliding_panels(each),
+            *_wear_panels(each),
+            *_film_panels(each),
+        ]
 
-    return of_contacts(picture, panels_of_contact)
+    return merge_contacts(picture, panels_of_contact)
 
 
-def _thrust(picture: Picture, every: bool) -> list[Panel]:
+def _thrust_panels(picture: Picture, every: bool) -> list[Panel]:
     """Side thrust, or normal force for a follower without it; other forces if they are limited."""
     setup = picture.problem.setup
     found: list[Panel] = []
@@ -34,32 +40,34 @@ def _thrust(picture: Picture, every: bool) -> list[Panel]:
         ("Reaction at the near end of the guide", "guide_reaction_max_N"),
         ("Bending stress of the stem", "stem_bending_stress_max_MPa"),
     ):
-        if not known(picture, name) or not (every or name == main or limit_lines(picture, name)):
+        if not has_quantities(picture, name) or not (every or name == main or limit_lines(picture, name)):
             continue
         normal = name == "normal_force_max_N"
         *_, factor = (1.0,) if normal else thrust.LEVERS[name](setup.dynamics)
         make = partial(normal_curve, setup) if normal else partial(thrust.thrust_curve, setup, of=name)
-        variants: list[Variant] = [(partial(make, way=way), kinds) for way, kinds in ways(setup)]
-        found.append(load_panel(picture, title, name, [factor * value for value in by_way(picture, variants)]))
+        variants: list[Variant] = [(partial(make, way=way), kinds) for way, kinds in friction_ways(setup)]
+        found.append(
+            load_panel(picture, title, name, [factor * value for value in largest_variant(picture, variants)])
+        )
     return found
 
 
-def _stress(picture: Picture) -> list[Panel]:
-    if not known(picture, hertz.STRESS):
+def _stress_panels(picture: Picture) -> list[Panel]:
+    if not has_quantities(picture, hertz.STRESS):
         return []
     setup = picture.problem.setup
-    loads = by_way(picture, [variant for *_, variant in hertz.stress_variants(setup)], pressed=True)
-    values = [hertz.stress_of(setup, load, picture.problem.design) for load in loads]
+    loads = largest_variant(picture, [variant for *_, variant in hertz.stress_variants(setup)], pressed=True)
+    values = [hertz.contact_stress(setup, load, picture.problem.design) for load in loads]
     return [load_panel(picture, "Contact stress", hertz.STRESS, values)]
 
 
-def _sliding(picture: Picture) -> list[Panel]:
+def _sliding_panels(picture: Picture) -> list[Panel]:
     """How fast the follower slides over the cam, or how fast its roller spins."""
     problem = picture.problem
     setup, design = problem.setup, problem.design
-    rolls = known(picture, surface.SPIN)
-    name = surface.SPIN if rolls else surface.SLIDING
-    if not known(picture, name):
+    rolls = has_quantities(picture, surface.ROLLER_SPEED)
+    name = surface.ROLLER_SPEED if rolls else surface.SLIDING_SPEED
+    if not has_quantities(picture, name):
         return []
     assert setup.omega is not None
     factor = 30.0 / pi * setup.omega / float(design.roller_radius[0]) if rolls else setup.omega / 1e3
@@ -73,33 +81,33 @@ def _sliding(picture: Picture) -> list[Panel]:
     if others:
         inner = surface.sliding_curve(setup, design, problem.programme, others[0])
         panel.other = [factor * value for value in picture.curve_values(inner)]
-        panel.note = f"thin: on the {setup.mechanism.flanks[0].said}"
+        panel.note = f"thin: on the {setup.mechanism.flanks[0].words}"
     return [panel]
 
 
-def _wear(picture: Picture) -> list[Panel]:
-    if not known(picture, surface.WEAR):
+def _wear_panels(picture: Picture) -> list[Panel]:
+    if not has_quantities(picture, surface.WEAR_DEPTH):
         return []
     setup = picture.problem.setup
-    loads = by_way(picture, surface.wear_variants(surface.WEAR, setup))
+    loads = largest_variant(picture, surface.wear_variants(surface.WEAR_DEPTH, setup))
     values = [surface.wear_factor(setup) * np.maximum(np.abs(load), 0.0) for load in loads]
-    return [load_panel(picture, "Wear of the profile in a million turns", surface.WEAR, values)]
+    return [load_panel(picture, "Wear of the profile in a million turns", surface.WEAR_DEPTH, values)]
 
 
-def _film(picture: Picture) -> list[Panel]:
+def _film_panels(picture: Picture) -> list[Panel]:
     """The film over the roughness, or in µm if the scene gives no roughness; 0 where there is no entrainment."""
-    name = surface.RATIO if known(picture, surface.RATIO) else surface.FILM
-    if not known(picture, name):
+    name = surface.FILM_RATIO if has_quantities(picture, surface.FILM_RATIO) else surface.FILM_THICKNESS
+    if not has_quantities(picture, name):
         return []
     setup = picture.problem.setup
-    thinness = by_way(picture, surface.wear_variants(surface.RATIO, setup))
+    thinness = largest_variant(picture, surface.wear_variants(surface.FILM_RATIO, setup))
     factor = surface.film_factor(setup) / (setup.bodies.roughness or 1e-3)
     values = [np.where(value > 0.0, factor / value, 0.0) for value in thinness]
-    title = "Film over roughness" if name == surface.RATIO else "Film thickness"
+    title = "Film over roughness" if name == surface.FILM_RATIO else "Film thickness"
     return [load_panel(picture, title, name, values, least=True)]
 
 
-def by_way(picture: Picture, variants: Sequence[Variant], *, pressed: bool = False) -> PieceValues:
+def largest_variant(picture: Picture, variants: Sequence[Variant], *, pressed: bool = False) -> PieceValues:
     """A load over each piece of the turn, the largest of its variants; 0 where a flank is not ``pressed``."""
     problem = picture.problem
     each = [(picture.curve_values(make(problem.design, problem.programme)), kinds) for make, kinds in variants]

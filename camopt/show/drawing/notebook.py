@@ -12,11 +12,11 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput
 from camopt.core.numerics import ComplexArray
-from camopt.core.quantities.shown import HasHtml
+from camopt.core.quantities.display import HasHtml
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.show.drawing.picture import Picture, told
-from camopt.show.drawing.second import outline_of
+from camopt.show.drawing.picture import Picture, value_with_unit
+from camopt.show.drawing.second_contact import second_outline
 from camopt.show.drawing.style import COLOURS, FILL, INK, MUTED, SECOND_COLOUR
 from camopt.solve.tables.html import html_section, html_table
 from camopt.solve.tables.result import Result, Table
@@ -25,17 +25,17 @@ CAM_PIXELS, MARGIN_PIXELS, TEXT_PIXELS = 180.0, 4.0, 16.0  # longer side of the 
 NEAR_PIXELS = 2.0  # pixels: points closer together than that are left out
 
 
-def html_of(result: HasHtml) -> str:
+def result_html(result: HasHtml) -> str:
     """How a notebook shows a result: its tables and sentences, and on its right its cam, if it has one."""
-    text = _sections(result) if isinstance(result, Result) else _unfolded(result)
+    text = _section_html(result) if isinstance(result, Result) else _scene_html(result)
     try:
-        cam = small_cam(result.shown_cam) if result.shown_cam else ""
+        cam = cam_svg(result.shown_cam) if result.shown_cam else ""
     except BadInput:  # sizes that no scene has: the table shows them all the same
         cam = ""
     return f'<div style="display: flex; flex-wrap: wrap; gap: 2em">{text}{cam}</div>' if cam else text
 
 
-def _sections(result: Result) -> str:
+def _section_html(result: Result) -> str:
     """The tables and the sentences of a result under its name."""
     name, *rest = repr(result)[1:-1], *filter(None, result.sections())
     if rest and isinstance(rest[0], Table):
@@ -46,23 +46,23 @@ def _sections(result: Result) -> str:
     return f"<div>{head}{''.join(map(html_section, rest))}</div>"
 
 
-def _unfolded(scene: Any) -> str:
+def _scene_html(scene: Any) -> str:
     """A description of a scene, with its TOML to unfold."""
     unfolded = f"<details><summary>TOML</summary><pre>{escape(scene.to_toml())}</pre></details>"
     return f"<div><b>{escape(repr(scene))}</b>{unfolded}</div>"
 
 
-def small_cam(scene: Scene) -> str:
+def cam_svg(scene: Scene) -> str:
     """The profile of a disc cam and its base circle, or the developed flanks of a groove; "" if there is no cam."""
     picture = Picture(scene, resolve_design(scene))
     if not picture.exists:
         return ""
     body = picture.problem.setup.mechanism.body
-    first, *others = [[curves.profile for curves in each.curves] for each in picture.on_body]
+    first, *others = [[curves.profile for curves in each.curves] for each in picture.body_contacts]
     sides = [np.concatenate(rows) for rows in zip(first, *others, strict=True)]
     size = float(picture.problem.design.size[0])
     circle = np.zeros(0, dtype=complex) if body.developed else size * np.exp(2j * np.pi * np.linspace(0.0, 1.0, 61))
-    second = outline_of(picture)
+    second = second_outline(picture)
     every = np.concatenate([circle, second, *(side for piece in sides for side in piece)])
     if not np.isfinite(every).all():
         return ""
@@ -71,7 +71,7 @@ def small_cam(scene: Scene) -> str:
     scale = CAM_PIXELS / extent.max()
 
     def path(points: Any, **style: object) -> str:
-        return _path((points - corner).conj() * scale, **style)
+        return _svg_path((points - corner).conj() * scale, **style)
 
     drawn = []
     if not body.developed:
@@ -81,10 +81,10 @@ def small_cam(scene: Scene) -> str:
     drawn += [path(second, stroke=SECOND_COLOUR, stroke_width=1.5)] if second.size else []
     cross = 0.06 * size * np.array([-1, 1], dtype=complex)
     drawn += [] if body.developed else [path(cross, stroke=INK), path(1j * cross, stroke=INK)]
-    return _page(drawn, scale * extent, f"{body.size_name} {told(size)}", scene.name)
+    return _svg_page(drawn, scale * extent, f"{body.size_name} {value_with_unit(size)}", scene.name)
 
 
-def _path(points: ComplexArray, **style: object) -> str:
+def _svg_path(points: ComplexArray, **style: object) -> str:
     """A line through points in pixels, y downwards; points that are near to the one before are left out."""
     kept = [points[0]]
     for here in points[1:-1]:
@@ -95,7 +95,7 @@ def _path(points: ComplexArray, **style: object) -> str:
     return f'<path d="M{places}" {pens}/>'
 
 
-def _page(drawn: Iterable[str], extent: Iterable[float], words: str, title: str) -> str:
+def _svg_page(drawn: Iterable[str], extent: Iterable[float], words: str, title: str) -> str:
     """The picture of what is drawn, with a line of text below."""
     width, height = (side + 2.0 * MARGIN_PIXELS for side in extent)
     box = f"{-MARGIN_PIXELS} {-MARGIN_PIXELS} {width:.1f} {height + TEXT_PIXELS:.1f}"

@@ -9,16 +9,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import BoolArray, FloatArray
-from camopt.core.quantities import DERIVATIVES, QUANTITIES, motion_quantity
-from camopt.core.quantities.unit_systems import shown, shown_unit
-from camopt.model.effects.motion import scale
+from camopt.core.quantities import DERIVATIVE_UNITS, QUANTITIES, motion_quantity
+from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.model.effects.motion import motion_scale
 from camopt.model.motion.stroke import ALL_STROKES, RETURN, RISE
 from camopt.show.drawing.limit_lines import limit_lines
-from camopt.show.drawing.picture import STROKE_NAMES, Picture, four_digits, told
+from camopt.show.drawing.picture import STROKE_NAMES, Picture, four_digits, value_with_unit
 from camopt.show.drawing.style import INK, REFERENCE_COLOUR
 
 NEGLIGIBLE = 1e-6  # jumps below this share of the range are none, samples this near the peak are the peak
-CLIP = 4.0  # times the usual pitch curvature: where the diagram of curvature is cut off
+CURVATURE_CLIP = 4.0  # times the usual pitch curvature: where the diagram of curvature is cut off
 
 PieceValues = list[FloatArray]
 Curve = Callable[[FloatArray], FloatArray]
@@ -33,7 +33,7 @@ class MoveMark(NamedTuple):
     high: float
 
 
-PITCH_POINT = "pitch point "
+PITCH_POINT_TEXT = "pitch point "
 """Before the value of a peak that it is."""
 
 
@@ -47,7 +47,7 @@ class MarkedPeak:
     colour: str = INK
     least: bool = False
 
-    def times(self, factor: float) -> "MarkedPeak":
+    def with_factor(self, factor: float) -> "MarkedPeak":
         """The peak in another unit, with its text if that is the value alone."""
         value = factor * self.value
         return replace(self, value=value, text=four_digits(value) if self.text[-1:].isdigit() else self.text)
@@ -71,18 +71,18 @@ class Panel:
     bands: list[tuple[float, float]] = field(default_factory=list)  # from where to where on the axis of values
     marks: list[MoveMark] = field(default_factory=list)
     quantity: str = ""  # that is an extreme of the values, of a load
-    at: Curve | None = None  # the values at any cam angles, rad, of the diagrams that an animation shows
+    value_at: Curve | None = None  # the values at any cam angles, rad, of the diagrams that an animation shows
 
-    def as_shown(self) -> "Panel":
+    def in_shown_units(self) -> "Panel":
         """The diagram in the unit in which results are shown; numbers in notes are so already."""
-        one, at = shown(1.0, self.unit), self.at
+        one, at = to_shown_unit(1.0, self.unit), self.value_at
         if one == 1.0:
             return self
         return replace(
             self,
             unit=shown_unit(self.unit),
             values=[one * values for values in self.values],
-            peaks=[each.times(one) for each in self.peaks],
+            peaks=[each.with_factor(one) for each in self.peaks],
             limits=[(kinds, one * bound) for kinds, bound in self.limits],
             impulses=[(angle, one * size) for angle, size in self.impulses],
             reference=self.reference and [one * values for values in self.reference],
@@ -90,29 +90,29 @@ class Panel:
             span=self.span and (one * self.span[0], one * self.span[1]),
             bands=[(one * low, one * high) for low, high in self.bands],
             marks=[mark._replace(low=one * mark.low, high=one * mark.high) for mark in self.marks],
-            at=at and (lambda angles: one * at(angles)),
+            value_at=at and (lambda angles: one * at(angles)),
         )
 
 
-def panels(picture: Picture) -> list[Panel]:
+def motion_panels(picture: Picture) -> list[Panel]:
     """The six diagrams of a design: displacement and its derivatives, pressure angle, curvature."""
 
     def panels_of_contact(each: Picture) -> list[Panel]:
-        motion = [_derivative(each, name, order) for order, name in enumerate(DERIVATIVES, start=1)]
-        return [_displacement(each), *motion, _pressure(each), _curvature(each)]
+        motion = [_derivative_panel(each, name, order) for order, name in enumerate(DERIVATIVE_UNITS, start=1)]
+        return [_displacement_panel(each), *motion, _pressure_panel(each), _curvature_panel(each)]
 
-    return of_contacts(picture, panels_of_contact)
+    return merge_contacts(picture, panels_of_contact)
 
 
-def of_contacts(picture: Picture, made: Callable[[Picture], list[Panel]]) -> list[Panel]:
+def merge_contacts(picture: Picture, made: Callable[[Picture], list[Panel]]) -> list[Panel]:
     """Diagrams of the first contact of a follower, with what they are of a second one as thin lines."""
     first, *further = (made(each) for each in picture.contacts)
     for others in further:
-        first = [with_second(panel, other) for panel, other in zip(first, others, strict=True)]
+        first = [merge_second_contact(panel, other) for panel, other in zip(first, others, strict=True)]
     return first
 
 
-def with_second(panel: Panel, other: Panel) -> Panel:
+def merge_second_contact(panel: Panel, other: Panel) -> Panel:
     """A diagram with the values of a second contact, where they differ, and the worse of their peaks."""
     if all(np.array_equal(one, two) for one, two in zip(panel.values, other.values, strict=True)):
         return panel
@@ -124,31 +124,33 @@ def with_second(panel: Panel, other: Panel) -> Panel:
     )
     usual = (float(np.nanmin(every)), float(np.nanmax(every))) if np.isfinite(every).any() else None
     note = "  ·  ".join(filter(None, ("thin: second contact", panel.note)))
-    return replace(panel, other=other.values, span=span or usual, note=note, peaks=_worse(panel.peaks, other.peaks))
+    return replace(
+        panel, other=other.values, span=span or usual, note=note, peaks=_worse_peaks(panel.peaks, other.peaks)
+    )
 
 
-def _worse(peaks: list[MarkedPeak], others: list[MarkedPeak]) -> list[MarkedPeak]:
+def _worse_peaks(peaks: list[MarkedPeak], others: list[MarkedPeak]) -> list[MarkedPeak]:
     """Of the peaks of two contacts, if they have the same ones, the worse of each."""
     if len(peaks) != len(others):
         return peaks
     pairs = zip(peaks, others, strict=True)
     found = [(min if one.least else max)(one, two, key=lambda peak: abs(peak.value)) for one, two in pairs]
-    pitch_points = [peak for peak in found if peak.text.startswith(PITCH_POINT)]
+    pitch_points = [peak for peak in found if peak.text.startswith(PITCH_POINT_TEXT)]
     for other in sorted(pitch_points, key=lambda peak: -abs(peak.value))[1:]:  # the steepest contact has the one
-        other.text, other.colour = other.text.removeprefix(PITCH_POINT), INK
+        other.text, other.colour = other.text.removeprefix(PITCH_POINT_TEXT), INK
     return found
 
 
-def _displacement(picture: Picture) -> Panel:
+def _displacement_panel(picture: Picture) -> Panel:
     setup, tool = picture.problem.setup, picture.problem.programme.tool
     factor, unit = (np.degrees(1.0), "deg") if setup.tool_turns else (1.0, "mm")
     values = [rows[0] * factor for rows in picture.tool_motion]
-    panel = Panel(_titled("Displacement", picture), unit, values)
-    panel.peaks = _peaks(picture, picture.tool_kinds, values, {ALL_STROKES: tool.lift * factor})
-    panel.marks, panel.at = moves_asked(picture, 0, factor), lambda angles: tool.at(angles)[0] * factor
+    panel = Panel(_motion_title("Displacement", picture), unit, values)
+    panel.peaks = _stroke_peaks(picture, picture.tool_kinds, values, {ALL_STROKES: tool.lift * factor})
+    panel.marks, panel.value_at = move_marks(picture, 0, factor), lambda angles: tool.motion_at(angles)[0] * factor
     notes = ["squares: asked of moves"] if panel.marks else []
     if setup.train is not None:
-        panel.reference, note = _of_follower(picture, tool.lift * factor)
+        panel.reference, note = _follower_displacement(picture, tool.lift * factor)
         notes.append(note)
     if any(each.end > each.start for stroke in tool.strokes for each in stroke.through):
         notes = ["squares and bands: asked of moves"]
@@ -158,69 +160,74 @@ def _displacement(picture: Picture) -> Panel:
     if dynamics.lash is not None:
         low, high = ((dynamics.lash + side * dynamics.lash_variation) * factor for side in (-1, 1))
         panel.bands = [(low, high)]
-        one, shown_as = shown(1.0, panel.unit), shown_unit(panel.unit)
+        one, shown_as = to_shown_unit(1.0, panel.unit), shown_unit(panel.unit)
         ends = f"{one * low:.4g}" + (f" to {one * high:.4g} {shown_as}" if high > low else "")
         notes.append(f"grey: lash {ends}")
     panel.note = "  ·  ".join(notes)
     return panel
 
 
-def _of_follower(picture: Picture, tool: float) -> tuple[PieceValues, str]:
+def _follower_displacement(picture: Picture, tool: float) -> tuple[PieceValues, str]:
     """The displacement of the follower beside that of a tool; in another unit as high as that."""
     setup, lift = picture.problem.setup, picture.problem.programme.lift
     factor, unit = (np.degrees(1.0), "deg") if setup.angular else (1.0, "mm")
     alike = setup.angular == setup.tool_turns
     as_high = factor if alike else tool / lift
     scaled = "" if alike else f" {shown_unit(unit)}, scaled to the same height"
-    note = f"dash-dot: of the follower, up to {four_digits(shown(lift * factor, unit))}{scaled}"
+    note = f"dash-dot: of the follower, up to {four_digits(to_shown_unit(lift * factor, unit))}{scaled}"
     return [rows[0] * as_high for rows in picture.motion], note
 
 
-def moves_asked(picture: Picture, order: int, factor: float) -> list[MoveMark]:
+def move_marks(picture: Picture, order: int, factor: float) -> list[MoveMark]:
     """The conditions of the scene's moves on a derivative."""
     strokes = picture.problem.programme.tool.strokes
-    every = [each for stroke in strokes for each in stroke.asked(strokes[0].low) if each.order == order]
+    every = [
+        each for stroke in strokes for each in stroke.required_conditions(strokes[0].low) if each.order == order
+    ]
     per = 180 / pi
     return [MoveMark(each.start * per, each.end * per, each.low * factor, each.high * factor) for each in every]
 
 
-def _derivative(picture: Picture, name: str, order: int) -> Panel:
+def _derivative_panel(picture: Picture, name: str, order: int) -> Panel:
     """Velocity, acceleration or jerk; impulses where the derivative below it jumps."""
     setup, programme = picture.problem.setup, picture.problem.programme.tool
-    timed, factor = setup.omega is not None, scale(setup, order)
+    timed, factor = setup.omega is not None, motion_scale(setup, order)
     values = [rows[order] * factor for rows in picture.tool_motion]
     found = {
         kind: motion_quantity(name, STROKE_NAMES[kind], angular=setup.tool_turns, timed=timed)
         for kind in (RISE, RETURN)
     }
     exact = {kind: picture.values[key] for kind, key in found.items()}
-    panel = Panel(_titled(name.capitalize(), picture), QUANTITIES[found[RISE]].unit, values)
-    panel.peaks = _peaks(picture, picture.tool_kinds, values, exact)
-    panel.marks, panel.at = moves_asked(picture, order, factor), lambda angles: programme.at(angles)[order] * factor
+    panel = Panel(_motion_title(name.capitalize(), picture), QUANTITIES[found[RISE]].unit, values)
+    panel.peaks = _stroke_peaks(picture, picture.tool_kinds, values, exact)
+    panel.marks, panel.value_at = (
+        move_marks(picture, order, factor),
+        lambda angles: programme.motion_at(angles)[order] * factor,
+    )
     panel.impulses = [(np.degrees(j.at), j.size * factor) for j in programme.jumps if j.order == order - 1]
     if panel.impulses:
-        panel.note = f"arrows: impulses, where the {list(DERIVATIVES)[order - 2]} jumps"
+        panel.note = f"arrows: impulses, where the {list(DERIVATIVE_UNITS)[order - 2]} jumps"
     if order == 3 and programme.corners:
         panel.note = "no jerk at the corners, where the velocity jumps"
     panel.limits = limit_lines(picture, motion_quantity(name, "", angular=setup.tool_turns, timed=timed))
     return panel
 
 
-def _pressure(picture: Picture) -> Panel:
+def _pressure_panel(picture: Picture) -> Panel:
     """Signed pressure angle; for a face square to the motion, which has none, the contact on the face."""
     mechanism, design = picture.problem.setup.mechanism, picture.problem.design
     programme, exact = picture.problem.programme, picture.values
     if exact["pressure_angle_max_deg"] == 0.0 and mechanism.reach is not None:
         reach = partial(picture.curve_at, mechanism.reach(design, programme))
         values = [reach(angles) for angles in picture.pieces]
-        peaks = greatest_and_least(picture, values, "face_reach_max_mm", "face_reach_min_mm")
+        peaks = quantity_peaks(picture, values, "face_reach_max_mm", "face_reach_min_mm")
         limits, note = limit_lines(picture, "face_reach_max_mm"), "pressure angle 0 throughout"
-        return Panel("Contact on the face", "mm", values, peaks, limits, note=note, at=reach)
+        return Panel("Contact on the face", "mm", values, peaks, limits, note=note, value_at=reach)
     tangent = partial(picture.curve_at, mechanism.pressure(design, programme))
     values = [np.degrees(np.arctan(tangent(angles))) for angles in picture.pieces]
     bounds = {kind: exact[f"pressure_angle_max_{STROKE_NAMES[kind]}_deg"] for kind in (RISE, RETURN)}
-    panel = Panel("Pressure angle", "deg", values, _peaks(picture, picture.kinds, values, bounds, "°"))
-    panel.at = lambda angles: np.degrees(np.arctan(tangent(angles)))
+    panel = Panel("Pressure angle", "deg", values, _stroke_peaks(picture, picture.kinds, values, bounds, "°"))
+    panel.value_at = lambda angles: np.degrees(np.arctan(tangent(angles)))
     _mark_pitch_point(panel, exact)
     panel.limits = limit_lines(picture, "pressure_angle_max_deg")
     return panel
@@ -232,54 +239,56 @@ def _mark_pitch_point(panel: Panel, exact: dict[str, Any]) -> None:
     alike = [peak for peak in panel.peaks if abs(peak.value) >= largest * (1 - NEGLIGIBLE)]
     if alike:
         peak = min(alike, key=lambda peak: abs((peak.angle - at + 180.0) % 360.0 - 180.0))
-        peak.angle, peak.text, peak.colour = at, f"{PITCH_POINT}{peak.text}", REFERENCE_COLOUR
+        peak.angle, peak.text, peak.colour = at, f"{PITCH_POINT_TEXT}{peak.text}", REFERENCE_COLOUR
         return
     every = np.concatenate(panel.values)
     value = float(every[np.argmax(np.abs(every))])
     panel.peaks.append(
-        MarkedPeak(at, value, f"{PITCH_POINT}{four_digits(np.copysign(largest, value))}°", REFERENCE_COLOUR)
+        MarkedPeak(at, value, f"{PITCH_POINT_TEXT}{four_digits(np.copysign(largest, value))}°", REFERENCE_COLOUR)
     )
 
 
-def _curvature(picture: Picture) -> Panel:
+def _curvature_panel(picture: Picture) -> Panel:
     """Curvature of pitch curve and profile; for a flat face the radius of curvature, which may pass through 0."""
     mechanism, design = picture.problem.setup.mechanism, picture.problem.design
     programme, least = picture.problem.programme, picture.values["profile_radius_min_mm"]
     if mechanism.profile_radius is not None:
         values = picture.curve_values(mechanism.profile_radius(design, programme))
-        peaks = bounds(picture, values, (np.nan, least)) if isfinite(least) else []
+        peaks = extreme_peaks(picture, values, (np.nan, least)) if isfinite(least) else []
         limits, alarm = limit_lines(picture, "profile_radius_min_mm"), [v <= 0.0 for v in values]
         panel = Panel("Radius of curvature of the profile", "mm", values, peaks, limits, alarm=alarm)
     else:
         assert mechanism.curvature is not None
-        panel = _trace_curvature(picture, picture.curve_values(mechanism.curvature(design, programme)))
+        panel = _trace_curvature_panel(picture, picture.curve_values(mechanism.curvature(design, programme)))
     if programme.corners:
         panel.note = "corners, where the velocity jumps, left out"
     return panel
 
 
-def _trace_curvature(picture: Picture, pitch: PieceValues) -> Panel:
+def _trace_curvature_panel(picture: Picture, pitch: PieceValues) -> Panel:
     mechanism, radius = picture.problem.setup.mechanism, picture.problem.half_width
     both, flanks = mechanism.two_sided, mechanism.flanks[: None if radius else 1]
     every = np.concatenate(pitch)
     finite = [k[np.isfinite(k)] for k in (every, _offset_curvature(every, radius, np.inf))]
     usual = [np.percentile(np.abs(k), q) for k, q in zip(finite, (95, 50), strict=True) if k.size]
-    cap = CLIP * float(max(usual, default=1.0))  # so that a cusp does not flatten all the rest
+    cap = CURVATURE_CLIP * float(max(usual, default=1.0))  # so that a cusp does not flatten all the rest
     profiles = [[_offset_curvature(k, flank.bulge * radius, cap) for k in pitch] for flank in flanks]
     panel = Panel(f"Curvature of the {'flanks' if both else 'profile'}", "1/mm", profiles[0])
     if radius > 0.0:
         panel.reference = pitch
         panel.other = profiles[1] if both else None
         panel.alarm = [(np.abs(k) if both else k) * radius >= 1.0 for k in pitch]
-        thin = f"thin: {flanks[1].said}  ·  " if both else ""
+        thin = f"thin: {flanks[1].words}  ·  " if both else ""
         panel.note = f"{thin}dash-dot: pitch curve"
     every = np.concatenate([*pitch, *(values for side in profiles for values in side)])
     every = every[np.isfinite(every) & (np.abs(every) <= cap)]
     panel.span = (float(every.min(initial=0.0)), float(every.max(initial=0.0)))
     least = picture.values["profile_radius_min_mm"]
     if isfinite(least) and least > 0.0 and not both:
-        peaks = bounds(picture, profiles[0], (1.0 / least, np.nan))
-        panel.peaks = [MarkedPeak(p.angle, p.value, f"ρ {told(least)}") for p in peaks if abs(p.value) <= cap]
+        peaks = extreme_peaks(picture, profiles[0], (1.0 / least, np.nan))
+        panel.peaks = [
+            MarkedPeak(p.angle, p.value, f"ρ {value_with_unit(least)}") for p in peaks if abs(p.value) <= cap
+        ]
     panel.limits = [(kinds, 1.0 / bound) for kinds, bound in limit_lines(picture, "profile_radius_min_mm")]
     return panel
 
@@ -292,17 +301,17 @@ def _offset_curvature(pitch: FloatArray, radius: float, cap: float) -> FloatArra
     return np.where((share > 0.0) & (np.abs(curvature) <= cap), curvature, np.nan)
 
 
-def known(picture: Picture, *names: str) -> bool:
+def has_quantities(picture: Picture, *names: str) -> bool:
     """Whether quantities were computed, and are finite."""
     return all(isfinite(picture.values.get(name, np.inf)) for name in names)
 
 
-def _titled(title: str, picture: Picture) -> str:
+def _motion_title(title: str, picture: Picture) -> str:
     """The title of a diagram of the motion that is asked."""
     return title if picture.problem.setup.train is None else f"{title} of the tool"
 
 
-def _peaks(
+def _stroke_peaks(
     picture: Picture, kinds_of: Sequence[int], values: PieceValues, exact: dict[int, float], sign: str = ""
 ) -> list[MarkedPeak]:
     """The largest magnitude over strokes of given kinds: its place from the samples, its value exact."""
@@ -318,12 +327,12 @@ def _peaks(
     return found
 
 
-def greatest_and_least(picture: Picture, values: PieceValues, greatest: str, least: str) -> list[MarkedPeak]:
+def quantity_peaks(picture: Picture, values: PieceValues, greatest: str, least: str) -> list[MarkedPeak]:
     """The peaks of the greatest and the least value, by their quantities; none for an empty name."""
-    return bounds(picture, values, tuple(picture.values.get(name, np.nan) for name in (greatest, least)))
+    return extreme_peaks(picture, values, tuple(picture.values.get(name, np.nan) for name in (greatest, least)))
 
 
-def bounds(picture: Picture, values: PieceValues, exact: tuple[float, ...]) -> list[MarkedPeak]:
+def extreme_peaks(picture: Picture, values: PieceValues, exact: tuple[float, ...]) -> list[MarkedPeak]:
     """The peaks of the greatest and the least value, if these are finite."""
     angles, every = np.concatenate(picture.pieces), np.concatenate(values)
     if not np.isfinite(every).any():
@@ -335,7 +344,7 @@ def bounds(picture: Picture, values: PieceValues, exact: tuple[float, ...]) -> l
     ]
 
 
-def marked(picture: Picture, values: PieceValues, name: str, *, least: bool = False) -> MarkedPeak:
+def magnitude_peak(picture: Picture, values: PieceValues, name: str, *, least: bool = False) -> MarkedPeak:
     """The largest magnitude, or the least, by the name of its quantity."""
     angles, every = np.concatenate(picture.pieces), np.concatenate(values)
     at = int(np.nanargmin(np.abs(every)) if least else np.nanargmax(np.abs(every)))
@@ -357,7 +366,7 @@ def load_panel(
     **more: Any,
 ) -> Panel:
     """The diagram of a load whose largest magnitude, or least, is a quantity, with the limits on that."""
-    peaks, limits = [marked(picture, values, name, least=least)], limit_lines(picture, name, kinds)
+    peaks, limits = [magnitude_peak(picture, values, name, least=least)], limit_lines(picture, name, kinds)
     return Panel(title, QUANTITIES[name].unit, values, peaks, limits, quantity=name, **more)
 
 

@@ -9,14 +9,14 @@ import numpy as np
 from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.core.numerics.curves import value_of
 from camopt.core.quantities import GEOMETRY
-from camopt.core.quantities.unit_systems import shown, shown_unit
-from camopt.model.effects import Case, offered, quantity_of, with_read_quantities
-from camopt.model.effects.contacts import contacts_of
+from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.model.effects import EvaluationBlock, available_quantities, find_quantity, with_read_quantities
+from camopt.model.effects.contacts import follower_contacts
 from camopt.model.mechanisms.geometry import CamCurves, cam_curves
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.scene.problem.problem import Problem
 from camopt.scene.scene import Scene
-from camopt.solve.verdicts.running import run_effects
+from camopt.solve.verdicts.effect_runs import run_effects
 
 STROKE_NAMES = {RISE: "rise", RETURN: "return", DWELL: "dwell"}
 END_SHARE = 1e-9  # share of a piece that samples keep from its ends, to be on its side of a jump
@@ -60,12 +60,12 @@ class Picture:
     @cached_property
     def motion(self) -> list[FloatArray]:
         """(y, y', y'', y''') of each piece, (4, samples)."""
-        return [self.problem.programme.at(angles) for angles in self.pieces]
+        return [self.problem.programme.motion_at(angles) for angles in self.pieces]
 
     @cached_property
     def tool_motion(self) -> list[FloatArray]:
         """As ``motion``, of what is asked: the tool, or without a train the follower itself."""
-        return [self.problem.programme.tool.at(angles) for angles in self.pieces]
+        return [self.problem.programme.tool.motion_at(angles) for angles in self.pieces]
 
     @cached_property
     def tool_kinds(self) -> list[int]:
@@ -74,32 +74,37 @@ class Picture:
         return [int(kind) & ALL_STROKES for kind in self.problem.programme.tool.kinds_at(middles)]
 
     @cached_property
-    def start(self) -> float:
+    def start_displacement(self) -> float:
         """The displacement at cam angle 0, mm or rad: 0, unless moves go lower."""
-        return float(self.problem.programme.at(np.zeros(1))[0, 0])
+        return float(self.problem.programme.motion_at(np.zeros(1))[0, 0])
 
     @property
-    def wanted(self) -> frozenset[str]:
+    def wanted_quantities(self) -> frozenset[str]:
         """The names of the quantities of the effects that the scene calls for, and of those of its geometry."""
         setup = self.problem.setup
         effects = {
             *GEOMETRY,
-            *(quantity_of(name, setup).effect for name in with_read_quantities(self.problem.wanted, setup)),
+            *(
+                find_quantity(name, setup).effect
+                for name in with_read_quantities(self.problem.evaluated_quantities, setup)
+            ),
         }
-        return frozenset(name for name in offered(setup) if quantity_of(name, setup).effect in effects)
+        return frozenset(
+            name for name in available_quantities(setup) if find_quantity(name, setup).effect in effects
+        )
 
     @cached_property
     def values(self) -> dict[str, Any]:
         """These quantities, exact."""
-        case = Case(self.problem.setup, self.problem.programme, self.problem.design)
+        case = EvaluationBlock(self.problem.setup, self.problem.programme, self.problem.design)
         with np.errstate(all="ignore"):
-            rows = run_effects(case, self.wanted)
+            rows = run_effects(case, self.wanted_quantities)
         return rows.records()[0]
 
     @cached_property
     def exists(self) -> bool:
         """Whether the mechanism can be put together at every cam angle."""
-        return bool(self.problem.setup.mechanism.exists(self.problem.design, self.problem.programme)[0])
+        return bool(self.problem.setup.mechanism.can_assemble(self.problem.design, self.problem.programme)[0])
 
     @cached_property
     def curves(self) -> list[CamCurves]:
@@ -114,29 +119,29 @@ class Picture:
     @cached_property
     def contacts(self) -> "list[Picture]":
         """A picture of each contact of the follower, as that of an ordinary cam; of one contact itself."""
-        if not self.problem.setup.mechanism.further:
+        if not self.problem.setup.mechanism.further_contacts:
             return [self]
         setup, design = self.problem.setup, self.problem.design
         return [
             replace(
                 self,
                 problem=replace(
-                    self.problem, setup=replace(setup, mechanism=each.mechanism), design=each.seen(design)
+                    self.problem, setup=replace(setup, mechanism=each.mechanism), design=each.local_designs(design)
                 ),
             )
-            for each in contacts_of(setup)
+            for each in follower_contacts(setup)
         ]
 
     @property
-    def steepest(self) -> "Picture":
+    def steepest_contact(self) -> "Picture":
         """The picture of the contact with the largest pressure angle; of one disc alone always the first."""
         every = self.contacts if self.problem.setup.mechanism.two_profiles else self.contacts[:1]
         return max(every, key=lambda each: float(each.values["pressure_angle_max_deg"]))
 
     @property
-    def on_body(self) -> "list[Picture]":
+    def body_contacts(self) -> "list[Picture]":
         """The pictures of those contacts that are on the first disc with a flank of their own: of a rib both."""
-        return self.contacts if self.problem.setup.mechanism.ribbed else self.contacts[:1]
+        return self.contacts if self.problem.setup.mechanism.has_rib else self.contacts[:1]
 
     @cached_property
     def reach(self) -> float:
@@ -165,7 +170,7 @@ def draw_line(axes: Any, points: Any, **style: Any) -> None:
     axes.plot(points.real, points.imag, **style)
 
 
-def area(axes: Any, points: Any, **style: Any) -> None:
+def fill_area(axes: Any, points: Any, **style: Any) -> None:
     points = np.asarray(points, dtype=complex)
     axes.fill(points.real, points.imag, **style)
 
@@ -180,14 +185,14 @@ def four_digits(value: float) -> str:
     return text.replace("-", "−")
 
 
-def in_figures(length: float) -> str:
+def length_in_digits(length: float) -> str:
     """A length in mm in four digits, in the unit in which it is shown."""
-    return four_digits(shown(length, "mm"))
+    return four_digits(to_shown_unit(length, "mm"))
 
 
-def told(value: float, unit: str = "mm") -> str:
+def value_with_unit(value: float, unit: str = "mm") -> str:
     """A number in a unit in four digits, with the unit, as they are shown."""
-    return f"{four_digits(shown(value, unit))} {shown_unit(unit)}"
+    return f"{four_digits(to_shown_unit(value, unit))} {shown_unit(unit)}"
 
 
 def fit_axes(axes: Any, points: ComplexArray, margin: float) -> tuple[complex, float]:

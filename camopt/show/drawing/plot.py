@@ -6,18 +6,18 @@ from importlib import import_module
 from inspect import signature
 from typing import Any, cast
 
-from camopt.core.mistakes import BadInput, Mistake, nearest
-from camopt.core.quantities.shown import Drawn
+from camopt.core.mistakes import BadInput, Mistake, suggest_names
+from camopt.core.quantities.display import Drawable
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
 from camopt.show.drawing.construction.construct import construct
-from camopt.show.drawing.style import Figure, Target, style
+from camopt.show.drawing.style import Figure, Target, picture_style
 
 TABLE_PICTURE = "pictures.front"
 
 
 def plot(
-    what: Drawn | SceneSource | Sequence[Drawn], path: Target = None, *, ax: Any = None, **options: Any
+    what: Drawable | SceneSource | Sequence[Drawable], path: Target = None, *, ax: Any = None, **options: Any
 ) -> "Figure":
     """Draw a cam or a result; to a PNG, SVG or PDF file as well, if a path is given.
 
@@ -83,7 +83,7 @@ def plot(
         what = scene_from(what)
     if isinstance(what, Scene) and options.get("construction") is not None:
         what = construct(what, options.pop("construction"))
-    pictures = import_module(f"camopt.show.{_picture_of(what)}")
+    pictures = import_module(f"camopt.show.{_picture_module(what)}")
     known = ["construction"] if isinstance(what, Scene) else [*signature(pictures.draw).parameters][2:]
     _check_options(options, known)
     if ax is None:
@@ -94,19 +94,19 @@ def plot(
         raise BadInput([Mistake("camopt", "ax", type(what).__name__, why)])
     if not hasattr(ax, "figure"):
         raise BadInput([Mistake("camopt", "ax", ax, "axes of matplotlib")])
-    with style():
+    with picture_style():
         pictures.draw_in(ax, what)
     return cast("Figure", ax.figure)
 
 
-def _picture_of(what: Any) -> str:
+def _picture_module(what: Any) -> str:
     """The module of the package that draws something."""
     if "scene" in getattr(what, "attrs", ()):  # a table of designs that camopt made
         return TABLE_PICTURE
-    every = [what] if isinstance(what, Drawn) else what if isinstance(what, (list, tuple)) else []
+    every = [what] if isinstance(what, Drawable) else what if isinstance(what, (list, tuple)) else []
     kinds = {type(each) for each in every}
     kind = kinds.pop() if len(kinds) == 1 else None
-    if kind is None or not issubclass(kind, Drawn) or not (kind is type(what) or kind.together):
+    if kind is None or not issubclass(kind, Drawable) or not (kind is type(what) or kind.together):
         why = "a scene, a design, or a result that has a picture; several together if response_spectrum gave them"
         why += "; an optimum has a design as its best" if hasattr(what, "best") else ""
         raise BadInput([Mistake("camopt", "what", type(what).__name__, why)])
@@ -117,7 +117,7 @@ def _check_options(options: Mapping[str, Any], known: Sequence[str]) -> None:
     """BadInput for options that a picture has not."""
     wrong = [name for name in options if name not in known]
     if wrong:
-        has = [nearest(name, known) if known else "it has none" for name in wrong]
+        has = [suggest_names(name, known) if known else "it has none" for name in wrong]
         why = "is no option of this picture; {}. The figure that plot returns can be changed"
         found = zip(wrong, has, strict=True)
         raise BadInput(

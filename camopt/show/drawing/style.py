@@ -28,23 +28,23 @@ SHADES = {RISE: "#e9f1f8", RETURN: "#faefe6", DWELL: "white"}
 SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#22303c", "#8c8c8c")
 DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (1, 1.5)), (0, (7, 2, 1.5, 2)))
 
-PAGE_TITLE, TITLE_SIZE, HEADING, TEXT, SMALL = 14.0, 10.5, 8.5, 8.0, 7.5  # points
-PROFILE = 1.3  # points: lines as thick as that are the outlines of a cam and its follower
+PAGE_TITLE, TITLE_SIZE, HEADING_SIZE, TEXT_SIZE, SMALL_SIZE = 14.0, 10.5, 8.5, 8.0, 7.5  # points
+PROFILE_WIDTH = 1.3  # points: lines as thick as that are the outlines of a cam and its follower
 GRID_STYLE: dict[str, Any] = {"lw": 0.4, "color": FAINT, "alpha": 0.6}
-DOT: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 3.0, "mew": 0.0}
-LIMIT: dict[str, Any] = {"color": ALARM, "lw": 1.0, "ls": (0, (5, 3))}
+DOT_STYLE: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 3.0, "mew": 0.0}
+LIMIT_STYLE: dict[str, Any] = {"color": ALARM, "lw": 1.0, "ls": (0, (5, 3))}
 
-RC: dict[str, Any] = {
+RC_SETTINGS: dict[str, Any] = {
     "svg.fonttype": "none",  # text stays text
     "svg.hashsalt": "camopt",  # the same picture gives the same file
     "pdf.fonttype": 42,
-    "font.size": TEXT,
+    "font.size": TEXT_SIZE,
     "font.family": "DejaVu Sans",
     "axes.edgecolor": FAINT,
     "axes.linewidth": 0.8,
     "axes.labelcolor": INK,
     "axes.titlecolor": INK,
-    "axes.titlesize": HEADING,
+    "axes.titlesize": HEADING_SIZE,
     "axes.titley": 1.0,  # or each drawing looks for ticks above the axes, which no picture has
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -52,16 +52,16 @@ RC: dict[str, Any] = {
     "text.color": INK,
     "xtick.color": MUTED,
     "ytick.color": MUTED,
-    "xtick.labelsize": SMALL,
-    "ytick.labelsize": SMALL,
+    "xtick.labelsize": SMALL_SIZE,
+    "ytick.labelsize": SMALL_SIZE,
     "xtick.major.size": 2.5,
     "ytick.major.size": 2.5,
     "legend.frameon": False,
-    "legend.fontsize": TEXT,
+    "legend.fontsize": TEXT_SIZE,
     "hatch.linewidth": 0.6,
     "hatch.color": MUTED,
 }
-ON_WHITE: dict[str, Any] = {"zorder": 6, "bbox": {"fc": "white", "ec": "none", "pad": 1.0}}
+WHITE_BACKGROUND: dict[str, Any] = {"zorder": 6, "bbox": {"fc": "white", "ec": "none", "pad": 1.0}}
 """Text that lines do not cross."""
 
 
@@ -71,13 +71,13 @@ def pen_of(place: int) -> dict[str, Any]:
     return {"color": SERIES[colour], "ls": DASHES[(colour + rounds) % len(DASHES)]}
 
 
-def dress(axes: Any) -> None:
+def add_grid(axes: Any) -> None:
     """The grid that all diagrams have."""
     axes.grid(True, which="major", zorder=0.5, **GRID_STYLE)
 
 
 STILL_KINDS = (".png", ".svg", ".pdf")
-DATES: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+DATE_METADATA: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 
 
 Target = str | os.PathLike[str] | None
@@ -91,17 +91,17 @@ def canvas(path: Target, size: tuple[float, float], *, powers: bool = False, **o
     The suffix of the path gives the format; the errors are those of ``plot``. The same drawing gives the same
     file. A $ in a text stays a $, unless ``powers`` asks for axes with powers of ten.
     """
-    with pages(path, [size], powers=powers, **options) as (figure,):
+    with figure_pages(path, [size], powers=powers, **options) as (figure,):
         yield figure
 
 
 @contextmanager
-def style(*, powers: bool = False) -> Iterator[None]:
+def picture_style(*, powers: bool = False) -> Iterator[None]:
     """The one style of all pictures, while the block runs."""
     import matplotlib.style
 
     with (
-        matplotlib.style.context(["default", {**RC, "text.parse_math": powers}], after_reset=True),
+        matplotlib.style.context(["default", {**RC_SETTINGS, "text.parse_math": powers}], after_reset=True),
         warnings.catch_warnings(),
     ):
         warnings.filterwarnings("ignore", message="Glyph .* missing")  # a name in a script the font lacks
@@ -109,7 +109,7 @@ def style(*, powers: bool = False) -> Iterator[None]:
 
 
 @contextmanager
-def pages(
+def figure_pages(
     path: Target, sizes: Sequence[tuple[float, float]], *, powers: bool = False, **options: Any
 ) -> "Iterator[Sequence[Figure]]":
     """Empty figures as of ``canvas``, the pages of one file; only a PDF has more than one."""
@@ -117,28 +117,28 @@ def pages(
 
     if path is not None:
         checked_suffix(path, "path", STILL_KINDS if len(sizes) == 1 else (".pdf",))
-    with style(powers=powers):
+    with picture_style(powers=powers):
         figures = [EmptyFigure(size, **options) for size in sizes]
         yield figures
         if path is None:
             for figure in figures:
                 figure.draw_without_rendering()  # makes the ticks, in this style, wherever it is shown later
         else:
-            drawn = _drawn(figures, Path(path).suffix.lower())
+            drawn = _figure_bytes(figures, Path(path).suffix.lower())
             with whole_file(path) as partial:
                 partial.write_bytes(drawn)
 
 
-def _drawn(figures: "Sequence[Figure]", suffix: str) -> bytes:
+def _figure_bytes(figures: "Sequence[Figure]", suffix: str) -> bytes:
     """The bytes of a file; one that cannot be finished gives matplotlib other trouble than the disk's."""
     file = BytesIO()
     if suffix == ".pdf":
         from matplotlib.backends.backend_pdf import PdfPages
 
-        with PdfPages(file, metadata=DATES[suffix]) as book:
+        with PdfPages(file, metadata=DATE_METADATA[suffix]) as book:
             for figure in figures:
                 figure.savefig(book, format="pdf")
     else:
         (figure,) = figures
-        figure.savefig(file, format=suffix[1:], metadata=DATES.get(suffix))
+        figure.savefig(file, format=suffix[1:], metadata=DATE_METADATA.get(suffix))
     return file.getvalue()

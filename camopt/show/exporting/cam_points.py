@@ -9,28 +9,28 @@ from pyarrow import csv
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import ComplexArray, FloatArray
-from camopt.core.quantities import AT_FOLLOWER, DERIVATIVES, displacement_unit, motion_quantity
-from camopt.core.quantities.unit_systems import shown, shown_unit
+from camopt.core.quantities import AT_FOLLOWER, DERIVATIVE_UNITS, displacement_unit, motion_quantity
+from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
 from camopt.core.storage.files import checked_suffix, whole_file
 from camopt.core.storage.tables import write_table
 from camopt.core.storage.version import VERSION
-from camopt.model.effects import Case
-from camopt.model.effects.curvature import CUTTER
-from camopt.model.effects.motion import scale
+from camopt.model.effects import EvaluationBlock
+from camopt.model.effects.curvature import CUTTER_RADIUS
+from camopt.model.effects.motion import motion_scale
 from camopt.model.mechanisms.elements import WHICH_DISC
 from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
 from camopt.scene.problem.problem import Problem, resolve_design
-from camopt.scene.problem.rows import Rows
+from camopt.scene.problem.rows import DesignRows
 from camopt.scene.scene import Scene
 from camopt.show.drawing.picture import Picture
-from camopt.show.exporting.loads import load_column, load_of, loads_at
-from camopt.show.exporting.spacing import checked_angles, in_steps, within_chord
-from camopt.solve.contour.curve import CamCurve, curves_of, discs_of
+from camopt.show.exporting.loads import load_column, load_quantity, loads_at
+from camopt.show.exporting.spacing import angles_in_steps, angles_within_chord, check_angles
+from camopt.solve.contour.curve import CamCurve, cam_discs, disc_curves
 from camopt.solve.tables.cells import name_in_shown_unit
 from camopt.solve.tables.result import Columns
 from camopt.solve.tables.table import to_table
 from camopt.solve.tables.workbook import write_workbook
-from camopt.solve.verdicts.running import run_effects
+from camopt.solve.verdicts.effect_runs import run_effects
 
 COLUMN_NOTES = {
     "cam_angle_deg": ("deg", "Cam angle."),
@@ -54,7 +54,7 @@ COLUMN_NOTES = {
     "second_cutter": ("mm", "Path of the centre of the cutter that makes it."),
 }
 
-FORM = {
+FORM_COLUMNS = {
     "x_mm": ("mm", ""),
     "y_mm": ("mm", ""),
     "normal_x": ("", "Unit normal, out of the steel."),
@@ -138,56 +138,56 @@ def cam_points(
     """
     scene = scene_from(scene)
     problem = resolve_design(scene)
-    curves = curves_of(problem, cutter_radius, disc)
+    curves = disc_curves(problem, cutter_radius, disc)
     if not curves:
         raise BadInput([Mistake("camopt", WHICH_DISC, disc, "the number of a disc of the cam")])
-    for each in discs_of(problem):
+    for each in cam_discs(problem):
         if disc in (None, each.number):
             check_cutter(each.problem, cutter_radius)
-    degrees = _degrees(problem, curves, angles, step, chord)
+    degrees = _point_angles(problem, curves, angles, step, chord)
     radians = np.radians(degrees)
-    displacement = problem.programme.at(radians)[0]
+    displacement = problem.programme.motion_at(radians)[0]
     unit = displacement_unit(angular=problem.setup.angular)
     columns = {"cam_angle_deg": degrees}
     columns[f"displacement_{unit}"] = np.degrees(displacement) if unit == "deg" else displacement
     if problem.setup.train is not None:
-        moved, turns = problem.programme.tool.at(radians)[0], problem.setup.tool_turns
+        moved, turns = problem.programme.tool.motion_at(radians)[0], problem.setup.tool_turns
         columns[f"tool_displacement_{'deg' if turns else 'mm'}"] = np.degrees(moved) if turns else moved
-    columns |= _derivatives(problem, radians)
-    at = {name: curve.at(radians, curve.points) for name, curve in curves.items()}
+    columns |= _motion_derivatives(problem, radians)
+    at = {name: curve.evaluate_by_span(radians, curve.points) for name, curve in curves.items()}
     for name, points in at.items():
         columns |= {f"{name}_x_mm": points.real.copy(), f"{name}_y_mm": points.imag.copy()}
-        if curves[name].closed:
+        if curves[name].is_closed:
             polar = np.abs(points), np.degrees(np.angle(points)) % 360.0
             columns |= dict(zip((f"{name}_radius_mm", f"{name}_angle_deg"), polar, strict=True))
     for name in (name for name in curves if name.removeprefix("second_").startswith("profile")):
-        columns |= {f"{name}_{key}": v for key, v in _form(curves[name], radians).items()}
+        columns |= {f"{name}_{key}": v for key, v in _form_columns(curves[name], radians).items()}
     columns |= loads_at(Picture(scene, problem), degrees)
-    return Columns(columns, {name: _about(name)["unit"] for name in columns})
+    return Columns(columns, {name: _column_metadata(name)["unit"] for name in columns})
 
 
-def _derivatives(problem: Problem, angles: FloatArray) -> dict[str, FloatArray]:
+def _motion_derivatives(problem: Problem, angles: FloatArray) -> dict[str, FloatArray]:
     """Velocity, acceleration and jerk at cam angles in rad: of what is asked to move, and of its follower."""
     setup, found = problem.setup, dict[str, FloatArray]()
     sides = [(problem.programme.tool, "", setup.tool_turns)]
     sides += [(problem.programme, AT_FOLLOWER, setup.angular)] if setup.train is not None else []
     for programme, whose, turns in sides:
-        rows = programme.at(angles)
-        for order, name in enumerate(DERIVATIVES, start=1):
+        rows = programme.motion_at(angles)
+        for order, name in enumerate(DERIVATIVE_UNITS, start=1):
             quantity = motion_quantity(name, whose, angular=turns, timed=setup.omega is not None)
-            found[load_column(quantity)] = rows[order] * scale(setup, order, at_follower=bool(whose))
+            found[load_column(quantity)] = rows[order] * motion_scale(setup, order, at_follower=bool(whose))
     return found
 
 
-def _form(curve: CamCurve, angles: FloatArray) -> dict[str, FloatArray]:
+def _form_columns(curve: CamCurve, angles: FloatArray) -> dict[str, FloatArray]:
     """Normal and curvature of a profile at cam angles in rad."""
     outwards = -1.0 if curve.distance > 0.0 else 1.0  # the steel is on the other side of the pitch curve's normal
-    normal = outwards * curve.at(angles, curve.normals)
-    bend = -outwards * (curve.sense or curve.mirror) * curve.at(angles, curve.curvatures)
+    normal = outwards * curve.evaluate_by_span(angles, curve.normals)
+    bend = -outwards * (curve.sense or curve.mirror) * curve.evaluate_by_span(angles, curve.curvatures)
     return {"normal_x": normal.real.copy(), "normal_y": normal.imag.copy(), "curvature_per_mm": bend}
 
 
-def _degrees(
+def _point_angles(
     problem: Problem,
     curves: dict[str, CamCurve],
     angles: ArrayLike | None,
@@ -200,13 +200,13 @@ def _degrees(
         why = f"give one of {', '.join(names)}, not several"
         raise BadInput([Mistake("camopt", names[-1], given[names[-1]], why, bare=True)])
     if chord is None:
-        return in_steps(1.0 if step is None else step) if angles is None else checked_angles(angles)
+        return angles_in_steps(1.0 if step is None else step) if angles is None else check_angles(angles)
     starts = np.degrees([stroke.start for stroke in problem.programme.strokes])
 
     def points_at(degrees: FloatArray) -> list[ComplexArray]:
-        return [curve.at(np.radians(degrees), curve.points) for curve in curves.values()]
+        return [curve.evaluate_by_span(np.radians(degrees), curve.points) for curve in curves.values()]
 
-    return within_chord(chord, starts, points_at)
+    return angles_within_chord(chord, starts, points_at)
 
 
 def write_points(
@@ -230,38 +230,38 @@ def write_points(
     OSError
         If the file cannot be written.
     """
-    suffix = checked_suffix(path, "path", tuple(WRITERS))
+    suffix = checked_suffix(path, "path", tuple(POINT_WRITERS))
     columns = cam_points(scene, None, cutter_radius=cutter_radius, step=step, chord=chord)
-    WRITERS[suffix](columns, scene, path)
+    POINT_WRITERS[suffix](columns, scene, path)
 
 
-def _as_shown(columns: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], list[str]]:
+def _shown_columns(columns: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], list[str]]:
     """The columns in the units in which results are shown, with names that say so, and these units."""
-    units = {name: _about(name)["unit"] for name in columns}
-    found = {name_in_shown_unit(name, unit): shown(columns[name], unit) for name, unit in units.items()}
+    units = {name: _column_metadata(name)["unit"] for name in columns}
+    found = {name_in_shown_unit(name, unit): to_shown_unit(columns[name], unit) for name, unit in units.items()}
     return found, [shown_unit(unit) for unit in units.values()]
 
 
 def _write_csv(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
-    found, _ = _as_shown(columns)
+    found, _ = _shown_columns(columns)
     layout = pa.schema([pa.field(name, pa.float64(), nullable=False) for name in found])
-    table = to_table(Rows(found, columns["cam_angle_deg"].size), layout)
+    table = to_table(DesignRows(found, columns["cam_angle_deg"].size), layout)
     with whole_file(path) as partial, partial.open("wb") as file:
         csv.write_csv(table, file, csv.WriteOptions(quoting_style="none"))
 
 
 def _write_parquet(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
-    fields = [pa.field(name, pa.float64(), nullable=False, metadata=_about(name)) for name in columns]
+    fields = [pa.field(name, pa.float64(), nullable=False, metadata=_column_metadata(name)) for name in columns]
     layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})
-    write_table(to_table(Rows({**columns}, columns["cam_angle_deg"].size), layout), path)
+    write_table(to_table(DesignRows({**columns}, columns["cam_angle_deg"].size), layout), path)
 
 
 def _write_workbook(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
-    found, units = _as_shown(columns)
+    found, units = _shown_columns(columns)
     write_workbook(path, {"points": (list(found), units, list(found.values()))}, scene)
 
 
-WRITERS = {".csv": _write_csv, ".parquet": _write_parquet, ".xlsx": _write_workbook}
+POINT_WRITERS = {".csv": _write_csv, ".parquet": _write_parquet, ".xlsx": _write_workbook}
 """What writes the columns of ``cam_points``, by the suffix of the file."""
 
 
@@ -273,8 +273,8 @@ def check_cutter(problem: Problem, radius: float | None) -> None:
     if mechanism.cut_as_by_roller:
         widest = problem.half_width
     elif not mechanism.flat_faced:
-        case = Case(problem.setup, problem.programme, problem.design)
-        widest = float(run_effects(case, [CUTTER]).column(CUTTER)[0])
+        case = EvaluationBlock(problem.setup, problem.programme, problem.design)
+        widest = float(run_effects(case, [CUTTER_RADIUS]).column(CUTTER_RADIUS)[0])
     if widest <= 0.0:
         why = "has no place: no cutter reaches into the hollow corner of the profile, where the velocity jumps"
         raise BadInput([Mistake("camopt", "cutter_radius", radius, why, bare=True)])
@@ -284,13 +284,13 @@ def check_cutter(problem: Problem, radius: float | None) -> None:
         raise BadInput([Mistake("camopt", "cutter_radius", radius, allowed)])
 
 
-def _about(column: str) -> dict[str, str]:
-    if (quantity := load_of(column)) is not None:
+def _column_metadata(column: str) -> dict[str, str]:
+    if (quantity := load_quantity(column)) is not None:
         return {"unit": quantity.unit, "symbol": "", "description": f"Along the turn: {quantity.sentence}"}
     if column in COLUMN_NOTES:
         unit, description = COLUMN_NOTES[column]
     else:
-        form = next(form for form in FORM if column.endswith(f"_{form}"))
-        unit, words = FORM[form]
+        form = next(form for form in FORM_COLUMNS if column.endswith(f"_{form}"))
+        unit, words = FORM_COLUMNS[form]
         description = f"{COLUMN_NOTES[column.removesuffix(f'_{form}')][1]} {words}".rstrip()
     return {"unit": unit, "symbol": "", "description": description}

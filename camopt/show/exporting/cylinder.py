@@ -18,21 +18,30 @@ import numpy as np
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
 from camopt.show.exporting import shapes
-from camopt.show.exporting.exported import Workpiece
-from camopt.show.exporting.groove import WALL_SIDES, Groove, Skin, carved, sectioned, skin, spline_of, undercut_at
-from camopt.show.exporting.shapes import Shape
+from camopt.show.exporting.groove import (
+    WALL_SIDES,
+    Groove,
+    WallSurface,
+    interpolating_spline,
+    undercut_radius,
+    wall_surface,
+    with_enough_sections,
+    workpiece_groove,
+)
+from camopt.show.exporting.shapes import CadShape
+from camopt.show.exporting.workpiece import Workpiece
 from camopt.solve.contour.curve import groove_heights
 
 LOWER, UPPER = 0, 1  # of walls, and of what is below or above the groove
 INNER_EDGE, OUTER_EDGE = 0, -1  # of the edges of a wall
 
 
-def _between(groove: Groove) -> tuple[int, float]:
+def _floor_edge(groove: Groove) -> tuple[int, float]:
     """The edges of walls between which the bottom of a groove is, or the top of a rib, and its radius, mm."""
     return (INNER_EDGE, groove.inner) if groove.below is None else (OUTER_EDGE, groove.outer)
 
 
-def _beside(groove: Groove) -> tuple[int, float]:
+def _surface_edge(groove: Groove) -> tuple[int, float]:
     """The other ones, at the cylinder that goes on to both ends, and its radius, mm."""
     return (OUTER_EDGE, groove.outer) if groove.below is None else (INNER_EDGE, groove.inner)
 
@@ -40,7 +49,7 @@ def _beside(groove: Groove) -> tuple[int, float]:
 WALL_SHARE = 0.1  # of what is asked for: how near walls come, so that they meet cylinders well
 
 
-def grooved_body(work: Workpiece, chord: float) -> tuple[Shape, float]:
+def grooved_body(work: Workpiece, chord: float) -> tuple[CadShape, float]:
     """The cam without its bore, and the largest distance of its walls from the true ones where compared, mm.
 
     Raises
@@ -51,22 +60,22 @@ def grooved_body(work: Workpiece, chord: float) -> tuple[Shape, float]:
     """
     height = work.part.thickness
     assert height
-    groove = sectioned(_possible_groove(work), WALL_SHARE * chord)
+    groove = with_enough_sections(_machinable_groove(work), WALL_SHARE * chord)
     lift = (height - sum(groove_heights(work.problem))) / 2
     walls = [
-        [skin(groove, sector, side, WALL_SHARE * chord).lifted(lift) for side in WALL_SIDES]
+        [wall_surface(groove, sector, side, WALL_SHARE * chord).shifted_along_axis(lift) for side in WALL_SIDES]
         for sector in groove.sectors()
     ]
-    off = max(wall.off for pair in walls for wall in pair)
+    off = max(wall.deviation for pair in walls for wall in pair)
     if off > chord:
         raise BadInput([Mistake("camopt", "chord", chord, f"larger: the walls come no nearer than {off:.2g} mm")])
-    return shapes.sewn(_faces(groove, walls, height)), off
+    return shapes.sew_faces(_body_faces(groove, walls, height)), off
 
 
-def _possible_groove(work: Workpiece) -> Groove:
+def _machinable_groove(work: Workpiece) -> Groove:
     """The groove; BadInput if it is undercut at some radius."""
-    groove, part = carved(work), work.part
-    lost = undercut_at(groove)
+    groove, part = workpiece_groove(work), work.part
+    lost = undercut_radius(groove)
     if lost is not None:
         why = f"smaller: at the radius {lost:.6g} the roller would cut away a part of a wall"
         key = work.problem.setup.mechanism.body.flank_height
@@ -75,53 +84,59 @@ def _possible_groove(work: Workpiece) -> Groove:
 
 
 @dataclass(frozen=True)
-class _Joint:
+class _SectorJoint:
     """Where two sectors meet: vertices on both walls and both ends of the cam, and the edges between them."""
 
-    walls: list[dict[int, Shape]]
+    walls: list[dict[int, CadShape]]
     """Of the lower and the upper wall, the vertices inside and outside."""
-    rims: list[Shape]
-    rulings: list[Shape]
-    bottom: Shape
-    lines: list[Shape]
+    rims: list[CadShape]
+    rulings: list[CadShape]
+    bottom: CadShape
+    lines: list[CadShape]
     """On the cylinder beside them, from the walls to the ends."""
 
 
 @dataclass(frozen=True)
-class _Sector:
+class _SectorEdges:
     """Edges round the cam between two joints, of the lower and the upper wall and of both ends."""
 
-    skins: list[Skin]
-    walls: list[dict[int, Shape]]
-    rims: list[Shape]
-    here: _Joint
-    there: _Joint
+    skins: list[WallSurface]
+    walls: list[dict[int, CadShape]]
+    rims: list[CadShape]
+    here: _SectorJoint
+    there: _SectorJoint
 
 
-def _joint(groove: Groove, walls: list[Skin], height: float) -> _Joint:
+def _sector_joint(groove: Groove, walls: list[WallSurface], height: float) -> _SectorJoint:
     """The joint where walls start."""
-    corners, (between, _), (beside, _) = [wall.poles[0] for wall in walls], _between(groove), _beside(groove)
-    ends = [{at: shapes.vertex(corner[at]) for at in (INNER_EDGE, OUTER_EDGE)} for corner in corners]
-    rims = [shapes.vertex([*corner[beside, :2], z]) for corner, z in zip(corners, (0.0, height), strict=True)]
+    corners, (between, _), (beside, _) = (
+        [wall.poles[0] for wall in walls],
+        _floor_edge(groove),
+        _surface_edge(groove),
+    )
+    ends = [{at: shapes.make_vertex(corner[at]) for at in (INNER_EDGE, OUTER_EDGE)} for corner in corners]
+    rims = [shapes.make_vertex([*corner[beside, :2], z]) for corner, z in zip(corners, (0.0, height), strict=True)]
     rulings = [
         shapes.spline_edge(wall.poles[0], wall.knots[1], (end[INNER_EDGE], end[OUTER_EDGE]))
         for wall, end in zip(walls, ends, strict=True)
     ]
-    way = _across(groove, *(corner[between] for corner in corners))
+    way = _floor_helix(groove, *(corner[between] for corner in corners))
     bottom = shapes.spline_edge(*way, [end[between] for end in ends])
     lines = [shapes.line_edge(end[beside], rim) for end, rim in zip(ends, rims, strict=True)]
-    return _Joint(ends, rims, rulings, bottom, lines)
+    return _SectorJoint(ends, rims, rulings, bottom, lines)
 
 
-def _across(groove: Groove, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _floor_helix(groove: Groove, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Poles and knots of the helix between two points of the bottom."""
     share = np.linspace(0.0, 1.0, 12)
     height, around = ((1.0 - share) * low[k] + share * high[k] for k in (2, 3))
-    polar, (_, radius) = groove.polar(around), _between(groove)
-    return spline_of(share, np.stack([radius * np.cos(polar), radius * np.sin(polar), height], axis=-1))
+    polar, (_, radius) = groove.polar(around), _floor_edge(groove)
+    return interpolating_spline(share, np.stack([radius * np.cos(polar), radius * np.sin(polar), height], axis=-1))
 
 
-def _sector(groove: Groove, skins: list[Skin], here: _Joint, there: _Joint, height: float) -> _Sector:
+def _sector_edges(
+    groove: Groove, skins: list[WallSurface], here: _SectorJoint, there: _SectorJoint, height: float
+) -> _SectorEdges:
     walls = [
         {
             at: shapes.spline_edge(wall.poles[:, at], wall.knots[0], (here.walls[side][at], there.walls[side][at]))
@@ -130,34 +145,34 @@ def _sector(groove: Groove, skins: list[Skin], here: _Joint, there: _Joint, heig
         for side, wall in enumerate(skins)
     ]
     rims = [
-        shapes.arc_edge(shapes.gp_point(0.0, 0.0, z), _beside(groove)[1], -groove.sense, *ends)
+        shapes.arc_edge(shapes.gp_point(0.0, 0.0, z), _surface_edge(groove)[1], -groove.sense, *ends)
         for z, ends in zip((0.0, height), zip(here.rims, there.rims, strict=True), strict=True)
     ]
-    return _Sector(skins, walls, rims, here, there)
+    return _SectorEdges(skins, walls, rims, here, there)
 
 
-def _faces(groove: Groove, walls: list[list[Skin]], height: float) -> Iterator[Shape]:
+def _body_faces(groove: Groove, walls: list[list[WallSurface]], height: float) -> Iterator[CadShape]:
     """All faces, from walls of neighbouring sectors."""
-    joints = [_joint(groove, pair, height) for pair in walls]
+    joints = [_sector_joint(groove, pair, height) for pair in walls]
     ends = pairwise([*joints, joints[0]])
-    sectors = [_sector(groove, pair, *each, height) for pair, each in zip(walls, ends, strict=True)]
+    sectors = [_sector_edges(groove, pair, *each, height) for pair, each in zip(walls, ends, strict=True)]
     for sector in sectors:
         yield from _sector_faces(groove, sector)
     for side in (LOWER, UPPER):
-        yield shapes.flat(shapes.wire(sector.rims[side] for sector in sectors))
+        yield shapes.plane_face(shapes.make_wire(sector.rims[side] for sector in sectors))
 
 
-def _sector_faces(groove: Groove, sector: _Sector) -> Iterator[Shape]:
+def _sector_faces(groove: Groove, sector: _SectorEdges) -> Iterator[CadShape]:
     """Walls, bottom and outside: each between an edge below it, which runs on with the cam angle, and one above."""
     here, there, (low, high), rims = sector.here, sector.there, sector.walls, sector.rims
     for wall, edges, start, end in zip(sector.skins, sector.walls, here.rulings, there.rulings, strict=True):
         surface = shapes.spline_surface(wall.poles, *wall.knots)
-        yield shapes.face(surface, [edges[INNER_EDGE], end, edges[OUTER_EDGE], start])
+        yield shapes.surface_face(surface, [edges[INNER_EDGE], end, edges[OUTER_EDGE], start])
     seam = float(groove.polar(sector.skins[0].poles[0, 0, 3])) + np.pi
-    (between, bottom), (beside, outside) = _between(groove), _beside(groove)
+    (between, bottom), (beside, outside) = _floor_edge(groove), _surface_edge(groove)
     for radius, loop in (
         (bottom, [low[between], there.bottom, high[between], here.bottom]),
         (outside, [rims[LOWER], there.lines[LOWER], low[beside], here.lines[LOWER]]),
         (outside, [high[beside], there.lines[UPPER], rims[UPPER], here.lines[UPPER]]),
     ):
-        yield shapes.face(shapes.round_surface(radius, seam), loop, backwards=groove.sense > 0.0)
+        yield shapes.surface_face(shapes.round_surface(radius, seam), loop, backwards=groove.sense > 0.0)

@@ -10,13 +10,13 @@ from ezdxf import units
 from ezdxf.filemanagement import new
 from ezdxf.layouts.layout import Modelspace
 
-from camopt.core.quantities.unit_systems import MM, shown, system_shown
+from camopt.core.quantities.unit_systems import MM, shown_system, to_shown_unit
 from camopt.core.storage.files import whole_file
 from camopt.core.storage.version import VERSION
-from camopt.show.exporting.exported import Export, Workpiece, told
-from camopt.show.exporting.layers import CHAIN_LINE, DASHED, THIN_LINE, VISIBLE, Layer, layout_of, plan_of
-from camopt.solve.contour.follow import CHORD
+from camopt.show.exporting.layers import CHAIN_LINE, DASHED, THIN_LINE, VISIBLE, Layer, plan_of, train_layers
+from camopt.show.exporting.workpiece import Export, Workpiece, curves_in_file
 from camopt.solve.contour.path import ArcPath, CubicPath
+from camopt.solve.contour.path_fitting import DEFAULT_CHORD
 
 LINE_TYPES = {
     VISIBLE: ("CONTINUOUS", 50),
@@ -25,27 +25,29 @@ LINE_TYPES = {
     DASHED: ("DASHED", 25),
 }
 """Line type and width, in hundredths of a millimetre."""
-ACI = {VISIBLE: 7, THIN_LINE: 8, CHAIN_LINE: 5, DASHED: 3}
+COLOUR_NUMBERS = {VISIBLE: 7, THIN_LINE: 8, CHAIN_LINE: 5, DASHED: 3}
 
 
 def write(
     work: Workpiece,
     path: Path,
-    chord: float = CHORD,
+    chord: float = DEFAULT_CHORD,
     curves: str = "arcs",
     cutter_radius: float | None = None,
 ) -> Export:
     """Write the plan of a cam in mm, or in inch where results are shown so, each kind of curve on its own layer."""
     plan = plan_of(work, chord, curves, cutter_radius)
-    one = shown(1.0, "mm")
-    with _same_each_time():
-        document = new("R2010", setup=["linetypes"], units=units.MM if system_shown() == MM else units.IN)
+    one = to_shown_unit(1.0, "mm")
+    with _reproducible_output():
+        document = new("R2010", setup=["linetypes"], units=units.MM if shown_system() == MM else units.IN)
         document.header.custom_vars.append("camopt", VERSION)
         document.header.custom_vars.append("cam", work.scene.name)
-        for layer in (*plan.layers, *layout_of(work.problem)):
+        for layer in (*plan.layers, *train_layers(work.problem)):
             kind, width = LINE_TYPES[layer.line]
-            document.layers.add(layer.name.upper(), color=ACI[layer.line], linetype=kind, lineweight=width)
-            _draw(document.modelspace(), layer.times(one))
+            document.layers.add(
+                layer.name.upper(), color=COLOUR_NUMBERS[layer.line], linetype=kind, lineweight=width
+            )
+            _add_layer(document.modelspace(), layer.with_factor(one))
         for kind in sorted(document.entitydb.dxf_types_in_use()):  # ezdxf would add them in the order of a set
             document.classes.add_class(kind)
         with (
@@ -53,11 +55,11 @@ def write(
             partial.open("w", encoding=document.output_encoding, newline="\n") as file,
         ):
             document.write(file)
-    return Export(path, told(plan.followed))
+    return Export(path, curves_in_file(plan.followed))
 
 
 @contextmanager
-def _same_each_time() -> Iterator[None]:
+def _reproducible_output() -> Iterator[None]:
     """The same cam gives the same file: ezdxf writes no clock and no random number."""
     options = import_module("ezdxf").options  # not among what ezdxf exports by name
     before = options.write_fixed_meta_data_for_testing
@@ -68,26 +70,26 @@ def _same_each_time() -> Iterator[None]:
         options.write_fixed_meta_data_for_testing = before
 
 
-def _draw(space: Modelspace, layer: Layer) -> None:
+def _add_layer(space: Modelspace, layer: Layer) -> None:
     about = {"layer": layer.name.upper()}
     for path in layer.paths:
         if isinstance(path, ArcPath):
-            _polyline(space, path, about)
+            _add_polyline(space, path, about)
         else:
-            _spline(space, path, about)
+            _add_spline(space, path, about)
     for radius, centre in layer.circles:
         space.add_circle((centre.real, centre.imag), radius, dxfattribs=about)
     for start, end in layer.lines:
         space.add_line((start.real, start.imag), (end.real, end.imag), dxfattribs=about)
 
 
-def _polyline(space: Modelspace, path: ArcPath, about: dict[str, str]) -> None:
-    bulges = path.bulges if path.closed else np.append(path.bulges, 0.0)
+def _add_polyline(space: Modelspace, path: ArcPath, about: dict[str, str]) -> None:
+    bulges = path.bulges if path.is_closed else np.append(path.bulges, 0.0)
     corners = zip(path.vertices.real.tolist(), path.vertices.imag.tolist(), bulges.tolist(), strict=False)
-    space.add_lwpolyline(list(corners), format="xyb", close=path.closed, dxfattribs=about)
+    space.add_lwpolyline(list(corners), format="xyb", close=path.is_closed, dxfattribs=about)
 
 
-def _spline(space: Modelspace, path: CubicPath, about: dict[str, str]) -> None:
+def _add_spline(space: Modelspace, path: CubicPath, about: dict[str, str]) -> None:
     """One cubic B-spline over the cam angle in deg."""
     controls, knots = path.bspline
     points = np.column_stack([controls.real, controls.imag, np.zeros(controls.size)])

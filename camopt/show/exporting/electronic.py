@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.quantities.unit_systems import computed, shown_unit
+from camopt.core.quantities.unit_systems import from_shown_unit, shown_unit
 from camopt.core.storage.files import write_text
 from camopt.core.storage.version import VERSION
-from camopt.show.exporting.exported import Export, Workpiece
+from camopt.show.exporting.workpiece import Export, Workpiece
 
-FEWEST, POINT_LIMIT = 2, 1_000_000
+FEWEST_CAM_POINTS, POINT_LIMIT = 2, 1_000_000
 
 
 def write(work: Workpiece, path: Path, points: int = 361) -> Export:
@@ -22,11 +22,13 @@ def write(work: Workpiece, path: Path, points: int = 361) -> Export:
 
     Where the acceleration jumps it is that after the jump.
     """
-    if not FEWEST <= points <= POINT_LIMIT:
-        raise BadInput([Mistake("camopt", "points", points, f"from {FEWEST} to {POINT_LIMIT:,}")])
+    if not FEWEST_CAM_POINTS <= points <= POINT_LIMIT:
+        raise BadInput([Mistake("camopt", "points", points, f"from {FEWEST_CAM_POINTS} to {POINT_LIMIT:,}")])
     degrees = np.linspace(0.0, 360.0, points)
-    y, y1, y2, _ = work.problem.programme.at(np.radians(degrees))
-    unit, per = ("deg", np.radians(1.0)) if work.problem.setup.angular else (shown_unit("mm"), computed(1.0, "mm"))
+    y, y1, y2, _ = work.problem.programme.motion_at(np.radians(degrees))
+    unit, per = (
+        ("deg", np.radians(1.0)) if work.problem.setup.angular else (shown_unit("mm"), from_shown_unit(1.0, "mm"))
+    )
     rate = np.radians(1.0)  # of the master, rad per deg
     columns = degrees, y / per, y1 * rate / per, y2 * rate**2 / per
     rpm = work.scene.cam.rpm

@@ -19,16 +19,16 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import BISECTIONS, FloatArray
-from camopt.core.quantities.unit_systems import INCH, MM, shown, shown_unit, system_shown
+from camopt.core.quantities.unit_systems import INCH, MM, shown_system, shown_unit, to_shown_unit
 from camopt.core.storage.files import write_text
 from camopt.core.storage.version import VERSION
 from camopt.show.exporting.cam_points import check_cutter
-from camopt.show.exporting.exported import Export, Workpiece
-from camopt.show.exporting.groove_program import left_on_walls
-from camopt.show.exporting.spacing import in_steps
-from camopt.solve.contour.curve import CamCurve, SmoothPart, cylinder_ends
+from camopt.show.exporting.groove_program import wall_notes
+from camopt.show.exporting.spacing import angles_in_steps
+from camopt.show.exporting.workpiece import Export, Workpiece
+from camopt.solve.contour.curve import CamCurve, SmoothSpan, cylinder_ends
 
-DECIMALS = {MM: 6, INCH: 7}
+DECIMALS_BY_SYSTEM = {MM: 6, INCH: 7}
 """Of lengths in each system."""
 CHECKED_ANGLES = 20_001  # cam angles at which the path must go round one way
 NO_SIDE = 1e-9  # mm: what is no further beside the axis is in its plane
@@ -50,12 +50,12 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
         raise BadInput([Mistake("camopt", "cutter_radius", None, "missing: the radius of the wheel", bare=True)])
     if problem.setup.mechanism.body.developed:
         return _write_rib(work, path, cutter_radius, step)
-    check_cutter(work.only.problem, cutter_radius)
-    angles = in_steps(step)
-    radii = _radii(work, work.only.curves(cutter_radius)["cutter"], angles)
+    check_cutter(work.only_disc.problem, cutter_radius)
+    angles = angles_in_steps(step)
+    radii = _directed_radii(work, work.only_disc.curves(cutter_radius)["cutter"], angles)
     lift_max = float(np.ptp(radii))
-    unit, decimals = shown_unit("mm"), DECIMALS[system_shown()]
-    centres, wheel = shown(radii, "mm"), shown(cutter_radius, "mm")
+    unit, decimals = shown_unit("mm"), DECIMALS_BY_SYSTEM[shown_system()]
+    centres, wheel = to_shown_unit(radii, "mm"), to_shown_unit(cutter_radius, "mm")
     lifts = centres - centres.min()
     lines = [
         f"# {work.title}",
@@ -70,20 +70,20 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
     return Export(path, about={"lines": angles.size, "lift_max_mm": lift_max})
 
 
-def _turned(curve: CamCurve, span: SmoothPart, angles: FloatArray) -> FloatArray:
+def _direction_offset(curve: CamCurve, span: SmoothSpan, angles: FloatArray) -> FloatArray:
     """Direction of the curve's points minus the cam angle, rad: within π of 0, or of π where the mirror puts it."""
     points = curve.points(span, angles) / (1j * curve.mirror) * np.exp(1j * curve.sense * angles)
     return np.asarray((0.0 if curve.mirror > 0.0 else np.pi) - curve.sense * np.angle(points))
 
 
-def _radii(work: Workpiece, curve: CamCurve, degrees: FloatArray) -> FloatArray:
+def _directed_radii(work: Workpiece, curve: CamCurve, degrees: FloatArray) -> FloatArray:
     """Distance of the curve from the axis in some directions: the cam angles by halving."""
 
-    def ahead(angles: FloatArray) -> FloatArray:
-        return np.asarray(curve.at(angles, lambda span, a: _turned(curve, span, a)))
+    def offset_at(angles: FloatArray) -> FloatArray:
+        return np.asarray(curve.evaluate_by_span(angles, lambda span, a: _direction_offset(curve, span, a)))
 
     looked = np.linspace(0.0, 2.0 * np.pi, CHECKED_ANGLES)
-    directions = looked + ahead(looked)
+    directions = looked + offset_at(looked)
     if np.any(np.diff(directions) <= 0.0):
         why = "a cam whose wheel path goes round the axis one way; this one comes back: choose a smaller wheel"
         raise BadInput([Mistake(work.scene.file, "cam", None, why, bare=True)])
@@ -93,17 +93,17 @@ def _radii(work: Workpiece, curve: CamCurve, degrees: FloatArray) -> FloatArray:
     low, high = looked[place], looked[place + 1]
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
-        past = middle + ahead(middle) > wanted
+        past = middle + offset_at(middle) > wanted
         low, high = np.where(past, low, middle), np.where(past, middle, high)
-    return np.asarray(np.abs(curve.at(low, curve.points)))
+    return np.asarray(np.abs(curve.evaluate_by_span(low, curve.points)))
 
 
 def _write_rib(work: Workpiece, path: Path, cutter_radius: float, step: float) -> Export:
     """Write cam angles (deg) in even steps, and the places of the wheel's centre at both flanks (mm)."""
     check_cutter(work.problem, cutter_radius)
-    angles = in_steps(step)
-    columns = dict(_places(work, angles))
-    wheel, unit, decimals = shown(cutter_radius, "mm"), shown_unit("mm"), DECIMALS[system_shown()]
+    angles = angles_in_steps(step)
+    columns = dict(_wheel_positions(work, angles))
+    wheel, unit, decimals = to_shown_unit(cutter_radius, "mm"), shown_unit("mm"), DECIMALS_BY_SYSTEM[shown_system()]
     turned = "ccw" if work.problem.design.sense > 0.0 else "cw"
     zero = "lower end of the cylinder" if work.part.thickness else "middle of the first roller at cam angle 0"
     swings = len(columns) > len(work.discs)
@@ -118,20 +118,22 @@ def _write_rib(work: Workpiece, path: Path, cutter_radius: float, step: float) -
         *aside,
         " ".join(["# angle_deg", *(f"{name}_{unit}" for name in columns)]),
     ]
-    rows = [shown(values, "mm") for values in columns.values()]
+    rows = [to_shown_unit(values, "mm") for values in columns.values()]
     lines += [
         " ".join([f"{angle:.10g}", *(f"{value + 0.0:.{decimals}f}" for value in row)])
         for angle, *row in zip(angles, *rows, strict=True)
     ]
     write_text(path, "\n".join(lines) + "\n")
-    return Export(path, about={"lines": angles.size}, notes=tuple(left_on_walls(work, cutter_radius)))
+    return Export(path, about={"lines": angles.size}, notes=tuple(wall_notes(work, cutter_radius)))
 
 
-def _places(work: Workpiece, degrees: FloatArray) -> Iterator[tuple[str, FloatArray]]:
+def _wheel_positions(work: Workpiece, degrees: FloatArray) -> Iterator[tuple[str, FloatArray]]:
     """Places along the axis of the cam, and beside it of rollers that swing."""
     problem, angles = work.problem, np.radians(degrees)
     pitch = {
-        name: curve.at(angles, curve.points) for name, curve in work.curves().items() if name.endswith("pitch")
+        name: curve.evaluate_by_span(angles, curve.points)
+        for name, curve in work.curves().items()
+        if name.endswith("pitch")
     }
     first = float(pitch["pitch"].imag[0])
     low = cylinder_ends(problem, work.part.thickness)[0] if work.part.thickness else first

@@ -23,8 +23,8 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from camopt.core.numerics import BoolArray, ComplexArray, FloatArray
-from camopt.show.exporting.exported import Workpiece
-from camopt.solve.contour.curve import CamCurve, SmoothPart, curve_of, discs_of
+from camopt.show.exporting.workpiece import Workpiece
+from camopt.solve.contour.curve import CamCurve, SmoothSpan, cam_discs, offset_curve
 
 WALL_SIDES = (-1.0, 1.0)  # of the lower and the upper wall
 SECTOR_ANGLE = 1.6  # rad: of a sector of the turn
@@ -41,7 +41,7 @@ PARTS_BETWEEN = 4  # parts of the stretches between points at which surfaces are
 class Sector:
     """A part of one span of the turn, between two cam angles (rad)."""
 
-    span: SmoothPart
+    span: SmoothSpan
     start: float
     end: float
 
@@ -49,13 +49,13 @@ class Sector:
 class WallPoints(NamedTuple):
     """Points of a wall (angles, radii): angle round the cam (rad, as the cam angle), radius, and height (mm).
 
-    ``course`` is where the roller moves there: round the cam, and along it as the imaginary part, mm/rad.
+    ``pitch_tangent`` is where the roller moves there: round the cam, and along it as the imaginary part, mm/rad.
     """
 
     round: FloatArray
     radius: FloatArray
     height: FloatArray
-    course: ComplexArray
+    pitch_tangent: ComplexArray
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Groove:
             for start, end in pairwise(np.linspace(span.start, span.end, count + 1).tolist()):
                 yield Sector(span, start, end)
 
-    def wall(self, span: SmoothPart, angles: FloatArray, radii: FloatArray, side: float) -> WallPoints:
+    def wall(self, span: SmoothSpan, angles: FloatArray, radii: FloatArray, side: float) -> WallPoints:
         """Where the roller touches the upper (side +1) or lower (−1) wall at cam angles (rad) and radii (mm).
 
         Not a number where it does not reach so near to the axis.
@@ -98,7 +98,7 @@ class Groove:
         curve = self.curve
         if self.below is not None:  # the rollers of a rib are beside it
             curve, side = (self.below if side < 0.0 else curve), -side
-            span = curve.spans[int(curve.places(np.array([span.start + span.end]) / 2)[0])]
+            span = curve.spans[int(curve.span_numbers(np.array([span.start + span.end]) / 2)[0])]
         design, lift = curve.design, curve.programme.lift
         angles, radii = angles[:, None], radii[None, :]
         y, y1, *_ = (row[:, None] for row in span.stroke.motion(angles[:, 0]))
@@ -126,17 +126,17 @@ class Groove:
         return np.pi / 2 - self.sense * around
 
 
-def carved(work: Workpiece) -> Groove:
+def workpiece_groove(work: Workpiece) -> Groove:
     """The groove or rib of a cylindrical cam, as deep as in ``[part]``, with the mean radius in its middle."""
     problem = work.problem
     mean, depth = float(problem.design.size[0]), getattr(work.part, problem.setup.mechanism.body.flank_height)
     assert depth
-    curve, *others = (curve_of(each.problem, 0.0) for each in discs_of(problem))
+    curve, *others = (offset_curve(each.problem, 0.0) for each in cam_discs(problem))
     below = others[0] if others else None
     return Groove(curve, mean - depth / 2, mean + depth / 2, problem.half_width, below=below)
 
 
-def undercut_at(groove: Groove) -> float | None:
+def undercut_radius(groove: Groove) -> float | None:
     """The outermost of given radii (mm) at which a wall runs back as the cam turns, at the angles checked."""
     found = [
         radius
@@ -152,10 +152,10 @@ def _runs_back(groove: Groove, sector: Sector, side: float) -> BoolArray:
     """Whether at each radius a wall runs back somewhere, or does not exist."""
     wall = groove.wall(sector.span, np.linspace(sector.start, sector.end, WALL_SAMPLES), groove.radii, side)
     moved = groove.radii * np.diff(wall.round, axis=0) + 1j * np.diff(wall.height, axis=0)
-    return np.asarray(~((moved * wall.course[1:].conjugate()).real >= 0.0).all(axis=0))
+    return np.asarray(~((moved * wall.pitch_tangent[1:].conjugate()).real >= 0.0).all(axis=0))
 
 
-class Skin(NamedTuple):
+class WallSurface(NamedTuple):
     """A B-spline surface through sections of a wall, over cam angle (rad) and radius (mm).
 
     ``poles`` are (n, m, 4): x, y, z, and the angle round the cam, of which the first three make the surface.
@@ -164,27 +164,27 @@ class Skin(NamedTuple):
     poles: FloatArray
     knots: tuple[FloatArray, FloatArray]
     degrees: tuple[int, int]
-    off: float = inf
+    deviation: float = inf
     """The largest distance from the true wall among the points compared, mm."""
-    deep: float = inf
+    section_deviation: float = inf
     """The same at cam angles of its own points, so between the sections alone."""
 
-    def lifted(self, height: float) -> "Skin":
+    def shifted_along_axis(self, height: float) -> "WallSurface":
         """The surface moved along the axis."""
         return self._replace(poles=self.poles + np.array([0.0, 0.0, height, 0.0]))
 
-    def at(self, angles: FloatArray, radii: FloatArray) -> FloatArray:
+    def points_at(self, angles: FloatArray, radii: FloatArray) -> FloatArray:
         """Points (angles, radii, 4)."""
         rows = BSpline(self.knots[0], self.poles, self.degrees[0])(angles)
         return np.asarray(BSpline(self.knots[1], rows, self.degrees[1], axis=1)(radii))
 
 
-def sectioned(groove: Groove, aim: float) -> Groove:
+def with_enough_sections(groove: Groove, aim: float) -> Groove:
     """The groove with as many sections as its surfaces need to be within half of ``aim`` mm between them."""
     for count in range(SECTIONS, MOST_SECTIONS):
         found = replace(groove, sections=count)
         if all(
-            _through(found, each, side, FIRST_POINTS).deep <= aim / 2
+            _interpolate_wall(found, each, side, FIRST_POINTS).section_deviation <= aim / 2
             for each in found.sectors()
             for side in WALL_SIDES
         ):
@@ -192,33 +192,35 @@ def sectioned(groove: Groove, aim: float) -> Groove:
     return replace(groove, sections=MOST_SECTIONS)
 
 
-def skin(groove: Groove, sector: Sector, side: float, aim: float) -> Skin:
+def wall_surface(groove: Groove, sector: Sector, side: float, aim: float) -> WallSurface:
     """The surface of a wall over a sector, through as many points as it needs to be within ``aim`` mm."""
     count = FIRST_POINTS
     while True:
-        found = _through(groove, sector, side, count)
-        if found.off <= aim or count >= SECTOR_POINTS:
+        found = _interpolate_wall(groove, sector, side, count)
+        if found.deviation <= aim or count >= SECTOR_POINTS:
             return found
         count *= 2
 
 
-def _through(groove: Groove, sector: Sector, side: float, count: int) -> Skin:
+def _interpolate_wall(groove: Groove, sector: Sector, side: float, count: int) -> WallSurface:
     angles, radii = np.linspace(sector.start, sector.end, count), groove.radii
-    rows = make_interp_spline(angles, _exact(groove, sector, side, angles, radii), k=SPLINE_DEGREE, axis=0)
+    rows = make_interp_spline(angles, _exact_wall(groove, sector, side, angles, radii), k=SPLINE_DEGREE, axis=0)
     across = make_interp_spline(radii, rows.c, k=radii.size - 1, axis=1)
-    found = Skin(np.moveaxis(across.c, 0, 1), (rows.t, across.t), (SPLINE_DEGREE, radii.size - 1))
+    found = WallSurface(np.moveaxis(across.c, 0, 1), (rows.t, across.t), (SPLINE_DEGREE, radii.size - 1))
     fine = np.linspace(sector.start, sector.end, PARTS_BETWEEN * (count - 1) + 1)
     deep = np.linspace(groove.inner, groove.outer, PARTS_BETWEEN * (radii.size - 1) + 1)
-    gap = np.linalg.norm((found.at(fine, deep) - _exact(groove, sector, side, fine, deep))[..., :3], axis=-1)
-    return found._replace(off=float(gap.max()), deep=float(gap[::PARTS_BETWEEN].max()))
+    gap = np.linalg.norm(
+        (found.points_at(fine, deep) - _exact_wall(groove, sector, side, fine, deep))[..., :3], axis=-1
+    )
+    return found._replace(deviation=float(gap.max()), section_deviation=float(gap[::PARTS_BETWEEN].max()))
 
 
-def spline_of(shares: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+def interpolating_spline(shares: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Poles and knots of the spline through points (n, 3) at some shares of its length."""
     found = make_interp_spline(shares, points, k=SPLINE_DEGREE)
     return found.c, found.t
 
 
-def _exact(groove: Groove, sector: Sector, side: float, angles: FloatArray, radii: FloatArray) -> FloatArray:
+def _exact_wall(groove: Groove, sector: Sector, side: float, angles: FloatArray, radii: FloatArray) -> FloatArray:
     places = groove.wall(sector.span, angles, radii, side)
     return np.concatenate([groove.points(places), places.round[..., None]], axis=-1)

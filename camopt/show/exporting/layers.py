@@ -12,16 +12,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.model.motion.driven import tool_position
+from camopt.model.motion.tool_drive import tool_position
 from camopt.model.trains.sketch import Member
-from camopt.scene.problem.linkage import linkage_at, pivot_of
+from camopt.scene.problem.linkage import follower_pivot, linkage_sketch
 from camopt.scene.problem.problem import Problem
 from camopt.show.exporting.cam_points import check_cutter
-from camopt.show.exporting.exported import Workpiece
+from camopt.show.exporting.workpiece import Workpiece
 from camopt.solve.contour.curve import cylinder_ends
-from camopt.solve.contour.follow import Followed, check_kind, follow
 from camopt.solve.contour.hole import bore_with_keyway
 from camopt.solve.contour.path import ArcPath, CubicPath
+from camopt.solve.contour.path_fitting import FittedPath, check_path_options, fit_path
 
 MARK_OVERRUN = 0.06  # of the size: how far centre marks run on
 VISIBLE, THIN_LINE, CHAIN_LINE, DASHED = "visible", "thin", "chain", "dashed"
@@ -45,9 +45,9 @@ class Layer:
     circles: tuple[Circle, ...] = ()
     lines: tuple[tuple[complex, complex], ...] = ()
 
-    def times(self, factor: float) -> "Layer":
+    def with_factor(self, factor: float) -> "Layer":
         """The layer in another unit of length."""
-        paths = tuple(path.times(factor) for path in self.paths)
+        paths = tuple(path.scale_length(factor) for path in self.paths)
         circles = tuple(Circle(factor * radius, factor * centre) for radius, centre in self.circles)
         return replace(
             self, paths=paths, circles=circles, lines=tuple((factor * a, factor * b) for a, b in self.lines)
@@ -59,7 +59,7 @@ class Plan:
     """All layers, and the paths that follow the curves of the cam, by name, with their proved deviations."""
 
     layers: tuple[Layer, ...]
-    followed: dict[str, Followed]
+    followed: dict[str, FittedPath]
     reach: tuple[complex, complex]
     """Corners of the rectangle that holds all layers, mm."""
 
@@ -67,27 +67,29 @@ class Plan:
 def plan_of(work: Workpiece, chord: float, curves: str, cutter_radius: float | None) -> Plan:
     """The plan of a cam whose curves are followed within ``chord`` mm by arcs, a spline or a polyline."""
     problem = work.problem
-    check_kind(curves, chord)
+    check_path_options(curves, chord)
     check_cutter(problem, cutter_radius)
     drawn = work.curves(cutter_radius)
     if not problem.design.roller_radius[0]:  # of a knife edge it is the profile
         drawn.pop("pitch", None)
-    followed = {name: follow(curve, curves, chord) for name, curve in drawn.items()}
-    layers = [Layer(name, _line(name), (each.path,)) for name, each in followed.items()]
-    corners = np.concatenate([_corners(each.path) for each in followed.values()])
-    layers += _developed(work, corners) if problem.setup.mechanism.body.developed else _round(work, corners)
+    followed = {name: fit_path(curve, curves, chord) for name, curve in drawn.items()}
+    layers = [Layer(name, _line_kind(name), (each.path,)) for name, each in followed.items()]
+    corners = np.concatenate([_hull_points(each.path) for each in followed.values()])
+    layers += (
+        _cylinder_layers(work, corners) if problem.setup.mechanism.body.developed else _disc_layers(work, corners)
+    )
     ends = [end for layer in layers for line in layer.lines for end in line]
     every = np.concatenate([corners, np.array(ends, dtype=complex)])
     low, high = complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max())
     return Plan(tuple(layers), followed, (low, high))
 
 
-def _line(curve: str) -> str:
+def _line_kind(curve: str) -> str:
     own = curve.removeprefix("second_")
     return VISIBLE if own.startswith("profile") else CHAIN_LINE if own == "pitch" else DASHED
 
 
-def _corners(path: ArcPath | CubicPath) -> np.ndarray:
+def _hull_points(path: ArcPath | CubicPath) -> np.ndarray:
     """Points whose hull holds a path: control points, or vertices and corners round the bulges."""
     if isinstance(path, CubicPath):
         return path.controls.ravel()
@@ -95,7 +97,7 @@ def _corners(path: ArcPath | CubicPath) -> np.ndarray:
     return np.concatenate([path.vertices, inner.ravel()])
 
 
-def _round(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
+def _disc_layers(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
     """Circles and centre marks of a disc cam."""
     part = work.part
     round_ = max(part.hub_diameter or 0.0, part.outer_diameter or 0.0) / 2
@@ -123,7 +125,7 @@ def _round(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
     yield Layer("timing", THIN_LINE, lines=((0j, up[1] + 1j * beyond),))
 
 
-def _developed(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
+def _cylinder_layers(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
     """Of a cylindrical cam: one turn at the mean radius, with the line at cam angle 0 and that of no lift.
 
     With its length, also the edges of the developed cylinder.
@@ -144,21 +146,21 @@ def _developed(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
     )
 
 
-DEGREES = np.arange(361.0)
-PIN, PIVOT, STEM, FACE = 0.02, 0.03, 0.3, 0.3
+TRAIN_ANGLES_DEG = np.arange(361.0)
+PIN_RADIUS, PIVOT_RADIUS, STEM_LENGTH, FACE_LENGTH = 0.02, 0.03, 0.3, 0.3
 """Radii of joints and pivots, the length of a stem and half that of a flat face, in sizes of the cam."""
-Parts = tuple[list[Circle], list[tuple[complex, complex]]]
+MemberShapes = tuple[list[Circle], list[tuple[complex, complex]]]
 
 
-def layout_of(problem: Problem) -> Iterator[Layer]:
+def train_layers(problem: Problem) -> Iterator[Layer]:
     """The layers of a follower and its train; none without a train."""
     mechanism, programme = problem.setup.mechanism, problem.programme
     if problem.setup.train is None:
         return
     radius = float(problem.design.roller_radius[0])
-    tool = tool_position(programme, np.radians(DEGREES % 360.0))
+    tool = tool_position(programme, np.radians(TRAIN_ANGLES_DEG % 360.0))
     places = [int(np.abs(tool - each).argmin()) for each in (tool.min(), (tool.min() + tool.max()) / 2, tool.max())]
-    angles = np.radians(DEGREES[places])
+    angles = np.radians(TRAIN_ANGLES_DEG[places])
     travel, moved = mechanism.travel(problem.design, programme, angles), float(problem.design.size[0]) * angles
     if mechanism.body.developed:  # its surface moves past the follower
         traces, size, stem = travel.trace - moved, float(problem.design.size[0]), programme.lift + radius
@@ -167,26 +169,32 @@ def layout_of(problem: Problem) -> Iterator[Layer]:
     else:
         traces, size, stem = travel.trace, float(np.abs(travel.trace).max()), 0.0
         marks = [(0j, 1j * size * complex(np.exp(1j * problem.design.sense * angle))) for angle in angles]
-    carriers = traces * 0.0 + pivot_of(problem) if problem.setup.angular else traces + 1j * (stem + STEM * size)
-    sketch = linkage_at(problem, angles, complex(carriers[0]), size)
+    carriers = (
+        traces * 0.0 + follower_pivot(problem)
+        if problem.setup.angular
+        else traces + 1j * (stem + STEM_LENGTH * size)
+    )
+    sketch = linkage_sketch(problem, angles, complex(carriers[0]), size)
     assert sketch is not None
-    pivots = [Circle(PIVOT * size, each.at) for each in sketch.standing if each.ground == "pivot"]
-    guides = [(each.at - each.way, each.at + each.way) for each in sketch.standing if each.ground == "guide"]
+    pivots = [Circle(PIVOT_RADIUS * size, each.at) for each in sketch.supports if each.ground == "pivot"]
+    guides = [(each.at - each.way, each.at + each.way) for each in sketch.supports if each.ground == "guide"]
     yield Layer("linkage-ground", THIN_LINE, circles=tuple(pivots), lines=tuple(guides))
     for k in range(len(places)):
-        trace, face = complex(traces[k]), FACE * 1j * size * complex(travel.normal[k])
+        trace, face = complex(traces[k]), FACE_LENGTH * 1j * size * complex(travel.normal[k])
         circles, lines = [Circle(radius, trace)], [(complex(carriers[k]), trace)]
         if mechanism.flat_faced:
             circles, lines = [], [*lines, (trace - face, trace + face)]
         lines.append(marks[k])
         for member in sketch.members:
-            round_parts, straight = _parts(member, k, PIN * size)
+            round_parts, straight = _member_shapes(member, k, PIN_RADIUS * size)
             circles, lines = circles + round_parts, lines + straight
         circles = [each for each in circles if each.radius]
-        yield Layer(f"linkage-{DEGREES[places[k]]:.0f}deg", THIN_LINE, circles=tuple(circles), lines=tuple(lines))
+        yield Layer(
+            f"linkage-{TRAIN_ANGLES_DEG[places[k]]:.0f}deg", THIN_LINE, circles=tuple(circles), lines=tuple(lines)
+        )
 
 
-def _parts(member: Member, position: int, pin: float) -> Parts:
+def _member_shapes(member: Member, position: int, pin: float) -> MemberShapes:
     """A rigid part in one position: a wheel as a circle, a bar as a line between pins, others by their edges."""
     at = complex(member.at[position])
     points = [at + complex(each) for each in member.points * np.exp(1j * member.turned[position])]

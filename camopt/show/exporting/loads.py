@@ -8,19 +8,19 @@ import numpy as np
 
 from camopt.core.numerics import BoolArray, FloatArray, IntArray
 from camopt.core.quantities import QUANTITIES, Quantity
-from camopt.model.effects.contacts import PLACES
-from camopt.model.effects.force import CONTACT
+from camopt.model.effects.contacts import CONTACT_NAMES
+from camopt.model.effects.force import CONTACT_FORCES
 from camopt.show.drawing.dynamics import dynamics_panels
 from camopt.show.drawing.loads import load_panels
 from camopt.show.drawing.picture import Picture
 
-SAME_ANGLE = 1e-12  # rad: an angle so near to the end of a piece is at it
-ASIDE = 1e-13  # rad: so far from an angle between two pieces are the samples beside it
-EQUAL = 1e-9  # of the largest load: what differs by less is no jump
+PIECE_END_ANGLE = 1e-12  # rad: an angle so near to the end of a piece is at it
+PIECE_OFFSET = 1e-13  # rad: so far from an angle between two pieces are the samples beside it
+LEAST_JUMP_SHARE = 1e-9  # of the largest load: what differs by less is no jump
 
 
 @dataclass(frozen=True)
-class _Sampled(Picture):
+class _PictureAtAngles(Picture):
     """A picture whose samples are at given cam angles (deg), and one in the middle of each piece that has none."""
 
     degrees: FloatArray
@@ -42,9 +42,9 @@ class _Sampled(Picture):
         turned = np.concatenate([angles, angles + 2.0 * np.pi, angles - 2.0 * np.pi])
         found = []
         for start, end in pairwise(self.ends):
-            here = (turned >= start - SAME_ANGLE) & (turned <= end + SAME_ANGLE)
-            first = here & (turned <= start + SAME_ANGLE)
-            inside = np.clip(turned[here], start + ASIDE, end - ASIDE)
+            here = (turned >= start - PIECE_END_ANGLE) & (turned <= end + PIECE_END_ANGLE)
+            first = here & (turned <= start + PIECE_END_ANGLE)
+            inside = np.clip(turned[here], start + PIECE_OFFSET, end - PIECE_OFFSET)
             found.append(
                 (
                     np.append(numbers[here], numbers[first]),
@@ -57,7 +57,9 @@ class _Sampled(Picture):
     def is_beside(self) -> BoolArray:
         """The samples just before and after an angle between two pieces, of those of all pieces."""
         spans = zip(self.places, self.ends[:-1], self.ends[1:], strict=True)
-        return np.concatenate([(a == start + ASIDE) | (a == end - ASIDE) for (_, a), start, end in spans])
+        return np.concatenate(
+            [(a == start + PIECE_OFFSET) | (a == end - PIECE_OFFSET) for (_, a), start, end in spans]
+        )
 
     @cached_property
     def pieces(self) -> list[FloatArray]:
@@ -74,32 +76,32 @@ def loads_at(picture: Picture, degrees: FloatArray) -> dict[str, FloatArray]:
     A load that is infinite somewhere has none. Those of two contacts are ``first_…`` and ``second_…``. Where a load
     jumps, the column has the side with the larger magnitude; of a quantity that is a least one, the smaller value.
     """
-    sampled = _Sampled(picture.scene, picture.problem, degrees)
+    sampled = _PictureAtAngles(picture.scene, picture.problem, degrees)
     columns = {}
     for panel in [*dynamics_panels(sampled), *load_panels(sampled, every=True)]:
         # the extremes of a force that two contacts share are no quantities
-        quantity = panel.quantity or CONTACT[0]
+        quantity = panel.quantity or CONTACT_FORCES[0]
         name = load_column(quantity)
         rank = np.negative if "_min" in quantity else np.abs
         if panel.other is None:
-            columns[name] = _at_angles(sampled, panel.values, rank)
+            columns[name] = _values_at_angles(sampled, panel.values, rank)
         else:
-            both = zip(PLACES, (panel.values, panel.other), strict=True)
-            columns |= {f"{place}_{name}": _at_angles(sampled, values, rank) for place, values in both}
+            both = zip(CONTACT_NAMES, (panel.values, panel.other), strict=True)
+            columns |= {f"{place}_{name}": _values_at_angles(sampled, values, rank) for place, values in both}
     return columns
 
 
-def _at_angles(sampled: _Sampled, pieces: list[FloatArray], rank: np.ufunc) -> FloatArray:
+def _values_at_angles(sampled: _PictureAtAngles, pieces: list[FloatArray], rank: np.ufunc) -> FloatArray:
     """Values piece by piece at the given cam angles, in their order; of an angle with several the highest rank."""
     numbers = np.concatenate([numbers for numbers, _ in sampled.places])
     found = np.concatenate([v for v, (own, _) in zip(pieces, sampled.places, strict=True) if own.size])
-    ranks = rank(found) - EQUAL * np.abs(found).max(initial=0.0) * sampled.is_beside
+    ranks = rank(found) - LEAST_JUMP_SHARE * np.abs(found).max(initial=0.0) * sampled.is_beside
     order, values = np.argsort(ranks, kind="stable"), np.empty(sampled.degrees.size)
     values[numbers[order]] = found[order]
     return values
 
 
-def load_of(column: str) -> Quantity | None:
+def load_quantity(column: str) -> Quantity | None:
     """The quantity behind a column of loads, at whichever contact; None if it is none."""
     return LOAD_COLUMNS.get(column) or LOAD_COLUMNS.get(column.partition("_")[2])
 

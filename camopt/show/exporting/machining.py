@@ -5,17 +5,17 @@ from dataclasses import dataclass
 from math import ceil, isfinite
 
 from camopt.core.mistakes import Mistake
-from camopt.core.quantities.unit_systems import MM, computed, shown, shown_unit, system_shown
-from camopt.show.exporting.program import DIALECTS
-from camopt.solve.contour.follow import CHORD
+from camopt.core.quantities.unit_systems import MM, from_shown_unit, shown_system, shown_unit, to_shown_unit
+from camopt.show.exporting.program import CONTROL_DIALECTS
+from camopt.solve.contour.path_fitting import DEFAULT_CHORD
 
 ALLOWED_DECIMALS = range(3, 7)
-MILLINGS = ("climb", "conventional")
+MILLING_DIRECTIONS = ("climb", "conventional")
 ROTARY_AXES = ("A", "C")
-MOST_STEPS = 1000  # of the depth
+MOST_DEPTH_CUTS = 1000  # of the depth
 LEAST_CHORD = 5.0  # last digits
 CLEARANCE = 5.0  # mm above the part
-BESIDE_A_RIB = "what is further from the rib than the cutter reaches is not cut away: turn or mill it away before"
+RIB_NOTE = "what is further from the rib than the cutter reaches is not cut away: turn or mill it away before"
 LARGEST_RADIUS = 10_000.0  # mm
 
 
@@ -69,24 +69,24 @@ class Milling:
             if getattr(self, name) is not None and not getattr(self, other):
                 why = f"needs {other} as well, which is not given"
                 yield Mistake("camopt", name, getattr(self, name), why, bare=True)
-        yield from self._out_of_range()
+        yield from self._range_mistakes()
         least = least_chord(self.decimals)
         if not self.chord >= least:
             why = f"at least {least:g} mm: a program has {self.decimals} decimals"
             yield Mistake("camopt", "chord", self.chord, why)
 
     @property
-    def left_out(self) -> Iterator[str]:
+    def omissions(self) -> Iterator[str]:
         """What a machine needs, and the program does not say."""
         if self.spindle is None:
             yield "no speed of the spindle is given (spindle, with a tool): the program does not start it"
 
-    def _out_of_range(self) -> Iterator[Mistake]:
-        for name in ABOVE_ZERO:
+    def _range_mistakes(self) -> Iterator[Mistake]:
+        for name in POSITIVE_SETTINGS:
             value = getattr(self, name)
             if value is not None and not (isfinite(value) and value > 0.0):
                 yield Mistake("camopt", name, value, "above 0")
-        for name, known in ALLOWED.items():
+        for name, known in ALLOWED_SETTINGS.items():
             value = getattr(self, name)
             if value not in known and (name, value) != ("rotary", None):
                 yield Mistake("camopt", name, value, f"one of {', '.join(map(str, known))}")
@@ -94,16 +94,16 @@ class Milling:
             yield Mistake("camopt", "roughing", self.roughing, "from 0 to 1000 mm")
         if self.tool is not None and not 1 <= self.tool <= 99_999:
             yield Mistake("camopt", "tool", self.tool, "from 1 to 99999")
-        least = self.depth / MOST_STEPS if self.depth else 0.0
+        least = self.depth / MOST_DEPTH_CUTS if self.depth else 0.0
         if self.depth_step and self.depth_step < least:
-            why = f"at least {least:g} mm: {MOST_STEPS} steps at most"
+            why = f"at least {least:g} mm: {MOST_DEPTH_CUTS} steps at most"
             yield Mistake("camopt", "depth_step", self.depth_step, why)
 
 
-ABOVE_ZERO = ("feed", "roughing_feed", "depth", "depth_step", "spindle", "blank_diameter", "largest_radius")
-ALLOWED = {
-    "direction": MILLINGS,
-    "control": tuple(DIALECTS),
+POSITIVE_SETTINGS = ("feed", "roughing_feed", "depth", "depth_step", "spindle", "blank_diameter", "largest_radius")
+ALLOWED_SETTINGS = {
+    "direction": MILLING_DIRECTIONS,
+    "control": tuple(CONTROL_DIALECTS),
     "decimals": ALLOWED_DECIMALS,
     "rotary": ROTARY_AXES,
 }
@@ -111,20 +111,20 @@ ALLOWED = {
 
 def last_digit(decimals: int) -> float:
     """The last digit of coordinates with some decimals in the unit that is shown, mm."""
-    return float(computed(10.0**-decimals, "mm"))
+    return float(from_shown_unit(10.0**-decimals, "mm"))
 
 
 def usual_decimals(control: str) -> int:
     """Those of a control, and one more in inch, which is longer."""
-    finer = int(system_shown() != MM)
-    return DIALECTS[control].decimals + finer if control in DIALECTS else ALLOWED_DECIMALS[0]
+    finer = int(shown_system() != MM)
+    return CONTROL_DIALECTS[control].decimals + finer if control in CONTROL_DIALECTS else ALLOWED_DECIMALS[0]
 
 
 def least_chord(decimals: int) -> float:
     """The smallest chord that some decimals can hold: five of the last one, mm."""
-    return LEAST_CHORD * last_digit(decimals) if decimals in ALLOWED_DECIMALS else CHORD
+    return LEAST_CHORD * last_digit(decimals) if decimals in ALLOWED_DECIMALS else DEFAULT_CHORD
 
 
-def with_shown_unit(length: float, form: str = ".6g") -> str:
+def length_with_unit(length: float, form: str = ".6g") -> str:
     """A length, mm, as programs tell it."""
-    return f"{shown(length, 'mm'):{form}} {shown_unit('mm')}"
+    return f"{to_shown_unit(length, 'mm'):{form}} {shown_unit('mm')}"

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from camopt.show.exporting.exported import CurveInFile, Export, Workpiece
+from camopt.show.exporting.workpiece import CurveInFile, Export, Workpiece
 from camopt.show.sheet.paper import scale_name
 from camopt.show.sheet.sheet import write_sheets
 from camopt.show.sheet.sizes import Clearance, clearance_of
@@ -20,10 +20,10 @@ def write(work: Workpiece, path: Path, step: float | None = None) -> Export:
     }
     about = {"paper": [each.paper.name for each in sheets], "scale": [scale_name(each.scale) for each in sheets]}
     told = {name: ", ".join(dict.fromkeys(each)) for name, each in about.items()}
-    return Export(path, curves, told, tuple(_misfit(work, clearance_of(sheets[0].cam))))
+    return Export(path, curves, told, tuple(_clearance_notes(work, clearance_of(sheets[0].cam))))
 
 
-def _misfit(work: Workpiece, room: Clearance) -> Iterator[str]:
+def _clearance_notes(work: Workpiece, room: Clearance) -> Iterator[str]:
     """A note on a clearance that the fit of the groove does not have, or that its tolerance may take away."""
     if room.given is None or room.ends is None:
         return

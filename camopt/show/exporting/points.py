@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.show.exporting.cam_points import WRITERS, cam_points
-from camopt.show.exporting.exported import CurveInFile, Export, Workpiece
+from camopt.show.exporting.cam_points import POINT_WRITERS, cam_points
+from camopt.show.exporting.workpiece import CurveInFile, Export, Workpiece
 from camopt.solve.contour.deviation import deviation_bound
-from camopt.solve.contour.follow import AIM, CHORD, check_kind, lines_through
+from camopt.solve.contour.path_fitting import CHORD_AIM, DEFAULT_CHORD, check_path_options, lines_through
 
 
 def write(
@@ -24,15 +24,15 @@ def write(
     """
     if step is not None and chord is not None:
         raise BadInput([Mistake("camopt", "step", step, "not together with a chord: one of both", bare=True)])
-    check_kind("polyline", CHORD if chord is None else chord)
-    spacing = {"chord": AIM * (chord or CHORD)} if step is None else {"step": step}
+    check_path_options("polyline", DEFAULT_CHORD if chord is None else chord)
+    spacing = {"chord": CHORD_AIM * (chord or DEFAULT_CHORD)} if step is None else {"step": step}
     columns = cam_points(work.scene, None, cutter_radius=cutter_radius, disc=work.disc, **spacing)
     angles = np.radians(columns["cam_angle_deg"])
     curves = {
         name: CurveInFile(
-            angles.size - 1, "lines", deviation_bound(curve, lines_through(curve, angles), chord or CHORD)
+            angles.size - 1, "lines", deviation_bound(curve, lines_through(curve, angles), chord or DEFAULT_CHORD)
         )
         for name, curve in work.curves(cutter_radius).items()
     }
-    WRITERS[path.suffix.lower()](columns, work.scene, path)
+    POINT_WRITERS[path.suffix.lower()](columns, work.scene, path)
     return Export(path, curves, {"points": angles.size})

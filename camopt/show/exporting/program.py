@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from camopt.core.quantities.unit_systems import INCH, MM, shown, system_shown
+from camopt.core.quantities.unit_systems import INCH, MM, shown_system, to_shown_unit
 from camopt.solve.contour.path import ArcPath
 
 
 @dataclass(frozen=True)
-class Dialect:
+class ControlDialect:
     """Templates of lines: x, y, z are where a move goes, cx and cy its centre, i and j that from its start."""
 
     start: tuple[str, ...]
@@ -55,9 +55,9 @@ class Dialect:
     """Whether lines have numbers, from 0."""
 
 
-DIALECTS = {
-    "iso": Dialect(start=(), modes=("{units} G17 G90 G94 G40",), end=("M30",), comment="({})"),
-    "fanuc": Dialect(
+CONTROL_DIALECTS = {
+    "iso": ControlDialect(start=(), modes=("{units} G17 G90 G94 G40",), end=("M30",), comment="({})"),
+    "fanuc": ControlDialect(
         start=("%", "O0001"),
         modes=("{units} G17 G90 G94 G40 G49 G80 G54",),
         end=("M30", "%"),
@@ -65,7 +65,7 @@ DIALECTS = {
         tool=("T{tool} M6", "G43 H{tool}"),
         decimals=3,
     ),
-    "siemens": Dialect(
+    "siemens": ControlDialect(
         start=(),
         modes=("{units} G17 G90 G94 G40 G54",),
         units={MM: "G71", INCH: "G70"},
@@ -73,7 +73,7 @@ DIALECTS = {
         comment="; {}",
         tool=("T{tool} D1", "M6"),
     ),
-    "heidenhain": Dialect(
+    "heidenhain": ControlDialect(
         start=("BEGIN PGM CAM {units}",),
         modes=(),
         end=("M30", "END PGM CAM {units}"),
@@ -95,7 +95,7 @@ DIALECTS = {
     ),
 }
 """By the name of the control."""
-BY_ENDING = {".nc": "iso", ".mpf": "siemens", ".h": "heidenhain"}
+CONTROL_BY_SUFFIX = {".nc": "iso", ".mpf": "siemens", ".h": "heidenhain"}
 """The dialect of a file whose control is not named."""
 
 
@@ -103,35 +103,35 @@ BY_ENDING = {".nc": "iso", ".mpf": "siemens", ".h": "heidenhain"}
 class Program:
     """Lines so far; coordinates are given in mm and written in the unit that is shown, with some decimals."""
 
-    words: Dialect
+    words: ControlDialect
     decimals: int
     lines: list[str] = field(default_factory=list)
     feed: str = ""
     """The last feed, mm/min, which holds until another is said."""
-    at: tuple[str, str] | None = None
+    position: tuple[str, str] | None = None
     """Where the machine stands, in the digits of the program."""
 
-    def say(self, *templates: str, **values: object) -> None:
+    def add_lines(self, *templates: str, **values: object) -> None:
         """Add lines of the dialect."""
         for each in templates:
-            self.lines += each.format(units=self.words.units[system_shown()], **values).split("\n")
+            self.lines += each.format(units=self.words.units[shown_system()], **values).split("\n")
 
     def start(self, tool: int | None, spindle: float | None, coolant: bool, axis: str = "Z") -> None:
         """Take the cutter, which is along an axis, and switch on what turns and flows."""
         if tool is not None:
-            self.say(*self.words.tool, tool=tool, speed=f"{spindle or 0:g}", axis=axis)
+            self.add_lines(*self.words.tool, tool=tool, speed=f"{spindle or 0:g}", axis=axis)
         if spindle is not None:
-            self.say(self.words.spindle, speed=f"{spindle:g}")
+            self.add_lines(self.words.spindle, speed=f"{spindle:g}")
         if coolant:
-            self.say(self.words.coolant)
+            self.add_lines(self.words.coolant)
 
     def stop(self, spindle: float | None, coolant: bool) -> None:
         """Switch off what was switched on, and end."""
         if coolant:
-            self.say(self.words.dry)
+            self.add_lines(self.words.dry)
         if spindle is not None:
-            self.say(self.words.still)
-        self.say(*self.words.end)
+            self.add_lines(self.words.still)
+        self.add_lines(*self.words.end)
 
     def comment(self, text: str) -> None:
         """Add a comment that any control takes."""
@@ -140,52 +140,54 @@ class Program:
 
     def rapid(self, to: complex) -> None:
         """Go to a point as fast as the machine can, above the part or outside of it."""
-        self.at = x, y = self._place(to)
-        self.say(self.words.rapid, x=x, y=y)
+        self.position = x, y = self._coordinates(to)
+        self.add_lines(self.words.rapid, x=x, y=y)
 
-    def up(self, height: float) -> None:
-        self.say(self.words.up, z=self.number(height))
+    def raise_cutter(self, height: float) -> None:
+        self.add_lines(self.words.up, z=self.number(height))
 
-    def down(self, height: float, feed: float) -> None:
-        self.say(self.words.down + self._fed(feed), z=self.number(height))
+    def lower_cutter(self, height: float, feed: float) -> None:
+        self.add_lines(self.words.down + self._feed_word(feed), z=self.number(height))
 
     def line(self, to: complex, feed: float) -> None:
         """Go straight to a point; nothing where the machine stands there already, but for its digits."""
-        if (place := self._place(to)) != self.at:
-            self.at = x, y = place
-            self.say(self.words.line + self._fed(feed), x=x, y=y)
+        if (place := self._coordinates(to)) != self.position:
+            self.position = x, y = place
+            self.add_lines(self.words.line + self._feed_word(feed), x=x, y=y)
 
     def arc(self, start: complex, end: complex, bulge: float, feed: float) -> None:
         """Move from where the machine stands, by an arc or, without a bulge, by a line."""
-        if not bulge or self._place(end) == self.at:  # an arc that ends where it begins would be a whole circle
+        if (
+            not bulge or self._coordinates(end) == self.position
+        ):  # an arc that ends where it begins would be a whole circle
             self.line(end, feed)
             return
-        self.at = self._place(end)
+        self.position = self._coordinates(end)
         way = (end - start) * (0.5 + 0.25j * (1.0 / bulge - bulge))
         numbers = {"x": end.real, "y": end.imag, "i": way.real, "j": way.imag}
         numbers |= {"cx": (start + way).real, "cy": (start + way).imag}
         texts = {name: self.number(value) for name, value in numbers.items()}
-        self.say(self.words.arc + self._fed(feed), way=self.words.ways[int(bulge > 0.0)], **texts)
+        self.add_lines(self.words.arc + self._feed_word(feed), way=self.words.ways[int(bulge > 0.0)], **texts)
 
-    def along(self, path: ArcPath, feed: float) -> None:
+    def follow_path(self, path: ArcPath, feed: float) -> None:
         """Move along a path from its first vertex, where the machine stands."""
         for one, other, bulge in zip(path.vertices, path.vertices[1:], path.bulges, strict=False):
             self.arc(one, other, bulge, feed)
 
-    def _place(self, to: complex) -> tuple[str, str]:
+    def _coordinates(self, to: complex) -> tuple[str, str]:
         return self.number(to.real), self.number(to.imag)
 
     def number(self, value: float) -> str:
         """A coordinate; zero has no minus."""
-        return f"{np.round(shown(value, 'mm'), self.decimals) + 0.0:{self.words.sign}.{self.decimals}f}"
+        return f"{np.round(to_shown_unit(value, 'mm'), self.decimals) + 0.0:{self.words.sign}.{self.decimals}f}"
 
     def text(self) -> str:
         """The whole program."""
         numbered = (f"{k} {line}" for k, line in enumerate(self.lines))
         return "\n".join([*(numbered if self.words.numbered else self.lines)]) + "\n"
 
-    def _fed(self, feed: float) -> str:
+    def _feed_word(self, feed: float) -> str:
         """The words of a feed that is not the one that holds."""
-        text = f"{shown(feed, 'mm/min'):g}"
+        text = f"{to_shown_unit(feed, 'mm/min'):g}"
         said, self.feed = self.feed, text
         return "" if said == text else self.words.feed.format(feed=text)

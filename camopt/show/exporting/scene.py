@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from camopt.scene.written import write_scene
-from camopt.show.exporting.exported import Export, Workpiece
+from camopt.scene.scene_file import write_scene
+from camopt.show.exporting.workpiece import Export, Workpiece
 
 
 def write(work: Workpiece, path: Path) -> Export:

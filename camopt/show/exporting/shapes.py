@@ -40,23 +40,23 @@ from OCP.TopoDS import TopoDS, TopoDS_Face
 from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.solve.contour.path import ArcPath, CubicPath
 
-Shape = Any
+CadShape = Any
 """Of Open CASCADE, whose classes mypy does not know."""
 EDGE, FACE, SOLID = TopAbs_EDGE, TopAbs_FACE, TopAbs_SOLID
 TOUCHING_MM = 1e-7  # mm: what is nearer is one
 FLAT_ARC = 1e-8  # mm: an arc that is no higher is a line; the centre of a flatter one would be rounded by as much
 
 
-def gp_point(x: float, y: float, z: float) -> Shape:
+def gp_point(x: float, y: float, z: float) -> CadShape:
     return gp_Pnt(float(x), float(y), float(z))
 
 
-def circle_wire(radius: float) -> Shape:
+def circle_wire(radius: float) -> CadShape:
     """A wire about the axis z, in the plane z = 0."""
-    return wire([BRepBuilderAPI_MakeEdge(gp_Circ(gp.XOY_s(), radius)).Edge()])
+    return make_wire([BRepBuilderAPI_MakeEdge(gp_Circ(gp.XOY_s(), radius)).Edge()])
 
 
-def wire(edges: Iterable[Shape]) -> Shape:
+def make_wire(edges: Iterable[CadShape]) -> CadShape:
     """Edges that follow each other."""
     made = BRepBuilderAPI_MakeWire()
     for edge in edges:
@@ -64,20 +64,20 @@ def wire(edges: Iterable[Shape]) -> Shape:
     return made.Wire()
 
 
-def closed_wire(path: ArcPath | CubicPath) -> Shape:
+def closed_wire(path: ArcPath | CubicPath) -> CadShape:
     """A closed path in the plane z = 0."""
-    return wire(_arcs(path) if isinstance(path, ArcPath) else _splines(path))
+    return make_wire(_arc_edges(path) if isinstance(path, ArcPath) else _spline_edges(path))
 
 
-def _vertices(points: ComplexArray) -> list[Shape]:
+def _path_vertices(points: ComplexArray) -> list[CadShape]:
     """Vertices at points x + iy, the first once more at the end."""
-    found = [vertex((p.real, p.imag, 0.0)) for p in points]
+    found = [make_vertex((p.real, p.imag, 0.0)) for p in points]
     return [*found, found[0]]
 
 
-def _arcs(path: ArcPath) -> Iterator[Shape]:
+def _arc_edges(path: ArcPath) -> Iterator[CadShape]:
     """True arcs of circles, and lines."""
-    corners = _vertices(path.vertices[:-1])
+    corners = _path_vertices(path.vertices[:-1])
     heights = np.abs(path.bulges * path.chords) / 2
     with np.errstate(divide="ignore"):
         radii = 1.0 / np.abs(path.curvatures)
@@ -88,11 +88,11 @@ def _arcs(path: ArcPath) -> Iterator[Shape]:
             yield arc_edge(gp_point(centre.real, centre.imag, 0.0), radii[k], path.bulges[k], *corners[k : k + 2])
 
 
-def _splines(path: CubicPath) -> Iterator[Shape]:
+def _spline_edges(path: CubicPath) -> Iterator[CadShape]:
     """A B-spline over the cam angle (rad) on each span of the motion, with a continuous tangent."""
     spans = np.array(path.spans)
     pieces = [np.flatnonzero(spans == span) for span in dict.fromkeys(path.spans)]
-    corners = _vertices(np.array([path.controls[each[0], 0] for each in pieces]))
+    corners = _path_vertices(np.array([path.controls[each[0], 0] for each in pieces]))
     for k, piece in enumerate(pieces):
         controls = path.controls[piece]
         poles = np.concatenate([controls[0, :1], controls[:, 1:3].ravel(), controls[-1, 3:]])
@@ -103,7 +103,7 @@ def _splines(path: CubicPath) -> Iterator[Shape]:
         yield spline_edge(places, np.concatenate([ends[:2], knots, ends[2:]]), corners[k : k + 2])
 
 
-def spline_edge(poles: FloatArray, knots: FloatArray, ends: Sequence[Shape]) -> Shape:
+def spline_edge(poles: FloatArray, knots: FloatArray, ends: Sequence[CadShape]) -> CadShape:
     """An edge along a B-spline of poles (n, 3 or more: x, y, z), from a vertex to a vertex.
 
     Each knot is there as often as it counts.
@@ -117,7 +117,7 @@ def spline_edge(poles: FloatArray, knots: FloatArray, ends: Sequence[Shape]) -> 
     return BRepBuilderAPI_MakeEdge(curve, *ends, float(knots[0]), float(knots[-1])).Edge()
 
 
-def spline_surface(poles: FloatArray, first: FloatArray, second: FloatArray) -> Shape:
+def spline_surface(poles: FloatArray, first: FloatArray, second: FloatArray) -> CadShape:
     """A B-spline surface of poles (n, m, 3 or more), with each knot as often as it counts."""
     count, across = poles.shape[:2]
     places = Array2_gp_Pnt(1, count, 1, across)
@@ -131,56 +131,56 @@ def spline_surface(poles: FloatArray, first: FloatArray, second: FloatArray) -> 
     return Geom_BSplineSurface(places, *reals, *integers, *degrees)
 
 
-def round_surface(radius: float, seam: float) -> Shape:
+def round_surface(radius: float, seam: float) -> CadShape:
     """A cylinder about the axis z, with its seam at an angle (rad) from the x axis."""
     start = gp_Dir(float(np.cos(seam)), float(np.sin(seam)), 0.0)
     return Geom_CylindricalSurface(gp_Ax3(gp.Origin_s(), gp.DZ_s(), start), radius)
 
 
-def vertex(place: Iterable[float]) -> Shape:
+def make_vertex(place: Iterable[float]) -> CadShape:
     return BRepBuilderAPI_MakeVertex(gp_point(*list(place)[:3])).Vertex()
 
 
-def line_edge(first: Shape, last: Shape) -> Shape:
+def line_edge(first: CadShape, last: CadShape) -> CadShape:
     return BRepBuilderAPI_MakeEdge(first, last).Edge()
 
 
-def arc_edge(centre: Shape, radius: float, sense: float, first: Shape, last: Shape) -> Shape:
+def arc_edge(centre: CadShape, radius: float, sense: float, first: CadShape, last: CadShape) -> CadShape:
     """A part of a circle normal to the axis z, from a vertex to a vertex, anticlockwise for a sense above 0."""
     axes = gp_Ax2(centre, gp_Dir(0.0, 0.0, float(np.sign(sense))))
     return BRepBuilderAPI_MakeEdge(gp_Circ(axes, float(radius)), first, last).Edge()
 
 
-def face(surface: Shape, edges: Iterable[Shape], backwards: bool = False) -> Shape:
+def surface_face(surface: CadShape, edges: Iterable[CadShape], backwards: bool = False) -> CadShape:
     """The part of a surface within a closed chain of edges, anticlockwise or ``backwards``."""
     made = TopoDS_Face()
     builder = BRep_Builder()
     builder.MakeFace(made, surface, TOUCHING_MM)
-    loop = wire(edges)
+    loop = make_wire(edges)
     builder.Add(made, loop.Reversed() if backwards else loop)
     fixed = ShapeFix_Face(made)
     fixed.Perform()
     return fixed.Face()
 
 
-def flat(outer: Shape) -> Shape:
+def plane_face(outer: CadShape) -> CadShape:
     """The face in the plane of a wire."""
     return BRepBuilderAPI_MakeFace(outer, True).Face()
 
 
-def sewn(faces: Iterable[Shape]) -> Shape:
+def sew_faces(faces: Iterable[CadShape]) -> CadShape:
     """The solid that faces enclose."""
     sewing = BRepBuilderAPI_Sewing(TOUCHING_MM)
     for each in faces:
         sewing.Add(each)
     sewing.Perform()
-    shell = TopoDS.Shell(parts(sewing.SewedShape(), TopAbs_SHELL)[0])
+    shell = TopoDS.Shell(subshapes(sewing.SewedShape(), TopAbs_SHELL)[0])
     solid = BRepBuilderAPI_MakeSolid(shell).Solid()
     BRepLib.OrientClosedSolid_s(solid)
     return solid
 
 
-def _cad_array(kind: Any, values: np.ndarray) -> Shape:
+def _cad_array(kind: Any, values: np.ndarray) -> CadShape:
     """Numbers as an array of Open CASCADE of some kind."""
     found = kind(1, len(values))
     for k, value in enumerate(values.tolist(), 1):
@@ -188,49 +188,49 @@ def _cad_array(kind: Any, values: np.ndarray) -> Shape:
     return found
 
 
-def extruded(outer: Shape, low: float, high: float) -> Shape:
+def extrude_wire(outer: CadShape, low: float, high: float) -> CadShape:
     """The solid between two heights that has a wire in the plane z = 0 as its outline."""
     along = gp_Trsf()
     along.SetTranslation(gp_Vec(0.0, 0.0, low))
-    body = BRepPrimAPI_MakePrism(flat(outer), gp_Vec(0.0, 0.0, high - low)).Shape()
+    body = BRepPrimAPI_MakePrism(plane_face(outer), gp_Vec(0.0, 0.0, high - low)).Shape()
     return body.Moved(TopLoc_Location(along))
 
 
-def fused(first: Shape, second: Shape) -> Shape:
+def fuse_solids(first: CadShape, second: CadShape) -> CadShape:
     return BRepAlgoAPI_Fuse(first, second).Shape()
 
 
-def cut(first: Shape, second: Shape) -> Shape:
+def subtract_solid(first: CadShape, second: CadShape) -> CadShape:
     """The first solid without the second."""
     return BRepAlgoAPI_Cut(first, second).Shape()
 
 
-def parts(shape: Shape, kind: Shape) -> list[Shape]:
+def subshapes(shape: CadShape, kind: CadShape) -> list[CadShape]:
     """The faces (``FACE``), edges or solids of a shape, each once."""
     found = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
     TopExp.MapShapes_s(shape, kind, found)
     return [found.FindKey(k) for k in range(1, found.Extent() + 1)]
 
 
-def measures(shape: Shape) -> dict[str, float]:
+def shape_measures(shape: CadShape) -> dict[str, float]:
     """Numbers of its solids, faces and edges, and its volume in mm³."""
     return {
-        "solids": len(parts(shape, SOLID)),
-        "faces": len(parts(shape, FACE)),
-        "edges": len(parts(shape, EDGE)),
-        "volume_mm3": volume_of(shape),
+        "solids": len(subshapes(shape, SOLID)),
+        "faces": len(subshapes(shape, FACE)),
+        "edges": len(subshapes(shape, EDGE)),
+        "volume_mm3": shape_volume(shape),
     }
 
 
-def volume_of(shape: Shape) -> float:
+def shape_volume(shape: CadShape) -> float:
     """mm³; below 0 where faces look inwards."""
     found = GProp_GProps()
     BRepGProp.VolumeProperties_s(shape, found, True)
     return float(found.Mass())
 
 
-def is_closed(shape: Shape, count: int = 1) -> bool:
+def is_closed(shape: CadShape, count: int = 1) -> bool:
     """Whether a shape is so many closed solids, with faces that meet and that look outwards."""
-    solids = parts(shape, SOLID)
+    solids = subshapes(shape, SOLID)
     valid = len(solids) == count and bool(BRepCheck_Analyzer(shape).IsValid())
-    return valid and all(volume_of(each) > 0.0 for each in solids)
+    return valid and all(shape_volume(each) > 0.0 for each in solids)

@@ -17,18 +17,18 @@ from OCP.Standard import Standard_ConstructionError, Standard_Failure
 from OCP.StdFail import StdFail_NotDone
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.model.effects import Case
-from camopt.model.effects.outline import RADIUS
+from camopt.model.effects import EvaluationBlock
+from camopt.model.effects.outline import OUTER_RADIUS
 from camopt.model.mechanisms.elements import CYLINDER, DISC, FACE_GROOVE, RIBBED_CYLINDER, RIBBED_DISC
 from camopt.scene.part import Part
 from camopt.show.exporting import shapes
 from camopt.show.exporting.cylinder import grooved_body
-from camopt.show.exporting.exported import CurveInFile, Workpiece, told
-from camopt.show.exporting.shapes import Shape
-from camopt.solve.contour.curve import SECOND
-from camopt.solve.contour.follow import Followed, check_kind, follow
+from camopt.show.exporting.shapes import CadShape
+from camopt.show.exporting.workpiece import CurveInFile, Workpiece, curves_in_file
+from camopt.solve.contour.curve import SECOND_DISC
 from camopt.solve.contour.hole import bore_with_keyway
-from camopt.solve.verdicts.running import run_effects
+from camopt.solve.contour.path_fitting import FittedPath, check_path_options, fit_path
+from camopt.solve.verdicts.effect_runs import run_effects
 
 OVERCUT = 1.0  # mm: by how much a bore is cut longer than the part, at both ends
 
@@ -39,7 +39,7 @@ CAD_ERRORS = (Standard_ConstructionError, Standard_Failure, StdFail_NotDone)
 class CadSolid(NamedTuple):
     """A solid of Open CASCADE, with the report on it."""
 
-    shape: Shape
+    shape: CadShape
     curves: Mapping[str, CurveInFile]
     """Of a disc cam its profile, or walls, with the deviation that is proved."""
     about: dict[str, Any]
@@ -54,42 +54,42 @@ def solid_of(work: Workpiece, chord: float, curves: str) -> CadSolid:
         For each size of ``[part]`` that a solid needs and the scene has not, for a groove that is undercut at some
         depth, for a ``chord`` as large as a wall, and where Open CASCADE finds that the solid is none.
     """
-    mistakes = list(_lacks(work))
+    mistakes = list(_solid_mistakes(work))
     if mistakes:
         raise BadInput(mistakes)
     try:
-        found = _MAKERS[work.problem.setup.mechanism.body](work, chord, curves)
+        found = _SOLID_MAKERS[work.problem.setup.mechanism.body](work, chord, curves)
     except CAD_ERRORS:
         found = None
-    joined = work.part.hub_diameter or work.problem.setup.mechanism.ribbed  # flanks of a rib are on one body
+    joined = work.part.hub_diameter or work.problem.setup.mechanism.has_rib  # flanks of a rib are on one body
     if found is None or not shapes.is_closed(found.shape, 1 if joined else len(work.discs)):
         faults = f"faces cross each other, or are smaller than {shapes.TOUCHING_MM} mm"
         why = f"makes no valid solid at a chord of {chord:g} mm: {faults}"
         raise BadInput([Mistake(work.scene.file, "part", None, why, bare=True)])
-    return found._replace(about=found.about | shapes.measures(found.shape))
+    return found._replace(about=found.about | shapes.shape_measures(found.shape))
 
 
-def _follow_profiles(work: Workpiece, chord: float, curves: str) -> dict[str, Followed]:
+def _follow_profiles(work: Workpiece, chord: float, curves: str) -> dict[str, FittedPath]:
     """The profiles, walls or flanks of a cam by name, within the chord with what flat arcs lose as lines."""
-    check_kind(curves, chord)
+    check_path_options(curves, chord)
     own = {name: curve for name, curve in work.curves().items() if not name.endswith("pitch")}
-    found = {name: follow(curve, curves, chord - shapes.FLAT_ARC) for name, curve in own.items()}
+    found = {name: fit_path(curve, curves, chord - shapes.FLAT_ARC) for name, curve in own.items()}
     return {name: each._replace(deviation=each.deviation + shapes.FLAT_ARC) for name, each in found.items()}
 
 
-def _discs(work: Workpiece, chord: float, curves: str) -> CadSolid:
+def _disc_solid(work: Workpiece, chord: float, curves: str) -> CadSolid:
     followed = _follow_profiles(work, chord, curves)
     _check_wall(work, chord, max(each.deviation for each in followed.values()))
     plates = [
-        shapes.extruded(shapes.closed_wire(profile.path), *work.part.plates[disc.number - 1])
+        shapes.extrude_wire(shapes.closed_wire(profile.path), *work.part.plates[disc.number - 1])
         for disc, profile in zip(work.discs, followed.values(), strict=True)
     ]
-    hub = () if work.disc == SECOND else _hub(work.part)
-    body = reduce(shapes.fused, [*plates, *hub])
-    return CadSolid(_with_bore(work.part, body), told(followed), {})
+    hub = () if work.disc == SECOND_DISC else _hub_shapes(work.part)
+    body = reduce(shapes.fuse_solids, [*plates, *hub])
+    return CadSolid(_with_bore(work.part, body), curves_in_file(followed), {})
 
 
-def _grooved_disc(work: Workpiece, chord: float, curves: str) -> CadSolid:
+def _grooved_disc_solid(work: Workpiece, chord: float, curves: str) -> CadSolid:
     part, walls = work.part, _follow_profiles(work, chord, curves)
     inner, outer = (walls[name] for name in ("profile_inner", "profile_outer"))
     _check_wall(work, chord, inner.deviation)
@@ -97,41 +97,41 @@ def _grooved_disc(work: Workpiece, chord: float, curves: str) -> CadSolid:
     assert part.groove_depth
     assert part.outer_diameter
     top, bottom = part.thickness + OVERCUT, part.thickness - part.groove_depth
-    core = shapes.extruded(shapes.closed_wire(inner.path), bottom - OVERCUT, top + OVERCUT)
-    groove = shapes.cut(shapes.extruded(shapes.closed_wire(outer.path), bottom, top), core)
-    plate = shapes.extruded(shapes.circle_wire(part.outer_diameter / 2), 0.0, part.thickness)
-    return CadSolid(_with_bore(part, shapes.cut(plate, groove)), told(walls), {})
+    core = shapes.extrude_wire(shapes.closed_wire(inner.path), bottom - OVERCUT, top + OVERCUT)
+    groove = shapes.subtract_solid(shapes.extrude_wire(shapes.closed_wire(outer.path), bottom, top), core)
+    plate = shapes.extrude_wire(shapes.circle_wire(part.outer_diameter / 2), 0.0, part.thickness)
+    return CadSolid(_with_bore(part, shapes.subtract_solid(plate, groove)), curves_in_file(walls), {})
 
 
-def _ribbed_disc(work: Workpiece, chord: float, curves: str) -> CadSolid:
+def _ribbed_disc_solid(work: Workpiece, chord: float, curves: str) -> CadSolid:
     part, flanks = work.part, _follow_profiles(work, chord, curves)
     assert part.thickness
     assert part.rib_height
     assert part.outer_diameter
     face = part.thickness - part.rib_height
     outer, inner = (shapes.closed_wire(each.path) for each in flanks.values())
-    within = shapes.extruded(inner, face, part.thickness + OVERCUT)
-    rib = shapes.cut(shapes.extruded(outer, 0.0, part.thickness), within)
-    plate = shapes.extruded(shapes.circle_wire(part.outer_diameter / 2), 0.0, face)
-    return CadSolid(_with_bore(part, shapes.fused(plate, rib)), told(flanks), {})
+    within = shapes.extrude_wire(inner, face, part.thickness + OVERCUT)
+    rib = shapes.subtract_solid(shapes.extrude_wire(outer, 0.0, part.thickness), within)
+    plate = shapes.extrude_wire(shapes.circle_wire(part.outer_diameter / 2), 0.0, face)
+    return CadSolid(_with_bore(part, shapes.fuse_solids(plate, rib)), curves_in_file(flanks), {})
 
 
-def _cylinder(work: Workpiece, chord: float, curves: str) -> CadSolid:
+def _cylinder_solid(work: Workpiece, chord: float, curves: str) -> CadSolid:
     body, off = grooved_body(work, chord)
     return CadSolid(_with_bore(work.part, body), {}, {"wall_deviation_measured_mm": off})
 
 
-_MAKERS = {
-    DISC: _discs,
-    FACE_GROOVE: _grooved_disc,
-    RIBBED_DISC: _ribbed_disc,
-    CYLINDER: _cylinder,
-    RIBBED_CYLINDER: _cylinder,
+_SOLID_MAKERS = {
+    DISC: _disc_solid,
+    FACE_GROOVE: _grooved_disc_solid,
+    RIBBED_DISC: _ribbed_disc_solid,
+    CYLINDER: _cylinder_solid,
+    RIBBED_CYLINDER: _cylinder_solid,
 }
 """By body."""
 
 
-def _lacks(work: Workpiece) -> Iterator[Mistake]:
+def _solid_mistakes(work: Workpiece) -> Iterator[Mistake]:
     scene, part, body = work.scene, work.part, work.problem.setup.mechanism.body
     for key in body.solid:
         if getattr(part, key) is None:
@@ -142,8 +142,8 @@ def _lacks(work: Workpiece) -> Iterator[Mistake]:
         yield Mistake(scene.file, "cam.shaft_diameter", scene.cam.shaft_diameter, why, bare=True)
     if part.outer_diameter is not None:
         problem = work.problem
-        found = run_effects(Case(problem.setup, problem.programme, problem.design), [RADIUS])
-        far = 2.0 * float(found.column(RADIUS)[0])
+        found = run_effects(EvaluationBlock(problem.setup, problem.programme, problem.design), [OUTER_RADIUS])
+        far = 2.0 * float(found.column(OUTER_RADIUS)[0])
         if part.outer_diameter <= far:
             what = body.flank_height.partition("_")[0]
             why = f"above {far:.6g}: the {what} breaks out of the edge"
@@ -162,20 +162,20 @@ def _least_base(work: Workpiece) -> float:
     return min(float(each.problem.design.size[0]) for each in work.discs)
 
 
-def _hub(part: Part) -> Iterator[Shape]:
+def _hub_shapes(part: Part) -> Iterator[CadShape]:
     """What of the hub is between plates, and before the first one."""
     if not part.hub_diameter:
         return
     plates = sorted(part.plates)
     for (_, foot), (end, _) in zip(plates, [*plates[1:], (part.hub_length or 0.0, 0.0)], strict=True):
         if end - foot > shapes.TOUCHING_MM:
-            yield shapes.extruded(shapes.circle_wire(part.hub_diameter / 2), foot, end)
+            yield shapes.extrude_wire(shapes.circle_wire(part.hub_diameter / 2), foot, end)
 
 
-def _with_bore(part: Part, body: Shape) -> Shape:
+def _with_bore(part: Part, body: CadShape) -> CadShape:
     """A body that stands on z = 0, less its bore and keyway."""
     if not part.bore:
         return body
     outline = shapes.closed_wire(bore_with_keyway(part)) if part.keyway_width else shapes.circle_wire(part.bore / 2)
     whole = max(part.width, part.hub_length or 0.0)
-    return shapes.cut(body, shapes.extruded(outline, -OVERCUT, whole + OVERCUT))
+    return shapes.subtract_solid(body, shapes.extrude_wire(outline, -OVERCUT, whole + OVERCUT))

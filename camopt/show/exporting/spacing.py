@@ -13,13 +13,13 @@ from camopt.core.numerics import ComplexArray, FloatArray
 MOST_POINTS = 1_000_000  # points
 WIDEST_STEP = 10.0  # deg: the coarsest spacing
 NARROWEST_STEP = 1e-7  # deg: a jump of the velocity tears the curves apart, however near it the points are
-WITHIN = np.linspace(0.0, 1.0, 9)[1:-1]  # where an arc is looked at between its ends
+CHORD_SHARES = np.linspace(0.0, 1.0, 9)[1:-1]  # where an arc is looked at between its ends
 
-Curves = Callable[[FloatArray], list[ComplexArray]]
+CurvePoints = Callable[[FloatArray], list[ComplexArray]]
 """From cam angles (deg) to the points of some curves there, mm."""
 
 
-def checked_angles(angles: ArrayLike) -> FloatArray:
+def check_angles(angles: ArrayLike) -> FloatArray:
     """Cam angles as an array; BadInput for none, or for one outside 0 to 360 deg."""
     try:
         degrees = np.array(angles, dtype=float).reshape(-1)
@@ -33,7 +33,7 @@ def checked_angles(angles: ArrayLike) -> FloatArray:
     return degrees
 
 
-def in_steps(step: float) -> FloatArray:
+def angles_in_steps(step: float) -> FloatArray:
     """Cam angles (deg) from 0 to 360 in even steps; the last falls short where they do not divide the turn."""
     if not (isinstance(step, Real) and isfinite(step) and 360.0 / MOST_POINTS <= step <= 360.0):
         raise BadInput([Mistake("camopt", "step", step, f"from {360.0 / MOST_POINTS:g} to 360 deg")])
@@ -41,7 +41,7 @@ def in_steps(step: float) -> FloatArray:
     return np.append(step * np.arange(count), [step * count, 360.0] if 360.0 - step * count > 1e-9 else [360.0])
 
 
-def within_chord(chord: float, starts: FloatArray, curves: Curves) -> FloatArray:
+def angles_within_chord(chord: float, starts: FloatArray, curves: CurvePoints) -> FloatArray:
     """Cam angles (deg) from 0 to 360 in steps so small that chords deviate from no curve by more than ``chord`` mm.
 
     Arcs are halved until the curve is so near their chord at seven places between the ends. ``starts`` are angles
@@ -55,7 +55,7 @@ def within_chord(chord: float, starts: FloatArray, curves: Curves) -> FloatArray
     pending = np.ones(angles.size - 1, dtype=bool)
     while pending.any():
         ends = np.array([angles[:-1][pending], angles[1:][pending]])
-        sagitta = _sagitta(ends, curves)
+        sagitta = _largest_sagitta(ends, curves)
         wide = (sagitta > chord) & (ends[1] - ends[0] > NARROWEST_STEP)
         more = np.sqrt(sagitta[wide] / (4.0 * chord)).sum()  # each half has a quarter of the sagitta
         if angles.size + more > MOST_POINTS:
@@ -69,10 +69,10 @@ def within_chord(chord: float, starts: FloatArray, curves: Curves) -> FloatArray
     return angles
 
 
-def _sagitta(ends: FloatArray, curves: Curves) -> FloatArray:
+def _largest_sagitta(ends: FloatArray, curves: CurvePoints) -> FloatArray:
     """Largest distance of the curves from the chords of arcs, mm: (2, arcs) to (arcs,)."""
     low, high = ends
-    angles = low + (high - low) * np.concatenate([[0.0], WITHIN, [1.0]])[:, None]
+    angles = low + (high - low) * np.concatenate([[0.0], CHORD_SHARES, [1.0]])[:, None]
     furthest = np.zeros(low.size)
     for points in curves(angles.reshape(-1)):
         first, *between, last = points.reshape(angles.shape)

@@ -17,52 +17,54 @@ from OCP.TCollection import TCollection_HAsciiString
 
 from camopt.core.storage.files import whole_file
 from camopt.core.storage.version import VERSION
-from camopt.show.exporting.exported import Export, Workpiece
 from camopt.show.exporting.solid import solid_of
-from camopt.solve.contour.follow import CHORD
+from camopt.show.exporting.workpiece import Export, Workpiece
+from camopt.solve.contour.path_fitting import DEFAULT_CHORD
 
-CURVES_TWICE = "write.surfacecurve.mode"  # edges in the parameters of their surfaces as well: as many bytes again
+SURFACE_CURVE_MODE = (
+    "write.surfacecurve.mode"  # edges in the parameters of their surfaces as well: as many bytes again
+)
 EPOCH = "1970-01-01T00:00:00"
 
 
-def write(work: Workpiece, path: Path, chord: float = CHORD, curves: str = "arcs") -> Export:
+def write(work: Workpiece, path: Path, chord: float = DEFAULT_CHORD, curves: str = "arcs") -> Export:
     """Write the solid of a cam that has a thickness; walls of a groove are B-splines, whatever ``curves`` says."""
     solid, part = solid_of(work, chord, curves), work.part
-    with whole_file(path) as partial, quiet():
+    with whole_file(path) as partial, silence_output():
         writer = STEPControl_Writer()
-        Interface_Static.SetIVal_s(CURVES_TWICE, 0)
+        Interface_Static.SetIVal_s(SURFACE_CURVE_MODE, 0)
         writer.Transfer(solid.shape, STEPControl_AsIs)
         name = work.title
-        _name(writer, name, part.number or name, part.designer or "")
+        _name_product(writer, name, part.number or name, part.designer or "")
         if writer.Write(str(partial)) != IFSelect_RetDone:
             raise OSError(f"{path}: Open CASCADE could not write it")
     return Export(path, solid.curves, solid.about)
 
 
-def _name(writer: STEPControl_Writer, name: str, number: str, author: str) -> None:
+def _name_product(writer: STEPControl_Writer, name: str, number: str, author: str) -> None:
     """Name the product, and describe it in the header."""
     model = writer.Model()
     header = APIHeaderSection_MakeHeader(model)
-    header.SetName(text(name))
-    header.SetTimeStamp(text(EPOCH))
-    header.SetAuthorValue(1, text(author))
-    header.SetOrganizationValue(1, text(""))
-    header.SetOriginatingSystem(text(f"camopt {VERSION}"))
-    header.SetAuthorisation(text(""))
+    header.SetName(step_text(name))
+    header.SetTimeStamp(step_text(EPOCH))
+    header.SetAuthorValue(1, step_text(author))
+    header.SetOrganizationValue(1, step_text(""))
+    header.SetOriginatingSystem(step_text(f"camopt {VERSION}"))
+    header.SetAuthorisation(step_text(""))
     entities = (model.Value(k) for k in range(1, model.NbEntities() + 1))
     for product in (entity for entity in entities if isinstance(entity, StepBasic_Product)):
-        product.SetName(text(name))
-        product.SetId(text(number))
+        product.SetName(step_text(name))
+        product.SetId(step_text(number))
 
 
-def text(words: str) -> TCollection_HAsciiString:
+def step_text(words: str) -> TCollection_HAsciiString:
     """A text in the characters of ISO 10303-21; others are written as their Unicode numbers."""
     numbers = (f"\\X2\\{ord(c):04X}\\X0\\" if ord(c) < 0x10000 else f"\\X4\\{ord(c):08X}\\X0\\" for c in words)
     return TCollection_HAsciiString("".join(c if c.isascii() else n for c, n in zip(words, numbers, strict=True)))
 
 
 @contextmanager
-def quiet() -> Iterator[None]:
+def silence_output() -> Iterator[None]:
     """Keep Open CASCADE from writing to standard output."""
     messenger = Message.DefaultMessenger_s()
     printers = list(messenger.Printers())

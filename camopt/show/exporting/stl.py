@@ -14,50 +14,52 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
 from camopt.core.storage.files import whole_file
 from camopt.core.storage.version import VERSION
-from camopt.show.exporting.exported import Export, Workpiece
 from camopt.show.exporting.solid import solid_of
-from camopt.solve.contour.follow import CHORD, SHORTEST_CHORD, check_kind
+from camopt.show.exporting.workpiece import Export, Workpiece
+from camopt.solve.contour.path_fitting import DEFAULT_CHORD, SHORTEST_CHORD, check_path_options
 
-TITLE, HEADER = 80, 84  # bytes of the title, and before the first triangle
+TITLE_BYTES, HEADER_BYTES = 80, 84  # bytes of the title, and before the first triangle
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-SHARE = 0.9  # of the chord: what is left is for walls that are no true ones, and for rounding
+MESH_SHARE = 0.9  # of the chord: what is left is for walls that are no true ones, and for rounding
 SIZE_ANGLES = 361  # cam angles at which a cam's size is looked at
-MOST_TURN = 0.35  # rad between neighbours: of round things that are small beside the chord
+MESH_ANGLE = 0.35  # rad between neighbours: of round things that are small beside the chord
 FLOAT32_ERROR = 2.0**-24 * 2.0**0.5  # of the largest coordinate: what single precision moves a point by
 
 
-def write(work: Workpiece, path: Path, chord: float = CHORD) -> Export:
+def write(work: Workpiece, path: Path, chord: float = DEFAULT_CHORD) -> Export:
     """Write the solid of a cam that has a thickness; the deviations told include the rounding of the file."""
-    check_kind("polyline", chord)
-    aim = max(SHARE * chord - _rounded(work), SHORTEST_CHORD)
+    check_path_options("polyline", chord)
+    aim = max(MESH_SHARE * chord - _rounding_error(work), SHORTEST_CHORD)
     solid = solid_of(work, aim, "polyline")
-    BRepMesh_IncrementalMesh(solid.shape, aim, False, MOST_TURN)
+    BRepMesh_IncrementalMesh(solid.shape, aim, False, MESH_ANGLE)
     with whole_file(path) as partial:
         writer = StlAPI_Writer()
         writer.ASCIIMode = False
         if not writer.Write(solid.shape, str(partial)):
             raise OSError(f"{path}: Open CASCADE could not write it")
         with partial.open("r+b") as file:
-            file.write(f"camopt {VERSION}, lengths in mm".encode("ascii").ljust(TITLE))
+            file.write(f"camopt {VERSION}, lengths in mm".encode("ascii").ljust(TITLE_BYTES))
         triangles = read_triangles(partial)
         if not is_watertight(triangles):
             why = "larger: in single precision, that of STL, corners so near to each other are one"
             raise BadInput([Mistake("camopt", "chord", chord, why)])
     off = float(np.abs(triangles[..., :2]).max()) * FLOAT32_ERROR
     curves = {name: each._replace(deviation_mm=each.deviation_mm + off) for name, each in solid.curves.items()}
-    return Export(path, curves, solid.about | {"triangles": len(triangles), "volume_mm3": volume(triangles)})
+    return Export(
+        path, curves, solid.about | {"triangles": len(triangles), "volume_mm3": enclosed_volume(triangles)}
+    )
 
 
-def _rounded(work: Workpiece) -> float:
+def _rounding_error(work: Workpiece) -> float:
     """Estimate of how far single precision moves points of a profile, mm."""
     angles = np.linspace(0.0, 2.0 * np.pi, SIZE_ANGLES)
-    points = [curve.at(angles, curve.points) for curve in work.curves().values()]
+    points = [curve.evaluate_by_span(angles, curve.points) for curve in work.curves().values()]
     return FLOAT32_ERROR * float(np.abs(points).max())
 
 
 def read_triangles(path: Path) -> FloatArray:
     """Corners (n, 3, 3) of the triangles of a binary file, mm."""
-    return np.asarray(np.fromfile(path, dtype=TRIANGLE, offset=HEADER)["corners"], dtype=float)
+    return np.asarray(np.fromfile(path, dtype=TRIANGLE, offset=HEADER_BYTES)["corners"], dtype=float)
 
 
 def is_watertight(triangles: FloatArray) -> bool:
@@ -69,7 +71,7 @@ def is_watertight(triangles: FloatArray) -> bool:
     return bool(np.array_equal(there[0], back[0]) and np.array_equal(there[1], back[1]) and (there[1] == 1).all())
 
 
-def volume(triangles: FloatArray) -> float:
+def enclosed_volume(triangles: FloatArray) -> float:
     """Volume within closed triangles, mm³, by the divergence theorem."""
     a, b, c = triangles.swapaxes(0, 1)
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)

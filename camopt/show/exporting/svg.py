@@ -6,23 +6,23 @@ from xml.etree import ElementTree as Xml
 
 from camopt.core.storage.files import whole_file
 from camopt.core.storage.version import VERSION
-from camopt.show.exporting.exported import Export, Workpiece, told
 from camopt.show.exporting.layers import CHAIN_LINE, DASHED, THIN_LINE, VISIBLE, Layer, plan_of
-from camopt.solve.contour.follow import CHORD
+from camopt.show.exporting.workpiece import Export, Workpiece, curves_in_file
 from camopt.solve.contour.path import ArcPath, CubicPath
+from camopt.solve.contour.path_fitting import DEFAULT_CHORD
 
 VIEW_MARGIN = 5.0  # mm
-PATTERNS = {CHAIN_LINE: "8 1.5 1 1.5", DASHED: "3 1.5"}
-WIDTHS = {VISIBLE: 0.35}  # mm
-THINNER = 0.18
+LINE_PATTERNS = {CHAIN_LINE: "8 1.5 1 1.5", DASHED: "3 1.5"}
+LINE_WIDTHS = {VISIBLE: 0.35}  # mm
+THIN_WIDTH = 0.18
 LAST_DIGIT = 1e-9  # mm: the last digit of a number in the file
-INKS = {VISIBLE: "#000000", THIN_LINE: "#606060", CHAIN_LINE: "#3050a0", DASHED: "#208020"}
+LINE_COLOURS = {VISIBLE: "#000000", THIN_LINE: "#606060", CHAIN_LINE: "#3050a0", DASHED: "#208020"}
 
 
 def write(
     work: Workpiece,
     path: Path,
-    chord: float = CHORD,
+    chord: float = DEFAULT_CHORD,
     curves: str = "arcs",
     cutter_radius: float | None = None,
 ) -> Export:
@@ -42,47 +42,51 @@ def write(
     Xml.SubElement(root, "desc").text = "Scale 1:1, lengths in mm"
     plane = Xml.SubElement(root, "g", transform="scale(1 -1)", fill="none")
     for layer in plan.layers:
-        _draw(plane, layer)
+        _add_group(plane, layer)
     Xml.indent(root)
     with whole_file(path) as partial:
         Xml.ElementTree(root).write(partial, encoding="utf-8", xml_declaration=True)
-    return Export(path, told(plan.followed))
+    return Export(path, curves_in_file(plan.followed))
 
 
-def _draw(plane: Xml.Element, layer: Layer) -> None:
-    dashes = {"stroke-dasharray": PATTERNS[layer.line]} if layer.line in PATTERNS else {}
-    width = {"stroke-width": str(WIDTHS.get(layer.line, THINNER))}
-    group = Xml.SubElement(plane, "g", {"id": layer.name, "stroke": INKS[layer.line], **width, **dashes})
+def _add_group(plane: Xml.Element, layer: Layer) -> None:
+    dashes = {"stroke-dasharray": LINE_PATTERNS[layer.line]} if layer.line in LINE_PATTERNS else {}
+    width = {"stroke-width": str(LINE_WIDTHS.get(layer.line, THIN_WIDTH))}
+    group = Xml.SubElement(plane, "g", {"id": layer.name, "stroke": LINE_COLOURS[layer.line], **width, **dashes})
     for path in layer.paths:
-        Xml.SubElement(group, "path", d=_arcs(path) if isinstance(path, ArcPath) else _cubics(path))
+        Xml.SubElement(
+            group, "path", d=_arc_path_data(path) if isinstance(path, ArcPath) else _cubic_path_data(path)
+        )
     for radius, centre in layer.circles:
-        about = {"cx": _number(centre.real), "cy": _number(centre.imag)} if centre else {}
-        Xml.SubElement(group, "circle", about, r=_number(radius))
+        about = {"cx": _svg_number(centre.real), "cy": _svg_number(centre.imag)} if centre else {}
+        Xml.SubElement(group, "circle", about, r=_svg_number(radius))
     for start, end in layer.lines:
-        Xml.SubElement(group, "path", d=f"M {_point(start)} L {_point(end)}")
+        Xml.SubElement(group, "path", d=f"M {_svg_point(start)} L {_svg_point(end)}")
 
 
-def _arcs(path: ArcPath) -> str:
-    parts = [f"M {_point(path.vertices[0])}"]
+def _arc_path_data(path: ArcPath) -> str:
+    parts = [f"M {_svg_point(path.vertices[0])}"]
     radii = [1.0 / abs(k) if k else 0.0 for k in path.curvatures.tolist()]
     for end, sweep, radius in zip(path.vertices[1:].tolist(), path.sweeps.tolist(), radii, strict=True):
         flags = f"{int(abs(sweep) > pi)} {int(sweep > 0)}"
         parts.append(
-            f"A {_number(radius)} {_number(radius)} 0 {flags} {_point(end)}" if sweep else f"L {_point(end)}"
+            f"A {_svg_number(radius)} {_svg_number(radius)} 0 {flags} {_svg_point(end)}"
+            if sweep
+            else f"L {_svg_point(end)}"
         )
-    return " ".join([*parts, *(["Z"] if path.closed else [])])
+    return " ".join([*parts, *(["Z"] if path.is_closed else [])])
 
 
-def _cubics(path: CubicPath) -> str:
-    parts = [f"C {' '.join(map(_point, each[1:].tolist()))}" for each in path.controls]
+def _cubic_path_data(path: CubicPath) -> str:
+    parts = [f"C {' '.join(map(_svg_point, each[1:].tolist()))}" for each in path.controls]
     closing = ["Z"] if abs(path.controls[0, 0] - path.controls[-1, 3]) < LAST_DIGIT else []
-    return " ".join([f"M {_point(path.controls[0, 0])}", *parts, *closing])
+    return " ".join([f"M {_svg_point(path.controls[0, 0])}", *parts, *closing])
 
 
-def _number(value: float) -> str:
+def _svg_number(value: float) -> str:
     """A number in mm with picometre digits, far below any chord."""
     return f"{value:.9f}".rstrip("0").rstrip(".")
 
 
-def _point(z: complex) -> str:
-    return f"{_number(z.real)} {_number(z.imag)}"
+def _svg_point(z: complex) -> str:
+    return f"{_svg_number(z.real)} {_svg_number(z.imag)}"

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.quantities.unit_systems import shown
+from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.scene.scene import Scene
-from camopt.show.drawing.style import INK, PAGE_TITLE, SERIES, Figure, Target, canvas, dress
+from camopt.show.drawing.style import INK, PAGE_TITLE, SERIES, Figure, Target, add_grid, canvas
 from camopt.solve.front.result import Sweep
 from camopt.solve.tables.cells import axis_label, unit_of_column
 from camopt.solve.tables.designs import joined_laws
@@ -16,7 +16,7 @@ from camopt.solve.tables.designs import joined_laws
 if TYPE_CHECKING:
     import pandas as pd
 
-MOST_PANELS = 3  # all pairs of three objectives
+MOST_FRONT_PANELS = 3  # all pairs of three objectives
 MOST_LAWS = len(SERIES) - 1  # with a colour each; further laws share the last colour
 PANEL_WIDTH, PANEL_HEIGHT = 4.6, 4.4  # inches
 
@@ -24,7 +24,7 @@ PANEL_WIDTH, PANEL_HEIGHT = 4.6, 4.4  # inches
 def draw(what: "Sweep | pd.DataFrame", path: Target = None) -> "Figure":
     """Draw the Pareto front of a sweep, or a table of designs, by pairs of its objectives, with the knee."""
     rows = what.to_pandas() if isinstance(what, Sweep) else what
-    scene, pairs = _scene_of(rows), _pairs(rows)
+    scene, pairs = _scene_of(rows), _objective_pairs(rows)
     with canvas(path, (max(len(pairs), 2) * PANEL_WIDTH, PANEL_HEIGHT), layout="constrained") as figure:
         words = f" on the Pareto front of {what.designs:,}" if isinstance(what, Sweep) else ""
         title = f"{scene.name}: {len(rows):,} designs{words}"
@@ -39,7 +39,7 @@ def draw(what: "Sweep | pd.DataFrame", path: Target = None) -> "Figure":
 def draw_in(axes: Any, what: "Sweep | pd.DataFrame") -> None:
     """Draw the designs by the first two objectives that vary."""
     rows = what.to_pandas() if isinstance(what, Sweep) else what
-    _draw_pair(axes, rows, _pairs(rows)[0])
+    _draw_pair(axes, rows, _objective_pairs(rows)[0])
     axes.legend()
 
 
@@ -48,7 +48,7 @@ def _scene_of(rows: "pd.DataFrame") -> Scene:
     return Scene.embedded(rows.attrs["scene"], "table")
 
 
-def _pairs(rows: "pd.DataFrame") -> list[tuple[str, str]]:
+def _objective_pairs(rows: "pd.DataFrame") -> list[tuple[str, str]]:
     """The pairs of objectives that differ from design to design."""
     search = _scene_of(rows).search
     names = [name for name in (*search.minimise, *search.maximise) if name in rows]
@@ -56,12 +56,12 @@ def _pairs(rows: "pd.DataFrame") -> list[tuple[str, str]]:
     if len(varied) < 2:
         why = "a sweep with two objectives that vary on its Pareto front, or a table of such designs"
         raise BadInput([Mistake("camopt", "what", f"{len(rows)} designs", why)])
-    return [*combinations(varied, 2)][:MOST_PANELS]
+    return [*combinations(varied, 2)][:MOST_FRONT_PANELS]
 
 
 def _draw_pair(axes: Any, rows: "pd.DataFrame", pair: tuple[str, str]) -> None:
     """Designs by two objectives, and the knee of the front."""
-    scales = [shown(1.0, unit_of_column(name)) for name in pair]
+    scales = [to_shown_unit(1.0, unit_of_column(name)) for name in pair]
     points = rows[[*pair]].to_numpy(float) * scales
     laws = [joined_laws(*each) for each in zip(rows["law_rise"], rows["law_return"], strict=True)]
     for place, law in enumerate(dict.fromkeys(laws)):
@@ -73,4 +73,4 @@ def _draw_pair(axes: Any, rows: "pd.DataFrame", pair: tuple[str, str]) -> None:
         place_of_knee = [knee[name] * scale for name, scale in zip(pair, scales, strict=True)]
         axes.scatter(*place_of_knee, s=90, facecolor="none", edgecolor=INK, label="knee", zorder=4)
     axes.set(xlabel=axis_label(pair[0]), ylabel=axis_label(pair[1]))
-    dress(axes)
+    add_grid(axes)

@@ -7,30 +7,30 @@ from typing import Any, cast
 
 import numpy as np
 
-from camopt.core.quantities.unit_systems import shown, shown_unit
+from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
 from camopt.model.motion.stroke import RISE
-from camopt.show.drawing.labels import Label, around, settle
+from camopt.show.drawing.labels import Label, label_places, place_labels
 from camopt.show.drawing.style import (
     ALARM,
     COLOURS,
     INK,
-    LIMIT,
+    LIMIT_STYLE,
     MUTED,
     PAGE_TITLE,
-    TEXT,
+    TEXT_SIZE,
     Figure,
     Target,
+    add_grid,
     canvas,
-    dress,
 )
-from camopt.solve.synthesis.traded import Frontier
-from camopt.solve.synthesis.units import unit_of
+from camopt.solve.synthesis.frontier_result import Frontier
+from camopt.solve.synthesis.term_units import term_unit
 from camopt.solve.tables.designs import joined_laws
 
 FREE_COLOUR = COLOURS[RISE]
 LOG_RATIO = 5.0  # a ratio of values that is shown on a logarithmic scale
 AXES_MARGIN = 0.06  # of the span of the points, around them
-DISTANCES = (6.0, 10.0, 16.0)  # points: of a label from its point
+LAW_LABEL_DISTANCES = (6.0, 10.0, 16.0)  # points: of a label from its point
 LEFT_BELOW = 1.25 * pi
 UNIT_LETTERS = str.maketrans({"·": "_", "/": "_", "µ": "u"})  # units as the names of quantities write them
 AXIS_NAMES = {
@@ -48,56 +48,58 @@ AXIS_NAMES = {
 
 def draw_in(axes: Any, found: Frontier) -> None:
     """Draw a frontier: its first axis up, the second to the right, a third as colours."""
-    labels = _draw_frontier(axes, _as_shown(found))
+    labels = _draw_frontier(axes, _in_shown_units(found))
     axes.legend()
-    settle(axes.figure, labels)
+    place_labels(axes.figure, labels)
 
 
 def _draw_frontier(axes: Any, found: Frontier) -> list[Label]:
     """The frontier, the known laws, and what no motion can reach; the labels to settle."""
-    (_cloud if len(found.axes) == 3 else _curve)(axes.figure, axes, found)
-    labels = list(_known(axes, found))
-    axes.set(xlabel=_label(found, found.axes[1]), ylabel=_label(found, found.axes[0]))
-    dress(axes)
-    _frame(axes, found)
-    _excluded(axes, found)
+    (_draw_cloud if len(found.axes) == 3 else _draw_curve)(axes.figure, axes, found)
+    labels = list(_draw_known_laws(axes, found))
+    axes.set(xlabel=_axis_label(found, found.axes[1]), ylabel=_axis_label(found, found.axes[0]))
+    add_grid(axes)
+    _set_axes_limits(axes, found)
+    _draw_excluded(axes, found)
     return labels
 
 
 def draw(found: Frontier, path: Target = None) -> "Figure":
     """Draw a frontier on a figure of its own."""
-    found = _as_shown(found)
+    found = _in_shown_units(found)
     with canvas(path, (10.5, 7.0), layout="constrained") as figure:
         axes = figure.subplots()
         title = f"{found.scene.name}: the trade-off with free motion laws"
         axes.set_title(title, loc="left", fontsize=PAGE_TITLE, weight="bold")
         labels = _draw_frontier(axes, found)
         figure.legend(loc="outside lower center", ncols=2)
-        settle(figure, labels)
+        place_labels(figure, labels)
     return figure
 
 
-def _label(found: Frontier, axis: str) -> str:
+def _axis_label(found: Frontier, axis: str) -> str:
     """What an axis shows, with its unit."""
-    unit = unit_of(axis, found.scene)
+    unit = term_unit(axis, found.scene)
     words = AXIS_NAMES.get(axis) or axis.removesuffix(f"_{unit.translate(UNIT_LETTERS)}").replace("_", " ")
     return f"{words}, {shown_unit(unit)}" if unit else words
 
 
-def _as_shown(found: Frontier) -> Frontier:
+def _in_shown_units(found: Frontier) -> Frontier:
     """The frontier with the values of its axes in the units in which they are shown."""
     units = found.units
 
-    def converted(row: Mapping[str, Any]) -> Any:
+    def convert_row(row: Mapping[str, Any]) -> Any:
         known = {name: unit for name, unit in units.items() if row.get(name) is not None}
-        return {**row, **{name: shown(row[name], unit) for name, unit in known.items()}}
+        return {**row, **{name: to_shown_unit(row[name], unit) for name, unit in known.items()}}
 
-    least = {axis: tuple(end and shown(end, units[axis]) for end in ends) for axis, ends in found.least.items()}
-    rows, known = ([converted(row) for row in each] for each in (found.rows, found.known))
+    least = {
+        axis: tuple(end and to_shown_unit(end, units[axis]) for end in ends) for axis, ends in found.least.items()
+    }
+    rows, known = ([convert_row(row) for row in each] for each in (found.rows, found.known))
     return replace(found, rows=rows, known=known, least=cast("dict[str, tuple[float, float | None]]", least))
 
 
-def _curve(figure: Any, axes: Any, found: Frontier) -> None:
+def _draw_curve(figure: Any, axes: Any, found: Frontier) -> None:
     """Two axes: the front as a curve."""
     up, across = found.axes
     rows = sorted(found.rows, key=lambda row: float(row[across]))
@@ -107,18 +109,18 @@ def _curve(figure: Any, axes: Any, found: Frontier) -> None:
         color=FREE_COLOUR,
         lw=1.8,
         ms=4,
-        label=_free(found),
+        label=_free_law_words(found),
         zorder=4,
     )
 
 
-def _free(found: Frontier) -> str:
+def _free_law_words(found: Frontier) -> str:
     """The description of the new laws, by how they were found."""
     words = "free laws, proved to meet every limit"
     return f"{words}; local optima" if found.local else words
 
 
-def _excluded(axes: Any, found: Frontier) -> None:
+def _draw_excluded(axes: Any, found: Frontier) -> None:
     """The values that no motion can reach: a rectangle for each bound, and the outline of all."""
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     corners = [(min(a, right), min(b, top)) for a, b in found.excluded if a > left and b > bottom]
@@ -134,49 +136,49 @@ def _excluded(axes: Any, found: Frontier) -> None:
         *zip(*outline, strict=True),
         label="no motion within the other limits reaches the shaded region",
         zorder=3,
-        **LIMIT,
+        **LIMIT_STYLE,
     )
 
 
-def _cloud(figure: Any, axes: Any, found: Frontier) -> None:
+def _draw_cloud(figure: Any, axes: Any, found: Frontier) -> None:
     """Three axes: the front as points, the third axis as their colour."""
     up, across, third = found.axes
     x, y, z = (np.array([row[axis] for row in found.rows]) for axis in (across, up, third))
     norm = "log" if z.min() > 0.0 and z.max() > LOG_RATIO * z.min() else "linear"
-    points = axes.scatter(x, y, c=z, cmap="viridis", norm=norm, s=26, zorder=4, label=_free(found))
-    bar = figure.colorbar(points, ax=axes, label=_label(found, third), pad=0.01, format="{x:.3g}")
+    points = axes.scatter(x, y, c=z, cmap="viridis", norm=norm, s=26, zorder=4, label=_free_law_words(found))
+    bar = figure.colorbar(points, ax=axes, label=_axis_label(found, third), pad=0.01, format="{x:.3g}")
     bar.ax.yaxis.set_minor_formatter("{x:.3g}")
 
 
-def _shown(found: Frontier) -> list[dict[str, Any]]:
+def _visible_laws(found: Frontier) -> list[dict[str, Any]]:
     """The known laws that are within the picture."""
     up, across = found.axes[:2]
     return [row for row in found.known if not isinf(row[across]) and not isinf(row[up])]
 
 
-def _known(axes: Any, found: Frontier) -> list[Label]:
+def _draw_known_laws(axes: Any, found: Frontier) -> list[Label]:
     """The known laws as points, hollow if they exceed other limits; their names."""
     up, across = found.axes[:2]
     words = {True: "known laws, each on its smallest cam", False: "known laws that break another limit"}
     labels = []
     for within, label in words.items():
-        rows = [row for row in _shown(found) if row["within"] == within]
+        rows = [row for row in _visible_laws(found) if row["within"] == within]
         points = [(row[across], row[up]) for row in rows]
         if points:
             face = MUTED if within else "white"
             axes.scatter(*zip(*points, strict=True), s=34, zorder=5, label=label, facecolor=face, edgecolor=MUTED)
         for row, point in zip(rows, points, strict=True):
             laws = joined_laws(row["law_rise"], row["law_return"])
-            style = {"fontsize": TEXT, "color": INK, "zorder": 6}
-            labels.append(Label(axes, laws, point, around(DISTANCES, LEFT_BELOW), style))
+            style = {"fontsize": TEXT_SIZE, "color": INK, "zorder": 6}
+            labels.append(Label(axes, laws, point, label_places(LAW_LABEL_DISTANCES, LEFT_BELOW), style))
     return labels
 
 
-def _frame(axes: Any, found: Frontier) -> None:
+def _set_axes_limits(axes: Any, found: Frontier) -> None:
     """Limits round all points, and round the least value of any motion if it is near them."""
     up, across = found.axes[:2]
     for axis, name in ((axes.set_xlim, across), (axes.set_ylim, up)):
-        values = [float(row[name]) for row in (*found.rows, *_shown(found))]
+        values = [float(row[name]) for row in (*found.rows, *_visible_laws(found))]
         low, high = min(values), max(values)
         span = (high - low) or abs(high) or 1.0
         least = found.least[name][1]

@@ -9,34 +9,34 @@ from typing import Any
 import numpy as np
 
 from camopt.core.quantities import QUANTITIES
-from camopt.core.quantities.unit_systems import shown, shown_unit
+from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
 from camopt.model.motion.stroke import RISE
 from camopt.scene.problem.problem import resolve
-from camopt.show.drawing.diagrams import in_powers
-from camopt.show.drawing.picture import Picture, draw_circle, draw_line, fit_axes, four_digits, told
+from camopt.show.drawing.diagrams import power_of_ten
+from camopt.show.drawing.picture import Picture, draw_circle, draw_line, fit_axes, four_digits, value_with_unit
 from camopt.show.drawing.style import (
     ALARM,
     COLOURS,
-    DOT,
+    DOT_STYLE,
     FAINT,
     FILL,
     INK,
-    LIMIT,
+    LIMIT_STYLE,
     MUTED,
     PAGE_TITLE,
-    PROFILE,
+    PROFILE_WIDTH,
     REFERENCE_COLOUR,
     TITLE_SIZE,
     Figure,
     Target,
+    add_grid,
     canvas,
-    dress,
 )
-from camopt.solve.measured.fitted import Fit
-from camopt.solve.measured.reading import angle_from
+from camopt.solve.measured.fit_result import Fit
+from camopt.solve.measured.measured_points import angle_from
 
 RAW_COLOUR, FIT_COLOUR = MUTED, COLOURS[RISE]
-PLACES = ((0.09, 0.66, 0.88, 0.22), (0.09, 0.375, 0.88, 0.19), (0.09, 0.07, 0.88, 0.22))
+DIAGRAM_AREAS = ((0.09, 0.66, 0.88, 0.22), (0.09, 0.375, 0.88, 0.19), (0.09, 0.07, 0.88, 0.22))
 PAGE_SIZE, WIDE_PAGE, PROFILE_AREA = (11.0, 8.5), (17.0, 8.5), (0.67, 0.16, 0.31, 0.70)
 RANGES_SHOWN = 2.0  # times the range of the acceleration after: what is seen of that before
 BANDS_SHOWN = 1.4  # bands: where the diagram of deviations ends
@@ -48,41 +48,41 @@ def draw(result: Fit, path: Target = None) -> "Figure":
     picture = Picture(result.scene, resolve(result.scene))
     size = WIDE_PAGE if result.profile else PAGE_SIZE
     with canvas(path, size) as figure:
-        count = f"{result.points.angles.size} points, noise {told(result.noise, result.unit)}"
+        count = f"{result.points.angles.size} points, noise {value_with_unit(result.noise, result.unit)}"
         figure.text(0.03, 0.96, result.scene.name, fontsize=PAGE_TITLE, fontweight="bold")
-        about = f"{count}, band ±{told(result.band, result.unit)}"
+        about = f"{count}, band ±{value_with_unit(result.band, result.unit)}"
         figure.text(0.03, 0.935, about, fontsize=TITLE_SIZE - 1.0, color=MUTED)
         part = PAGE_SIZE[0] / size[0]
-        lift, off, acceleration = (figure.add_axes((part * x, y, part * w, h)) for x, y, w, h in PLACES)
-        _lift(lift, result, picture)
-        _deviations(off, result)
-        _acceleration(acceleration, result, picture)
+        lift, off, acceleration = (figure.add_axes((part * x, y, part * w, h)) for x, y, w, h in DIAGRAM_AREAS)
+        _draw_lift(lift, result, picture)
+        _draw_deviations(off, result)
+        _draw_acceleration(acceleration, result, picture)
         for axes in (lift, off, acceleration):
             axes.set(xlim=(0, 360), xticks=range(0, 361, 30))
-            dress(axes)
+            add_grid(axes)
         acceleration.set_xlabel("cam angle, deg")
         if result.profile:
             draw_profile(figure.add_axes(PROFILE_AREA), result, picture, FIT_COLOUR)
     return figure
 
 
-def _turn(picture: Picture, order: int) -> tuple[Any, Any]:
+def _values_over_turn(picture: Picture, order: int) -> tuple[Any, Any]:
     """Cam angles (deg) and a derivative over the turn, with gaps between pieces."""
     angles = np.concatenate([np.append(np.degrees(each), np.nan) for each in picture.pieces])
-    given = picture.problem.given
-    return angles, np.concatenate([np.append(given.at(each)[order], np.nan) for each in picture.pieces])
+    given = picture.problem.given_motion
+    return angles, np.concatenate([np.append(given.motion_at(each)[order], np.nan) for each in picture.pieces])
 
 
-def _lift(axes: Any, result: Fit, picture: Picture) -> None:
-    angles, values = _turn(picture, 0)
-    one = shown(1.0, result.unit)
+def _draw_lift(axes: Any, result: Fit, picture: Picture) -> None:
+    angles, values = _values_over_turn(picture, 0)
+    one = to_shown_unit(1.0, result.unit)
     values = values * one * (np.degrees(1.0) if picture.problem.given_turns else 1.0)
     axes.plot(angles, values, color=FIT_COLOUR, lw=1.4, label="motion")
     axes.fill_between(
         angles, values - one * result.band, values + one * result.band, color=FIT_COLOUR, alpha=0.15, lw=0
     )
     measured = angle_from(result.start, result.points.angles), one * (result.points.lifts - result.zero)
-    axes.plot(*measured, color=INK, label="points", **DOT)
+    axes.plot(*measured, color=INK, label="points", **DOT_STYLE)
     if result.outliers.rows.size:
         left_out = angle_from(result.start, result.outliers.angles)
         axes.plot(
@@ -98,15 +98,15 @@ def _lift(axes: Any, result: Fit, picture: Picture) -> None:
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
 
 
-def _deviations(axes: Any, result: Fit) -> None:
+def _draw_deviations(axes: Any, result: Fit) -> None:
     """Deviations of the points from the motion; outliers at the edge of the diagram, with their rows."""
-    one = shown(1.0, result.unit)
+    one = to_shown_unit(1.0, result.unit)
     band = one * result.band
     axes.axhline(0.0, color=FIT_COLOUR, lw=1.0)
     for side in (-band, band):
-        axes.axhline(side, **LIMIT)
+        axes.axhline(side, **LIMIT_STYLE)
     off = -one * np.array(result.deviation.at_points)
-    axes.plot(angle_from(result.start, result.points.angles), off, color=INK, **DOT)
+    axes.plot(angle_from(result.start, result.points.angles), off, color=INK, **DOT_STYLE)
     for each in result.left_out:
         side = BANDS_SHOWN * band * (1.0 if each.deviation < 0.0 else -1.0)
         angle = float(angle_from(result.start, each.angle))
@@ -117,14 +117,14 @@ def _deviations(axes: Any, result: Fit) -> None:
     axes.set_title(f"Deviation of the points, {shown_unit(result.unit)}", loc="left")
 
 
-def _acceleration(axes: Any, result: Fit, picture: Picture) -> None:
-    angles, values = _turn(picture, 2)
+def _draw_acceleration(axes: Any, result: Fit, picture: Picture) -> None:
+    angles, values = _values_over_turn(picture, 2)
     values = values * result.scale(2)
     at, before = result.differences["acceleration"]
     order = np.argsort(at)
     unit = QUANTITIES[result.quantity("acceleration")].unit
-    values, before, unit = shown(values, unit), shown(before, unit), shown_unit(unit)
-    factor, unit = in_powers([values[~np.isnan(values)]], unit)
+    values, before, unit = to_shown_unit(values, unit), to_shown_unit(before, unit), shown_unit(unit)
+    factor, unit = power_of_ten([values[~np.isnan(values)]], unit)
     low, high = float(np.nanmin(values)) * factor, float(np.nanmax(values)) * factor
     axes.plot(
         at[order], before[order] * factor, color=RAW_COLOUR, lw=0.6, alpha=0.7, label="differences of the points"
@@ -145,13 +145,13 @@ def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
     outline = np.concatenate([curve.profile[0] for curve in picture.curves])
     normals = np.concatenate([curve.normal for curve in picture.curves])
     axes.fill(outline.real, outline.imag, color=FILL, lw=0)
-    draw_line(axes, np.append(outline, outline[0]), color=colour, lw=PROFILE)
+    draw_line(axes, np.append(outline, outline[0]), color=colour, lw=PROFILE_WIDTH)
     draw_circle(
         axes, float(problem.design.size[0]), color=REFERENCE_COLOUR, lw=0.7, ls=(0, (5, 4)), label="base circle"
     )
     axes.plot([0.0], [0.0], ls="none", marker="+", ms=9.0, color=INK, mew=0.8)
     most = LARGEST_SHOWN * float(np.abs(outline).max())
-    times = _times(most / float(np.abs(result.distances).max()))
+    times = _round_factor(most / float(np.abs(result.distances).max()))
     shown = [outline]
     for rows, style in (
         (result.points.rows, {"color": INK, "label": "points"}),
@@ -162,16 +162,16 @@ def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
             foot = np.array([np.abs(outline - centre).argmin() for centre in centres])
             off = np.clip(times * profile.distances(problem, result.start, rows), -most, most)
             places = outline[foot] + off * normals[foot]
-            axes.plot(places.real, places.imag, **style, **DOT)
+            axes.plot(places.real, places.imag, **style, **DOT_STYLE)
             shown.append(places)
     fit_axes(axes, np.concatenate(shown), 0.04)
     axes.set_axis_off()
-    furthest = told(float(np.abs(result.distances).max()))
+    furthest = value_with_unit(float(np.abs(result.distances).max()))
     axes.set_title(f"Profile; points {times:g} times as far off it (at most {furthest})", loc="left")
     axes.legend(loc="upper left", bbox_to_anchor=(0.0, 0.0), ncols=3, borderaxespad=0.2)
 
 
-def _times(most: float) -> float:
+def _round_factor(most: float) -> float:
     """The largest 1, 2 or 5 times a power of ten that is not above a value."""
     power = 10.0 ** floor(log10(most))
     return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most)

@@ -4,64 +4,67 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.quantities.unit_systems import shown, shown_unit
-from camopt.model.effects.motion import scale, unit_of
+from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.model.effects.motion import motion_scale, motion_table_unit
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.problem.problem import resolve
 from camopt.scene.scene import Scene
 from camopt.show.drawing.cam import draw_disc
-from camopt.show.drawing.diagrams import draw_mark, in_powers
+from camopt.show.drawing.diagrams import draw_mark, power_of_ten
 from camopt.show.drawing.groove import draw_groove
-from camopt.show.drawing.labels import settle
-from camopt.show.drawing.panels import moves_asked
-from camopt.show.drawing.picture import Picture, told
-from camopt.show.drawing.style import COLOURS, MUTED, PAGE_TITLE, TITLE_SIZE, Figure, Target, canvas, dress
-from camopt.solve.synthesis.compare import KnownLaws, known_laws_of
-from camopt.solve.synthesis.synthesised import Synthesis
-from camopt.solve.synthesis.told import OWN_MOVES
+from camopt.show.drawing.labels import place_labels
+from camopt.show.drawing.panels import move_marks
+from camopt.show.drawing.picture import Picture, value_with_unit
+from camopt.show.drawing.style import COLOURS, MUTED, PAGE_TITLE, TITLE_SIZE, Figure, Target, add_grid, canvas
+from camopt.solve.synthesis.known_law_cams import KnownLawCams, known_laws_of
+from camopt.solve.synthesis.result_sentences import OWN_MOVES
+from camopt.solve.synthesis.synthesis_result import Synthesis
 from camopt.solve.tables.designs import joined_laws
 
 KNOWN_COLOUR, NEW_COLOUR = MUTED, COLOURS[RISE]
 CURVES = ("displacement", "velocity", "acceleration", "jerk")
 
 
-def draw(result: Synthesis, path: Target = None, known: KnownLaws | None = None) -> "Figure":
+def draw(result: Synthesis, path: Target = None, known: KnownLawCams | None = None) -> "Figure":
     """Draw the cam of free laws beside that of the best known law within the same limits, if there is one."""
     known = known or known_laws_of(result.asked)
     with canvas(path, (15.5, 9.0)) as figure:
         pictures = {
-            "best known law": None if known.best is None else _picture_of(known.rows[known.best].scene),
-            "free laws": _picture_of(result.scene),
+            "best known law": None if known.best is None else _resolved_picture(known.rows[known.best].scene),
+            "free laws": _resolved_picture(result.scene),
         }
-        if known.best is not None and known.best == known.own:
+        if known.best is not None and known.best == known.own_law:
             own = "the scene's own moves" if known.best == OWN_MOVES else "the scene's own law"
             pictures = dict(zip((own, "free laws"), pictures.values(), strict=True))
         drawn = {word: picture for word, picture in pictures.items() if picture is not None}
         figure.text(0.03, 0.955, result.asked.name, fontsize=PAGE_TITLE, fontweight="bold")
-        figure.text(0.03, 0.93, _own(known), fontsize=TITLE_SIZE - 1.0, color=MUTED)
-        _cams(figure, drawn)
-        _motions(figure, list(drawn.values()))
+        figure.text(0.03, 0.93, _own_law_note(known), fontsize=TITLE_SIZE - 1.0, color=MUTED)
+        _draw_cams(figure, drawn)
+        _draw_motions(figure, list(drawn.values()))
     return figure
 
 
-def _picture_of(scene: Scene) -> Picture:
+def _resolved_picture(scene: Scene) -> Picture:
     return Picture(scene, resolve(scene))
 
 
-def _own(known: KnownLaws) -> str:
+def _own_law_note(known: KnownLawCams) -> str:
     """A note on the scene's own law, and on whether any known law meets the limits."""
     body = known.scene.mechanism.body
     words = [] if known.best is not None else ["no known law meets all limits"]
-    if known.own is None:
+    if known.own_law is None:
         words.append("nor does the scene's own" if words else "no feasible cam with the scene's own law")
-    elif known.own != known.best:
-        row = known.rows[known.own]
+    elif known.own_law != known.best:
+        row = known.rows[known.own_law]
         beyond = "" if row["within"] else ", which breaks the limits on its motion"
-        words.append(f"the scene's own law, {known.own}: {body.size_name} {told(row[body.size_quantity])}{beyond}")
+        words.append(
+            f"the scene's own law, {known.own_law}: {body.size_name} "
+            f"{value_with_unit(row[body.size_quantity])}{beyond}"
+        )
     return "  ·  ".join(words)
 
 
-def _cams(figure: Any, pictures: dict[str, Picture]) -> None:
+def _draw_cams(figure: Any, pictures: dict[str, Picture]) -> None:
     """The cams, in axes of the same limits: discs side by side, developed grooves one above the other."""
     body = next(iter(pictures.values())).problem.setup.mechanism.body
     places = [(0.03, 0.06, 0.27, 0.80), (0.31, 0.06, 0.27, 0.80)]
@@ -80,8 +83,8 @@ def _cams(figure: Any, pictures: dict[str, Picture]) -> None:
         ax.set_position(place)
         ax.set(xlim=(limits[:, 0].min(), limits[:, 1].max()), ylim=(limits[:, 2].min(), limits[:, 3].max()))
         ax.set_aspect("equal", anchor="NW")
-        size = f"{body.size_name} {told(float(picture.problem.design.size[0]))}"
-        title = ": ".join(filter(None, (word, "" if word == "free laws" else _laws(picture))))
+        size = f"{body.size_name} {value_with_unit(float(picture.problem.design.size[0]))}"
+        title = ": ".join(filter(None, (word, "" if word == "free laws" else _picture_laws(picture))))
         ax.set_title(
             f"{title}\n{size}",
             loc="left",
@@ -91,35 +94,35 @@ def _cams(figure: Any, pictures: dict[str, Picture]) -> None:
         if not body.developed and each != lowest:  # one bar for the scale of both
             ax.lines[-1].remove()
             ax.texts[-1].remove()
-    settle(figure, labels)
+    place_labels(figure, labels)
 
 
-def _laws(picture: Picture) -> str:
+def _picture_laws(picture: Picture) -> str:
     """The laws of a picture, those of rises first."""
     programme = picture.problem.programme
     return joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
 
 
-def _motions(figure: Any, pictures: list[Picture]) -> None:
+def _draw_motions(figure: Any, pictures: list[Picture]) -> None:
     """Displacement to jerk of what is asked over the turn, the known laws grey and the free ones in colour."""
     setup = pictures[-1].problem.setup
     pens = [{"color": KNOWN_COLOUR, "lw": 1.2}, {"color": NEW_COLOUR, "lw": 1.7}][-len(pictures) :]
     for order, name in enumerate(CURVES):
         ax = figure.add_axes((0.655, 0.71 - 0.215 * order, 0.325, 0.175))
-        unit = unit_of(setup, order)
-        per, unit = shown(scale(setup, order), unit), shown_unit(unit)
-        factor, unit = in_powers([per * m[order] for picture in pictures for m in picture.tool_motion], unit)
+        unit = motion_table_unit(setup, order)
+        per, unit = to_shown_unit(motion_scale(setup, order), unit), shown_unit(unit)
+        factor, unit = power_of_ten([per * m[order] for picture in pictures for m in picture.tool_motion], unit)
         words = ["own moves", "free moves"][-len(pictures) :]
         for picture, pen, word in zip(pictures, pens, words, strict=True):
             angles = np.concatenate([*(np.append(a, np.nan) for a in picture.pieces)])
             values = np.concatenate([*(np.append(m[order] * per * factor, np.nan) for m in picture.tool_motion)])
-            ax.plot(np.degrees(angles), values, label=_laws(picture) or word, **pen)
-        for mark in moves_asked(pictures[-1], order, per):
+            ax.plot(np.degrees(angles), values, label=_picture_laws(picture) or word, **pen)
+        for mark in move_marks(pictures[-1], order, per):
             draw_mark(ax, mark, factor)
         ax.set_title(f"{name.capitalize()}, {unit}", loc="left")
         ax.set(xlim=(0, 360), xticks=range(0, 361, 60))
         ax.tick_params(labelbottom=order == 3)
-        dress(ax)
+        add_grid(ax)
         if order == 0:
             ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
     ax.set_xlabel("cam angle, deg")

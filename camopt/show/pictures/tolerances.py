@@ -9,34 +9,41 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camopt.core.quantities import QUANTITIES
-from camopt.core.quantities.unit_systems import shown, shown_unit
-from camopt.model.effects.answers import ORDERS
-from camopt.model.effects.motion import scale
+from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.model.effects.error_response import RESPONSE_ORDERS
+from camopt.model.effects.motion import motion_scale
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.drawing.style import (
     ALARM,
     INK,
-    LIMIT,
+    LIMIT_STYLE,
     MUTED,
-    ON_WHITE,
     PAGE_TITLE,
     SERIES,
+    WHITE_BACKGROUND,
     Figure,
     Target,
+    add_grid,
     canvas,
-    dress,
 )
-from camopt.solve.tables.cells import number, suffix_of
-from camopt.solve.tolerances.errors import off_of
+from camopt.solve.tables.cells import number_text, suffix_of
+from camopt.solve.tolerances.errors import errors_at_places
 from camopt.solve.tolerances.real_cam import RealCam
-from camopt.solve.tolerances.turn import BAND, NAMES, TurnErrors, band_ends, worst, worst_ends
+from camopt.solve.tolerances.turn_errors import (
+    BAND_NAME,
+    MOTION_NAMES,
+    TurnErrors,
+    root_sum_square_range,
+    worst_case_magnitude,
+    worst_case_range,
+)
 
 if TYPE_CHECKING:
     from camopt.solve.tolerances.batch import Batch
     from camopt.solve.tolerances.tolerance import MotionError, MotionErrors
 
 LIGHT, DARK = "#d9e6f2", "#9fc0dd"
-PLACES = 1441
+ERROR_ANGLES = 1441
 """On the worst cam, where its error is drawn."""
 
 
@@ -51,12 +58,12 @@ def _draw_errors(what: "MotionErrors", path: Target = None) -> "Figure":
     with canvas(path, (12.5, 9.0), layout="constrained") as figure:
         title = f"{what.scene.name}: errors of the motion by its tolerances"
         figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
-        panels = figure.subplots(ORDERS, 2, width_ratios=[2.2, 1.0])
+        panels = figure.subplots(RESPONSE_ORDERS, 2, width_ratios=[2.2, 1.0])
         keys = sorted(what.errors[0].shares, key=what.errors[0].shares.__getitem__)
         for order, error in enumerate(what.errors):
-            _over_turn(panels[order, 0], turn, order, error)
-            _worst_cam(panels[order, 0], turn, order, what)
-            _tornado(panels[order, 1], keys, error)
+            _draw_error_range(panels[order, 0], turn, order, error)
+            _draw_worst_cam(panels[order, 0], turn, order, what)
+            _draw_contributions(panels[order, 1], keys, error)
         panels[-1, 0].set_xlabel("cam angle, deg")
         handles, labels = panels[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower left", ncols=4)
@@ -66,62 +73,65 @@ def _draw_errors(what: "MotionErrors", path: Target = None) -> "Figure":
 def draw_in(axes: Any, what: "MotionErrors") -> None:
     """Draw the error of displacement over the turn."""
     turn = TurnErrors(what.scene, resolve_design(what.scene))
-    _over_turn(axes, turn, 0, what.errors[0])
-    _worst_cam(axes, turn, 0, what)
+    _draw_error_range(axes, turn, 0, what.errors[0])
+    _draw_worst_cam(axes, turn, 0, what)
     axes.set_xlabel("cam angle, deg")
     axes.legend()
 
 
-def _over_turn(axes: Any, turn: TurnErrors, order: int, error: "MotionError") -> None:
+def _draw_error_range(axes: Any, turn: TurnErrors, order: int, error: "MotionError") -> None:
     """The range of an error at each cam angle."""
-    angles, unit = np.degrees(turn.nodes), shown(scale(turn.problem.setup, order), error.unit)
-    axes.set_title(f"{NAMES[order].capitalize()} error, {shown_unit(error.unit)}", loc="left")
+    angles, unit = np.degrees(turn.nodes), to_shown_unit(motion_scale(turn.problem.setup, order), error.unit)
+    axes.set_title(f"{MOTION_NAMES[order].capitalize()} error, {shown_unit(error.unit)}", loc="left")
     axes.set(xlim=(0.0, 360.0), xticks=np.arange(0, 361, 60))
-    bounded = bool(np.isfinite(worst(turn.sampled, order)).all())
-    if not turn.sampled:
+    bounded = bool(np.isfinite(worst_case_magnitude(turn.node_contributions, order)).all())
+    if not turn.node_contributions:
         axes.text(0.5, 0.5, "no tolerance moves the tool", transform=axes.transAxes, ha="center", color=MUTED)
     elif bounded:
         bands = (
-            (worst_ends(turn.sampled, order), LIGHT, "worst case"),
-            (band_ends(turn.sampled, order), DARK, BAND),
+            (worst_case_range(turn.node_contributions, order), LIGHT, "worst case"),
+            (root_sum_square_range(turn.node_contributions, order), DARK, BAND_NAME),
         )
         for ends, colour, label in sorted(bands, key=lambda band: -band[0].magnitude.max()):  # the wider behind
             axes.fill_between(angles, unit * ends.lower, unit * ends.upper, color=colour, lw=0, label=label)
         if error.at_deg is not None:
             axes.axvline(error.at_deg, color=MUTED, lw=0.8, ls=":", label="where the worst case is largest")
     if np.isinf(error.worst) and bounded:
-        where = f"between jumps; infinite at {turn.impulses_said(order)}"
+        where = f"between jumps; infinite at {turn.impulse_angles_text(order)}"
         axes.set_title(where, loc="right", color=MUTED, fontsize="small", fontweight="normal")
     elif np.isinf(error.worst):
-        keys = [key for key, at in turn.unbounded(order).items() if at is None]
+        keys = [key for key, at in turn.unbounded_tolerances(order).items() if at is None]
         waves = "the profile's error may have any slope:\ntolerances.waves is not given"
         said = waves if "profile" in keys else f"no bound: {', '.join(keys)}"
         axes.text(0.5, 0.5, said, transform=axes.transAxes, ha="center", va="center", color=MUTED)
     if not bounded:
         axes.set_yticks([])
-    dress(axes)
+    add_grid(axes)
 
 
-def _worst_cam(axes: Any, turn: TurnErrors, order: int, what: "MotionErrors") -> None:
+def _draw_worst_cam(axes: Any, turn: TurnErrors, order: int, what: "MotionErrors") -> None:
     """The error of the cam whose displacement is the furthest off, by exact contact."""
-    if turn.problem.setup.mechanism.further and turn.problem.setup.train is not None:
+    if turn.problem.setup.mechanism.further_contacts and turn.problem.setup.train is not None:
         return  # what both contacts do is known of the follower alone
-    places = np.union1d(turn.nodes, np.linspace(0.0, turn.nodes[-1], PLACES))
-    off = off_of(what.worst_case.errors, places.size)
-    cams, unit = RealCam(turn.problem, 0), shown(scale(turn.problem.setup, order), what.errors[order].unit)
+    places = np.union1d(turn.nodes, np.linspace(0.0, turn.nodes[-1], ERROR_ANGLES))
+    off = errors_at_places(what.worst_case.errors, places.size)
+    cams, unit = (
+        RealCam(turn.problem, 0),
+        to_shown_unit(motion_scale(turn.problem.setup, order), what.errors[order].unit),
+    )
     with np.errstate(all="ignore"):
-        angles = cams.within(cams.angle(off, places))
-        values = unit * cams.errors(off, places, order)
-    if not np.isfinite(worst(turn.sampled, order)).all():
+        angles = cams.angles_in_turn(cams.contact_angles(off, places))
+        values = unit * cams.motion_errors(off, places, order)
+    if not np.isfinite(worst_case_magnitude(turn.node_contributions, order)).all():
         return
     ends, first = axes.get_ylim(), np.argsort(angles, kind="stable")
     axes.plot(np.degrees(angles[first]), values[first], color=ALARM, lw=1.0, label="the worst cam of displacement")
     axes.set_ylim(ends)
 
 
-def _tornado(axes: Any, keys: list[str], error: "MotionError") -> None:
+def _draw_contributions(axes: Any, keys: list[str], error: "MotionError") -> None:
     """What each tolerance contributes to the worst case, from below, in the order of all panels."""
-    values = shown(np.array([error.shares[key] for key in keys]), error.unit)
+    values = to_shown_unit(np.array([error.shares[key] for key in keys]), error.unit)
     axes.set_title(
         f"Worst case, {shown_unit(error.unit)}" if np.isfinite(error.worst) else "Worst case: infinite", loc="left"
     )
@@ -138,14 +148,14 @@ def _tornado(axes: Any, keys: list[str], error: "MotionError") -> None:
         axes.set_xticks([])
         for place, value in enumerate(values):
             axes.text(0.02, place, "∞" if np.isinf(value) else f"{value:.3g}", va="center")
-    dress(axes)
+    add_grid(axes)
 
 
-BINS, ACROSS = 60, 3
-BEYOND = 0.0005
+HISTOGRAM_BINS, HISTOGRAM_COLUMNS = 60, 3
+TAIL_SHARE = 0.0005
 """The share of the cams on either side that are beyond a histogram's range, in its outermost bins."""
-NEARLY_ALL = 0.9973
-SAME = 1e-9
+THREE_SIGMA_SHARE = 0.9973
+EQUAL_VALUES = 1e-9
 """Relative: numbers that differ by less are the same."""
 
 
@@ -153,14 +163,14 @@ def _draw_batch(what: "Batch", path: Target = None) -> "Figure":
     """Draw a histogram of each error of the motion, and of the quantity of each limit, with what is allowed."""
     columns = [(name, each) for name, each in what.samples.items() if "_off_" not in name]
     bounds = what.bounds
-    rows = ceil(len(columns) / ACROSS)
+    rows = ceil(len(columns) / HISTOGRAM_COLUMNS)
     with canvas(path, (12.5, 1.0 + 2.4 * rows), layout="constrained") as figure:
         title = f"{what.scene.name}: {what.cams:,} cams drawn by the tolerances, {what.outside:,} of them outside"
         figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
-        panels = figure.subplots(rows, ACROSS, squeeze=False).ravel()
+        panels = figure.subplots(rows, HISTOGRAM_COLUMNS, squeeze=False).ravel()
         for axes, (name, column) in zip(panels, columns, strict=False):
-            _histogram(axes, name, column, bounds.get(name))
-        for axes in panels[: len(columns) : ACROSS]:
+            _draw_histogram(axes, name, column, bounds.get(name))
+        for axes in panels[: len(columns) : HISTOGRAM_COLUMNS]:
             axes.set_ylabel("cams")
         for axes in panels[len(columns) :]:
             axes.set_axis_off()
@@ -170,37 +180,39 @@ def _draw_batch(what: "Batch", path: Target = None) -> "Figure":
     return figure
 
 
-def _histogram(axes: Any, name: str, column: Any, bound: float | None) -> None:
+def _draw_histogram(axes: Any, name: str, column: Any, bound: float | None) -> None:
     """The cams by one of their numbers."""
-    values = shown(column.values[np.isfinite(column.values)], column.unit)
+    values = to_shown_unit(column.values[np.isfinite(column.values)], column.unit)
     words = name.removesuffix(suffix_of(column.unit)).replace("_", " ").capitalize()
     axes.set_title(f"{words}, {shown_unit(column.unit)}", loc="left")
-    low, high = np.quantile(values, [BEYOND, 1.0 - BEYOND]) if values.size else (0.0, 0.0)
-    if high - low <= SAME * max(abs(low), abs(high), SAME):
-        what = f"{number(float(high))} for all" if values.size else "none is put together"
+    low, high = np.quantile(values, [TAIL_SHARE, 1.0 - TAIL_SHARE]) if values.size else (0.0, 0.0)
+    if high - low <= EQUAL_VALUES * max(abs(low), abs(high), EQUAL_VALUES):
+        what = f"{number_text(float(high))} for all" if values.size else "none is put together"
         axes.text(0.5, 0.5, what, transform=axes.transAxes, ha="center", va="center", color=MUTED)
         axes.set(xticks=[], yticks=[])
     else:
-        axes.hist(np.clip(values, low, high), BINS, range=(low, high), color=SERIES[0], zorder=3)
+        axes.hist(np.clip(values, low, high), HISTOGRAM_BINS, range=(low, high), color=SERIES[0], zorder=3)
         least = name in QUANTITIES and QUANTITIES[name].side < 0.0
-        share, label = (1.0 - NEARLY_ALL, "99.73 % are above") if least else (NEARLY_ALL, "99.73 % are below")
+        share, label = (
+            (1.0 - THREE_SIGMA_SHARE, "99.73 % are above") if least else (THREE_SIGMA_SHARE, "99.73 % are below")
+        )
         median, nearly_all = np.quantile(values, [0.5, share])
         axes.axvline(median, color=INK, lw=1.0, label="half of the cams", zorder=4)
         axes.axvline(nearly_all, color=MUTED, lw=1.0, ls=":", label=label, zorder=4)
         axes.locator_params(axis="y", nbins=4, integer=True)
     if bound is not None:
-        _limit(axes, shown(bound, column.unit), low, high)
+        _draw_limit(axes, to_shown_unit(bound, column.unit), low, high)
     axes.locator_params(axis="x", nbins=5)
-    dress(axes)
+    add_grid(axes)
 
 
-def _limit(axes: Any, bound: float, low: float, high: float) -> None:
+def _draw_limit(axes: Any, bound: float, low: float, high: float) -> None:
     """A limit: a line where it is near the cams, else in words."""
     if low - (high - low) < bound < high + (high - low):
-        axes.axvline(bound, **LIMIT, label="limit", zorder=5)
+        axes.axvline(bound, **LIMIT_STYLE, label="limit", zorder=5)
     else:
-        said = number(float(bound))
+        said = number_text(float(bound))
         place, side, words = (
             (0.02, "left", f"← limit {said}") if bound < low else (0.98, "right", f"limit {said} →")
         )
-        axes.text(place, 0.95, words, transform=axes.transAxes, ha=side, va="top", color=ALARM, **ON_WHITE)
+        axes.text(place, 0.95, words, transform=axes.transAxes, ha=side, va="top", color=ALARM, **WHITE_BACKGROUND)

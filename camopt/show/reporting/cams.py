@@ -8,15 +8,15 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 from camopt.core.mistakes import BadInput
-from camopt.core.quantities.unit_systems import shown, shown_unit
-from camopt.scene.oddities import no_wall
+from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
 from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
+from camopt.scene.unusual_values import no_wall
 from camopt.show.drawing.figures import results_in_words, sizes_in_words
 from camopt.show.drawing.picture import Picture
 from camopt.show.exporting.export import export
-from camopt.show.reporting.cam import cam_of
-from camopt.show.reporting.page import data_url, rendered
+from camopt.show.reporting.cam_data import cam_data
+from camopt.show.reporting.page import data_url, render_page
 from camopt.show.reporting.sections import (
     effects_sheet,
     given_sheet,
@@ -26,7 +26,7 @@ from camopt.show.reporting.sections import (
     train_sheets,
     verdict_line,
 )
-from camopt.show.reporting.tolerances import CAMS, has_tolerances, picture_of
+from camopt.show.reporting.tolerances import YIELD_CAMS, errors_image, has_tolerances
 from camopt.solve.tables.result import Cell, Result, Table
 from camopt.solve.tolerances.batch import sample_cams
 from camopt.solve.tolerances.tolerance import tolerance
@@ -41,7 +41,7 @@ class ShownCam:
 
     label: str
     scene: Scene
-    told: str = ""
+    summary: str = ""
     result: Result | None = None
     """A result whose tables and sentences have a chapter of their own."""
 
@@ -69,9 +69,9 @@ def cams_page(cams: Sequence[ShownCam], title: str = "", told: Sequence[str] = (
     limits = [limits_sheet(each, problem) for each, problem in zip(found, problems, strict=True)]
     several = len(cams) > 1
     pictures = [Picture(shown.scene, problem) for shown, problem in zip(cams, problems, strict=True)]
-    words = [words_of(picture) for picture in pictures]
+    words = [cam_sentences(picture) for picture in pictures]
     head = [*([] if several else words[0]), *told]
-    lines = [*_verdicts(cams, limits, labels), *_warnings(found, labels), *(Cell(text) for text in head)]
+    lines = [*_verdict_cells(cams, limits, labels), *_warning_cells(found, labels), *(Cell(text) for text in head)]
     if any(picture.undercut for picture in pictures):
         lines.append(Cell(UNDERCUT_NOTE))
     titled = [replace(s, title=f"{label}: limits") for label, s in zip(labels, limits, strict=True)]
@@ -79,11 +79,11 @@ def cams_page(cams: Sequence[ShownCam], title: str = "", told: Sequence[str] = (
         Chapter("Quantities", [quantities_sheet(found, problems, labels if several else ["value"])], open=several),
         *(each for shown, p in zip(cams, problems, strict=True) for each in chapters_of(shown, p, several=several)),
     ]
-    files, why = _files(cams, several)
-    return rendered(
+    files, why = _page_files(cams, several)
+    return render_page(
         "cams",
         title or cams[0].scene.name,
-        {"cams": [cam_of(picture) for picture in pictures], "labels": labels, "words": words},
+        {"cams": [cam_data(picture) for picture in pictures], "labels": labels, "words": words},
         lines=[*lines, *([Cell(f"No files for machines: the cam {why}.", "alarm")] if why else [])],
         tables=titled if several else limits,
         sections=sections,
@@ -95,14 +95,14 @@ def cams_page(cams: Sequence[ShownCam], title: str = "", told: Sequence[str] = (
 UNDERCUT_NOTE = "The follower is drawn on the profile in theory; what is thin of it is cut away."
 
 
-def _verdicts(cams: Sequence[ShownCam], limits: list[Table], labels: list[str]) -> list[Cell]:
+def _verdict_cells(cams: Sequence[ShownCam], limits: list[Table], labels: list[str]) -> list[Cell]:
     lines = [verdict_line(sheet, shown.scene) for shown, sheet in zip(cams, limits, strict=True)]
     if len(lines) == 1:
         return lines
     return [Cell(f"{label} — {line.text}", line.kind) for label, line in zip(labels, lines, strict=True)]
 
 
-def _warnings(found: Sequence[Evaluation], labels: list[str]) -> list[Cell]:
+def _warning_cells(found: Sequence[Evaluation], labels: list[str]) -> list[Cell]:
     """What to know of cams unasked; of several with the name of each."""
     told = [(label, text) for label, each in zip(labels, found, strict=True) for text in each.warnings]
     return [
@@ -111,7 +111,7 @@ def _warnings(found: Sequence[Evaluation], labels: list[str]) -> list[Cell]:
     ]
 
 
-def words_of(picture: Picture) -> list[str]:
+def cam_sentences(picture: Picture) -> list[str]:
     """The sizes and the first results of a cam, and if it has no wall about its bore."""
     thin = [f"{each[0].upper()}{each[1:]}." for each in no_wall(picture.scene)]
     return [sizes_in_words(picture), *([results_in_words(picture)] if picture.exists else []), *thin]
@@ -123,41 +123,41 @@ def chapters_of(
     """What a scene gives, what it calls for, and what its tolerances do, with a picture if wanted."""
     prefix = f"{shown.label}: " if several else ""
     return [
-        *_of_result(shown.result, prefix),
+        *_result_chapters(shown.result, prefix),
         Chapter(
-            _titled(prefix, "Sizes, materials and motion"),
+            _prefixed_title(prefix, "Sizes, materials and motion"),
             [given_sheet(shown.scene), motion_sheet(shown.scene), *train_sheets(shown.scene)],
         ),
-        Chapter(_titled(prefix, "Effects"), [effects_sheet(problem)]),
-        *_of_tolerances(shown.scene, problem, prefix, pictures),
-        Chapter(_titled(prefix, "Scene (TOML)"), text=shown.scene.to_toml()),
+        Chapter(_prefixed_title(prefix, "Effects"), [effects_sheet(problem)]),
+        *_tolerance_chapters(shown.scene, problem, prefix, pictures),
+        Chapter(_prefixed_title(prefix, "Scene (TOML)"), text=shown.scene.to_toml()),
     ]
 
 
-def _of_result(result: Result | None, prefix: str) -> list[Chapter]:
+def _result_chapters(result: Result | None, prefix: str) -> list[Chapter]:
     """The tables of a result, and its sentences below them."""
     if result is None:
         return []
     sentences = [each for each in result.sections() if isinstance(each, str) and each]
-    tables = [*result.tables(), Table.of("In words", [""], [[each] for each in sentences])]
-    return [Chapter(_titled(prefix, "Result"), tables if sentences else tables[:-1], open=True)]
+    tables = [*result.tables(), Table.from_texts("In words", [""], [[each] for each in sentences])]
+    return [Chapter(_prefixed_title(prefix, "Result"), tables if sentences else tables[:-1], open=True)]
 
 
-def _of_tolerances(scene: Scene, problem: Problem, prefix: str, pictures: bool) -> list[Chapter]:
+def _tolerance_chapters(scene: Scene, problem: Problem, prefix: str, pictures: bool) -> list[Chapter]:
     """How far the motion of a real cam may be off, and what is left of limits; nothing of a scene without them."""
     if not has_tolerances(scene, problem):
         return []
     found = tolerance(scene)
-    picture = picture_of(found) if pictures and found.errors else ""
-    tables = [*found.tables(), *sample_cams(scene, CAMS).tables()]
-    return [Chapter(_titled(prefix, "Tolerances"), tables, picture=picture)]
+    picture = errors_image(found) if pictures and found.errors else ""
+    tables = [*found.tables(), *sample_cams(scene, YIELD_CAMS).tables()]
+    return [Chapter(_prefixed_title(prefix, "Tolerances"), tables, picture=picture)]
 
 
-def _titled(prefix: str, title: str) -> str:
+def _prefixed_title(prefix: str, title: str) -> str:
     return f"{prefix}{title[0].lower()}{title[1:]}" if prefix else title
 
 
-def _files(cams: Sequence[ShownCam], several: bool) -> tuple[list[Any], str]:
+def _page_files(cams: Sequence[ShownCam], several: bool) -> tuple[list[Any], str]:
     files, reasons = [], []
     for place, cam in enumerate(cams, start=1):
         stem = re.sub(r"[^\w-]+", "-", cam.scene.name).strip("-")[:40] or "cam"
@@ -187,6 +187,6 @@ def downloads_of(scene: Scene, stem: str) -> tuple[list[Download], str]:
                 why = "; ".join(mistake.allowed for mistake in refused.mistakes)
                 continue
             unit, of = shown_unit("mm"), written.curves.items()
-            within = [f"{name} within {shown(c.deviation_mm, 'mm'):.2g} {unit} (proved)" for name, c in of]
+            within = [f"{name} within {to_shown_unit(c.deviation_mm, 'mm'):.2g} {unit} (proved)" for name, c in of]
             found.append(Download(path.name, data_url(path.read_bytes(), kind), "; ".join(within)))
     return found, why

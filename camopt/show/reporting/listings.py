@@ -8,15 +8,17 @@ from typing import Any
 from camopt.core.quantities.limit_keys import LIMIT_KEYS
 from camopt.model.motion import LAWS
 from camopt.model.motion.aliases import ALIASES
-from camopt.model.motion.law import joined_by
-from camopt.model.motion.programme import PEAKS, law_peaks, peaks_inside
-from camopt.scene.keys import KeyInWords, found_keys
-from camopt.scene.places import table_heading
-from camopt.scene.schema import TABLES
+from camopt.model.motion.law import motion_task
+from camopt.model.motion.programme import LAW_PEAKS, law_peaks, peaks_inside
+from camopt.scene.keys import KeyDescription, find_keys
+from camopt.scene.schema import SCENE_TABLES
 from camopt.scene.sources import shipped_scenes, shipped_toml
+from camopt.scene.table_places import table_heading
 from camopt.solve.tables.result import ABOUT, Cell, Listing, Table, table_of
 
-SCALED = "By the cam angle, a stroke of lift h over an angle β (rad) has these peaks times h/β, h/β² and h/β³."
+LAW_SCALING_NOTE = (
+    "By the cam angle, a stroke of lift h over an angle β (rad) has these peaks times h/β, h/β² and h/β³."
+)
 
 
 def list_laws() -> Listing:
@@ -25,7 +27,7 @@ def list_laws() -> Listing:
         {
             "law": name,
             "title": law.TITLE,
-            "joins": joined_by(law),
+            "joins": motion_task(law),
             **law_peaks(law),
             **{f"{peak}_inside": value for peak, value in peaks_inside(law).items()},
             "source": law.SOURCE,
@@ -33,12 +35,14 @@ def list_laws() -> Listing:
         }
         for name, law in LAWS.items()
     ]
-    names = ["law", "title", "joins", *PEAKS, "jumps"]
+    names = ["law", "title", "joins", *LAW_PEAKS, "jumps"]
     title = "Motion laws between dwells (stroke 1, angle 1); they join rest R, constant velocity G, reversal U"
-    jumping = [{**each, **{peak: each[f"{peak}_inside"] for peak in PEAKS}} for each in records if each["jumps"]]
+    jumping = [
+        {**each, **{peak: each[f"{peak}_inside"] for peak in LAW_PEAKS}} for each in records if each["jumps"]
+    ]
     other = [{"law": name, "other names": ", ".join(aliases)} for name, aliases in ALIASES.items()]
     parts = (
-        replace(table_of(title, records, names), note=SCALED),
+        replace(table_of(title, records, names), note=LAW_SCALING_NOTE),
         table_of("Inside the stroke, of those with a jump beside a dwell", jumping, names[:-1]),
         table_of("Other names that scenes may use", other, ["law", "other names"]),
     )
@@ -51,20 +55,20 @@ KEY_HEADS: list[Cell | str] = ["key", "unit", "allowed", "if not given", Cell("w
 
 def list_keys(name: str | None) -> Listing:
     """The keys of a table or of all, table by table."""
-    keys = found_keys(name)
+    keys = find_keys(name)
     return Listing(keys, tuple(_key_table(table, [*each]) for table, each in groupby(keys, lambda key: key.table)))
 
 
-def _key_table(table: str, keys: list[KeyInWords]) -> Table:
+def _key_table(table: str, keys: list[KeyDescription]) -> Table:
     """The keys of one table; of many limits those with short keys, and a note on the others."""
-    what = (TABLES[table].__doc__ or "").split("\n")[0]
+    what = (SCENE_TABLES[table].__doc__ or "").split("\n")[0]
     short = [key for key in keys if key.key.removeprefix("limits.") in LIMIT_KEYS]
     some = short if table == "limits" and len(short) > 1 else keys
     title = f"{table_heading(table)}  {what}" if table else "At the top"
-    return Table.of(title, KEY_HEADS, map(_key_row, some), "" if some is keys else ANY_QUANTITY)
+    return Table.from_texts(title, KEY_HEADS, map(_key_row, some), "" if some is keys else ANY_QUANTITY)
 
 
-def _key_row(key: KeyInWords) -> list[Cell | str]:
+def _key_row(key: KeyDescription) -> list[Cell | str]:
     """A key as a row."""
     default = "needed" if key.needed else str(key.default).lower() if isinstance(key.default, bool) else key.default
     return [key.key, key.unit, key.allowed, "" if default is None else str(default), Cell(key.sentence, ABOUT)]

@@ -16,7 +16,7 @@ from camopt.solve.smallest.optimise import optimise
 TIME_LIMIT = 60.0
 
 
-def found_by(scene: Scene, seconds: float = TIME_LIMIT) -> dict[str, Any]:
+def find_smallest_cam(scene: Scene, seconds: float = TIME_LIMIT) -> dict[str, Any]:
     """The scene of the smallest cam and a sentence about it; or why there is none, as ``why``."""
     try:
         result = optimise(scene, seconds=seconds)
@@ -32,29 +32,29 @@ def found_by(scene: Scene, seconds: float = TIME_LIMIT) -> dict[str, Any]:
     return {"scene": best.scene.to_dict(), "told": f"The smallest cam: {proof}{held}."}
 
 
-def end_with_parent() -> None:
+def exit_with_parent() -> None:
     """Have this process end when the one that started it does, however that ends."""
     parent = parent_process()
     assert parent is not None
 
-    def wait() -> None:
+    def wait_for_parent() -> None:
         parent.join()
         os._exit(1)
 
-    Thread(target=wait, daemon=True).start()
+    Thread(target=wait_for_parent, daemon=True).start()
 
 
-def _work(tables: Mapping[str, Any], file: str, out: Connection) -> None:
+def _run_search(tables: Mapping[str, Any], file: str, out: Connection) -> None:
     """What the process does. An interrupt of the terminal is for the server, which ends it."""
-    end_with_parent()
+    exit_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        out.send(found_by(Scene.from_dict(dict(tables), file)))
+        out.send(find_smallest_cam(Scene.from_dict(dict(tables), file)))
     except Exception as fault:
         out.send({"why": f"the search failed: {type(fault).__name__}: {fault}"})
 
 
-class Background:
+class BackgroundSearch:
     """At most one search at a time."""
 
     def __init__(self) -> None:
@@ -62,7 +62,7 @@ class Background:
         self.process: BaseProcess | None = None
 
     def run(self, scene: Scene) -> dict[str, Any]:
-        """What ``found_by`` finds, in time; ``why`` if it is called off.
+        """What ``find_smallest_cam`` finds, in time; ``why`` if it is called off.
 
         Raises
         ------
@@ -74,7 +74,7 @@ class Background:
             if self.process is not None:
                 raise BadInput([Mistake("page", "smallest", None, "another search is under way", bare=True)])
             ours, theirs = context.Pipe(duplex=False)
-            process = context.Process(target=_work, args=(scene.to_dict(), scene.file, theirs), daemon=True)
+            process = context.Process(target=_run_search, args=(scene.to_dict(), scene.file, theirs), daemon=True)
             process.start()
             theirs.close()
             self.process = process

@@ -24,14 +24,14 @@ from camopt.core.kernels.compile_rule import compile_never
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.show.reporting.session import ASKED, Session, answer_to
-from camopt.solve.smallest.sized import sized
+from camopt.show.reporting.session import REQUESTS, Session, answer_request
+from camopt.solve.smallest.complete_scene import with_all_sizes
 
 HOST = "127.0.0.1"
 MOST_BYTES = 1 << 16  # of a question
 SILENT_SECONDS = 60.0  # seconds after which a silent connection ends
-MOST_STRANGERS = 32  # connections that have not shown the token; a browser opens six at once
-HEADERS = {
+MOST_UNKNOWN_CONNECTIONS = 32  # connections that have not shown the token; a browser opens six at once
+RESPONSE_HEADERS = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": "frame-ancestors 'none'",
     "Cross-Origin-Opener-Policy": "same-origin",
@@ -39,11 +39,11 @@ HEADERS = {
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",
 }
-JSON, HTML = "application/json", "text/html; charset=utf-8"
+JSON_TYPE, HTML_TYPE = "application/json", "text/html; charset=utf-8"
 """The kinds of answers."""
 
 
-class Refused(Exception):
+class RequestRefused(Exception):
     """A request that is not answered: the status, and no word why."""
 
 
@@ -52,7 +52,7 @@ class Server(ThreadingHTTPServer):
 
     daemon_threads = True
     allow_reuse_address = os.name == "posix"  # elsewhere it would let another program listen too
-    request_queue_size = MOST_STRANGERS
+    request_queue_size = MOST_UNKNOWN_CONNECTIONS
 
     def __init__(self, session: Session, port: int = 0, told: Callable[[str], None] = print) -> None:
         self.session, self.told = session, told
@@ -60,7 +60,7 @@ class Server(ThreadingHTTPServer):
         self.lock = Lock()
         self.strangers: dict[Any, None] = {}
         try:
-            super().__init__((HOST, port), Handler)
+            super().__init__((HOST, port), RequestHandler)
         except OSError as trouble:
             raise OSError(trouble.errno or 0, trouble.strerror or str(trouble), f"{HOST}:{port}") from None
 
@@ -78,10 +78,10 @@ class Server(ThreadingHTTPServer):
         """An address that works once: what starts a browser can be read by others on this machine."""
         return f"{self.origin}/{self.ticket}"
 
-    def takes_ticket(self, given: str) -> bool:
+    def redeem_ticket(self, given: str) -> bool:
         """Whether it is the ticket, which is then gone."""
         with self.lock:
-            taken = bool(self.ticket) and same(given, self.ticket)
+            taken = bool(self.ticket) and secrets_match(given, self.ticket)
             self.ticket = "" if taken else self.ticket
         return taken
 
@@ -89,20 +89,20 @@ class Server(ThreadingHTTPServer):
         """Answer a connection in a thread of its own; of too many strangers the oldest goes."""
         with self.lock:
             self.strangers[request] = None
-            oldest = next(iter(self.strangers)) if len(self.strangers) > MOST_STRANGERS else None
+            oldest = next(iter(self.strangers)) if len(self.strangers) > MOST_UNKNOWN_CONNECTIONS else None
             if oldest:
                 del self.strangers[oldest]
                 with suppress(OSError):
                     oldest.shutdown(SHUT_RDWR)  # its thread reads the end, and closes it
         super().process_request(request, client_address)
 
-    def knows(self, request: Any) -> None:
+    def trust_connection(self, request: Any) -> None:
         """A connection is no stranger any more."""
         with self.lock:
             self.strangers.pop(request, None)
 
     def shutdown_request(self, request: Any) -> None:
-        self.knows(request)
+        self.trust_connection(request)
         super().shutdown_request(request)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
@@ -113,7 +113,7 @@ class Server(ThreadingHTTPServer):
         super().server_close()
 
 
-def serving(scene: Scene, folder: Path, port: int = 0, told: Callable[[str], None] = print) -> Server:
+def open_server(scene: Scene, folder: Path, port: int = 0, told: Callable[[str], None] = print) -> Server:
     """A server for a scene, which listens already; ``serve_forever`` answers until it is interrupted.
 
     Where the scene leaves sizes to be found, the page opens with its smallest cam.
@@ -129,7 +129,7 @@ def serving(scene: Scene, folder: Path, port: int = 0, told: Callable[[str], Non
     """
     if not folder.is_dir():
         raise BadInput([Mistake("camopt", "folder", str(folder), "a folder that is there")])
-    given, scene = scene, sized(scene)
+    given, scene = scene, with_all_sizes(scene)
     resolve_design(scene)
     if scene is not given:
         told("The scene leaves sizes to be found; the page opens with its smallest cam.")
@@ -137,12 +137,12 @@ def serving(scene: Scene, folder: Path, port: int = 0, told: Callable[[str], Non
     return Server(Session(scene, folder), port, told)
 
 
-def same(one: str, other: str) -> bool:
+def secrets_match(one: str, other: str) -> bool:
     """Whether two secrets are one, in a time that does not say how much of them is."""
     return hmac.compare_digest(one.encode(), other.encode())
 
 
-class Handler(BaseHTTPRequestHandler):
+class RequestHandler(BaseHTTPRequestHandler):
     """One connection of the page."""
 
     server: Server
@@ -152,61 +152,63 @@ class Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """The page."""
-        with self._refusing():
+        with self._send_refusals():
             self._check_host()
-            if self.server.takes_ticket(self.path.removeprefix("/")):
-                self._send(HTTPStatus.SEE_OTHER, b"", HTML, Location=f"/{self.server.token}/")
-            elif self._within() == "":
-                self._send(HTTPStatus.OK, self.server.session.page().encode(), HTML)
+            if self.server.redeem_ticket(self.path.removeprefix("/")):
+                self._send(HTTPStatus.SEE_OTHER, b"", HTML_TYPE, Location=f"/{self.server.token}/")
+            elif self._page_path() == "":
+                self._send(HTTPStatus.OK, self.server.session.page().encode(), HTML_TYPE)
             else:
-                raise Refused(HTTPStatus.NOT_FOUND)
+                raise RequestRefused(HTTPStatus.NOT_FOUND)
 
     def do_POST(self) -> None:
         """A question of the page."""
-        with self._refusing():
+        with self._send_refusals():
             self._check_host()
-            what = self._within()
+            what = self._page_path()
             if self.headers["Origin"] != f"http://{self.headers['Host']}":
-                raise Refused(HTTPStatus.FORBIDDEN)
-            asked = self._asked()
-            if what not in ASKED:
-                raise Refused(HTTPStatus.NOT_FOUND)
-            text = json.dumps(answer_to(self.server.session, what, asked), allow_nan=False, separators=(",", ":"))
-            self._send(HTTPStatus.OK, text.encode(), JSON)
+                raise RequestRefused(HTTPStatus.FORBIDDEN)
+            asked = self._request_body()
+            if what not in REQUESTS:
+                raise RequestRefused(HTTPStatus.NOT_FOUND)
+            text = json.dumps(
+                answer_request(self.server.session, what, asked), allow_nan=False, separators=(",", ":")
+            )
+            self._send(HTTPStatus.OK, text.encode(), JSON_TYPE)
 
     def _check_host(self) -> None:
         port = self.server.server_port
         if self.headers.get_all("Host") not in ([f"{HOST}:{port}"], [f"localhost:{port}"]):
-            raise Refused(HTTPStatus.FORBIDDEN)
+            raise RequestRefused(HTTPStatus.FORBIDDEN)
 
-    def _within(self) -> str:
+    def _page_path(self) -> str:
         """The rest of the path, after the token."""
         token, _, rest = self.path.removeprefix("/").partition("/")
-        if not same(token, self.server.token):
-            raise Refused(HTTPStatus.FORBIDDEN)
-        self.server.knows(self.connection)
+        if not secrets_match(token, self.server.token):
+            raise RequestRefused(HTTPStatus.FORBIDDEN)
+        self.server.trust_connection(self.connection)
         return rest if rest or self.path.endswith("/") else "-"
 
-    def _asked(self) -> Any:
+    def _request_body(self) -> Any:
         """The body of a question."""
         length = self.headers["Content-Length"] or ""
         if not (length.isascii() and length.isdigit()) or self.headers["Transfer-Encoding"]:
-            raise Refused(HTTPStatus.BAD_REQUEST)
+            raise RequestRefused(HTTPStatus.BAD_REQUEST)
         if len(length) > 9 or int(length) > MOST_BYTES:
-            raise Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
-        if self.headers["Content-Type"] != JSON:
-            raise Refused(HTTPStatus.UNSUPPORTED_MEDIA_TYPE)
+            raise RequestRefused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
+        if self.headers["Content-Type"] != JSON_TYPE:
+            raise RequestRefused(HTTPStatus.UNSUPPORTED_MEDIA_TYPE)
         try:
-            return json.loads(self.rfile.read(int(length)), parse_int=float, parse_constant=_no_number)
+            return json.loads(self.rfile.read(int(length)), parse_int=float, parse_constant=_refuse_constant)
         except (ValueError, RecursionError):
-            raise Refused(HTTPStatus.BAD_REQUEST) from None
+            raise RequestRefused(HTTPStatus.BAD_REQUEST) from None
 
     @contextmanager
-    def _refusing(self) -> Iterator[None]:
+    def _send_refusals(self) -> Iterator[None]:
         """What is refused has a status and nothing else; so has a fault of ours, which the terminal is told."""
         try:
             yield
-        except Refused as refused:
+        except RequestRefused as refused:
             self.send_error(refused.args[0])
         except (ConnectionError, TimeoutError):
             self.close_connection = True
@@ -216,7 +218,12 @@ class Handler(BaseHTTPRequestHandler):
 
     def _send(self, status: int, body: bytes, kind: str, **more: str) -> None:
         self.send_response(status)
-        for name, value in {**HEADERS, "Content-Type": kind, "Content-Length": str(len(body)), **more}.items():
+        for name, value in {
+            **RESPONSE_HEADERS,
+            "Content-Type": kind,
+            "Content-Length": str(len(body)),
+            **more,
+        }.items():
             self.send_header(name, value)
         self.end_headers()
         self.wfile.write(body)
@@ -233,5 +240,5 @@ class Handler(BaseHTTPRequestHandler):
         """The terminal is not told of each request: addresses have the token in them."""
 
 
-def _no_number(name: str) -> None:
+def _refuse_constant(name: str) -> None:
     raise ValueError(name)

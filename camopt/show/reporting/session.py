@@ -12,52 +12,58 @@ from pathlib import Path
 from typing import Any
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.numerics.clock import now
-from camopt.core.quantities import in_order
-from camopt.model.effects import offered
+from camopt.core.numerics.clock import clock_seconds
+from camopt.core.quantities import in_column_order
+from camopt.model.effects import available_quantities
 from camopt.scene.problem.limit import ASSEMBLY
 from camopt.scene.problem.problem import resolve_design
-from camopt.scene.problem.rows import Rows
+from camopt.scene.problem.rows import DesignRows
 from camopt.scene.scene import Scene
-from camopt.scene.written import write_scene
+from camopt.scene.scene_file import write_scene
 from camopt.show.drawing.picture import Picture
-from camopt.show.reporting.cam import cam_of
-from camopt.show.reporting.cams import Chapter, ShownCam, cams_page, chapters_of, words_of
-from camopt.show.reporting.controls import FOLDED, Control, controls_of, scene_of_settings, values_of
-from camopt.show.reporting.page import rendered
-from camopt.show.reporting.search import Background
+from camopt.show.reporting.cam_data import cam_data
+from camopt.show.reporting.cams import Chapter, ShownCam, cam_sentences, cams_page, chapters_of
+from camopt.show.reporting.controls import FOLDED_GROUPS, Control, control_values, controls_of, scene_of_settings
+from camopt.show.reporting.page import render_page
+from camopt.show.reporting.search import BackgroundSearch
 from camopt.show.reporting.sections import (
     UNPROVED,
-    is_held,
+    all_limits_held,
     limits_sheet,
     quantities_sheet,
     verdict_line,
     verdicts_sheet,
 )
-from camopt.show.reporting.tolerances import AT_REST, MOVING, has_tolerances, in_a_sentence, yield_in_a_sentence
+from camopt.show.reporting.tolerances import (
+    MOVING_CAMS,
+    RESTING_CAMS,
+    error_sentence,
+    has_tolerances,
+    yield_sentence,
+)
 from camopt.solve.tables.result import Cell, Table
 from camopt.solve.verdicts.evaluation import Evaluation, evaluate_design
-from camopt.solve.verdicts.judging import evaluate_rows
-from camopt.solve.verdicts.words import BROKEN, HELD, UNDECIDED
+from camopt.solve.verdicts.limit_verdicts import evaluate_rows
+from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
-Answer = dict[str, Any]
-PROOF_SECONDS = 0.01  # for what rounding hides, while a control moves
+PageAnswer = dict[str, Any]
+QUICK_PROOF_SECONDS = 0.01  # for what rounding hides, while a control moves
 SCENE_NAME = re.compile(r"[^\W_][\w .+-]{0,90}\.toml", re.ASCII)
 
 
-class Sketch(Picture):
+class QuickPicture(Picture):
     """The picture while a control moves: fewer samples, and one run of the effects for values and verdict."""
 
     per_degree = 1.0
 
     @cached_property
-    def rows(self) -> Rows:
+    def rows(self) -> DesignRows:
         """The quantities, and the verdict."""
-        offers = set(offered(self.problem.setup))
+        offers = set(available_quantities(self.problem.setup))
         # of one contact of two, the limits that it has by itself
-        limits = tuple(limit for limit in self.problem.limits if offers.issuperset(limit.needs))
+        limits = tuple(limit for limit in self.problem.limits if offers.issuperset(limit.required_quantities))
         problem = replace(self.problem, limits=limits)
-        return evaluate_rows(problem, problem.design, self.wanted, now() + PROOF_SECONDS)
+        return evaluate_rows(problem, problem.design, self.wanted_quantities, clock_seconds() + QUICK_PROOF_SECONDS)
 
     @cached_property
     def values(self) -> dict[str, Any]:
@@ -70,33 +76,33 @@ class Session:
 
     scene: Scene
     folder: Path
-    search: Background = field(default_factory=Background)
+    search: BackgroundSearch = field(default_factory=BackgroundSearch)
 
     @cached_property
     def controls(self) -> list[Control]:
         return controls_of(self.scene)
 
     @cached_property
-    def own(self) -> dict[str, Any]:
+    def own_values(self) -> dict[str, Any]:
         """The values of the controls at the start."""
-        return values_of(self.scene, [control.key for control in self.controls])
+        return control_values(self.scene, [control.key for control in self.controls])
 
     def scene_of(self, asked: Mapping[str, Any]) -> Scene:
         """The scene that a request is about."""
-        values = {key: self._read(key, value) for key, value in asked["values"].items()}
-        return scene_of_settings(self.scene, self.own, values, asked.get("moved", ""))
+        values = {key: self._scene_value(key, value) for key, value in asked["values"].items()}
+        return scene_of_settings(self.scene, self.own_values, values, asked.get("moved", ""))
 
-    def _read(self, key: str, value: Any) -> Any:
+    def _scene_value(self, key: str, value: Any) -> Any:
         """A value of a control as the scene has it: its own one, to the last digit, where none was moved."""
         control = next((each for each in self.controls if each.key == key), None)
         if control is None:
             return value
-        return self.own[key] if value == control.shown(self.own[key]) else control.read(value)
+        return self.own_values[key] if value == control.control_value(self.own_values[key]) else control.read(value)
 
     def _shown_values(self, scene: Scene) -> dict[str, Any]:
         """What the controls show of a scene."""
-        values = values_of(scene, list(self.own))
-        return {control.key: control.shown(values[control.key]) for control in self.controls}
+        values = control_values(scene, list(self.own_values))
+        return {control.key: control.control_value(values[control.key]) for control in self.controls}
 
     def page(self) -> str:
         """The page as it opens."""
@@ -104,7 +110,7 @@ class Session:
         groups: dict[str, list[Control]] = {}
         for control in self.controls:
             groups.setdefault(control.group, []).append(control)
-        return rendered(
+        return render_page(
             "serve",
             scene.name,
             {"answer": answer, "label": scene.name, "own": self._shown_values(scene)},
@@ -114,24 +120,24 @@ class Session:
             downloads=[],
             several=False,
             groups=groups,
-            folded=FOLDED,
-            file=f"{stem_of(scene)}.toml",
+            folded=FOLDED_GROUPS,
+            file=f"{file_stem(scene)}.toml",
             folder=str(self.folder.resolve()),
         )
 
-    def move(self, asked: Mapping[str, Any]) -> Answer:
+    def move(self, asked: Mapping[str, Any]) -> PageAnswer:
         """The cam while a control moves: what double precision says of it, within milliseconds."""
         scene = self.scene_of(asked)
         problem = resolve_design(scene)
-        sketch = Sketch(scene, problem)
+        sketch = QuickPicture(scene, problem)
         verdicts = _quick_verdicts(sketch)
-        found = Evaluation(scene, {name: sketch.values[name] for name in in_order(sketch.values)})
+        found = Evaluation(scene, {name: sketch.values[name] for name in in_column_order(sketch.values)})
         sheet = verdicts_sheet(found, problem, verdicts, dict.fromkeys(verdicts, UNPROVED))
         held = "Feasible in double precision. The proof follows where the controls rest."
-        line = Cell(held, "verdict held") if is_held(sheet) else verdict_line(sheet, scene)
-        return self._shown(sketch, [line, *_tolerance_lines(sketch, MOVING)], sheet, [])
+        line = Cell(held, "verdict held") if all_limits_held(sheet) else verdict_line(sheet, scene)
+        return self._cam_answer(sketch, [line, *_tolerance_lines(sketch, MOVING_CAMS)], sheet, [])
 
-    def settle(self, asked: Mapping[str, Any]) -> Answer:
+    def settle(self, asked: Mapping[str, Any]) -> PageAnswer:
         """The cam where the controls rest: every limit proved, all quantities, more samples."""
         scene = self.scene_of(asked)
         problem = resolve_design(scene)
@@ -141,36 +147,36 @@ class Session:
             Chapter("Quantities", [quantities_sheet([found], [problem], ["value"])]),
             *chapters_of(ShownCam(scene.name, scene), problem, pictures=False),
         ]
-        lines = [verdict_line(sheet, scene), *_tolerance_lines(picture, AT_REST)]
-        return self._shown(picture, lines, sheet, sections)
+        lines = [verdict_line(sheet, scene), *_tolerance_lines(picture, RESTING_CAMS)]
+        return self._cam_answer(picture, lines, sheet, sections)
 
-    def _shown(self, picture: Picture, lines: list[Cell], sheet: Table, sections: list[Chapter]) -> Answer:
+    def _cam_answer(self, picture: Picture, lines: list[Cell], sheet: Table, sections: list[Chapter]) -> PageAnswer:
         return {
-            "cam": cam_of(picture),
-            "lines": [*lines, *(Cell(text) for text in words_of(picture))],
+            "cam": cam_data(picture),
+            "lines": [*lines, *(Cell(text) for text in cam_sentences(picture))],
             "limits": asdict(sheet),
             "sections": [asdict(section) for section in sections],
             "values": self._shown_values(picture.scene),
         }
 
-    def smallest(self, asked: Mapping[str, Any]) -> Answer:
+    def smallest(self, asked: Mapping[str, Any]) -> PageAnswer:
         """The values of the smallest cam that meets the limits, or ``why`` there is none."""
         found = self.search.run(self.scene_of(asked))
         if "why" in found:
             return found
         return {"told": found["told"], "values": self._shown_values(Scene.from_dict(found["scene"]))}
 
-    def stop(self, asked: Mapping[str, Any]) -> Answer:
+    def stop(self, asked: Mapping[str, Any]) -> PageAnswer:
         """Call off the search for the smallest cam."""
         self.search.stop()
         return {}
 
-    def report(self, asked: Mapping[str, Any]) -> Answer:
+    def report(self, asked: Mapping[str, Any]) -> PageAnswer:
         """The page of ``camopt report`` of what is shown."""
         scene = self.scene_of(asked)
-        return {"name": f"{stem_of(scene)}.html", "text": cams_page([ShownCam(scene.name, scene)])}
+        return {"name": f"{file_stem(scene)}.html", "text": cams_page([ShownCam(scene.name, scene)])}
 
-    def save(self, asked: Mapping[str, Any]) -> Answer:
+    def save(self, asked: Mapping[str, Any]) -> PageAnswer:
         """Write the scene into the folder; over a file that is there only if ``overwrite`` says so."""
         scene, name = self.scene_of(asked), asked.get("name")
         if not (isinstance(name, str) and SCENE_NAME.fullmatch(name)):
@@ -185,7 +191,7 @@ class Session:
         return {"saved": str(path)}
 
 
-def stem_of(scene: Scene) -> str:
+def file_stem(scene: Scene) -> str:
     """What files of a scene are called."""
     return re.sub(r"[^\w-]+", "-", scene.name, flags=re.ASCII).strip("-_")[:40] or "cam"
 
@@ -195,11 +201,11 @@ def _tolerance_lines(picture: Picture, cams: int) -> list[Cell]:
     scene, problem = picture.scene, picture.problem
     if not has_tolerances(scene, problem):
         return []
-    told = in_a_sentence(scene, problem), yield_in_a_sentence(scene, problem, cams)
+    told = error_sentence(scene, problem), yield_sentence(scene, problem, cams)
     return [Cell(each) for each in told if each]
 
 
-def _quick_verdicts(sketch: Sketch) -> dict[str, str]:
+def _quick_verdicts(sketch: QuickPicture) -> dict[str, str]:
     """The verdict on each limit; those that are asked last are open where another one is broken."""
     limits, broken = sketch.problem.limits, str(sketch.values["violated"]).split(",")
     if ASSEMBLY in broken:
@@ -207,10 +213,12 @@ def _quick_verdicts(sketch: Sketch) -> dict[str, str]:
     if sketch.values["status"] == UNDECIDED:
         return {limit.name: UNDECIDED for limit in limits}
     others = UNDECIDED if any(broken) else HELD
-    return {limit.name: BROKEN if limit.name in broken else others if limit.last else HELD for limit in limits}
+    return {
+        limit.name: BROKEN if limit.name in broken else others if limit.is_deferred else HELD for limit in limits
+    }
 
 
-ASKED: dict[str, Callable[[Session, Mapping[str, Any]], Answer]] = {
+REQUESTS: dict[str, Callable[[Session, Mapping[str, Any]], PageAnswer]] = {
     "move": Session.move,
     "settle": Session.settle,
     "smallest": Session.smallest,
@@ -221,7 +229,7 @@ ASKED: dict[str, Callable[[Session, Mapping[str, Any]], Answer]] = {
 """What can be asked, by the last part of the address."""
 
 
-def mistakes_in(asked: Any) -> list[Mistake]:
+def request_mistakes(asked: Any) -> list[Mistake]:
     """What is wrong with the form of a request, before anything is looked at."""
     if not isinstance(asked, dict):
         return [Mistake("page", "request", None, "an object")]
@@ -239,12 +247,12 @@ def mistakes_in(asked: Any) -> list[Mistake]:
     return found
 
 
-def answer_to(session: Session, what: str, asked: Any) -> Answer:
-    """The answer to one of the requests ``ASKED``, which may be mistakes: the key of a control, and a text."""
+def answer_request(session: Session, what: str, asked: Any) -> PageAnswer:
+    """The answer to one of the requests ``REQUESTS``, which may be mistakes: the key of a control, and a text."""
     try:
-        if mistakes := mistakes_in(asked):
+        if mistakes := request_mistakes(asked):
             raise BadInput(mistakes)
-        return ASKED[what](session, asked)
+        return REQUESTS[what](session, asked)
     except BadInput as refused:
         return {
             "mistakes": [

@@ -18,19 +18,18 @@ from shapely import LineString, box, union_all
 from camopt.core.numerics import ComplexArray
 from camopt.scene.part import Part
 from camopt.show.sheet import symbols
-from camopt.show.sheet.cam import POINT_STEP, TrueCam
 from camopt.show.sheet.dimensions import (
-    ARROW,
+    ARROW_LENGTH,
     CELL,
     DATUM_REACH,
     FIRST_LEVEL,
     LEVEL_STEP,
-    OVER_LINE,
-    ROOM,
     STEM,
-    arrow,
+    TEXT_ABOVE_LINE,
+    VALUE_GAP,
+    arrowhead,
     datum_at,
-    distance,
+    distance_dimension,
 )
 from camopt.show.sheet.marks import (
     CHAIN,
@@ -42,28 +41,29 @@ from camopt.show.sheet.marks import (
     Marks,
     Pen,
     Words,
-    box_of,
-    line,
-    moved,
-    rectangle,
-    said,
+    length_text,
+    line_mark,
+    marks_box,
+    rectangle_line,
+    shift_marks,
     width_of,
 )
-from camopt.show.sheet.section import Gap, hatching, mouth, outlines
+from camopt.show.sheet.section import Gap, hatch_lines, keyway_edge, outline_lines
 from camopt.show.sheet.sizes import (
-    after_size,
-    bore_said,
+    bore_text,
+    fit_suffix,
+    groove_width_text,
     hole_outline,
-    keyway_depth_said,
-    keyway_width_said,
-    width_said,
+    keyway_depth_text,
+    keyway_width_text,
 )
+from camopt.show.sheet.true_cam import POINT_STEP, TrueCam
 from camopt.solve.contour.curve import cylinder_ends, groove_heights
 from camopt.solve.contour.hole import keyway_turn
 
-BESIDE_GROOVE = 0.15  # of the height of the groove: what is drawn beside it where the length is not given
+GROOVE_MARGIN = 0.15  # of the height of the groove: what is drawn beside it where the length is not given
 VIEW_GAP = 12.0  # mm: one view from the next
-LEADER = 12.0  # mm: from a frame back to where its leader ends
+LEADER_LENGTH = 12.0  # mm: from a frame back to where its leader ends
 
 
 def _heights_at(x: float, line: ComplexArray) -> ComplexArray:
@@ -90,7 +90,7 @@ class DevelopedView:
         return self.cam.size * self.scale
 
     @property
-    def around(self) -> float:
+    def circumference(self) -> float:
         return 2 * pi * self.mean
 
     @cached_property
@@ -102,47 +102,49 @@ class DevelopedView:
     def ends(self) -> tuple[float, float]:
         """From where to where the cylinder is, along its axis."""
         low, high = groove_heights(self.cam.problem)
-        shown = (1.0 + 2 * BESIDE_GROOVE) * (high - low + 2 * self.cam.roller)
+        shown = (1.0 + 2 * GROOVE_MARGIN) * (high - low + 2 * self.cam.roller_radius)
         bottom, top = cylinder_ends(self.cam.problem, self.part.thickness or shown)
         return bottom * self.scale, top * self.scale
 
     def groove(self) -> Marks:
         """The developed cylinder from its lower left corner at x = 0."""
         bottom, top = self.ends
-        marks: Marks = [rectangle(1j * bottom, complex(self.around, top), THICK)]
-        marks += self._on_face(self._curves("profile"), THICK)
-        marks += self._on_face(self._curves("pitch"), DOUBLE_CHAIN)
+        marks: Marks = [rectangle_line(1j * bottom, complex(self.circumference, top), THICK)]
+        marks += self._visible_lines(self._curves_over_turns("profile"), THICK)
+        marks += self._visible_lines(self._curves_over_turns("pitch"), DOUBLE_CHAIN)
         for name, begin, end in self.cam.segments:
             x = begin * self.mean
             marks += [
-                *self._stroke(name, begin, end),
-                line(complex(x, top + 1.0), complex(x, top + FIRST_LEVEL + 4.0)),
+                *self._stroke_marks(name, begin, end),
+                line_mark(complex(x, top + 1.0), complex(x, top + FIRST_LEVEL + 4.0)),
             ]
-            marks += [line(complex(x, bottom), complex(x, top), pen=CHAIN)] if x else []
-        marks.append(line(complex(self.around, top + 1.0), complex(self.around, top + FIRST_LEVEL + 4.0)))
-        return [*marks, *self._lengths(), *self._sense()]
+            marks += [line_mark(complex(x, bottom), complex(x, top), pen=CHAIN)] if x else []
+        marks.append(
+            line_mark(complex(self.circumference, top + 1.0), complex(self.circumference, top + FIRST_LEVEL + 4.0))
+        )
+        return [*marks, *self._length_marks(), *self._rotation_marks()]
 
-    def _stroke(self, name: str, begin: float, end: float) -> Marks:
+    def _stroke_marks(self, name: str, begin: float, end: float) -> Marks:
         """The follower's motion over cam angles (rad), written above the cylinder."""
         x, to, foot = begin * self.mean, end * self.mean, self.ends[1] + FIRST_LEVEL + 2.0
-        beside = {LARGE: ROOM + ARROW, MEDIUM: ROOM}  # large letters reach down to the arrows
+        beside = {LARGE: VALUE_GAP + ARROW_LENGTH, MEDIUM: VALUE_GAP}  # large letters reach down to the arrows
         height = next((h for h, room in beside.items() if width_of(name, h) + 2 * room <= to - x), None)
         if height is None:
             at = complex((x + to + MEDIUM) / 2, foot + 3.0)
             return [Words(at, name, MEDIUM, 0.0, pi / 2)]
         ends = complex(x, foot), complex(to, foot)
-        heads = [arrow(ends[0], -1.0), arrow(ends[1], 1.0)] if to - x > 8.0 else []
-        return [line(*ends), *heads, Words(complex((x + to) / 2, foot + OVER_LINE), name, height, 0.5)]
+        heads = [arrowhead(ends[0], -1.0), arrowhead(ends[1], 1.0)] if to - x > 8.0 else []
+        return [line_mark(*ends), *heads, Words(complex((x + to) / 2, foot + TEXT_ABOVE_LINE), name, height, 0.5)]
 
-    def _curves(self, kind: str) -> list[ComplexArray]:
+    def _curves_over_turns(self, kind: str) -> list[ComplexArray]:
         """The flanks, or the paths of rollers, over this turn, the one before and the one after."""
         found = [curve.points * self.scale for name, curve in self.cam.curves.items() if kind in name]
-        return [np.concatenate([each - self.around, each, each + self.around]) for each in found]
+        return [np.concatenate([each - self.circumference, each, each + self.circumference]) for each in found]
 
-    def _on_face(self, curves: list[ComplexArray], pen: Pen) -> Iterator[Line]:
+    def _visible_lines(self, curves: list[ComplexArray], pen: Pen) -> Iterator[Line]:
         """Curves as far as they are on the cylinder."""
         bottom, top = self.ends
-        face = box(0.0, bottom, self.around, top)
+        face = box(0.0, bottom, self.circumference, top)
         for curve in curves:
             inside = LineString(np.column_stack([curve.real, curve.imag])).intersection(face)
             for piece in getattr(inside, "geoms", [inside]):
@@ -150,189 +152,216 @@ class DevelopedView:
                     x, y = np.asarray(piece.coords.xy)
                     yield Line(x + 1j * y, pen)
 
-    def _lengths(self) -> Marks:
+    def _length_marks(self) -> Marks:
         bottom, top = self.ends
-        foot, end = 1j * bottom, self.around + 1j * bottom
-        marks = distance(foot, end, 1.0, -FIRST_LEVEL, self._circumference)
+        foot, end = 1j * bottom, self.circumference + 1j * bottom
+        marks = distance_dimension(foot, end, 1.0, -FIRST_LEVEL, self._circumference_text)
         if self.part.thickness:
-            marks += distance(end, end + 1j * (top - bottom), 1j, -FIRST_LEVEL, said(self.part.thickness))
-        return [*marks, *self._width()]
+            marks += distance_dimension(
+                end, end + 1j * (top - bottom), 1j, -FIRST_LEVEL, length_text(self.part.thickness)
+            )
+        return [*marks, *self._width_marks()]
 
     @property
-    def _circumference(self) -> str:
+    def _circumference_text(self) -> str:
         size = self.cam.size
-        return f"{said(2 * pi * size)} (2π · R{said(size)})"
+        return f"{length_text(2 * pi * size)} (2π · R{length_text(size)})"
 
-    def _width(self) -> Marks:
+    def _width_marks(self) -> Marks:
         """The width of groove or rib at cam angle 0, and how far its middle is from the lower face."""
-        start, bottom, half = self._start, 1j * self.ends[0], self._half
-        text = said(2 * half / self.scale) if self.cam.ribbed else width_said(self.cam)
-        marks = distance(start - 1j * half, start + 1j * half, 1j, FIRST_LEVEL, text)
+        start, bottom, half = self._start_middle, 1j * self.ends[0], self._half_width
+        text = length_text(2 * half / self.scale) if self.cam.is_ribbed else groove_width_text(self.cam)
+        marks = distance_dimension(start - 1j * half, start + 1j * half, 1j, FIRST_LEVEL, text)
         if self.part.thickness:
-            far = said(abs(start - bottom) / self.scale)
-            marks += distance(bottom, start, 1j, FIRST_LEVEL + LEVEL_STEP, far)
-        if datum := symbols.datums_of(self.part, self.is_cut).face:
+            far = length_text(abs(start - bottom) / self.scale)
+            marks += distance_dimension(bottom, start, 1j, FIRST_LEVEL + LEVEL_STEP, far)
+        if datum := symbols.datums_of(self.part, self.has_section).face:
             marks += datum_at(bottom - FIRST_LEVEL - LEVEL_STEP / 2, -1j, STEM, datum)
         return marks
 
     @property
-    def _start(self) -> complex:
+    def _start_middle(self) -> complex:
         """The middle of groove or rib at cam angle 0."""
-        return 1j * (sum(self._gap(0.0)) / 2 if self.cam.ribbed else float(self.pitch[0].imag))
+        return 1j * (sum(self._flank_gap(0.0)) / 2 if self.cam.is_ribbed else float(self.pitch[0].imag))
 
     @property
-    def _half(self) -> float:
+    def _half_width(self) -> float:
         """Half of the width there: across a groove, along the axis of a rib."""
-        low, high = self._gap(0.0)
-        return (high - low) / 2 if self.cam.ribbed else self.cam.problem.half_width * self.scale
+        low, high = self._flank_gap(0.0)
+        return (high - low) / 2 if self.cam.is_ribbed else self.cam.problem.half_width * self.scale
 
-    def _sense(self) -> Marks:
+    def _rotation_marks(self) -> Marks:
         """The direction of motion of the surface and other texts, below it."""
         bottom, _ = self.ends
-        tip = complex(self.around * 0.02, bottom - FIRST_LEVEL - 8.0)
-        words = self.cam.say("the surface moves")
-        marks: Marks = [line(tip + 15.0, tip + symbols.MOTION[0], pen=THICK), arrow(tip, -1.0, *symbols.MOTION)]
+        tip = complex(self.circumference * 0.02, bottom - FIRST_LEVEL - 8.0)
+        words = self.cam.translate("the surface moves")
+        marks: Marks = [
+            line_mark(tip + 15.0, tip + symbols.ROTATION_ARROW[0], pen=THICK),
+            arrowhead(tip, -1.0, *symbols.ROTATION_ARROW),
+        ]
         marks.append(Words(tip + complex(17.0, -MEDIUM / 2), words, MEDIUM))
-        return [*marks, *self._surface(complex(self.around, bottom - FIRST_LEVEL - 2.0))]
+        return [*marks, *self._surface_marks(complex(self.circumference, bottom - FIRST_LEVEL - 2.0))]
 
-    def _surface(self, right: complex) -> Marks:
+    def _surface_marks(self, right: complex) -> Marks:
         """Tolerance and roughness of the flanks, with a leader to one of them."""
         part = self.part
-        frame = symbols.surface(part, symbols.datums_of(part, self.is_cut))
+        frame = symbols.surface_symbols(part, symbols.datums_of(part, self.has_section))
         if not frame:
             return []
-        corner = right - box_of(frame).high
-        end = self.around / 2 + width_of(self._circumference, LARGE) / 2 + ROOM  # where that ends, if it has room
-        corner += max(0.0, end + LEADER - corner.real) if end <= self.around else 0.0
-        place = int(np.argmin(np.abs(self.pitch.real - (corner.real - LEADER))))
-        low = self.pitch.real[place] + 1j * self._lowest(float(self.pitch.real[place]))
+        corner = right - marks_box(frame).high
+        end = (
+            self.circumference / 2 + width_of(self._circumference_text, LARGE) / 2 + VALUE_GAP
+        )  # where that ends, if it has room
+        corner += max(0.0, end + LEADER_LENGTH - corner.real) if end <= self.circumference else 0.0
+        place = int(np.argmin(np.abs(self.pitch.real - (corner.real - LEADER_LENGTH))))
+        low = self.pitch.real[place] + 1j * self._lower_edge(float(self.pitch.real[place]))
         shelf = corner + 0.5j * CELL
         knee = shelf - 4.0
         towards = (low - knee) / abs(low - knee)
-        return [*moved(frame, corner), line(shelf, knee, low), arrow(low, towards)]
+        return [*shift_marks(frame, corner), line_mark(shelf, knee, low), arrowhead(low, towards)]
 
-    def _lowest(self, x: float) -> float:
+    def _lower_edge(self, x: float) -> float:
         """The lower edge of the groove at a place of the circumference."""
-        flanks = np.concatenate(self._curves("profile"))
+        flanks = np.concatenate(self._curves_over_turns("profile"))
         near = np.abs(flanks.real - x) <= POINT_STEP * self.mean
         return float(flanks.imag[near].min())
 
     @property
-    def is_cut(self) -> bool:
+    def has_section(self) -> bool:
         """Whether the sizes of a section are known."""
         return bool(self.part.thickness and self.cam.flank_height)
 
     @property
-    def _depth(self) -> float:
+    def _flank_height(self) -> float:
         """Of the groove, or height of the rib."""
         return (self.cam.flank_height or 0.0) * self.scale
 
     @property
     def outer(self) -> float:
-        return self.mean + self._depth / 2
+        return self.mean + self._flank_height / 2
 
     @property
-    def _round(self) -> float:
+    def _cylinder_radius(self) -> float:
         """The radius of the cylinder itself, without a rib."""
-        return self.outer - self._depth if self.cam.ribbed else self.outer
+        return self.outer - self._flank_height if self.cam.is_ribbed else self.outer
 
     @property
-    def _outer_said(self) -> str:
-        return f"Ø{said(2 * self.outer / self.scale)}{after_size(self.part.outer_fit)}"
+    def _outer_diameter_text(self) -> str:
+        return f"Ø{length_text(2 * self.outer / self.scale)}{fit_suffix(self.part.outer_fit)}"
 
     def body(self) -> Marks:
         """Section and hole side by side, if the scene gives their sizes."""
-        section = self.section() if self.is_cut else []
+        section = self.section() if self.has_section else []
         hole = self.hole() if self.part.bore else []
-        shift = box_of(section).high.real + VIEW_GAP - box_of(hole).low.real if section and hole else 0.0
-        return [*section, *moved(hole, shift)]
+        shift = marks_box(section).high.real + VIEW_GAP - marks_box(hole).low.real if section and hole else 0.0
+        return [*section, *shift_marks(hole, shift)]
 
     def section(self) -> Marks:
         """Through the axis, which is at y = 0; the lower end of the developed view on the left."""
-        length, solid = (self.part.thickness or 0.0) * self.scale, self._solid()
-        marks: Marks = [*outlines(solid), *hatching(solid), line(-4.0 + 0j, length + 4.0 + 0j, pen=CHAIN)]
-        round_ = self._round
-        marks += [line(-1j * round_ + x, 1j * round_ + x, pen=THICK) for x in (0.0, length)]
-        marks += [*mouth(self.part, self.scale, length), *self._rib_behind()]
+        length, solid = (self.part.thickness or 0.0) * self.scale, self._cut_solid()
+        marks: Marks = [
+            *outline_lines(solid),
+            *hatch_lines(solid),
+            line_mark(-4.0 + 0j, length + 4.0 + 0j, pen=CHAIN),
+        ]
+        round_ = self._cylinder_radius
+        marks += [line_mark(-1j * round_ + x, 1j * round_ + x, pen=THICK) for x in (0.0, length)]
+        marks += [*keyway_edge(self.part, self.scale, length), *self._rib_behind()]
         radius = (self.part.bore or 0.0) / 2 * self.scale
-        marks += [line(complex(0.0, side * round_), complex(length, side * round_), pen=THICK) for side in (-1, 1)]
+        marks += [
+            line_mark(complex(0.0, side * round_), complex(length, side * round_), pen=THICK) for side in (-1, 1)
+        ]
         low, beyond = -1j * round_, self.outer - round_ + FIRST_LEVEL
-        marks += distance(low, low + length, 1.0, -beyond, said(self.part.thickness or 0.0))
-        marks += self._diameters()
+        marks += distance_dimension(low, low + length, 1.0, -beyond, length_text(self.part.thickness or 0.0))
+        marks += self._diameter_marks()
         if radius:
-            marks += distance(length - 1j * radius, length + 1j * radius, 1j, -FIRST_LEVEL, bore_said(self.part))
-        marks += self._cut_angles()
-        corner, far = complex(self._cut_grooves[0][1], self.outer), length + FIRST_LEVEL + LEVEL_STEP * bool(radius)
-        ends = corner - 1j * self._depth, complex(length, self.outer)
-        ends = (ends[1] - 1j * self._depth, corner) if self.cam.ribbed else ends
-        marks += distance(*ends, 1j, ends[0].real - far, said(self._depth / self.scale))
-        if datum := symbols.datums_of(self.part, self.is_cut).bore:
+            marks += distance_dimension(
+                length - 1j * radius, length + 1j * radius, 1j, -FIRST_LEVEL, bore_text(self.part)
+            )
+        marks += self._section_angle_words()
+        corner, far = (
+            complex(self._section_gaps[0][1], self.outer),
+            length + FIRST_LEVEL + LEVEL_STEP * bool(radius),
+        )
+        ends = corner - 1j * self._flank_height, complex(length, self.outer)
+        ends = (ends[1] - 1j * self._flank_height, corner) if self.cam.is_ribbed else ends
+        marks += distance_dimension(*ends, 1j, ends[0].real - far, length_text(self._flank_height / self.scale))
+        if datum := symbols.datums_of(self.part, self.has_section).bore:
             marks += datum_at(complex(length + FIRST_LEVEL, -radius), -1j, STEM, datum)
         return marks
 
-    def _diameters(self) -> Marks:
+    def _diameter_marks(self) -> Marks:
         """The outer diameter, and that of the cylinder below a rib."""
-        if not self.cam.ribbed:
-            return distance(-1j * self.outer, 1j * self.outer, 1j, FIRST_LEVEL, self._outer_said)
-        above, below = self._cut_grooves
-        foot = self._round
-        marks = distance(-1j * foot, 1j * foot, 1j, FIRST_LEVEL, f"Ø{said(2 * foot / self.scale)}")
+        if not self.cam.is_ribbed:
+            return distance_dimension(-1j * self.outer, 1j * self.outer, 1j, FIRST_LEVEL, self._outer_diameter_text)
+        above, below = self._section_gaps
+        foot = self._cylinder_radius
+        marks = distance_dimension(-1j * foot, 1j * foot, 1j, FIRST_LEVEL, f"Ø{length_text(2 * foot / self.scale)}")
         ends = complex(below[0], -self.outer), complex(above[0], self.outer)
-        return [*marks, *distance(*ends, 1j, ends[0].real + FIRST_LEVEL + LEVEL_STEP, self._outer_said)]
+        return [
+            *marks,
+            *distance_dimension(*ends, 1j, ends[0].real + FIRST_LEVEL + LEVEL_STEP, self._outer_diameter_text),
+        ]
 
     def _rib_behind(self) -> Iterator[Line]:
         """The edges of a rib behind the section, as far as they are beyond the cylinder."""
-        if not self.cam.ribbed:
+        if not self.cam.is_ribbed:
             return
-        first, _ = self._cut_turns
-        for flank in self._curves("profile"):
+        first, _ = self._section_angles
+        for flank in self._curves_over_turns("profile"):
             turned = flank.real / self.mean - first
             level = self.outer * np.cos(turned)
-            seen = (self.cam.sense * np.sin(turned) >= 0.0) & (np.abs(level) >= self._round) & (np.abs(turned) < pi)
+            seen = (
+                (self.cam.sense * np.sin(turned) >= 0.0)
+                & (np.abs(level) >= self._cylinder_radius)
+                & (np.abs(turned) < pi)
+            )
             for piece in np.split(np.flatnonzero(seen), np.flatnonzero(np.diff(np.flatnonzero(seen)) > 1) + 1):
                 if piece.size > 1:
                     yield Line(flank.imag[piece] - self.ends[0] + 1j * level[piece], THICK)
 
-    def _cut_angles(self) -> Iterator[Words]:
+    def _section_angle_words(self) -> Iterator[Words]:
         """The cam angles of the section, over its upper groove and below the length under the lower one."""
-        feet = self.outer + ROOM, -self.outer - FIRST_LEVEL - ROOM - MEDIUM
-        for gap, turn, foot in zip(self._cut_grooves, self._cut_turns, feet, strict=True):
-            text = f"{said(degrees(turn % (2 * pi)))}°"
+        feet = self.outer + VALUE_GAP, -self.outer - FIRST_LEVEL - VALUE_GAP - MEDIUM
+        for gap, turn, foot in zip(self._section_gaps, self._section_angles, feet, strict=True):
+            text = f"{length_text(degrees(turn % (2 * pi)))}°"
             yield Words(complex(sum(gap) / 2, foot), text, MEDIUM, 0.5)
 
     @property
-    def _cut_turns(self) -> tuple[float, float]:
+    def _section_angles(self) -> tuple[float, float]:
         """The cam angles of the section, rad: in the direction of the keyway and opposite to it."""
         first = self.cam.sense * (pi / 2 - keyway_turn(self.part))
         return first, first + pi
 
     @cached_property
-    def _cut_grooves(self) -> tuple[Gap, Gap]:
+    def _section_gaps(self) -> tuple[Gap, Gap]:
         """From where to where the groove is along the axis, in the direction of the keyway and opposite to it."""
-        above, below = ((low - self.ends[0], high - self.ends[0]) for low, high in map(self._gap, self._cut_turns))
+        above, below = (
+            (low - self.ends[0], high - self.ends[0]) for low, high in map(self._flank_gap, self._section_angles)
+        )
         return above, below
 
-    def _gap(self, turn: float) -> Gap:
+    def _flank_gap(self, turn: float) -> Gap:
         """The heights of both flanks at a cam angle (rad)."""
         x = turn % (2 * pi) * self.mean
-        found = np.concatenate([_heights_at(x, flank) for flank in self._curves("profile")])
+        found = np.concatenate([_heights_at(x, flank) for flank in self._curves_over_turns("profile")])
         return float(found.min()), float(found.max())
 
-    def _solid(self) -> Any:
+    def _cut_solid(self) -> Any:
         """The cut material, as a shape of shapely."""
-        length, depth, round_ = (self.part.thickness or 0.0) * self.scale, self._depth, self._round
+        length, depth, round_ = (self.part.thickness or 0.0) * self.scale, self._flank_height, self._cylinder_radius
         radius = (self.part.bore or 0.0) / 2 * self.scale
         key = (self.part.keyway_depth or 0.0) * self.scale
-        above, below = self._cut_grooves
+        above, below = self._section_gaps
         body = box(0.0, -round_, length, round_)
-        beyond = 0.0 if self.cam.ribbed else 1.0
+        beyond = 0.0 if self.cam.is_ribbed else 1.0
         cut = union_all(
             [
                 box(above[0], self.outer - depth, above[1], self.outer + beyond),
                 box(below[0], -self.outer - beyond, below[1], depth - self.outer),
             ]
         )
-        whole = body.union(cut) if self.cam.ribbed else body.difference(cut)
+        whole = body.union(cut) if self.cam.is_ribbed else body.difference(cut)
         return whole.difference(box(-1.0, -radius, length + 1.0, radius + key)) if radius else whole
 
     def hole(self) -> Marks:
@@ -340,13 +369,13 @@ class DevelopedView:
         part, radius = self.part, (self.part.bore or 0.0) / 2 * self.scale
         marks: Marks = [Line(hole_outline(part, pi / 2) * self.scale, THICK)]
         over = radius + 4.0
-        marks += [line(-over * along, over * along, pen=CHAIN) for along in (1.0, 1j)]
-        if not self.is_cut:
-            marks += distance(1j * radius, -1j * radius, -1j, radius + FIRST_LEVEL, bore_said(part))
+        marks += [line_mark(-over * along, over * along, pen=CHAIN) for along in (1.0, 1j)]
+        if not self.has_section:
+            marks += distance_dimension(1j * radius, -1j * radius, -1j, radius + FIRST_LEVEL, bore_text(part))
         if part.keyway_width and part.keyway_depth:
             half, top = part.keyway_width / 2 * self.scale, radius + part.keyway_depth * self.scale
-            width, datum = keyway_width_said(part), symbols.datums_of(part, self.is_cut).keyway
-            marks += distance(complex(-half, top), complex(half, top), 1.0, FIRST_LEVEL, width, datum)
-            aside = max(radius + FIRST_LEVEL, half + DATUM_REACH + ROOM) if datum else radius + FIRST_LEVEL
-            marks += distance(-1j * radius, 1j * top, 1j, aside, keyway_depth_said(part))
+            width, datum = keyway_width_text(part), symbols.datums_of(part, self.has_section).keyway
+            marks += distance_dimension(complex(-half, top), complex(half, top), 1.0, FIRST_LEVEL, width, datum)
+            aside = max(radius + FIRST_LEVEL, half + DATUM_REACH + VALUE_GAP) if datum else radius + FIRST_LEVEL
+            marks += distance_dimension(-1j * radius, 1j * top, 1j, aside, keyway_depth_text(part))
         return marks

@@ -2,25 +2,39 @@
 
 import numpy as np
 
-from camopt.show.sheet.marks import LARGE, Line, Marks, Words, arc_points, line, rectangle, upright, width_of
+from camopt.show.sheet.marks import (
+    LARGE,
+    Line,
+    Marks,
+    Words,
+    arc_points,
+    line_mark,
+    readable_direction,
+    rectangle_line,
+    width_of,
+)
 
-ARROW, SLENDER = 3.0, np.radians(15.0) / 2  # mm; half of the angle at the tip
-TAIL = 6.0  # mm: of an arrow that stands outside
-FROM_PART, PAST_ARROW = 1.0, 2.0  # mm: where extension lines begin and end
+ARROW_LENGTH, ARROW_HALF_ANGLE = 3.0, np.radians(15.0) / 2  # mm; half of the angle at the tip
+ARROW_TAIL = 6.0  # mm: of an arrow that stands outside
+EXTENSION_GAP, EXTENSION_OVERRUN = 1.0, 2.0  # mm: where extension lines begin and end
 FIRST_LEVEL, LEVEL_STEP = 8.0, 8.0  # mm: of the first dimension from the part, and from one to the next
-OVER_LINE = 1.25  # mm: from a dimension line to its value
+TEXT_ABOVE_LINE = 1.25  # mm: from a dimension line to its value
 CELL, STEM = 2 * LARGE, 2.0  # mm: the height of a tolerance frame; from a datum's triangle to its letter
-DATUM_REACH = ARROW + STEM + CELL  # mm: from an arrow to the far side of the letter
-ROOM = 2.0  # mm: between a value and the arrows beside it
+DATUM_REACH = ARROW_LENGTH + STEM + CELL  # mm: from an arrow to the far side of the letter
+VALUE_GAP = 2.0  # mm: between a value and the arrows beside it
 
 
-def arrow(tip: complex, direction: complex, length: float = ARROW, half: float = SLENDER) -> Line:
+def arrowhead(
+    tip: complex, direction: complex, length: float = ARROW_LENGTH, half: float = ARROW_HALF_ANGLE
+) -> Line:
     """A filled arrowhead that points in a direction (of length 1), with half of an angle (rad) at its tip."""
     sides = tip - length * direction / np.cos(half) * np.exp(1j * half * np.array([1.0, -1.0]))
     return Line(np.array([tip, *sides, tip]), filled=True)
 
 
-def distance(first: complex, last: complex, along: complex, level: float, value: str, datum: str = "") -> Marks:
+def distance_dimension(
+    first: complex, last: complex, along: complex, level: float, value: str, datum: str = ""
+) -> Marks:
     """Dimension of the distance of two points along a unit vector, on a line at a level to the left of the first.
 
     Arrows stand outside where the line is short, and the value past the second of them where it is wider. The
@@ -34,25 +48,27 @@ def distance(first: complex, last: complex, along: complex, level: float, value:
     marks: Marks = []
     for point in (first, last):
         rise = ((ends[0] - point) * across.conjugate()).real
-        if abs(rise) > FROM_PART:
+        if abs(rise) > EXTENSION_GAP:
             side = np.copysign(1.0, rise)
-            marks.append(line(point + side * FROM_PART * across, point + (rise + side * PAST_ARROW) * across))
-    turn = upright(float(np.angle(along)))
+            marks.append(
+                line_mark(point + side * EXTENSION_GAP * across, point + (rise + side * EXTENSION_OVERRUN) * across)
+            )
+    turn = readable_direction(float(np.angle(along)))
     reading = np.exp(1j * turn)
-    within = wide + ROOM <= length
-    if length >= 2 * ARROW + ROOM:
-        marks += [line(*ends), arrow(ends[0], -along), arrow(ends[1], along)]
+    within = wide + VALUE_GAP <= length
+    if length >= 2 * ARROW_LENGTH + VALUE_GAP:
+        marks += [line_mark(*ends), arrowhead(ends[0], -along), arrowhead(ends[1], along)]
         at = (ends[0] + ends[1]) / 2 if within else None
     else:
-        marks += [line(*ends), arrow(ends[1], -along)]
-        marks += [] if datum else [line(ends[0] - TAIL * along, ends[0]), arrow(ends[0], along)]
-        marks.append(line(ends[1], ends[1] + (TAIL if within else TAIL + wide) * along))
-        at = (ends[0] + ends[1]) / 2 if within else ends[1] + (TAIL + wide / 2) * along
+        marks += [line_mark(*ends), arrowhead(ends[1], -along)]
+        marks += [] if datum else [line_mark(ends[0] - ARROW_TAIL * along, ends[0]), arrowhead(ends[0], along)]
+        marks.append(line_mark(ends[1], ends[1] + (ARROW_TAIL if within else ARROW_TAIL + wide) * along))
+        at = (ends[0] + ends[1]) / 2 if within else ends[1] + (ARROW_TAIL + wide / 2) * along
     if at is None:
-        marks.append(line(ends[1], ends[1] + (ROOM + wide) * along))
-        at = ends[1] + (ROOM + wide / 2) * along
+        marks.append(line_mark(ends[1], ends[1] + (VALUE_GAP + wide) * along))
+        at = ends[1] + (VALUE_GAP + wide / 2) * along
     marks += datum_at(ends[0], -along, STEM, datum) if datum else []
-    return [*marks, Words(at + 1j * reading * OVER_LINE, value, height, 0.5, turn, backed=True)]
+    return [*marks, Words(at + 1j * reading * TEXT_ABOVE_LINE, value, height, 0.5, turn, backed=True)]
 
 
 def datum_at(point: complex, direction: complex, stem: float, letter: str) -> Marks:
@@ -63,39 +79,41 @@ def datum_at(point: complex, direction: complex, stem: float, letter: str) -> Ma
     triangle = np.array([point + 1.75 * across, point - 1.75 * across, point + 3.0 * direction])
     return [
         Line(np.append(triangle, triangle[:1]), filled=True),
-        line(point, far),
-        rectangle(corner, corner + complex(CELL, CELL)),
+        line_mark(point, far),
+        rectangle_line(corner, corner + complex(CELL, CELL)),
         Words(corner + complex(CELL / 2, (CELL - LARGE) / 2), letter, LARGE, 0.5),
     ]
 
 
-def inwards(point: complex, direction: complex, length: float, value: str, height: float = LARGE) -> Marks:
+def radius_from_outside(
+    point: complex, direction: complex, length: float, value: str, height: float = LARGE
+) -> Marks:
     """Dimension of a radius from outside: an arrow to a point of an arc, on a line of a length, with its value."""
     tail = point + length * direction
-    turn = upright(float(np.angle(direction)))
-    middle = point + (length + ARROW) / 2 * direction
-    words = Words(middle + 1j * np.exp(1j * turn) * OVER_LINE, value, height, 0.5, turn, backed=True)
-    return [line(tail, point), arrow(point, -direction), words]
+    turn = readable_direction(float(np.angle(direction)))
+    middle = point + (length + ARROW_LENGTH) / 2 * direction
+    words = Words(middle + 1j * np.exp(1j * turn) * TEXT_ABOVE_LINE, value, height, 0.5, turn, backed=True)
+    return [line_mark(tail, point), arrowhead(point, -direction), words]
 
 
-def outwards(start: complex, point: complex, clear: float, value: str, height: float = LARGE) -> Marks:
+def radius_from_centre(start: complex, point: complex, clear: float, value: str, height: float = LARGE) -> Marks:
     """Dimension of a radius from the centre: an arrow to the arc, its value past the part that is not clear."""
     direction = (point - start) / abs(point - start)
-    turn = upright(float(np.angle(direction)))
-    middle = start + (clear + abs(point - start) - ARROW) / 2 * direction
-    words = Words(middle + 1j * np.exp(1j * turn) * OVER_LINE, value, height, 0.5, turn, backed=True)
-    return [line(start, point), arrow(point, direction), words]
+    turn = readable_direction(float(np.angle(direction)))
+    middle = start + (clear + abs(point - start) - ARROW_LENGTH) / 2 * direction
+    words = Words(middle + 1j * np.exp(1j * turn) * TEXT_ABOVE_LINE, value, height, 0.5, turn, backed=True)
+    return [line_mark(start, point), arrowhead(point, direction), words]
 
 
-def angular(radius: float, start: float, end: float, centre: complex = 0.0) -> Marks:
+def angle_dimension(radius: float, start: float, end: float, centre: complex = 0.0) -> Marks:
     """Dimension line of an angle between two directions (rad), with arrows, or dots if there is no room."""
     marks: Marks = [Line(arc_points(radius, start, end, centre))]
     sense = np.sign(end - start)
-    lean = sense * ARROW / (2 * radius)  # the chord of an arrow is on the arc
-    if abs(end - start) * radius >= 2 * ARROW + ROOM:
+    lean = sense * ARROW_LENGTH / (2 * radius)  # the chord of an arrow is on the arc
+    if abs(end - start) * radius >= 2 * ARROW_LENGTH + VALUE_GAP:
         for direction, side in ((start, -1.0), (end, 1.0)):
             tangent = 1j * sense * side * np.exp(1j * (direction - side * lean))
-            marks.append(arrow(centre + radius * np.exp(1j * direction), tangent))
+            marks.append(arrowhead(centre + radius * np.exp(1j * direction), tangent))
         return marks
     dots = (centre + radius * np.exp(1j * direction) for direction in (start, end))
     return [*marks, *(Line(arc_points(0.5, centre=dot), filled=True) for dot in dots)]

@@ -14,8 +14,7 @@ import numpy as np
 
 from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.scene.part import Part
-from camopt.show.sheet.cam import TrueCam
-from camopt.show.sheet.dimensions import inwards, outwards
+from camopt.show.sheet.dimensions import radius_from_centre, radius_from_outside
 from camopt.show.sheet.marks import (
     CHAIN,
     DOUBLE_CHAIN,
@@ -25,20 +24,21 @@ from camopt.show.sheet.marks import (
     Line,
     Marks,
     arc_points,
-    circle,
-    line,
-    said,
+    circle_mark,
+    length_text,
+    line_mark,
     width_of,
 )
-from camopt.show.sheet.ring import RingSector, ring
+from camopt.show.sheet.ring import RingSector, ring_marks
 from camopt.show.sheet.sizes import hole_outline
-from camopt.show.sheet.two_contacts import apart
+from camopt.show.sheet.true_cam import TrueCam
+from camopt.show.sheet.two_contacts import contact_distance
 from camopt.solve.contour.hole import keyway_turn
 
-TO_RING = 10.0  # mm: between the cam, or its pitch curve, and the ring
-BENT = 6.0  # mm: from the ring to where lines to it bend
-OVER = 4.0  # mm: centre lines past the cam
-BETWEEN_RAYS = 0.3  # rad: from one line along a radius to the next is enough
+RING_DISTANCE = 10.0  # mm: between the cam, or its pitch curve, and the ring
+BEND_LENGTH = 6.0  # mm: from the ring to where lines to it bend
+CENTRE_LINE_OVERRUN = 4.0  # mm: centre lines past the cam
+LEAST_RAY_ANGLE = 0.3  # rad: from one line along a radius to the next is enough
 SAME_RADIUS = 1e-9  # relative: radii that are the greatest, or the base circle's
 EVERY_DEGREE = np.radians(np.arange(0, 360))
 
@@ -57,7 +57,7 @@ class FrontView:
     @cached_property
     def walls(self) -> list[ComplexArray]:
         """The profile, or the walls of a groove or a rib, the inner one first."""
-        if self.cam.ribbed:
+        if self.cam.is_ribbed:
             return [self.cam.curves[f"{disc.prefix}profile"].points * self.scale for disc in self.cam.discs[::-1]]
         flanks = self.cam.problem.setup.mechanism.flanks
         return [self.cam.curve(f"profile_{flank.name}".removesuffix("_")) * self.scale for flank in flanks]
@@ -71,14 +71,14 @@ class FrontView:
         return edge
 
     @cached_property
-    def others(self) -> list[ComplexArray]:
+    def other_profiles(self) -> list[ComplexArray]:
         """The profiles of the other discs on the shaft."""
-        return [profile * self.scale for profile in self.cam.others]
+        return [profile * self.scale for profile in self.cam.other_profiles]
 
     @property
     def profiles(self) -> list[ComplexArray]:
         """The outlines of all discs, in their order."""
-        return [*self.others[: self.cam.place], self.outline, *self.others[self.cam.place :]]
+        return [*self.other_profiles[: self.cam.place], self.outline, *self.other_profiles[self.cam.place :]]
 
     @cached_property
     def pitch(self) -> ComplexArray:
@@ -88,11 +88,11 @@ class FrontView:
     @property
     def paths(self) -> list[ComplexArray]:
         """The paths of the centres of rollers: about a rib both."""
-        other = [self.cam.curves["second_pitch"].points * self.scale] if self.cam.ribbed else []
+        other = [self.cam.curves["second_pitch"].points * self.scale] if self.cam.is_ribbed else []
         return [path for path in (self.pitch, *other) if path.size]
 
     @property
-    def marked(self) -> ComplexArray:
+    def timing_curve(self) -> ComplexArray:
         """The curve at which the timing mark ends: of discs on one hub it is on the first one alone."""
         if not self.cam.problem.setup.mechanism.body.bounded and not self.part.outer_diameter:
             return self.walls[0]
@@ -106,52 +106,58 @@ class FrontView:
     def segments(self) -> list[RingSector]:
         """The follower's motions and their directions on the ring (rad)."""
         return [
-            (name, self.cam.start - self.cam.sense * begin, self.cam.start - self.cam.sense * end)
+            (
+                name,
+                self.cam.start_direction - self.cam.sense * begin,
+                self.cam.start_direction - self.cam.sense * end,
+            )
             for name, begin, end in self.cam.segments
         ]
 
     @property
-    def rays(self) -> list[float]:
+    def ray_directions(self) -> list[float]:
         """The directions (rad) of the ring where segments meet."""
         return [begin for _, begin, _ in self.segments]
 
     @cached_property
-    def joints(self) -> list[float]:
+    def touch_directions(self) -> list[float]:
         """The directions (rad) of the points of the profile that are touched where segments meet."""
-        return [ray + aside for ray, aside in zip(self.rays, self.cam.asides, strict=True)]
+        return [ray + aside for ray, aside in zip(self.ray_directions, self.cam.ray_offsets, strict=True)]
 
     @cached_property
-    def highest(self) -> complex:
+    def highest_point(self) -> complex:
         """A point of the profile furthest from the axis; of several, the one furthest from other lines."""
         sizes = np.abs(self.walls[-1])
-        return self._freest(self.walls[-1][sizes >= sizes.max() * (1 - SAME_RADIUS)])
+        return self._freest_point(self.walls[-1][sizes >= sizes.max() * (1 - SAME_RADIUS)])
 
     @cached_property
-    def lowest(self) -> complex:
+    def lowest_point(self) -> complex:
         """A point of the profile that is nearest to the axis."""
         sizes = np.abs(self.walls[0])
-        return self._freest(self.walls[0][sizes <= sizes.min() * (1 + SAME_RADIUS)])
+        return self._freest_point(self.walls[0][sizes <= sizes.min() * (1 + SAME_RADIUS)])
 
-    def _freest(self, points: ComplexArray) -> complex:
-        room = angle_between(np.angle(points)[:, None], self._lines).min(axis=1)
-        return complex(points[np.argmax(np.minimum(room, BETWEEN_RAYS))])
+    def _freest_point(self, points: ComplexArray) -> complex:
+        room = angle_between(np.angle(points)[:, None], self._line_directions).min(axis=1)
+        return complex(points[np.argmax(np.minimum(room, LEAST_RAY_ANGLE))])
 
     @property
-    def _lines(self) -> FloatArray:
+    def _line_directions(self) -> FloatArray:
         """The directions (rad) of centre lines, keyway and rays of the ring."""
-        return np.array([0, pi / 2, pi, -pi / 2, keyway_turn(self.part), *self.rays, *self.joints])
+        return np.array(
+            [0, pi / 2, pi, -pi / 2, keyway_turn(self.part), *self.ray_directions, *self.touch_directions]
+        )
 
     @cached_property
     def values(self) -> tuple[str, str]:
         """The least and the largest radius of the profile."""
-        gap = self.cam.own.half_width - self.cam.roller
-        if self.cam.ribbed:  # beyond the inner roller
+        gap = self.cam.disc_problem.half_width - self.cam.roller_radius
+        if self.cam.is_ribbed:  # beyond the inner roller
             inner = self.cam.discs[-1].problem
             low = float(inner.design.prime_radius[0]) + inner.half_width
         else:
             low = self.cam.size - gap
-        high = self.cam.quantity("outer_radius_mm") or abs(self.highest) / self.scale
-        return f"R{said(low)}", f"R{said(high)}"
+        high = self.cam.quantity("outer_radius_mm") or abs(self.highest_point) / self.scale
+        return f"R{length_text(low)}", f"R{length_text(high)}"
 
     @cached_property
     def inner(self) -> float:
@@ -161,67 +167,69 @@ class FrontView:
     @cached_property
     def ring(self) -> float:
         """The radius of the ring of angles."""
-        furthest = max(self.inner, *(np.abs(curve).max(initial=0.0) for curve in self._drawn))
-        room = abs(self.lowest) + width_of(self.values[0], LARGE) + 9.0
-        beyond = 0.0 if self._high_within else abs(self.highest) + width_of(self.values[1], LARGE) + 9.0
-        return float(max(furthest + TO_RING, room, beyond))
+        furthest = max(self.inner, *(np.abs(curve).max(initial=0.0) for curve in self._outer_curves))
+        room = abs(self.lowest_point) + width_of(self.values[0], LARGE) + 9.0
+        beyond = 0.0 if self._is_largest_inside else abs(self.highest_point) + width_of(self.values[1], LARGE) + 9.0
+        return float(max(furthest + RING_DISTANCE, room, beyond))
 
     @cached_property
-    def yoke(self) -> tuple[complex, ...]:
+    def yoke_contacts(self) -> tuple[complex, ...]:
         """Where both contacts of a yoke are (of a roller its centre); none without one."""
         if not self.cam.problem.setup.mechanism.drive.one_disc:
             return ()
-        found = apart(self.cam)
+        found = contact_distance(self.cam)
         assert found is not None
         top = complex(self.cam.curves_at(np.zeros(1)).pitch[0])
         return top * self.scale, (top - 1j * found.value) * self.scale
 
     @cached_property
-    def rollers(self) -> list[ComplexArray]:
+    def roller_outlines(self) -> list[ComplexArray]:
         """Those of a yoke."""
-        radius = self.cam.roller * self.scale
-        return [arc_points(radius, centre=centre) for centre in self.yoke if radius]
+        radius = self.cam.roller_radius * self.scale
+        return [arc_points(radius, centre=centre) for centre in self.yoke_contacts if radius]
 
     @property
-    def _drawn(self) -> list[ComplexArray]:
+    def _outer_curves(self) -> list[ComplexArray]:
         """The curves that reach furthest from the axis."""
-        return [self.outline, self.pitch, *self.others, *self.rollers]
+        return [self.outline, self.pitch, *self.other_profiles, *self.roller_outlines]
 
     @property
-    def _high_within(self) -> bool:
+    def _is_largest_inside(self) -> bool:
         """Whether the value of the largest radius is written inside the profile."""
-        return len(self.walls) == 1 and abs(self.highest) - self.inner >= width_of(self.values[1], LARGE) + 8.0
+        return (
+            len(self.walls) == 1 and abs(self.highest_point) - self.inner >= width_of(self.values[1], LARGE) + 8.0
+        )
 
-    def radius_at(self, turn: float, half: float = 0.0) -> float:
+    def largest_radius(self, turn: float, half: float = 0.0) -> float:
         """The largest radius of hub, profile and pitch curve within an angle of a direction (rad)."""
         found = self.inner
-        for curve in self._drawn:
+        for curve in self._outer_curves:
             near = angle_between(np.angle(curve), turn) <= max(half, 0.02)
             found = max(found, float(np.abs(curve[near]).max(initial=0.0)))
         return found
 
-    def nearest(self, turn: float) -> float:
+    def profile_radius(self, turn: float) -> float:
         """The radius of the profile in a direction (rad)."""
-        return _radius_of(self.walls[0], turn)
+        return _outline_radius(self.walls[0], turn)
 
     @property
     def mark(self) -> float:
         """The radius at which the timing mark ends, straight up."""
-        return _radius_of(self.marked, pi / 2)
+        return _outline_radius(self.timing_curve, pi / 2)
 
     def marks(self) -> Marks:
         """The view, about the cam's axis."""
-        marks: Marks = [*(Line(wall, THICK) for wall in self.walls), circle(self.base, CHAIN)]
+        marks: Marks = [*(Line(wall, THICK) for wall in self.walls), circle_mark(self.base, CHAIN)]
         marks += [Line(self.outline, THICK)] if self.part.outer_diameter else []
-        marks += [Line(profile, HIDDEN) for profile in self.others]
-        marks += [Line(roller, DOUBLE_CHAIN) for roller in self.rollers]
+        marks += [Line(profile, HIDDEN) for profile in self.other_profiles]
+        marks += [Line(roller, DOUBLE_CHAIN) for roller in self.roller_outlines]
         marks += [Line(path, DOUBLE_CHAIN) for path in self.paths]
         marks += self._centre_lines()
         part, turn = self.part, keyway_turn(self.part)
-        marks += [circle(part.hub_diameter / 2 * self.scale, THICK)] if part.hub_diameter else []
+        marks += [circle_mark(part.hub_diameter / 2 * self.scale, THICK)] if part.hub_diameter else []
         marks += [Line(hole_outline(part, turn) * self.scale, THICK)] if part.bore else []
-        marks += [*self._rays(), *ring(self.segments, self.ring)]
-        marks += self._radii()
+        marks += [*self._ray_lines(), *ring_marks(self.segments, self.ring)]
+        marks += self._radius_marks()
         return marks
 
     def _centre_lines(self) -> Iterator[Line]:
@@ -229,38 +237,45 @@ class FrontView:
             reach = [
                 max(0.0, float(((side * along).conjugate() * self.outline).real.max())) for side in (-1.0, 1.0)
             ]
-            yield line(-(reach[0] + OVER) * along, (reach[1] + OVER) * along, pen=CHAIN)
+            yield line_mark(
+                -(reach[0] + CENTRE_LINE_OVERRUN) * along, (reach[1] + CENTRE_LINE_OVERRUN) * along, pen=CHAIN
+            )
 
-    def _rays(self) -> Iterator[Line]:
+    def _ray_lines(self) -> Iterator[Line]:
         """Lines to the ring from where the follower touches the cam as segments meet; bent where that is aside."""
-        for turn, joint, aside in zip(self.rays, self.joints, self.cam.asides, strict=True):
+        for turn, joint, aside in zip(
+            self.ray_directions, self.touch_directions, self.cam.ray_offsets, strict=True
+        ):
             ray, touched = np.exp(1j * turn), np.exp(1j * joint)
-            bent = [(self.ring - BENT) * touched, self.ring * ray] if aside else []
-            yield line((self.radius_at(joint) + 1.5) * touched, *bent, (self.ring + 2.0) * ray)
+            bent = [(self.ring - BEND_LENGTH) * touched, self.ring * ray] if aside else []
+            yield line_mark((self.largest_radius(joint) + 1.5) * touched, *bent, (self.ring + 2.0) * ray)
 
-    def _radii(self) -> Marks:
+    def _radius_marks(self) -> Marks:
         low, high = self.values
-        marks = self._base_radius(low)
-        if abs(abs(self.highest) - abs(self.lowest)) <= SAME_RADIUS * abs(self.highest):
+        marks = self._base_radius_marks(low)
+        if abs(abs(self.highest_point) - abs(self.lowest_point)) <= SAME_RADIUS * abs(self.highest_point):
             return marks
-        if self._high_within:
-            return [*marks, *outwards(0.0, self.highest, self.inner, high)]
-        away = self.highest / abs(self.highest)
-        return [*marks, *inwards(self.highest, away, self.ring - abs(self.highest) - 3.0, high)]
+        if self._is_largest_inside:
+            return [*marks, *radius_from_centre(0.0, self.highest_point, self.inner, high)]
+        away = self.highest_point / abs(self.highest_point)
+        return [
+            *marks,
+            *radius_from_outside(self.highest_point, away, self.ring - abs(self.highest_point) - 3.0, high),
+        ]
 
-    def _base_radius(self, value: str) -> Marks:
+    def _base_radius_marks(self, value: str) -> Marks:
         """The base radius, dimensioned at a dwell on the base circle, or else at the base circle."""
-        away = self.lowest / abs(self.lowest)
+        away = self.lowest_point / abs(self.lowest_point)
         sizes = np.abs(self.walls[0])
         turns = np.angle(self.walls[0][sizes <= sizes.min() * (1 + SAME_RADIUS)] / away)
-        if np.ptp(turns) < BETWEEN_RAYS and self.base - self.inner >= width_of(value, LARGE) + 8.0:
-            lines = np.append(self._lines, np.angle(self.highest))
+        if np.ptp(turns) < LEAST_RAY_ANGLE and self.base - self.inner >= width_of(value, LARGE) + 8.0:
+            lines = np.append(self._line_directions, np.angle(self.highest_point))
             free = np.argmax(angle_between(EVERY_DEGREE[:, None], lines).min(axis=1))
-            return outwards(0.0, self.base * np.exp(1j * EVERY_DEGREE[free]), self.inner, value)
-        return inwards(self.lowest, away, self.ring - abs(self.lowest) - 3.0, value)
+            return radius_from_centre(0.0, self.base * np.exp(1j * EVERY_DEGREE[free]), self.inner, value)
+        return radius_from_outside(self.lowest_point, away, self.ring - abs(self.lowest_point) - 3.0, value)
 
 
-def _radius_of(outline: ComplexArray, turn: float) -> float:
+def _outline_radius(outline: ComplexArray, turn: float) -> float:
     """The radius of a closed curve round the axis in a direction (rad)."""
     return float(np.abs(outline[np.argmin(angle_between(np.angle(outline), turn))]))
 

@@ -13,12 +13,12 @@ import numpy as np
 from shapely import LineString, Polygon, STRtree
 
 from camopt.core.numerics import ComplexArray, FloatArray
-from camopt.core.quantities.unit_systems import SYSTEMS, shown, system_shown
+from camopt.core.quantities.unit_systems import SYSTEMS, shown_system, to_shown_unit
 
-MM = 72 / 25.4  # points
-CAPITAL = 0.729  # of the size of DejaVu Sans: the height of its capitals, by which lettering is measured
+POINTS_PER_MM = 72 / 25.4  # points
+CAPITAL_HEIGHT = 0.729  # of the size of DejaVu Sans: the height of its capitals, by which lettering is measured
 LARGE, MEDIUM, SMALL = 3.5, 2.5, 1.8  # mm
-AROUND_WORDS = 0.6  # mm: round words
+WORDS_PADDING = 0.6  # mm: round words
 FONT = "DejaVu Sans"  # comes with matplotlib, so that all machines make the same file
 
 
@@ -70,7 +70,7 @@ Mark = Line | Words
 Marks = list[Mark]
 
 
-class Box(NamedTuple):
+class MarkBox(NamedTuple):
     """From one corner to the other, mm."""
 
     low: complex
@@ -87,23 +87,23 @@ def width_of(text: str, height: float) -> float:
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
-    font = FontProperties(family=FONT, size=height / CAPITAL)
+    font = FontProperties(family=FONT, size=height / CAPITAL_HEIGHT)
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing")
         return float(text_to_path.get_text_width_height_descent(text, font, ismath=False)[0])
 
 
-def line(*points: complex, pen: Pen = THIN) -> Line:
+def line_mark(*points: complex, pen: Pen = THIN) -> Line:
     return Line(np.array(points, dtype=complex), pen)
 
 
-def closed(*points: complex, pen: Pen = THIN) -> Line:
+def closed_line(*points: complex, pen: Pen = THIN) -> Line:
     """A closed line."""
-    return line(*points, points[0], pen=pen)
+    return line_mark(*points, points[0], pen=pen)
 
 
-def rectangle(low: complex, high: complex, pen: Pen = THIN) -> Line:
-    return closed(low, complex(high.real, low.imag), high, complex(low.real, high.imag), pen=pen)
+def rectangle_line(low: complex, high: complex, pen: Pen = THIN) -> Line:
+    return closed_line(low, complex(high.real, low.imag), high, complex(low.real, high.imag), pen=pen)
 
 
 def arc_points(radius: float, start: float = 0.0, end: float = 2 * np.pi, centre: complex = 0.0) -> ComplexArray:
@@ -112,23 +112,23 @@ def arc_points(radius: float, start: float = 0.0, end: float = 2 * np.pi, centre
     return np.asarray(centre + radius * np.exp(1j * np.linspace(start, end, count)))
 
 
-def circle(radius: float, pen: Pen = THIN, centre: complex = 0.0) -> Line:
+def circle_mark(radius: float, pen: Pen = THIN, centre: complex = 0.0) -> Line:
     return Line(arc_points(radius, centre=centre), pen)
 
 
-def upright(turn: float) -> float:
+def readable_direction(turn: float) -> float:
     """A direction of text (rad), or its opposite: the one readable from below or from the right."""
     turn = (turn + np.pi) % (2 * np.pi) - np.pi
     return turn if -np.pi / 2 + 1e-6 < turn <= np.pi / 2 + 1e-6 else turn - np.copysign(np.pi, turn)
 
 
-def box_of(marks: Iterable[Mark]) -> Box:
+def marks_box(marks: Iterable[Mark]) -> MarkBox:
     """The least box, along the paper's edges, round some marks."""
     every = np.concatenate([mark.points if isinstance(mark, Line) else mark.corners for mark in marks])
-    return Box(complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max()))
+    return MarkBox(complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max()))
 
 
-def moved(marks: Iterable[Mark], by: complex) -> Marks:
+def shift_marks(marks: Iterable[Mark], by: complex) -> Marks:
     """The marks elsewhere on the paper."""
     return [
         mark._replace(points=mark.points + by) if isinstance(mark, Line) else mark._replace(at=mark.at + by)
@@ -136,16 +136,16 @@ def moved(marks: Iterable[Mark], by: complex) -> Marks:
     ]
 
 
-class Taken:
+class OccupiedArea:
     """The marks on the paper so far, prepared for many tests of overlap."""
 
     def __init__(self, marks: Marks) -> None:
-        self._words = STRtree([_shape(mark) for mark in marks if isinstance(mark, Words) or _is_frame(mark)])
-        self._lines = STRtree([_shape(mark) for mark in marks if isinstance(mark, Line)])
+        self._words = STRtree([_mark_shape(mark) for mark in marks if isinstance(mark, Words) or _is_frame(mark)])
+        self._lines = STRtree([_mark_shape(mark) for mark in marks if isinstance(mark, Line)])
 
-    def meets(self, made: Marks) -> bool:
+    def overlaps(self, made: Marks) -> bool:
         """Whether marks overlap: lines or words with earlier words or their frames, or words with earlier lines."""
-        shapes = [_shape(mark) for mark in made]
+        shapes = [_mark_shape(mark) for mark in made]
         return any(self._words.query(shape, predicate="intersects").size for shape in shapes) or any(
             self._lines.query(shape, predicate="intersects").size
             for mark, shape in zip(made, shapes, strict=True)
@@ -158,41 +158,41 @@ def _is_frame(line: Line) -> bool:
     return len(line.points) == 5 and line.points[0] == line.points[-1] and not line.filled
 
 
-def _shape(mark: Mark) -> LineString | Polygon:
+def _mark_shape(mark: Mark) -> LineString | Polygon:
     """A line, or the padded box of words or the area of a frame, for shapely."""
     if isinstance(mark, Words):
-        return Polygon(_columns(mark.corners)).buffer(AROUND_WORDS)
+        return Polygon(_coordinate_rows(mark.corners)).buffer(WORDS_PADDING)
     if _is_frame(mark):
-        return Polygon(_columns(mark.points))
-    return LineString(_columns(mark.points))
+        return Polygon(_coordinate_rows(mark.points))
+    return LineString(_coordinate_rows(mark.points))
 
 
-def decimal(value: float, digits: int = 3) -> str:
+def decimal_text(value: float, digits: int = 3) -> str:
     """A number with at most ``digits`` decimals and a real minus sign."""
     text = f"{value:.{digits}f}"
     text = text.rstrip("0").rstrip(".") if "." in text else text
     return ("0" if text == "-0" else text).replace("-", "−")
 
 
-def said(length: float, digits: int = 3) -> str:
+def length_text(length: float, digits: int = 3) -> str:
     """A length, mm, as a dimension in the unit that is shown: of an inch one decimal more."""
-    return decimal(shown(length, "mm"), digits + FINER[system_shown()])
+    return decimal_text(to_shown_unit(length, "mm"), digits + EXTRA_DECIMALS[shown_system()])
 
 
-FINER = dict(zip(SYSTEMS, (0, 1), strict=True))
+EXTRA_DECIMALS = dict(zip(SYSTEMS, (0, 1), strict=True))
 """By how many decimals lengths are written finer than in mm."""
 
 
 def fitted_words(text: str, width: float, lines: int, heights: Sequence[float]) -> tuple[list[str], float]:
     """A text as lines of a width (mm): in the largest of some heights that fits, cut off with … if none does."""
     for height in heights:
-        found = wrapped(text, width, height)
+        found = wrap_text(text, width, height)
         if len(found) <= lines:
             return found, height
     return cut_lines(found, lines, width, height), height
 
 
-def wrapped(text: str, width: float, height: float) -> list[str]:
+def wrap_text(text: str, width: float, height: float) -> list[str]:
     """A text as lines of at most a width (mm); a word that is wider alone is divided."""
     lines = [""]
     for word in text.split():
@@ -204,7 +204,7 @@ def wrapped(text: str, width: float, height: float) -> list[str]:
         lines[-1] = lines[-1] or word
         while width_of(lines[-1], height) > width and len(lines[-1]) > 1:
             whole = lines[-1]
-            keep = max(1, longest(whole, width, height))
+            keep = max(1, fitting_letters(whole, width, height))
             lines[-1:] = [whole[:keep], whole[keep:]]
     return lines
 
@@ -214,10 +214,10 @@ def cut_lines(lines: list[str], count: int, width: float, height: float) -> list
     if len(lines) <= count:
         return lines
     last = lines[count - 1]
-    return [*lines[: count - 1], f"{last[: longest(last, width, height, '…')]}…"]
+    return [*lines[: count - 1], f"{last[: fitting_letters(last, width, height, '…')]}…"]
 
 
-def longest(text: str, width: float, height: float, end: str = "") -> int:
+def fitting_letters(text: str, width: float, height: float, end: str = "") -> int:
     """How many letters of a text fit in a width (mm) together with an ending."""
     return bisect_right(range(len(text)), width, key=lambda k: width_of(f"{text[: k + 1]}{end}", height))
 
@@ -229,9 +229,9 @@ def draw_marks(axes: Any, marks: Iterable[Mark]) -> None:
 
     for order, mark in enumerate(marks):
         if isinstance(mark, Words):
-            _write(axes, mark)
+            _draw_words(axes, mark)
             continue
-        path = Path(_columns(mark.points))
+        path = Path(_coordinate_rows(mark.points))
         path.should_simplify = False  # a drawing is measured
         style = "solid" if not mark.pen.dashes else (0, mark.pen.dashes)
         axes.add_artist(  # not as a patch: the limits of the axes are those of the paper
@@ -240,7 +240,7 @@ def draw_marks(axes: Any, marks: Iterable[Mark]) -> None:
                 fill=mark.filled,
                 facecolor="black",
                 edgecolor="black",
-                linewidth=0.0 if mark.filled else mark.pen.width * MM,
+                linewidth=0.0 if mark.filled else mark.pen.width * POINTS_PER_MM,
                 linestyle=style,
                 capstyle="butt",
                 joinstyle="miter",
@@ -249,18 +249,18 @@ def draw_marks(axes: Any, marks: Iterable[Mark]) -> None:
         )
 
 
-def _columns(points: ComplexArray) -> FloatArray:
+def _coordinate_rows(points: ComplexArray) -> FloatArray:
     return np.column_stack([points.real, points.imag])
 
 
-def _write(axes: Any, words: Words) -> None:
+def _draw_words(axes: Any, words: Words) -> None:
     shift = -words.place * width_of(words.text, words.height) * np.exp(1j * words.turn)
     at = words.at + shift
     axes.text(
         at.real,
         at.imag,
         words.text,
-        fontsize=words.height / CAPITAL * MM,
+        fontsize=words.height / CAPITAL_HEIGHT * POINTS_PER_MM,
         family=FONT,
         color="black",
         ha="left",

@@ -3,34 +3,36 @@
 from collections.abc import Iterable, Iterator
 from math import degrees, isfinite, pi
 
-from camopt.core.quantities.unit_systems import shown, shown_unit, system_shown
-from camopt.model.effects import quantity_of
-from camopt.model.effects.curvature import CUTTER
-from camopt.model.effects.pressure import BOTTOM
+from camopt.core.quantities.unit_systems import shown_system, shown_unit, to_shown_unit
+from camopt.model.effects import find_quantity
+from camopt.model.effects.curvature import CUTTER_RADIUS
+from camopt.model.effects.pressure import BOTTOM_ANGLE
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.stroke import RETURN, RISE, Stroke
 from camopt.scene.problem.limit import Limit
-from camopt.show.sheet.cam import TrueCam, steady_of
-from camopt.show.sheet.marks import MEDIUM, Marks, Words, cut_lines, decimal, said, wrapped
-from camopt.show.sheet.sizes import clearance_of, keyway_depth_said
-from camopt.show.sheet.two_contacts import two_contacts
+from camopt.show.sheet.marks import MEDIUM, Marks, Words, cut_lines, decimal_text, length_text, wrap_text
+from camopt.show.sheet.sizes import clearance_of, keyway_depth_text
+from camopt.show.sheet.true_cam import TrueCam, constant_velocity_strokes
+from camopt.show.sheet.two_contacts import contact_notes
 from camopt.solve.contour.hole import keyway_turn
 from camopt.solve.tables.cells import with_unit
 from camopt.solve.verdicts.evaluation import Evaluation, evaluate_design
 
 FLANK_RADIUS = 1e3  # of the cam's size: the radius of a hollow that is a straight flank to any cutter
 LINE_STEP = 4.2  # mm from line to line
-INDENT = 6.0  # mm
+NOTE_INDENT = 6.0  # mm
 NOTE_LINES = 20  # lines of one note: only a name without end, or hundreds of segments, have more
-SENSES = {"cw": "clockwise", "ccw": "counter-clockwise"}
+ROTATION_WORDS = {"cw": "clockwise", "ccw": "counter-clockwise"}
 
 
-def notes(texts: Iterable[str], width: float) -> Marks:
+def numbered_notes(texts: Iterable[str], width: float) -> Marks:
     """Numbered notes of a width (mm), from their lower left corner."""
     lines: list[tuple[float, str]] = []
     for k, note in enumerate(texts, start=1):
-        first, *more = cut_lines(wrapped(note, width - INDENT, MEDIUM), NOTE_LINES, width - INDENT, MEDIUM)
-        lines += [(0.0, f"{k}"), (INDENT, first), *((INDENT, text) for text in more)]
+        first, *more = cut_lines(
+            wrap_text(note, width - NOTE_INDENT, MEDIUM), NOTE_LINES, width - NOTE_INDENT, MEDIUM
+        )
+        lines += [(0.0, f"{k}"), (NOTE_INDENT, first), *((NOTE_INDENT, text) for text in more)]
     marks: Marks = []
     down = sum(1 for x, _ in lines if x)
     for x, text in lines:
@@ -39,35 +41,35 @@ def notes(texts: Iterable[str], width: float) -> Marks:
     return marks
 
 
-def texts_of(cam: TrueCam) -> Iterator[str]:
+def note_texts(cam: TrueCam) -> Iterator[str]:
     """What is noted of a cam; first that it breaks limits of its scene, if it does."""
-    yield from _broken(cam)
-    yield " ".join(_general(cam))
-    yield from _followers(cam)
-    yield from two_contacts(cam)
-    yield from _turning(cam)
-    yield from _keyway(cam)
-    yield from _motion(cam)
-    yield from _columns(cam)
-    yield from _groove(cam)
-    yield from _computed(cam)
+    yield from _broken_limits(cam)
+    yield " ".join(_general_notes(cam))
+    yield from _follower_notes(cam)
+    yield from contact_notes(cam)
+    yield from _rotation_notes(cam)
+    yield from _keyway_notes(cam)
+    yield from _motion_notes(cam)
+    yield from _table_notes(cam)
+    yield from _groove_notes(cam)
+    yield from _computed_notes(cam)
 
 
-def _broken(cam: TrueCam) -> Iterator[str]:
+def _broken_limits(cam: TrueCam) -> Iterator[str]:
     """The limits that it breaks, each with what it reaches and its bound."""
     found = evaluate_design(cam.scene, cam.problem)
     names = found["violated"].split(",")
-    broken = [text for limit in cam.problem.limits if limit.name in names for text in _beyond(limit, found)]
+    broken = [text for limit in cam.problem.limits if limit.name in names for text in _limit_texts(limit, found)]
     if broken:
-        yield cam.say("Breaks limits of its design: {}.").format("; ".join(broken))
+        yield cam.translate("Breaks limits of its design: {}.").format("; ".join(broken))
     elif not found["feasible"]:
-        yield cam.say("Not proved to hold the limits of its design.")
+        yield cam.translate("Not proved to hold the limits of its design.")
 
 
-def _beyond(limit: Limit, found: Evaluation) -> list[str]:
+def _limit_texts(limit: Limit, found: Evaluation) -> list[str]:
     """A limit with what is reached and allowed, or its name where that is no number."""
     what = limit.name.replace("_", " ")
-    units = {name: quantity_of(name, limit.setup).unit for name in limit.shown if name in found}
+    units = {name: find_quantity(name, limit.setup).unit for name in limit.shown_quantities if name in found}
     texts = [
         f"{what} {with_unit(found[name], unit)} ({limit.relation} {with_unit(limit.bound, unit)})"
         for name, unit in units.items()
@@ -75,29 +77,29 @@ def _beyond(limit: Limit, found: Evaluation) -> list[str]:
     return texts or [what]
 
 
-def _general(cam: TrueCam) -> Iterator[str]:
+def _general_notes(cam: TrueCam) -> Iterator[str]:
     """What holds wherever the drawing says nothing else."""
     part = cam.part
-    yield cam.say(f"Dimensions in {system_shown()}. Projection method 1.")
+    yield cam.translate(f"Dimensions in {shown_system()}. Projection method 1.")
     if part.general_tolerances:
-        yield cam.say("General tolerances {}.").format(part.general_tolerances)
+        yield cam.translate("General tolerances {}.").format(part.general_tolerances)
     if part.edges:
-        edges = (f"{shown(value, 'mm'):+.3g}" for value in part.edges)
-        yield cam.say("Edges ISO 13715: outer {}, inner {}.").format(*edges)
+        edges = (f"{to_shown_unit(value, 'mm'):+.3g}" for value in part.edges)
+        yield cam.translate("Edges ISO 13715: outer {}, inner {}.").format(*edges)
     if part.other_roughness is not None:
-        yield cam.say("Other surfaces Ra {}.").format(f"{shown(part.other_roughness, 'µm'):.3g}")
+        yield cam.translate("Other surfaces Ra {}.").format(f"{to_shown_unit(part.other_roughness, 'µm'):.3g}")
 
 
-def _followers(cam: TrueCam) -> Iterator[str]:
+def _follower_notes(cam: TrueCam) -> Iterator[str]:
     """The follower, as each disc has it."""
-    if not cam.paired:
-        yield cam.say("For {}.").format(_follower(cam, cam.problem.design))
+    if not cam.is_disc_pair:
+        yield cam.translate("For {}.").format(_follower_text(cam, cam.problem.design))
         return
     for k, disc in enumerate(cam.discs, start=1):
-        yield cam.say("Disc {}: for {}.").format(k, _follower(cam, disc.problem.design))
+        yield cam.translate("Disc {}: for {}.").format(k, _follower_text(cam, disc.problem.design))
 
 
-def _follower(cam: TrueCam, design: Designs) -> str:
+def _follower_text(cam: TrueCam, design: Designs) -> str:
     scene = cam.scene
     contact = {
         ("roller", False): "with a roller Ø{}",
@@ -106,44 +108,46 @@ def _follower(cam: TrueCam, design: Designs) -> str:
         ("flat", False): "with a flat face",
         ("flat", True): "with two flat faces",
         ("knife", False): "with a knife edge",
-    }[scene.tip.name, scene.mechanism.drive.one_disc or cam.ribbed]
+    }[scene.tip.name, scene.mechanism.drive.one_disc or cam.is_ribbed]
     radius = float(design.roller_radius[0]) * (2.0 if scene.tip.name == "roller" else 1.0)
     who = "a yoke {}" if scene.mechanism.drive.one_disc else f"{scene.mechanism.motion.words} follower {{}}"
-    kind = cam.say(who)
+    kind = cam.translate(who)
     sizes = {
         "{} apart": float(design.roller_spacing[0]),
         "arm {}": float(design.arm_length[0]),
         "distance of the pivot from the cam's axis {}": float(design.centre_distance[0]),
         "distance of the face from the pivot {}": float(design.face_offset[0]),
     }
-    more = [cam.say(text).format(said(value)) for text, value in sizes.items() if value]
+    more = [cam.translate(text).format(length_text(value)) for text, value in sizes.items() if value]
     offset = float(design.offset[0])
     if offset:
         side = "right" if offset > 0 else "left"
-        more.append(cam.say(f"its axis offset by {{}} to the {side}").format(said(abs(offset))))
-    return ", ".join([kind.format(cam.say(contact).format(said(radius))), *more])
+        more.append(cam.translate(f"its axis offset by {{}} to the {side}").format(length_text(abs(offset))))
+    return ", ".join([kind.format(cam.translate(contact).format(length_text(radius))), *more])
 
 
-def _turning(cam: TrueCam) -> Iterator[str]:
+def _rotation_notes(cam: TrueCam) -> Iterator[str]:
     scene = cam.scene
-    speed = "" if scene.cam.rpm is None else cam.say(" at {} rev/min").format(decimal(scene.cam.rpm))
+    speed = "" if scene.cam.rpm is None else cam.translate(" at {} rev/min").format(decimal_text(scene.cam.rpm))
     if cam.problem.setup.mechanism.body.developed:
         # cam angles grow to the right, and so against the turn of a cam that turns ccw, which only its inside shows
         side = {"cw": "outside", "ccw": "inside"}[scene.cam.rotation]
-        what = "rib" if cam.ribbed else "groove"
+        what = "rib" if cam.is_ribbed else "groove"
         view = f"The {what} is developed at the mean radius, as seen from {side}: the cam turns"
-        turn = f"{SENSES[scene.cam.rotation]}, as seen from above; the surface moves as the arrow shows"
-        yield cam.say(f"{view} {turn}{{}}.").format(speed)
+        turn = f"{ROTATION_WORDS[scene.cam.rotation]}, as seen from above; the surface moves as the arrow shows"
+        yield cam.translate(f"{view} {turn}{{}}.").format(speed)
         return
-    turns = f"Turns {SENSES[scene.cam.rotation]}{{}}, as seen in the front view, which is at cam angle 0."
-    yield cam.say(turns).format(speed)
-    ball, tip = cam.problem.setup.spherical, "roller's centre" if cam.roller else "point of contact"
+    turns = f"Turns {ROTATION_WORDS[scene.cam.rotation]}{{}}, as seen in the front view, which is at cam angle 0."
+    yield cam.translate(turns).format(speed)
+    ball, tip = cam.problem.setup.spherical, "roller's centre" if cam.roller_radius else "point of contact"
     point = "centre of the face" if ball else tip
-    angles = cam.say(f"Angles round the cam: from 0°, the direction of the {point} at cam angle 0.")
-    yield angles + (cam.say(" Bent lines lead to where the profile is touched then.") if any(cam.asides) else "")
+    angles = cam.translate(f"Angles round the cam: from 0°, the direction of the {point} at cam angle 0.")
+    yield angles + (
+        cam.translate(" Bent lines lead to where the profile is touched then.") if any(cam.ray_offsets) else ""
+    )
 
 
-def _keyway(cam: TrueCam) -> Iterator[str]:
+def _keyway_notes(cam: TrueCam) -> Iterator[str]:
     """The angle of the keyway, if not at the timing mark; and its sizes that no view shows."""
     part = cam.part
     if not part.keyway_width:
@@ -151,114 +155,126 @@ def _keyway(cam: TrueCam) -> Iterator[str]:
     angle = round(degrees(cam.sense * (pi / 2 - keyway_turn(part))) % 360.0, 3) % 360.0
     if cam.problem.setup.mechanism.body.developed:
         where = ", where the section is" if cam.flank_height else ""
-        yield cam.say(f"The keyway is at cam angle {{}}°{where}.").format(decimal(angle))
+        yield cam.translate(f"The keyway is at cam angle {{}}°{where}.").format(decimal_text(angle))
         return
     if angle:
-        yield cam.say("Middle of the keyway at φ {}°.").format(decimal(angle))
+        yield cam.translate("Middle of the keyway at φ {}°.").format(decimal_text(angle))
     if not part.thickness:
-        yield cam.say("Bore and keyway: {}.").format(keyway_depth_said(part))
+        yield cam.translate("Bore and keyway: {}.").format(keyway_depth_text(part))
 
 
-def _motion(cam: TrueCam) -> Iterator[str]:
+def _motion_notes(cam: TrueCam) -> Iterator[str]:
     """The motion that is asked: of the follower, or with a train of the tool, whose lift is another."""
     follower, tool = cam.problem.programme, cam.problem.programme.tool
     laws = {name: tool.law_names(kind) for name, kind in (("rise", RISE), ("return", RETURN))}
     words, before = "Lift {}", ""
     if tool is not follower:
-        shown = _shown(follower.lift, cam.problem.setup.angular)
+        shown = _lift_text(follower.lift, cam.problem.setup.angular)
         words, before = (
             "Tool at the end of the train: lift {}",
-            f"{cam.say('s: lift of the follower, {}.').format(shown)} ",
+            f"{cam.translate('s: lift of the follower, {}.').format(shown)} ",
         )
-    named = [f"{cam.say(name)} {law}" for name, law in laws.items() if law]
-    named += [_steady(stroke, cam) for stroke in steady_of(tool)]
-    lift = cam.say(words).format(_shown(tool.lift, cam.problem.setup.tool_turns))
+    named = [f"{cam.translate(name)} {law}" for name, law in laws.items() if law]
+    named += [_steady_text(stroke, cam) for stroke in constant_velocity_strokes(tool)]
+    lift = cam.translate(words).format(_lift_text(tool.lift, cam.problem.setup.tool_turns))
     yield before + "; ".join([lift, *named]) + "."
 
 
-def _shown(lift: float, angular: bool) -> str:
-    return f"{decimal(degrees(lift))}°" if angular else said(lift)
+def _lift_text(lift: float, angular: bool) -> str:
+    return f"{decimal_text(degrees(lift))}°" if angular else length_text(lift)
 
 
-def _steady(stroke: Stroke, cam: TrueCam) -> str:
+def _steady_text(stroke: Stroke, cam: TrueCam) -> str:
     """A stretch at constant velocity, which is often what a cam is for."""
     assert stroke.given
     velocity = stroke.given.change / stroke.given.angle
     unit = "deg/deg" if stroke.given.angular else "mm/deg"
     per = f"{'' if stroke.given.angular else ' '}{shown_unit(unit).replace('deg', '°')}"
-    ends = (decimal(degrees(angle)) for angle in (stroke.start, stroke.end))
-    return cam.say("θ {}° to {}° at constant velocity {}{}").format(*ends, decimal(shown(velocity, unit), 5), per)
+    ends = (decimal_text(degrees(angle)) for angle in (stroke.start, stroke.end))
+    return cam.translate("θ {}° to {}° at constant velocity {}{}").format(
+        *ends, decimal_text(to_shown_unit(velocity, unit), 5), per
+    )
 
 
-def _columns(cam: TrueCam) -> Iterator[str]:
+def _table_notes(cam: TrueCam) -> Iterator[str]:
     setup = cam.problem.setup
     if setup.mechanism.body.developed:
-        if cam.ribbed:
+        if cam.is_ribbed:
             text = (
                 "Table: cam angle θ, lift s; centres of rollers 1, beyond the rib, and 2: x round the mean radius, "
             )
-            yield cam.say(f"{text}y along the axis.")
+            yield cam.translate(f"{text}y along the axis.")
             return
-        point = cam.say(cam.scene.tip.trace)
+        point = cam.translate(cam.scene.tip.trace)
         lift = ", lift s; {} x" if setup.angular else "; {} x"
         along = "y along the axis." if setup.angular else "y along the axis, which is its lift s."
-        yield cam.say(f"Table: cam angle θ{lift} round the mean radius, {along}").format(point)
+        yield cam.translate(f"Table: cam angle θ{lift} round the mean radius, {along}").format(point)
         return
-    radius = cam.roller
-    text = cam.say("Table: cam angle θ, lift s; polar angle φ from the timing mark against the rotation, radius r.")
+    radius = cam.roller_radius
+    text = cam.translate(
+        "Table: cam angle θ, lift s; polar angle φ from the timing mark against the rotation, radius r."
+    )
     if setup.spherical:
-        text += cam.say(" Profile: contact; centre: of the spherical face R{}.").format(said(radius))
-    elif cam.ribbed:
-        text += cam.say(" Centres of rollers 1, outside of the rib, and 2, within it.")
+        text += cam.translate(" Profile: contact; centre: of the spherical face R{}.").format(length_text(radius))
+    elif cam.is_ribbed:
+        text += cam.translate(" Centres of rollers 1, outside of the rib, and 2, within it.")
     elif not setup.mechanism.body.bounded:
-        text += cam.say(" Centre: of the roller, or of a cutter as wide as the groove.")
+        text += cam.translate(" Centre: of the roller, or of a cutter as wide as the groove.")
     elif radius:
-        text += cam.say(" Profile: contact; centre: of the roller, or of a cutter R{}.").format(said(radius))
+        text += cam.translate(" Profile: contact; centre: of the roller, or of a cutter R{}.").format(
+            length_text(radius)
+        )
     yield text
 
 
-def _groove(cam: TrueCam) -> Iterator[str]:
+def _groove_notes(cam: TrueCam) -> Iterator[str]:
     """The clearance of a roller in its groove, and the chamfers; that of a rib between its rollers."""
     if cam.problem.setup.mechanism.body.bounded:
         return
-    if cam.ribbed:
-        gap = 2 * (cam.problem.half_width - cam.roller)
+    if cam.is_ribbed:
+        gap = 2 * (cam.problem.half_width - cam.roller_radius)
         if gap:
-            yield cam.say("Clearance of the rib between its rollers {}.").format(said(gap, 4))
+            yield cam.translate("Clearance of the rib between its rollers {}.").format(length_text(gap, 4))
         return
     room = clearance_of(cam)
     if room.given is not None or room.ends:
-        given = f" {said(room.given, 4)}" if room.given is not None else ""
-        ends = cam.say(", from {} to {}").format(*(said(end, 4) for end in room.ends)) if room.ends else ""
-        yield cam.say("Clearance of the roller Ø{} in its groove{}{}.").format(said(2 * cam.roller), given, ends)
+        given = f" {length_text(room.given, 4)}" if room.given is not None else ""
+        ends = (
+            cam.translate(", from {} to {}").format(*(length_text(end, 4) for end in room.ends))
+            if room.ends
+            else ""
+        )
+        yield cam.translate("Clearance of the roller Ø{} in its groove{}{}.").format(
+            length_text(2 * cam.roller_radius), given, ends
+        )
     if cam.part.groove_chamfer:
-        yield cam.say("Edges of the groove chamfered {} × 45°.").format(said(cam.part.groove_chamfer))
+        yield cam.translate("Edges of the groove chamfered {} × 45°.").format(length_text(cam.part.groove_chamfer))
 
 
-def _computed(cam: TrueCam) -> Iterator[str]:
-    found = [each for each in _results(cam) if each[1] is not None and isfinite(each[1]) and each[1] > 0.0]
+def _computed_notes(cam: TrueCam) -> Iterator[str]:
+    found = [each for each in _computed_values(cam) if each[1] is not None and isfinite(each[1]) and each[1] > 0.0]
     if found:
-        text = "; ".join(cam.say(words).format(_result(value, unit)) for words, value, unit in found)
+        text = "; ".join(cam.translate(words).format(_result_text(value, unit)) for words, value, unit in found)
         yield f"{text[0].upper()}{text[1:]}."
 
 
-def _results(cam: TrueCam) -> Iterator[tuple[str, float | None, str]]:
+def _computed_values(cam: TrueCam) -> Iterator[tuple[str, float | None, str]]:
     """What may be computed of a cam, in words with a place for the number, and its unit."""
     yield "largest pressure angle {}°", cam.quantity("pressure_angle_max_deg"), "deg"
-    yield f"at {cam.problem.setup.mechanism.body.foot} {{}}°", cam.quantity(BOTTOM), "deg"
+    yield f"at {cam.problem.setup.mechanism.body.foot} {{}}°", cam.quantity(BOTTOM_ANGLE), "deg"
     yield "least convex radius of the profile {}", cam.quantity("profile_radius_min_mm"), "mm"
     yield "rib at least {} thick", cam.quantity("rib_thickness_min_mm"), "mm"
     if cam.problem.setup.mechanism.two_sided:
         yield "cutter at most Ø{}", 2 * cam.problem.half_width, "mm"
     else:
-        widest = cam.quantity(CUTTER) or 0.0
+        widest = cam.quantity(CUTTER_RADIUS) or 0.0
         straight = widest > FLANK_RADIUS * cam.size
         yield "cutter or wheel in hollow flanks at most R{}", None if straight else widest, "mm"
     yield "mass {}", cam.mass, "kg"
 
 
-def _result(value: float | None, unit: str) -> str:
+def _result_text(value: float | None, unit: str) -> str:
     """A computed result; of a mass four digits, as densities are known, with its unit."""
     assert value is not None
-    mass = f"{shown(value, unit):.4g} {shown_unit(unit)}"
-    return said(value) if unit == "mm" else decimal(value) if unit == "deg" else mass
+    mass = f"{to_shown_unit(value, unit):.4g} {shown_unit(unit)}"
+    return length_text(value) if unit == "mm" else decimal_text(value) if unit == "deg" else mass

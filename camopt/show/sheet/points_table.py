@@ -13,17 +13,27 @@ from math import ceil
 import numpy as np
 
 from camopt.core.numerics import ComplexArray, FloatArray
-from camopt.core.quantities.unit_systems import shown, shown_unit, system_shown
-from camopt.show.sheet.cam import TrueCam
-from camopt.show.sheet.marks import FINER, MEDIUM, THICK, Mark, Marks, Words, line, rectangle, width_of
+from camopt.core.quantities.unit_systems import shown_system, shown_unit, to_shown_unit
+from camopt.show.sheet.marks import (
+    EXTRA_DECIMALS,
+    MEDIUM,
+    THICK,
+    Mark,
+    Marks,
+    Words,
+    line_mark,
+    rectangle_line,
+    width_of,
+)
+from camopt.show.sheet.true_cam import TrueCam
 
 ROW_HEIGHT = 4.0  # mm
-PADDING = 1.2  # mm: of a number on either side
-BLOCKS_APART = 4.0  # mm: one block of rows from the next
+CELL_PADDING = 1.2  # mm: of a number on either side
+BLOCK_GAP = 4.0  # mm: one block of rows from the next
 
 
 @dataclass(frozen=True)
-class Printed:
+class TableColumn:
     """A column of the table: three lines of heading, and its numbers.
 
     The first line is also that of the columns after it which have none.
@@ -34,112 +44,115 @@ class Printed:
 
     @property
     def width(self) -> float:
-        return max(width_of(text, MEDIUM) for text in (*self.head[1:], *self.cells)) + 2 * PADDING
+        return max(width_of(text, MEDIUM) for text in (*self.head[1:], *self.cells)) + 2 * CELL_PADDING
 
 
-def printed(cam: TrueCam, step: float) -> list[Printed]:
+def table_columns(cam: TrueCam, step: float) -> list[TableColumn]:
     """The table at cam angles with a step in deg that divides the turn."""
     problem = cam.problem
     degrees = np.arange(0.0, 360.0 - step / 2, step)
     angles = np.radians(degrees)
-    lift = problem.programme.at(angles)[0]
+    lift = problem.programme.motion_at(angles)[0]
     unit = shown_unit("mm")
-    lifts = _written(np.degrees(lift)) if problem.setup.angular else _lengths(lift)
+    lifts = _decimal_texts(np.degrees(lift)) if problem.setup.angular else _length_texts(lift)
     curves = cam.curves_at(angles)
-    columns = [Printed(("", "θ", "°"), tuple(f"{each:g}" for each in degrees))]
-    if problem.setup.angular or cam.ribbed or not problem.setup.mechanism.body.developed:
-        columns.append(Printed(("", "s", "°" if problem.setup.angular else unit), lifts))
-    if cam.ribbed:
-        return [*columns, *_beside_rib(cam, angles)]
+    columns = [TableColumn(("", "θ", "°"), tuple(f"{each:g}" for each in degrees))]
+    if problem.setup.angular or cam.is_ribbed or not problem.setup.mechanism.body.developed:
+        columns.append(TableColumn(("", "s", "°" if problem.setup.angular else unit), lifts))
+    if cam.is_ribbed:
+        return [*columns, *_rib_columns(cam, angles)]
     if problem.setup.mechanism.body.developed:
         y = "y" if problem.setup.angular else "y = s"
         return [
             *columns,
-            Printed((cam.say(cam.scene.tip.trace), "x", unit), _lengths(curves.pitch.real)),
-            Printed(("", y, unit), _lengths(curves.pitch.imag)),
+            TableColumn((cam.translate(cam.scene.tip.trace), "x", unit), _length_texts(curves.pitch.real)),
+            TableColumn(("", y, unit), _length_texts(curves.pitch.imag)),
         ]
     centred = not (problem.setup.is_knife or problem.setup.mechanism.flat_faced)
     if problem.setup.mechanism.body.bounded:
-        columns += _polar(cam.say("profile"), curves.profile[0], cam.sense)
-    return [*columns, *(_polar(cam.say("centre"), curves.pitch, cam.sense) if centred else ())]
+        columns += _polar_columns(cam.translate("profile"), curves.profile[0], cam.sense)
+    return [*columns, *(_polar_columns(cam.translate("centre"), curves.pitch, cam.sense) if centred else ())]
 
 
-def _beside_rib(cam: TrueCam, angles: FloatArray) -> Iterator[Printed]:
+def _rib_columns(cam: TrueCam, angles: FloatArray) -> Iterator[TableColumn]:
     """The centres of both rollers, which are at one place round a cylinder if they translate."""
     unit, developed = shown_unit("mm"), cam.problem.setup.mechanism.body.developed
     for place in (0, 1):
-        name, points = cam.say("roller {}").format(place + 1), replace(cam, place=place).curves_at(angles).pitch
+        name, points = (
+            cam.translate("roller {}").format(place + 1),
+            replace(cam, place=place).curves_at(angles).pitch,
+        )
         if not developed:
-            yield from _polar(name, points, cam.sense)
+            yield from _polar_columns(name, points, cam.sense)
             continue
         if not place or cam.problem.setup.angular:
-            yield Printed((name, "x", unit), _lengths(points.real))
+            yield TableColumn((name, "x", unit), _length_texts(points.real))
             name = ""
-        yield Printed((name, "y", unit), _lengths(points.imag))
+        yield TableColumn((name, "y", unit), _length_texts(points.imag))
 
 
-def _polar(name: str, points: ComplexArray, sense: float) -> Iterator[Printed]:
+def _polar_columns(name: str, points: ComplexArray, sense: float) -> Iterator[TableColumn]:
     turns = np.degrees(-sense * np.angle(points / 1j))
     turns = np.round(turns, 3) % 360.0  # what rounds to 360 is 0
-    yield Printed((name, "φ", "°"), _written(np.asarray(turns)))
-    yield Printed(("", "r", shown_unit("mm")), _lengths(np.abs(points)))
+    yield TableColumn((name, "φ", "°"), _decimal_texts(np.asarray(turns)))
+    yield TableColumn(("", "r", shown_unit("mm")), _length_texts(np.abs(points)))
 
 
-def _written(values: FloatArray, digits: int = 3) -> tuple[str, ...]:
+def _decimal_texts(values: FloatArray, digits: int = 3) -> tuple[str, ...]:
     return tuple(f"{np.round(value, digits) + 0.0:.{digits}f}".replace("-", "−") for value in values)
 
 
-def _lengths(values: FloatArray) -> tuple[str, ...]:
+def _length_texts(values: FloatArray) -> tuple[str, ...]:
     """Lengths, mm, in the unit that is shown."""
-    return _written(shown(np.asarray(values), "mm"), 3 + FINER[system_shown()])
+    return _decimal_texts(to_shown_unit(np.asarray(values), "mm"), 3 + EXTRA_DECIMALS[shown_system()])
 
 
-def table(columns: list[Printed], blocks: int) -> Marks:
+def points_table(columns: list[TableColumn], blocks: int) -> Marks:
     """The columns in so many blocks side by side, from their lower left corner."""
     high = ceil(len(columns[0].cells) / blocks)
-    widths = _widths(columns)
+    widths = _column_widths(columns)
     wide = sum(widths)
     marks: Marks = []
     for k in range(blocks):
-        chosen = [Printed(column.head, column.cells[k * high : (k + 1) * high]) for column in columns]
-        marks += _block(chosen, widths, k * (wide + BLOCKS_APART), high)
+        chosen = [TableColumn(column.head, column.cells[k * high : (k + 1) * high]) for column in columns]
+        marks += _block_marks(chosen, widths, k * (wide + BLOCK_GAP), high)
     return marks
 
 
-def _groups(columns: list[Printed]) -> Iterator[range]:
+def _column_groups(columns: list[TableColumn]) -> Iterator[range]:
     """The columns that have a first line of heading together."""
     starts = [k for k, column in enumerate(columns) if column.head[0]]
     return (range(first, after) for first, after in pairwise([*starts, len(columns)]))
 
 
-def _widths(columns: list[Printed]) -> list[float]:
+def _column_widths(columns: list[TableColumn]) -> list[float]:
     """The widths of the columns, which have room for the heading that they share."""
     widths = [column.width for column in columns]
-    for group in _groups(columns):
-        asked = width_of(columns[group[0]].head[0], MEDIUM) + 2 * PADDING
+    for group in _column_groups(columns):
+        asked = width_of(columns[group[0]].head[0], MEDIUM) + 2 * CELL_PADDING
         more = max(0.0, asked - sum(widths[k] for k in group)) / len(group)
         widths = [width + more * (k in group) for k, width in enumerate(widths)]
     return widths
 
 
-def _block(columns: list[Printed], widths: list[float], left: float, rows: int) -> Iterator[Mark]:
+def _block_marks(columns: list[TableColumn], widths: list[float], left: float, rows: int) -> Iterator[Mark]:
     lines = len(columns[0].head)
     top, edge = (rows + lines) * ROW_HEIGHT, rows * ROW_HEIGHT
     right = left + sum(widths)
-    yield rectangle(complex(left, 0), complex(right, top), THICK)
-    yield line(complex(left, edge), complex(right, edge), pen=THICK)
-    for group in _groups(columns):
+    yield rectangle_line(complex(left, 0), complex(right, top), THICK)
+    yield line_mark(complex(left, edge), complex(right, edge), pen=THICK)
+    for group in _column_groups(columns):
         middle = left + sum(widths[: group.start]) + sum(widths[k] for k in group) / 2
         yield Words(complex(middle, top - ROW_HEIGHT + 0.95), columns[group[0]].head[0], MEDIUM, 0.5)
     x = left
     for k, (column, width) in enumerate(zip(columns, widths, strict=True)):
         if k:
             inside = column.head[0] or not columns[k - 1].head[0]
-            yield line(complex(x, 0), complex(x, top if inside else top - ROW_HEIGHT))
+            yield line_mark(complex(x, 0), complex(x, top if inside else top - ROW_HEIGHT))
         for row, text in ((row, text) for row, text in enumerate(column.head) if row and text):
             yield Words(complex(x + width / 2, top - (row + 1) * ROW_HEIGHT + 0.95), text, MEDIUM, 0.5)
         for row, text in enumerate(column.cells):
-            yield Words(complex(x + width - PADDING, edge - (row + 1) * ROW_HEIGHT + 0.95), text, MEDIUM, 1.0)
+            yield Words(complex(x + width - CELL_PADDING, edge - (row + 1) * ROW_HEIGHT + 0.95), text, MEDIUM, 1.0)
         x += width
     for row in range(5, rows, 5):
-        yield line(complex(left, edge - row * ROW_HEIGHT), complex(right, edge - row * ROW_HEIGHT))
+        yield line_mark(complex(left, edge - row * ROW_HEIGHT), complex(right, edge - row * ROW_HEIGHT))

@@ -5,54 +5,54 @@ from math import cos, pi
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.show.sheet.dimensions import angular
-from camopt.show.sheet.marks import LARGE, MEDIUM, Marks, Words, line, upright, width_of
+from camopt.show.sheet.dimensions import angle_dimension
+from camopt.show.sheet.marks import LARGE, MEDIUM, Marks, Words, line_mark, readable_direction, width_of
 
-TO_NAMES = 1.2  # mm: from the ring to the names on it
-TO_CROSS_NAMES = 6.0  # mm: from the ring to the names across it
+NAME_DISTANCE = 1.2  # mm: from the ring to the names on it
+CROSS_NAME_DISTANCE = 6.0  # mm: from the ring to the names across it
 NAME_STEP = 1.6  # of the height of names that stand side by side on the ring
-CROWDED = 0.8  # of the ring: where names across it need more, they are left out
+CROWDED_SHARE = 0.8  # of the ring: where names across it need more, they are left out
 
 RingSector = tuple[str, float, float]
 """A name, and between which directions of the ring (rad) it holds."""
 
 
-def ring(segments: list[RingSector], radius: float) -> Marks:
+def ring_marks(segments: list[RingSector], radius: float) -> Marks:
     """Lines of angles, with names along the ring where a segment is long enough, and across it where it is not."""
     marks: Marks = []
     crowded = []
     for name, begin, end in segments:
-        marks += angular(radius, begin, end)
+        marks += angle_dimension(radius, begin, end)
         middle = (begin + end) / 2
         room = abs(end - begin) * radius - 3.0
         height = next((h for h in (LARGE, MEDIUM) if width_of(name, h) <= room), None)
         if height is None:
             crowded.append((middle, name))
             continue
-        turn = upright(middle - pi / 2)
+        turn = readable_direction(middle - pi / 2)
         inverted = cos(turn - (middle - pi / 2)) < 0.0
-        foot = radius + TO_NAMES + (height if inverted else 0.0)
+        foot = radius + NAME_DISTANCE + (height if inverted else 0.0)
         marks.append(Words(foot * np.exp(1j * middle), name, height, 0.5, turn, backed=True))
-    return [*marks, *_across(crowded, radius)]
+    return [*marks, *_cross_names(crowded, radius)]
 
 
-def _across(crowded: list[tuple[float, str]], radius: float) -> Marks:
-    foot = radius + TO_CROSS_NAMES
+def _cross_names(crowded: list[tuple[float, str]], radius: float) -> Marks:
+    foot = radius + CROSS_NAME_DISTANCE
     apart = NAME_STEP * MEDIUM / foot
-    if not crowded or len(crowded) * apart > CROWDED * 2 * pi:
+    if not crowded or len(crowded) * apart > CROWDED_SHARE * 2 * pi:
         return []
     marks: Marks = []
-    names, wanted = unrolled(crowded)
-    for name, was, turn in zip(names, wanted, spread_apart(wanted, apart), strict=True):
-        marks.append(line(radius * np.exp(1j * was), (foot - 1.0) * np.exp(1j * turn)))
-        reading = upright(float(turn))
+    names, wanted = unroll_directions(crowded)
+    for name, was, turn in zip(names, wanted, spread_directions(wanted, apart), strict=True):
+        marks.append(line_mark(radius * np.exp(1j * was), (foot - 1.0) * np.exp(1j * turn)))
+        reading = readable_direction(float(turn))
         place = 1.0 if cos(turn - reading) < 0.0 else 0.0
         at = foot * np.exp(1j * turn) - 1j * np.exp(1j * reading) * MEDIUM / 2
         marks.append(Words(at, name, MEDIUM, place, reading, backed=True))
     return marks
 
 
-def unrolled(named: list[tuple[float, str]]) -> tuple[list[str], FloatArray]:
+def unroll_directions(named: list[tuple[float, str]]) -> tuple[list[str], FloatArray]:
     """Names by their directions (rad), rising from the far side of the widest gap between them."""
     ordered = sorted((turn % (2 * pi), name) for turn, name in named)
     turns = np.array([turn for turn, _ in ordered])
@@ -61,7 +61,7 @@ def unrolled(named: list[tuple[float, str]]) -> tuple[list[str], FloatArray]:
     return [name for _, name in ordered[first:] + ordered[:first]], turns + 2 * pi * (turns < turns[0])
 
 
-def spread_apart(wanted: FloatArray, apart: float) -> FloatArray:
+def spread_directions(wanted: FloatArray, apart: float) -> FloatArray:
     """Rising directions at least ``apart`` from each other, as near to the wanted ones as possible.
 
     Those that would be too near to each other share the mean of what they want (pool adjacent violators).

@@ -12,16 +12,27 @@ import numpy as np
 from shapely import LineString, Polygon, box, make_valid, union_all
 
 from camopt.core.numerics import ComplexArray
-from camopt.core.numerics.stable import difference_of_squares_root
+from camopt.core.numerics.stable_functions import difference_of_squares_root
 from camopt.scene.part import Part
 from camopt.show.sheet import symbols
-from camopt.show.sheet.dimensions import CELL, FIRST_LEVEL, LEVEL_STEP, STEM, datum_at, distance
-from camopt.show.sheet.marks import CHAIN, LARGE, THICK, THIN, Line, Marks, Words, line, moved, said
-from camopt.show.sheet.sizes import bore_said, hole_outline, keyway_depth_said
+from camopt.show.sheet.dimensions import CELL, FIRST_LEVEL, LEVEL_STEP, STEM, datum_at, distance_dimension
+from camopt.show.sheet.marks import (
+    CHAIN,
+    LARGE,
+    THICK,
+    THIN,
+    Line,
+    Marks,
+    Words,
+    length_text,
+    line_mark,
+    shift_marks,
+)
+from camopt.show.sheet.sizes import bore_text, hole_outline, keyway_depth_text
 from camopt.solve.contour.hole import keyway_turn
 
-HATCH = 2.5  # mm between lines at 45°
-OVER_PLATE = 2.0  # mm: from a plate to its number
+HATCH_DISTANCE = 2.5  # mm between lines at 45°
+PLATE_OVERRUN = 2.0  # mm: from a plate to its number
 Gap = tuple[float, float]
 
 
@@ -40,11 +51,11 @@ class Plate(NamedTuple):
         ends = [self.ends[0], *(y for each in self.cut for y in each), self.ends[1]]
         for low, high in zip(ends[::2], ends[1::2], strict=True):
             if high - low > 1e-6:
-                yield from (line(x + 1j * low, x + 1j * high, pen=THICK) for x in (self.low, self.high))
-        yield from (line(self.low + 1j * y, self.high + 1j * y, pen=THICK) for y in self.ends)
+                yield from (line_mark(x + 1j * low, x + 1j * high, pen=THICK) for x in (self.low, self.high))
+        yield from (line_mark(self.low + 1j * y, self.high + 1j * y, pen=THICK) for y in self.ends)
 
 
-def section(
+def section_marks(
     profiles: Sequence[ComplexArray], part: Part, scale: float, walls: Sequence[ComplexArray] = ()
 ) -> Marks:
     """The section of the plates of discs with some profiles (mm on the paper, in the cam's own frame).
@@ -54,40 +65,44 @@ def section(
     """
     turn = np.exp(1j * (np.pi / 2 - keyway_turn(part)))
     hole = hole_outline(part, np.pi / 2) * scale if part.bore else np.zeros(0, dtype=complex)
-    whole, hub = _whole(part) * scale, (part.hub_diameter or 0.0) / 2 * scale
+    whole, hub = _total_length(part) * scale, (part.hub_diameter or 0.0) / 2 * scale
     plates = [
-        _plate(profile * turn, hub, low * scale, high * scale)
+        _plate_of_profile(profile * turn, hub, low * scale, high * scale)
         for profile, (low, high) in zip(profiles, part.plates, strict=True)
     ]
-    gap, face = _crossing(hole), plates[0].high
+    gap, face = _axis_gaps(hole), plates[0].high
     around = [plates[0].cut] if part.rib_height else []  # what a rib leaves of its plate is cut away
-    grooves = _between(*(_crossing(wall * turn) for wall in walls), *around) if walls else []
+    grooves = _wall_gaps(*(_axis_gaps(wall * turn) for wall in walls), *around) if walls else []
     bottom = face - (part.groove_depth or part.rib_height or 0.0) * scale
     bodies = [box(plate.low, low, plate.high, high) for plate in plates for low, high in plate.cut]
     bodies += [box(0.0, -hub, whole, hub)] if hub else []
     solid = union_all(bodies).difference(union_all([box(-1.0, low, whole + 1.0, high) for low, high in gap]))
     solid = solid.difference(union_all([box(bottom, low, face + 1.0, high) for low, high in grooves]))
-    marks: Marks = [*outlines(solid), *hatching(solid), line(complex(-4.0), complex(whole + 4.0), pen=CHAIN)]
+    marks: Marks = [
+        *outline_lines(solid),
+        *hatch_lines(solid),
+        line_mark(complex(-4.0), complex(whole + 4.0), pen=CHAIN),
+    ]
     left_of = [plate._replace(high=bottom) for plate in plates] if around and walls else plates
     seen = grooves[1:-1] if around else grooves  # behind the section
     marks += [edge for plate in left_of for edge in plate.edges()]
-    marks += [line(face + 1j * low, face + 1j * high, pen=THICK) for low, high in seen]
+    marks += [line_mark(face + 1j * low, face + 1j * high, pen=THICK) for low, high in seen]
     for left, right in [(0.0, whole)] if hub else [(plate.low, plate.high) for plate in left_of]:
-        marks += [line(x + 1j * low, x + 1j * high, pen=THICK) for low, high in gap for x in (left, right)]
-        marks += moved(mouth(part, scale, right - left), left)
+        marks += [line_mark(x + 1j * low, x + 1j * high, pen=THICK) for low, high in gap for x in (left, right)]
+        marks += shift_marks(keyway_edge(part, scale, right - left), left)
     for k, plate in enumerate(plates if len(plates) > 1 else (), start=1):
-        above = complex((plate.low + plate.high) / 2, plate.ends[1] + OVER_PLATE)
+        above = complex((plate.low + plate.high) / 2, plate.ends[1] + PLATE_OVERRUN)
         marks.append(Words(above, f"{k}", LARGE, 0.5))
-    return [*marks, *_dimensions(part, scale, plates)]
+    return [*marks, *_section_dimensions(part, scale, plates)]
 
 
-def _plate(profile: ComplexArray, hub: float, low: float, high: float) -> Plate:
+def _plate_of_profile(profile: ComplexArray, hub: float, low: float, high: float) -> Plate:
     beyond = profile.imag[profile.real >= 0.0]
     ends = float(beyond.min(initial=-hub)), float(beyond.max(initial=hub))
-    return Plate(low, high, _crossing(profile), ends)
+    return Plate(low, high, _axis_gaps(profile), ends)
 
 
-def _crossing(outline: ComplexArray) -> list[Gap]:
+def _axis_gaps(outline: ComplexArray) -> list[Gap]:
     """The interval of the vertical through the axis that is inside an outline, mm."""
     if not outline.size:
         return []
@@ -98,7 +113,7 @@ def _crossing(outline: ComplexArray) -> list[Gap]:
     return sorted((low, high) for _, low, _, high in bounds if high - low > 1e-9)
 
 
-def _between(*outlines: list[Gap]) -> list[Gap]:
+def _wall_gaps(*outlines: list[Gap]) -> list[Gap]:
     """The intervals that are inside the outer wall of a groove and not inside its inner one.
 
     With a third outline about a rib those that are inside of it, and not of the rib.
@@ -107,7 +122,7 @@ def _between(*outlines: list[Gap]) -> list[Gap]:
     return list(zip(ends[::2], ends[1::2], strict=True))
 
 
-def outlines(solid: Any) -> Iterator[Line]:
+def outline_lines(solid: Any) -> Iterator[Line]:
     """Outlines of the cut material."""
     for part in getattr(solid, "geoms", [solid]):
         if not part.is_empty:
@@ -115,12 +130,12 @@ def outlines(solid: Any) -> Iterator[Line]:
             yield Line(x + 1j * y, THICK)
 
 
-def hatching(solid: Any) -> Iterator[Line]:
+def hatch_lines(solid: Any) -> Iterator[Line]:
     """Thin lines at 45°."""
     if solid.is_empty:
         return
     x0, y0, x1, y1 = solid.bounds
-    step = HATCH * sqrt(2.0)
+    step = HATCH_DISTANCE * sqrt(2.0)
     for foot in np.arange(np.ceil((y0 - x1) / step), (y1 - x0) / step) * step:
         inside = solid.intersection(LineString([(x0, x0 + foot), (x1, x1 + foot)]))
         for part in getattr(inside, "geoms", [inside]):
@@ -129,15 +144,15 @@ def hatching(solid: Any) -> Iterator[Line]:
                 yield Line(x + 1j * y, THIN)
 
 
-def mouth(part: Part, scale: float, whole: float) -> Iterator[Line]:
+def keyway_edge(part: Part, scale: float, whole: float) -> Iterator[Line]:
     """The edge where the keyway's wall meets the bore, behind the section."""
     if part.bore and part.keyway_width:
         y = difference_of_squares_root(part.bore, part.keyway_width) / 2 * scale
-        yield line(1j * y, whole + 1j * y, pen=THICK)
+        yield line_mark(1j * y, whole + 1j * y, pen=THICK)
 
 
-def _dimensions(part: Part, scale: float, plates: Sequence[Plate]) -> Marks:
-    whole, foot = _whole(part) * scale, min(plate.ends[0] for plate in plates)
+def _section_dimensions(part: Part, scale: float, plates: Sequence[Plate]) -> Marks:
+    whole, foot = _total_length(part) * scale, min(plate.ends[0] for plate in plates)
     hub = (part.hub_diameter or 0.0) / 2 * scale
     rows = [[(complex(high, ends[0]), complex(low, ends[0])) for low, high, _, ends in plates]]
     rows += [[(complex(b.low, b.ends[0]), complex(a.high, a.ends[0]))] for b, a in pairwise(plates)]
@@ -147,27 +162,31 @@ def _dimensions(part: Part, scale: float, plates: Sequence[Plate]) -> Marks:
         for first, last in row:
             level = first.imag - foot + FIRST_LEVEL + k * LEVEL_STEP
             along = 1.0 if first.real == plates[0].high > plates[-1].high else -1.0  # values on the free side
-            marks += distance(first, last, along, -along * level, said((first - last).real / scale))
+            marks += distance_dimension(
+                first, last, along, -along * level, length_text((first - last).real / scale)
+            )
     if part.bore:
         radius = part.bore / 2 * scale
-        marks += distance(whole - 1j * radius, whole + 1j * radius, 1j, -FIRST_LEVEL, bore_said(part))
+        marks += distance_dimension(whole - 1j * radius, whole + 1j * radius, 1j, -FIRST_LEVEL, bore_text(part))
         if part.keyway_depth:
             top = radius + part.keyway_depth * scale
-            marks += distance(-1j * radius, 1j * top, 1j, FIRST_LEVEL, keyway_depth_said(part))
+            marks += distance_dimension(-1j * radius, 1j * top, 1j, FIRST_LEVEL, keyway_depth_text(part))
         if datum := symbols.datums_of(part, bool(part.thickness)).bore:
             place = complex(whole + FIRST_LEVEL, -radius)
             marks += datum_at(place, -1j, max(STEM, hub - radius), datum)
     if height := part.groove_depth or part.rib_height:
         rim = plates[0].high + 1j * plates[0].ends[1]
-        marks += distance(rim - height * scale, rim, 1.0, FIRST_LEVEL, said(height))
+        marks += distance_dimension(rim - height * scale, rim, 1.0, FIRST_LEVEL, length_text(height))
         if datum := symbols.datums_of(part, bool(part.thickness)).face:
             marks += datum_at(rim - 1j * CELL, 1.0, STEM, datum)
     if across := part.hub_diameter or part.outer_diameter:
         half = 0.5j * across * scale
-        marks += distance(whole - half, whole + half, 1j, -FIRST_LEVEL - LEVEL_STEP, f"Ø{said(across)}")
+        marks += distance_dimension(
+            whole - half, whole + half, 1j, -FIRST_LEVEL - LEVEL_STEP, f"Ø{length_text(across)}"
+        )
     return marks
 
 
-def _whole(part: Part) -> float:
+def _total_length(part: Part) -> float:
     """The length of plates and hub, mm."""
     return max(part.hub_length or 0.0, part.width)

@@ -15,21 +15,31 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.model.mechanisms.elements import Body
 from camopt.scene.problem.problem import Problem
 from camopt.scene.scene import Scene
-from camopt.show.drawing.style import pages
+from camopt.show.drawing.style import figure_pages
 from camopt.show.sheet.callouts import with_callouts
-from camopt.show.sheet.cam import TrueCam
 from camopt.show.sheet.developed import DevelopedView
 from camopt.show.sheet.front_view import FrontView, is_upright
-from camopt.show.sheet.marks import LARGE, Box, Marks, Words, box_of, draw_marks, moved
-from camopt.show.sheet.notes import notes, texts_of
-from camopt.show.sheet.paper import A2, A3, A4, BLOCK_HEIGHT, BLOCK_WIDTH, Paper, scale_name, scales, title_block
-from camopt.show.sheet.points_table import printed, table
-from camopt.show.sheet.section import section
+from camopt.show.sheet.marks import LARGE, MarkBox, Marks, Words, draw_marks, marks_box, shift_marks
+from camopt.show.sheet.notes import note_texts, numbered_notes
+from camopt.show.sheet.paper import (
+    A2,
+    A3,
+    A4,
+    BLOCK_HEIGHT,
+    BLOCK_WIDTH,
+    Paper,
+    paper_scales,
+    scale_name,
+    title_block,
+)
+from camopt.show.sheet.points_table import points_table, table_columns
+from camopt.show.sheet.section import section_marks
+from camopt.show.sheet.true_cam import TrueCam
 
-FROM_FRAME, VIEWS_APART = 4.0, 8.0  # mm: of what is on the sheet from the frame, and of one view from the next
+FRAME_MARGIN, VIEW_DISTANCE = 4.0, 8.0  # mm: of what is on the sheet from the frame, and of one view from the next
 FIT_SLACK = 1e-9  # mm
 
-Placed = Iterator[tuple[Box, Marks]]
+PlacedMarks = Iterator[tuple[MarkBox, Marks]]
 """Rooms on the paper, each with what goes there: notes and table where they are, views in the middle of theirs."""
 
 
@@ -39,11 +49,11 @@ class Arrangement(NamedTuple):
     paper: Paper
     step: float
     blocks: int
-    place: "Callable[[Desk, Views], Placed]"
+    place: "Callable[[SheetMargins, SheetViews], PlacedMarks]"
 
 
 @dataclass(frozen=True)
-class Desk:
+class SheetMargins:
     """The contents of a sheet apart from the views."""
 
     cam: TrueCam
@@ -51,41 +61,41 @@ class Desk:
     texts: tuple[str, ...]
 
     @property
-    def inner(self) -> Box:
+    def inner(self) -> MarkBox:
         """The frame less a margin."""
         low, high = self.form.paper.frame
-        return Box(low + complex(FROM_FRAME, FROM_FRAME), high - complex(FROM_FRAME, FROM_FRAME))
+        return MarkBox(low + complex(FRAME_MARGIN, FRAME_MARGIN), high - complex(FRAME_MARGIN, FRAME_MARGIN))
 
     @property
-    def over(self) -> float:
+    def level_above_block(self) -> float:
         """The level above the title block."""
-        return self.form.paper.frame.low.imag + BLOCK_HEIGHT + FROM_FRAME
+        return self.form.paper.frame.low.imag + BLOCK_HEIGHT + FRAME_MARGIN
 
     @property
-    def beside(self) -> float:
+    def width_beside_block(self) -> float:
         """The width left beside the title block."""
-        return self.inner.high.real + FROM_FRAME - BLOCK_WIDTH - VIEWS_APART - self.inner.low.real
+        return self.inner.high.real + FRAME_MARGIN - BLOCK_WIDTH - VIEW_DISTANCE - self.inner.low.real
 
     @cached_property
     def table(self) -> Marks:
-        return table(printed(self.cam, self.form.step), self.form.blocks)
+        return points_table(table_columns(self.cam, self.form.step), self.form.blocks)
 
     @property
     def has_room(self) -> bool:
         """Whether the sheet is larger than the table."""
-        spare = self.inner.size - box_of(self.table).size
+        spare = self.inner.size - marks_box(self.table).size
         return min(spare.real, spare.imag) >= 0.0
 
-    def standing(self, scale: float) -> Marks:
+    def frame_marks(self, scale: float) -> Marks:
         """The frame, and the title block in its corner."""
         paper = self.form.paper
         block = title_block(self.cam.part, self.cam.title, scale_name(scale), paper.name, self.cam.sheet)
         low, high = paper.frame
-        return [*paper.marks(), *moved(block, complex(high.real - BLOCK_WIDTH, low.imag))]
+        return [*paper.marks(), *shift_marks(block, complex(high.real - BLOCK_WIDTH, low.imag))]
 
 
 @dataclass(frozen=True)
-class Views:
+class SheetViews:
     """The views of a cam at a scale."""
 
     cam: TrueCam
@@ -98,12 +108,12 @@ class Views:
         marks = with_callouts(front)
         if not part.thickness:
             return marks
-        beside = section(
+        beside = section_marks(
             front.profiles, part, self.scale, front.walls if part.groove_depth or part.rib_height else ()
         )
-        beside = moved(beside, box_of(marks).high.real + VIEWS_APART - box_of(beside).low.real)
+        beside = shift_marks(beside, marks_box(marks).high.real + VIEW_DISTANCE - marks_box(beside).low.real)
         if not is_upright(part):
-            box = box_of(beside)
+            box = marks_box(beside)
             above = complex((box.low.real + box.high.real) / 2, box.high.imag + 3.0)
             beside.append(Words(above, "A–A", LARGE, 0.5))
         return [*marks, *beside]
@@ -120,72 +130,76 @@ class Views:
         groove, body = self.cylinder
         if not body:
             return groove
-        above, below = box_of(groove), box_of(body)
+        above, below = marks_box(groove), marks_box(body)
         middle = (above.low.real + above.high.real - below.low.real - below.high.real) / 2
-        return [*groove, *moved(body, complex(middle, above.low.imag - VIEWS_APART - below.high.imag))]
+        return [*groove, *shift_marks(body, complex(middle, above.low.imag - VIEW_DISTANCE - below.high.imag))]
 
 
-def disc_above(desk: Desk, views: Views) -> Placed:
+def disc_above(desk: SheetMargins, views: SheetViews) -> PlacedMarks:
     """From above: views, table, notes, title block."""
     inner, width = desk.inner, desk.inner.size.real
-    said = moved(notes(desk.texts, width), complex(inner.low.real, desk.over))
+    said = shift_marks(numbered_notes(desk.texts, width), complex(inner.low.real, desk.level_above_block))
     yield inner, said
-    spare = (width - box_of(desk.table).size.real) / 2
-    rows = moved(desk.table, complex(inner.low.real + spare, box_of(said).high.imag + FROM_FRAME))
+    spare = (width - marks_box(desk.table).size.real) / 2
+    rows = shift_marks(desk.table, complex(inner.low.real + spare, marks_box(said).high.imag + FRAME_MARGIN))
     yield inner, rows
-    yield Box(complex(inner.low.real, box_of(rows).high.imag + FROM_FRAME), inner.high), views.disc
+    yield MarkBox(complex(inner.low.real, marks_box(rows).high.imag + FRAME_MARGIN), inner.high), views.disc
 
 
-def views_beside_table(desk: Desk, views: Views) -> Placed:
+def views_beside_table(desk: SheetMargins, views: SheetViews) -> PlacedMarks:
     """Views on the left with the notes below them, the table on the right above the title block."""
     inner = desk.inner
-    said = moved(notes(desk.texts, desk.beside), inner.low)
+    said = shift_marks(numbered_notes(desk.texts, desk.width_beside_block), inner.low)
     yield inner, said
-    rows = moved(desk.table, inner.high - box_of(desk.table).high)
-    yield Box(complex(inner.low.real, desk.over), inner.high), rows
-    floor = max(desk.over, box_of(said).high.imag + FROM_FRAME)
-    room = Box(complex(inner.low.real, floor), complex(box_of(rows).low.real - VIEWS_APART, inner.high.imag))
+    rows = shift_marks(desk.table, inner.high - marks_box(desk.table).high)
+    yield MarkBox(complex(inner.low.real, desk.level_above_block), inner.high), rows
+    floor = max(desk.level_above_block, marks_box(said).high.imag + FRAME_MARGIN)
+    room = MarkBox(
+        complex(inner.low.real, floor), complex(marks_box(rows).low.real - VIEW_DISTANCE, inner.high.imag)
+    )
     yield room, views.column if desk.cam.problem.setup.mechanism.body.developed else views.disc
 
 
-def cylindrical(desk: Desk, views: Views) -> Placed:
+def cylinder_above(desk: SheetMargins, views: SheetViews) -> PlacedMarks:
     """The developed groove above; below it the body on the left, on the right the table, notes and title block."""
-    inner, right = desk.inner, desk.inner.high.real + FROM_FRAME - BLOCK_WIDTH
+    inner, right = desk.inner, desk.inner.high.real + FRAME_MARGIN - BLOCK_WIDTH
     groove, body = views.cylinder
-    floor = inner.high.imag - box_of(groove).size.imag
-    said = moved(notes(desk.texts, BLOCK_WIDTH - FROM_FRAME), complex(right, desk.over))
+    floor = inner.high.imag - marks_box(groove).size.imag
+    said = shift_marks(
+        numbered_notes(desk.texts, BLOCK_WIDTH - FRAME_MARGIN), complex(right, desk.level_above_block)
+    )
     yield inner, said
-    rows = moved(desk.table, complex(right, floor - VIEWS_APART) - 1j * box_of(desk.table).high.imag)
-    yield Box(complex(right, box_of(said).high.imag + FROM_FRAME), inner.high), rows
-    yield Box(complex(inner.low.real, floor), inner.high), groove
+    rows = shift_marks(desk.table, complex(right, floor - VIEW_DISTANCE) - 1j * marks_box(desk.table).high.imag)
+    yield MarkBox(complex(right, marks_box(said).high.imag + FRAME_MARGIN), inner.high), rows
+    yield MarkBox(complex(inner.low.real, floor), inner.high), groove
     if body:
-        yield Box(inner.low, complex(right - VIEWS_APART, floor - VIEWS_APART)), body
+        yield MarkBox(inner.low, complex(right - VIEW_DISTANCE, floor - VIEW_DISTANCE)), body
 
 
-def together(placed: Placed) -> Marks:
+def arrange_marks(placed: PlacedMarks) -> Marks:
     """Marks placed in their rooms, from the third on centred; nothing if one is larger than its room.
 
     What comes after that one is not made.
     """
     found: Marks = []
     for place, (room, marks) in enumerate(placed):
-        box = box_of(marks)
+        box = marks_box(marks)
         spare = room.size - box.size
         if spare.real < -FIT_SLACK or spare.imag < -FIT_SLACK:
             return []
         ends = (box.low - room.low, room.high - box.high) if place < 2 else ()
         if any(gap.real < -FIT_SLACK or gap.imag < -FIT_SLACK for gap in ends):
             return []
-        found += marks if place < 2 else moved(marks, room.low + spare / 2 - box.low)
+        found += marks if place < 2 else shift_marks(marks, room.low + spare / 2 - box.low)
     return found
 
 
 MOST_BLOCKS = 12
 
 
-def forms(body: Body, step: float | None = None) -> Iterator[Arrangement]:
+def sheet_arrangements(body: Body, step: float | None = None) -> Iterator[Arrangement]:
     """The layouts to try at each scale, the best first; for a step of the table (deg) that is given, A2 too."""
-    usual = CYLINDER_FORMS if body.developed else DISC_FORMS
+    usual = CYLINDER_ARRANGEMENTS if body.developed else DISC_ARRANGEMENTS
     if step is None:
         yield from usual
         return
@@ -195,21 +209,21 @@ def forms(body: Body, step: float | None = None) -> Iterator[Arrangement]:
         yield from (Arrangement(paper, step, blocks, place) for blocks in range(1, MOST_BLOCKS + 1))
 
 
-CYLINDER_FORMS = (
-    Arrangement(A3, 5.0, 4, cylindrical),
-    *(Arrangement(A3, 10.0, blocks, cylindrical) for blocks in (4, 3, 2)),
+CYLINDER_ARRANGEMENTS = (
+    Arrangement(A3, 5.0, 4, cylinder_above),
+    *(Arrangement(A3, 10.0, blocks, cylinder_above) for blocks in (4, 3, 2)),
     Arrangement(A3, 10.0, 1, views_beside_table),
 )
-DISC_FORMS = (
+DISC_ARRANGEMENTS = (
     *(Arrangement(A4, 10.0, blocks, disc_above) for blocks in (3, 2)),
     Arrangement(A3, 5.0, 2, views_beside_table),
     Arrangement(A3, 10.0, 1, views_beside_table),
 )
 
 
-INCH = 25.4  # mm
+SHEET_INCH_MM = 25.4  # mm
 LEAST_STEP = 0.5  # deg
-TRIED = 40  # scales, down to 1 : 10¹³
+MOST_SCALES = 40  # scales, down to 1 : 10¹³
 
 
 class Sheet(NamedTuple):
@@ -244,8 +258,8 @@ def write_sheets(
         If the file cannot be written.
     """
     sheets = [each for each in sheets_of(scene, problem, step) if only in (None, each.cam.disc.number)]
-    sizes = [(sheet.paper.width / INCH, sheet.paper.height / INCH) for sheet in sheets]
-    with pages(path, sizes) as figures:
+    sizes = [(sheet.paper.width / SHEET_INCH_MM, sheet.paper.height / SHEET_INCH_MM) for sheet in sheets]
+    with figure_pages(path, sizes) as figures:
         for sheet, figure in zip(sheets, figures, strict=True):
             axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
             axes.set_axis_off()
@@ -268,15 +282,19 @@ def sheet_of(cam: TrueCam, step: float | None = None, most: float = inf) -> Shee
         raise BadInput([Mistake("camopt", "step", step, f"a step of at least {LEAST_STEP:g} deg that divides 360")])
     body = cam.problem.setup.mechanism.body
     width = 2.0 * cam.size * (pi if body.developed else 1.0)
-    texts = tuple(texts_of(cam))
-    desks = [desk for form in forms(body, step) if (desk := Desk(cam, form, texts)).has_room]
+    texts = tuple(note_texts(cam))
+    desks = [desk for form in sheet_arrangements(body, step) if (desk := SheetMargins(cam, form, texts)).has_room]
     for scale in (
-        each for each in islice(scales(2.0 * cam.size), TRIED) if width * each < A2.width and each <= most
+        each
+        for each in islice(paper_scales(2.0 * cam.size), MOST_SCALES)
+        if width * each < A2.width and each <= most
     ):
-        views = Views(cam, scale)
+        views = SheetViews(cam, scale)
         for desk in desks:
-            if marks := together(desk.form.place(desk, views)):
-                return Sheet(cam, desk.form.paper, scale, [*desk.standing(scale), *map(cam.numbered, marks)])
+            if marks := arrange_marks(desk.form.place(desk, views)):
+                return Sheet(
+                    cam, desk.form.paper, scale, [*desk.frame_marks(scale), *map(cam.localise_mark, marks)]
+                )
     if step is not None:
         why = "larger: a table of so many rows has no room on a sheet of A2; a .csv file has any step"
         raise BadInput([Mistake("camopt", "step", step, why)])

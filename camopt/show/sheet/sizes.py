@@ -7,30 +7,30 @@ import numpy as np
 
 from camopt.core.numerics import ComplexArray
 from camopt.scene.fits import depth_tolerance
-from camopt.scene.iso286 import deviations
+from camopt.scene.iso286 import limit_deviations
 from camopt.scene.part import Part
-from camopt.show.sheet.cam import TrueCam
-from camopt.show.sheet.marks import arc_points, said
+from camopt.show.sheet.marks import arc_points, length_text
+from camopt.show.sheet.true_cam import TrueCam
 from camopt.solve.contour.hole import keyway_corners
 
 
-def bore_said(part: Part) -> str:
+def bore_text(part: Part) -> str:
     """The bore's diameter, with its fit."""
-    return f"Ø{said(part.bore or 0.0)}{after_size(part.bore_fit)}"
+    return f"Ø{length_text(part.bore or 0.0)}{fit_suffix(part.bore_fit)}"
 
 
-def keyway_width_said(part: Part) -> str:
+def keyway_width_text(part: Part) -> str:
     """The keyway's width, with its fit."""
-    return f"{said(part.keyway_width or 0.0)}{after_size(part.keyway_fit)}"
+    return f"{length_text(part.keyway_width or 0.0)}{fit_suffix(part.keyway_fit)}"
 
 
-def keyway_depth_said(part: Part) -> str:
+def keyway_depth_text(part: Part) -> str:
     """From the bore's surface to the keyway's bottom, with the tolerance of DIN 6885 where the width has a fit."""
-    depth = said((part.bore or 0.0) + (part.keyway_depth or 0.0))
-    return f"{depth} +{said(depth_tolerance(part.keyway_width or 0.0))}" if part.keyway_fit else depth
+    depth = length_text((part.bore or 0.0) + (part.keyway_depth or 0.0))
+    return f"{depth} +{length_text(depth_tolerance(part.keyway_width or 0.0))}" if part.keyway_fit else depth
 
 
-def after_size(fit: str | None) -> str:
+def fit_suffix(fit: str | None) -> str:
     """A fit behind its dimension; nothing if there is none."""
     return f" {fit}" if fit else ""
 
@@ -58,9 +58,9 @@ def clearance_of(cam: TrueCam) -> Clearance:
     """The clearance of the roller in a groove."""
     drive, fit, tolerance = cam.scene.drive, cam.part.groove_fit, cam.part.profile_tolerance
     given = drive.clearance if drive else None
-    if fit and cam.roller:
+    if fit and cam.roller_radius:
         try:
-            found = deviations(fit, 2 * cam.roller)
+            found = limit_deviations(fit, 2 * cam.roller_radius)
         except ValueError:  # a class that the standard has not for this size
             return Clearance(given, None)
         return Clearance(given, (found.lower, found.upper))
@@ -69,8 +69,8 @@ def clearance_of(cam: TrueCam) -> Clearance:
     return Clearance(given, None)
 
 
-def width_said(cam: TrueCam) -> str:
+def groove_width_text(cam: TrueCam) -> str:
     """The width of a groove: its roller's diameter with a fit, or the width that flanks in files have."""
     if cam.part.groove_fit:
-        return f"{said(2 * cam.roller)} {cam.part.groove_fit}"
-    return said(2 * cam.problem.half_width)
+        return f"{length_text(2 * cam.roller_radius)} {cam.part.groove_fit}"
+    return length_text(2 * cam.problem.half_width)

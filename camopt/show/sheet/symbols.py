@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.core.quantities.unit_systems import shown
+from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.scene.part import Part
-from camopt.show.sheet.dimensions import CELL, arrow
+from camopt.show.sheet.dimensions import CELL, arrowhead
 from camopt.show.sheet.marks import (
     CHAIN,
     LARGE,
@@ -18,40 +18,44 @@ from camopt.show.sheet.marks import (
     Marks,
     Words,
     arc_points,
-    box_of,
-    circle,
-    closed,
-    line,
-    rectangle,
-    said,
+    circle_mark,
+    closed_line,
+    length_text,
+    line_mark,
+    marks_box,
+    rectangle_line,
     width_of,
 )
 
-MOTION = 5.0, np.radians(13.0)  # mm; half of the angle at the tip of an arrow that is no dimension's
-PAD = 1.5  # mm: beside the text in it
+ROTATION_ARROW = 5.0, np.radians(13.0)  # mm; half of the angle at the tip of an arrow that is no dimension's
+FRAME_PADDING = 1.5  # mm: beside the text in it
 
 
-def projection(centre: complex) -> Marks:
+def projection_symbol(centre: complex) -> Marks:
     """A truncated cone and, right of it, its left end: the projection in which views are seen through the part."""
     small, large, half, over = 1.25, 2.5, 2.5, 1.0
     left, right = centre - 5.0, centre + 5.0
     cone = [left + complex(side * half, end) for side, end in ((-1, small), (1, large), (1, -large), (-1, -small))]
-    marks: Marks = [closed(*cone, pen=THICK), circle(large, THICK, right), circle(small, THICK, right)]
+    marks: Marks = [
+        closed_line(*cone, pen=THICK),
+        circle_mark(large, THICK, right),
+        circle_mark(small, THICK, right),
+    ]
     centre_lines = (left, half + over), (right, large + over), (right, 1j * (large + over))
-    return [*marks, *(line(middle - reach, middle + reach, pen=CHAIN) for middle, reach in centre_lines)]
+    return [*marks, *(line_mark(middle - reach, middle + reach, pen=CHAIN) for middle, reach in centre_lines)]
 
 
-def roughness(foot: complex, value: float) -> Marks:
+def roughness_symbol(foot: complex, value: float) -> Marks:
     """Material removed, Ra at most a value in µm: the symbol stands on its foot."""
     low, high = 1.4 * LARGE, 3.0 * LARGE
     slope = 1 / np.tan(np.radians(60.0))
-    text = f"Ra {shown(value, 'µm'):.3g}"
+    text = f"Ra {to_shown_unit(value, 'µm'):.3g}"
     left, right = foot + low * complex(-slope, 1.0), foot + high * complex(slope, 1.0)
-    bar = right + width_of(text, LARGE) + 2 * PAD
+    bar = right + width_of(text, LARGE) + 2 * FRAME_PADDING
     return [
-        line(left, foot, right, bar),
-        line(left, foot + low * complex(slope, 1.0)),
-        Words(right + complex(PAD, -LARGE - 1.2), text, LARGE),
+        line_mark(left, foot, right, bar),
+        line_mark(left, foot + low * complex(slope, 1.0)),
+        Words(right + complex(FRAME_PADDING, -LARGE - 1.2), text, LARGE),
     ]
 
 
@@ -73,28 +77,28 @@ def datums_of(part: Part, is_cut: bool) -> Datums:
     return Datums(*(next(letters) if each else "" for each in wanted))
 
 
-def surface(part: Part, datums: Datums) -> Marks:
+def surface_symbols(part: Part, datums: Datums) -> Marks:
     """The requirements on the profile: tolerance on the level of a leader, roughness above it."""
     marks: Marks = []
     if part.profile_tolerance is not None:
-        marks = profile_tolerance(0j, said(2 * part.profile_tolerance, 4), datums)
+        marks = tolerance_frame(0j, length_text(2 * part.profile_tolerance, 4), datums)
     elif part.roughness is not None:
-        marks = [line(0.5j * CELL, 10.0 + 0.5j * CELL)]
+        marks = [line_mark(0.5j * CELL, 10.0 + 0.5j * CELL)]
     if part.roughness is not None:
-        marks += roughness(complex(5.0, box_of(marks).high.imag), part.roughness)
+        marks += roughness_symbol(complex(5.0, marks_box(marks).high.imag), part.roughness)
     return marks
 
 
-def profile_tolerance(corner: complex, width: str, datums: Datums) -> Marks:
+def tolerance_frame(corner: complex, width: str, datums: Datums) -> Marks:
     """The tolerance frame of the profile of a line, of a zone width on the true profile, from its lower left.
 
     Each datum has a cell, the bore the first of them.
     """
     letters = [each for each in datums if each]
-    cells = [CELL, width_of(width, LARGE) + 2 * PAD, *(CELL for _ in letters)]
+    cells = [CELL, width_of(width, LARGE) + 2 * FRAME_PADDING, *(CELL for _ in letters)]
     edges = corner + np.cumsum([0.0, *cells])
-    marks: Marks = [rectangle(corner, edges[-1] + 1j * CELL)]
-    marks += [line(x, x + 1j * CELL) for x in edges[1:-1]]
+    marks: Marks = [rectangle_line(corner, edges[-1] + 1j * CELL)]
+    marks += [line_mark(x, x + 1j * CELL) for x in edges[1:-1]]
     base, radius = corner + complex(CELL / 2, CELL * 0.32), LARGE * 0.75
     marks.append(Line(arc_points(radius, 0.0, np.pi, base), THICK))
     texts = [width, *letters]
@@ -105,9 +109,9 @@ def profile_tolerance(corner: complex, width: str, datums: Datums) -> Marks:
     ]
 
 
-def rotation(radius: float, middle: float, sense: float) -> Marks:
+def rotation_symbol(radius: float, middle: float, sense: float) -> Marks:
     """An arc about the centre with an arrow in the sense of rotation (+1 ccw), about a direction (rad)."""
-    half, lean = min(np.radians(14.0), 14.0 / radius), sense * MOTION[0] / (2 * radius)
+    half, lean = min(np.radians(14.0), 14.0 / radius), sense * ROTATION_ARROW[0] / (2 * radius)
     ends = middle - sense * half, middle + sense * half
-    head = arrow(radius * np.exp(1j * ends[1]), 1j * sense * np.exp(1j * (ends[1] - lean)), *MOTION)
+    head = arrowhead(radius * np.exp(1j * ends[1]), 1j * sense * np.exp(1j * (ends[1] - lean)), *ROTATION_ARROW)
     return [Line(arc_points(radius, ends[0], ends[1] - 2 * lean), THICK), head]

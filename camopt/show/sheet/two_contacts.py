@@ -14,73 +14,80 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.model.effects.answers import answers_of
+from camopt.model.effects.error_response import contact_responses
 from camopt.model.effects.frame import ANGLE, BREADTH, DISTANCE
-from camopt.show.sheet.cam import TrueCam, quantity_of
-from camopt.show.sheet.marks import decimal, said
+from camopt.show.sheet.marks import decimal_text, length_text
+from camopt.show.sheet.true_cam import TrueCam, design_quantity
 
-EXACT = 1e-6  # of a last digit: for rounding
+DIGIT_ROUNDING = 1e-6  # of a last digit: for rounding
 
 
-class Apart(NamedTuple):
+class ContactDistance(NamedTuple):
     """How far two contacts are from each other, the same at every cam angle: mm, or deg between two arms."""
 
     value: float
     interference: float
     """By how much less it is made."""
-    varies: float | None
+    variation: float | None
     """By how much it may change over a turn, either way; None where the profile has no tolerance."""
     angular: bool
 
-    def said(self, value: float, digits: int = 3) -> str:
+    def size_text(self, value: float, digits: int = 3) -> str:
         """A size of it in words."""
-        return f"{decimal(value, digits)}°" if self.angular else said(value, digits)
+        return f"{decimal_text(value, digits)}°" if self.angular else length_text(value, digits)
 
     @property
     def clearance(self) -> float:
         """The largest that is left of an interference within the tolerance; 0 where that leaves none."""
-        return max((self.varies or 0.0) - self.interference, 0.0) if self.interference else 0.0
+        return max((self.variation or 0.0) - self.interference, 0.0) if self.interference else 0.0
 
     @property
     def nominal(self) -> str:
         """The size with how far it may be off."""
         digits = 1e4 if self.angular else 1e3  # down to 0.0001°, or a µm
-        off = "" if self.varies is None else f" ±{self.said(floor(self.varies * digits + EXACT) / digits, 4)}"
-        return f"{self.said(self.value)}{off}"
+        off = (
+            ""
+            if self.variation is None
+            else f" ±{self.size_text(floor(self.variation * digits + DIGIT_ROUNDING) / digits, 4)}"
+        )
+        return f"{self.size_text(self.value)}{off}"
 
 
-def apart(cam: TrueCam) -> Apart | None:
+def contact_distance(cam: TrueCam) -> ContactDistance | None:
     """How far apart both contacts of a follower are; None if it has one."""
     setup, tolerance = cam.problem.setup, cam.part.profile_tolerance
-    if not setup.mechanism.further:
+    if not setup.mechanism.further_contacts:
         return None
     name = ANGLE if setup.angular else BREADTH if setup.mechanism.flat_faced else DISTANCE
     spacing = float(cam.problem.design.roller_spacing[0])  # of a rib
-    value = spacing if spacing and not setup.angular else quantity_of(cam.problem, name)
+    value = spacing if spacing and not setup.angular else design_quantity(cam.problem, name)
     assert value is not None
     drive = cam.scene.drive
-    varies = None if tolerance is None else variation(cam, tolerance)
-    return Apart(value, (drive.interference if drive else None) or 0.0, varies, setup.angular)
+    varies = None if tolerance is None else distance_variation(cam, tolerance)
+    return ContactDistance(value, (drive.interference if drive else None) or 0.0, varies, setup.angular)
 
 
-def variation(cam: TrueCam, tolerance: float) -> float:
+def distance_variation(cam: TrueCam, tolerance: float) -> float:
     """The largest change of the distance over a turn, mm or deg, where all profiles are off by a tolerance, mm."""
     problem, angles = cam.problem, np.concatenate(cam.picture.pieces)
-    each = [of.to_profile.terms[0] for of in answers_of(problem.setup, problem.design, problem.programme, angles)]
+    each = [
+        of.profile_response.terms[0]
+        for of in contact_responses(problem.setup, problem.design, problem.programme, angles)
+    ]
     moved = tolerance * float(np.abs(each).sum(axis=0).max())
     return degrees(moved) if problem.setup.angular else moved
 
 
-def two_contacts(cam: TrueCam) -> Iterator[str]:
+def contact_notes(cam: TrueCam) -> Iterator[str]:
     """The notes on two contacts; none of one."""
-    found = apart(cam)
+    found = contact_distance(cam)
     if found is None:
         return
-    if cam.paired:
+    if cam.is_disc_pair:
         one, other = (f"{k + 1}" for k in (cam.place, 1 - cam.place))
         text = "Conjugate pair: disc {} in full lines, disc {} dashed. Both tables are from the same timing mark{}."
-        where = cam.say(", on disc 1" if cam.part.hub_diameter else ", which each disc has")
-        yield cam.say(text).format(one, other, where)
+        where = cam.translate(", on disc 1" if cam.part.hub_diameter else ", which each disc has")
+        yield cam.translate(text).format(one, other, where)
     mechanism = cam.problem.setup.mechanism
     what = (
         "Angle between both arms {}"
@@ -90,20 +97,22 @@ def two_contacts(cam: TrueCam) -> Iterator[str]:
         else "Distance of the centres of both rollers {}"
     )
     made = "{}, made {} for an interference of {}." if found.interference else "{}."
-    sizes = [found.said(found.value - found.interference), found.said(found.interference, 4)]
-    yield cam.say(made).format(
-        cam.say(what).format(found.said(found.value)), *sizes[: 2 * bool(found.interference)]
+    sizes = [found.size_text(found.value - found.interference), found.size_text(found.interference, 4)]
+    yield cam.translate(made).format(
+        cam.translate(what).format(found.size_text(found.value)), *sizes[: 2 * bool(found.interference)]
     )
-    yield cam.say(_inspected(cam)).format(found.nominal if found.varies is not None else found.said(found.value))
+    yield cam.translate(_inspection_text(cam)).format(
+        found.nominal if found.variation is not None else found.size_text(found.value)
+    )
     if found.clearance:
         text = "Within the tolerance of the profile the interference may be lost: clearance up to {}."
-        yield cam.say(text).format(found.said(found.clearance, 4))
+        yield cam.translate(text).format(found.size_text(found.clearance, 4))
 
 
-def _inspected(cam: TrueCam) -> str:
+def _inspection_text(cam: TrueCam) -> str:
     """How the discs, or the rib, are inspected."""
     mechanism = cam.problem.setup.mechanism
-    if cam.ribbed:
+    if cam.is_ribbed:
         what = "angle between the arms {}." if cam.problem.setup.angular else "distance of their centres {}."
         return f"Inspect the rib between both rollers, over a turn: {what}"
     if mechanism.flat_faced:

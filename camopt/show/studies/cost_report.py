@@ -6,25 +6,32 @@ from functools import partial
 from typing import Any, ClassVar
 
 from camopt.core.mistakes import BadInput
-from camopt.core.numerics.clock import timed
-from camopt.core.quantities import EVERYTHING, in_order
-from camopt.core.quantities.own import OWN
+from camopt.core.numerics.clock import time_runs
+from camopt.core.quantities import EVERYTHING, in_column_order
+from camopt.core.quantities.own_quantity import OWN_EFFECT
 from camopt.core.quantities.unit_systems import shown_unit
-from camopt.model.effects import EFFECTS, Case, effect_of, effects_needed, effects_of, lacking
+from camopt.model.effects import (
+    EFFECTS,
+    EvaluationBlock,
+    missing_keys_by_quantity,
+    plan_effects,
+    require_effect,
+    setup_effects,
+)
 from camopt.model.mechanisms import Designs
+from camopt.scene.numbers_with_units import numbers_with_units
 from camopt.scene.problem.problem import Problem, resolve
-from camopt.scene.problem.rows import Rows
-from camopt.scene.read import numbers_read
+from camopt.scene.problem.rows import DesignRows
 from camopt.scene.scene import Scene
 from camopt.show.studies.accuracy.subjects import designs_of
-from camopt.solve.smallest.sized import sized
+from camopt.solve.smallest.complete_scene import with_all_sizes
 from camopt.solve.tables.result import Branch, Result
-from camopt.solve.verdicts.evaluation import as_read
-from camopt.solve.verdicts.running import extended
+from camopt.solve.verdicts.effect_runs import with_effect
+from camopt.solve.verdicts.evaluation import scene_number_text
 
 
 @dataclass(frozen=True)
-class Called:
+class EffectRun:
     """One effect that runs."""
 
     effect: str
@@ -35,32 +42,32 @@ class Called:
     writes: tuple[str, ...]
 
 
-def what_runs(problem: Problem) -> list[Called]:
+def effects_run(problem: Problem) -> list[EffectRun]:
     """The effects that a scene calls for, in the order in which they run."""
-    asked, effects = effects_needed(problem.wanted, problem.setup), effects_of(problem.setup)
+    asked, effects = plan_effects(problem.evaluated_quantities, problem.setup), setup_effects(problem.setup)
     return [
-        Called(
+        EffectRun(
             name,
-            tuple(_callers(problem, asked, names)),
+            tuple(_effect_callers(problem, asked, names)),
             tuple(quantity for quantity in effects[name].reads(problem.setup) if quantity not in names),
-            tuple(in_order(names)),
+            tuple(in_column_order(names)),
         )
         for name, names in asked.items()
     ]
 
 
-def _callers(problem: Problem, asked: Mapping[str, frozenset[str]], names: frozenset[str]) -> list[str]:
+def _effect_callers(problem: Problem, asked: Mapping[str, frozenset[str]], names: frozenset[str]) -> list[str]:
     """What asks for any of some quantities."""
-    found = [f"limits.{limit.name}" for limit in problem.limits if names & set(limit.needs)]
+    found = [f"limits.{limit.name}" for limit in problem.limits if names & set(limit.required_quantities)]
     signs = problem.objectives.items()
     found += [f"search.{'minimise' if sign > 0 else 'maximise'} {name}" for name, sign in signs if name in names]
-    effect = effect_of(next(iter(names)), problem.setup).name
-    own = problem.setup.own.keys()
+    effect = require_effect(next(iter(names)), problem.setup).name
+    own = problem.setup.own_quantities.keys()
     found += [f"outputs {name}" for name in problem.outputs if name in (*names, effect, EVERYTHING)]
-    found += [f"{OWN}.{name}" for name in own if name in names]
-    if not problem.outputs and names & (problem.wanted - problem.needed - own):
+    found += [f"{OWN_EFFECT}.{name}" for name in own if name in names]
+    if not problem.outputs and names & (problem.evaluated_quantities - problem.required_quantities - own):
         found.append("the default outputs (motion and geometry)")
-    others = {name: each for name, each in effects_of(problem.setup).items() if name in asked and name != effect}
+    others = {name: each for name, each in setup_effects(problem.setup).items() if name in asked and name != effect}
     found += [f"effect {name}" for name, each in others.items() if set(each.reads(problem.setup)) & names]
     return found
 
@@ -69,7 +76,7 @@ COST_RUNS = 3
 
 
 @dataclass(frozen=True)
-class Entry(Called):
+class EffectCost(EffectRun):
     """One effect that runs, and what it costs."""
 
     ns_per_design: float
@@ -83,28 +90,28 @@ class CostReport(Result):
 
     scene: Scene
     designs: int
-    entries: tuple[Entry, ...]
+    entries: tuple[EffectCost, ...]
     idle: dict[str, tuple[str, ...]]
     main_rows: ClassVar[str] = "effects"
 
     def sections(self) -> tuple[Branch]:
         """The effects that run as a tree, what called for each, and what it costs."""
         branches: list[Branch] = []
-        if read := numbers_read(self.scene):
-            given = (f"{each.key} = {as_read(each)} {shown_unit(each.unit)}".rstrip() for each in read)
-            branches.append(Branch.of("read from the scene", *given))
+        if read := numbers_with_units(self.scene):
+            given = (f"{each.key} = {scene_number_text(each)} {shown_unit(each.unit)}".rstrip() for each in read)
+            branches.append(Branch.from_texts("read from the scene", *given))
         for entry in self.entries:
             lines = [f"called for by {', '.join(entry.called_by)}"]
             lines += [f"reads {', '.join(entry.reads)}"] if entry.reads else []
             lines += [f"writes {', '.join(entry.writes)}"]
             cost = f"{entry.ns_per_design:,.0f} ns per design, {entry.share:.1%}"
-            branches.append(Branch.of(f"{entry.effect}  {cost}", *lines))
+            branches.append(Branch.from_texts(f"{entry.effect}  {cost}", *lines))
         for name, keys in self.idle.items():
             needs = f", and needs {', '.join(keys)}" if keys else ""
-            branches.append(Branch.of(f"{name}  not called for{needs}"))
+            branches.append(Branch.from_texts(f"{name}  not called for{needs}"))
         whole = sum(entry.ns_per_design for entry in self.entries)
         head = f"{self.scene.name}: {whole:,.0f} ns per design, over {self.designs:,} designs, one thread"
-        return (Branch.of(head, *branches),)
+        return (Branch.from_texts(head, *branches),)
 
     def document(self) -> dict[str, Any]:
         """A record for each effect that runs, and the effects that nothing called for."""
@@ -123,19 +130,19 @@ def cost_report(scene: Scene) -> CostReport:
     BadInput, Unmet
         As ``optimise``, where the scene leaves a size open that no sweep has.
     """
-    problem, designs = _timed_on(scene)
-    setup, asked = problem.setup, what_runs(resolve(scene))
-    rows, times = Rows({}, len(designs)), {}
+    problem, designs = _timing_designs(scene)
+    setup, asked = problem.setup, effects_run(resolve(scene))
+    rows, times = DesignRows({}, len(designs)), {}
     for each in asked:
-        case = Case(setup, problem.programme, designs)
-        work = partial(extended, rows, case, effects_of(setup)[each.effect], frozenset(each.writes))
-        rows, times[each.effect] = timed(work, COST_RUNS)
+        case = EvaluationBlock(setup, problem.programme, designs)
+        work = partial(with_effect, rows, case, setup_effects(setup)[each.effect], frozenset(each.writes))
+        rows, times[each.effect] = time_runs(work, COST_RUNS)
     whole = sum(times.values())
     entries = tuple(
-        Entry(**vars(each), ns_per_design=time / len(designs) * 1e9, share=time / whole)
+        EffectCost(**vars(each), ns_per_design=time / len(designs) * 1e9, share=time / whole)
         for each, time in ((each, times[each.effect]) for each in asked)
     )
-    lacks = lacking(setup)
+    lacks = missing_keys_by_quantity(setup)
     idle = {}
     for name, effect in EFFECTS.items():
         offers = effect.offers(setup)
@@ -145,11 +152,11 @@ def cost_report(scene: Scene) -> CostReport:
     return CostReport(scene, len(designs), entries, idle)
 
 
-def _timed_on(scene: Scene) -> tuple[Problem, Designs]:
+def _timing_designs(scene: Scene) -> tuple[Problem, Designs]:
     """What effects are timed on: the designs of a sweep, or, of a scene for ``optimise``, those near one cam."""
     problem = resolve(scene)
     try:
         return problem, designs_of(problem)
     except BadInput:
-        one = resolve(sized(scene).replace(search=None))
+        one = resolve(with_all_sizes(scene).replace(search=None))
         return one, designs_of(one)

@@ -22,7 +22,7 @@ from camopt.scene.scene import Scene
 from camopt.solve.verdicts.evaluation import evaluate
 
 LARGEST_PRESSURE_ANGLE = 30.0  # deg
-LAWS = {
+LAW_WORDS = {
     "uniform": "uniform velocity",
     "harmonic": "simple harmonic motion",
     "parabolic": "uniform acceleration and retardation",
@@ -30,7 +30,7 @@ LAWS = {
 }
 """The laws that have a construction, in words."""
 TIP_WORDS = {KNIFE: "knife-edge", SPHERICAL: "spherical-faced", FLAT: "flat-faced", ROLLER: "roller"}
-KINDS: dict[str, tuple[Body, FollowerMotion, Tip]] = {
+EXERCISE_KINDS: dict[str, tuple[Body, FollowerMotion, Tip]] = {
     "knife": (DISC, TRANSLATING, KNIFE),
     "offset-knife": (DISC, TRANSLATING, KNIFE),
     "roller": (DISC, TRANSLATING, ROLLER),
@@ -53,8 +53,8 @@ def make_exercise(kind: str, seed: int) -> tuple[str, Scene]:
     BadInput
         If there is no such kind.
     """
-    if kind not in KINDS:
-        raise BadInput([Mistake("camopt", "exercise", kind, f"one of {', '.join(KINDS)}")])
+    if kind not in EXERCISE_KINDS:
+        raise BadInput([Mistake("camopt", "exercise", kind, f"one of {', '.join(EXERCISE_KINDS)}")])
     random = Random(f"{kind} {seed}")
     while True:
         scene = Scene(**_draw_numbers(kind, random))
@@ -69,7 +69,7 @@ def exercise_toml(kind: str, seed: int) -> str:
 
 
 def _draw_numbers(kind: str, random: Random) -> dict[str, Any]:
-    body, motion, tip = KINDS[kind]
+    body, motion, tip = EXERCISE_KINDS[kind]
     base = random.randrange(30, 105, 5)
     follower: dict[str, Any] = {"motion": motion.name, "contact": tip.name}
     if tip.radius:
@@ -84,7 +84,7 @@ def _draw_numbers(kind: str, random: Random) -> dict[str, Any]:
         follower |= {"centre_distance": centre, **own}
     rise, dwell, fall = (random.randrange(*ends, 10) for ends in ((90, 160), (20, 70), (90, 140)))
     lift = random.choice([10, 12, 15, 18, 20] if motion.angular else [15, 20, 25, 30, 40])
-    laws = random.choices([law for law in LAWS if law != "uniform" or tip is not FLAT], k=2)
+    laws = random.choices([law for law in LAW_WORDS if law != "uniform" or tip is not FLAT], k=2)
     moves = [
         {"segment": "rise", "angle": rise, "lift": lift, "law": laws[0]},
         {"segment": "dwell", "angle": dwell},
@@ -105,7 +105,7 @@ def _can_be_made(scene: Scene) -> bool:
     return not crossed and float(found["pressure_angle_max_deg"]) <= LARGEST_PRESSURE_ANGLE
 
 
-def _setting(body: Body, motion: FollowerMotion, tip: Tip, rotation: str) -> list[str]:
+def _follower_sentences(body: Body, motion: FollowerMotion, tip: Tip, rotation: str) -> list[str]:
     """Where the follower stands, in sentences, so that one cam alone solves the problem."""
     if body.developed and motion.angular:
         return [
@@ -129,7 +129,7 @@ def _setting(body: Body, motion: FollowerMotion, tip: Tip, rotation: str) -> lis
 def _problem_text(kind: str, scene: Scene) -> str:
     """The problem as a teacher sets it."""
     cam, follower, (rise, dwell, fall, rest) = scene.cam, scene.follower, scene.motion
-    body, motion, tip = KINDS[kind]
+    body, motion, tip = EXERCISE_KINDS[kind]
     unit, way = "°" if motion.angular else " mm", "clockwise" if cam.rotation == "cw" else "anticlockwise"
     sizes = {
         "roller_radius": "The radius of the roller is {:g} mm.",
@@ -144,10 +144,11 @@ def _problem_text(kind: str, scene: Scene) -> str:
         f"A {body.words} turns {way} at {cam.rpm:g} rev/min and drives {motion.words} {TIP_WORDS[tip]} follower.",
         f"The {size} is {getattr(cam, body.size):g} mm.",
         *given,
-        *_setting(body, motion, tip, cam.rotation),
-        f"The follower moves outwards by {rise.lift:g}{unit} during {rise.angle:g}° with {LAWS[str(rise.law)]}, "
-        f"rests during {dwell.angle:g}°, comes back during {fall.angle:g}° with {LAWS[str(fall.law)]}, and rests "
-        f"during the remaining {rest.angle:g}°.",
+        *_follower_sentences(body, motion, tip, cam.rotation),
+        f"The follower moves outwards by {rise.lift:g}{unit} during {rise.angle:g}° "
+        f"with {LAW_WORDS[str(rise.law)]}, rests during {dwell.angle:g}°, "
+        f"comes back during {fall.angle:g}° with {LAW_WORDS[str(fall.law)]}, "
+        f"and rests during the remaining {rest.angle:g}°.",
         "Divide each stroke into six equal parts, and construct the displacement diagram and the profile of "
         "the cam.",
         "Find the largest velocity and acceleration of the follower on both strokes.",

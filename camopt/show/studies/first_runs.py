@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from camopt.core.engines.progress import Advance
+from camopt.core.kernels.compile_clock import READY_KERNELS
 from camopt.core.kernels.compile_rule import compile_at_once
-from camopt.core.kernels.compiling import READY
-from camopt.core.kernels.kernel_cache import NOWHERE, kernel_folder
+from camopt.core.kernels.kernel_cache import NO_FOLDER, kernel_folder
 from camopt.core.numerics.dominance import Dominators
 from camopt.scene.scene import find_scene
 from camopt.scene.sources import shipped_scenes
@@ -28,7 +28,7 @@ def compile_scenes(names: Sequence[str], advance: Advance) -> tuple[int, Path]:
         If there is no folder to keep them in.
     """
     scenes, folder = [find_scene(name) for name in names or shipped_scenes()], kernel_folder()
-    if folder == NOWHERE:
+    if folder == NO_FOLDER:
         raise PermissionError("there is no folder for compiled kernels: NUMBA_CACHE_DIR names another one")
     compile_at_once()
     sizes = {
@@ -44,4 +44,4 @@ def compile_scenes(names: Sequence[str], advance: Advance) -> tuple[int, Path]:
         else:
             evaluate(scene)
         advance(done, len(scenes))
-    return len(READY), folder
+    return len(READY_KERNELS), folder

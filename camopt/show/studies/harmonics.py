@@ -21,23 +21,23 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.panels import TABLE_DEGREE
 from camopt.core.quantities import displacement_unit
-from camopt.core.quantities.shown import Drawn
-from camopt.core.quantities.unit_systems import shown, shown_unit
-from camopt.model.effects.motion import scale, unit_of
+from camopt.core.quantities.display import Drawable
+from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.model.effects.motion import motion_scale, motion_table_unit
 from camopt.model.motion.programme import Programme
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.problem.problem import resolve
 from camopt.scene.scene import Scene
-from camopt.show.drawing.style import PAGE_TITLE, Figure, Target, canvas, dress, pen_of
+from camopt.show.drawing.style import PAGE_TITLE, Figure, Target, add_grid, canvas, pen_of
 from camopt.solve.tables.cells import with_unit
 from camopt.solve.tables.result import Result, Table, table_of
 
-ORDERS, MOST_ORDERS = 24, 10_000
+DEFAULT_ORDERS, MOST_ORDERS = 24, 10_000
 ROUNDING = 1e-14  # of the largest amplitude: a smaller one is rounding of the motion, and is 0
 
 
 @dataclass(frozen=True)
-class Harmonics(Result, Drawn):
+class Harmonics(Result, Drawable):
     """The harmonics of a motion, from the first on.
 
     Attributes
@@ -113,7 +113,7 @@ class Harmonics(Result, Drawn):
         return table_of(title, rows, rows[0], units=units)
 
 
-def harmonics(scene: SceneSource, orders: int = ORDERS) -> Harmonics:
+def harmonics(scene: SceneSource, orders: int = DEFAULT_ORDERS) -> Harmonics:
     """Compute the first harmonics of a scene's motion and of its acceleration.
 
     Parameters
@@ -149,7 +149,7 @@ def harmonics(scene: SceneSource, orders: int = ORDERS) -> Harmonics:
     problem = resolve(scene)
     setup, programme = problem.setup, problem.programme.tool
     order = np.arange(1, orders + 1)
-    waves = _waves(programme, 0, np.arange(orders + 1)) / programme.unit
+    waves = _fourier_integrals(programme, 0, np.arange(orders + 1)) / programme.unit
     timed = setup.omega is not None
     return Harmonics(
         scene,
@@ -158,65 +158,68 @@ def harmonics(scene: SceneSource, orders: int = ORDERS) -> Harmonics:
         float(waves[0].real) / 2,
         np.abs(waves[1:]),
         np.degrees(np.angle(waves[1:].conj())) % 360.0,
-        np.abs(_waves(programme, 2, order)) * scale(setup, 2),
-        unit_of(setup, 2),
+        np.abs(_fourier_integrals(programme, 2, order)) * motion_scale(setup, 2),
+        motion_table_unit(setup, 2),
     )
 
 
-def _waves(programme: Programme, derivative: int, orders: Any) -> Any:
+def _fourier_integrals(programme: Programme, derivative: int, orders: Any) -> Any:
     """(1/π)∫ f·e^{−ikθ} dθ over the turn for each order k, of the motion or a derivative of it by the cam angle."""
     table = programme.table
     half = table.half_width
     powers = polynomial.polyder(table.coefficients.T, derivative) / half**derivative
-    series = _to_legendre()[:, : len(powers)] @ powers
+    series = _legendre_matrix()[:, : len(powers)] @ powers
     found: Any = np.array(
-        [np.sum(half * np.exp(-1j * k * table.centre) * _panel_waves(series, k * half)) for k in orders]
+        [np.sum(half * np.exp(-1j * k * table.centre) * _panel_integrals(series, k * half)) for k in orders]
     )
     for jump in programme.corners if derivative == 2 else ():
         found += jump.size * np.exp(-1j * orders * jump.at)
     return np.where(np.abs(found) > ROUNDING * np.abs(found).max(), found / np.pi, 0.0)
 
 
-def _panel_waves(series: FloatArray, z: FloatArray) -> Any:
+def _panel_integrals(series: FloatArray, z: FloatArray) -> Any:
     """∫ f(u)·e^{−izu} du over [−1, 1] for each panel, f in Legendre's form (degrees, panels)."""
     degrees = np.arange(len(series))[:, None]
     return np.sum(2.0 * (-1j) ** degrees * series * scipy.special.spherical_jn(degrees, z), axis=0)
 
 
 @cache
-def _to_legendre() -> FloatArray:
+def _legendre_matrix() -> FloatArray:
     """The matrix from powers of u to Legendre's polynomials."""
     columns = [legendre.poly2leg(np.eye(TABLE_DEGREE + 1)[k]) for k in range(TABLE_DEGREE + 1)]
     return np.array([np.pad(c, (0, TABLE_DEGREE + 1 - len(c))) for c in columns]).T
 
 
-LEAST_SHARE = 1e-6  # of the largest amplitude: smaller ones fall off the picture
+LEAST_DRAWN_SHARE = 1e-6  # of the largest amplitude: smaller ones fall off the picture
 
 
 def draw(what: "Harmonics", path: Target = None) -> "Figure":
     """Draw the amplitudes of a motion's harmonics."""
     unit = displacement_unit(angular=what.scene.tool_turns)
     amplitudes = (
-        (f"Displacement, {shown_unit(unit)}", shown(what.displacement, unit)),
-        (f"Acceleration, {shown_unit(what.acceleration_unit)}", shown(what.acceleration, what.acceleration_unit)),
+        (f"Displacement, {shown_unit(unit)}", to_shown_unit(what.displacement, unit)),
+        (
+            f"Acceleration, {shown_unit(what.acceleration_unit)}",
+            to_shown_unit(what.acceleration, what.acceleration_unit),
+        ),
     )
     with canvas(path, (12.5, 5.0), layout="constrained") as figure:
         title = f"{what.scene.name}: harmonics of the motion"
         figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
         for axes, (name, values) in zip(figure.subplots(1, 2), amplitudes, strict=True):
-            _draw(axes, name, what, values)
+            _draw_amplitudes(axes, name, what, values)
     return figure
 
 
 def draw_in(axes: Any, what: "Harmonics") -> None:
     """Draw the amplitudes of the displacement."""
     unit = displacement_unit(angular=what.scene.tool_turns)
-    _draw(axes, f"Displacement, {shown_unit(unit)}", what, shown(what.displacement, unit))
+    _draw_amplitudes(axes, f"Displacement, {shown_unit(unit)}", what, to_shown_unit(what.displacement, unit))
 
 
-def _draw(axes: Any, name: str, what: "Harmonics", values: Any) -> None:
+def _draw_amplitudes(axes: Any, name: str, what: "Harmonics", values: Any) -> None:
     largest = float(np.max(values))
-    seen = values > LEAST_SHARE * largest
+    seen = values > LEAST_DRAWN_SHARE * largest
     floor = 10.0 ** np.floor(np.log10(values[seen].min()))
     axes.vlines(what.order[seen], floor, values[seen], lw=2.0, color=pen_of(0)["color"])
     axes.plot(what.order[seen], values[seen], ls="", marker="o", ms=4.0, color=pen_of(0)["color"])
@@ -227,4 +230,4 @@ def _draw(axes: Any, name: str, what: "Harmonics", values: Any) -> None:
     axes.set_yticks(tens, labels=[f"{each:g}" for each in tens])
     axes.minorticks_off()
     axes.set_title(name, loc="left")
-    dress(axes)
+    add_grid(axes)

@@ -17,23 +17,25 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from camopt.core.mistakes import UnknownName, nearest
+from camopt.core.mistakes import UnknownName, suggest_names
 from camopt.core.numerics import FloatArray
-from camopt.core.quantities import in_order
-from camopt.model.effects import Case, quantity_of
+from camopt.core.quantities import in_column_order
+from camopt.model.effects import EvaluationBlock, find_quantity
 from camopt.model.mechanisms import Designs
 from camopt.scene.arguments import SceneSource, scene_from
-from camopt.scene.problem.problem import Problem, exactly, resolve_design
+from camopt.scene.problem.problem import Problem, at_rounding_error, resolve_design
 from camopt.scene.problem.variables import Variable
 from camopt.scene.scene import Scene
 from camopt.solve.tables.result import Result, Table, table_of
-from camopt.solve.verdicts.running import run_effects
+from camopt.solve.verdicts.effect_runs import run_effects
 
 STEP_SHARE = 1e-3  # of what a variable is of the order of: the error of the formula is its fourth power
 STENCIL = np.array([-2.0, -1.0, 1.0, 2.0])
-CENTRAL = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
-KINK = 1e-4  # of a slope, or of the quantity over the variable's order: two sides that differ by more make a kink
-JUMP = 1.0  # deg: a place that bends by more within two steps has gone over to another peak
+CENTRAL_WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
+LEAST_SLOPE_KINK = (
+    1e-4  # of a slope, or of the quantity over the variable's order: two sides that differ by more make a kink
+)
+LEAST_SLOPE_JUMP = 1.0  # deg: a place that bends by more within two steps has gone over to another peak
 
 
 class Sensitivity(NamedTuple):
@@ -104,7 +106,7 @@ class Sensitivities(Result, Mapping[tuple[str, str], Sensitivity]):
         if pair not in self.found:
             known = [*dict.fromkeys(name for each in self.found for name in each)]
             wrong = next((str(name) for name in pair if name not in known), str(pair))
-            raise UnknownName(f"{wrong!r} is no quantity or variable of this cam; {nearest(wrong, known)}")
+            raise UnknownName(f"{wrong!r} is no quantity or variable of this cam; {suggest_names(wrong, known)}")
         return self.found[pair]
 
     def __iter__(self) -> Iterator[tuple[str, str]]:
@@ -152,46 +154,48 @@ def sensitivities(scene: SceneSource) -> Sensitivities:
     1.7778
     """
     scene = scene_from(scene)
-    problem = exactly(resolve_design(scene))
-    variables = _variables(problem)
+    problem = at_rounding_error(resolve_design(scene))
+    variables = _variable_scales(problem)
     numbers = {each.key: value for each, (value, _) in variables.items() if each.is_number}
-    freed = problem.freed(numbers)
-    names = [name for name in problem.wanted if quantity_of(name, problem.setup).kind is float]
-    around = _around(problem.design, variables)
-    columns = run_effects(Case(freed.setup, freed.programme, around), names).columns
-    exists = freed.setup.mechanism.exists(around, freed.programme)
-    trains = {each: _beside(problem, each, value, names) for each, value in _of_train(scene, problem)}
+    freed = problem.with_free_numbers(numbers)
+    names = [name for name in problem.evaluated_quantities if find_quantity(name, problem.setup).kind is float]
+    around = _stencil_designs(problem.design, variables)
+    columns = run_effects(EvaluationBlock(freed.setup, freed.programme, around), names).columns
+    exists = freed.setup.mechanism.can_assemble(around, freed.programme)
+    trains = {each: _train_stencil(problem, each, value, names) for each, value in _train_numbers(scene, problem)}
     found, values = {}, {}
-    for name in in_order(columns):
+    for name in in_column_order(columns):
         column = np.where(exists, np.broadcast_to(columns[name], len(around)), np.nan).astype(float)
-        values[name], most = float(column[0]), JUMP if name.endswith("_at_deg") else np.inf
+        values[name], most = float(column[0]), LEAST_SLOPE_JUMP if name.endswith("_at_deg") else np.inf
         for number, (each, (_, order)) in enumerate(variables.items()):
             beside = column[1 + len(STENCIL) * number : 1 + len(STENCIL) * (number + 1)]
-            found[name, each.key] = _slope(column[0], beside, STEP_SHARE * order, most)
+            found[name, each.key] = _stencil_slopes(column[0], beside, STEP_SHARE * order, most)
         for each, (step, rows) in trains.items():
-            found[name, each.key] = _slope(column[0], np.array([row.get(name, np.nan) for row in rows]), step, most)
+            found[name, each.key] = _stencil_slopes(
+                column[0], np.array([row.get(name, np.nan) for row in rows]), step, most
+            )
     return Sensitivities(scene, values, found)
 
 
-def _variables(problem: Problem) -> dict[Variable, tuple[float, float]]:
+def _variable_scales(problem: Problem) -> dict[Variable, tuple[float, float]]:
     """The value of each variable, and what it is of the order of."""
     found, prime = {}, float(problem.design.prime_radius[0])
     for each in problem.variables:
         given = problem.design.sizes[each.field][0] if each.is_size else problem.setup.given[each.key]
-        if each.is_size or (each.is_ranged and given):
+        if each.is_size or (each.varies_by_design and given):
             found[each] = float(given), max(abs(float(given)), 0.1 * prime * each.is_size)
     return found
 
 
-def _of_train(scene: Scene, problem: Problem) -> Iterator[tuple[Variable, float]]:
+def _train_numbers(scene: Scene, problem: Problem) -> Iterator[tuple[Variable, float]]:
     """The numbers of the train that a scene gives, which are not 0; a load by cam angle is none."""
-    variables = {each.key: each for each in problem.variables if each.enters == "train"}
+    variables = {each.key: each for each in problem.variables if each.role == "train"}
     for key, value in scene.numbers(variables).items():
         if value and not isinstance(value, tuple):
             yield variables[key], value
 
 
-def _beside(
+def _train_stencil(
     problem: Problem, variable: Variable, value: float, names: Sequence[str]
 ) -> tuple[float, list[dict[str, float]]]:
     """The quantities of a cam behind trains with a little less and a little more of a number, and the step.
@@ -202,14 +206,14 @@ def _beside(
     rows = []
     for move in STENCIL:
         moved = problem.with_numbers({variable.key: value + move * step})
-        exists = moved.setup.mechanism.exists(problem.design, moved.programme)[0]
-        case = Case(moved.setup, moved.programme, problem.design)
+        exists = moved.setup.mechanism.can_assemble(problem.design, moved.programme)[0]
+        case = EvaluationBlock(moved.setup, moved.programme, problem.design)
         columns = run_effects(case, names).columns if exists else {}
         rows.append({name: float(np.broadcast_to(each, 1)[0]) for name, each in columns.items()})
     return step, rows
 
 
-def _around(design: Designs, variables: Mapping[Variable, tuple[float, float]]) -> Designs:
+def _stencil_designs(design: Designs, variables: Mapping[Variable, tuple[float, float]]) -> Designs:
     """The cam, and for each variable those with a little less and a little more of it."""
     values: dict[str, Any] = {}
     count = 1 + len(STENCIL) * len(variables)
@@ -220,7 +224,7 @@ def _around(design: Designs, variables: Mapping[Variable, tuple[float, float]]) 
     return design.take(np.zeros(count, dtype=int)).with_values(values)
 
 
-def _slope(value: float, beside: FloatArray, step: float, most: float) -> Sensitivity:
+def _stencil_slopes(value: float, beside: FloatArray, step: float, most: float) -> Sensitivity:
     """The slopes of a quantity from its values beside the cam's own; none to a side where it bends by ``most``."""
     with np.errstate(invalid="ignore"):
         change = beside - value
@@ -228,13 +232,15 @@ def _slope(value: float, beside: FloatArray, step: float, most: float) -> Sensit
         change[2:] = np.where(abs(change[3] - 2.0 * change[2]) > most, np.nan, change[2:])
         below = float(change[0] - 4.0 * change[1]) / (2.0 * step)
         above = float(4.0 * change[2] - change[3]) / (2.0 * step)
-        middle = float(CENTRAL @ change) / step
+        middle = float(CENTRAL_WEIGHTS @ change) / step
     known = (
-        KINK * max(abs(below), abs(above), abs(value) * STEP_SHARE / step) if np.isfinite(below + above) else 0.0
+        LEAST_SLOPE_KINK * max(abs(below), abs(above), abs(value) * STEP_SHARE / step)
+        if np.isfinite(below + above)
+        else 0.0
     )
     smooth = np.isfinite(middle) and abs(above - below) <= known
-    return Sensitivity(middle if smooth else None, _finite(below), _finite(above))
+    return Sensitivity(middle if smooth else None, _finite_or_none(below), _finite_or_none(above))
 
 
-def _finite(value: float) -> float | None:
+def _finite_or_none(value: float) -> float | None:
     return value if np.isfinite(value) else None

@@ -17,31 +17,31 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from camopt.core.mistakes import BadInput, Mistake, nearest
+from camopt.core.mistakes import BadInput, Mistake, suggest_names
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.oscillator import Wave, damped, from_rest
-from camopt.core.numerics.wave_extremes import largest, largest_magnitude
+from camopt.core.numerics.oscillator import Wave, damped_frequency, response_from_rest
+from camopt.core.numerics.wave_extremes import wave_maximum, wave_peak_magnitude
 from camopt.core.quantities import Quantity
-from camopt.core.quantities.shown import Drawn
+from camopt.core.quantities.display import Drawable
 from camopt.core.storage.tables import write_table
-from camopt.model.effects.vibration import corners, mass_acceleration
+from camopt.model.effects.vibration import corner_sizes, mass_acceleration
 from camopt.model.motion import LAWS
 from camopt.model.motion.law import Law
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import DWELL, RISE, Stroke
 from camopt.scene.arguments import options_by_keyword
 from camopt.scene.problem.problem import resolve
-from camopt.scene.problem.rows import Rows, concatenate_rows
+from camopt.scene.problem.rows import DesignRows, concatenate_rows
 from camopt.scene.scene import Scene
 from camopt.show.drawing.plot import plot
-from camopt.show.drawing.style import PAGE_TITLE, Figure, Target, canvas, dress, pen_of
+from camopt.show.drawing.style import PAGE_TITLE, Figure, Target, add_grid, canvas, pen_of
 from camopt.solve.tables.result import Columns, Result, Table, table_of
 from camopt.solve.tables.table import schema_of, to_table
 
 SPECTRUM = ("spectrum.parquet", "spectrum.svg")
-DRAWN = ("cycloidal", "modified-sine", "modified-trapezoid", "harmonic", "poly345", "poly4567")
-RATIOS = np.linspace(0.1, 10.0, 397)  # every whole number and quarter among them
-ALLOWED = (1e-3, 1e4)
+DRAWN_LAWS = ("cycloidal", "modified-sine", "modified-trapezoid", "harmonic", "poly345", "poly4567")
+PERIOD_RATIOS = np.linspace(0.1, 10.0, 397)  # every whole number and quarter among them
+ALLOWED_RATIOS = (1e-3, 1e4)
 PANELS_AT_ONCE = 1 << 14  # panels, each with a polynomial of its own
 
 
@@ -59,7 +59,7 @@ SPECTRUM_COLUMNS = {
 }
 
 
-class Spectrum(Columns, Drawn):
+class Spectrum(Columns, Drawable):
     """A response spectrum: a mapping from the name of a column to its values.
 
     Examples
@@ -107,31 +107,31 @@ def response_spectrum(law: str | Law, ratios: ArrayLike | None = None, *, dampin
     >>> spectrum["residual"].round(4).tolist()
     [0.5, 0.0243]
     """
-    chosen, λ = _checked(law, RATIOS if ratios is None else ratios, damping_ratio)
-    at_once = max(1, PANELS_AT_ONCE // len(_rise(chosen).table.half_width))
+    chosen, λ = _check_inputs(law, PERIOD_RATIOS if ratios is None else ratios, damping_ratio)
+    at_once = max(1, PANELS_AT_ONCE // len(_rise_programme(chosen).table.half_width))
     parts = [λ[k : k + at_once].tolist() for k in range(0, len(λ), at_once)]
     found = [_responses(chosen, tuple(part), float(damping_ratio)) for part in parts]
     values = np.concatenate(found, axis=1) if found else np.zeros((4, 0))
     names = ("residual", "overshoot", "deflection", "acceleration")
     labels = {"law": np.full(len(λ), chosen.NAME), "period_ratio": λ, "damping_ratio": float(damping_ratio)}
-    return _spectrum(labels | dict(zip(names, values, strict=True)))
+    return _spectrum_of_columns(labels | dict(zip(names, values, strict=True)))
 
 
-def _spectrum(columns: Mapping[str, Any]) -> Spectrum:
+def _spectrum_of_columns(columns: Mapping[str, Any]) -> Spectrum:
     """A spectrum with the units of its columns."""
     return Spectrum(columns, {name: SPECTRUM_COLUMNS[name].unit for name in columns})
 
 
-def _checked(law: str | Law, ratios: ArrayLike, damping_ratio: float) -> tuple[Law, FloatArray]:
+def _check_inputs(law: str | Law, ratios: ArrayLike, damping_ratio: float) -> tuple[Law, FloatArray]:
     mistakes = []
     if isinstance(law, str) and law not in LAWS:
-        mistakes.append(Mistake("camopt", "law", law, f"a motion law; {nearest(law, LAWS)}"))
+        mistakes.append(Mistake("camopt", "law", law, f"a motion law; {suggest_names(law, LAWS)}"))
     try:
         values = np.asarray(ratios, dtype=float)
-        wrong = values[~((values >= ALLOWED[0]) & (values <= ALLOWED[1]))].tolist()
+        wrong = values[~((values >= ALLOWED_RATIOS[0]) & (values <= ALLOWED_RATIOS[1]))].tolist()
     except (TypeError, ValueError):
         values, wrong = np.zeros(0), [ratios]
-    wide = f"numbers from {ALLOWED[0]:g} to {ALLOWED[1]:g}, in one dimension"
+    wide = f"numbers from {ALLOWED_RATIOS[0]:g} to {ALLOWED_RATIOS[1]:g}, in one dimension"
     if wrong or values.ndim != 1:
         mistakes.append(Mistake("camopt", "ratios", wrong[0] if wrong else values.tolist(), wide))
     if isinstance(damping_ratio, bool) or not isinstance(damping_ratio, (int, float)) or not 0 <= damping_ratio < 1:
@@ -151,23 +151,23 @@ def _responses(law: Law, ratios: tuple[float, ...], damping: float) -> FloatArra
     return np.array(
         [
             wave.amplitude[:, -1],
-            np.maximum(largest(wave.over(beyond)).value, 0.0),
-            largest_magnitude(wave).value,
-            largest_magnitude(mass_acceleration(wave, frequency[:, None])).value,
+            np.maximum(wave_maximum(wave.plus_polynomial(beyond)).value, 0.0),
+            wave_peak_magnitude(wave).value,
+            wave_peak_magnitude(mass_acceleration(wave, frequency[:, None])).value,
         ]
     )
 
 
 def _rise_and_dwell(law: Law, frequency: FloatArray, damping: float) -> tuple[FloatArray, Wave]:
     """The motion (powers, panels), and the response on the panels of the rise and one period of the dwell."""
-    programme = _rise(law)
+    programme = _rise_programme(law)
     motion, rows = programme.table.coefficients.T, frequency[:, None]
     half_width = np.repeat(programme.table.half_width[None], len(frequency), axis=0)
-    half_width[:, -1] = np.pi / (damped(damping) * frequency)
-    return motion, from_rest(motion, half_width, corners(programme), rows, damping)
+    half_width[:, -1] = np.pi / (damped_frequency(damping) * frequency)
+    return motion, response_from_rest(motion, half_width, corner_sizes(programme), rows, damping)
 
 
-def _rise(law: Law) -> Programme:
+def _rise_programme(law: Law) -> Programme:
     return Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0), Stroke(DWELL, None, 1.0, 1.0, 1.0, 1.0)))
 
 
@@ -178,7 +178,7 @@ SHOWN_RATIOS = (0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
 class Spectra(Result):
     """The response spectra of several laws."""
 
-    rows: Rows
+    rows: DesignRows
 
     def table(self) -> Table:
         """The residual amplitude in the dwell after each law, at a few period ratios."""
@@ -208,7 +208,7 @@ class Spectra(Result):
         write_table(to_table(self.rows, schema_of(SPECTRUM_COLUMNS.values())), table)
         laws = self.rows.column("law")
         each = [
-            _spectrum({name: self.rows.column(name)[laws == law] for name in SPECTRUM_COLUMNS})
+            _spectrum_of_columns({name: self.rows.column(name)[laws == law] for name in SPECTRUM_COLUMNS})
             for law in dict.fromkeys(laws.tolist())
         ]
         plot(each, picture)
@@ -223,14 +223,14 @@ def spectra_of(scene: Scene) -> Spectra:
         For a damping ratio of 1 or more.
     """
     problem = resolve(scene)
-    laws = {name: LAWS[name] for name in DRAWN}
+    laws = {name: LAWS[name] for name in DRAWN_LAWS}
     laws |= {stroke.law.NAME: stroke.law for stroke in problem.programme.tool.strokes if stroke.law}
     damping = problem.setup.dynamics.damping_ratio
-    each = (Rows(response_spectrum(law, damping_ratio=damping), len(RATIOS)) for law in laws.values())
+    each = (DesignRows(response_spectrum(law, damping_ratio=damping), len(PERIOD_RATIOS)) for law in laws.values())
     return Spectra(concatenate_rows(each))
 
 
-TITLES = {
+SPECTRUM_TITLES = {
     "residual": "Residual amplitude in the dwell, as a share of the lift",
     "acceleration": "Largest acceleration of the mass, in lift/t₁²",
 }
@@ -246,14 +246,14 @@ def draw(what: Mapping[str, Any] | Sequence[Mapping[str, Any]], path: Target = N
         ratio = " and ".join(f"{each:g}" for each in sorted(damping))
         title = f"Follower train after a rise in the time t₁: natural period Tₙ, damping ratio {ratio}"
         figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
-        for axes, name in zip(figure.subplots(1, 2), TITLES, strict=True):
-            _draw(axes, name, spectra)
+        for axes, name in zip(figure.subplots(1, 2), SPECTRUM_TITLES, strict=True):
+            _draw_spectra(axes, name, spectra)
         handles, labels = figure.axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=8)
     return figure
 
 
-def _draw(axes: Any, name: str, spectra: Sequence[Mapping[str, Any]]) -> None:
+def _draw_spectra(axes: Any, name: str, spectra: Sequence[Mapping[str, Any]]) -> None:
     ratios, values = (np.concatenate([each[column] for each in spectra]) for column in ("period_ratio", name))
     for place, spectrum in enumerate(spectra):
         law = str(spectrum["law"][0])
@@ -266,5 +266,5 @@ def _draw(axes: Any, name: str, spectra: Sequence[Mapping[str, Any]]) -> None:
         axes.minorticks_off()
     else:
         axes.set_ylim(0.0, 1.05 * float(values.max()))
-    axes.set_title(TITLES[name], loc="left")
-    dress(axes)
+    axes.set_title(SPECTRUM_TITLES[name], loc="left")
+    add_grid(axes)

@@ -18,7 +18,7 @@ from camopt.core.numerics import FloatArray
 from camopt.core.numerics.panels import derivatives
 from camopt.core.numerics.piecewise import sign_changes
 from camopt.core.quantities import displacement_unit
-from camopt.model.effects.motion import scale, unit_of
+from camopt.model.effects.motion import motion_scale, motion_table_unit
 from camopt.model.motion.programme import Programme
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.problem.problem import resolve
@@ -26,12 +26,12 @@ from camopt.scene.scene import Scene
 from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.solve.tables.cells import with_unit
 from camopt.solve.tables.result import Result, Table, table_of
-from camopt.solve.tolerances.dwells_and_passages import Asked, Passing, WorstPassage, worst_passages
+from camopt.solve.tolerances.dwells_and_passages import LevelPassages, NominalPassage, WorstPassage, worst_passages
 from camopt.solve.tolerances.errors import error_unit
-from camopt.solve.tolerances.turn import TurnErrors
+from camopt.solve.tolerances.turn_errors import TurnErrors
 
 DEFAULT_SHARE = 0.5  # of the largest lift, where a scene gives no lash
-SAME_PLACE = 1e-12  # rad: roots nearer to each other are one, at the end of a panel
+EQUAL_LEVELS = 1e-12  # rad: roots nearer to each other are one, at the end of a panel
 
 
 class Passage(NamedTuple):
@@ -108,7 +108,7 @@ class Timing(Result):
         found = [
             {name: value for name, value in each._asdict().items() if value is not None} for each in self.passages
         ]
-        return [each | self._of_crank(each) for each in found]
+        return [each | self._crank_angles(each) for each in found]
 
     def table(self) -> Table:
         """A row for each passage."""
@@ -124,7 +124,7 @@ class Timing(Result):
 
     def worst_table(self) -> Table | None:
         """When no cam within the tolerances passes, with the errors of one that nearly does; None without any."""
-        rows = [self._of_worst(each) for each in self.worst]
+        rows = [self._worst_row(each) for each in self.worst]
         units = dict.fromkeys(("bound_deg", "gap_deg"), "deg")
         units["lift"] = displacement_unit(angular=self.scene.tool_turns)
         title = f"{self.scene.name}: no cam within the tolerances passes sooner or later, proved"
@@ -132,7 +132,7 @@ class Timing(Result):
         told = "".join(f"No bound is known where it is infinite: {each}. " for each in why).strip()
         return replace(table_of(title, rows, [*rows[0]], units=units), note=told) if rows else None
 
-    def _of_worst(self, worst: WorstPassage) -> dict[str, Any]:
+    def _worst_row(self, worst: WorstPassage) -> dict[str, Any]:
         """A row of it."""
         said = ", ".join(
             f"{key} {with_unit(each, error_unit(self.scene, key))}" for key, each in worst.errors.items()
@@ -140,7 +140,7 @@ class Timing(Result):
         about = {name: getattr(worst, name) for name in ("lift", "passage", "end", "bound_deg", "gap_deg")}
         return {**about, "a cam that nearly does": said}
 
-    def _of_crank(self, passage: dict[str, float]) -> dict[str, float]:
+    def _crank_angles(self, passage: dict[str, float]) -> dict[str, float]:
         """The cam angles as angles of the crank, which is at 0 with the cam, where the scene gives its speed."""
         angles = passage if self.scene.by_crank else {}
         suffix = "_deg"
@@ -187,29 +187,29 @@ def timing(scene: SceneSource, lifts: float | Iterable[float] | None = None) -> 
         lash = scene.follower.dynamics and scene.follower.dynamics.lash
         lifts = (lash or DEFAULT_SHARE * most,)
     levels = [*lifts] if isinstance(lifts, Iterable) and not isinstance(lifts, str) else [lifts]
-    unit = unit_of(setup, 0)
+    unit = motion_table_unit(setup, 0)
     allowed = f"numbers above 0 and below the largest lift ({most:.6g} {unit})"
     wrong = [each for each in levels if isinstance(each, bool) or not isinstance(each, Real) or not 0 < each < most]
     if wrong:
         raise BadInput([Mistake(problem.file, "lift", each, allowed) for each in wrong])
-    found = [each for lift in levels for each in _passages(programme, float(lift), scale(setup, 1))]
+    found = [each for lift in levels for each in _passages(programme, float(lift), motion_scale(setup, 1))]
     worst = list[WorstPassage]()
-    if not problem.missing and (turn := TurnErrors(scene, problem)).sampled:
-        found = [_within_tolerances(each, Passing(turn, each.lift * programme.unit)) for each in found]
-        worst += worst_passages(turn, [asked for each in found for asked in _asked(each, programme.unit)])
-    return Timing(scene, tuple(found), unit_of(setup, 1), tuple(worst))
+    if not problem.missing_variables and (turn := TurnErrors(scene, problem)).node_contributions:
+        found = [_with_passing_range(each, LevelPassages(turn, each.lift * programme.unit)) for each in found]
+        worst += worst_passages(turn, [asked for each in found for asked in _passage_events(each, programme.unit)])
+    return Timing(scene, tuple(found), motion_table_unit(setup, 1), tuple(worst))
 
 
-def _asked(passage: Passage, unit: float) -> Iterator[Asked]:
+def _passage_events(passage: Passage, unit: float) -> Iterator[NominalPassage]:
     """The two events of a passage."""
     for name, angle in ("rises", passage.rises_at_deg), ("falls", passage.falls_at_deg):
-        yield Asked(passage.lift, passage.lift * unit, name, radians(angle))
+        yield NominalPassage(passage.lift, passage.lift * unit, name, radians(angle))
 
 
-def _within_tolerances(passage: Passage, passing: Passing) -> Passage:
+def _with_passing_range(passage: Passage, passing: LevelPassages) -> Passage:
     """A passage with the cam angles between which all cams pass."""
-    rises = passing.about(radians(passage.rises_at_deg), outward=True)
-    falls = passing.about(radians(passage.falls_at_deg), outward=False)
+    rises = passing.passage_range(radians(passage.rises_at_deg), outward=True)
+    falls = passing.passage_range(radians(passage.falls_at_deg), outward=False)
     return passage._replace(
         rises_earliest_deg=degrees(rises.earliest),
         rises_latest_deg=degrees(rises.latest),
@@ -226,21 +226,21 @@ def _passages(programme: Programme, lift: float, by_angle: float) -> list[Passag
     ends = table.centre - table.half_width
     roots = [table.centre[panel] + table.half_width[panel] * u for panel, u in sign_changes(series)]
     places = np.unique(np.concatenate([ends, roots, [programme.strokes[-1].end]]))
-    places = places[np.diff(places, prepend=-np.inf) > SAME_PLACE]
-    above = _motion(programme, (places[:-1] + places[1:]) / 2)[0] > level
+    places = places[np.diff(places, prepend=-np.inf) > EQUAL_LEVELS]
+    above = _motion_at(programme, (places[:-1] + places[1:]) / 2)[0] > level
     outward, inward = (np.flatnonzero(above & ~np.roll(above, 1)), np.flatnonzero(~above & np.roll(above, 1)))
     found = []
     for start in places[outward]:
         later = (places[inward] - start) % (2 * np.pi)
         end = places[inward][np.argmin(later)]
-        slopes = _motion(programme, np.array([start, end]))[1] * by_angle
+        slopes = _motion_at(programme, np.array([start, end]))[1] * by_angle
         found.append(
             Passage(lift, degrees(start), degrees(end), degrees(later.min()), float(slopes[0]), float(slopes[1]))
         )
     return found
 
 
-def _motion(programme: Programme, angles: FloatArray) -> Any:
+def _motion_at(programme: Programme, angles: FloatArray) -> Any:
     """The displacement and its derivatives at cam angles, as tabulated."""
     table = programme.table
     panels = np.searchsorted(table.centre + table.half_width, angles).clip(max=len(table.centre) - 1)

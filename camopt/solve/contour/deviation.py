@@ -25,8 +25,8 @@ from camopt.core.numerics.taylor import Taylor
 from camopt.solve.contour.curve import CamCurve, Expansion
 from camopt.solve.contour.path import ArcPath, CubicPath
 
-FIRST_CUT, MOST_CUTS = 2, 1024  # of an element
-HELPED = 0.95  # of a bound: what halving leaves, if the bound is further from the truth than that
+FIRST_PART_COUNT, MOST_PART_COUNT = 2, 1024  # of an element
+HALVING_GAIN = 0.95  # of a bound: what halving leaves, if the bound is further from the truth than that
 ROUNDING_SHARE = 1e-12  # of the largest coordinate: what rounding may hide, many times over
 
 
@@ -35,69 +35,71 @@ def deviation_bound(curve: CamCurve, path: ArcPath | CubicPath, wanted: float = 
 
     Stretches are divided until the bound is at most ``wanted`` mm, as far as that helps.
     """
-    each, parts = _bounds(curve, path, np.arange(len(path)), FIRST_CUT), FIRST_CUT
+    each, parts = _element_bounds(curve, path, np.arange(len(path)), FIRST_PART_COUNT), FIRST_PART_COUNT
     wide = np.flatnonzero(~(each <= wanted))
-    while parts < MOST_CUTS and wide.size:
+    while parts < MOST_PART_COUNT and wide.size:
         parts *= 2
-        before, after = each[wide], _bounds(curve, path, wide, parts)
+        before, after = each[wide], _element_bounds(curve, path, wide, parts)
         each[wide] = np.fmin(before, after)
-        wide = wide[~(after <= wanted) & ~(after > HELPED * before)]
+        wide = wide[~(after <= wanted) & ~(after > HALVING_GAIN * before)]
     return float(each.max())
 
 
-def _bounds(curve: CamCurve, path: ArcPath | CubicPath, index: np.ndarray, parts: int) -> FloatArray:
+def _element_bounds(curve: CamCurve, path: ArcPath | CubicPath, index: np.ndarray, parts: int) -> FloatArray:
     """A bound for each element, from so many parts of it."""
     starts, ends = path.angles[index].T
     edges = starts[:, None] + (ends - starts)[:, None] * np.linspace(0.0, 1.0, parts + 1)
     spans = [curve.spans[path.spans[element]] for element in np.repeat(index, parts)]
     expansion = curve.expansion(spans, edges[:, :-1].ravel(), edges[:, 1:].ravel())
-    off = _off_arcs if isinstance(path, ArcPath) else _off_cubics
+    off = _arc_bounds if isinstance(path, ArcPath) else _cubic_bounds
     found = off(path, index, expansion, parts)  # type: ignore[arg-type]
     size = np.abs(path.vertices if isinstance(path, ArcPath) else path.controls).max()
     return np.asarray(found + ROUNDING_SHARE * size)
 
 
-def _off_arcs(path: ArcPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
+def _arc_bounds(path: ArcPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
     each = np.repeat(index, parts)
     tangent, curvature, first = path.tangents[0][each], path.curvatures[each], path.vertices[each]
 
-    def along(x: Taylor, y: Taylor) -> tuple[Taylor, Taylor]:
+    def arc_coordinates(x: Taylor, y: Taylor) -> tuple[Taylor, Taylor]:
         x, y = x - first.real, y - first.imag
         return x * tangent.real + y * tangent.imag, y * tangent.real - x * tangent.imag
 
     def height(x: Taylor, y: Taylor) -> Taylor:
-        u, v = along(x, y)
+        u, v = arc_coordinates(x, y)
         above: Taylor = v - (u * u + v * v) * (curvature / 2)
         return above
 
     def progress(x: Taylor, y: Taylor) -> Taylor:
-        u, v = along(x, y)
-        u, v, du, dv = _cut(u), _cut(v), u.slope, v.slope
+        u, v = arc_coordinates(x, y)
+        u, v, du, dv = _without_last_term(u), _without_last_term(v), u.slope, v.slope
         rate: Taylor = du * (1.0 - v * curvature) + dv * u * curvature
         return rate
 
-    above = _largest(curve, height)
+    above = _magnitude_bound(curve, height)
     distance = 2.0 * above / (1.0 + np.sqrt(np.maximum(1.0 - 2.0 * np.abs(curvature) * above, 0.0)))
     distance = np.where(2.0 * np.abs(curvature) * above < 1.0, distance, np.inf)
-    back = np.where(_least(curve, progress) > 0.0, 0.0, _length(curve))
+    back = np.where(_lower_bound(curve, progress) > 0.0, 0.0, _length_bound(curve))
     radial = distance.reshape(-1, parts).max(axis=1)
-    return np.asarray(radial + back.reshape(-1, parts).sum(axis=1) + _past_ends(path, index, curve, parts))
+    return np.asarray(radial + back.reshape(-1, parts).sum(axis=1) + _end_distances(path, index, curve, parts))
 
 
-def _past_ends(path: ArcPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
+def _end_distances(path: ArcPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
     """How far along an arc the curve starts and ends away from the arc's own ends."""
     found = np.zeros(index.size)
     for at, sign, tangents, vertices in (
         (0, -1.0, path.tangents[0], path.vertices[:-1]),
         (-1, 1.0, path.tangents[1], path.vertices[1:]),
     ):
-        x, y = (_at(terms, sign * curve.reach).reshape(-1, parts)[:, at] for terms in curve.here)
+        x, y = (
+            _cubic_value(terms, sign * curve.half_widths).reshape(-1, parts)[:, at] for terms in curve.at_middles
+        )
         local = (x + 1j * y - vertices[index]) * tangents[index].conjugate()
         found = np.maximum(found, np.abs(local.real / (1.0 - path.curvatures[index] * local.imag)))
     return found
 
 
-def _off_cubics(path: CubicPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
+def _cubic_bounds(path: CubicPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
     """From the difference of the curve and the cubic c₀ + c₁·s + c₂·s² + c₃·s³, both by the cam angle."""
     p0, p1, p2, p3 = path.controls[np.repeat(index, parts)].T
     starts, ends = path.angles[index].T
@@ -106,38 +108,38 @@ def _off_cubics(path: CubicPath, index: np.ndarray, curve: Expansion, parts: int
     cubic = share * (p3 - 3.0 * p2 + 3.0 * p1 - p0) + 3.0 * (p0 - 2.0 * p1 + p2)
     cubic = (cubic * share + 3.0 * (p1 - p0)) * share + p0
     across, up = (Taylor([part(term) for term in cubic.terms]) for part in (np.real, np.imag))
-    off = np.hypot(_largest(curve, lambda x, y: x - across), _largest(curve, lambda x, y: y - up))
+    off = np.hypot(_magnitude_bound(curve, lambda x, y: x - across), _magnitude_bound(curve, lambda x, y: y - up))
     return np.asarray(off.reshape(-1, parts).max(axis=1))
 
 
-def _cut(series: Taylor) -> Taylor:
+def _without_last_term(series: Taylor) -> Taylor:
     """The series without its last term."""
     return Taylor(series.terms[:-1])
 
 
-def _at(series: Taylor, t: FloatArray) -> FloatArray:
+def _cubic_value(series: Taylor, t: FloatArray) -> FloatArray:
     a0, a1, a2, a3 = series.terms
     return np.asarray(a0 + t * (a1 + t * (a2 + t * a3)))
 
 
-def _largest(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylor]) -> FloatArray:
+def _magnitude_bound(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylor]) -> FloatArray:
     """A bound of |formula| over each stretch: of the polynomial about its middle, plus the remainder."""
-    a0, a1, a2 = formula(*curve.here).terms[:3]
-    r = curve.reach
+    a0, a1, a2 = formula(*curve.at_middles).terms[:3]
+    r = curve.half_widths
     with np.errstate(divide="ignore", invalid="ignore"):
         turn = np.clip(np.nan_to_num(-a1 / (2.0 * a2)), -r, r)
     highest = np.max([np.abs(a0 + t * (a1 + t * a2)) for t in (-r, turn, r)], axis=0)
-    return np.asarray(highest + as_interval(formula(*curve.over).terms[3]).largest_magnitude * r**3)
+    return np.asarray(highest + as_interval(formula(*curve.over_stretches).terms[3]).largest_magnitude * r**3)
 
 
-def _least(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylor]) -> FloatArray:
+def _lower_bound(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylor]) -> FloatArray:
     """A lower bound of a formula over each stretch, from its value, its slope and the second-order remainder."""
-    a0, a1 = formula(*curve.here).terms[:2]
-    rest = as_interval(formula(*curve.over).terms[2]).largest_magnitude
-    return np.asarray(a0 - np.abs(a1) * curve.reach - rest * curve.reach**2)
+    a0, a1 = formula(*curve.at_middles).terms[:2]
+    rest = as_interval(formula(*curve.over_stretches).terms[2]).largest_magnitude
+    return np.asarray(a0 - np.abs(a1) * curve.half_widths - rest * curve.half_widths**2)
 
 
-def _length(curve: Expansion) -> FloatArray:
+def _length_bound(curve: Expansion) -> FloatArray:
     """A bound of the length of the curve on each stretch, mm."""
-    x, y = (as_interval(series.terms[1]).largest_magnitude for series in curve.over)
-    return np.asarray(2.0 * curve.reach * np.hypot(x, y))
+    x, y = (as_interval(series.terms[1]).largest_magnitude for series in curve.over_stretches)
+    return np.asarray(2.0 * curve.half_widths * np.hypot(x, y))

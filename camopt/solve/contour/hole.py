@@ -5,7 +5,7 @@ from math import asin, pi, radians, tan
 import numpy as np
 
 from camopt.core.numerics import ComplexArray
-from camopt.core.numerics.stable import difference_of_squares_root
+from camopt.core.numerics.stable_functions import difference_of_squares_root
 from camopt.scene.part import TOWARDS_FOLLOWER, Part
 from camopt.solve.contour.path import ArcPath
 

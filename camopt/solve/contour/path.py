@@ -27,13 +27,13 @@ class ArcPath:
     """On which span of the curve each arc is."""
 
     @property
-    def what(self) -> str:
+    def element_kind(self) -> str:
         """The kind of its elements, in words."""
         arcs, lines = np.any(self.bulges != 0.0), np.any(self.bulges == 0.0)
         return "arcs and lines" if arcs and lines else "arcs" if arcs else "lines"
 
     @property
-    def closed(self) -> bool:
+    def is_closed(self) -> bool:
         return bool(self.vertices[0] == self.vertices[-1])
 
     @property
@@ -62,26 +62,26 @@ class ArcPath:
         chords, turn = self.chords / np.abs(self.chords), np.exp(0.5j * self.sweeps)
         return chords / turn, chords * turn
 
-    def times(self, factor: float) -> "ArcPath":
+    def scale_length(self, factor: float) -> "ArcPath":
         """The path in another unit of length."""
         return replace(self, vertices=factor * self.vertices)
 
     @property
-    def from_behind(self) -> "ArcPath":
+    def mirrored_path(self) -> "ArcPath":
         """The path as it is seen from the other side of its plane, which is turned over about the y axis."""
         return replace(self, vertices=-self.vertices.conjugate(), bulges=-self.bulges)
 
     @property
-    def anticlockwise(self) -> bool:
+    def is_anticlockwise(self) -> bool:
         """Whether it goes round the origin anticlockwise, by the area between its vertices."""
         return bool((self.vertices[:-1].conjugate() * self.vertices[1:]).imag.sum() > 0.0)
 
     @property
-    def backwards(self) -> "ArcPath":
+    def reversed_path(self) -> "ArcPath":
         """The path from its end to its start."""
         return ArcPath(self.vertices[::-1], -self.bulges[::-1], self.angles[::-1], self.spans[::-1])
 
-    def divided(self, counts: IndexArray) -> "ArcPath":
+    def divide_arcs(self, counts: IndexArray) -> "ArcPath":
         """The path with each arc in so many equal ones, each beside an equal part of its cam angles.
 
         With t from 0 to 1 an arc of the chord c that turns by φ is at c·(e^{iφt} − 1)/(e^{iφ} − 1).
@@ -98,7 +98,7 @@ class ArcPath:
             tuple(self.spans[k] for k in each),
         )
 
-    def starting(self, k: int) -> "ArcPath":
+    def start_at_vertex(self, k: int) -> "ArcPath":
         """The closed path from another vertex on."""
         corners = np.roll(self.vertices[:-1], -k)
         spans = (*self.spans[k:], *self.spans[:k])
@@ -115,9 +115,9 @@ class CubicPath:
     controls: ComplexArray
     angles: FloatArray
     spans: tuple[int, ...]
-    what: ClassVar[str] = "cubics"
+    element_kind: ClassVar[str] = "cubics"
 
-    def times(self, factor: float) -> "CubicPath":
+    def scale_length(self, factor: float) -> "CubicPath":
         """The path in another unit of length."""
         return replace(self, controls=factor * self.controls)
 

@@ -15,22 +15,22 @@ import numpy as np
 from camopt.core.engines.progress import Progress, report_progress
 from camopt.core.numerics import BoolArray
 from camopt.scene.problem.problem import Problem
-from camopt.scene.problem.rows import Objectives, Rows, concatenate_rows
-from camopt.scene.problem.space import Space
+from camopt.scene.problem.rows import DesignRows, Objectives, concatenate_rows
+from camopt.scene.problem.space import DesignSpace
 from camopt.solve.front.curve_numbers import CurveNumbers, OwnCurves
 from camopt.solve.front.curve_verdicts import CurveVerdicts
-from camopt.solve.front.pareto import Archive, best_of_laws, non_dominated
-from camopt.solve.verdicts.judging import Effort, evaluate_with_effort
-from camopt.solve.verdicts.screening import feasible, screened
+from camopt.solve.front.pareto import FrontArchive, best_of_laws, non_dominated
+from camopt.solve.verdicts.feasible_filter import feasible_designs, filter_designs
+from camopt.solve.verdicts.limit_verdicts import Effort, evaluate_with_effort
 
-BLOCK = 65536  # designs: Python's share is small, and memory stays bounded
-SHARING_BLOCK = 2**18  # of those that share pitch curves: most take nanoseconds
-BEST_TOGETHER = 64  # batches whose best designs are compared together
-NO_ROWS = Rows({}, 0)  # where there are no blocks
+BLOCK_SIZE = 65536  # designs: Python's share is small, and memory stays bounded
+SHARING_BLOCK_SIZE = 2**18  # of those that share pitch curves: most take nanoseconds
+BEST_BATCHES = 64  # batches whose best designs are compared together
+NO_ROWS = DesignRows({}, 0)  # where there are no blocks
 
 
 @dataclass(frozen=True)
-class Batch:
+class BlockBatch:
     """The results of consecutive blocks."""
 
     first: int
@@ -44,22 +44,22 @@ class Batch:
     effort: Effort
     reached: float
     """The largest relative half-width of an enclosure of any row that is kept."""
-    kept: Rows
+    kept: DesignRows
     """Rows for the table of designs; none where there is no such table."""
-    front: Rows
+    front: DesignRows
     """Rows that may be on the Pareto front."""
-    best: Rows
+    best: DesignRows
     """Rows with the best feasible one of each law."""
 
 
-def merged(batches: Sequence[Batch], objectives: Objectives) -> Batch:
+def merge_batches(batches: Sequence[BlockBatch], objectives: Objectives) -> BlockBatch:
     """One batch from consecutive ones."""
     if len(batches) == 1:
         return batches[0]
     effort = Effort()
     for batch in batches:
         effort = effort.plus(batch.effort)
-    return Batch(
+    return BlockBatch(
         first=batches[0].first,
         last=batches[-1].last,
         designs=sum(batch.designs for batch in batches),
@@ -78,24 +78,24 @@ class BlockResult(NamedTuple):
 
     existing: int
     feasible: int
-    rows: Rows
+    rows: DesignRows
     """Those that are wanted, or more; without a table of designs, but for some that others dominate."""
     effort: Effort
     compared: BoolArray
     """Of these rows some, with all that no other dominates."""
 
 
-class Blocks:
+class SpaceBlocks:
     """The blocks of a space, by number in the order of the space; each has designs of one problem."""
 
     def __init__(
         self,
-        space: Space,
+        space: DesignSpace,
         names: tuple[str, ...],
         numbers: CurveNumbers | None,
         every: bool = False,
         kept: bool = True,
-        size: int = BLOCK,
+        size: int = BLOCK_SIZE,
         own: bool = False,
     ) -> None:
         """Cut a space.
@@ -119,9 +119,9 @@ class Blocks:
         """
         self.space, self.size = space, size
         self._names, self._every, self._kept = frozenset(names), every, kept
-        self._parts = list(space.parts())
+        self._parts = list(space.problem_ranges())
         counts = [-(-(stop - start) // size) for _, start, stop in self._parts]
-        if numbers and len(counts) % 2 and self._parts[0][2] - self._parts[0][1] > BLOCK:
+        if numbers and len(counts) % 2 and self._parts[0][2] - self._parts[0][1] > BLOCK_SIZE:
             counts[0] = max(counts[0], 2)  # two threads, which begin together, share the first, and then as many
         self._ends = np.cumsum(counts).tolist()
         self._numbers, self._own = numbers, own
@@ -133,11 +133,11 @@ class Blocks:
         return int(self._ends[-1]) if self._ends else 0
 
     @property
-    def curves(self) -> int:
+    def curve_count(self) -> int:
         """How many pitch curves are searched: one of each design, unless designs share them."""
         return len(self._numbers) * len(self.space.problems) if self._numbers else len(self.space)
 
-    def _designs(self, number: int) -> tuple[int, int, int]:
+    def _design_range(self, number: int) -> tuple[int, int, int]:
         """The part of the space that a block is of, and which designs of that problem it has: from, to."""
         part = bisect_right(self._ends, number)
         _, start, stop = self._parts[part]
@@ -150,18 +150,18 @@ class Blocks:
         """The number of designs in all blocks before one."""
         if number >= len(self):
             return len(self.space)
-        part, first, _ = self._designs(number)
+        part, first, _ = self._design_range(number)
         return sum(stop - start for _, start, stop in self._parts[:part]) + first - self._parts[part][1]
 
-    def batch(self, number: int) -> Batch:
+    def evaluate_block(self, number: int) -> BlockBatch:
         """Evaluate one block."""
-        part, first, last = self._designs(number)
+        part, first, last = self._design_range(number)
         problem, *_ = self._parts[part]
-        block = self._block(part, problem, first, last)
-        objectives, rows = problem.objectives, block.rows.only(self._names)
+        block = self._evaluate_designs(part, problem, first, last)
+        objectives, rows = problem.objectives, block.rows.select_columns(self._names)
         front = non_dominated(rows.take(block.compared), objectives)
         kept = rows if self._kept else rows.take(np.arange(0))
-        return Batch(
+        return BlockBatch(
             first=number,
             last=number + 1,
             designs=last - first,
@@ -174,46 +174,46 @@ class Blocks:
             best=best_of_laws(front, objectives),
         )
 
-    def _block(self, part: int, problem: Problem, first: int, last: int) -> BlockResult:
+    def _evaluate_designs(self, part: int, problem: Problem, first: int, last: int) -> BlockResult:
         """Designs first … last − 1 by their pitch curves, if these tell all or are shared, or each by itself."""
         if self._numbers:
-            return self._of_curves(self._curves_of(part, problem), first, last)
+            return self._evaluate_by_curves(self._curve_verdicts(part, problem), first, last)
         if self._own:
             own = OwnCurves(self.space, first, last)
-            return self._of_curves(CurveVerdicts(self.space, problem, own, self._names), first, last)
-        return self._alone(problem, first, last)
+            return self._evaluate_by_curves(CurveVerdicts(self.space, problem, own, self._names), first, last)
+        return self._evaluate_separately(problem, first, last)
 
-    def _alone(self, problem: Problem, first: int, last: int) -> BlockResult:
+    def _evaluate_separately(self, problem: Problem, first: int, last: int) -> BlockResult:
         """Designs first … last − 1, of which each is looked at alone."""
         designs = self.space.designs(np.arange(first, last))
-        designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
+        designs = designs.take(problem.setup.mechanism.can_assemble(designs, problem.programme))
         if self._every:
             rows, effort = evaluate_with_effort(problem, designs, self._names)
             held = rows.column("feasible").astype(bool)
             return BlockResult(len(designs), int(np.count_nonzero(held)), rows, effort, held)
-        rows, which, effort = screened(problem, designs, self._names)
-        if problem.offs:
+        rows, which, effort = filter_designs(problem, designs, self._names)
+        if problem.robust_errors:
             others = replace(problem)  # trains that are off are kept as long as this block
-            rows = rows.take(feasible(others, designs.take(which)))
+            rows = rows.take(feasible_designs(others, designs.take(which)))
         return BlockResult(len(designs), rows.count, rows, effort, np.ones(rows.count, dtype=bool))
 
-    def _of_curves(self, curves: CurveVerdicts, first: int, last: int) -> BlockResult:
+    def _evaluate_by_curves(self, curves: CurveVerdicts, first: int, last: int) -> BlockResult:
         """The same by what their pitch curves say of them."""
         told = curves.verdicts(first, last, every=self._kept)
         rows, count, compared, effort = (
-            curves.feasible(told.surely, self._names),
-            told.held,
+            curves.feasible_rows(told.held_designs, self._names),
+            told.held_count,
             told.compared,
             Effort(),
         )
-        if len(told.perhaps):
-            left, which, effort = curves.judged(told.perhaps, self._names)
-            order = np.argsort(np.concatenate([told.surely.designs, told.perhaps.designs[which]]))
+        if len(told.open_designs):
+            left, which, effort = curves.filter_open(told.open_designs, self._names)
+            order = np.argsort(np.concatenate([told.held_designs.designs, told.open_designs.designs[which]]))
             rows, count = concatenate_rows([rows, left]).take(order), count + left.count
             compared = np.concatenate([compared, np.ones(left.count, dtype=bool)])[order]
         return BlockResult(told.existing, count, rows, effort, compared)
 
-    def _curves_of(self, part: int, problem: Problem) -> CurveVerdicts:
+    def _curve_verdicts(self, part: int, problem: Problem) -> CurveVerdicts:
         """The pitch curves of a motion, kept while a thread uses them or until those of another are made."""
         assert self._numbers is not None
         with self._one_at_a_time:
@@ -224,11 +224,11 @@ class Blocks:
             return curves
 
 
-class Seen(NamedTuple):
+class SpaceResult(NamedTuple):
     """The results of a space: counts, the front, and rows that include the best one of each law."""
 
-    front: Rows
-    best: Rows
+    front: DesignRows
+    best: DesignRows
     effort: Effort
     reached: float
     """The largest relative half-width of an enclosure of any row that is kept, or of the front."""
@@ -243,25 +243,25 @@ class Seen(NamedTuple):
     decided: int = 0
     """Designs in boxes that were dropped."""
 
-    def without_rows(self) -> "Seen":
+    def without_rows(self) -> "SpaceResult":
         """The counts alone: rows of large fronts take much memory."""
-        return self._replace(front=Rows({}, 0), best=Rows({}, 0))
+        return self._replace(front=DesignRows({}, 0), best=DesignRows({}, 0))
 
 
-def gathered(
-    space: Space,
-    batches: Iterable[Batch],
+def gather_batches(
+    space: DesignSpace,
+    batches: Iterable[BlockBatch],
     block: int,
-    write: Callable[[Rows], None],
+    write: Callable[[DesignRows], None],
     progress: Progress | None = None,
-) -> Seen:
+) -> SpaceResult:
     """The results of batches that cover a space in order. ``write`` takes the rows that they keep.
 
     ``progress`` is called with (designs done, designs in all). Rows are the same however the space was cut.
     """
     designs, existing, feasible, effort, reached = 0, 0, 0, Effort(), 0.0
-    objectives, total, best = space.problem.objectives, len(space), list[Rows]()
-    archive = Archive(objectives, block)
+    objectives, total, best = space.problem.objectives, len(space), list[DesignRows]()
+    archive = FrontArchive(objectives, block)
     for batch in batches:
         designs += batch.designs
         existing += batch.existing
@@ -270,13 +270,13 @@ def gathered(
         reached = max(reached, batch.reached)
         archive.add(batch.front)
         best.append(batch.best)
-        if len(best) > BEST_TOGETHER:
+        if len(best) > BEST_BATCHES:
             best = [best_of_laws(concatenate_rows(best), objectives)]
         write(batch.kept)
         report_progress(progress, designs, total)
     if not best:
-        return Seen(NO_ROWS, NO_ROWS, effort, reached, designs, existing, feasible)
+        return SpaceResult(NO_ROWS, NO_ROWS, effort, reached, designs, existing, feasible)
     front = archive.front()
     reached = float(np.max(front.columns.get("relative_half_width", 0.0), initial=reached))
     first = best_of_laws(concatenate_rows(best), objectives)
-    return Seen(front, first, effort, reached, designs, existing, feasible)
+    return SpaceResult(front, first, effort, reached, designs, existing, feasible)

@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camopt.core.numerics import BoolArray, FloatArray, IntArray
-from camopt.model.effects.peak import Bodies
+from camopt.model.effects.peak import RadiusRange
 from camopt.model.mechanisms import Designs, Mechanism
 from camopt.scene.problem.problem import Problem
-from camopt.scene.problem.space import Space
+from camopt.scene.problem.space import DesignSpace
 
 MOST_CURVES = 2**20  # kept of one motion: some 250 bytes each
 MOST_SUMS = 2**20  # of a radius of the roller and one of the cam, which are sorted: some 130 bytes each
-WORTH = 1.5  # designs a pitch curve, from which on they are worth keeping
-AT_ONCE = 2**16  # pitch curves searched together, or somewhat fewer
+LEAST_SHARING = 1.5  # designs a pitch curve, from which on they are worth keeping
+CURVES_AT_ONCE = 2**16  # pitch curves searched together, or somewhat fewer
 BLOCKS_KEPT = 16  # of which the curves of the designs are kept from one motion to the next
 
 
@@ -32,7 +32,7 @@ class BlockCurves(NamedTuple):
     """The parts of all curves that they are in."""
 
 
-class Parts:
+class CurveParts:
     """Pitch curves by number, cut into parts that are searched together."""
 
     designs: Designs
@@ -44,7 +44,7 @@ class Parts:
         self._designs: dict[tuple[int, int], Designs] = {}
         self._existing: dict[tuple[int, int], tuple[BoolArray, Designs]] = {}
 
-    def existing(self, parts: tuple[int, int], problem: Problem) -> tuple[BoolArray, Designs]:
+    def existing_designs(self, parts: tuple[int, int], problem: Problem) -> tuple[BoolArray, Designs]:
         """Which curves of some parts, from one to another, can be assembled, and designs of these.
 
         Motions for which the same ones can be share the designs, and what these keep of themselves.
@@ -53,47 +53,47 @@ class Parts:
         if designs is None:
             first, end = parts
             designs = self._designs[parts] = self.designs.take(slice(first * self.part, end * self.part))
-        exists = problem.setup.mechanism.exists(designs, problem.programme)
+        exists = problem.setup.mechanism.can_assemble(designs, problem.programme)
         found = self._existing.get(parts)
         if found is None or not np.array_equal(found[0], exists):
             found = self._existing[parts] = exists, designs.take(exists)
         return found
 
 
-class CurveNumbers(Parts):
+class CurveNumbers(CurveParts):
     """Which pitch curve each design of a motion has: numbers from 0, by the order of the space."""
 
-    def __init__(self, space: Space) -> None:
+    def __init__(self, space: DesignSpace) -> None:
         super().__init__()
         self.shape = (1, *(values.size for values in space.axes.values()))
         strides = np.cumprod((1, *self.shape[:0:-1]))[::-1]
         axes, mechanism = {field: i for i, field in enumerate(space.axes, start=1)}, space.problem.setup.mechanism
-        merged = [axes[field] for field in axes if field in _merged(mechanism)]
+        merged = [axes[field] for field in axes if field in _merged_sizes(mechanism)]
         body = axes.get(mechanism.parallel)
         self._merged, self._others, self._space = (
             merged,
             [i for i in range(len(self.shape)) if i not in merged],
             space,
         )
-        alike = {body} if mechanism.pitch_is_without else set()
+        alike = {body} if mechanism.pitch_ignores_parallel else set()
         summed = [i for i in merged if i not in alike]
-        numbers = self._numbers(strides, summed)
+        numbers = self._axis_contributions(strides, summed)
         grid = {field: space.axes[field] for field in space.axes if axes[field] in summed}
         each = {
             field: np.full(numbers.shape, values[0]) for field, values in space.axes.items() if field not in grid
         }
         each |= {f: np.broadcast_to(v, numbers.shape) for f, v in zip(grid, np.ix_(*grid.values()), strict=True)}
         designs = space.designs_with({field: values.ravel() for field, values in each.items()}, numbers.size)
-        first, which = _alike(mechanism.alike(designs), mechanism.parallel)
+        first, which = _unique_curves(mechanism.profile_or_pitch(designs), mechanism.parallel)
         whole = [self.shape[i] for i in merged]
         self._which = np.broadcast_to(which.reshape([1 if i in alike else self.shape[i] for i in merged]), whole)
         radii = space.axes.get(mechanism.parallel, space.problem.design.sizes[mechanism.parallel])
         bodies = radii.reshape([self.shape[i] if i == body else 1 for i in merged])
         self._bodies = np.broadcast_to(bodies, whole)
-        self.bodies = Bodies(bodies.min(), bodies.max())
+        self.bodies = RadiusRange(bodies.min(), bodies.max())
         self._of_sums = numbers.ravel()[first]
-        self._of_others = self._numbers(strides, self._others).ravel()
-        pairs = -(-len(self) // (2 * AT_ONCE))
+        self._of_others = self._axis_contributions(strides, self._others).ravel()
+        pairs = -(-len(self) // (2 * CURVES_AT_ONCE))
         self.part = -(-len(self) // (2 * pairs))  # as many for each of two threads
         self._blocks: dict[tuple[int, int], BlockCurves] = {}
 
@@ -103,70 +103,73 @@ class CurveNumbers(Parts):
     @cached_property
     def designs(self) -> Designs:  # type: ignore[override]
         of_each = (self._of_others[:, None] + self._of_sums).ravel()
-        return self._space.problem.setup.mechanism.alike(self._space.designs(of_each))
+        return self._space.problem.setup.mechanism.profile_or_pitch(self._space.designs(of_each))
 
-    def of_block(self, first: int, last: int) -> BlockCurves:
+    def curves_of_block(self, first: int, last: int) -> BlockCurves:
         """The pitch curves of designs first … last − 1, which those of the next motion have too."""
-        found = self._blocks.get((first, last)) or self._of_block(first, last)
+        found = self._blocks.get((first, last)) or self._find_block_curves(first, last)
         if len(self._blocks) < BLOCKS_KEPT:
             self._blocks[first, last] = found
         return found
 
-    def _of_block(self, first: int, last: int) -> BlockCurves:
+    def _find_block_curves(self, first: int, last: int) -> BlockCurves:
         fastest = self.shape[-1]
         begin, end = first // fastest, -(-last // fastest)
         skipped = begin * fastest
         low, high = (first - skipped, last - skipped) if end - begin == 1 else (0, fastest)
         slow = np.unravel_index(np.arange(begin, end), self.shape[:-1])
 
-        def there(values: Any, axes: list[int]) -> Any:
+        def values_of_designs(values: Any, axes: list[int]) -> Any:
             """What the designs have of an array with some axes of the space, the fastest in columns."""
             found = values[tuple(slow[i] if i < len(slow) else slice(low, high) for i in axes)]
             return found if len(slow) in axes else found[:, None]
 
         others = np.arange(self._of_others.size).reshape([self.shape[i] for i in self._others])
-        curves = there(self._which, self._merged) + there(others, self._others) * self._of_sums.size
-        bodies = there(self._bodies, self._merged)
+        curves = (
+            values_of_designs(self._which, self._merged)
+            + values_of_designs(others, self._others) * self._of_sums.size
+        )
+        bodies = values_of_designs(self._bodies, self._merged)
         found = (np.broadcast_to(each, (end - begin, high - low)).ravel() for each in (curves, bodies))
         curves, bodies = (each[first - skipped - low : last - skipped - low] for each in found)
         low, high = int(curves.min()) // self.part, int(curves.max()) // self.part
         parts = np.arange(low, high + 1) if high - low < 2 else np.flatnonzero(np.bincount(curves // self.part))
         return BlockCurves(curves, bodies, parts)
 
-    def _numbers(self, strides: IntArray, axes: list[int]) -> IntArray:
+    def _axis_contributions(self, strides: IntArray, axes: list[int]) -> IntArray:
         """The contributions of given axes to the number of a design, for all combinations."""
         steps = [np.arange(self.shape[i]) * strides[i] for i in axes]
         return np.asarray(sum(np.ix_(*steps), np.zeros((1,) * len(steps), dtype=np.intp)))
 
 
-class OwnCurves(Parts):
+class OwnCurves(CurveParts):
     """The pitch curves of designs first … last − 1 of a motion, one of each, numbered as they are."""
 
-    def __init__(self, space: Space, first: int, last: int) -> None:
+    def __init__(self, space: DesignSpace, first: int, last: int) -> None:
         super().__init__()
         mechanism, designs = space.problem.setup.mechanism, space.designs(np.arange(first, last))
         self.shape = tuple(values.size for values in space.axes.values()) or (1,)
-        self.designs, self._radii = mechanism.alike(designs), designs.sizes[mechanism.parallel]
-        self.bodies = Bodies(self._radii.min(), self._radii.max())
-        self.part = min(AT_ONCE, last - first)
+        self.designs, self._radii = mechanism.profile_or_pitch(designs), designs.sizes[mechanism.parallel]
+        self.bodies = RadiusRange(self._radii.min(), self._radii.max())
+        self.part = min(CURVES_AT_ONCE, last - first)
 
     def __len__(self) -> int:
         return len(self.designs)
 
-    def of_block(self, first: int, last: int) -> BlockCurves:
+    def curves_of_block(self, first: int, last: int) -> BlockCurves:
         """The pitch curves of the same designs."""
         count = len(self)
         return BlockCurves(np.arange(count), self._radii, np.arange(-(-count // self.part)))
 
 
-def _merged(mechanism: Mechanism) -> tuple[str, ...]:
+def _merged_sizes(mechanism: Mechanism) -> tuple[str, ...]:
     """The sizes that a pitch curve has in one, or has not."""
     return tuple(dict.fromkeys(("size", mechanism.parallel)))
 
 
-def _alike(curves: Designs, parallel: str) -> tuple[IntArray, IntArray]:
+def _unique_curves(curves: Designs, parallel: str) -> tuple[IntArray, IntArray]:
     """The first one of each kind of pitch curves, and of which kind each is, by the order of their sizes."""
-    keys = _keys(curves.size, getattr(curves, parallel))
+    keys = _sort_keys(curves.size, getattr(curves, parallel))
     order = np.lexsort(keys[::-1])
     new = np.ones(order.size, dtype=bool)
     new[1:] = reduce(or_, (np.diff(key[order]) != 0 for key in keys))
@@ -175,7 +178,7 @@ def _alike(curves: Designs, parallel: str) -> tuple[IntArray, IntArray]:
     return order[new], which
 
 
-def _keys(sizes: FloatArray, rests: FloatArray) -> tuple[NDArray[Any], ...]:
+def _sort_keys(sizes: FloatArray, rests: FloatArray) -> tuple[NDArray[Any], ...]:
     """What orders sizes, equal ones by their rests: what rounding has taken off sums.
 
     Where all are whole numbers of one small unit, the sums before rounding are too: to sort these takes half of the
@@ -190,18 +193,18 @@ def _keys(sizes: FloatArray, rests: FloatArray) -> tuple[NDArray[Any], ...]:
     return (whole[0] + whole[1],) if exact and np.array_equal(sizes + rests, sizes) else (sizes, rests)
 
 
-def curve_numbers(space: Space) -> CurveNumbers | None:
+def curve_numbers(space: DesignSpace) -> CurveNumbers | None:
     """The numbers of the pitch curves of a space; None where they are not worth keeping, or too many to keep."""
     mechanism, limits = space.problem.setup.mechanism, space.problem.limits
-    if mechanism.profile and not all(limit.of_curves == () or limit.is_of_motion for limit in limits):
+    if mechanism.profile and not all(limit.pitch_curve_quantities == () or limit.is_of_motion for limit in limits):
         return None
-    merged = {field: values.size for field, values in space.axes.items() if field in _merged(mechanism)}
-    ignored = merged.pop(mechanism.parallel, 1) if mechanism.pitch_is_without else 1
-    if not space.axes or (sum(count > 1 for count in merged.values()) < 2 and not mechanism.pitch_is_without):
+    merged = {field: values.size for field, values in space.axes.items() if field in _merged_sizes(mechanism)}
+    ignored = merged.pop(mechanism.parallel, 1) if mechanism.pitch_ignores_parallel else 1
+    if not space.axes or (sum(count > 1 for count in merged.values()) < 2 and not mechanism.pitch_ignores_parallel):
         return None
     sums, least = prod(merged.values()), merged.get("size", 1)
-    others = space.designs_each // (sums * ignored)
+    others = space.designs_per_problem // (sums * ignored)
     if sums > MOST_SUMS or least * others > MOST_CURVES:
         return None
     numbers = CurveNumbers(space)
-    return numbers if len(numbers) <= min(MOST_CURVES, space.designs_each / WORTH) else None
+    return numbers if len(numbers) <= min(MOST_CURVES, space.designs_per_problem / LEAST_SHARING) else None

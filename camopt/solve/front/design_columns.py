@@ -18,11 +18,11 @@ from camopt.core.mistakes import BadInput, Mistake
 if TYPE_CHECKING:
     import pandas as pd
 
-FILE = "designs"  # what messages call the table
+DESIGNS_LABEL = "designs"  # what messages call the table
 CONTAINERS = (
     "a table of pandas, polars or pyarrow, a mapping of columns, a list of mappings, or an array with names="
 )
-ABSENT = object()
+ABSENT_VALUE = object()
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class DesignColumns:
     """Of the rows."""
 
 
-def read_columns(designs: Any, known: Collection[str], names: Iterable[str] | None = None) -> DesignColumns:
+def read_design_columns(designs: Any, known: Collection[str], names: Iterable[str] | None = None) -> DesignColumns:
     """The columns of some names that a container of designs has.
 
     Raises
@@ -45,15 +45,15 @@ def read_columns(designs: Any, known: Collection[str], names: Iterable[str] | No
     BadInput
         If it is no such container, has columns of several lengths, has a column twice, or lacks a value in a row.
     """
-    table, labels = _table_of(designs, known, names)
-    arrays = {str(name): _array_of(name, table[name]) for name in table if name in known}
-    count = _count_of(arrays, len(table)) if labels is None else len(labels)
+    table, labels = _columns_and_labels(designs, known, names)
+    arrays = {str(name): _column_array(name, table[name]) for name in table if name in known}
+    count = _row_count(arrays, len(table)) if labels is None else len(labels)
     values = {name: np.broadcast_to(value, (count,)) for name, value in arrays.items()}
     others = [str(name) for name in table if name not in known]
     return DesignColumns(values, others, count, range(count) if labels is None else labels)
 
 
-def _table_of(
+def _columns_and_labels(
     designs: Any, known: Collection[str], names: Iterable[str] | None
 ) -> "tuple[Any, pd.Index[Any] | range | None]":
     """What has the columns of a container by name, and the labels of its rows, if it has any."""
@@ -64,7 +64,7 @@ def _table_of(
     if isinstance(designs, Mapping) and (labelled := list(filter(is_pandas_row, designs.values()))):
         designs = labelled[0].to_frame("").assign(**designs)[[*designs]]  # rows of equal labels go together
     if is_pandas(designs):
-        _check_once(designs.columns)
+        _check_unique(designs.columns)
         # a table of pandas with columns for the levels of its index that have known names
         levels = [str(name) for name in designs.index.names if name in known and name not in designs.columns]
         return designs.assign(**{name: designs.index.get_level_values(name) for name in levels}), designs.index
@@ -78,20 +78,22 @@ def _table_of(
         frame = nw.from_native(designs, eager_only=True, pass_through=True)
     except DuplicateError:
         frame = None
-        _check_once(designs.column_names)  # pyarrow alone takes a name twice
+        _check_unique(designs.column_names)  # pyarrow alone takes a name twice
     if isinstance(frame, nw.DataFrame):
         return {name: frame[name] for name in frame.columns}, range(len(frame))
     hint = ": give its .to_pandas()" if hasattr(designs, "to_pandas") else ""
-    raise BadInput([Mistake("camopt", FILE, None, f"{CONTAINERS}; this is a {type(designs).__name__}{hint}")])
+    raise BadInput(
+        [Mistake("camopt", DESIGNS_LABEL, None, f"{CONTAINERS}; this is a {type(designs).__name__}{hint}")]
+    )
 
 
-def _check_once(names: Iterable[Any]) -> None:
+def _check_unique(names: Iterable[Any]) -> None:
     """BadInput for names that stand there twice."""
     if twice := [str(name) for name, count in Counter(names).items() if count > 1]:
-        raise BadInput(Mistake(FILE, name, None, "stands there twice", bare=True) for name in twice)
+        raise BadInput(Mistake(DESIGNS_LABEL, name, None, "stands there twice", bare=True) for name in twice)
 
 
-def _array_of(name: str, value: Any) -> NDArray[Any]:
+def _column_array(name: str, value: Any) -> NDArray[Any]:
     """A column as an array; numbers beside texts stay numbers, and masked values are None."""
     value = value.tolist() if np.ma.is_masked(value) else value
     try:
@@ -99,17 +101,19 @@ def _array_of(name: str, value: Any) -> NDArray[Any]:
     except ValueError:  # rows of several lengths
         array = None
     if array is None or array.ndim > 1 or array.dtype.names:
-        raise BadInput([Mistake("camopt", FILE, None, f"columns of one value a row: {name} has more")]) from None
+        raise BadInput(
+            [Mistake("camopt", DESIGNS_LABEL, None, f"columns of one value a row: {name} has more")]
+        ) from None
     return np.asarray(value, dtype=object) if array.dtype.kind in "US" else array
 
 
 def _columns_of_rows(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """The columns of a list of mappings."""
     names = dict.fromkeys(chain.from_iterable(rows))
-    columns = {name: [row.get(name, ABSENT) for row in rows] for name in names}
-    absent = [(name, column.index(ABSENT)) for name, column in columns.items() if ABSENT in column]
+    columns = {name: [row.get(name, ABSENT_VALUE) for row in rows] for name in names}
+    absent = [(name, column.index(ABSENT_VALUE)) for name, column in columns.items() if ABSENT_VALUE in column]
     if absent:
-        raise BadInput(Mistake(FILE, f"{name}[{row}]", None, "missing", bare=True) for name, row in absent)
+        raise BadInput(Mistake(DESIGNS_LABEL, f"{name}[{row}]", None, "missing", bare=True) for name, row in absent)
     return columns
 
 
@@ -118,15 +122,15 @@ def _columns_of_array(designs: Any, names: Sequence[str]) -> dict[str, Any]:
     array = designs if np.ma.is_masked(designs) else np.asarray(designs)
     if array.ndim not in (1, 2) or array.shape[-1] != len(names):
         allowed = f"an array with a column for each of the {len(names)} names; this has the shape {array.shape}"
-        raise BadInput([Mistake("camopt", FILE, None, allowed)])
-    _check_once(names)
+        raise BadInput([Mistake("camopt", DESIGNS_LABEL, None, allowed)])
+    _check_unique(names)
     return dict(zip(names, array.T, strict=True))
 
 
-def _count_of(arrays: Mapping[str, NDArray[Any]], columns: int) -> int:
+def _row_count(arrays: Mapping[str, NDArray[Any]], columns: int) -> int:
     """The rows of columns: the length of all that are no single value; single values alone are one row."""
     lengths = {name: len(value) for name, value in arrays.items() if value.ndim == 1}
     if len({*lengths.values()}) > 1:
         told = ", ".join(f"{name} has {size}" for name, size in lengths.items())
-        raise BadInput([Mistake("camopt", FILE, None, f"columns of one length: {told}")])
+        raise BadInput([Mistake("camopt", DESIGNS_LABEL, None, f"columns of one length: {told}")])
     return next(iter(lengths.values()), min(columns, 1))

@@ -9,7 +9,7 @@ import numpy as np
 from camopt.core.numerics import FloatArray, IntArray
 from camopt.core.numerics.interval import Interval
 from camopt.model.mechanisms import Designs
-from camopt.scene.problem.space import Space
+from camopt.scene.problem.space import DesignSpace
 from camopt.solve.front.pareto import LARGEST_COST
 
 
@@ -17,17 +17,17 @@ from camopt.solve.front.pareto import LARGEST_COST
 class Grid:
     """A space whose axes are in rising order, so that a box of places is one of sizes."""
 
-    space: Space
+    space: DesignSpace
 
     @cached_property
-    def order(self) -> list[IntArray]:
+    def axis_orders(self) -> list[IntArray]:
         """For each axis, the numbers of its values, the least first."""
         return [np.argsort(values, kind="stable") for values in self.space.axes.values()]
 
     @cached_property
     def axes(self) -> dict[str, FloatArray]:
         """The rising values of each axis, by field of ``Designs``."""
-        ordered = zip(self.space.axes.items(), self.order, strict=True)
+        ordered = zip(self.space.axes.items(), self.axis_orders, strict=True)
         return {field: values[order] for (field, values), order in ordered}
 
     @cached_property
@@ -35,14 +35,14 @@ class Grid:
         """The sizes and numbers of which there are several values."""
         return [name for name, values in self.axes.items() if values.size > 1]
 
-    def whole(self, objectives: int) -> "GridBoxes":
+    def whole_boxes(self, objectives: int) -> "GridBoxes":
         """One box for each problem: all of its designs, of unknown costs."""
         motion = np.arange(len(self.space.problems))
         last = np.array([values.size - 1 for values in self.axes.values()], dtype=np.int64)
         high = np.tile(last, (motion.size, 1))
         return GridBoxes(motion, np.zeros_like(high), high, np.full((motion.size, objectives), -LARGEST_COST))
 
-    def designs(self, boxes: "GridBoxes") -> Designs:
+    def box_designs(self, boxes: "GridBoxes") -> Designs:
         """Boxes as designs of Intervals."""
         fixed = self.space.problem.design
         ends: dict[str, Any] = {}
@@ -53,22 +53,22 @@ class Grid:
             ends[name] = Interval(values[boxes.low[:, k]], values[boxes.high[:, k]])
         return fixed.with_values(ends)
 
-    def number(self, places: IntArray) -> IntArray:
+    def design_numbers(self, places: IntArray) -> IntArray:
         """The numbers in the space of designs of a motion, from their places on the axes (designs, axes)."""
         shape = tuple(values.size for values in self.axes.values())
-        where = tuple(order[place] for order, place in zip(self.order, places.T, strict=True))
+        where = tuple(order[place] for order, place in zip(self.axis_orders, places.T, strict=True))
         return np.asarray(np.ravel_multi_index(where, shape) if shape else np.zeros(len(places), dtype=np.int64))
 
-    def numbers(self, boxes: "GridBoxes") -> IntArray:
+    def numbers_in_boxes(self, boxes: "GridBoxes") -> IntArray:
         """Those of all designs of some boxes, one box after the other."""
-        shape, counts = boxes.high - boxes.low + 1, boxes.counts
+        shape, counts = boxes.high - boxes.low + 1, boxes.design_counts
         home = np.repeat(np.arange(len(boxes)), counts)
         rest = np.arange(home.size) - np.repeat(np.cumsum(counts) - counts, counts)
         places = np.empty((home.size, shape.shape[1]), dtype=np.int64)
         for k in reversed(range(shape.shape[1])):
             rest, place = np.divmod(rest, shape[home, k])
             places[:, k] = boxes.low[home, k] + place
-        return self.number(places)
+        return self.design_numbers(places)
 
 
 @dataclass(frozen=True)
@@ -88,13 +88,13 @@ class GridBoxes:
         return int(self.motion.size)
 
     @property
-    def counts(self) -> IntArray:
+    def design_counts(self) -> IntArray:
         """How many designs each holds (n,)."""
         counts: IntArray = np.prod(self.high - self.low + 1, axis=1, dtype=np.int64)
         return counts
 
     @property
-    def middle(self) -> IntArray:
+    def middle_places(self) -> IntArray:
         """The places of a design in the middle of each (n, d)."""
         return (self.low + self.high) // 2
 
@@ -102,10 +102,10 @@ class GridBoxes:
         """The boxes at an index, mask or slice."""
         return GridBoxes(*(values[index] for values in (self.motion, self.low, self.high, self.costs)))
 
-    def halved(self, axis: IntArray) -> "GridBoxes":
+    def halve_boxes(self, axis: IntArray) -> "GridBoxes":
         """Each box cut in two across an axis (n,) on which it has several values; both halves side by side."""
         here = np.arange(len(self)), axis
-        below, above, middle = self.high.copy(), self.low.copy(), self.middle[here]
+        below, above, middle = self.high.copy(), self.low.copy(), self.middle_places[here]
         below[here], above[here] = middle, middle + 1
         order = np.arange(2 * len(self)).reshape(2, -1).T.ravel()
         return chained_boxes([replace(self, high=below), replace(self, low=above)]).take(order)

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import BoolArray, FloatArray
-from camopt.scene.problem.rows import Columns, Objectives, Rows, joined_rows
-from camopt.solve.tables.result import plain
+from camopt.scene.problem.rows import DesignRows, Objectives, QuantityColumns, join_and_release_rows
+from camopt.solve.tables.result import to_json_values
 
 LARGEST_COST = np.finfo(float).max
 REFERENCE_POINT = 1.1  # in normalised objectives: a tenth beyond the nadir, so that the ends of a front count
@@ -20,24 +20,24 @@ EXACT_WORK = 1e9  # points^(objectives − 2) up to which an exact hypervolume t
 SAMPLED_WORK = 1e9  # points × directions of an approximate one, as long
 
 
-def costs_of(columns: Columns, count: int, objectives: Objectives) -> FloatArray:
+def objective_costs(columns: QuantityColumns, count: int, objectives: Objectives) -> FloatArray:
     """The objectives as numbers to minimise, (rows, objectives)."""
     return np.column_stack([sign * columns[name] + np.zeros(count) for name, sign in objectives.items()])
 
 
-def row_costs(rows: Rows, objectives: Objectives) -> FloatArray:
+def row_costs(rows: DesignRows, objectives: Objectives) -> FloatArray:
     """The objectives of each row as numbers to minimise, (rows, objectives)."""
-    return costs_of(rows.columns, rows.count, objectives)
+    return objective_costs(rows.columns, rows.count, objectives)
 
 
-def ranked(rows: Rows, objectives: Objectives) -> Rows:
+def sort_by_objectives(rows: DesignRows, objectives: Objectives) -> DesignRows:
     """The rows sorted by the first objective, ties by the next, and so on."""
     return rows.take(np.lexsort(row_costs(rows, objectives).T[::-1])) if rows.count else rows
 
 
-def best_of_laws(rows: Rows, objectives: Objectives) -> Rows:
+def best_of_laws(rows: DesignRows, objectives: Objectives) -> DesignRows:
     """The first row of each pair of laws when sorted by the objectives in turn, the best law first."""
-    rows = ranked(rows, objectives)
+    rows = sort_by_objectives(rows, objectives)
     if not any(np.ndim(rows.columns[laws]) for laws in ("law_rise", "law_return")):
         return rows.take(np.arange(min(rows.count, 1)))
     first: dict[tuple[str, str], int] = {}
@@ -46,22 +46,22 @@ def best_of_laws(rows: Rows, objectives: Objectives) -> Rows:
     return rows.take(np.array([*first.values()], dtype=int))
 
 
-def non_dominated(rows: Rows, objectives: Objectives) -> Rows:
+def non_dominated(rows: DesignRows, objectives: Objectives) -> DesignRows:
     """The rows that no other row betters in one objective without losing in another, in their order.
 
     Rows equal in all objectives are all kept: they are other designs.
     """
-    return rows.take(undominated(row_costs(rows, objectives))) if rows.count else rows
+    return rows.take(is_non_dominated(row_costs(rows, objectives))) if rows.count else rows
 
 
-def undominated(costs: FloatArray) -> BoolArray:
+def is_non_dominated(costs: FloatArray) -> BoolArray:
     """Which costs (rows, objectives) no others better; of equal ones all."""
     import moocore
 
     return np.asarray(moocore.is_nondominated(np.nan_to_num(costs), keep_weakly=True))
 
 
-class Archive:
+class FrontArchive:
     """The exact front of rows that come in blocks; it holds at most a few times as many rows as the front.
 
     They are sifted column by column, so that few columns are there twice at a time.
@@ -70,28 +70,28 @@ class Archive:
     def __init__(self, objectives: Objectives, least: int) -> None:
         """Rows are sifted once there are ``least`` new ones, and as many as there were before."""
         self._objectives, self._least = objectives, least
-        self._parts: list[Rows] = []
+        self._parts: list[DesignRows] = []
         self._kept = self._new = 0
 
-    def add(self, rows: Rows) -> None:
+    def add(self, rows: DesignRows) -> None:
         """Add the rows that follow."""
-        self._parts.append(Rows({**rows.columns}, rows.count))
+        self._parts.append(DesignRows({**rows.columns}, rows.count))
         self._new += rows.count
         if self._new > max(self._kept, self._least):
             self.front()
 
-    def front(self) -> Rows:
+    def front(self) -> DesignRows:
         """The non-dominated ones of all rows so far, in the order in which they came."""
         if self._new:
             costs = np.concatenate([row_costs(part, self._objectives) for part in self._parts])
             ends = np.cumsum([part.count for part in self._parts])[:-1]
-            left = np.split(undominated(costs), ends)
-            kept = [part.drawn(some) for part, some in zip(self._parts, left, strict=True) if some.any()]
-            self._parts = [joined_rows(kept)]
+            left = np.split(is_non_dominated(costs), ends)
+            kept = [part.take_and_release(some) for part, some in zip(self._parts, left, strict=True) if some.any()]
+            self._parts = [join_and_release_rows(kept)]
             self._kept, self._new = self._parts[0].count, 0
-        return Rows({**self._parts[0].columns}, self._kept)
+        return DesignRows({**self._parts[0].columns}, self._kept)
 
-    def given_up(self) -> Rows:
+    def take_front(self) -> DesignRows:
         """The front, which is held here no longer."""
         front, self._parts = self.front(), []
         return front
@@ -103,7 +103,7 @@ class CostScale(NamedTuple):
     ideal: FloatArray
     nadir: FloatArray
 
-    def normalised(self, costs: FloatArray) -> FloatArray:
+    def normalise_costs(self, costs: FloatArray) -> FloatArray:
         """Costs with the ideal at 0 and the nadir at 1; infinite ones stay so, unless all of an objective are."""
         width = self.nadir - self.ideal
         known = np.isfinite(costs)
@@ -111,7 +111,7 @@ class CostScale(NamedTuple):
         return np.where(known, share, np.where(known.any(axis=0), costs, 0.0))
 
 
-def scale_of_costs(costs: FloatArray) -> CostScale:
+def cost_scale(costs: FloatArray) -> CostScale:
     """The scale of a front, by its finite costs; 0 to 0 for an objective that has none."""
     known = np.isfinite(costs)
     ideal = np.min(costs, axis=0, where=known, initial=LARGEST_COST)
@@ -140,22 +140,22 @@ def hypervolume(normalised: FloatArray) -> tuple[float, bool]:
     return float(moocore.hv_approx(counted, ref=reference, nsamples=directions)) / box, False
 
 
-def knee(normalised: FloatArray) -> int:
+def knee_index(normalised: FloatArray) -> int:
     """The row with the least sum of normalised costs, the first of several.
 
     Of two objectives it is the one furthest below the chord between the ends of the front; of more, the one
     furthest below the plane through the nadir of each objective.
     """
-    return int(np.argmin(_sums(normalised)))
+    return int(np.argmin(_cost_sums(normalised)))
 
 
-def _sums(normalised: FloatArray) -> FloatArray:
+def _cost_sums(normalised: FloatArray) -> FloatArray:
     """The sum of each row's normalised costs; infinite gains count as the ideal, costs as INFINITE_COST."""
     sums: FloatArray = np.clip(normalised, 0.0, INFINITE_COST).sum(axis=1)
     return sums
 
 
-def thinned(rows: Rows, objectives: Objectives, epsilon: float) -> Rows:
+def thin_front(rows: DesignRows, objectives: Objectives, epsilon: float) -> DesignRows:
     """Rows of a front that stand for all of it: each row has one among them that costs at most ε more.
 
     It does so in every objective, normalised over the front. One row is kept in each box of side ε that no other
@@ -166,12 +166,12 @@ def thinned(rows: Rows, objectives: Objectives, epsilon: float) -> Rows:
     import moocore
 
     costs = row_costs(rows, objectives)
-    normalised = scale_of_costs(costs).normalised(costs)
-    sums, boxes = _sums(normalised), np.nan_to_num(np.floor(normalised / epsilon))
+    normalised = cost_scale(costs).normalise_costs(costs)
+    sums, boxes = _cost_sums(normalised), np.nan_to_num(np.floor(normalised / epsilon))
     order = np.argsort(sums, kind="stable")
     kept = order[moocore.is_nondominated(boxes[order], keep_weakly=False)]
     ends = [np.lexsort((sums, column))[0] for column in normalised.T]
-    return rows.take(np.unique([*kept, *ends, knee(normalised)]))
+    return rows.take(np.unique([*kept, *ends, knee_index(normalised)]))
 
 
 @dataclass(frozen=True)
@@ -196,30 +196,30 @@ class Front:
 
     def to_dict(self) -> dict[str, Any]:
         """The same as plain values, with None for what is infinite."""
-        return dict(plain(self))
+        return dict(to_json_values(self))
 
 
-def front_of(rows: Rows, objectives: Objectives, grid: Rows | None = None) -> Front | None:
+def summarise_front(rows: DesignRows, objectives: Objectives, grid: DesignRows | None = None) -> Front | None:
     """The summary of a front, and of the grid's front that it refines; None if it is empty."""
     if not rows.count:
         return None
     costs = row_costs(rows, objectives)
-    scale = scale_of_costs(costs)
-    normalised = scale.normalised(costs)
+    scale = cost_scale(costs)
+    normalised = scale.normalise_costs(costs)
     volume, exact = hypervolume(normalised)
-    before = None if grid is None else hypervolume(scale.normalised(row_costs(grid, objectives)))[0]
+    before = None if grid is None else hypervolume(scale.normalise_costs(row_costs(grid, objectives)))[0]
     return Front(
         points=rows.count,
         hypervolume=volume,
         exact=exact,
-        ideal=_values(scale.ideal, objectives),
-        nadir=_values(scale.nadir, objectives),
-        knee=rows.take(np.array([knee(normalised)])).records()[0],
+        ideal=_objective_values(scale.ideal, objectives),
+        nadir=_objective_values(scale.nadir, objectives),
+        knee=rows.take(np.array([knee_index(normalised)])).records()[0],
         grid_points=None if grid is None else grid.count,
         grid_hypervolume=before,
     )
 
 
-def _values(costs: FloatArray, objectives: Objectives) -> dict[str, float]:
+def _objective_values(costs: FloatArray, objectives: Objectives) -> dict[str, float]:
     """Costs as values of the objectives."""
     return {name: sign * float(cost) + 0.0 for (name, sign), cost in zip(objectives.items(), costs, strict=True)}

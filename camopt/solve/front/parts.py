@@ -15,32 +15,32 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.storage.manifest import DamagedManifest, Manifest, has_entry, manifest_of, readable_manifest
 from camopt.core.storage.publishing import publication, published_answer
 from camopt.scene.arguments import SceneSource, check_count, options_by_keyword, scene_from
-from camopt.scene.problem.unused import notes_of_search
+from camopt.scene.problem.scene_notes import notes_on_search
 from camopt.scene.scene import Scene
-from camopt.solve.front.blocks import Batch, Seen, gathered
-from camopt.solve.front.estimate import foresee
-from camopt.solve.front.plan import SWEEP_PARTS, SweepKey, SweepPlan, key_of, plan_of_key, sweep_plan
+from camopt.solve.front.blocks import BlockBatch, SpaceResult, gather_batches
+from camopt.solve.front.estimate import announce_estimate
+from camopt.solve.front.plan import SWEEP_PARTS, SweepKey, SweepPlan, key_from_manifest, plan_of_key, sweep_plan
 from camopt.solve.front.result import Sweep, counts_of_effort
 from camopt.solve.front.store import (
     BATCH_FILES,
     QUESTION_FILE,
     BrokenBatch,
+    MessageSink,
     Store,
-    Tell,
     batch_files,
-    interrupted_question,
+    interrupted_key,
     read_batch,
-    saved_at_the_end,
+    save_at_end,
 )
-from camopt.solve.front.sweep import SWEEP_COMMAND, Write, result_of, swept_already, up_to_date
+from camopt.solve.front.sweep import SWEEP_COMMAND, Write, published_sweep, sweep_result, up_to_date_message
 from camopt.solve.tables.result import Result
-from camopt.solve.verdicts.judging import Effort
+from camopt.solve.verdicts.limit_verdicts import Effort
 
 PART_COMMAND = "part"
 PART_FOLDER = re.compile(r"part-\d{1,9}-of-\d{1,9}")
 PART_COUNTS = ("designs", "impossible", "feasible")
 BLOCKS_OF_A_PART = 8  # at least: parts are of equal size, but for one block
-MOST_NAMED = 20  # parts that a message names
+MOST_NAMED_PARTS = 20  # parts that a message names
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class SweepPart(Result):
     @property
     def notes(self) -> tuple[str, ...]:
         """What of the scene is odd or unused, and objectives that are the same for all designs."""
-        return notes_of_search(self.scene)
+        return notes_on_search(self.scene)
 
     def document(self) -> dict[str, Any]:
         """Counts, and the folder of the part."""
@@ -133,7 +133,7 @@ def sweep_part(  # noqa: PLR0913
     workers: int | None = None,
     progress: Progress | None = None,
     engine: Engine | None = None,
-    tell: Tell | None = None,
+    tell: MessageSink | None = None,
     again: bool = False,
 ) -> SweepPart:
     """Evaluate one of several equal parts of a sweep; ``merge`` puts them together.
@@ -183,20 +183,20 @@ def sweep_part(  # noqa: PLR0913
     """
     scene = scene_from(scene)
     check_count("workers", workers)
-    plan, own = _part_of(sweep_plan(scene, keep), part), Threads(workers or os.cpu_count() or 1)
-    folder, question = Path(out) / name_of_part(*part), plan.question(*part)
-    if not again and (answer := published_answer(folder, PART_COMMAND, question.plain)):
+    plan, own = _plan_of_part(sweep_plan(scene, keep), part), Threads(workers or os.cpu_count() or 1)
+    folder, question = Path(out) / name_of_part(*part), plan.sweep_key(*part)
+    if not again and (answer := published_answer(folder, PART_COMMAND, question.to_manifest)):
         with suppress(LookupError, TypeError):  # a manifest may say anything
             counts = {name: answer[name] for name in PART_COUNTS} | {"effort": Effort(*answer["effort"])}
             if tell:
-                tell(up_to_date(folder))
+                tell(up_to_date_message(folder))
             return SweepPart(plan.scene, *part, **counts, folder=folder, already_done=True)
     kept = (BATCH_FILES, QUESTION_FILE)
-    with publication(folder, PART_COMMAND, (BATCH_FILES,), question=question.plain, keeps=kept) as unit:
+    with publication(folder, PART_COMMAND, (BATCH_FILES,), question=question.to_manifest, keeps=kept) as unit:
         store = Store(unit.staging, plan, question, tell)
-        with saved_at_the_end(store):
-            foresee(store, own, engine or own, tell)
-            seen = gathered(plan.space, store.batches(engine or own), plan.block, lambda rows: None, progress)
+        with save_at_end(store):
+            announce_estimate(store, own, engine or own, tell)
+            seen = gather_batches(plan.space, store.batches(engine or own), plan.block, lambda rows: None, progress)
         store.save()
         if store.trouble:
             raise store.trouble
@@ -212,7 +212,7 @@ def name_of_part(part: int, parts: int) -> str:
     return f"part-{part}-of-{parts}"
 
 
-def _part_of(plan: SweepPlan, part: tuple[int, int]) -> SweepPlan:
+def _plan_of_part(plan: SweepPlan, part: tuple[int, int]) -> SweepPlan:
     """The sweep in blocks of which each part has some; BadInput if there is no such part.
 
     Rows do not depend on the size of blocks.
@@ -235,7 +235,7 @@ def merge(
     out: str | os.PathLike[str] | None = None,
     *,
     progress: Progress | None = None,
-    tell: Tell | None = None,
+    tell: MessageSink | None = None,
     again: bool = False,
 ) -> Sweep:
     """Put the parts of a sweep together: the same result, and tables row for row, as of one run.
@@ -275,37 +275,37 @@ def merge(
     ['designs.parquet', 'pareto.parquet', 'scene.toml']
     """
     places = [parts] if isinstance(parts, (str, os.PathLike)) else [*parts]
-    questions, files, refused = _questions(_folders(places))
-    plan = _checked(questions, refused)
+    questions, files, refused = _read_parts(_part_folders(places))
+    plan = _check_parts(questions, refused)
     if out is not None:
-        _check_folder(Path(out), plan)
-    if out is not None and not again and (done := swept_already(plan, out, tell)):
+        _check_out_folder(Path(out), plan)
+    if out is not None and not again and (done := published_sweep(plan, out, tell)):
         return done
     in_order = sorted(questions, key=lambda folder: questions[folder].part)
 
-    def batches() -> Iterator[Batch]:
+    def batches() -> Iterator[BlockBatch]:
         for folder in in_order:
             for _, path in batch_files(folder / name for name in files[folder]):
                 try:
                     yield read_batch(path, plan)
                 except BrokenBatch as why:
-                    raise BadInput([_no_part(path, f"this is {why}")]) from None
+                    raise BadInput([_part_mistake(path, f"this is {why}")]) from None
 
-    def searched(store: Store | None, write: Write) -> Seen:
-        return gathered(plan.space, batches(), plan.block, write, progress)
+    def gather_parts(store: Store | None, write: Write) -> SpaceResult:
+        return gather_batches(plan.space, batches(), plan.block, write, progress)
 
-    return result_of(plan, out, searched, Threads(os.cpu_count() or 1), progress)
+    return sweep_result(plan, out, gather_parts, Threads(os.cpu_count() or 1), progress)
 
 
-def _check_folder(folder: Path, plan: SweepPlan) -> None:
+def _check_out_folder(folder: Path, plan: SweepPlan) -> None:
     """BadInput if an interrupted sweep of another question is kept in a folder: it would go."""
-    found = interrupted_question(folder, SWEEP_COMMAND)
-    if found and found.asks_other_than(plan.question()):
+    found = interrupted_key(folder, SWEEP_COMMAND)
+    if found and found.differences_but_block(plan.sweep_key()):
         why = "another folder: an interrupted sweep is kept in this one, which would go"
         raise BadInput([Mistake("camopt", "out", str(folder), why)])
 
 
-def _folders(places: Iterable[str | os.PathLike[str]]) -> list[Path]:
+def _part_folders(places: Iterable[str | os.PathLike[str]]) -> list[Path]:
     """The folders of parts among some, and inside them, by their manifest or their name."""
     found: dict[Path, None] = {}
     for place in map(Path, places):
@@ -322,7 +322,7 @@ def _folders(places: Iterable[str | os.PathLike[str]]) -> list[Path]:
     return [*found]
 
 
-def _questions(
+def _read_parts(
     folders: Iterable[Path],
 ) -> tuple[dict[Path, SweepKey], dict[Path, Iterable[str]], list[Mistake]]:
     """The keys of parts and their files by folder, and messages for what is no whole part."""
@@ -334,33 +334,33 @@ def _questions(
         try:
             result = (manifest_of(folder) or Manifest()).results.get(PART_COMMAND)
         except DamagedManifest:
-            mistakes.append(_no_part(folder, "its manifest is damaged, or of another version of camopt"))
+            mistakes.append(_part_mistake(folder, "its manifest is damaged, or of another version of camopt"))
             continue
         if result is None:
-            mistakes.append(_no_part(folder, "it has no manifest of one: its sweep has not ended"))
+            mistakes.append(_part_mistake(folder, "it has no manifest of one: its sweep has not ended"))
             continue
-        question = key_of(result.question)
+        question = key_from_manifest(result.question)
         if question is None:
-            mistakes.append(_no_part(folder, "nothing tells what it was asked"))
+            mistakes.append(_part_mistake(folder, "nothing tells what it was asked"))
             continue
-        if question.whole not in plans:
-            plans[question.whole] = _plan_or_fault(question.whole)
-        plan = plans[question.whole]
+        if question.whole_sweep not in plans:
+            plans[question.whole_sweep] = _plan_or_fault(question.whole_sweep)
+        plan = plans[question.whole_sweep]
         if isinstance(plan, str):
-            mistakes.append(_no_part(folder, plan))
+            mistakes.append(_part_mistake(folder, plan))
             continue
         questions[folder], files[folder] = question, result.files
         for name, entry in result.files.items():
             if not (folder / name).exists():
-                mistakes.append(_no_part(folder / name, "this is missing"))
+                mistakes.append(_part_mistake(folder / name, "this is missing"))
             elif not has_entry(folder / name, entry):
-                mistakes.append(_no_part(folder / name, "this is damaged, was changed, or is of another run"))
-        if not _covers(result.files, plan.numbers(question.part, question.parts)):
-            mistakes.append(_no_part(folder, "its files are not those of all of its designs"))
+                mistakes.append(_part_mistake(folder / name, "this is damaged, was changed, or is of another run"))
+        if not _covers_blocks(result.files, plan.part_blocks(question.part, question.parts)):
+            mistakes.append(_part_mistake(folder, "its files are not those of all of its designs"))
     return questions, files, mistakes
 
 
-def _covers(names: Iterable[str], numbers: range) -> bool:
+def _covers_blocks(names: Iterable[str], numbers: range) -> bool:
     """Whether files of batches have all blocks, each once."""
     position = numbers.start
     for blocks, _ in batch_files(map(Path, names)):
@@ -379,21 +379,21 @@ def _plan_or_fault(question: SweepKey) -> SweepPlan | str:
         return f"its scene has mistakes, such as {first.key}: {first.allowed}"
 
 
-def _no_part(path: Path, why: str) -> Mistake:
+def _part_mistake(path: Path, why: str) -> Mistake:
     return Mistake("camopt", "part", str(path), f"a whole part of a sweep; {why}")
 
 
-def _checked(questions: dict[Path, SweepKey], mistakes: list[Mistake]) -> SweepPlan:
+def _check_parts(questions: dict[Path, SweepKey], mistakes: list[Mistake]) -> SweepPlan:
     """The sweep of parts; BadInput with all mistakes if they are not all the parts of one sweep."""
     if not questions:
         raise BadInput(mistakes or [Mistake("camopt", "part", None, "missing", bare=True)])
     first = next(iter(questions))
-    whole, parts = questions[first].whole, questions[first].parts
+    whole, parts = questions[first].whole_sweep, questions[first].parts
     refused = {int(number) for each in mistakes for number in re.findall(r"part-(\d+)-of-", str(each.value))}
     by_part: dict[int, list[Path]] = {}
     for path, question in questions.items():
-        if question.whole != whole or question.parts != parts:
-            other = ", ".join(name for name in question.other_than(questions[first]) if name != "part")
+        if question.whole_sweep != whole or question.parts != parts:
+            other = ", ".join(name for name in question.differences_from(questions[first]) if name != "part")
             why = f"a part of the same sweep as {first}; it differs in {other}"
             mistakes.append(Mistake("camopt", "part", str(path), why))
         else:
@@ -403,12 +403,12 @@ def _checked(questions: dict[Path, SweepKey], mistakes: list[Mistake]) -> SweepP
             why = f"there more than once: {', '.join(map(str, paths))}"
             mistakes.append(Mistake("camopt", "part", part, why, bare=True))
     if missing := [part for part in range(1, parts + 1) if part not in by_part and part not in refused]:
-        listed = ", ".join(map(str, missing[:MOST_NAMED])) + (" …" if len(missing) > MOST_NAMED else "")
+        listed = ", ".join(map(str, missing[:MOST_NAMED_PARTS])) + (" …" if len(missing) > MOST_NAMED_PARTS else "")
         why = f"not complete: of {parts} parts there is no part {listed}"
         mistakes.append(Mistake("camopt", "parts", None, why, bare=True))
     plan = plan_of_key(whole)
-    if plan.question().version != whole.version:
-        why = f"of this version of camopt and its kernels ({plan.question().version}), not {whole.version}"
+    if plan.sweep_key().version != whole.version:
+        why = f"of this version of camopt and its kernels ({plan.sweep_key().version}), not {whole.version}"
         mistakes.append(Mistake("camopt", "parts", None, why))
     if mistakes:
         raise BadInput(mistakes)

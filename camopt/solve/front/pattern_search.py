@@ -12,16 +12,16 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.model.mechanisms.design import Designs, SizeBounds, concatenate
-from camopt.scene.problem.limits import pressure_limits
+from camopt.scene.problem.limits import pressure_angle_limits
 from camopt.scene.problem.problem import Problem
-from camopt.solve.front.pareto import costs_of
-from camopt.solve.smallest.closed_form import NUDGES, closed_form, least_size
-from camopt.solve.verdicts.judging import bound_excesses
+from camopt.solve.front.pareto import objective_costs
+from camopt.solve.smallest.closed_form import NUDGES, closed_form_design, least_size
+from camopt.solve.verdicts.limit_verdicts import bound_excesses
 
 OPENING_STEP, LONGEST_STEP, SHORTEST_STEP = 1 / 16, 1 / 4, 1e-10  # steps, as shares of a range
 SEARCH_STEPS = 300
 STEP_HALVINGS = 48
-LEAST_GAIN = 1e-12  # relative: what is less is rounding
+LEAST_STEP_GAIN = 1e-12  # relative: what is less is rounding
 
 
 @dataclass(frozen=True)
@@ -33,12 +33,12 @@ class PatternSearch:
     """The sizes and numbers that may vary, with their ranges."""
     objective: str
 
-    def column(self, objective: str) -> int:
+    def objective_index(self, objective: str) -> int:
         """The place of an objective among the costs."""
         return list(self.problem.objectives).index(objective)
 
     @property
-    def of_size(self) -> bool:
+    def lowers_size(self) -> bool:
         """Whether the objective is the size of the cam, to be lowered."""
         name = self.problem.size_name
         return self.objective == name and self.problem.objectives.get(name, 0.0) > 0.0
@@ -46,54 +46,58 @@ class PatternSearch:
     def costs(self, designs: Designs) -> tuple[FloatArray, Any]:
         """The far side of each objective as a cost, (designs, objectives); and which designs are feasible."""
         problem = self.problem
-        held = problem.setup.mechanism.exists(designs, self.problem.programme) & (designs.size > 0.0)
+        held = problem.setup.mechanism.can_assemble(designs, self.problem.programme) & (designs.size > 0.0)
         costs = np.full((len(designs), len(problem.objectives)), np.inf)
         some = designs.take(held)
         rows, excess, _ = bound_excesses(problem, some, frozenset())
-        costs[held] = costs_of(rows.shifted(1.0), len(some), problem.objectives)
+        costs[held] = objective_costs(rows.shifted_columns(1.0), len(some), problem.objectives)
         held[held] = np.all(excess <= 0.0, axis=0)
         return costs, held
 
-    def allowed(self, designs: Designs, ceilings: FloatArray) -> Any:
+    def is_allowed(self, designs: Designs, ceilings: FloatArray) -> Any:
         """Which designs are feasible and cost no more than their ceilings."""
         costs, held = self.costs(designs)
         return held & np.all(costs <= ceilings, axis=1)
 
-    def lowered(self, designs: Designs, ceilings: FloatArray) -> tuple[Designs, FloatArray]:
+    def lower_objective(self, designs: Designs, ceilings: FloatArray) -> tuple[Designs, FloatArray]:
         """Each design with the objective it reaches: its own, or the least size under it; inf if not allowed."""
-        if self.of_size:
-            index = np.flatnonzero(self.allowed(designs, ceilings))
+        if self.lowers_size:
+            index = np.flatnonzero(self.is_allowed(designs, ceilings))
             size, reached = designs.size.copy(), np.full(len(designs), np.inf)
             size[index] = reached[index] = self._least_sizes(designs.take(index), ceilings[index])
             return replace(designs, size=size), reached
         costs, held = self.costs(designs)
         held &= np.all(costs <= ceilings, axis=1)
-        return designs, np.where(held, costs[:, self.column(self.objective)], np.inf)
+        return designs, np.where(held, costs[:, self.objective_index(self.objective)], np.inf)
 
     def _least_sizes(self, designs: Designs, ceilings: FloatArray) -> FloatArray:
         """A size below each allowed one, down to which bisection finds designs allowed."""
         low, high = np.full(len(designs), self.free["size"][0]), designs.size
-        high = np.where(self.allowed(replace(designs, size=low), ceilings), low, high)
+        high = np.where(self.is_allowed(replace(designs, size=low), ceilings), low, high)
         for _ in range(STEP_HALVINGS):
             middle = (low + high) / 2
-            held = self.allowed(replace(designs, size=middle), ceilings)
+            held = self.is_allowed(replace(designs, size=middle), ceilings)
             low, high = np.where(held, low, middle), np.where(held, middle, high)
         return high
 
 
-def polished(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> Designs:
+def polish_designs(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> Designs:
     """Each design at its optimum under ceilings (designs, objectives), which its own costs meet."""
     settled = np.zeros(len(designs), dtype=bool)
-    if pattern.of_size:
-        designs, settled = by_closed_form(pattern, designs, ceilings)
+    if pattern.lowers_size:
+        designs, settled = smallest_by_closed_form(pattern, designs, ceilings)
     left = np.flatnonzero(~settled)
-    return designs.replaced(left, by_search(pattern, designs.take(left), ceilings[left])) if left.size else designs
+    return (
+        designs.replace_at(left, search_by_pattern(pattern, designs.take(left), ceilings[left]))
+        if left.size
+        else designs
+    )
 
 
-def by_search(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> Designs:
+def search_by_pattern(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> Designs:
     """Each design at a local optimum, by a pattern search; designs that are not allowed stay."""
-    names = [name for name in pattern.free if not (pattern.of_size and name == "size")]
-    designs, value = pattern.lowered(designs, ceilings)
+    names = [name for name in pattern.free if not (pattern.lowers_size and name == "size")]
+    designs, value = pattern.lower_objective(designs, ceilings)
     step = np.where(np.isfinite(value), OPENING_STEP, 0.0)
     random = np.random.default_rng(0)
     for _ in range(SEARCH_STEPS if names else 0):
@@ -106,16 +110,18 @@ def by_search(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) ->
         directions = np.concatenate([sign * frame for frame in frames for sign in (1.0, -1.0)])
         index = np.repeat(active, len(directions))
         shares = step[index, None] * np.tile(directions, (active.size, 1))
-        moved, reached = pattern.lowered(_moved(designs.take(index), pattern.free, names, shares), ceilings[index])
+        moved, reached = pattern.lower_objective(
+            _shift_designs(designs.take(index), pattern.free, names, shares), ceilings[index]
+        )
         best = np.argmin(reached.reshape(active.size, -1), axis=1) + np.arange(active.size) * len(directions)
-        better = reached[best] < value[active] - LEAST_GAIN * np.abs(value[active])
+        better = reached[best] < value[active] - LEAST_STEP_GAIN * np.abs(value[active])
         step[active] = np.where(better, np.minimum(2 * step[active], LONGEST_STEP), step[active] / 2)
         value[active[better]] = reached[best[better]]
-        designs = designs.replaced(active[better], moved.take(best[better]))
+        designs = designs.replace_at(active[better], moved.take(best[better]))
     return designs
 
 
-def _moved(designs: Designs, free: SizeBounds, names: list[str], shares: FloatArray) -> Designs:
+def _shift_designs(designs: Designs, free: SizeBounds, names: list[str], shares: FloatArray) -> Designs:
     """Designs moved by shares of some ranges, within them."""
     values = designs.values
     for name, share in zip(names, shares.T, strict=True):
@@ -124,13 +130,13 @@ def _moved(designs: Designs, free: SizeBounds, names: list[str], shares: FloatAr
     return designs.with_values(values)
 
 
-def by_closed_form(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> tuple[Designs, Any]:
+def smallest_by_closed_form(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> tuple[Designs, Any]:
     """The proved optimum of each design that has a closed form, and a mask of these designs.
 
     No allowed design is smaller than the one that the linear limits give, the ceilings of the pressure angle among
     them; if that one is allowed, it is the smallest.
     """
-    found = [_smallest(pattern, designs.take([i]), ceilings[i]) for i in range(len(designs))]
+    found = [_closed_form_bound(pattern, designs.take([i]), ceilings[i]) for i in range(len(designs))]
     index = np.flatnonzero([design is not None for design in found])
     settled = np.zeros(len(designs), dtype=bool)
     if not index.size:
@@ -140,8 +146,8 @@ def by_closed_form(pattern: PatternSearch, designs: Designs, ceilings: FloatArra
     for step in NUDGES:
         larger = replace(least, size=least.size + step * least.prime_radius).take(open_)
         held = larger.size <= designs.size[index[open_]]
-        held[held] = pattern.allowed(larger.take(held), ceilings[index[open_[held]]])
-        designs = designs.replaced(index[open_[held]], larger.take(held))
+        held[held] = pattern.is_allowed(larger.take(held), ceilings[index[open_[held]]])
+        designs = designs.replace_at(index[open_[held]], larger.take(held))
         settled[index[open_[held]]] = True
         open_ = open_[~held]
     nudge = least.size[open_] + NUDGES[-1] * least.prime_radius[open_]
@@ -149,7 +155,7 @@ def by_closed_form(pattern: PatternSearch, designs: Designs, ceilings: FloatArra
     return designs, settled
 
 
-def _smallest(pattern: PatternSearch, design: Designs, ceilings: FloatArray) -> Designs | None:
+def _closed_form_bound(pattern: PatternSearch, design: Designs, ceilings: FloatArray) -> Designs | None:
     """A design that no allowed one undercuts in size; None if no closed form gives one."""
     problem = pattern.problem
     most = dict(zip(problem.objectives, ceilings, strict=True))
@@ -158,9 +164,9 @@ def _smallest(pattern: PatternSearch, design: Designs, ceilings: FloatArray) -> 
     if on_return <= 0.0:
         return None
     bounds = (float(b) if b < np.inf else None for b in (angle, on_return))
-    pressure = pressure_limits(problem.setup, *bounds)
+    pressure = pressure_angle_limits(problem.setup, *bounds)
     tighter = replace(problem, limits=(*problem.limits, *pressure))
     box = {name: (float(value[0]), float(value[0])) for name, value in design.values.items()}
     box |= {name: ends for name, ends in pattern.free.items() if name in design.sizes}
     box["size"] = (least_size(tighter, box), box["size"][1])
-    return closed_form(tighter, box)
+    return closed_form_design(tighter, box)

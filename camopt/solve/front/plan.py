@@ -11,32 +11,32 @@ import numpy as np
 
 from camopt.core.engines import Engine
 from camopt.core.engines.threads import Threads
-from camopt.core.mistakes import BadInput, Mistake, nearest
-from camopt.core.quantities import Quantity, in_order, motion_quantity
+from camopt.core.mistakes import BadInput, Mistake, suggest_names
+from camopt.core.quantities import Quantity, in_column_order, motion_quantity
 from camopt.core.quantities.function import FunctionCall
 from camopt.core.storage.version import version_of_rows
-from camopt.model.effects import find_effect, quantity_of
-from camopt.model.motion.installed import installed_laws
+from camopt.model.effects import find_effect, find_quantity
+from camopt.model.motion.installed_laws import installed_laws
 from camopt.scene.arguments import check_count
 from camopt.scene.mapping import leaves
 from camopt.scene.problem.problem import Problem, resolve
-from camopt.scene.problem.rows import VERDICT
-from camopt.scene.problem.sample import searched_space
-from camopt.scene.problem.space import Space
-from camopt.scene.problem.zones import Off
+from camopt.scene.problem.rows import VERDICT_COLUMNS
+from camopt.scene.problem.sample import sweep_space
+from camopt.scene.problem.space import DesignSpace
+from camopt.scene.problem.tolerance_zones import NumberErrors
 from camopt.scene.scene import Scene
-from camopt.solve.front.blocks import BLOCK, SHARING_BLOCK, Batch, Blocks, merged
+from camopt.solve.front.blocks import BLOCK_SIZE, SHARING_BLOCK_SIZE, BlockBatch, SpaceBlocks, merge_batches
 from camopt.solve.front.curve_numbers import CurveNumbers, curve_numbers
-from camopt.solve.front.curve_verdicts import curves_tell_all
+from camopt.solve.front.curve_verdicts import curves_decide_limits
 
 FRONT_ONLY = "front-only"
 SWEEP_PARTS = 100_000
-SAMPLE = 3  # blocks all over the space, which call for all kernels
-TABLED = ("feasible", "all")
-KEPT = ("pareto", *TABLED, FRONT_ONLY)
+SAMPLE_BLOCKS = 3  # blocks all over the space, which call for all kernels
+TABLED_KEEPS = ("feasible", "all")
+KEEP_CHOICES = ("pareto", *TABLED_KEEPS, FRONT_ONLY)
 """Which designs a sweep can write to its table of designs: with the last, an old name of the first, none."""
 BOXES_OF_ONE, BOXES_OF_MORE = 90_000, 350_000  # pitch curves of a motion, from which on boxes find the front sooner
-A_DESIGN = 1 / 12  # of a pitch curve: what a design takes beside it
+DESIGN_COST = 1 / 12  # of a pitch curve: what a design takes beside it
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class SweepKey:
     parts: int = 1
 
     @classmethod
-    def of(cls, found: Any) -> "SweepKey":
+    def from_json(cls, found: Any) -> "SweepKey":
         """A question from JSON; a ValueError or a TypeError if it is none."""
         kinds = {field.name: field.type for field in fields(cls)}
         if not isinstance(found, dict) or {name: type(value) for name, value in found.items()} != kinds:
@@ -67,31 +67,31 @@ class SweepKey:
         tomllib.loads(found["scene"])
         return cls(**found)
 
-    def other_than(self, other: "SweepKey") -> list[str]:
+    def differences_from(self, other: "SweepKey") -> list[str]:
         """The differences of another key from this one: keys of the scene, and names of other values."""
         ours, theirs = (dict(leaves(tomllib.loads(question.scene))) for question in (self, other))
         keys = [key for key in {**ours, **theirs} if ours.get(key) != theirs.get(key)]
         rest = ("keep", "block", "version", "part", "parts")
         return keys + [name for name in rest if getattr(self, name) != getattr(other, name)]
 
-    def asks_other_than(self, other: "SweepKey") -> list[str]:
+    def differences_but_block(self, other: "SweepKey") -> list[str]:
         """The same, but for the size of blocks, on which rows do not depend."""
-        return [name for name in self.other_than(other) if name != "block"]
+        return [name for name in self.differences_from(other) if name != "block"]
 
     @property
-    def whole(self) -> "SweepKey":
+    def whole_sweep(self) -> "SweepKey":
         """The question of which this one is a part."""
         return replace(self, part=1, parts=1)
 
     @property
-    def plain(self) -> dict[str, Any]:
+    def to_manifest(self) -> dict[str, Any]:
         """The question as a manifest of a part keeps it."""
         return asdict(self)
 
     @property
-    def plain_in_any_blocks(self) -> dict[str, Any]:
+    def to_sweep_manifest(self) -> dict[str, Any]:
         """The question as the manifest of a whole sweep keeps it: no row depends on the size of blocks."""
-        return asdict(self) | {"block": BLOCK}
+        return asdict(self) | {"block": BLOCK_SIZE}
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class SweepPlan:
     scene: Scene
     """With objectives."""
     problem: Problem
-    space: Space
+    space: DesignSpace
     keep: str
     most: int | None = None
     """The most designs of a block; None: as suits the space."""
@@ -109,96 +109,96 @@ class SweepPlan:
     @cached_property
     def numbers_of_curves(self) -> CurveNumbers | None:
         """The numbers of the pitch curves that designs share; None if each is looked at alone."""
-        return None if self.keep == "all" or self.problem.offs else curve_numbers(self.space)
+        return None if self.keep == "all" or self.problem.robust_errors else curve_numbers(self.space)
 
     @cached_property
-    def by_own_curves(self) -> bool:
+    def uses_own_curves(self) -> bool:
         """Whether designs share no pitch curve, but that of each tells all of it."""
-        if self.numbers_of_curves or self.keep in TABLED or self.problem.offs or not self.space.axes:
+        if self.numbers_of_curves or self.keep in TABLED_KEEPS or self.problem.robust_errors or not self.space.axes:
             return False
-        return curves_tell_all(self.problem, frozenset(self.row_names))
+        return curves_decide_limits(self.problem, frozenset(self.row_columns))
 
     @cached_property
     def block(self) -> int:
         """The most designs of a block."""
-        return self.most or (SHARING_BLOCK if self.numbers_of_curves or self.by_own_curves else BLOCK)
+        return self.most or (SHARING_BLOCK_SIZE if self.numbers_of_curves or self.uses_own_curves else BLOCK_SIZE)
 
     @cached_property
-    def names(self) -> tuple[str, ...]:
+    def table_columns(self) -> tuple[str, ...]:
         """The columns of tables."""
-        return column_names(self.problem)
+        return sweep_columns(self.problem)
 
     def quantities_of(self, names: Iterable[str]) -> list[Quantity]:
         """The quantities that columns are."""
-        return [quantity_of(name, self.problem.setup) for name in names]
+        return [find_quantity(name, self.problem.setup) for name in names]
 
     @cached_property
-    def row_names(self) -> tuple[str, ...]:
+    def row_columns(self) -> tuple[str, ...]:
         """The columns of rows that are searched: all only where they are written as they are, or refined."""
-        full = self.keep in TABLED or self.scene.search.refine
-        return self.names if full else compared_names(self.problem)
+        full = self.keep in TABLED_KEEPS or self.scene.search.refine
+        return self.table_columns if full else comparison_columns(self.problem)
 
     @property
     def row_quantities(self) -> list[Quantity]:
         """The quantities that these columns are."""
-        return self.quantities_of(self.row_names)
+        return self.quantities_of(self.row_columns)
 
     @cached_property
-    def by_boxes(self) -> bool:
+    def uses_boxes(self) -> bool:
         """Whether boxes of designs find the front: no other design is wanted, and objectives allow it."""
-        if self.keep in TABLED or self.problem.choices.samples or self.problem.offs:
+        if self.keep in TABLED_KEEPS or self.problem.search_space.samples or self.problem.robust_errors:
             return False
-        if not boxes_are_sooner(self):
+        if not boxes_are_faster(self):
             return False
-        from camopt.solve.front.box_bounds import all_bounded
+        from camopt.solve.front.box_bounds import are_all_bounded
 
-        return all(map(all_bounded, self.space.problems))
+        return all(map(are_all_bounded, self.space.problems))
 
     @cached_property
-    def blocks(self) -> Blocks:
+    def blocks(self) -> SpaceBlocks:
         """The blocks of the space."""
-        every, kept, own = self.keep == "all", self.keep in TABLED, self.by_own_curves
-        return Blocks(self.space, self.row_names, self.numbers_of_curves, every, kept, self.block, own)
+        every, kept, own = self.keep == "all", self.keep in TABLED_KEEPS, self.uses_own_curves
+        return SpaceBlocks(self.space, self.row_columns, self.numbers_of_curves, every, kept, self.block, own)
 
-    def with_offs(self, offs: Sequence[Off]) -> "SweepPlan":
+    def with_extra_cams(self, offs: Sequence[NumberErrors]) -> "SweepPlan":
         """The plan where more cams within the tolerances have to hold the limits with each design."""
-        problem = replace(self.problem, offs=(*self.problem.offs, *offs))
-        return replace(self, problem=problem, space=searched_space(problem))
+        problem = replace(self.problem, robust_errors=(*self.problem.robust_errors, *offs))
+        return replace(self, problem=problem, space=sweep_space(problem))
 
-    def question(self, part: int = 1, parts: int = 1) -> SweepKey:
+    def sweep_key(self, part: int = 1, parts: int = 1) -> SweepKey:
         """The question, or that of one of several equal parts."""
         text = self.scene.to_toml()
         packages = (law.package for name, law in installed_laws().items() if f'"{name}"' in text)
-        version = " ".join([version_of_rows(), *packages, *(each.digest for each in self.calls)])
+        version = " ".join([version_of_rows(), *packages, *(each.digest for each in self.function_calls)])
         return SweepKey(text, self.keep, self.block, version, part, parts)
 
     @property
-    def calls(self) -> list[FunctionCall]:
+    def function_calls(self) -> list[FunctionCall]:
         """The Python functions that are quantities of the scene."""
-        return [each.call for each in self.problem.setup.own.values() if each.call]
+        return [each.call for each in self.problem.setup.own_quantities.values() if each.call]
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Only the key goes to another process, and the calls, which bring the functions along."""
-        return plan_of_key, (self.question(), self.calls)
+        return plan_of_key, (self.sweep_key(), self.function_calls)
 
-    def evaluated(self, numbers: Sequence[int]) -> Batch:
+    def evaluate_blocks(self, numbers: Sequence[int]) -> BlockBatch:
         """The results of consecutive blocks."""
-        return merged([self.blocks.batch(number) for number in numbers], self.problem.objectives)
+        return merge_batches([self.blocks.evaluate_block(number) for number in numbers], self.problem.objectives)
 
-    def batches(self, numbers: range, engine: Engine) -> Iterator[Batch]:
+    def batches(self, numbers: range, engine: Engine) -> Iterator[BlockBatch]:
         """The results of blocks on an engine, some at a time, in order."""
         if not isinstance(engine, Threads):
-            for each in self.calls:
+            for each in self.function_calls:
                 each.check_importable()  # an engine has other words for what cannot be sent
-        sample = np.unique(np.linspace(0, len(self.blocks) - 1, SAMPLE, dtype=int)).tolist()
-        return engine.in_order(self.evaluated, numbers, sample)
+        sample = np.unique(np.linspace(0, len(self.blocks) - 1, SAMPLE_BLOCKS, dtype=int)).tolist()
+        return engine.in_order(self.evaluate_blocks, numbers, sample)
 
-    def numbers(self, part: int = 1, parts: int = 1) -> range:
+    def part_blocks(self, part: int = 1, parts: int = 1) -> range:
         """The blocks of one of several equal parts: consecutive ones."""
         return range(len(self.blocks) * (part - 1) // parts, len(self.blocks) * part // parts)
 
 
-def boxes_are_sooner(plan: SweepPlan) -> bool:
+def boxes_are_faster(plan: SweepPlan) -> bool:
     """Whether boxes of designs find the front sooner than blocks do, by what was measured of some hundred spaces.
 
     Blocks take time for each pitch curve and design, boxes for each motion: more where several objectives tell its
@@ -207,32 +207,34 @@ def boxes_are_sooner(plan: SweepPlan) -> bool:
     setup, effects = plan.problem.setup, [find_effect(name, plan.problem.setup) for name in plan.problem.objectives]
     apart = [each for each in effects if each is None or setup.free or not each.is_of_motion(setup)]
     least = BOXES_OF_MORE if len(apart) > 1 else BOXES_OF_ONE
-    return plan.blocks.curves + A_DESIGN * len(plan.space) >= least * len(plan.space.problems)
+    return plan.blocks.curve_count + DESIGN_COST * len(plan.space) >= least * len(plan.space.problems)
 
 
-def key_of(question: Any) -> SweepKey | None:
+def key_from_manifest(question: Any) -> SweepKey | None:
     """The key that a manifest has as its question; None if it is none."""
     with suppress(ValueError, TypeError):
-        return SweepKey.of(question)
+        return SweepKey.from_json(question)
     return None
 
 
 def sweep_plan(scene: Scene, keep: str, block: int | None = None) -> SweepPlan:
     """The plan of a sweep of a scene. Errors are those of ``sweep``."""
     check_count("block", block)
-    if keep not in KEPT:
-        raise BadInput([Mistake("camopt", "keep", keep, f"a choice of designs; {nearest(str(keep), KEPT)}")])
+    if keep not in KEEP_CHOICES:
+        raise BadInput(
+            [Mistake("camopt", "keep", keep, f"a choice of designs; {suggest_names(str(keep), KEEP_CHOICES)}")]
+        )
     given = resolve(scene)
-    if given.offs and (mistakes := [*_not_robust(scene, keep)]):
+    if given.robust_errors and (mistakes := [*_robust_mistakes(scene, keep)]):
         raise BadInput(mistakes)
     problem = with_objectives(given)
     if problem is not given:
         scene = scene.with_values({"search.minimise": tuple(problem.objectives)})
-    space = searched_space(problem)
+    space = sweep_space(problem)
     return SweepPlan(scene, problem, space, keep, block)
 
 
-def _not_robust(scene: Scene, keep: str) -> Iterator[Mistake]:
+def _robust_mistakes(scene: Scene, keep: str) -> Iterator[Mistake]:
     """Mistakes for what a sweep does not do where every cam within the tolerances has to hold the limits."""
     if scene.search.refine:
         why = "moves cams by their own limits alone: leave it out with search.robust; optimise finds a robust cam"
@@ -260,16 +262,16 @@ def with_objectives(problem: Problem) -> Problem:
     return replace(problem, objectives=dict.fromkeys(names, 1.0))
 
 
-def compared_names(problem: Problem) -> tuple[str, ...]:
+def comparison_columns(problem: Problem) -> tuple[str, ...]:
     """The columns that say which designs rows are, and which of them are better."""
-    names = problem.sizes | problem.objectives.keys() | set(VERDICT)
-    return tuple(in_order(names))
+    names = problem.size_names | problem.objectives.keys() | set(VERDICT_COLUMNS)
+    return tuple(in_column_order(names))
 
 
-def column_names(problem: Problem) -> tuple[str, ...]:
+def sweep_columns(problem: Problem) -> tuple[str, ...]:
     """The columns of a sweep: sizes, what limits and objectives need, named outputs, and the verdict."""
     setup = problem.setup
-    numbers = {name for name in problem.needed if quantity_of(name, setup).kind is float}
-    outputs = problem.named if problem.outputs else frozenset()
-    names = problem.sizes | numbers | outputs | setup.own.keys() | set(VERDICT)
-    return tuple(in_order(names))
+    numbers = {name for name in problem.required_quantities if find_quantity(name, setup).kind is float}
+    outputs = problem.output_quantities if problem.outputs else frozenset()
+    names = problem.size_names | numbers | outputs | setup.own_quantities.keys() | set(VERDICT_COLUMNS)
+    return tuple(in_column_order(names))

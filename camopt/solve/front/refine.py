@@ -15,91 +15,98 @@ import numpy as np
 
 from camopt.core.engines.progress import Progress, report_progress
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import now, share
-from camopt.model.effects import effect_of
+from camopt.core.numerics.clock import clock_seconds, time_share
+from camopt.model.effects import require_effect
 from camopt.model.mechanisms.design import Designs, SizeBounds, concatenate
-from camopt.scene.problem.problem import Problem, exactly
-from camopt.scene.problem.rows import Rows, concatenate_rows
-from camopt.scene.problem.space import Space, boxes_of
-from camopt.solve.front.pareto import non_dominated, thinned
-from camopt.solve.front.pattern_search import PatternSearch, by_search, polished
-from camopt.solve.smallest.optimise import SECONDS
-from camopt.solve.smallest.smallest import smallest
-from camopt.solve.verdicts.judging import evaluate_rows
+from camopt.scene.problem.problem import Problem, at_rounding_error
+from camopt.scene.problem.rows import DesignRows, concatenate_rows
+from camopt.scene.problem.space import DesignSpace, search_boxes
+from camopt.solve.front.pareto import non_dominated, thin_front
+from camopt.solve.front.pattern_search import PatternSearch, polish_designs, search_by_pattern
+from camopt.solve.smallest.optimise import OPTIMISE_SECONDS
+from camopt.solve.smallest.smallest import solve_smallest_cam
+from camopt.solve.verdicts.limit_verdicts import evaluate_rows
 
 MOVED_AT_ONCE = 1024  # designs that move at once
 CURVE_LEVELS = 1000  # that fill a curve
 EQUAL_ROWS = 1e-9  # of each objective's range: rows nearer than that are one
 
 
-def refined(space: Space, grid: Rows, progress: Progress | None = None) -> Rows:
+def refine_front(space: DesignSpace, grid: DesignRows, progress: Progress | None = None) -> DesignRows:
     """The front of the continuous problem, from the rows of a grid's front, with the column ``refined``.
 
     No row of the grid's front is better than all of its rows. ``progress`` is called with (designs done, designs
     in all).
     """
-    problem, names = exactly(space.problem), frozenset(grid.columns)
+    problem, names = at_rounding_error(space.problem), frozenset(grid.columns)
     free = free_ranges(problem)
     decided = [name for name in decided_objectives(problem) if name != problem.size_name or "size" in free]
     if not free or not decided or not grid.count:
-        return _marked(grid, False)
+        return _with_refined_column(grid, False)
     sized = "size" in free and problem.objectives.get(problem.size_name, 0.0) > 0.0
     objective = problem.size_name if sized else decided[0]
     cams = _smallest_cams(space, names) if sized else ()
     start = non_dominated(concatenate_rows([grid, *cams]), problem.objectives)
-    groups = list(space.designs_of(start))
+    groups = list(space.designs_of_rows(start))
     parts, done, total = [], 0, start.count + CURVE_LEVELS * len(groups)
 
     def at_optima(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> Iterator[Designs]:
         nonlocal done
         for first in range(0, max(len(designs), 1), MOVED_AT_ONCE):
             block = slice(first, first + MOVED_AT_ONCE)
-            yield polished(pattern, designs.take(block), ceilings[block])
+            yield polish_designs(pattern, designs.take(block), ceilings[block])
             done = min(done + MOVED_AT_ONCE, total)
             report_progress(progress, done, total)
 
     for each, index, designs in groups:
-        pattern = PatternSearch(exactly(each), free, objective)
+        pattern = PatternSearch(at_rounding_error(each), free, objective)
         _, held = pattern.costs(designs)
-        parts.append(_marked(start.take(index[~held]), False))  # so near a limit that only intervals decide
-        designs = concatenate([designs.take(held), *_ends(pattern, designs.take(held), decided)])
+        parts.append(
+            _with_refined_column(start.take(index[~held]), False)
+        )  # so near a limit that only intervals decide
+        designs = concatenate([designs.take(held), *_front_ends(pattern, designs.take(held), decided)])
         ceilings = pattern.costs(designs)[0]
-        designs = concatenate(each for way in _ways(pattern, decided) for each in at_optima(way, designs, ceilings))
-        designs = concatenate([designs, *at_optima(pattern, *_levels(pattern, designs, decided))])
-        parts.append(_marked(_rows(pattern.problem, designs, names), True))
+        designs = concatenate(
+            each for way in _searches_in_turn(pattern, decided) for each in at_optima(way, designs, ceilings)
+        )
+        designs = concatenate([designs, *at_optima(pattern, *_curve_levels(pattern, designs, decided))])
+        parts.append(_with_refined_column(_feasible_rows(pattern.problem, designs, names), True))
     front = non_dominated(concatenate_rows(parts), problem.objectives)
-    return thinned(front, problem.objectives, EQUAL_ROWS)
+    return thin_front(front, problem.objectives, EQUAL_ROWS)
 
 
 def free_ranges(problem: Problem) -> SizeBounds:
     """What a front moves in: what ``[search]`` gives a range, of the cam's own size a list too."""
-    free = {name: ends for name, ends in boxes_of(problem)[0].items() if ends[1] > ends[0]}
-    if "size" not in problem.choices.variables:
+    free = {name: ends for name, ends in search_boxes(problem)[0].items() if ends[1] > ends[0]}
+    if "size" not in problem.search_space.variables:
         free.pop("size", None)
     return free
 
 
 def decided_objectives(problem: Problem) -> list[str]:
     """The objectives that depend on what may move, not on motion and listed numbers of the scene alone."""
-    numbers = [each for each in problem.choices.numbers if each.key in problem.setup.free]
+    numbers = [each for each in problem.search_space.numbers if each.key in problem.setup.free]
     moves = any(each.is_free for each in numbers)
-    listed = {each.quantity for each in problem.choices.numbers if not (each in numbers and each.is_free)}
+    listed = {each.quantity for each in problem.search_space.numbers if not (each in numbers and each.is_free)}
     names = [name for name in problem.objectives if name not in listed]
-    return [name for name in names if moves or not effect_of(name, problem.setup).is_of_motion(problem.setup)]
+    return [name for name in names if moves or not require_effect(name, problem.setup).is_of_motion(problem.setup)]
 
 
-def _smallest_cams(space: Space, names: frozenset[str]) -> Iterator[Rows]:
+def _smallest_cams(space: DesignSpace, names: frozenset[str]) -> Iterator[DesignRows]:
     """The smallest cam of each motion and each choice of what is listed, as ``optimise`` finds it in its time."""
-    end, problems = now() + SECONDS, [exactly(problem) for problem in space.problems]
+    end, problems = clock_seconds() + OPTIMISE_SECONDS, [at_rounding_error(problem) for problem in space.problems]
     for done, problem in enumerate(problems):
-        until, boxes = share(end, len(problems) - done), boxes_of(problem)
-        answers = [smallest(problem, box, share(until, len(boxes) - k)).design for k, box in enumerate(boxes)]
+        until, boxes = time_share(end, len(problems) - done), search_boxes(problem)
+        answers = [
+            solve_smallest_cam(problem, box, time_share(until, len(boxes) - k)).design
+            for k, box in enumerate(boxes)
+        ]
         cams = [design for design in answers if design is not None]
         if cams:
-            yield _rows(problem, concatenate(cams), names)
+            yield _feasible_rows(problem, concatenate(cams), names)
 
 
-def _ways(pattern: PatternSearch, decided: list[str]) -> list[PatternSearch]:
+def _searches_in_turn(pattern: PatternSearch, decided: list[str]) -> list[PatternSearch]:
     """The searches that each design takes: for its objective alone, and of three and more for each in turn.
 
     Two are a curve that levels fill; of more, one objective alone would bring all designs to the same corner.
@@ -108,23 +115,23 @@ def _ways(pattern: PatternSearch, decided: list[str]) -> list[PatternSearch]:
     return [pattern, *(replace(pattern, objective=name) for name in others if len(others) > 1)]
 
 
-def _ends(pattern: PatternSearch, designs: Designs, decided: list[str]) -> Iterator[Designs]:
+def _front_ends(pattern: PatternSearch, designs: Designs, decided: list[str]) -> Iterator[Designs]:
     """The best design of each objective alone, sought from the best of given designs.
 
     The smallest cam needs no search.
     """
     costs, _ = pattern.costs(designs)
     for name in decided if len(designs) else ():
-        if name != pattern.problem.size_name or not pattern.of_size:
-            best = designs.take([int(np.argmin(costs[:, pattern.column(name)]))])
+        if name != pattern.problem.size_name or not pattern.lowers_size:
+            best = designs.take([int(np.argmin(costs[:, pattern.objective_index(name)]))])
             alone = replace(pattern, objective=name)
-            yield by_search(alone, best, np.full((1, costs.shape[1]), np.inf))
+            yield search_by_pattern(alone, best, np.full((1, costs.shape[1]), np.inf))
 
 
-def _levels(pattern: PatternSearch, designs: Designs, decided: list[str]) -> tuple[Designs, FloatArray]:
+def _curve_levels(pattern: PatternSearch, designs: Designs, decided: list[str]) -> tuple[Designs, FloatArray]:
     """Starts and ceilings that fill a curve: even levels of the other objective, each from the design below it."""
     costs, _ = pattern.costs(designs)
-    others = [pattern.column(name) for name in decided if name != pattern.objective]
+    others = [pattern.objective_index(name) for name in decided if name != pattern.objective]
     if len(others) != 1 or len(designs) < 2 or not np.isfinite(costs[:, others]).all():
         return designs.take(slice(0)), costs[:0]
     (other,) = others
@@ -137,11 +144,11 @@ def _levels(pattern: PatternSearch, designs: Designs, decided: list[str]) -> tup
     return designs.take(start), ceilings
 
 
-def _rows(problem: Problem, designs: Designs, names: frozenset[str]) -> Rows:
+def _feasible_rows(problem: Problem, designs: Designs, names: frozenset[str]) -> DesignRows:
     """The feasible ones of some designs, as rows."""
-    rows = evaluate_rows(problem, designs, names).only(names)
+    rows = evaluate_rows(problem, designs, names).select_columns(names)
     return rows.take(rows.column("feasible").astype(bool))
 
 
-def _marked(rows: Rows, refined: bool) -> Rows:
-    return Rows({**rows.columns, "refined": np.full(rows.count, refined)}, rows.count)
+def _with_refined_column(rows: DesignRows, refined: bool) -> DesignRows:
+    return DesignRows({**rows.columns, "refined": np.full(rows.count, refined)}, rows.count)

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from camopt.core.mistakes import NOTHING_FEASIBLE, BadInput, Mistake
-from camopt.core.quantities.shown import Drawn
+from camopt.core.quantities.display import Drawable
 from camopt.core.storage.manifest import manifest_of
 from camopt.scene.problem.problem import resolve
+from camopt.scene.problem.scene_notes import notes_on_search
 from camopt.scene.problem.space import EDGE_OF_SPACE
-from camopt.scene.problem.unused import notes_of_search
 from camopt.scene.scene import Scene
 from camopt.solve.front.pareto import Front
 from camopt.solve.tables.designs import (
@@ -24,11 +24,11 @@ from camopt.solve.tables.designs import (
     with_law,
 )
 from camopt.solve.tables.result import Result, Table, table_of
-from camopt.solve.tables.writing import TableInMemory, tables_of_arrow
-from camopt.solve.verdicts.judging import Effort
-from camopt.solve.verdicts.words import BROKEN, UNDECIDED
+from camopt.solve.tables.table_writers import TableInMemory, import_table_module
+from camopt.solve.verdicts.limit_verdicts import Effort
+from camopt.solve.verdicts.verdict_words import BROKEN, UNDECIDED
 
-HYPERVOLUME = (
+HYPERVOLUME_NOTE = (
     "It compares fronts of the same objectives: the more of their space is beaten by some design, the nearer 1."
 )
 
@@ -46,12 +46,12 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-FRONT, KEPT, ENDING = "pareto", "designs", ".parquet"
+FRONT_TABLE, DESIGNS_TABLE, TABLE_SUFFIX = "pareto", "designs", ".parquet"
 """The tables of a sweep, and how the names of their files end."""
 
 
 @dataclass(frozen=True)
-class Sweep(Result, Drawn):
+class Sweep(Result, Drawable):
     """The result of a sweep: counts, files, and the best designs.
 
     Attributes
@@ -155,7 +155,7 @@ class Sweep(Result, Drawn):
         OSError
             If a file cannot be read.
         """
-        name = FRONT if name is None else name
+        name = FRONT_TABLE if name is None else name
         known = self.kept_tables
         if name in known:
             if name in self._rows:
@@ -166,18 +166,22 @@ class Sweep(Result, Drawn):
             if manifest and all(result.question != self._question for result in manifest.results.values()):
                 why = "has another result now; give each sweep a folder of its own"
                 raise BadInput([Mistake("camopt", "folder", str(folder), why, bare=True)])
-            frame: pd.DataFrame = tables_of_arrow().load(self.files[0].parent / f"{name}{ENDING}")
+            frame: pd.DataFrame = import_table_module().load(self.files[0].parent / f"{name}{TABLE_SUFFIX}")
             return frame
-        if name not in (FRONT, KEPT):
+        if name not in (FRONT_TABLE, DESIGNS_TABLE):
             return super().to_pandas(name)
         allowed = f"a table of this sweep: {' or '.join(known)}"
-        more = '; a sweep without out keeps designs if keep names them, as keep="feasible"' if name == KEPT else ""
+        more = (
+            '; a sweep without out keeps designs if keep names them, as keep="feasible"'
+            if name == DESIGNS_TABLE
+            else ""
+        )
         raise BadInput([Mistake("camopt", "table", name, allowed + more)])
 
     @property
     def kept_tables(self) -> list[str]:
         """The names of the tables of designs that ``to_pandas`` gives."""
-        return [*self._rows, *(path.stem for path in self.files if path.suffix == ENDING)]
+        return [*self._rows, *(path.stem for path in self.files if path.suffix == TABLE_SUFFIX)]
 
     def __repr__(self) -> str:
         feasible = "" if self.feasible is None else f" {self.feasible:,} feasible,"
@@ -256,7 +260,7 @@ class Sweep(Result, Drawn):
             outside = "" if front.grid_hypervolume else ", for all lie outside the box of the refined front"
             volume += f"; of the grid's {front.grid_points:,} points, {front.grid_hypervolume:.6g}{outside}"
         yield f"Hypervolume of the Pareto front, as a share: {volume}"
-        yield HYPERVOLUME
+        yield HYPERVOLUME_NOTE
         if knee := self.knee_table():
             yield ""
             yield knee
@@ -276,7 +280,7 @@ class Sweep(Result, Drawn):
     @property
     def notes(self) -> tuple[str, ...]:
         """Warnings, what of the scene is odd or unused, and objectives that are the same for all designs."""
-        return (*self.warnings, *notes_of_search(self.scene))
+        return (*self.warnings, *notes_on_search(self.scene))
 
     def document(self) -> dict[str, Any]:
         """Counts, files, the best designs and the front."""

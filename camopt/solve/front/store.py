@@ -18,24 +18,24 @@ import pyarrow.parquet as pq
 
 from camopt.core.engines import Engine
 from camopt.core.mistakes import Stopped
-from camopt.core.numerics.clock import now
+from camopt.core.numerics.clock import clock_seconds
 from camopt.core.quantities import Quantity
 from camopt.core.storage.files import WORK_FOLDER, LossWarning, read_bytes, regular_file, whole_file, write_text
-from camopt.core.storage.tables import ARROW_ERRORS, PARQUET
-from camopt.scene.problem.rows import Rows
-from camopt.solve.front.blocks import Batch, merged
+from camopt.core.storage.tables import ARROW_ERRORS, PARQUET_OPTIONS
+from camopt.scene.problem.rows import DesignRows
+from camopt.solve.front.blocks import BlockBatch, merge_batches
 from camopt.solve.front.plan import SweepKey, SweepPlan
 from camopt.solve.tables.table import parquet_options, schema_of, to_table
-from camopt.solve.verdicts.judging import Effort
+from camopt.solve.verdicts.limit_verdicts import Effort
 
 BATCH_FILES, QUESTION_FILE = "blocks-*.parquet", "question.json"
 BATCH_NAME = re.compile(r"blocks-(\d{1,12})-(\d{1,12})-([0-9a-f]{16})\.parquet")
 BATCH_TABLES = ("kept", "front", "best")
-ABOUT = b"camopt_batch"
+BATCH_METADATA = b"camopt_batch"
 SAVE_SECONDS = 1.0  # between files: less is lost at most, and a sweep that is shorter writes none
 SAVE_ROWS = 2**19  # or as soon as so many rows wait, which bounds the memory: some 150 bytes each
 
-Tell = Callable[[str], None]
+MessageSink = Callable[[str], None]
 """What takes sentences that a user should know before the work."""
 
 
@@ -59,16 +59,16 @@ class Store:
         Why no more could be written. A sweep goes on without it; what was written is kept.
     """
 
-    def __init__(self, folder: Path, plan: SweepPlan, question: SweepKey, tell: Tell | None = None) -> None:
+    def __init__(self, folder: Path, plan: SweepPlan, question: SweepKey, tell: MessageSink | None = None) -> None:
         self.folder, self.plan, self.question, self._tell = folder, plan, question, tell
-        self.numbers = plan.numbers(question.part, question.parts)
+        self.numbers = plan.part_blocks(question.part, question.parts)
         self.trouble: OSError | None = None
-        self._pending: list[Batch] = []
-        self._since = now()
-        other = question_in(folder)
+        self._pending: list[BlockBatch] = []
+        self._since = clock_seconds()
+        other = stored_key(folder)
         self._is_own = other == question
         if tell and other and not self._is_own:
-            named = ", ".join(other.other_than(question))
+            named = ", ".join(other.differences_from(question))
             tell(
                 LossWarning(
                     f"an interrupted sweep was here that differs in {named}; this one starts anew and replaces it"
@@ -86,7 +86,7 @@ class Store:
                 found.append((blocks, path))
         return found
 
-    def batches(self, engine: Engine) -> Iterator[Batch]:
+    def batches(self, engine: Engine) -> Iterator[BlockBatch]:
         """All batches in order: those on disk that are whole; others are evaluated by an engine, and kept."""
         there = self.files()
         if there and self._tell:
@@ -100,19 +100,19 @@ class Store:
             except BrokenBatch:
                 path.unlink()  # evaluated anew
                 continue
-            yield from self._evaluated(range(position, blocks.start), engine)
+            yield from self._evaluate_missing(range(position, blocks.start), engine)
             yield batch
             position = blocks.stop
-        yield from self._evaluated(range(position, self.numbers.stop), engine)
+        yield from self._evaluate_missing(range(position, self.numbers.stop), engine)
 
-    def _evaluated(self, numbers: range, engine: Engine) -> Iterator[Batch]:
-        self._since = now()
+    def _evaluate_missing(self, numbers: range, engine: Engine) -> Iterator[BlockBatch]:
+        self._since = clock_seconds()
         for batch in self.plan.batches(numbers, engine) if numbers else ():
             self._pending.append(batch)
             rows = sum(each.kept.count for each in self._pending)
-            if rows >= SAVE_ROWS or now() - self._since >= SAVE_SECONDS:
+            if rows >= SAVE_ROWS or clock_seconds() - self._since >= SAVE_SECONDS:
                 self.save()
-                self._since = now()
+                self._since = clock_seconds()
             yield batch
         if numbers and numbers.stop < self.numbers.stop:
             self.save()  # what follows is on disk
@@ -126,9 +126,9 @@ class Store:
             if not self._is_own:
                 for path in self.folder.glob(BATCH_FILES):
                     path.unlink()
-                write_text(self.folder / QUESTION_FILE, json.dumps(self.question.plain))
+                write_text(self.folder / QUESTION_FILE, json.dumps(self.question.to_manifest))
                 self._is_own = True
-            write_batch(merged(some, self.plan.problem.objectives), self.plan.row_quantities, self.folder)
+            write_batch(merge_batches(some, self.plan.problem.objectives), self.plan.row_quantities, self.folder)
         except OSError as trouble:
             self.trouble = trouble
 
@@ -140,20 +140,20 @@ class Store:
         return f"{done:,} of {before(self.numbers.stop) - before(self.numbers.start):,} designs"
 
 
-def question_in(folder: Path) -> SweepKey | None:
+def stored_key(folder: Path) -> SweepKey | None:
     """The question of finished work in a folder; None if there is none, or it is damaged."""
     with suppress(FileNotFoundError, ValueError, TypeError, RecursionError):
-        return SweepKey.of(json.loads(read_bytes(folder / QUESTION_FILE)))
+        return SweepKey.from_json(json.loads(read_bytes(folder / QUESTION_FILE)))
     return None
 
 
-def interrupted_question(folder: Path, command: str) -> SweepKey | None:
+def interrupted_key(folder: Path, command: str) -> SweepKey | None:
     """The question of an interrupted sweep in the folder of its result; None if there is none."""
-    return question_in(folder / WORK_FOLDER / command)
+    return stored_key(folder / WORK_FOLDER / command)
 
 
 @contextmanager
-def saved_at_the_end(store: Store | None) -> Iterator[None]:
+def save_at_end(store: Store | None) -> Iterator[None]:
     """Save what waits when work ends early, and say so: an error, or the end of a stopped sweep, gets a note."""
     try:
         yield
@@ -180,19 +180,19 @@ class BrokenBatch(ValueError):
     """A file is no whole batch of a sweep; the message completes "this is …"."""
 
 
-def batch_bytes(batch: Batch, quantities: Iterable[Quantity]) -> bytes:
+def batch_bytes(batch: BlockBatch, quantities: Iterable[Quantity]) -> bytes:
     """A batch as a Parquet file: its rows of all three kinds, and its numbers in the metadata."""
     layout = schema_of(quantities, camopt_scene="")
     tables = [to_table(getattr(batch, name), layout) for name in BATCH_TABLES]
     numbers = {name: value for name, value in vars(batch).items() if name not in BATCH_TABLES}
-    about = {ABOUT: json.dumps([numbers, [table.num_rows for table in tables]])}
+    about = {BATCH_METADATA: json.dumps([numbers, [table.num_rows for table in tables]])}
     sink = pa.BufferOutputStream()
     whole = pa.concat_tables(tables).replace_schema_metadata(about)
-    pq.write_table(whole, sink, **PARQUET, **parquet_options(layout))
+    pq.write_table(whole, sink, **PARQUET_OPTIONS, **parquet_options(layout))
     return bytes(sink.getvalue())
 
 
-def write_batch(batch: Batch, quantities: Iterable[Quantity], folder: Path) -> None:
+def write_batch(batch: BlockBatch, quantities: Iterable[Quantity], folder: Path) -> None:
     """Write a batch, whole or not at all, under the name that tells its blocks and its digest."""
     data = batch_bytes(batch, quantities)
     digest = sha256(data).hexdigest()[:16]
@@ -200,7 +200,7 @@ def write_batch(batch: Batch, quantities: Iterable[Quantity], folder: Path) -> N
         partial.write_bytes(data)
 
 
-def read_batch(path: Path, plan: SweepPlan) -> Batch:
+def read_batch(path: Path, plan: SweepPlan) -> BlockBatch:
     """The batch in a file.
 
     Raises
@@ -217,16 +217,16 @@ def read_batch(path: Path, plan: SweepPlan) -> Batch:
         raise BrokenBatch("damaged, or changed since it was written")
     try:
         table = pq.read_table(pa.BufferReader(data))
-        numbers, counts = json.loads(table.schema.metadata[ABOUT])
+        numbers, counts = json.loads(table.schema.metadata[BATCH_METADATA])
         expected = schema_of(plan.row_quantities).remove_metadata()
         if table.schema.remove_metadata() != expected or any(column.null_count for column in table.columns):
             raise BrokenBatch("not what a sweep of its scene gives")
         starts = np.cumsum([0, *counts]).tolist()
         rows: dict[str, Any] = {
-            kind: _rows(table.slice(start, count))
+            kind: _rows_of_table(table.slice(start, count))
             for kind, start, count in zip(BATCH_TABLES, starts, counts, strict=False)
         }
-        batch = Batch(**{**numbers, "effort": Effort._make(numbers["effort"])}, **rows)
+        batch = BlockBatch(**{**numbers, "effort": Effort._make(numbers["effort"])}, **rows)
         before = plan.blocks.designs_before
         is_of_plan = batch.designs == before(batch.last) - before(batch.first) and sum(counts) == table.num_rows
     except (*ARROW_ERRORS, LookupError, TypeError, AttributeError, RecursionError) as trouble:
@@ -236,11 +236,11 @@ def read_batch(path: Path, plan: SweepPlan) -> Batch:
     return batch
 
 
-def _rows(table: Any) -> Rows:
-    return Rows({name: _column(table[name]) for name in table.column_names}, table.num_rows)
+def _rows_of_table(table: Any) -> DesignRows:
+    return DesignRows({name: _array_of_column(table[name]) for name in table.column_names}, table.num_rows)
 
 
-def _column(column: Any) -> Any:
+def _array_of_column(column: Any) -> Any:
     if column.type != pa.string():
         return column.to_numpy()
     coded = column.combine_chunks().dictionary_encode()

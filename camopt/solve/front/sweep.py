@@ -2,10 +2,10 @@
 
 A scene becomes a plan (``plan``): the space of designs, and what to keep of it. An engine evaluates its blocks
 (``blocks``), one batch of them after another; finished batches are kept on disk, so that a stopped sweep goes on
-from there (``store``). ``gathered`` takes what they give, rows for the table and the front so far. In the end
-people's rows get the digits of ``evaluate`` (``compared``), and tables and result appear together (``result``).
-Where the front alone is wanted of a large space, boxes of designs are bounded in place of blocks, which takes
-seconds, and keeps nothing (``front_search``).
+from there (``store``). ``gather_batches`` takes what they give, rows for the table and the front so far. In the end
+people's rows get the digits of ``evaluate`` (``reported_rows``), and tables and result appear together
+(``result``). Where the front alone is wanted of a large space, boxes of designs are bounded in place of blocks,
+which takes seconds, and keeps nothing (``front_search``).
 """
 
 import os
@@ -23,24 +23,24 @@ from camopt.core.quantities import QUANTITIES
 from camopt.core.storage.files import write_text
 from camopt.core.storage.publishing import Publication, publication, published_answer
 from camopt.scene.arguments import SceneSource, check_count, options_by_keyword, scene_from
-from camopt.scene.problem.rows import Rows
-from camopt.scene.problem.space import Space
+from camopt.scene.problem.rows import DesignRows
+from camopt.scene.problem.space import DesignSpace
 from camopt.scene.scene import Scene
-from camopt.solve.front.blocks import Seen, gathered
-from camopt.solve.front.compared import best_of_each_law, half_width_of, nearest_miss_of_space
-from camopt.solve.front.estimate import foresee
-from camopt.solve.front.every_cam import COLUMN, proved
-from camopt.solve.front.pareto import Front, front_of
-from camopt.solve.front.plan import FRONT_ONLY, TABLED, SweepPlan, sweep_plan
+from camopt.solve.front.blocks import SpaceResult, gather_batches
+from camopt.solve.front.certified_front import PROOF_COLUMN, certify_front
+from camopt.solve.front.estimate import announce_estimate
+from camopt.solve.front.pareto import Front, summarise_front
+from camopt.solve.front.plan import FRONT_ONLY, TABLED_KEEPS, SweepPlan, sweep_plan
+from camopt.solve.front.reported_rows import best_of_each_law, largest_half_width, nearest_miss_of_space
 from camopt.solve.front.result import Sweep
-from camopt.solve.front.store import BATCH_FILES, QUESTION_FILE, Store, Tell, saved_at_the_end
+from camopt.solve.front.store import BATCH_FILES, QUESTION_FILE, MessageSink, Store, save_at_end
 from camopt.solve.tables.cells import to_json
-from camopt.solve.tables.designs import ByLaw, Design
-from camopt.solve.tables.writing import TableInMemory, TableWriter, table_file
-from camopt.solve.verdicts.judging import Effort
+from camopt.solve.tables.designs import Design, DesignsByLaw
+from camopt.solve.tables.table_writers import TableInMemory, TableWriter, table_file
+from camopt.solve.verdicts.limit_verdicts import Effort
 
 SWEEP_COMMAND, SWEEP_SCENE = "sweep", "scene.toml"
-KEPT_FIELDS: dict[str, Any] = {
+SUMMARY_FIELDS: dict[str, Any] = {
     **dict.fromkeys(("impossible", "feasible"), int | None),
     **dict.fromkeys(("pareto", "evaluated", "boxes", "decided_by_boxes"), int),
     "reached": float | int,
@@ -61,7 +61,7 @@ def sweep(  # noqa: PLR0913
     progress: Progress | None = None,
     block: int | None = None,
     engine: Engine | None = None,
-    tell: Tell | None = None,
+    tell: MessageSink | None = None,
     again: bool = False,
 ) -> Sweep:
     """Evaluate every design of the grid or the sample that a scene's ``[search]`` asks for; find the Pareto front.
@@ -128,33 +128,35 @@ def sweep(  # noqa: PLR0913
     plan = sweep_plan(scene, FRONT_ONLY if counted else "feasible" if keep is None else keep, block)
     check_count("workers", workers)
     own = Threads(workers or os.cpu_count() or 1)
-    if out is not None and not again and (done := swept_already(plan, out, tell)):
+    if out is not None and not again and (done := published_sweep(plan, out, tell)):
         return done
-    if plan.by_boxes and not counted and not engine:
+    if plan.uses_boxes and not counted and not engine:
         from camopt.solve.front.front_search import FrontSearch
 
-        search = FrontSearch(plan.space, plan.names, own.workers, progress)
-        return result_of(plan, out, lambda store, write: search.run(), own, progress)
+        search = FrontSearch(plan.space, plan.table_columns, own.workers, progress)
+        return sweep_result(plan, out, lambda store, write: search.run(), own, progress)
 
-    def searched(store: Store | None, write: Write) -> Seen:
+    def evaluate_space(store: Store | None, write: Write) -> SpaceResult:
         if store is None:
-            batches = plan.batches(plan.numbers(), engine or own)
+            batches = plan.batches(plan.part_blocks(), engine or own)
         else:
-            foresee(store, own, engine or own, tell)
+            announce_estimate(store, own, engine or own, tell)
             batches = store.batches(engine or own)
-        return gathered(plan.space, batches, plan.block, write, progress)
+        return gather_batches(plan.space, batches, plan.block, write, progress)
 
-    return result_of(plan, out, searched, own, progress, lambda folder: Store(folder, plan, plan.question(), tell))
+    return sweep_result(
+        plan, out, evaluate_space, own, progress, lambda folder: Store(folder, plan, plan.sweep_key(), tell)
+    )
 
 
-Write = Callable[[Rows], None]
+Write = Callable[[DesignRows], None]
 """What takes rows for the table of designs."""
 
 
-def result_of(
+def sweep_result(
     plan: SweepPlan,
     out: str | os.PathLike[str] | None,
-    search: Callable[[Store | None, Write], Seen],
+    search: Callable[[Store | None, Write], SpaceResult],
     own: Threads,
     progress: Progress | None,
     open_store: Callable[[Path], Store] | None = None,
@@ -162,18 +164,18 @@ def result_of(
     """The result of a search, written to a folder if there is one; a store may keep finished work there."""
     scene, space, store = plan.scene, plan.space, None
     with ExitStack() as stack:
-        unit = None if out is None else stack.enter_context(_publication(out, plan))
+        unit = None if out is None else stack.enter_context(_sweep_publication(out, plan))
         store = open_store(unit.staging) if unit and open_store else None
-        stack.enter_context(saved_at_the_end(store))
-        tables = _tables(stack, unit, plan)
-        rows_of_search = tables["designs"] if plan.keep in TABLED else None
+        stack.enter_context(save_at_end(store))
+        tables = _open_tables(stack, unit, plan)
+        rows_of_search = tables["designs"] if plan.keep in TABLED_KEEPS else None
         seen = search(store, rows_of_search.append if rows_of_search else lambda rows: None)
         if rows_of_search:
             rows_of_search.end()
-        found = proved(plan, seen, own, progress)
-        compared, seen = found.compared, found.seen
+        found = certify_front(plan, seen, own, progress)
+        compared, seen = found.reported_rows, found.space_result
         rows, grid = compared.front, compared.grid
-        front = front_of(rows, plan.problem.objectives, grid if scene.search.refine else None)
+        front = summarise_front(rows, plan.problem.objectives, grid if scene.search.refine else None)
         front = front and replace(front, knee=Design(front.knee, scene))
         miss = None if rows.count else nearest_miss_of_space(plan)
         result = Sweep(
@@ -182,19 +184,19 @@ def result_of(
             impossible=None if seen.existing is None else len(space) - seen.existing,
             feasible=seen.feasible,
             effort=seen.effort,
-            reached=max(seen.reached, *(half_width_of(each) for each in (rows, grid))),
+            reached=max(seen.reached, *(largest_half_width(each) for each in (rows, grid))),
             pareto=rows.count,
-            files=_places(plan, unit.folder) if unit else (),
+            files=_file_paths(plan, unit.folder) if unit else (),
             best=best_of_each_law(scene, compared),
             nearest_miss=miss,
             front=front,
-            obstacle=_obstacle(space, bool(rows.count or miss)),
+            obstacle=_assembly_obstacle(space, bool(rows.count or miss)),
             evaluated=seen.evaluated,
             boxes=seen.boxes,
             decided_by_boxes=seen.decided,
             every_cam=found.every_cam,
             _rows={name: table for name, table in tables.items() if isinstance(table, TableInMemory)},
-            _question=plan.question().plain_in_any_blocks if unit else None,
+            _question=plan.sweep_key().to_sweep_manifest if unit else None,
         )
         about = {"designs": len(space), "evaluated": seen.evaluated, "decided_by_boxes": seen.decided}
         tables["pareto"].describe("camopt_sweep", to_json(about))
@@ -205,111 +207,115 @@ def result_of(
                 tables[table].append(shown)
         if unit:
             write_text(unit.path(SWEEP_SCENE), scene.to_toml())
-            unit.answer = summary_of(result)
+            unit.answer = sweep_summary(result)
     return result
 
 
-def _obstacle(space: Space, assembled: bool) -> str:
+def _assembly_obstacle(space: DesignSpace, assembled: bool) -> str:
     """Why no design can be assembled, or none with some of the trains."""
-    apart = [each.setup.mechanism.assembly for each in space.problems if each.setup.mechanism.is_apart]
+    apart = [each.setup.mechanism.assembly for each in space.problems if each.setup.mechanism.has_no_assembly]
     if apart:
         return f"{len(apart)} of {len(space.problems)} motions through a train, such as {apart[0]}"
     return "" if assembled else space.problem.setup.mechanism.assembly
 
 
-def _publication(out: str | os.PathLike[str], plan: SweepPlan) -> AbstractContextManager[Publication]:
+def _sweep_publication(out: str | os.PathLike[str], plan: SweepPlan) -> AbstractContextManager[Publication]:
     """Where a sweep writes its files, and keeps finished work if it ends early."""
     kept = (BATCH_FILES, QUESTION_FILE)
-    return publication(out, SWEEP_COMMAND, files_of(plan), question=plan.question().plain_in_any_blocks, keeps=kept)
+    return publication(
+        out, SWEEP_COMMAND, sweep_files(plan), question=plan.sweep_key().to_sweep_manifest, keeps=kept
+    )
 
 
-def swept_already(plan: SweepPlan, out: str | os.PathLike[str], tell: Tell | None) -> Sweep | None:
+def published_sweep(plan: SweepPlan, out: str | os.PathLike[str], tell: MessageSink | None) -> Sweep | None:
     """The result of a sweep that is in a folder already; None if it is not."""
-    question = plan.question().plain_in_any_blocks
+    question = plan.sweep_key().to_sweep_manifest
     answer = published_answer(out, SWEEP_COMMAND, question)
     with suppress(LookupError, TypeError, ValueError, AttributeError):  # a manifest may say anything
-        numbers = from_summary(answer, plan.scene)
+        numbers = fields_from_summary(answer, plan.scene)
         if tell:
-            tell(up_to_date(out))
-        files = _places(plan, Path(out))
+            tell(up_to_date_message(out))
+        files = _file_paths(plan, Path(out))
         numbers |= {"scene": plan.scene, "designs": len(plan.space), "_question": question}
         return Sweep(files=files, already_done=True, **numbers)
     return None
 
 
-def up_to_date(folder: str | os.PathLike[str]) -> str:
+def up_to_date_message(folder: str | os.PathLike[str]) -> str:
     """The message when a folder has the result already."""
     return f"{os.fspath(folder)} is up to date; `again` computes it anew"
 
 
-def file_name(table: str) -> str:
+def table_file_name(table: str) -> str:
     """The file of a table."""
     return f"{table}.parquet"
 
 
-def _tables(
+def _open_tables(
     stack: ExitStack, unit: Publication | None, plan: SweepPlan
 ) -> Mapping[str, TableWriter | TableInMemory]:
     """The tables of a sweep by name: files, open until the stack is left, or in memory if there is no folder."""
     scene = plan.scene.to_toml()
-    columns = {table: plan.quantities_of(names) for table, names in _columns(plan).items()}
+    columns = {table: plan.quantities_of(names) for table, names in _table_columns(plan).items()}
     if unit is None:
         return {table: TableInMemory(quantities, scene) for table, quantities in columns.items()}
     return {
-        table: stack.enter_context(table_file(unit.path(file_name(table)), quantities, scene))
+        table: stack.enter_context(table_file(unit.path(table_file_name(table)), quantities, scene))
         for table, quantities in columns.items()
     }
 
 
-def _columns(plan: SweepPlan) -> dict[str, tuple[str, ...]]:
+def _table_columns(plan: SweepPlan) -> dict[str, tuple[str, ...]]:
     """The columns of the tables of a sweep, by table."""
-    names, refine = plan.names, plan.scene.search.refine
+    names, refine = plan.table_columns, plan.scene.search.refine
     columns = {} if plan.keep == FRONT_ONLY else {"designs": names}
-    columns |= {"pareto": (*names, *(["refined"] if refine else [COLUMN] if plan.problem.offs else []))}
+    columns |= {
+        "pareto": (*names, *(["refined"] if refine else [PROOF_COLUMN] if plan.problem.robust_errors else []))
+    }
     return columns | ({"pareto-grid": names} if refine else {})
 
 
-def files_of(plan: SweepPlan) -> tuple[str, ...]:
+def sweep_files(plan: SweepPlan) -> tuple[str, ...]:
     """The names of the files that a sweep writes."""
-    return (*map(file_name, _columns(plan)), SWEEP_SCENE)
+    return (*map(table_file_name, _table_columns(plan)), SWEEP_SCENE)
 
 
-def _places(plan: SweepPlan, folder: Path) -> tuple[Path, ...]:
-    return tuple(folder / name for name in files_of(plan))
+def _file_paths(plan: SweepPlan, folder: Path) -> tuple[Path, ...]:
+    return tuple(folder / name for name in sweep_files(plan))
 
 
-def summary_of(result: Any) -> dict[str, Any]:
+def sweep_summary(result: Any) -> dict[str, Any]:
     """The summary of a ``Sweep`` as plain values for JSON."""
     front, miss = result.front, result.nearest_miss
     return {
-        **{name: getattr(result, name) for name in KEPT_FIELDS},
+        **{name: getattr(result, name) for name in SUMMARY_FIELDS},
         "effort": [*result.effort],
-        "best": {laws: _plain(design) for laws, design in result.best.items()},
-        "nearest_miss": miss and [_plain(miss), miss.searched.to_toml()],
-        "front": front and {**asdict(replace(front, knee={})), "knee": _plain(front.knee)},
+        "best": {laws: _row_to_json(design) for laws, design in result.best.items()},
+        "nearest_miss": miss and [_row_to_json(miss), miss.searched.to_toml()],
+        "front": front and {**asdict(replace(front, knee={})), "knee": _row_to_json(front.knee)},
     }
 
 
-def from_summary(told: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
-    """The same as fields of a ``Sweep``; an error of some kind if it was not ``summary_of`` one."""
+def fields_from_summary(told: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
+    """The same as fields of a ``Sweep``; an error of some kind if it was not ``sweep_summary`` of one."""
     front, miss = told["front"], told["nearest_miss"]
-    if not all(isinstance(told[name], kind) for name, kind in KEPT_FIELDS.items()):
+    if not all(isinstance(told[name], kind) for name, kind in SUMMARY_FIELDS.items()):
         raise TypeError
     return {
-        **{name: told[name] for name in KEPT_FIELDS},
+        **{name: told[name] for name in SUMMARY_FIELDS},
         "effort": Effort(*told["effort"]),
-        "best": ByLaw((laws, _design(row, scene)) for laws, row in told["best"].items()),
-        "nearest_miss": miss and _design(miss[0], Scene.embedded(miss[1], scene.file)),
-        "front": front and Front(**{**front, "knee": _design(front["knee"], scene)}),
+        "best": DesignsByLaw((laws, _design_from_json(row, scene)) for laws, row in told["best"].items()),
+        "nearest_miss": miss and _design_from_json(miss[0], Scene.embedded(miss[1], scene.file)),
+        "front": front and Front(**{**front, "knee": _design_from_json(front["knee"], scene)}),
     }
 
 
-def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
+def _row_to_json(row: Mapping[str, Any]) -> dict[str, Any]:
     """A row with texts for infinite values, for which JSON has no numbers."""
     return {name: str(value) if isinstance(value, float) and isinf(value) else value for name, value in row.items()}
 
 
-def _design(row: Mapping[str, Any], scene: Scene) -> Design:
+def _design_from_json(row: Mapping[str, Any], scene: Scene) -> Design:
     def value_of(name: str, value: Any) -> Any:
         known = name in scene.quantities or (name in QUANTITIES and QUANTITIES[name].kind is float)
         return float(value) if known else value

@@ -8,8 +8,8 @@ from numbers import Real
 from re import Pattern
 from typing import NamedTuple
 
-from camopt.core.mistakes import BadInput, Mistake, listed_words
-from camopt.solve.measured.number_table import NumberTable, bad
+from camopt.core.mistakes import BadInput, Mistake, join_words
+from camopt.solve.measured.number_table import NumberTable, file_mistake
 
 TURN_IN_UNIT = {"deg": 360.0, "rad": tau}
 """The angle of a turn in each unit."""
@@ -17,7 +17,7 @@ MM_PER_UNIT = {"mm": 1.0, "inch": 25.4}
 """Units of lengths in mm."""
 ANGLE_UNITS, LIFT_UNITS = tuple(TURN_IN_UNIT), (*MM_PER_UNIT, "deg")
 LARGEST_MEASURED = 1e6  # that any number may be from 0
-SPELLED = {
+UNIT_SPELLINGS = {
     **dict.fromkeys(("mm", "millimetre", "millimeter", "millimetres", "millimeters"), "mm"),
     **dict.fromkeys(("inch", "inches", "in", "zoll", '"'), "inch"),
     **dict.fromkeys(("deg", "degree", "degrees", "grad", "°"), "deg"),
@@ -48,8 +48,8 @@ LIFT_TABLE = TableKind(
 POLAR_TABLE = TableKind(
     "angle", "distance", ANGLE_WORDS, _words_of(r"radius|radii|distance|abstand|polar|rho|ρ|\br\b")
 )
-XY = TableKind("x", "y", _words_of(r"\bx\b"), _words_of(r"\by\b"))
-PROFILES = {"polar": POLAR_TABLE, "xy": XY}
+XY_TABLE = TableKind("x", "y", _words_of(r"\bx\b"), _words_of(r"\by\b"))
+PROFILE_KINDS = {"polar": POLAR_TABLE, "xy": XY_TABLE}
 """The forms that points of a profile have."""
 
 
@@ -67,11 +67,11 @@ class TableColumns:
     kind: TableKind = LIFT_TABLE
 
     @property
-    def whole(self) -> float:
+    def turn_angle(self) -> float:
         """The angle of a whole turn of the cam."""
         return self.turn or TURN_IN_UNIT[self.angle_unit]
 
-    def check(self) -> None:
+    def check_options(self) -> None:
         """Whether units and turn are what they can be."""
         mistakes = [
             Mistake("camopt", key, value, f"one of {', '.join(known)}")
@@ -81,7 +81,7 @@ class TableColumns:
             )
             if value not in known
         ]
-        if self.turn is not None and self.kind is XY:
+        if self.turn is not None and self.kind is XY_TABLE:
             mistakes.append(Mistake("camopt", "turn", self.turn, "left out: points x, y have no angles"))
         elif self.turn is not None and not (isinstance(self.turn, Real) and 0.0 < self.turn <= LARGEST_MEASURED):
             mistakes.append(Mistake("camopt", "turn", self.turn, "the angle of a whole turn, above 0"))
@@ -97,35 +97,37 @@ def chosen_columns(name: str, table: NumberTable, columns: TableColumns) -> tupl
     BadInput
         If they are not known, or if the words above them name something else, or another unit.
     """
-    first, second = _chosen(name, table, columns)
-    if first is None and columns.kind is XY:
-        raise bad(name, "columns", None, "has one column, and points need both x and y")
+    first, second = _column_places(name, table, columns)
+    if first is None and columns.kind is XY_TABLE:
+        raise file_mistake(name, "columns", None, "has one column, and points need both x and y")
     _check_units(name, table.names, first, second, columns)
     return first, second
 
 
-def _chosen(name: str, table: NumberTable, columns: TableColumns) -> tuple[int | None, int]:
+def _column_places(name: str, table: NumberTable, columns: TableColumns) -> tuple[int | None, int]:
     kind, width = columns.kind, len(table.names)
     if columns.chosen is not None:
         if len(columns.chosen) not in (1, 2):
             what = f"those of {kind.first} and {kind.second}, or of {kind.second}"
             raise BadInput([Mistake("camopt", "columns", list(columns.chosen), what)])
-        places = [_place(name, table.names, each) for each in columns.chosen]
+        places = [_place_of_column(name, table.names, each) for each in columns.chosen]
         return (None, places[0]) if len(places) == 1 else (places[0], places[1])
     if kind is LIFT_TABLE:
         _check_no_profile(name, table.names)
     if width == 1:
         return None, 0
-    first, second = _named(kind, table.names)
+    first, second = _places_by_words(kind, table.names)
     if first is not None and second is not None:
         return first, second
     if width == 2:
         return (0, 1) if second is None else (1 - second, second)
     named = ", ".join(words or str(k) for k, words in enumerate(table.names, start=1))
-    raise bad(name, "columns", named, f"which are {kind.first} and {kind.second}? Give their columns, such as 1,2")
+    raise file_mistake(
+        name, "columns", named, f"which are {kind.first} and {kind.second}? Give their columns, such as 1,2"
+    )
 
 
-def _named(kind: TableKind, names: Sequence[str]) -> tuple[int | None, int | None]:
+def _places_by_words(kind: TableKind, names: Sequence[str]) -> tuple[int | None, int | None]:
     """The places of the columns whose words say what they are."""
     second = next((k for k, words in enumerate(names) if kind.second_words.search(words)), None)
     first = next((k for k, words in enumerate(names) if kind.first_words.search(words) and k != second), None)
@@ -134,25 +136,25 @@ def _named(kind: TableKind, names: Sequence[str]) -> tuple[int | None, int | Non
 
 def _check_no_profile(name: str, names: Sequence[str]) -> None:
     """Whether the words above columns say that they are those of a profile, and none is of lifts."""
-    for form, kind in PROFILES.items():
-        first, second = _named(kind, names)
+    for form, kind in PROFILE_KINDS.items():
+        first, second = _places_by_words(kind, names)
         if first is not None and second is not None:
             others = (words for k, words in enumerate(names) if k != second)
             if not any(LIFT_TABLE.second_words.search(words) for words in others):
                 what = (
                     f"are points of a profile? Then say so (profile {form}); if not, give the columns, such as 1,2"
                 )
-                raise bad(name, "columns", f"{names[first]}, {names[second]}", what)
+                raise file_mistake(name, "columns", f"{names[first]}, {names[second]}", what)
 
 
-def _place(name: str, names: Sequence[str], chosen: str | int) -> int:
+def _place_of_column(name: str, names: Sequence[str], chosen: str | int) -> int:
     """The place of a column from its name or number."""
     word = str(chosen).strip()
     if word in names:
         return names.index(word)
     if word.isdecimal() and 1 <= int(word) <= len(names):
         return int(word) - 1
-    known = listed_words([words for words in names if words])
+    known = join_words([words for words in names if words])
     numbers = f"a number from 1 to {len(names)}" + (f", or one of: {known}" if known else "")
     raise BadInput([Mistake(name, "columns", chosen, numbers)])
 
@@ -167,19 +169,19 @@ def _check_units(name: str, names: Sequence[str], first: int | None, second: int
     places = [(second, *lengths)]
     if first is not None:
         angles = columns.angle_unit, "unit of the angles", ANGLE_UNITS
-        places.insert(0, (first, *(lengths if columns.kind is XY else angles)))
+        places.insert(0, (first, *(lengths if columns.kind is XY_TABLE else angles)))
     for place, unit, option, known in places:
-        units = {SPELLED[word] for word in _words(names[place]) if word in SPELLED}
+        units = {UNIT_SPELLINGS[word] for word in _heading_words(names[place]) if word in UNIT_SPELLINGS}
         if units and unit not in units:
             (other, *_) = sorted(units)
             way = f"give the {option} as {other}" if other in known else f"only {', '.join(known)} can be read"
-            raise bad(name, f"column {names[place]!r}", None, f"is in {other}, and {unit} is taken; {way}")
+            raise file_mistake(name, f"column {names[place]!r}", None, f"is in {other}, and {unit} is taken; {way}")
 
 
 def names_unit(heading: str) -> bool:
     """Whether the words above a column name a unit."""
-    return any(word in SPELLED for word in _words(heading))
+    return any(word in UNIT_SPELLINGS for word in _heading_words(heading))
 
 
-def _words(heading: str) -> Iterator[str]:
+def _heading_words(heading: str) -> Iterator[str]:
     return (match[0] for match in re.finditer(r"[a-zµμ]+|°|\"", heading.lower()))

@@ -17,8 +17,8 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 
-ORDERS = (2, 3, 4, 5)
-SIZES = np.exp(np.arange(-5.0, 3.1, 0.6))
+INTEGRAL_ORDERS = (2, 3, 4, 5)
+INTEGRAL_SIZES = np.exp(np.arange(-5.0, 3.1, 0.6))
 """Standard deviations of an integral at the end of its window, over the largest lift there."""
 LEVELS = np.linspace(-4.0, 4.0, 33)
 """Levels of the dwell that are tried, in standard deviations of their mean."""
@@ -103,8 +103,8 @@ def _whiten_columns(
     """
     count, largest = x.size, np.abs(columns[:, -1] * np.sqrt(variances)).max()
     integral = noise_integral(x, order) / np.sqrt(np.multiply.outer(variances, variances))
-    whole = np.zeros((SIZES.size, count + columns.shape[1], count + columns.shape[1]))
-    whole[:, :count, :count] = np.eye(count) + np.multiply.outer((SIZES * largest) ** 2, integral)
+    whole = np.zeros((INTEGRAL_SIZES.size, count + columns.shape[1], count + columns.shape[1]))
+    whole[:, :count, :count] = np.eye(count) + np.multiply.outer((INTEGRAL_SIZES * largest) ** 2, integral)
     whole[:, count:, :count] = columns.T
     whole[:, count:, count:] = np.diag(1.0 + (1 + columns.shape[1]) * (columns**2).sum(axis=0))
     root = np.linalg.cholesky(whole)
@@ -117,7 +117,7 @@ def _side_likelihood(x: FloatArray, variances: FloatArray, whitened: FloatArray,
     if not x.size:
         return np.zeros_like(levels)
     likelihoods = []
-    for order in ORDERS:
+    for order in INTEGRAL_ORDERS:
         size, parts = _whiten_columns(x, variances, whitened, order)
         square = parts @ parts.swapaxes(1, 2)
         off = square[:, 1, 1] + levels[:, None] * (levels[:, None] * square[:, 0, 0] - 2.0 * square[:, 0, 1])
@@ -129,7 +129,7 @@ def _free_likelihood(angles: FloatArray, variances: FloatArray, lifts: FloatArra
     """The same of a free motion, less the price of the parameters that it has beside a level."""
     away = (angles - (angles[0] + angles[-1]) / 2.0) / (angles[-1] - angles[0])
     likelihoods = []
-    for order in ORDERS[1:]:
+    for order in INTEGRAL_ORDERS[1:]:
         powers = away[:, None] ** np.arange(order) / np.sqrt(variances)[:, None]
         columns = np.column_stack([powers, lifts])
         logs, squares = [], []

@@ -15,35 +15,45 @@ from numpy.typing import ArrayLike
 from camopt.core.mistakes import BadInput, Mistake, Unmet, Unsolved, printable
 from camopt.model.mechanisms.elements import BODIES, DISC, FLAT, OSCILLATING, ROLLER, TRANSLATING
 from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
-from camopt.scene.mapping import FOLLOWER, given_at_follower
+from camopt.scene.mapping import MOTION_AT_FOLLOWER, given_at_follower
 from camopt.scene.problem.problem import Problem, resolve, resolve_design
 from camopt.scene.scene import Scene
 from camopt.scene.train import stages_in, tool_turns
-from camopt.solve.measured.band_proof import prove_band
-from camopt.solve.measured.columns import LIFT_TABLE, MM_PER_UNIT, PROFILES, TableColumns
-from camopt.solve.measured.fitted import Fit
-from camopt.solve.measured.fitted_scene import LEVEL_DIGITS, Segments, fitted_segments
-from camopt.solve.measured.least_jerk import Freest, Node, Room, freest, least_band, nodes_of, shaped
-from camopt.solve.measured.noise import LEAST_BAND, ErrorSize, band_factor, errors_of, noise_of, outliers
-from camopt.solve.measured.outline import LIKELY, read_outline
-from camopt.solve.measured.profile import MeasuredProfile, Touched, touched
-from camopt.solve.measured.reading import MeasuredPoints, read_points
+from camopt.solve.measured.band_certificate import certify_band
+from camopt.solve.measured.columns import LIFT_TABLE, MM_PER_UNIT, PROFILE_KINDS, TableColumns
+from camopt.solve.measured.fit_result import Fit
+from camopt.solve.measured.fitted_scene import LEVEL_DIGITS, FittedSegments, fitted_segments
+from camopt.solve.measured.least_jerk import (
+    AllowedDeviation,
+    LeastJerkCurve,
+    OutlineNode,
+    least_band,
+    least_jerk_curve,
+    least_jerk_motion,
+    outline_nodes,
+)
+from camopt.solve.measured.measured_points import MeasuredPoints, read_points
+from camopt.solve.measured.noise import LEAST_BAND, ErrorSize, band_factor, find_outliers, point_errors, point_noise
+from camopt.solve.measured.outline import LIKELY_DROP, read_outline
+from camopt.solve.measured.profile import FollowedProfile, MeasuredProfile, follow_profile
 
 BAND_MARGINS = (1e-6, 1e-2)  # of the band, the least and the largest, for rounding and a solver's error
 SOLVER_SHARE = 1e-8  # of the range of the lifts: what a solver leaves of a limit
-OF_THE_MOTION = {
+REPLACED_MOTION_KEYS = {
     "search": ("law", "law_rise", "law_return", "angle_rise", "angle_return", "angle_dwell"),
     "synthesis": ("points",),
 }
 """Keys of tables that are about the motion which is replaced."""
 ABNORMAL_FACTOR = 1.5  # times the largest error about, where it is no normal one: what the band is
 CORNER_FACTOR = 3.5  # times the band of normal errors: further off is none of them, but a corner
-JERK_TROUBLE = (
+MOST_JERK_PRICE = (
     1.25  # times the least jerk of all motions: what dwells and turns cost where they are not those measured
 )
-MOST_NODES = 60  # dwells and turns: more are those of errors
-ROWS_NAMED = 6  # rows at most
-HARDLY_MOVING = [{"segment": kind, "angle": 180.0, "lift": 1e-9, "law": "cycloidal"} for kind in ("rise", "return")]
+MOST_OUTLINE_NODES = 60  # dwells and turns: more are those of errors
+MOST_ROWS_NAMED = 6  # rows at most
+PLACEHOLDER_MOTION = [
+    {"segment": kind, "angle": 180.0, "lift": 1e-9, "law": "cycloidal"} for kind in ("rise", "return")
+]
 """The motion of a cam whose own is not known yet."""
 
 
@@ -156,43 +166,51 @@ def fit(  # noqa: PLR0913
     # the tables of a scene but for its motion, and what is about that
     tables = scene.to_dict() if isinstance(scene, Scene) else dict(scene)
     tables = {key: value for key, value in tables.items() if key not in ("motion", "profile", "laws")}
-    for name, keys in OF_THE_MOTION.items():
+    for name, keys in REPLACED_MOTION_KEYS.items():
         if isinstance(tables.get(name), Mapping):
             tables[name] = {key: value for key, value in tables[name].items() if key not in keys}
     _check_segments(segments)
-    kind = PROFILES[profile.form] if profile else LIFT_TABLE
+    kind = PROFILE_KINDS[profile.form] if profile else LIFT_TABLE
     columns_ = TableColumns(columns, angle_unit, _lift_unit(tables, lift_unit, profile), turn, kind)
     measured = read_points(points.points if isinstance(points, MeasuredProfile) else points, columns_)
     measured = replace(measured, unit_said=measured.unit_said or lift_unit is not None)
     tables.setdefault("name", printable(Path(measured.file).stem))
     file = scene.file if isinstance(scene, Scene) else "scene"
     if profile and tables.get("train"):
-        tables["motion_at"] = FOLLOWER
-    seen = met_by_follower(profile, measured, tables, file, keep_outliers) if profile else None
+        tables["motion_at"] = MOTION_AT_FOLLOWER
+    seen = follow_measured_profile(profile, measured, tables, file, keep_outliers) if profile else None
     measured = seen.positions if seen else measured
-    least = _least(measured)
+    least = _narrowest_band(measured)
     # whether a band that is given can be one
     if band is not None and not (isinstance(band, Real) and isfinite(band) and band >= least):
         raise BadInput([Mistake("camopt", "band", band, f"at least {least:.3g}, {LEAST_BAND:g} of the lift")])
-    lost = seen.lost if seen else [] if keep_outliers else outliers(measured, noise_of(measured), band or least)
-    kept, left_out = measured.without(lost), measured.only(lost)
-    errors = errors_of(kept)
-    usual = _usual(kept, errors)
-    room = usual if band is None else _given(float(band), usual)
+    lost = (
+        seen.outlier_places
+        if seen
+        else []
+        if keep_outliers
+        else find_outliers(measured, point_noise(measured), band or least)
+    )
+    kept, left_out = measured.drop_places(lost), measured.pick_places(lost)
+    errors = point_errors(kept)
+    usual = _allowed_by_noise(kept, errors)
+    room = usual if band is None else _allowed_by_band(float(band), usual)
     _check_repeats(kept, room.band)
     noise = max(errors.noise, least / CORNER_FACTOR)
-    found = _shaped(
+    found = _fit_outlines(
         kept,
         room,
         usual.band,
         noise,
         segments,
-        lambda parts: Scene.from_dict(tables | _of(parts, tables, seen), file),
+        lambda parts: Scene.from_dict(tables | _fitted_tables(parts, tables, seen), file),
     )
     return replace(found, outliers=left_out, noise=errors.noise, usual=band is None, profile=seen)
 
 
-def _of(parts: Segments, tables: Mapping[str, Any], seen: Touched | None) -> dict[str, Any]:
+def _fitted_tables(
+    parts: FittedSegments, tables: Mapping[str, Any], seen: FollowedProfile | None
+) -> dict[str, Any]:
     """What the tables of a scene have of a fit: the motion, its laws, and the base radius of a profile."""
     motion = {"motion": parts.motion, "laws": parts.laws}
     if seen is None:
@@ -201,7 +219,7 @@ def _of(parts: Segments, tables: Mapping[str, Any], seen: Touched | None) -> dic
     return {**motion, "cam": {**tables["cam"], "base_radius": radius}}
 
 
-def _resting(tables: Mapping[str, Any], radius: float, file: str) -> Problem:
+def _problem_at_rest(tables: Mapping[str, Any], radius: float, file: str) -> Problem:
     """The cam and follower of a profile before its motion is known, nearly at rest on its least radius, mm."""
     parts = {key: tables[key] for key in ("cam", "follower") if key in tables}
     whole = {key: dict(table) for key, table in parts.items() if isinstance(table, Mapping)}
@@ -210,25 +228,25 @@ def _resting(tables: Mapping[str, Any], radius: float, file: str) -> Problem:
         raise BadInput([Mistake(file, "cam.form", form, "disc: a profile is that of a disc cam")])
     whole.get("cam", {})["base_radius"] = radius
     whole.get("follower", {}).pop("dynamics", None)
-    return resolve_design(Scene.from_dict({**parts, **whole, "name": "", "motion": HARDLY_MOVING}, file))
+    return resolve_design(Scene.from_dict({**parts, **whole, "name": "", "motion": PLACEHOLDER_MOTION}, file))
 
 
-def met_by_follower(
+def follow_measured_profile(
     profile: MeasuredProfile,
     points: MeasuredPoints,
     tables: Mapping[str, Any],
     file: str,
     keep_outliers: bool,
     gaps_anywhere: bool = False,
-) -> Touched:
+) -> FollowedProfile:
     """The follower of a scene at the points of a profile."""
     profile.check(points)
-    problem = _resting(tables, float(points.lifts.min()) - profile.probe, file)
-    lost = [] if keep_outliers else outliers(points, noise_of(points), _least(points))
-    kept = points.without(lost)
-    room = _usual(kept, errors_of(kept))
+    problem = _problem_at_rest(tables, float(points.lifts.min()) - profile.probe, file)
+    lost = [] if keep_outliers else find_outliers(points, point_noise(points), _narrowest_band(points))
+    kept = points.drop_places(lost)
+    room = _allowed_by_noise(kept, point_errors(kept))
     _check_repeats(kept, room.band)
-    return touched(problem, profile, points, lost, room, gaps_anywhere)
+    return follow_profile(problem, profile, points, lost, room, gaps_anywhere)
 
 
 def measured_cam(
@@ -282,7 +300,7 @@ def _lift_unit(tables: Mapping[str, Any], given: str | None, profile: MeasuredPr
     return given or known[0]
 
 
-def _least(points: MeasuredPoints) -> float:
+def _narrowest_band(points: MeasuredPoints) -> float:
     """The least band of points."""
     return LEAST_BAND * float(np.ptp(points.lifts))
 
@@ -298,17 +316,17 @@ def _check_segments(segments: Sequence[str] | None) -> None:
         raise BadInput([Mistake("camopt", "segments", shown, what)])
 
 
-def _usual(points: MeasuredPoints, errors: ErrorSize) -> Room:
+def _allowed_by_noise(points: MeasuredPoints, errors: ErrorSize) -> AllowedDeviation:
     """What normal errors leave in one file of twenty, and no less than numbers bear; more if one is larger."""
-    least, normal = _least(points), errors.noise * band_factor(points.rows.size)
+    least, normal = _narrowest_band(points), errors.noise * band_factor(points.rows.size)
     wide = min(ABNORMAL_FACTOR * errors.largest, CORNER_FACTOR * normal, float(np.ptp(points.lifts)) / 2.0 - least)
     band = wide if errors.largest > normal else normal
-    return Room(max(band, least), max(errors.rms, least))
+    return AllowedDeviation(max(band, least), max(errors.rms, least))
 
 
-def _given(band: float, usual: Room) -> Room:
+def _allowed_by_band(band: float, usual: AllowedDeviation) -> AllowedDeviation:
     """A band that is wider than errors take is room to use; a narrower one limits the errors further."""
-    return Room(band) if band >= usual.band else usual._replace(band=band)
+    return AllowedDeviation(band) if band >= usual.band else usual._replace(band=band)
 
 
 def _check_repeats(points: MeasuredPoints, band: float) -> None:
@@ -323,13 +341,13 @@ def _check_repeats(points: MeasuredPoints, band: float) -> None:
             raise Unmet(f"{points.file}: {rows}, both at {points.angles[place]:g} deg: {least}")
 
 
-def _shaped(
+def _fit_outlines(
     points: MeasuredPoints,
-    room: Room,
+    room: AllowedDeviation,
     usual: float,
     noise: float,
     segments: Sequence[str] | None,
-    scene_with: Callable[[Segments], Scene],
+    scene_with: Callable[[FittedSegments], Scene],
 ) -> Fit:
     """The fit with the dwells and turns that stand out from the noise, or else with more, or with shorter dwells.
 
@@ -343,33 +361,33 @@ def _shaped(
     Unsolved
         If the convex solver fails.
     """
-    refused: tuple[Sequence[Node], Room, float] | None = None
+    refused: tuple[Sequence[OutlineNode], AllowedDeviation, float] | None = None
     bands = [
         each for each in dict.fromkeys((usual, room.band)) if 2.0 * max(each, room.band) < np.ptp(points.lifts)
     ]
-    for within in dict.fromkeys((room, Room(room.band))):
-        free = freest(points, within)
+    for within in dict.fromkeys((room, AllowedDeviation(room.band))):
+        free = least_jerk_curve(points, within)
         found: list[Fit] = []
-        for band, drop in product(bands or [room.band], (LIKELY, 4.0 * LIKELY, 16.0 * LIKELY)):
+        for band, drop in product(bands or [room.band], (LIKELY_DROP, 4.0 * LIKELY_DROP, 16.0 * LIKELY_DROP)):
             outline, doubts = read_outline(points, band, max(band, room.band), noise, drop, segments)
-            if len(outline) <= MOST_NODES:
-                nodes = nodes_of(points, outline, free)
-                if fitted := _written(points, nodes, within, free, scene_with):
+            if len(outline) <= MOST_OUTLINE_NODES:
+                nodes = outline_nodes(points, outline, free)
+                if fitted := _certified_fit(points, nodes, within, free, scene_with):
                     fitted = replace(fitted, doubts=doubts)
-                    if fitted.price <= JERK_TROUBLE:
+                    if fitted.price <= MOST_JERK_PRICE:
                         return fitted
                     found.append(fitted)
                 else:
-                    refused = refused or (nodes, within, free.jerk)
+                    refused = refused or (nodes, within, free.rms_jerk)
         if found:
             return min(found, key=lambda each: each.price)
     if refused:
-        raise _refusal(points, *refused)
-    what = f"turns back more than {MOST_NODES} times by two bands of {room.band:.4g}: what is its noise?"
+        raise _band_error(points, *refused)
+    what = f"turns back more than {MOST_OUTLINE_NODES} times by two bands of {room.band:.4g}: what is its noise?"
     raise Unmet(f"{points.file}: the lift {what}")
 
 
-def _margins(band: float) -> Iterator[float]:
+def _band_margins(band: float) -> Iterator[float]:
     """Margins of a band, as shares of it, tried until a motion lies within the whole band."""
     margin, most = max(BAND_MARGINS[0], SOLVER_SHARE / band), BAND_MARGINS[1]
     while margin <= most:
@@ -377,33 +395,37 @@ def _margins(band: float) -> Iterator[float]:
         margin *= 10.0
 
 
-def _written(
+def _certified_fit(
     points: MeasuredPoints,
-    nodes: Sequence[Node],
-    room: Room,
-    free: Freest,
-    scene_with: Callable[[Segments], Scene],
+    nodes: Sequence[OutlineNode],
+    room: AllowedDeviation,
+    free: LeastJerkCurve,
+    scene_with: Callable[[FittedSegments], Scene],
 ) -> Fit | None:
     """The fit whose scene, as it is written, is proved to hold the band; None if none of these nodes does."""
-    for margin in _margins(room.band / float(np.ptp(points.lifts))):
-        motion = shaped(points, nodes, room.less(margin), free.jerk)
+    for margin in _band_margins(room.band / float(np.ptp(points.lifts))):
+        motion = least_jerk_motion(points, nodes, room.reduce_by(margin), free.rms_jerk)
         if motion is None:
             return None
         parts = fitted_segments(motion)
         scene = scene_with(parts)
-        found = prove_band(resolve(scene).given, points, parts.start, parts.zero, room.band)
+        found = certify_band(resolve(scene).given_motion, points, parts.start, parts.zero, room.band)
         if found.held:
-            return Fit(scene, points, points.only([]), parts.start, parts.zero, room.band, found, free.square)
+            return Fit(
+                scene, points, points.pick_places([]), parts.start, parts.zero, room.band, found, free.square
+            )
     return None
 
 
-def _refusal(points: MeasuredPoints, nodes: Sequence[Node], room: Room, jerk: float) -> Exception:
+def _band_error(
+    points: MeasuredPoints, nodes: Sequence[OutlineNode], room: AllowedDeviation, jerk: float
+) -> Exception:
     """Why no motion of these dwells and turns is within a room."""
     least, places = least_band(points, nodes, jerk)
     if least < room.band:
         return Unsolved("the convex solver holds the band not closely enough")
-    rows = ", ".join(map(str, sorted(points.rows[places])[:ROWS_NAMED])) + (
-        " and others" if len(places) > ROWS_NAMED else ""
+    rows = ", ".join(map(str, sorted(points.rows[places])[:MOST_ROWS_NAMED])) + (
+        " and others" if len(places) > MOST_ROWS_NAMED else ""
     )
     what = f"{points.file}: no motion with its dwells and turns is within {room.band:.4g} of all points"
     return Unmet(what if least == inf else f"{what}; {least:.4g} can be held; rows {rows} stand in the way")

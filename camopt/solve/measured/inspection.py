@@ -27,46 +27,46 @@ from scipy.linalg import block_diag
 
 from camopt.core.mistakes import BadInput, Mistake, Unsolved
 from camopt.core.numerics import BoolArray, FloatArray, IntArray
-from camopt.core.numerics.neighbours import MEDIAN
+from camopt.core.numerics.neighbours import NORMAL_MEDIAN
 from camopt.core.numerics.taylor import Taylor
-from camopt.model.effects.motion import scale, unit_of
+from camopt.model.effects.motion import motion_scale, motion_table_unit
 from camopt.model.mechanisms.design import FIELDS
 from camopt.model.mechanisms.elements import DISC
-from camopt.model.motion.driven import tool_position
+from camopt.model.motion.tool_drive import tool_position
 from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
 from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import zone_of
-from camopt.solve.contour.curve import Disc, discs_of
-from camopt.solve.measured.columns import MM_PER_UNIT, PROFILES, TableColumns
-from camopt.solve.measured.fit import met_by_follower
-from camopt.solve.measured.noise import OUTLIER_OFF, noise_of
-from camopt.solve.measured.outline import ANGLE_DIGITS, gaps
-from camopt.solve.measured.profile import MeasuredProfile, Touched, position_of
-from camopt.solve.measured.reading import FULL_TURN, MeasuredPoints, angle_from, read_points
-from camopt.solve.measured.smoothing import smoothed
-from camopt.solve.measured.waves import ProfileWave, WavesFound, waves_of
-from camopt.solve.tables.cells import number, with_unit
+from camopt.scene.tolerances import tolerance_zone
+from camopt.solve.contour.curve import Disc, cam_discs
+from camopt.solve.measured.columns import MM_PER_UNIT, PROFILE_KINDS, TableColumns
+from camopt.solve.measured.fit import follow_measured_profile
+from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints, angle_from, read_points
+from camopt.solve.measured.noise import OUTLIER_OFF, point_noise
+from camopt.solve.measured.outline import ANGLE_DIGITS, find_gaps
+from camopt.solve.measured.profile import FollowedProfile, MeasuredProfile, base_circle_position
+from camopt.solve.measured.smoothing import smoothing_spline
+from camopt.solve.measured.waves import ProfileHarmonics, ProfileWave, find_waves
+from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.result import NUMERIC, Cell, Result, Table
-from camopt.solve.tolerances.errors import contacts_of
-from camopt.solve.tolerances.response import Responses
-from camopt.solve.tolerances.turn import TurnErrors, contributions
+from camopt.solve.tolerances.errors import contact_problems
+from camopt.solve.tolerances.response import ToolResponse
+from camopt.solve.tolerances.turn_errors import TurnErrors, contributions
 from camopt.solve.tolerances.worst_case import worst_search
 
-TURNS, FITS = 1440, 6
+PHASE_TRIALS, PHASE_FITS = 1440, 6
 """In how many ways the cam is put on its shaft at first, and how often this is made better."""
 SHOWN_ROWS = 6
-LEAST_OFF = 1e-4
+LEAST_POINT_ERROR = 1e-4
 """Points that are off by less, mm, are not told."""
-LIKELY = {
+LIKELY_MISTAKES = {
     (0, 0): "turned on its shaft its points fit: their angle 0 is another one",
     (0, 1): "in the mirror, x to -x, its points fit: measured from behind, or cam.rotation is the other one",
     (1, 0): "the points of the other disc fit: the files are the wrong way round",
     (1, 1): "in the mirror, x to -x, the points of the other disc fit: the files are the wrong way round",
 }
 """What makes points fit, by whether they are of the other disc and in the mirror."""
-CHECKED = "rotation, probe, unit, and the angle 0 if aligned"
-NO_SUCH_CAM = 0.02
+SETTINGS_TO_CHECK = "rotation, probe, unit, and the angle 0 if aligned"
+WRONG_CAM_SHARE = 0.02
 """Of the stroke: a cam that is further off is not the one of the drawing, or was read wrongly."""
 
 
@@ -96,7 +96,7 @@ class ToleranceUse(NamedTuple):
         return None if self.allowed is None else self.found / self.allowed if self.allowed else inf
 
 
-class OffPoint(NamedTuple):
+class OutlyingPoint(NamedTuple):
     """A point far off its neighbours: its row, and its distance outside the profile of the drawing, mm."""
 
     row: int
@@ -133,7 +133,7 @@ class Inspection(Result):
         By how much the profile stands out all over, mm.
     angles, errors : ndarray
         Cam angles of the points, deg, and smooth errors of the tool there.
-    outliers : tuple of OffPoint
+    outliers : tuple of OutlyingPoint
         Points far off their neighbours, or not reached, the furthest first: ``row`` and ``off``, the distance
         outside the profile of the drawing, mm, below 0 in a dent. They count for the profile, and for nothing else
         unless outliers are kept.
@@ -172,7 +172,7 @@ class Inspection(Result):
     size: float
     angles: FloatArray
     errors: FloatArray
-    outliers: tuple[OffPoint, ...] = ()
+    outliers: tuple[OutlyingPoint, ...] = ()
     gaps: tuple[tuple[float, float], ...] = ()
     unreached: tuple[int, ...] = ()
     not_counted: tuple[str, ...] = ()
@@ -197,7 +197,7 @@ class Inspection(Result):
             moves = "" if each.moves is None else with_unit(each.moves, self.unit)
             rows.append([each.key, allowed, with_unit(each.found, each.unit), share, moves])
         kinds = [Cell(head, NUMERIC if head else "") for head in heads]
-        return Table.of(f"{os.path.basename(self.file)} against {self.scene.name}", kinds, rows, self._note)
+        return Table.from_texts(f"{os.path.basename(self.file)} against {self.scene.name}", kinds, rows, self._note)
 
     @property
     def _note(self) -> str:
@@ -207,34 +207,38 @@ class Inspection(Result):
         ahead = "ahead of" if self.phase_deg >= 0.0 else "behind"
         told = [
             said[self.within],
-            f"The {self.mover} is off by {with_unit(self.error, self.unit)} at {number(self.at_deg)} deg; "
+            f"The {self.mover} is off by {with_unit(self.error, self.unit)} at {number_text(self.at_deg)} deg; "
             f"noise of the points {with_unit(self.noise, 'mm')}",
-            f"The cam is {ahead} the angles of the points by {number(abs(self.phase_deg))} deg",
-            self._of_waves,
+            f"The cam is {ahead} the angles of the points by {number_text(abs(self.phase_deg))} deg",
+            self._waves_in_words,
         ]
         if self.far:
-            likely = f", but {self.likely}" if self.likely else f": check {CHECKED}"
+            likely = f", but {self.likely}" if self.likely else f": check {SETTINGS_TO_CHECK}"
             told.append(f"That is no cam of this drawing{likely}")
         if self.outliers:
             off = [f"row {each.row} by {with_unit(each.off, 'mm')}" for each in self.outliers]
-            told.append(f"Points far off their neighbours, which count for the profile: {_some(off)}")
+            told.append(f"Points far off their neighbours, which count for the profile: {_shortened_list(off)}")
         if self.gaps:
             ends = [f"from {low:.4g} to {high:.4g} deg" for low, high in self.gaps]
-            told.append(f"No points {_some(ends)}: what the profile is there, and waves there, are not known")
+            told.append(
+                f"No points {_shortened_list(ends)}: what the profile is there, and waves there, are not known"
+            )
         if self.unreached:
-            told.append(f"The follower does not reach {len(self.unreached)} points: rows {_some(self.unreached)}")
+            told.append(
+                f"The follower does not reach {len(self.unreached)} points: rows {_shortened_list(self.unreached)}"
+            )
         if self.not_counted:
             told.append(f"Not in the motion that is allowed: {', '.join(self.not_counted)}")
         return "".join(f"{each}. " for each in told).rstrip()
 
     @property
-    def _of_waves(self) -> str:
+    def _waves_in_words(self) -> str:
         some = [f"{each.number} of {with_unit(each.amplitude, 'mm')}" for each in self.waves]
         if not some:
             return "No waves but those of noise"
         alike = next((each for each in self.used if each.key == "waves" and each.allowed is not None), None)
         zone = f", as steep or curved as {alike.found:.4g} of the height of the zone" if alike else ""
-        return f"Waves in a turn: {_some(some)}{zone}"
+        return f"Waves in a turn: {_shortened_list(some)}{zone}"
 
     def document(self) -> dict[str, Any]:
         """The error, where the cam is off, and a record for each tolerance, wave and outlier."""
@@ -261,7 +265,7 @@ class Inspection(Result):
         return [{**each._asdict(), "share": each.share} for each in self.used]
 
 
-def _some(words: Sequence[Any]) -> str:
+def _shortened_list(words: Sequence[Any]) -> str:
     """The first of some words."""
     return ", ".join(map(str, words[:SHOWN_ROWS])) + (" and others" if len(words) > SHOWN_ROWS else "")
 
@@ -332,11 +336,11 @@ def inspect(
     """
     scene = scene_from(scene)
     columns_ = TableColumns(columns, angle_unit, lift_unit or "mm", turn)
-    (found,) = inspected([profile], scene, columns_, keep_outliers, aligned)
-    return found.found()
+    (found,) = inspect_discs([profile], scene, columns_, keep_outliers, aligned)
+    return found.build_inspection()
 
 
-def inspected(
+def inspect_discs(
     profiles: Sequence[MeasuredProfile], scene: Scene, columns: TableColumns, keep_outliers: bool, aligned: bool
 ) -> "list[InspectedDisc]":
     """The follower on measured points of each disc of a cam, in order, each as it fits best on the shaft."""
@@ -345,56 +349,60 @@ def inspected(
         raise BadInput([Mistake(problem.file, "cam.form", scene.cam.form, "disc: a profile is that of a disc cam")])
     if columns.lift_unit not in MM_PER_UNIT:
         raise BadInput([Mistake("camopt", "lift_unit", columns.lift_unit, "mm or inch for a profile")])
-    discs = discs_of(problem)
+    discs = cam_discs(problem)
     if len(discs) > 1:  # each alone tells of the follower, not of a tool that both drive
-        discs = tuple(each._replace(problem=alone) for each, alone in zip(discs, contacts_of(problem), strict=True))
+        discs = tuple(
+            each._replace(problem=alone) for each, alone in zip(discs, contact_problems(problem), strict=True)
+        )
     if len(profiles) != len(discs):
         why = f"{len(discs)}: a file, or an array, of points for each disc of the cam"
         raise BadInput([Mistake("camopt", "measured", len(profiles), why)])
-    points = [read_points(each.points, replace(columns, kind=PROFILES[each.form])) for each in profiles]
-    sides = [_Side(disc, scene, keep_outliers) for disc in discs]
+    points = [read_points(each.points, replace(columns, kind=PROFILE_KINDS[each.form])) for each in profiles]
+    sides = [_DrawnDisc(disc, scene, keep_outliers) for disc in discs]
     taken = list(zip(profiles, points, strict=True))
-    met = [side.met(*given, aligned) for side, given in zip(sides, taken, strict=True)]
-    zero = _tried(met)
-    found = [replace(each, zero=settled([each], zero)) for each in met]
-    if len(found) > 1 and any(each.far for each in found):  # one angle does not fit them all
-        found = [replace(each, zero=settled([each], _tried([each]))) for each in met]
+    met = [side.follow_points(*given, aligned) for side, given in zip(sides, taken, strict=True)]
+    zero = _best_trial_zero(met)
+    found = [replace(each, zero=refine_zero([each], zero)) for each in met]
+    if len(found) > 1 and any(each.is_far_off for each in found):  # one angle does not fit them all
+        found = [replace(each, zero=refine_zero([each], _best_trial_zero([each]))) for each in met]
     return [
-        replace(each, likely=side.likely(taken[place:] + taken[:place], aligned)) if each.far else each
+        replace(each, likely=side.likely_mistake(taken[place:] + taken[:place], aligned))
+        if each.is_far_off
+        else each
         for place, (side, each) in enumerate(zip(sides, found, strict=True))
     ]
 
 
-class _Side(NamedTuple):
+class _DrawnDisc(NamedTuple):
     """A disc of a drawing, which points are put against."""
 
     disc: Disc
     scene: Scene
     keep_outliers: bool
 
-    def met(self, profile: MeasuredProfile, points: MeasuredPoints, aligned: bool) -> "InspectedDisc":
+    def follow_points(self, profile: MeasuredProfile, points: MeasuredPoints, aligned: bool) -> "InspectedDisc":
         """The follower on measured points; those of a second disc are taken as they are in the mirror."""
         measured = profile.mirrored(points) if self.disc.mirror < 0.0 else points
-        file, tables = self.disc.problem.file, _tables(self.disc, self.scene)
-        seen = met_by_follower(profile, measured, tables, file, self.keep_outliers, gaps_anywhere=True)
+        file, tables = self.disc.problem.file, _disc_tables(self.disc, self.scene)
+        seen = follow_measured_profile(profile, measured, tables, file, self.keep_outliers, gaps_anywhere=True)
         return InspectedDisc(self.disc, self.scene, measured, seen, aligned, self.keep_outliers)
 
-    def likely(self, taken: Sequence[tuple[MeasuredProfile, MeasuredPoints]], aligned: bool) -> str:
+    def likely_mistake(self, taken: Sequence[tuple[MeasuredProfile, MeasuredPoints]], aligned: bool) -> str:
         """What would make points fit, the own ones first and then those of the other disc; "" if nothing does."""
-        for way, said in LIKELY.items():
+        for way, said in LIKELY_MISTAKES.items():
             other, behind = way
             if other < len(taken) and (aligned or any(way)):
                 profile, points = taken[other]
                 try:
-                    disc = self.met(profile, profile.mirrored(points) if behind else points, False)
-                    if not replace(disc, zero=settled([disc], _tried([disc]))).far:
+                    disc = self.follow_points(profile, profile.mirrored(points) if behind else points, False)
+                    if not replace(disc, zero=refine_zero([disc], _best_trial_zero([disc]))).is_far_off:
                         return said
                 except (BadInput, Unsolved):
                     continue  # the follower cannot run on them
         return ""
 
 
-def _tables(disc: Disc, scene: Scene) -> dict[str, Any]:
+def _disc_tables(disc: Disc, scene: Scene) -> dict[str, Any]:
     """The tables of a scene, with the sizes of the follower at one disc, and the way that this turns."""
     tables, design = scene.to_dict(), disc.problem.design
     sizes = {key: float(getattr(design, FIELDS[key])[0]) for key in scene.mechanism.follower_keys(scene.tip)}
@@ -403,15 +411,15 @@ def _tables(disc: Disc, scene: Scene) -> dict[str, Any]:
     return tables
 
 
-def _tried(discs: "Sequence[InspectedDisc]") -> float:
+def _best_trial_zero(discs: "Sequence[InspectedDisc]") -> float:
     """The angle of the points where the cam angle is 0, rad, at which all of some discs fit best of many."""
     if discs[0].aligned:
         return 0.0
-    tried = np.linspace(0.0, discs[0].turn, TURNS + 1)
-    asked = [disc.problem.programme.at(tried % disc.turn)[0] for disc in discs]
+    tried = np.linspace(0.0, discs[0].turn_angle, PHASE_TRIALS + 1)
+    asked = [disc.problem.programme.motion_at(tried % disc.turn_angle)[0] for disc in discs]
     off = [
         sum(
-            float(np.var(disc.positions - np.interp(disc.places_on(zero), tried, motion)))
+            float(np.var(disc.positions - np.interp(disc.cam_angles_at(zero), tried, motion)))
             for disc, motion in zip(discs, asked, strict=True)
         )
         for zero in tried[:-1]
@@ -419,13 +427,13 @@ def _tried(discs: "Sequence[InspectedDisc]") -> float:
     return float(tried[int(np.argmin(off))])
 
 
-def settled(discs: "Sequence[InspectedDisc]", zero: float) -> float:
+def refine_zero(discs: "Sequence[InspectedDisc]", zero: float) -> float:
     """An angle near ``zero`` at which all of some discs fit best."""
-    for _ in range(FITS):
-        each = [disc.columns_at(zero) for disc in discs]
+    for _ in range(PHASE_FITS):
+        each = [disc.response_columns(zero) for disc in discs]
         own = block_diag(*(columns[:, 1:] for columns in each))
         columns = np.column_stack([np.concatenate([columns[:, 0] for columns in each]), own])
-        errors = np.concatenate([disc.errors_at(zero) for disc in discs])
+        errors = np.concatenate([disc.raw_errors_at(zero) for disc in discs])
         zero -= float(np.linalg.lstsq(columns, errors, rcond=None)[0][0])
     return zero
 
@@ -437,7 +445,7 @@ class InspectedDisc:
     disc: Disc
     scene: Scene
     measured: MeasuredPoints
-    seen: Touched
+    followed_profile: FollowedProfile
     aligned: bool
     keep_outliers: bool
     zero: float = 0.0
@@ -450,85 +458,87 @@ class InspectedDisc:
         return self.disc.problem
 
     @cached_property
-    def errors(self) -> FloatArray:
+    def smooth_errors(self) -> FloatArray:
         """Smooth errors of the follower's own motion on this disc, mm (rad), at ``places``."""
-        return self.errors_on(0.0 if self.aligned else self.zero)
+        return self.smooth_errors_at(0.0 if self.aligned else self.zero)
 
-    def errors_on(self, zero: float) -> FloatArray:
+    def smooth_errors_at(self, zero: float) -> FloatArray:
         """The same of the disc as it is turned on its shaft."""
-        return np.asarray(self.off * self.answers[0] + self.errors_at(zero) - self.errors_at(self.zero))
-
-    @cached_property
-    def far(self) -> bool:
-        """Whether it is so far off that it is hardly a cam of this drawing."""
-        return float(np.abs(self.errors).max()) > NO_SUCH_CAM * float(
-            np.ptp(self.problem.programme.at(self.places)[0])
+        return np.asarray(
+            self.smooth_deviations * self.responses[0] + self.raw_errors_at(zero) - self.raw_errors_at(self.zero)
         )
 
-    def found(self) -> Inspection:
+    @cached_property
+    def is_far_off(self) -> bool:
+        """Whether it is so far off that it is hardly a cam of this drawing."""
+        return float(np.abs(self.smooth_errors).max()) > WRONG_CAM_SHARE * float(
+            np.ptp(self.problem.programme.motion_at(self.cam_angles)[0])
+        )
+
+    def build_inspection(self) -> Inspection:
         """What is told of the disc."""
-        errors = self.errors
+        errors = self.smooth_errors
         place = int(np.abs(errors).argmax())
-        unit, tool = scale(self.problem.setup, 0), self._at_tool(errors)
-        used = tuple(self._used(place, unit * float(tool[place]), unit * float(np.abs(tool).max())))
+        unit, tool = motion_scale(self.problem.setup, 0), self._errors_at_tool(errors)
+        used = tuple(self._tolerance_uses(place, unit * float(tool[place]), unit * float(np.abs(tool).max())))
         return Inspection(
             self.scene,
-            self.phase,
+            self.phase_deg,
             self.points.file,
             unit * float(tool[place]),
-            float(np.degrees(self.places[place])),
-            unit_of(self.problem.setup, 0),
+            float(np.degrees(self.cam_angles[place])),
+            motion_table_unit(self.problem.setup, 0),
             self.noise,
             used,
             self.waves.waves,
-            (float(self.parts[2]), self.disc.mirror * float(self.parts[3])),
-            float(self.parts[1]),
-            np.degrees(self.places),
+            (float(self.error_parts[2]), self.disc.mirror * float(self.error_parts[3])),
+            float(self.error_parts[1]),
+            np.degrees(self.cam_angles),
             unit * tool,
             self.outliers,
-            tuple(self._gaps()),
-            tuple(self.seen.unreached.tolist()),
-            tuple(self._not_counted()),
-            self.far,
+            tuple(self._missing_ranges()),
+            tuple(self.followed_profile.unreached.tolist()),
+            tuple(self._uncounted_keys()),
+            self.is_far_off,
             self.likely,
             "follower" if self.scene.train and self.problem.setup.train is None else "tool",
         )
 
-    def _used(self, place: int, moves: float, most_moved: float) -> Iterator[ToleranceUse]:
-        given, unit = self.scene.tolerances, float(scale(self.problem.setup, 0))
-        answer, bore = self.answers[0][place], self.bore
+    def _tolerance_uses(self, place: int, moves: float, most_moved: float) -> Iterator[ToleranceUse]:
+        given, unit = self.scene.tolerances, float(motion_scale(self.problem.setup, 0))
+        answer, bore = self.responses[0][place], self.bore_errors
         apart = bool(given.bore_eccentricity)
-        rest = self.off - bore / self.answers[0] if apart else self.off
-        rate = float(self._rate[place]) * unit
-        found = self._outliers[1] - self._outliers[2] * apart
+        rest = self.smooth_deviations - bore / self.responses[0] if apart else self.smooth_deviations
+        rate = float(self._train_ratios[place]) * unit
+        found = self._outlier_arrays[1] - self._outlier_arrays[2] * apart
         largest = float(np.abs([*rest, *found]).max())
         most = self.scene.whole_part.profile_tolerance
         yield ToleranceUse("profile", "mm", largest, most, rate * float(rest[place] * answer))
         if given.profile and (self.waves.waves or given.waves):
             allowed = None if given.waves is None else float(given.waves)
-            yield ToleranceUse("waves", "", self.waves.count_within(given.profile), allowed, None)
+            yield ToleranceUse("waves", "", self.waves.wave_count_within(given.profile), allowed, None)
         if apart:
-            away = float(np.hypot(*self.parts[2:]))
+            away = float(np.hypot(*self.error_parts[2:]))
             yield ToleranceUse("bore_eccentricity", "mm", away, given.bore_eccentricity, rate * float(bore[place]))
         if given.phase is not None and self.aligned:
-            zone = zone_of(given.phase, "phase", 0.0)
-            end = zone.upper if self.phase >= 0.0 else -zone.lower
-            of_phase = self.errors_at(0.0) - self.errors_at(self.zero)
-            yield ToleranceUse("phase", "deg", abs(self.phase), end, rate * float(of_phase[place]))
+            zone = tolerance_zone(given.phase, "phase", 0.0)
+            end = zone.upper if self.phase_deg >= 0.0 else -zone.lower
+            of_phase = self.raw_errors_at(0.0) - self.raw_errors_at(self.zero)
+            yield ToleranceUse("phase", "deg", abs(self.phase_deg), end, rate * float(of_phase[place]))
         if given.profile or apart:
-            bound = worst_search(TurnErrors(self._drawing, self.problem)).run().bound
-            allowed, of_tool = (bound if isfinite(bound) else None), unit_of(self.problem.setup, 0)
+            bound = worst_search(TurnErrors(self._scene_of_measured, self.problem)).run().bound
+            allowed, of_tool = (bound if isfinite(bound) else None), motion_table_unit(self.problem.setup, 0)
             yield ToleranceUse("motion", of_tool, most_moved, allowed, moves)
 
     @cached_property
     def points(self) -> MeasuredPoints:
         """Those without the outliers that are left out."""
-        return self.seen.positions.without(self.seen.lost)
+        return self.followed_profile.positions.drop_places(self.followed_profile.outlier_places)
 
     @cached_property
-    def start(self) -> float:
+    def base_position(self) -> float:
         """The position on the base circle of the drawing."""
-        return float(position_of(self.problem, self.problem.design)[0])
+        return float(base_circle_position(self.problem, self.problem.design)[0])
 
     @cached_property
     def positions(self) -> FloatArray:
@@ -536,154 +546,169 @@ class InspectedDisc:
         lifts = self.points.lifts
         return np.radians(lifts) if self.problem.setup.angular else lifts
 
-    def errors_at(self, zero: float) -> FloatArray:
+    def raw_errors_at(self, zero: float) -> FloatArray:
         """Positions less those of a cam that is turned on its shaft."""
-        return np.asarray(self.positions - self.start - self.problem.programme.at(self.places_on(zero))[0])
+        return np.asarray(
+            self.positions - self.base_position - self.problem.programme.motion_at(self.cam_angles_at(zero))[0]
+        )
 
     @property
-    def turn(self) -> float:
+    def turn_angle(self) -> float:
         return self.problem.programme.strokes[-1].end
 
-    def columns_at(self, zero: float) -> FloatArray:
+    def response_columns(self, zero: float) -> FloatArray:
         """How the errors answer to phase, size and the axis of the bore."""
         alone = replace(self.problem, setup=replace(self.problem.setup, train=None))
-        answers = Responses(alone, self.places_on(zero))
-        slope = self.problem.programme.at(answers.angles)[1]
-        return np.column_stack([slope, answers.to_profile[0], *(each[0] for each in answers.to_bore)])
+        answers = ToolResponse(alone, self.cam_angles_at(zero))
+        slope = self.problem.programme.motion_at(answers.angles)[1]
+        return np.column_stack([slope, answers.profile_response[0], *(each[0] for each in answers.bore_responses)])
 
     @property
-    def phase(self) -> float:
+    def phase_deg(self) -> float:
         """By how much the cam is ahead, deg."""
         return (180.0 - degrees(self.zero)) % 360.0 - 180.0
 
     @cached_property
-    def parts(self) -> FloatArray:
+    def error_parts(self) -> FloatArray:
         """What makes the errors: phase, size and bore."""
-        return np.asarray(np.linalg.lstsq(self.columns_at(self.zero), self.errors_at(self.zero), rcond=None)[0])
+        return np.asarray(
+            np.linalg.lstsq(self.response_columns(self.zero), self.raw_errors_at(self.zero), rcond=None)[0]
+        )
 
     @cached_property
-    def places(self) -> FloatArray:
+    def cam_angles(self) -> FloatArray:
         """Cam angles, rad."""
-        return self.places_on(self.zero)
+        return self.cam_angles_at(self.zero)
 
-    def places_on(self, zero: float) -> FloatArray:
+    def cam_angles_at(self, zero: float) -> FloatArray:
         """The same of the disc as it is turned on its shaft."""
-        return np.asarray(np.mod(np.radians(self.points.angles) - zero, self.turn))
+        return np.asarray(np.mod(np.radians(self.points.angles) - zero, self.turn_angle))
 
     @cached_property
-    def answers(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def responses(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Of the follower to the profile, and to the two directions of the bore."""
-        _, *found = self.columns_at(self.zero).T
+        _, *found = self.response_columns(self.zero).T
         return found[0], found[1], found[2]
 
     @cached_property
-    def bore(self) -> FloatArray:
+    def bore_errors(self) -> FloatArray:
         """What the axis of the bore makes of the errors."""
-        return np.asarray(self.answers[1] * self.parts[2] + self.answers[2] * self.parts[3])
+        return np.asarray(self.responses[1] * self.error_parts[2] + self.responses[2] * self.error_parts[3])
 
     @cached_property
-    def raw(self) -> FloatArray:
+    def raw_deviations(self) -> FloatArray:
         """Deviations along the normal with their noise, mm."""
-        return self.errors_at(self.zero) / self.answers[0]
+        return self.raw_errors_at(self.zero) / self.responses[0]
 
     @cached_property
-    def off(self) -> FloatArray:
+    def smooth_deviations(self) -> FloatArray:
         """Smooth deviations along the normal, mm, and those of outliers that are kept."""
-        return np.asarray(self.raw - np.where(self.beyond & self.keep_outliers, 0.0, self.curve.off))
+        return np.asarray(
+            self.raw_deviations
+            - np.where(self.is_outlying & self.keep_outliers, 0.0, self.smoothing_curve.residuals)
+        )
 
     @cached_property
-    def curve(self) -> Any:
-        return smoothed(replace(self.points, lifts=self.raw))
+    def smoothing_curve(self) -> Any:
+        return smoothing_spline(replace(self.points, lifts=self.raw_deviations))
 
     @cached_property
-    def beyond(self) -> BoolArray:
+    def is_outlying(self) -> BoolArray:
         """Which points the smooth deviation leaves off by more than noise does."""
-        return np.asarray(np.abs(self.curve.off) > self._most)
+        return np.asarray(np.abs(self.smoothing_curve.residuals) > self._noise_limit)
 
     @cached_property
-    def _most(self) -> float:
+    def _noise_limit(self) -> float:
         """What noise leaves of points, mm."""
-        usual = float(np.median(np.abs(self.curve.off))) / MEDIAN
+        usual = float(np.median(np.abs(self.smoothing_curve.residuals))) / NORMAL_MEDIAN
         angles = np.round(self.points.angles, ANGLE_DIGITS)  # the first point may be measured again as the last
         return max(
-            OUTLIER_OFF * max(noise_of(replace(self.points, angles=angles, lifts=self.raw)), usual), LEAST_OFF
+            OUTLIER_OFF * max(point_noise(replace(self.points, angles=angles, lifts=self.raw_deviations)), usual),
+            LEAST_POINT_ERROR,
         )
 
     @cached_property
     def noise(self) -> float:
-        left = self.curve.off[~self.beyond]
-        return sqrt(float(left @ left) / (left.size - self.curve.freedom))
+        left = self.smoothing_curve.residuals[~self.is_outlying]
+        return sqrt(float(left @ left) / (left.size - self.smoothing_curve.freedom))
 
     @cached_property
-    def _outliers(self) -> tuple[IntArray, FloatArray, FloatArray]:
+    def _outlier_arrays(self) -> tuple[IntArray, FloatArray, FloatArray]:
         """Rows of points that were left out, not reached or beyond noise, the furthest first.
 
         With their distances outside the profile of the drawing, mm, and what the axis of the bore makes of these.
         """
-        every, kept = self.measured, np.isin(self.measured.rows, self.points.rows[~self.beyond])
+        every, kept = self.measured, np.isin(self.measured.rows, self.points.rows[~self.is_outlying])
         rows = every.rows[~kept]
         if not rows.size:
             return rows, np.empty(0), np.empty(0)
-        off = self.seen.distances(self.problem, degrees(self.zero), rows)
-        of_row = dict(zip(self.points.rows.tolist(), self.bore / self.answers[0], strict=True))
+        off = self.followed_profile.distances(self.problem, degrees(self.zero), rows)
+        of_row = dict(zip(self.points.rows.tolist(), self.bore_errors / self.responses[0], strict=True))
         known = np.isin(every.rows, self.points.rows)
         made = np.array([of_row[row] for row in every.rows[known].tolist()])
-        axis = np.interp(every.angles[~kept], every.angles[known], made, period=FULL_TURN)
-        told = [k for k in np.argsort(-np.abs(off - axis)) if abs(off - axis)[k] > self._most]
+        axis = np.interp(every.angles[~kept], every.angles[known], made, period=TURN_DEG)
+        told = [k for k in np.argsort(-np.abs(off - axis)) if abs(off - axis)[k] > self._noise_limit]
         return rows[told], off[told], axis[told]
 
     @property
-    def outliers(self) -> tuple[OffPoint, ...]:
+    def outliers(self) -> tuple[OutlyingPoint, ...]:
         """With their distances."""
-        return tuple(OffPoint(int(row), float(off)) for row, off in zip(*self._outliers[:2], strict=True))
+        return tuple(
+            OutlyingPoint(int(row), float(off)) for row, off in zip(*self._outlier_arrays[:2], strict=True)
+        )
 
     @cached_property
-    def waves(self) -> WavesFound:
+    def waves(self) -> ProfileHarmonics:
         """Those of the deviation, without the axis of the bore."""
-        off = np.where(self.beyond, self.off, self.raw) - self.bore / self.answers[0]
-        return waves_of(np.radians(self.points.angles), off, self.noise)
+        off = (
+            np.where(self.is_outlying, self.smooth_deviations, self.raw_deviations)
+            - self.bore_errors / self.responses[0]
+        )
+        return find_waves(np.radians(self.points.angles), off, self.noise)
 
-    def _gaps(self) -> Iterator[tuple[float, float]]:
+    def _missing_ranges(self) -> Iterator[tuple[float, float]]:
         """Cam angles between which points are missing, deg."""
-        at = dict(zip(self.points.rows.tolist(), np.degrees(self.places).tolist(), strict=True))
-        kept = self.measured.only(np.flatnonzero(np.isin(self.measured.rows, self.points.rows)).tolist())
-        for k in gaps(kept):
+        at = dict(zip(self.points.rows.tolist(), np.degrees(self.cam_angles).tolist(), strict=True))
+        kept = self.measured.pick_places(np.flatnonzero(np.isin(self.measured.rows, self.points.rows)).tolist())
+        for k in find_gaps(kept):
             ends = [at[int(kept.rows[place % kept.rows.size])] for place in (k, k + 1)]
             low, high = ends if angle_from(*ends) < angle_from(*ends[::-1]) else ends[::-1]
             yield low, high
 
-    def _not_counted(self) -> Iterator[str]:
+    def _uncounted_keys(self) -> Iterator[str]:
         """The keys of tolerances that are about nothing of what was measured."""
-        counted = self._drawing.tolerances
+        counted = self._scene_of_measured.tolerances
         for each in contributions(self.scene, self.problem, np.zeros(1)):
             if getattr(counted, each.key, None) is None:
                 yield each.key
 
-    def _at_tool(self, errors: FloatArray) -> FloatArray:
+    def _errors_at_tool(self, errors: FloatArray) -> FloatArray:
         """What errors of the follower are at the tool."""
         train = self.problem.setup.train
         if train is None:
             return errors
-        ends = (self._stands, self._stands + errors)
+        ends = (self._follower_positions, self._follower_positions + errors)
         first, moved = (np.asarray(train.tool(Taylor([each])).terms[0]) for each in ends)
         return np.asarray(moved - first)
 
     @cached_property
-    def _rate(self) -> FloatArray:
+    def _train_ratios(self) -> FloatArray:
         """The ratio of the train."""
         train = self.problem.setup.train
         if train is None:
-            return np.ones(self.places.size)
-        return np.asarray(train.tool(Taylor([self._stands, np.ones(self.places.size)])).terms[1])
+            return np.ones(self.cam_angles.size)
+        return np.asarray(train.tool(Taylor([self._follower_positions, np.ones(self.cam_angles.size)])).terms[1])
 
     @cached_property
-    def _stands(self) -> FloatArray:
+    def _follower_positions(self) -> FloatArray:
         """Where the follower is asked to be, from where the train starts."""
         assert self.problem.setup.train is not None
-        return np.asarray(self.problem.setup.train.follower_at(tool_position(self.problem.programme, self.places)))
+        return np.asarray(
+            self.problem.setup.train.follower_at(tool_position(self.problem.programme, self.cam_angles))
+        )
 
     @property
-    def _drawing(self) -> Scene:
+    def _scene_of_measured(self) -> Scene:
         """The scene with those tolerances alone that are about what was measured."""
         given = self.scene.tolerances
         names = ["profile", "waves", "bore_eccentricity", *(["phase"] if self.aligned else [])]

@@ -25,7 +25,7 @@ class NumberedRow(NamedTuple):
     cells: Sequence[TableCell]
 
     @property
-    def numeric(self) -> bool:
+    def is_numeric(self) -> bool:
         return all(isinstance(cell, float) for cell in self.cells)
 
 
@@ -45,32 +45,34 @@ def number_table(file: str, rows: Sequence[NumberedRow]) -> NumberTable:
     BadInput
         With the row in which there is no number, or another number of columns.
     """
-    counts = Counter(len(row.cells) for row in rows if row.numeric)
+    counts = Counter(len(row.cells) for row in rows if row.is_numeric)
     if not counts:
-        raise bad(file, "rows", None, "has no row of numbers; it needs a row for each angle")
+        raise file_mistake(file, "rows", None, "has no row of numbers; it needs a row for each angle")
     width = counts.most_common(1)[0][0]
-    first = next(k for k, row in enumerate(rows) if row.numeric and len(row.cells) == width)
+    first = next(k for k, row in enumerate(rows) if row.is_numeric and len(row.cells) == width)
     for row in rows[:first]:
         if LIKE_NUMBERS.fullmatch("\t".join(map(str, row.cells))):
-            raise bad(
+            raise file_mistake(
                 file, f"row {row.number}", None, f"is not read as {width} numbers like most rows, and no heading"
             )
     found = rows[first:]
     if len(found) > TABLE_ROWS:
-        raise bad(file, "rows", len(found), f"the most are {TABLE_ROWS}")
+        raise file_mistake(file, "rows", len(found), f"the most are {TABLE_ROWS}")
     for row in found:
-        if fault := _fault(row, width):
-            raise bad(file, f"row {row.number}", *fault)
+        if fault := _row_fault(row, width):
+            raise file_mistake(file, f"row {row.number}", *fault)
     numbers = np.array([row.cells for row in found], dtype=float)
-    return NumberTable(numbers, np.array([row.number for row in found]), tuple(_names(rows[:first], width)))
+    return NumberTable(
+        numbers, np.array([row.number for row in found]), tuple(_column_headings(rows[:first], width))
+    )
 
 
-def bad(file: str, key: str, value: object, what: str) -> BadInput:
+def file_mistake(file: str, key: str, value: object, what: str) -> BadInput:
     """A mistake in a file of points: where, what is there, and what is wrong with it."""
     return BadInput([Mistake(file, key, value, what, bare=True)])
 
 
-def _fault(row: NumberedRow, width: int) -> tuple[object, str] | None:
+def _row_fault(row: NumberedRow, width: int) -> tuple[object, str] | None:
     """The fault of a row among the numbers: the value, and the words."""
     other = next((cell for cell in row.cells if isinstance(cell, str)), None)
     if other == "":
@@ -82,8 +84,8 @@ def _fault(row: NumberedRow, width: int) -> tuple[object, str] | None:
     return None
 
 
-def _names(above: Sequence[NumberedRow], width: int) -> Iterator[str]:
+def _column_headings(above: Sequence[NumberedRow], width: int) -> Iterator[str]:
     """The words above each column, from the lines that have one for each."""
-    lines = [row.cells for row in above if len(row.cells) == width and not row.numeric]
+    lines = [row.cells for row in above if len(row.cells) == width and not row.is_numeric]
     for column in range(width):
         yield " ".join(str(cells[column]) for cells in lines).strip()

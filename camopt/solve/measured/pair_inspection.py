@@ -27,16 +27,16 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.curves import value_of
 from camopt.model.effects import force
-from camopt.model.mechanisms.pairs import second_of
+from camopt.model.mechanisms.pairs import second_discs
 from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
 from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import zone_of
+from camopt.scene.tolerances import tolerance_zone
 from camopt.solve.measured.columns import TableColumns
-from camopt.solve.measured.inspection import NO_SUCH_CAM, InspectedDisc, Inspection, inspected, settled
+from camopt.solve.measured.inspection import WRONG_CAM_SHARE, InspectedDisc, Inspection, inspect_discs, refine_zero
 from camopt.solve.measured.outline import ANGLE_DIGITS
 from camopt.solve.measured.profile import MeasuredProfile
-from camopt.solve.tables.cells import number, with_unit
+from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.result import NUMERIC, Cell, Result, Table
 
 
@@ -109,7 +109,7 @@ class PairInspection(Result):
     @property
     def least(self) -> Extreme:
         """Where the contacts are held the nearest to each other, beyond what is drawn."""
-        return self._least_of(self.off)
+        return self._least_extreme(self.off)
 
     @property
     def most(self) -> Extreme:
@@ -130,43 +130,45 @@ class PairInspection(Result):
     @property
     def left(self) -> Extreme:
         """The least interference that is left, deg or mm; below 0 the largest clearance."""
-        return self._least_of(self.interference + self.off)
+        return self._least_extreme(self.interference + self.off)
 
     @property
     def spare(self) -> Extreme | None:
         """The least preload beyond what is needed, N (N·m): below 0 a contact lets go. None if it is not known."""
         if self.preload is None or self.needed is None:
             return None
-        return self._least_of(self.preload - self.needed)
+        return self._least_extreme(self.preload - self.needed)
 
-    def _least_of(self, values: FloatArray) -> Extreme:
+    def _least_extreme(self, values: FloatArray) -> Extreme:
         place = int(np.argmin(values))
         return Extreme(float(values[place]), float(self.angles[place]))
 
     def table(self) -> Table:
         """What both contacts are apart, and what is left of interference and preload."""
         if self.reason:
-            return Table.of(
+            return Table.from_texts(
                 f"Both contacts of {self.scene.name}", [""], [], f"They are not compared: {self.reason}."
             )
         drawn = with_unit(self.drawn, self.unit)
         if self.allowed is not None:
             drawn += f" ± {with_unit(self.allowed, self.unit)}"
-        rows = [[self.quantity, drawn, *self._ends(self.off, self.unit)]]
+        rows = [[self.quantity, drawn, *self._extremes_in_words(self.off, self.unit)]]
         if self.interference:
-            left = self._ends(self.interference + self.off, self.unit)
+            left = self._extremes_in_words(self.interference + self.off, self.unit)
             rows.append(["interference", with_unit(self.interference, self.unit), *left])
         if self.preload is not None:
-            rows.append(["preload", "", *self._ends(self.preload, self._force_unit)])
+            rows.append(["preload", "", *self._extremes_in_words(self.preload, self._force_unit)])
         heads = ["", "drawn", "least", "at, deg", "most", "at, deg"]
         rows[0][0] += ", off by"
         kinds = [Cell(head, NUMERIC if head else "") for head in heads]
-        return Table.of(f"Both contacts of {self.scene.name}", kinds, rows, self._note)
+        return Table.from_texts(f"Both contacts of {self.scene.name}", kinds, rows, self._note)
 
-    def _ends(self, values: FloatArray, unit: str) -> list[str]:
+    def _extremes_in_words(self, values: FloatArray, unit: str) -> list[str]:
         """The least and the most of values over the turn, each with its cam angle."""
         places = int(np.argmin(values)), int(np.argmax(values))
-        return [text for k in places for text in (with_unit(float(values[k]), unit), number(float(self.angles[k])))]
+        return [
+            text for k in places for text in (with_unit(float(values[k]), unit), number_text(float(self.angles[k])))
+        ]
 
     @property
     def _force_unit(self) -> str:
@@ -176,7 +178,7 @@ class PairInspection(Result):
     def _note(self) -> str:
         """What the table does not say, a sentence each."""
         left, spare = self.left, self.spare
-        told = [*self._of_turn, f"The {self.quantity} varies by {with_unit(self.variation, self.unit)}"]
+        told = [*self._turn_in_words, f"The {self.quantity} varies by {with_unit(self.variation, self.unit)}"]
         if self.within is not None:
             told.append(f"{'Within' if self.within else 'Beyond'} what the tolerance of the profile allows")
         if self.interference and self.allowed is not None and self.allowed >= self.interference:
@@ -186,15 +188,17 @@ class PairInspection(Result):
             told.append(f"At rest both contacts press, with at least {with_unit(left.value, self.unit)}")
         else:
             lost = "the preload is lost there" if self.interference else "the follower has so much play there"
-            told.append(f"A clearance of {with_unit(-left.value, self.unit)} at {number(left.at_deg)} deg: {lost}")
+            told.append(
+                f"A clearance of {with_unit(-left.value, self.unit)} at {number_text(left.at_deg)} deg: {lost}"
+            )
         if spare is not None and left.value > 0.0:
             rest = f"{with_unit(abs(spare.value), self._force_unit)} of preload are"
-            lets_go = f"a contact lets go at {number(spare.at_deg)} deg: {rest} missing"
+            lets_go = f"a contact lets go at {number_text(spare.at_deg)} deg: {rest} missing"
             told.append(f"At its speed {lets_go if spare.value < 0.0 else f'none lets go: {rest} spare'}")
         return "".join(f"{each}. " for each in told).rstrip()
 
     @property
-    def _of_turn(self) -> list[str]:
+    def _turn_in_words(self) -> list[str]:
         turned = abs(round(self.turned, ANGLE_DIGITS))
         if not turned:
             return []
@@ -203,10 +207,10 @@ class PairInspection(Result):
         if tolerance is None:
             allowed = "what the keyway allows"
         else:
-            zone = zone_of(tolerance, "disc_phase", 0.0)
+            zone = tolerance_zone(tolerance, "disc_phase", 0.0)
             held = zone.lower <= self.turned <= zone.upper
             allowed = f"{'within' if held else 'beyond'} tolerances.disc_phase"
-        return [f"Disc 2 is turned by {number(turned)} deg against disc 1, {way} it: {allowed}"]
+        return [f"Disc 2 is turned by {number_text(turned)} deg against disc 1, {way} it: {allowed}"]
 
     def sections(self) -> Iterator[Table]:
         """The table of each disc, and that of both."""
@@ -316,128 +320,131 @@ def inspect_pair(
     scene = scene_from(scene)
     problem = resolve_design(scene)
     mechanism = problem.setup.mechanism
-    if not mechanism.further or mechanism.ribbed:
+    if not mechanism.further_contacts or mechanism.has_rib:
         why = "has one contact with the cam: a pair of contacts is that of a conjugate pair or a yoke"
-        if mechanism.further:
+        if mechanism.further_contacts:
             why = (
                 "has a rib between its rollers: measured ribs are not compared yet, only conjugate pairs and yokes"
             )
         raise BadInput([Mistake(problem.file, "follower", None, why, bare=True)])
-    discs = inspected(
+    discs = inspect_discs(
         profiles, scene, TableColumns(columns, angle_unit, lift_unit or "mm", turn), keep_outliers, aligned
     )
-    return _Both(problem, scene, discs).found()
+    return _ContactPair(problem, scene, discs).build_inspection()
 
 
 @dataclass(frozen=True)
-class _Both:
+class _ContactPair:
     """Both contacts of a follower on measured discs."""
 
     problem: Problem
     scene: Scene
     discs: list[InspectedDisc]
 
-    def found(self) -> PairInspection:
+    def build_inspection(self) -> PairInspection:
         """What is told of them."""
         angular = self.problem.setup.angular
         unit, tolerance = degrees(1.0) if angular else 1.0, self.scene.whole_part.profile_tolerance
         return PairInspection(
             self.scene,
-            tuple(each.found() for each in self.discs),
-            self.turned,
-            self._quantity,
+            tuple(each.build_inspection() for each in self.discs),
+            self.phase_difference,
+            self._distance_name,
             "deg" if angular else "mm",
-            unit * self._drawn,
-            None if tolerance is None else unit * tolerance * float(self._at_angles(self._answers).max()),
+            unit * self._drawn_distance,
+            None
+            if tolerance is None
+            else unit * tolerance * float(self._sum_over_contacts(self._profile_responses).max()),
             np.degrees(self.angles),
-            unit * self.off + (np.nan if self._reason else 0.0),
+            unit * self.distance_errors + (np.nan if self._mismatch_reason else 0.0),
             self.scene.drive.interference or 0.0,
-            None if self._reason else self._preload,
-            self._needed,
-            self._reason,
+            None if self._mismatch_reason else self._preload,
+            self._needed_preload,
+            self._mismatch_reason,
         )
 
     @property
-    def turned(self) -> float:
+    def phase_difference(self) -> float:
         """By how much the second disc is ahead of the first, deg."""
-        first, *others = (disc.phase for disc in self.discs)
+        first, *others = (disc.phase_deg for disc in self.discs)
         return (others[0] - first + 180.0) % 360.0 - 180.0 if others else 0.0
 
     @property
-    def _reason(self) -> str:
+    def _mismatch_reason(self) -> str:
         """Why the discs do not hold one follower."""
-        far = [str(place) for place, disc in enumerate(self.discs, 1) if disc.far]
+        far = [str(place) for place, disc in enumerate(self.discs, 1) if disc.is_far_off]
         if far:
             are = "are no cams" if len(far) > 1 else "is no cam"
             return f"disc {' and disc '.join(far)} {are} of this drawing"
-        if np.abs(self.off).max() > NO_SUCH_CAM * self.problem.programme.lift:
-            return (
-                f"disc 2 is turned by {number(self.turned)} deg against disc 1: their points have not one angle 0"
-            )
+        if np.abs(self.distance_errors).max() > WRONG_CAM_SHARE * self.problem.programme.lift:
+            turned = f"disc 2 is turned by {number_text(self.phase_difference)} deg against disc 1"
+            return f"{turned}: their points have not one angle 0"
         return ""
 
     @cached_property
-    def zero(self) -> float:
+    def shared_zero(self) -> float:
         """The angle of the points at which both discs together are on the shaft, rad."""
         first = self.discs[0]
-        return 0.0 if first.aligned else settled(self.discs, first.zero)
+        return 0.0 if first.aligned else refine_zero(self.discs, first.zero)
 
     @property
-    def _places(self) -> list[FloatArray]:
+    def _contact_angles(self) -> list[FloatArray]:
         """Cam angles of the points at each contact, rad; of a yoke those of its one disc, and half a turn later."""
-        first, *others = (disc.places_on(self.zero) for disc in self.discs)
+        first, *others = (disc.cam_angles_at(self.shared_zero) for disc in self.discs)
         return [first, *others] if others else [first, np.mod(first + np.pi, 2.0 * np.pi)]
 
     @cached_property
     def angles(self) -> FloatArray:
         """The cam angles of all points, rad."""
-        return np.unique(np.concatenate(self._places))
+        return np.unique(np.concatenate(self._contact_angles))
 
-    def _at_angles(self, values: Sequence[FloatArray]) -> FloatArray:
+    def _sum_over_contacts(self, values: Sequence[FloatArray]) -> FloatArray:
         """The sum at both contacts of what is known at the points of each disc."""
-        both = zip(self._places, [*values] * 2, strict=False)
+        both = zip(self._contact_angles, [*values] * 2, strict=False)
         return np.asarray(sum(np.interp(self.angles, *each, period=2.0 * np.pi) for each in both))
 
     @cached_property
-    def off(self) -> FloatArray:
+    def distance_errors(self) -> FloatArray:
         """s, mm (rad)."""
-        return self._at_angles([disc.errors_on(self.zero) for disc in self.discs])
+        return self._sum_over_contacts([disc.smooth_errors_at(self.shared_zero) for disc in self.discs])
 
     @property
-    def _answers(self) -> list[FloatArray]:
+    def _profile_responses(self) -> list[FloatArray]:
         """How far each disc moves its contact by a profile that stands out by 1 mm, mm (rad)."""
-        return [disc.answers[0] for disc in self.discs]
+        return [disc.responses[0] for disc in self.discs]
 
     @property
-    def _quantity(self) -> str:
+    def _distance_name(self) -> str:
         if self.problem.setup.angular:
             return "subtending angle"
         return "breadth" if self.problem.setup.mechanism.flat_faced else "distance of the rollers"
 
     @property
-    def _drawn(self) -> float:
+    def _drawn_distance(self) -> float:
         """What the contacts are apart along the motion, mm (rad)."""
         first, lift = self.problem.design, self.problem.programme.lift
         start = self.problem.setup.mechanism.start or (lambda designs: designs.size)
-        return float((start(first) + start(second_of(first)) + lift)[0])
+        return float((start(first) + start(second_discs(first)) + lift)[0])
 
     @property
     def _preload(self) -> FloatArray | None:
         dynamics = self.problem.setup.dynamics
         if dynamics.pair_stiffness is None or dynamics.pair_preload is None:
             return None
-        return np.asarray((dynamics.pair_preload + dynamics.pair_stiffness * self.off) * self._force_unit)
+        return np.asarray(
+            (dynamics.pair_preload + dynamics.pair_stiffness * self.distance_errors) * self._force_factor
+        )
 
     @property
-    def _needed(self) -> FloatArray | None:
+    def _needed_preload(self) -> FloatArray | None:
         problem = self.problem
-        if force.missing(problem.setup):
+        if force.missing_force_keys(problem.setup):
             return None
-        record = force.own_force_curve(problem.setup, problem.design, problem.programme)
+        record = force.follower_force_curve(problem.setup, problem.design, problem.programme)
         found = value_of(record, 0, problem.programme.state(self.angles))
-        return np.asarray(np.abs(found) / 2.0 * self._force_unit)
+        return np.asarray(np.abs(found) / 2.0 * self._force_factor)
 
     @property
-    def _force_unit(self) -> float:
+    def _force_factor(self) -> float:
         """Of N (N·mm) in N (N·m)."""
         return 1e-3 if self.problem.setup.angular else 1.0

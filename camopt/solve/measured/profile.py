@@ -37,13 +37,13 @@ from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.geometry import profile_points
 from camopt.model.mechanisms.oscillating_flat import first_sine
 from camopt.scene.problem.problem import Problem
-from camopt.solve.measured.columns import PROFILES
-from camopt.solve.measured.least_jerk import Freest, Room, freest
-from camopt.solve.measured.number_table import bad
-from camopt.solve.measured.outline import gaps, no_points
-from camopt.solve.measured.reading import FEWEST_MEASURED, FULL_TURN, MeasuredPoints, angle_from
+from camopt.solve.measured.columns import PROFILE_KINDS
+from camopt.solve.measured.least_jerk import AllowedDeviation, LeastJerkCurve, least_jerk_curve
+from camopt.solve.measured.measured_points import FEWEST_MEASURED, TURN_DEG, MeasuredPoints, angle_from
+from camopt.solve.measured.number_table import file_mistake
+from camopt.solve.measured.outline import find_gaps, gap_mistake
 
-DENSE = 7200  # points of a curve, about, among which the nearest is sought
+CURVE_POINTS = 7200  # points of a curve, about, among which the nearest is sought
 DIRECTIONS_AT_ONCE = 64  # directions in which the furthest of these is sought
 LARGEST_PROBE = 1e3  # mm
 
@@ -56,7 +56,7 @@ class Contacts(NamedTuple):
     possible: BoolArray
 
 
-def touching(problem: Problem, profile: ComplexArray, normals: ComplexArray) -> Contacts:
+def contacts_at_points(problem: Problem, profile: ComplexArray, normals: ComplexArray) -> Contacts:
     """The follower of a problem, whose motion does not count, where it touches points with outward normals."""
     mechanism, design = problem.setup.mechanism, problem.design
     trace = profile + design.roller_radius[0] * normals
@@ -64,22 +64,22 @@ def touching(problem: Problem, profile: ComplexArray, normals: ComplexArray) -> 
     reach = (profile * normals.conjugate()).real if flat else np.abs(trace) - design.roller_radius[0]
     same = design.take(np.zeros(profile.size, dtype=int))
     on_base = replace(same, size=reach)
-    possible = mechanism.exists(on_base, problem.programme)
+    possible = mechanism.can_assemble(on_base, problem.programme)
     with np.errstate(invalid="ignore"):
         ground = mechanism.travel(on_base, problem.programme, np.zeros(profile.size))
         seen = (ground.normal, normals) if flat else (ground.trace, trace)
         angles = design.sense * np.angle(seen[0] * seen[1].conjugate())
-        return Contacts(angles, position_of(problem, on_base), possible)
+        return Contacts(angles, base_circle_position(problem, on_base), possible)
 
 
-def position_of(problem: Problem, designs: Designs) -> FloatArray:
+def base_circle_position(problem: Problem, designs: Designs) -> FloatArray:
     """The position of the follower on the base circles of designs."""
     if problem.setup.mechanism.start is not None:
         return np.asarray(problem.setup.mechanism.start(designs))
     return np.arcsin(first_sine(designs)) if problem.setup.angular else designs.size
 
 
-def base_radius(problem: Problem, position: float) -> float:
+def base_radius_at(problem: Problem, position: float) -> float:
     """The base radius of a cam on whose base circle the follower has a position: the inverse of ``position_of``."""
     mechanism, design = problem.setup.mechanism, problem.design
     if mechanism.trace_point is not None:
@@ -125,8 +125,8 @@ class MeasuredProfile:
 
     def __post_init__(self) -> None:
         mistakes = []
-        if self.form not in PROFILES:
-            mistakes.append(Mistake("camopt", "profile", self.form, f"one of {', '.join(PROFILES)}"))
+        if self.form not in PROFILE_KINDS:
+            mistakes.append(Mistake("camopt", "profile", self.form, f"one of {', '.join(PROFILE_KINDS)}"))
         if not (isinstance(self.probe, Real) and isfinite(self.probe) and 0.0 <= self.probe <= LARGEST_PROBE):
             mistakes.append(Mistake("camopt", "probe", self.probe, f"a radius from 0 to {LARGEST_PROBE:g} mm"))
         if mistakes:
@@ -134,7 +134,7 @@ class MeasuredProfile:
 
     def mirrored(self, points: MeasuredPoints) -> MeasuredPoints:
         """Its points as they are in the mirror, y → −y, where the cam turns the other way."""
-        half, way = FULL_TURN / 2.0, -1.0 if self.form == "xy" else 1.0
+        half, way = TURN_DEG / 2.0, -1.0 if self.form == "xy" else 1.0
         angles = angle_from(0.0, half + way * points.angles)
         order = np.argsort(angles, kind="stable")
         return replace(points, angles=angles[order], lifts=points.lifts[order], rows=points.rows[order])
@@ -144,10 +144,10 @@ class MeasuredProfile:
         for place in np.flatnonzero(points.lifts <= self.probe):
             least = f"the probe's radius {self.probe:g}" if self.probe else "0"
             what = f"must be further from the axis of the cam than {least}"
-            raise bad(points.file, f"row {points.rows[place]}", float(points.lifts[place]), what)
+            raise file_mistake(points.file, f"row {points.rows[place]}", float(points.lifts[place]), what)
 
 
-class Touched(NamedTuple):
+class FollowedProfile(NamedTuple):
     """A profile as its follower meets it.
 
     ``positions`` are points with positions of the follower in place of lifts, and ``lost`` the places of outliers
@@ -158,14 +158,14 @@ class Touched(NamedTuple):
     problem: Problem
     probe: float
     positions: MeasuredPoints
-    lost: list[int]
+    outlier_places: list[int]
     centres: ComplexArray
     rows: IntArray
     unreached: IntArray
 
     def base_radius(self, position: float) -> float:
         """The base radius at which the follower is lowest at a position (mm; deg when oscillating)."""
-        return base_radius(self.problem, np.radians(position) if self.problem.setup.angular else position)
+        return base_radius_at(self.problem, np.radians(position) if self.problem.setup.angular else position)
 
     def centres_at(self, problem: Problem, start: float, rows: IntArray) -> ComplexArray:
         """The centres of some rows, in the frame of a cam whose angle 0 is ``start`` (deg) of the points."""
@@ -175,22 +175,22 @@ class Touched(NamedTuple):
     def distances(self, problem: Problem, start: float, rows: IntArray) -> FloatArray:
         """Distances of points outside the profile of that cam, along its normal, mm; negative inside."""
         centres = self.centres_at(problem, start, rows)
-        angles = np.linspace(0.0, 2.0 * np.pi, DENSE + 1)
+        angles = np.linspace(0.0, 2.0 * np.pi, CURVE_POINTS + 1)
         profile = profile_points(problem.setup.mechanism, problem.design, problem.programme, angles)
-        ring = shapely.linearrings(_pairs(profile))
-        away = shapely.distance(ring, shapely.points(_pairs(centres)))
+        ring = shapely.linearrings(_as_coordinates(profile))
+        away = shapely.distance(ring, shapely.points(_as_coordinates(centres)))
         inside = shapely.contains_xy(shapely.polygons(ring), centres.real, centres.imag)
         return np.asarray(np.where(inside, -away, away) - self.probe)
 
 
-def touched(
+def follow_profile(
     problem: Problem,
     profile: MeasuredProfile,
     points: MeasuredPoints,
     lost: Sequence[int],
-    room: Room,
+    room: AllowedDeviation,
     gaps_anywhere: bool = False,
-) -> Touched:
+) -> FollowedProfile:
     """The follower at each of the points (angles and distances); the room is that of their noise.
 
     Outliers, whose places are ``lost``, do not shape the curve. Points may be missing on the base circle, or
@@ -204,48 +204,50 @@ def touched(
     Unsolved
         If the convex solver fails.
     """
-    kept = points.without(lost)
-    between = _between(kept, np.inf if gaps_anywhere else room.band)
-    curve, side = _closed(kept, room), 1.0 if profile.form == "xy" else problem.design.sense
-    smooth, normals = _curve(curve, points.angles, side)
+    kept = points.drop_places(lost)
+    between = _dense_angles(kept, np.inf if gaps_anywhere else room.band)
+    curve, side = _closed_curve(kept, room), 1.0 if profile.form == "xy" else problem.design.sense
+    smooth, normals = _curve_with_normals(curve, points.angles, side)
     centres = points.lifts * smooth / np.abs(smooth)
-    found = touching(problem, centres - profile.probe * normals, normals)
+    found = contacts_at_points(problem, centres - profile.probe * normals, normals)
     for place in np.flatnonzero(~found.possible):
         what = f"the follower cannot touch this point: {problem.setup.mechanism.assembly}"
-        raise bad(points.file, f"row {points.rows[place]}", None, what)
-    dense, dense_normals = _curve(curve, between, side)
+        raise file_mistake(points.file, f"row {points.rows[place]}", None, what)
+    dense, dense_normals = _curve_with_normals(curve, between, side)
     around = dense - profile.probe * dense_normals
-    reached = _depth(problem, smooth - profile.probe * normals, normals, around) <= (room.rms or room.band)
+    reached = _cutting_depth(problem, smooth - profile.probe * normals, normals, around) <= (room.rms or room.band)
     if reached.sum() < FEWEST_MEASURED:
         what = f"the follower touches {reached.sum()} of {reached.size} points; it needs {FEWEST_MEASURED}"
-        raise bad(points.file, "points", None, what)
+        raise file_mistake(points.file, "points", None, what)
     positions = np.degrees(found.positions) if problem.setup.angular else found.positions
     angles = angle_from(0.0, np.degrees(found.angles))
     order = np.flatnonzero(reached)[np.argsort(angles[reached], kind="stable")]
     step = points.step * float(np.ptp(positions) / np.ptp(points.lifts))
-    seen = MeasuredPoints(points.file, angles[order], positions[order], points.rows[order], step, FULL_TURN)
+    seen = MeasuredPoints(points.file, angles[order], positions[order], points.rows[order], step, TURN_DEG)
     outliers = np.flatnonzero(np.isin(seen.rows, points.rows[list(lost)])).tolist()
     unreached = np.sort(points.rows[~reached])
-    return Touched(problem, profile.probe, seen, outliers, centres, points.rows, unreached)
+    return FollowedProfile(problem, profile.probe, seen, outliers, centres, points.rows, unreached)
 
 
-def _closed(points: MeasuredPoints, room: Room) -> Freest:
+def _closed_curve(points: MeasuredPoints, room: AllowedDeviation) -> LeastJerkCurve:
     """The closed curve of the least jerk of the distances within a room of the points."""
     try:
-        return freest(points, room)
+        return least_jerk_curve(points, room)
     except Unsolved as why:
         raise Unsolved(f"{points.file}: no smooth curve within {room.band:.4g} mm of the points: {why}") from None
 
 
-def _curve(curve: Freest, angles: FloatArray, side: float) -> tuple[ComplexArray, ComplexArray]:
+def _curve_with_normals(
+    curve: LeastJerkCurve, angles: FloatArray, side: float
+) -> tuple[ComplexArray, ComplexArray]:
     """Points x + iy of a curve by its distance R from the axis, and its outward normals R + R'·i·side."""
     up = np.exp(1j * (np.pi / 2.0 - side * np.radians(angles)))
-    distances = curve.at(angles)
-    normals = (distances + 1j * side * curve.slope(angles)) * up
+    distances = curve.lifts_at(angles)
+    normals = (distances + 1j * side * curve.slopes_at(angles)) * up
     return distances * up, normals / np.abs(normals)
 
 
-def _between(points: MeasuredPoints, band: float) -> FloatArray:
+def _dense_angles(points: MeasuredPoints, band: float) -> FloatArray:
     """Angles close to each other, but for parts without points.
 
     Raises
@@ -253,23 +255,25 @@ def _between(points: MeasuredPoints, band: float) -> FloatArray:
     BadInput
         If a part without points is not on the base circle.
     """
-    missing = gaps(points)
+    missing = find_gaps(points)
     for k in missing:
         after = (k + 1) % points.angles.size
         if max(points.lifts[k], points.lifts[after]) - points.lifts.min() > 2.0 * band:
-            raise no_points(points, k, "this is not on the base circle")
+            raise gap_mistake(points, k, "this is not on the base circle")
     starts = np.delete(points.angles, missing)
-    steps = np.delete(np.diff(points.angles, append=points.angles[0] + FULL_TURN), missing)
-    parts = -(-DENSE // points.angles.size)
+    steps = np.delete(np.diff(points.angles, append=points.angles[0] + TURN_DEG), missing)
+    parts = -(-CURVE_POINTS // points.angles.size)
     return np.asarray((starts[:, None] + steps[:, None] * np.arange(parts) / parts).ravel())
 
 
-def _depth(problem: Problem, profile: ComplexArray, normals: ComplexArray, around: ComplexArray) -> FloatArray:
+def _cutting_depth(
+    problem: Problem, profile: ComplexArray, normals: ComplexArray, around: ComplexArray
+) -> FloatArray:
     """The depth by which a follower that touches points of a profile cuts into the rest of it, mm."""
     if not problem.setup.mechanism.flat_faced:
         radius = problem.design.roller_radius[0]
         centres = profile + radius * normals
-        nearest, _ = cKDTree(_pairs(around)).query(_pairs(centres))
+        nearest, _ = cKDTree(_as_coordinates(around)).query(_as_coordinates(centres))
         return np.asarray(radius - nearest)
     furthest = [
         np.max((around * some[:, None].conjugate()).real, axis=1)
@@ -278,5 +282,5 @@ def _depth(problem: Problem, profile: ComplexArray, normals: ComplexArray, aroun
     return np.concatenate(furthest) - (profile * normals.conjugate()).real
 
 
-def _pairs(points: ComplexArray) -> FloatArray:
+def _as_coordinates(points: ComplexArray) -> FloatArray:
     return np.column_stack([points.real, points.imag])

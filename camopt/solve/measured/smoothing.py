@@ -21,27 +21,29 @@ from scipy.linalg import eigh
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.bsplines import derivative_matrix
-from camopt.solve.measured.reading import FULL_TURN, MeasuredPoints
+from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints
 from camopt.solve.measured.spline_chain import CHAIN_DEGREE
 
 SMOOTHED_ORDER = 3  # the order of the derivative that is smoothed
 MOST_KNOTS = 360
-CAUTION = 1.4
-FREEST = 0.7  # of the points: the most degrees of freedom, so that CAUTION times as many are less than the points
-WEIGHTS = np.exp(np.arange(-40.0, 10.0, 0.1))  # of the jerk by x over a turn
+TRACE_FACTOR = 1.4
+MOST_FREEDOM_SHARE = (
+    0.7  # of the points: the most degrees of freedom, so that CAUTION times as many are less than the points
+)
+JERK_WEIGHTS = np.exp(np.arange(-40.0, 10.0, 0.1))  # of the jerk by x over a turn
 BASES_KEPT = 4  # of up to some MB each
-REGULAR = 1e-10  # of the measure, where knots have no points beside them
+REGULARISATION_SHARE = 1e-10  # of the measure, where knots have no points beside them
 
 
-class Smoothed(NamedTuple):
+class SmoothingSpline(NamedTuple):
     """The smoothing spline at its points: the residuals, how much each point draws the curve, and f."""
 
-    off: FloatArray
-    drawn: FloatArray
+    residuals: FloatArray
+    leverages: FloatArray
     freedom: float
 
 
-def smoothed(points: MeasuredPoints) -> Smoothed:
+def smoothing_spline(points: MeasuredPoints) -> SmoothingSpline:
     """The smoothing spline of points by generalised cross-validation.
 
     Knots are at the angles of the points, and at some of these if there are more than 360.
@@ -50,12 +52,12 @@ def smoothed(points: MeasuredPoints) -> Smoothed:
     lifts = points.lifts - points.lifts.mean()
     parts = curves.T @ lifts
     beside = max(float(lifts @ lifts - parts @ parts), 0.0)  # what no spline of these knots has
-    kept = 1.0 / (1.0 + WEIGHTS[:, None] * np.maximum(rough, 0.0))
+    kept = 1.0 / (1.0 + JERK_WEIGHTS[:, None] * np.maximum(rough, 0.0))
     freedom = kept.sum(axis=1)
-    allowed = np.flatnonzero(freedom <= FREEST * lifts.size)
+    allowed = np.flatnonzero(freedom <= MOST_FREEDOM_SHARE * lifts.size)
     left = beside + (1.0 - kept[allowed]) ** 2 @ parts**2
-    best = allowed[np.argmin(left / (lifts.size - CAUTION * freedom[allowed]) ** 2)]
-    return Smoothed(lifts - curves @ (kept[best] * parts), curves**2 @ kept[best], float(freedom[best]))
+    best = allowed[np.argmin(left / (lifts.size - TRACE_FACTOR * freedom[allowed]) ** 2)]
+    return SmoothingSpline(lifts - curves @ (kept[best] * parts), curves**2 @ kept[best], float(freedom[best]))
 
 
 @lru_cache(maxsize=BASES_KEPT)
@@ -64,14 +66,14 @@ def _eigenbasis(angles: bytes) -> tuple[FloatArray, FloatArray]:
 
     It takes a tenth of a second, and lifts that are measured at the same angles share it.
     """
-    basis, roughness = _basis(np.frombuffer(angles) / FULL_TURN)
+    basis, roughness = _closed_basis(np.frombuffer(angles) / TURN_DEG)
     measure = (basis.T @ basis).toarray()
-    measure += np.eye(len(measure)) * REGULAR * np.trace(measure) / len(measure)
+    measure += np.eye(len(measure)) * REGULARISATION_SHARE * np.trace(measure) / len(measure)
     rough, vectors = eigh(roughness.toarray(), measure)
     return rough, basis @ vectors
 
 
-def _basis(x: FloatArray) -> tuple[sparse.csr_array, sparse.csr_array]:
+def _closed_basis(x: FloatArray) -> tuple[sparse.csr_array, sparse.csr_array]:
     """Closed B-splines at points of a turn of 1, and the matrix of ∫ (y''')² dx."""
     knots = np.unique(x)
     if knots.size > MOST_KNOTS:

@@ -26,17 +26,17 @@ CHAIN_DEGREE, JOINED_ORDERS = 5, 4
 class SplineChain:
     """Clamped quintic splines on 0 ≤ x ≤ 1 with single knots inside."""
 
-    inner: tuple[float, ...]
+    inner_knots: tuple[float, ...]
 
     @property
     def knots(self) -> FloatArray:
         ends = CHAIN_DEGREE + 1
-        return np.concatenate([np.zeros(ends), self.inner, np.ones(ends)])
+        return np.concatenate([np.zeros(ends), self.inner_knots, np.ones(ends)])
 
     @property
     def count(self) -> int:
         """How many coefficients the spline itself has; each derivative one less."""
-        return len(self.inner) + CHAIN_DEGREE + 1
+        return len(self.inner_knots) + CHAIN_DEGREE + 1
 
     @cached_property
     def steps(self) -> list[FloatArray]:
@@ -45,21 +45,21 @@ class SplineChain:
         degrees = [CHAIN_DEGREE - k for k in range(JOINED_ORDERS - 1)]
         return [(t[p:] - t[:-p]) / p for t, p in zip(inside, degrees, strict=True)]
 
-    def at(self, x: ArrayLike, order: int = 0) -> sparse.csr_array:
+    def value_matrix(self, x: ArrayLike, order: int = 0) -> sparse.csr_array:
         """The matrix from the coefficients of a derivative to its values at x."""
         knots = self.knots[order : self.knots.size - order]
         return BSpline.design_matrix(x, knots, CHAIN_DEGREE - order, extrapolate=True)
 
     @cached_property
-    def square(self) -> sparse.csr_array:
+    def jerk_square_matrix(self) -> sparse.csr_array:
         """The matrix W with |W·c₃|² = ∫ (y''')² dx, by Gauss's rule, which is exact here."""
         nodes, weights = np.polynomial.legendre.leggauss(CHAIN_DEGREE - 2)
-        ends = np.array([0.0, *self.inner, 1.0])
+        ends = np.array([0.0, *self.inner_knots, 1.0])
         half = np.diff(ends)[:, None] / 2
         x = (ends[:-1, None] + half * (1.0 + nodes)).ravel()
-        return sparse.csr_array(sparse.diags_array(np.sqrt(half * weights).ravel()) @ self.at(x, 3))
+        return sparse.csr_array(sparse.diags_array(np.sqrt(half * weights).ravel()) @ self.value_matrix(x, 3))
 
-    def integrated(self, jerk: FloatArray, start: tuple[float, float, float]) -> list[FloatArray]:
+    def integrate_jerk(self, jerk: FloatArray, start: tuple[float, float, float]) -> list[FloatArray]:
         """c₀ … c₃ from c₃, and y, y', y'' at x = 0. Of several columns at once, if ``jerk`` has them."""
         found = [jerk]
         for k in reversed(range(JOINED_ORDERS - 1)):
@@ -68,8 +68,8 @@ class SplineChain:
             found.insert(0, np.concatenate([first, first + np.cumsum(steps, axis=0)]))
         return found
 
-    def brought_to(self, jerk: FloatArray, start: tuple[float, float, float], end: FloatArray) -> FloatArray:
+    def adjust_jerk(self, jerk: FloatArray, start: tuple[float, float, float], end: FloatArray) -> FloatArray:
         """c₃ with the least change that leads from y, y', y'' at x = 0 to those at x = 1."""
-        missed = end - np.array([c[-1] for c in self.integrated(jerk, start)[:-1]])
-        moved = np.array([c[-1] for c in self.integrated(np.eye(jerk.size), (0.0, 0.0, 0.0))[:-1]])
+        missed = end - np.array([c[-1] for c in self.integrate_jerk(jerk, start)[:-1]])
+        moved = np.array([c[-1] for c in self.integrate_jerk(np.eye(jerk.size), (0.0, 0.0, 0.0))[:-1]])
         return np.asarray(jerk + np.linalg.lstsq(moved, missed, rcond=None)[0])

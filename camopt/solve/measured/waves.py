@@ -21,14 +21,14 @@ import numpy as np
 
 from camopt.core.numerics import ComplexArray, FloatArray
 
-MOST_WAVES = 120
-PER_WAVE = 4
+MOST_HARMONICS = 120
+POINTS_PER_WAVE = 4
 """Points of a wave, at least."""
-ONE_IN = 20.0
+FILES_PER_FALSE_WAVE = 20.0
 """Files in which noise looks like a wave."""
 LEAST_WAVE = 1e-5
 """mm: a lower one is that of the digits of a file."""
-STEPS = 8
+STEPS_PER_HARMONIC = 8
 """For each harmonic, at most."""
 
 
@@ -50,37 +50,39 @@ class ProfileWave(NamedTuple):
     """mm."""
 
 
-class WavesFound(NamedTuple):
+class ProfileHarmonics(NamedTuple):
     """Harmonics of a deviation at cam angles, rad: amplitudes with their phases, by number from 0."""
 
     angles: FloatArray
-    parts: ComplexArray
+    coefficients: ComplexArray
 
     @property
     def waves(self) -> tuple[ProfileWave, ...]:
         """From the second harmonic on, the largest first."""
-        sizes = np.abs(self.parts)
+        sizes = np.abs(self.coefficients)
         numbers = [int(k) for k in np.argsort(-sizes, kind="stable") if k > 1 and sizes[k]]
         return tuple(ProfileWave(k, float(sizes[k])) for k in numbers)
 
-    def count_within(self, zone: float) -> float:
+    def wave_count_within(self, zone: float) -> float:
         """With how many waves in a turn a profile within ±zone, mm, has slopes as these have at the points."""
-        numbers = np.arange(self.parts.size)
+        numbers = np.arange(self.coefficients.size)
         turned = np.exp(1j * np.outer(self.angles, numbers))
-        slope, bend = (float(np.abs((turned @ (numbers**k * (1j) ** k * self.parts)).real).max()) for k in (1, 2))
+        slope, bend = (
+            float(np.abs((turned @ (numbers**k * (1j) ** k * self.coefficients)).real).max()) for k in (1, 2)
+        )
         return max(sqrt(bend / zone), slope / zone) if zone else inf if bend else 0.0
 
 
-def waves_of(angles: FloatArray, off: FloatArray, noise: float) -> WavesFound:
+def find_waves(angles: FloatArray, off: FloatArray, noise: float) -> ProfileHarmonics:
     """The harmonics of deviations, mm, at cam angles, rad, that their noise does not explain."""
-    most = min(MOST_WAVES, off.size // PER_WAVE)
+    most = min(MOST_HARMONICS, off.size // POINTS_PER_WAVE)
     turned = np.outer(np.arange(most + 1), angles)
     cosine, sine = np.cos(turned), np.sin(turned)
     cc, cs, ss = (np.sum(a * b, axis=1) for a, b in ((cosine, cosine), (cosine, sine), (sine, sine)))
     ss[0] = 1.0  # a mean has no sine
-    least = max(noise * sqrt(2.0 * log(ONE_IN * most)), LEAST_WAVE * sqrt(off.size / 2.0))
+    least = max(noise * sqrt(2.0 * log(FILES_PER_FALSE_WAVE * most)), LEAST_WAVE * sqrt(off.size / 2.0))
     rest, parts = off.copy(), np.zeros(most + 1, dtype=complex)
-    for _ in range(STEPS * most):
+    for _ in range(STEPS_PER_HARMONIC * most):
         c, s = cosine @ rest, sine @ rest
         a, b = ((ss * c - cs * s) / (cc * ss - cs**2), (cc * s - cs * c) / (cc * ss - cs**2))
         k = int(np.argmax(a * c + b * s))
@@ -89,4 +91,4 @@ def waves_of(angles: FloatArray, off: FloatArray, noise: float) -> WavesFound:
         parts[k] += a[k] - 1j * b[k]
         rest -= a[k] * cosine[k] + b[k] * sine[k]
     parts[np.abs(parts) <= least * sqrt(2.0 / off.size)] = 0.0
-    return WavesFound(angles, parts)
+    return ProfileHarmonics(angles, parts)

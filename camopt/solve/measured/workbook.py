@@ -6,22 +6,22 @@ from io import BytesIO
 from typing import Any
 from zipfile import ZipFile
 
-from camopt.solve.measured.delimited import DIALECTS
+from camopt.solve.measured.delimited_text import TEXT_DIALECTS
 from camopt.solve.measured.number_table import NumberedRow, TableCell
 
 ARCHIVE = b"PK\x03\x04"
-WORKBOOKS = (ARCHIVE, b"\xd0\xcf\x11\xe0")
+WORKBOOK_STARTS = (ARCHIVE, b"\xd0\xcf\x11\xe0")
 """How workbooks begin: .xlsx and .ods, and .xls."""
 MOST_UNPACKED = 64  # MiB
 MOST_CELLS = 2_000_000  # up to the last one of a sheet
-ELEMENT = re.compile(
+XML_ELEMENT = re.compile(
     rb"<(?:\w+:)?(row|c)\b(?:[^<>]*?\sr\s*=\s*[\"']([A-Za-z]{0,40})([0-9]{1,40})[\"'])?[^<>]*>(?:(?<!/>)(?!\s*</)())?"
 )
 """A row or a cell of .xlsx: its column and row, where it names them; the last group is there unless it is empty."""
-RECORD = re.compile(rb"([\x80-\xff]?.)([\x80-\xff]{0,3}.)(.{0,4})", re.DOTALL)
+BINARY_RECORD = re.compile(rb"([\x80-\xff]?.)([\x80-\xff]{0,3}.)(.{0,4})", re.DOTALL)
 """A record of .xlsb (MS-XLSB 2.1.4): its kind, its length, and the row or column that its content begins with."""
-ROW, FILLED = 0, range(2, 12)  # kinds of record: a row, and cells that are not blank
-SPOKEN = [dialect for dialect in DIALECTS if dialect.delimiter == r"\t"]
+ROW_RECORD, FILLED_RECORDS = 0, range(2, 12)  # kinds of record: a row, and cells that are not blank
+TAB_DIALECTS = [dialect for dialect in TEXT_DIALECTS if dialect.delimiter == r"\t"]
 
 
 def workbook_rows(data: bytes) -> list[NumberedRow]:
@@ -36,8 +36,8 @@ def workbook_rows(data: bytes) -> list[NumberedRow]:
         if data.startswith(ARCHIVE):
             _check_archive(data)
         book = CalamineWorkbook.from_filelike(BytesIO(data))
-        tables = (_rows(book.get_sheet_by_name(name)) for name in book.sheet_names)
-        return next((rows for rows in tables if any(row.numeric for row in rows)), [])
+        tables = (_sheet_rows(book.get_sheet_by_name(name)) for name in book.sheet_names)
+        return next((rows for rows in tables if any(row.is_numeric for row in rows)), [])
     except (ValueError, KeyboardInterrupt):
         raise
     except BaseException as trouble:  # of calamine, whose panics are no Exception, and of what unpacks
@@ -60,19 +60,19 @@ def _check_archive(data: bytes) -> None:
                 most = f"is a workbook of more than {MOST_UNPACKED} MiB when unpacked"
                 raise ValueError(f"{most}: save the table as CSV")
             binary = "worksheets/" in part.filename and part.filename.endswith(".bin")
-            cells = [(0, 0), *(_binary_cells if binary else _cells)(content)]
+            cells = [(0, 0), *(_binary_cells if binary else _xml_cells)(content)]
             _check_cells(max(row for row, _ in cells), max(column for _, column in cells))
 
 
-def _cells(content: bytes) -> Iterator[tuple[int, int]]:
+def _xml_cells(content: bytes) -> Iterator[tuple[int, int]]:
     """Row and column of each cell of XML that is not blank. What names no place follows the element before it."""
     row = column = 0
-    for element in ELEMENT.finditer(content):
+    for element in XML_ELEMENT.finditer(content):
         name, letters, number, filled = element.groups()
         if name == b"row":
             row, column = int(number or row + 1), 0
         else:
-            column = _column(letters) if letters else column + 1
+            column = _letters_to_column(letters) if letters else column + 1
             if filled is not None:
                 yield int(number or row), column
 
@@ -80,19 +80,19 @@ def _cells(content: bytes) -> Iterator[tuple[int, int]]:
 def _binary_cells(content: bytes) -> Iterator[tuple[int, int]]:
     """Row and column of each cell of .xlsb that is not blank."""
     place = row = 0
-    while record := RECORD.match(content, place):
+    while record := BINARY_RECORD.match(content, place):
         kind, length = (
             sum((byte & 127) << 7 * k for k, byte in enumerate(digits)) for digits in record.groups()[:2]
         )
         number = int.from_bytes(record[3], "little") + 1
-        if kind == ROW:
+        if kind == ROW_RECORD:
             row = number
-        elif kind in FILLED:
+        elif kind in FILLED_RECORDS:
             yield row, number
         place = record.start(3) + length
 
 
-def _column(letters: bytes) -> int:
+def _letters_to_column(letters: bytes) -> int:
     """The number of a column from its letters: A is 1, AA is 27."""
     number = 0
     for letter in letters.upper():
@@ -107,11 +107,11 @@ def _check_cells(row: int, column: int) -> None:
         raise ValueError(f"{where}; the most are {MOST_CELLS} cells: save the table as CSV")
 
 
-def _rows(sheet: Any) -> list[NumberedRow]:
+def _sheet_rows(sheet: Any) -> list[NumberedRow]:
     found = []
     _check_cells(sheet.total_height, sheet.total_width)
     for number, values in enumerate(sheet.to_python(skip_empty_area=False), start=1):
-        cells = [_cell(value) for value in values]
+        cells = [_cell_value(value) for value in values]
         while cells and cells[-1] == "":
             cells.pop()
         while cells and cells[0] == "":  # tables need not start in the first column
@@ -121,12 +121,12 @@ def _rows(sheet: Any) -> list[NumberedRow]:
     return found
 
 
-def _cell(value: Any) -> TableCell:
+def _cell_value(value: Any) -> TableCell:
     """A cell's number, also if it was stored as text; of anything else (dates, errors) its text."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return float(value)
     text = str(value).strip()
     if not text:
         return text
-    found = (cell for dialect in SPOKEN for cell in dialect.cells(text) if isinstance(cell, float))
+    found = (cell for dialect in TAB_DIALECTS for cell in dialect.split_cells(text) if isinstance(cell, float))
     return next(found, text)

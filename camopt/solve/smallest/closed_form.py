@@ -16,13 +16,13 @@ from camopt.core.numerics import FloatArray
 from camopt.model.effects.peak import BodyRadiusPlus
 from camopt.model.mechanisms import Designs, cylindrical, translating, translating_flat
 from camopt.model.mechanisms.design import SizeBounds
-from camopt.model.motion.programme import Programme, span
+from camopt.model.motion.programme import Programme, weighted_range
 from camopt.model.motion.stroke import ALL_STROKES, DWELL
-from camopt.scene.problem.problem import Problem, claims_on
-from camopt.solve.smallest.result import GAP
-from camopt.solve.verdicts.screening import feasible
+from camopt.scene.problem.problem import Problem, constraints_on_curve
+from camopt.solve.smallest.result import RELATIVE_GAP
+from camopt.solve.verdicts.feasible_filter import feasible_designs
 
-ZOOMS, FINER = 14, 33
+LEAD_ZOOMS, LEADS_A_ZOOM = 14, 33
 """How often a convex minimum is looked at between its neighbours, and at how many places: to rounding."""
 NUMBER_SHARES = 5  # of the range of each free number at which the smallest size is tried
 NUDGES = (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12)  # of the prime radius
@@ -34,7 +34,7 @@ def least_size(problem: Problem, bounds: SizeBounds) -> float:
     A disc cam that dwells at its lowest is an arc of the base circle there, which has to hold the curvature.
     """
     of_limits = max((limit.least_size for limit in problem.limits), default=0.0)
-    least = max(bounds["size"][0], of_limits, negligible(problem, bounds))
+    least = max(bounds["size"][0], of_limits, negligible_size(problem, bounds))
     rests = any(stroke.kind == DWELL and stroke.low == 0.0 for stroke in problem.programme.strokes)
     if rests and problem.setup.mechanism.body.closed:
         least = max(least, least_profile_radius(problem))
@@ -44,32 +44,34 @@ def least_size(problem: Problem, bounds: SizeBounds) -> float:
 def least_profile_radius(problem: Problem) -> float:
     """The least radius of curvature that limits ask of convex parts of the profile, mm."""
     mechanism = problem.setup.mechanism
-    of_face = [-claim.allowed() for claim in claims_on(problem, mechanism.profile_radius)]
-    of_body = [claim.factor for claim in claims_on(problem, mechanism.curvature)]
+    of_face = [-constraint.upper_bound() for constraint in constraints_on_curve(problem, mechanism.profile_radius)]
+    of_body = [constraint.factor for constraint in constraints_on_curve(problem, mechanism.curvature)]
     radii = [offset.radius for offset in of_body if isinstance(offset, BodyRadiusPlus)]
     return float(max([0.0, *of_face, *radii]))
 
 
-def negligible(problem: Problem, bounds: SizeBounds) -> float:
+def negligible_size(problem: Problem, bounds: SizeBounds) -> float:
     """A size so small beside the lift and the follower's sizes that nothing limits a cam of it, mm."""
     lift = 0.0 if problem.setup.angular else problem.programme.lift
-    return GAP * max(lift, *(abs(end) for name, ends in bounds.items() if name != "size" for end in ends), 0.0)
+    return RELATIVE_GAP * max(
+        lift, *(abs(end) for name, ends in bounds.items() if name != "size" for end in ends), 0.0
+    )
 
 
-def slopes_of(problem: Problem) -> list[tuple[float, int]]:
+def pressure_tangents(problem: Problem) -> list[tuple[float, int]]:
     """The limits on the pressure angle, as tan β and the kinds of stroke that they are about."""
-    claims = claims_on(problem, problem.setup.mechanism.pressure)
-    found = [(claim.allowed(), claim.kinds) for claim in claims]
-    return [(tangent, kinds) for tangent, kinds in found if problem.programme.has(kinds)]
+    constraints = constraints_on_curve(problem, problem.setup.mechanism.pressure)
+    found = [(constraint.upper_bound(), constraint.kinds) for constraint in constraints]
+    return [(tangent, kinds) for tangent, kinds in found if problem.programme.has_kinds(kinds)]
 
 
-def closed_form(problem: Problem, bounds: SizeBounds) -> Designs | None:
+def closed_form_design(problem: Problem, bounds: SizeBounds) -> Designs | None:
     """A design that no feasible one undercuts in size, from the linear limits; None if there is no such form.
 
     It is as large as it has to be, beyond the range of the size too.
     """
     mechanism = problem.setup.mechanism
-    slopes = slopes_of(problem)
+    slopes = pressure_tangents(problem)
     low = bounds["size"][0]
     middle = {name: a for name, (a, b) in bounds.items() if a == b}
     if mechanism.moves_as(translating.MECHANISM):
@@ -79,10 +81,12 @@ def closed_form(problem: Problem, bounds: SizeBounds) -> Designs | None:
         middle |= {"offset": lead * problem.design.sense, "roller_radius": roller}
     elif mechanism.moves_as(translating_flat.MECHANISM):
         radius = least_profile_radius(problem)
-        size = max(low, radius - span(problem.programme, (1, 0, 1), ALL_STROKES)[0])
+        size = max(low, radius - weighted_range(problem.programme, (1, 0, 1), ALL_STROKES)[0])
         middle.setdefault("offset", problem.design.offset[0])
     elif mechanism.moves_as(cylindrical.MECHANISM) and slopes:
-        steepest = [max(map(abs, span(problem.programme, (0, 1), kinds))) / tangent for tangent, kinds in slopes]
+        steepest = [
+            max(map(abs, weighted_range(problem.programme, (0, 1), kinds))) / tangent for tangent, kinds in slopes
+        ]
         size = max(low, *steepest)
         middle.setdefault("roller_radius", bounds["roller_radius"][1])
     else:
@@ -105,9 +109,9 @@ def _nearest_in_polygon(
     projection of the origin on a line, where two lines cross, or at an end of the interval.
     """
     ends = sorted(problem.design.sense * e for e in offset)
-    if problem.offs:
-        return _nearest_of_all(problem, (ends[0], ends[1]), slopes, least)
-    lines = _lines(problem.programme, slopes)
+    if problem.robust_errors:
+        return _nearest_for_all_cams(problem, (ends[0], ends[1]), slopes, least)
+    lines = _pressure_lines(problem.programme, slopes)
     candidates = [0.0, *(-a * b / (1 + b * b) for a, b in lines)]
     candidates += [(a2 - a1) / (b1 - b2) for (a1, b1), (a2, b2) in combinations(lines, 2) if b1 != b2]
     leads = np.clip(np.array([*ends, *candidates]), ends[0], ends[1])
@@ -117,16 +121,16 @@ def _nearest_in_polygon(
     return float(leads[best]), float(primes[best])
 
 
-def _lines(programme: Programme, slopes: list[tuple[float, int]]) -> list[tuple[float, float]]:
+def _pressure_lines(programme: Programme, slopes: list[tuple[float, int]]) -> list[tuple[float, float]]:
     """The lines s₀ ≥ a + b·e, as a and b."""
     lines = []
     for tangent, kinds in slopes:
-        lines.append((span(programme, (-tangent, 1), kinds)[1] / tangent, -1 / tangent))
-        lines.append((-span(programme, (tangent, 1), kinds)[0] / tangent, 1 / tangent))
+        lines.append((weighted_range(programme, (-tangent, 1), kinds)[1] / tangent, -1 / tangent))
+        lines.append((-weighted_range(programme, (tangent, 1), kinds)[0] / tangent, 1 / tangent))
     return lines
 
 
-def _nearest_of_all(
+def _nearest_for_all_cams(
     problem: Problem, ends: tuple[float, float], slopes: list[tuple[float, int]], least: float
 ) -> tuple[float, float]:
     """The same of the smallest cam with which those that are off hold the pressure angle too.
@@ -136,11 +140,11 @@ def _nearest_of_all(
     sense = problem.design.sense
     offs = [
         (
-            np.array(_lines(own.programme, slopes)).reshape(-1, 2, 1),
+            np.array(_pressure_lines(own.programme, slopes)).reshape(-1, 2, 1),
             sense * off.get("offset", 0.0),
             off.get("roller_radius", 0.0) + off.get("size", 0.0),
         )
-        for own, off in ((problem, {}), *problem.others)
+        for own, off in ((problem, {}), *problem.error_variants)
     ]
 
     def primes(leads: FloatArray) -> FloatArray:
@@ -151,29 +155,29 @@ def _nearest_of_all(
         return np.asarray(np.max(found, axis=0))
 
     low, high = ends
-    for _ in range(ZOOMS):
-        leads = np.linspace(low, high, FINER)
+    for _ in range(LEAD_ZOOMS):
+        leads = np.linspace(low, high, LEADS_A_ZOOM)
         best = int(np.argmin(primes(leads)))
-        low, high = float(leads[max(best - 1, 0)]), float(leads[min(best + 1, FINER - 1)])
+        low, high = float(leads[max(best - 1, 0)]), float(leads[min(best + 1, LEADS_A_ZOOM - 1)])
     return float(leads[best]), float(primes(leads)[best])
 
 
-def nudged(problem: Problem, design: Designs, bounds: SizeBounds) -> Designs | None:
+def nudge_to_feasible(problem: Problem, design: Designs, bounds: SizeBounds) -> Designs | None:
     """The design made larger by a few units in the last place, until rounding leaves it feasible.
 
     Numbers that it brings may be any within bounds: those nearest to the middle are tried first.
     """
-    numbers = _numbers(problem, bounds)
+    numbers = _number_samples(problem, bounds)
     tried = max((column.size for column in numbers.values()), default=1)
     steps = np.repeat(np.array(NUDGES) * design.prime_radius, tried)
     larger = design.take(np.zeros(steps.size, dtype=int))
     brought = {key: np.tile(column, len(NUDGES)) for key, column in numbers.items()}
     larger = larger.with_values({"size": larger.size + steps, **brought})
-    held = np.flatnonzero(feasible(problem, larger) & (larger.size <= bounds["size"][1]))
+    held = np.flatnonzero(feasible_designs(problem, larger) & (larger.size <= bounds["size"][1]))
     return larger.take(held[:1]) if held.size else None
 
 
-def _numbers(problem: Problem, bounds: SizeBounds) -> dict[str, FloatArray]:
+def _number_samples(problem: Problem, bounds: SizeBounds) -> dict[str, FloatArray]:
     """Values of free numbers all over their ranges, by key; those in the middle first."""
     free = sorted(problem.setup.free & bounds.keys())
     if not free:

@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import now
-from camopt.model.effects import Case
+from camopt.core.numerics.clock import clock_seconds
+from camopt.model.effects import EvaluationBlock
 from camopt.model.mechanisms import Designs, cylindrical_oscillating, oscillating, oscillating_flat
 from camopt.model.mechanisms.design import SizeBounds
 from camopt.model.motion.programme import Programme
@@ -27,70 +27,72 @@ from camopt.solve.smallest.linear_forms import (
     ARM_FORM,
     FACE_FORM,
     GROOVE_FORM,
-    PLANE_SHARE,
-    Form,
+    PLANE_TOLERANCE,
+    LinearForm,
     LinearLimit,
     Planes,
 )
-from camopt.solve.smallest.result import GAP, gap_of
-from camopt.solve.verdicts.screening import feasible
+from camopt.solve.smallest.result import RELATIVE_GAP, allowed_gap
+from camopt.solve.verdicts.feasible_filter import feasible_designs
 
-FORMS: dict[Any, Form] = {
+LINEAR_FORMS: dict[Any, LinearForm] = {
     oscillating.MECHANISM.pressure: ARM_FORM,
     oscillating_flat.MECHANISM.pressure: FACE_FORM,
     cylindrical_oscillating.MECHANISM.pressure: GROOVE_FORM,
 }
 """By how the follower moves over the cam (``Mechanism.moves_as``)."""
-SAMPLES = 96  # of each stroke, for a first set of planes
-COARSE = 1e-6  # relative: what the first planes may be exceeded by at a sample
+PLANE_SAMPLES = 96  # of each stroke, for a first set of planes
+FIRST_PLANES_TOLERANCE = 1e-6  # relative: what the first planes may be exceeded by at a sample
 PLANE_ROUNDS = 30
 PLANE_ROUNDING = 1e-15  # relative
-EASINGS = tuple(4.0**k for k in range(10))  # times the last excess: how far inside the planes the cam is moved
+EASING_FACTORS = tuple(
+    4.0**k for k in range(10)
+)  # times the last excess: how far inside the planes the cam is moved
 
 
-class Cut(NamedTuple):
+class LinearOptimum(NamedTuple):
     """The smallest cam, if the linear limits alone decide; and a size that no feasible design undercuts."""
 
     design: Designs | None
     floor: float
 
 
-def by_cutting_planes(problem: Problem, bounds: SizeBounds, until: float = inf) -> Cut | None:
+def cutting_plane_optimum(problem: Problem, bounds: SizeBounds, until: float = inf) -> LinearOptimum | None:
     """The smallest cam from the linear limits; None for other mechanisms, and without such limits.
 
     After ``until`` (``clock.now``) the least size that is known by then.
     """
-    form = FORMS.get(problem.setup.mechanism.pressure)
+    form = LINEAR_FORMS.get(problem.setup.mechanism.pressure)
     limits = form.limits(problem) if form else []
     if form is None or not limits:
         return None
-    ranges = form.ranges(problem.programme, bounds)
+    ranges = form.range_planes(problem.programme, bounds)
     planes = _first_planes(form, limits, problem.programme, bounds)
     (least, most), floor = bounds["size"], 0.0
     for done in range(PLANE_ROUNDS):
-        if done and now() > until:
+        if done and clock_seconds() > until:
             break
-        point = form.least(np.concatenate([ranges, planes]), bounds)
+        point = form.least_point(np.concatenate([ranges, planes]), bounds)
         if point is None:
-            return Cut(None, inf)
-        design = _design(problem, form, point, bounds)
-        floor = float(design.size[0]) * (1.0 - PLANE_SHARE)
+            return LinearOptimum(None, inf)
+        design = _design_at_point(problem, form, point, bounds)
+        floor = float(design.size[0]) * (1.0 - PLANE_TOLERANCE)
         if floor > most:
-            return Cut(None, inf)
-        if floor < least * (1.0 - PLANE_SHARE):
-            return Cut(None, least)
+            return LinearOptimum(None, inf)
+        if floor < least * (1.0 - PLANE_TOLERANCE):
+            return LinearOptimum(None, least)
         found = _worst_planes(problem, limits, design)
-        excess = float(-np.min(_margins(found, point)) / np.linalg.norm(point))
-        inside = _inside(problem, form, bounds, (ranges, planes), excess, floor)
-        if inside is not None or excess < PLANE_SHARE:
-            return Cut(inside, floor)
-        planes = np.concatenate([planes, found[_margins(found, point) < 0.0]])
-    return Cut(None, floor)
+        excess = float(-np.min(_plane_margins(found, point)) / np.linalg.norm(point))
+        inside = _feasible_within_planes(problem, form, bounds, (ranges, planes), excess, floor)
+        if inside is not None or excess < PLANE_TOLERANCE:
+            return LinearOptimum(inside, floor)
+        planes = np.concatenate([planes, found[_plane_margins(found, point) < 0.0]])
+    return LinearOptimum(None, floor)
 
 
-def _inside(
+def _feasible_within_planes(
     problem: Problem,
-    form: Form,
+    form: LinearForm,
     bounds: SizeBounds,
     planes: tuple[Planes, Planes],
     excess: float,
@@ -98,25 +100,25 @@ def _inside(
 ) -> Designs | None:
     """The smallest cam a little inside of the planes, if it is feasible and no larger than the gap allows."""
     ranges, limits = planes
-    for times in EASINGS if excess < GAP else ():
+    for times in EASING_FACTORS if excess < RELATIVE_GAP else ():
         inner = limits.copy()
         inner[:, 3] += times * max(excess, PLANE_ROUNDING) * floor
-        point = form.least(np.concatenate([ranges, inner]), bounds)
-        design = None if point is None else _design(problem, form, point, bounds)
-        if design is None or design.size[0] - floor > gap_of(design) / 2:
+        point = form.least_point(np.concatenate([ranges, inner]), bounds)
+        design = None if point is None else _design_at_point(problem, form, point, bounds)
+        if design is None or design.size[0] - floor > allowed_gap(design) / 2:
             return None
         design = replace(design, size=np.clip(design.size, *bounds["size"]))  # off by rounding
-        if feasible(problem, design)[0]:
+        if feasible_designs(problem, design)[0]:
             return design
     return None
 
 
-def _margins(planes: Planes, point: FloatArray) -> FloatArray:
+def _plane_margins(planes: Planes, point: FloatArray) -> FloatArray:
     """How far inside each plane a point lies."""
     return np.asarray(planes[:, :3] @ point - planes[:, 3])
 
 
-def _design(problem: Problem, form: Form, point: FloatArray, bounds: SizeBounds) -> Designs:
+def _design_at_point(problem: Problem, form: LinearForm, point: FloatArray, bounds: SizeBounds) -> Designs:
     """The design at a point, with the largest roller."""
     sizes = {name: low for name, (low, _) in bounds.items()} | {"roller_radius": bounds["roller_radius"][1]}
     sizes |= form.sizes(point, sizes["roller_radius"])
@@ -124,35 +126,35 @@ def _design(problem: Problem, form: Form, point: FloatArray, bounds: SizeBounds)
     return problem.design.with_values({**arrays, "size": np.array([sizes["size"]])})
 
 
-def _first_planes(form: Form, limits: list[LinearLimit], programme: Programme, bounds: SizeBounds) -> Planes:
+def _first_planes(form: LinearForm, limits: list[LinearLimit], programme: Programme, bounds: SizeBounds) -> Planes:
     """The planes that decide at a sample of cam angles, found by exchange among them; some milliseconds."""
-    ranges, planes = form.ranges(programme, bounds), np.empty((0, 4))
-    samples = [group for limit in limits for group in limit.planes(_sampled(programme, limit.kinds))]
+    ranges, planes = form.range_planes(programme, bounds), np.empty((0, 4))
+    samples = [group for limit in limits for group in limit.planes(_sample_motion(programme, limit.kinds))]
     for _ in range(PLANE_ROUNDS):
-        point = form.least(np.concatenate([ranges, planes]), bounds)
+        point = form.least_point(np.concatenate([ranges, planes]), bounds)
         if point is None:
             break
-        worst = np.array([group[np.argmin(_margins(group, point))] for group in samples])
-        worst = worst[_margins(worst, point) < -COARSE * np.linalg.norm(point)]
+        worst = np.array([group[np.argmin(_plane_margins(group, point))] for group in samples])
+        worst = worst[_plane_margins(worst, point) < -FIRST_PLANES_TOLERANCE * np.linalg.norm(point)]
         if not worst.size:
             break
         planes = np.concatenate([planes, worst])
     return planes
 
 
-def _sampled(programme: Programme, kinds: int) -> FloatArray:
+def _sample_motion(programme: Programme, kinds: int) -> FloatArray:
     """The motion at a sample of the strokes of some kinds."""
-    shares = (np.arange(SAMPLES) + 0.5) / SAMPLES
+    shares = (np.arange(PLANE_SAMPLES) + 0.5) / PLANE_SAMPLES
     angles = np.concatenate([s.start + s.angle * shares for s in programme.strokes if s.kind & kinds])
-    return programme.at(angles[(programme.kinds_at(angles) & kinds) != 0])[:3]
+    return programme.motion_at(angles[(programme.kinds_at(angles) & kinds) != 0])[:3]
 
 
 def _worst_planes(problem: Problem, limits: list[LinearLimit], design: Designs) -> Planes:
     """Each limit at the cam angles where a design holds it the least, on both sides of them."""
-    case, found = Case(problem.setup, problem.programme, design), []
+    case, found = EvaluationBlock(problem.setup, problem.programme, design), []
     for limit in limits:
         where = case.extremes(limit.curve, [(limit.kinds, goal) for goal in limit.goals]).where[:, 0]
-        angles = problem.programme.one_sided(where, limit.kinds)
-        planes = limit.planes(problem.programme.at(angles.ravel())[:3])
+        angles = problem.programme.one_sided_angles(where, limit.kinds)
+        planes = limit.planes(problem.programme.motion_at(angles.ravel())[:3])
         found += [group[k :: len(where)] for k, group in enumerate(planes)]
     return np.concatenate(found)

@@ -18,83 +18,86 @@ import numpy as np
 from camopt.core.numerics import LARGEST, LEAST, FloatArray
 from camopt.core.numerics.curves import Linear, value_of
 from camopt.core.numerics.interval import Interval
-from camopt.core.numerics.loading import TrainLoadTable
-from camopt.core.numerics.sloped import as_quotient, as_sloped
+from camopt.core.numerics.load_tables import TrainLoadTable
+from camopt.core.numerics.sloped_interval import as_quotient, as_sloped_interval
 from camopt.core.numerics.state import State, TrainForces
-from camopt.model.effects import Case
+from camopt.model.effects import EvaluationBlock
 from camopt.model.effects.peak import Derivative
 from camopt.model.mechanisms import Designs
-from camopt.model.motion.programme import Programme, peak
-from camopt.scene.problem.claims import AnyClaim, Claim, MeanClaim
+from camopt.model.motion.programme import Programme, derivative_peak
+from camopt.scene.problem.constraints import AnyConstraint, Constraint, TurnMeanConstraint
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem
-from camopt.scene.problem.zones import Off, moved
-from camopt.solve.smallest.excesses import Excesses, chained_excesses, combined, cut_by, widest
-from camopt.solve.verdicts.claim_boxes import excess_of
+from camopt.scene.problem.tolerance_zones import NumberErrors, add_errors
+from camopt.solve.smallest.excesses import Excesses, chained_excesses, cut_boxes, widest_side, with_weighted_sum
+from camopt.solve.verdicts.constraint_boxes import excess_of
 from camopt.solve.verdicts.mean_boxes import mean_excess
 from camopt.solve.verdicts.sloped_designs import sloped_boxes
 
-Kind = TypeVar("Kind", bound=AnyClaim, covariant=True)
+ConstraintType = TypeVar("ConstraintType", bound=AnyConstraint, covariant=True)
 
 
-class Asked(NamedTuple, Generic[Kind]):
-    """A claim on designs, with the problem of their motion."""
+class ProblemConstraint(NamedTuple, Generic[ConstraintType]):
+    """A constraint on designs, with the problem of their motion."""
 
     problem: Problem
-    claim: Kind
+    constraint: ConstraintType
 
 
-def claims_on_size(
-    problem: Problem, of: Callable[[Limit], Sequence[Claim]] = lambda limit: limit.claims
-) -> list[Asked[Claim]]:
-    """The claims of the limits that depend on the sizes of the cam, or on numbers that it brings.
+def constraints_on_size(
+    problem: Problem, of: Callable[[Limit], Sequence[Constraint]] = lambda limit: limit.constraints
+) -> list[ProblemConstraint[Constraint]]:
+    """The constraints of the limits that depend on the sizes of the cam, or on numbers that it brings.
 
     Those of all cams that have to hold them, with the motion that each has by its train.
     """
     return [
-        Asked(own, at(of_designs(claim), off))
-        for own, off in ((problem, {}), *problem.others)
+        ProblemConstraint(own, shifted_constraint(constraint_on_designs(constraint), off))
+        for own, off in ((problem, {}), *problem.error_variants)
         for limit in own.limits
         if not limit.is_of_motion
-        for claim in of(limit)
+        for constraint in of(limit)
     ]
 
 
-def at(claim: Claim, off: Off) -> Claim:
-    """What a claim says of the design that is off by so much."""
+def shifted_constraint(constraint: Constraint, off: NumberErrors) -> Constraint:
+    """What a constraint says of the design that is off by so much."""
     if not off:
-        return claim
-    made, factor, unit = claim.curve, claim.factor, claim.unit
-    return claim._replace(
-        curve=lambda designs, programme: made(moved(designs, off), programme),
-        factor=lambda designs: factor(moved(designs, off)),
-        unit=lambda designs: unit(moved(designs, off)),
+        return constraint
+    made, factor, unit = constraint.curve, constraint.factor, constraint.unit
+    return constraint._replace(
+        curve=lambda designs, programme: made(add_errors(designs, off), programme),
+        factor=lambda designs: factor(add_errors(designs, off)),
+        unit=lambda designs: unit(add_errors(designs, off)),
     )
 
 
-def of_designs(claim: Claim) -> Claim:
-    """A claim whose curve is that of designs."""
-    return claim._replace(curve=curve_of_designs(claim.curve, claim.kinds))
+def constraint_on_designs(constraint: Constraint) -> Constraint:
+    """A constraint whose curve is that of designs."""
+    return constraint._replace(curve=curve_of_designs(constraint.curve, constraint.kinds))
 
 
 def curve_of_designs(made: Any, strokes: int) -> Any:
     """A curve as that of designs: what strokes have of a derivative of the motion at most is the same for all."""
-    return partial(_level, derivative=made, strokes=strokes) if isinstance(made, Derivative) else made
+    return partial(_constant_curve, derivative=made, strokes=strokes) if isinstance(made, Derivative) else made
 
 
-def _level(designs: Designs, programme: Programme, derivative: Derivative, strokes: int) -> Linear:
+def _constant_curve(designs: Designs, programme: Programme, derivative: Derivative, strokes: int) -> Linear:
     """The largest magnitude of a derivative of the motion, as a curve."""
-    most, none = peak(derivative.of(programme), derivative.order, strokes), np.zeros(len(designs))
+    most, none = (
+        derivative_peak(derivative.source_motion(programme), derivative.order, strokes),
+        np.zeros(len(designs)),
+    )
     return Linear(none, none, none, none + most)
 
 
-def means_on_size(problem: Problem) -> list[Asked[MeanClaim]]:
-    """The claims on means of the limits that depend on the size of the cam."""
-    means = (limit.mean for limit in problem.limits if not limit.is_of_motion)
-    return [Asked(problem, mean) for mean in means if mean is not None]
+def mean_constraints_on_size(problem: Problem) -> list[ProblemConstraint[TurnMeanConstraint]]:
+    """The constraints on means of the limits that depend on the size of the cam."""
+    means = (limit.mean_constraint for limit in problem.limits if not limit.is_of_motion)
+    return [ProblemConstraint(problem, mean) for mean in means if mean is not None]
 
 
-def designs_at(
+def designs_in_boxes(
     problem: Problem,
     low: dict[str, FloatArray],
     high: dict[str, FloatArray],
@@ -107,12 +110,12 @@ def designs_at(
     return problem.design.with_values({**middle, **sizes})
 
 
-class Examined(NamedTuple):
+class BoxState(NamedTuple):
     """The results of n boxes."""
 
     empty: Any
     """Which hold no feasible design (n,)."""
-    level: Any
+    within_rounding: Any
     """Of which no design is seen to exceed a limit by more than rounding (n,)."""
     inside: Designs
     """One design of each."""
@@ -123,68 +126,72 @@ class Examined(NamedTuple):
     """The ends between which the feasible designs lie, (n,) of each free size."""
 
 
-def examined(
+def enclose_limits(
     problem: Problem,
-    claims: Sequence[Asked[AnyClaim]],
+    constraints: Sequence[ProblemConstraint[AnyConstraint]],
     box: Designs,
     free: list[str],
     discs: Sequence[str] = ("size",),
-) -> Examined:
+) -> BoxState:
     """The limits over boxes, each at the cam angles where it is worst for one design of the box.
 
     The side to cut is the one across which the excess over the worst limit changes the most; the longest, where no
     assembled design of the box is at hand.
     """
-    empty = problem.setup.mechanism.impossible(box, problem.programme)
-    inside, exists = representatives(problem, box, free, ~empty)
+    empty = problem.setup.mechanism.cannot_assemble(box, problem.programme)
+    inside, exists = representative_designs(problem, box, free, ~empty)
     intervals: dict[str, Any] = box.values
     low, high = (np.array([getattr(intervals[n], end) for n in free]) for end in ("low", "high"))
     side, index, level = np.argmax(high - low, axis=0), np.flatnonzero(exists), exists.copy()
-    present = [each for each in claims if each.problem.programme.has(each.claim.kinds)]
+    present = [each for each in constraints if each.problem.programme.has_kinds(each.constraint.kinds)]
     if index.size and present:
         point = np.array([inside.values[n][index] for n in free])
         span = Interval(low[:, index] - point, high[:, index] - point)
         with np.errstate(all="ignore"):
-            over = _excesses(present, box.take(index), inside.take(index), free)
+            over = _box_excesses(present, box.take(index), inside.take(index), free)
             together = over
             for disc in set(discs).intersection(free) if len(free) > 1 else ():
-                together = combined(together, span, free.index(disc))
-            level[index] = over.nowhere
-            side[index] = widest(over, span)
-            low[:, index], high[:, index], empty[index] = cut_by(together, low[:, index], high[:, index], point)
+                together = with_weighted_sum(together, span, free.index(disc))
+            level[index] = over.is_within_rounding
+            side[index] = widest_side(over, span)
+            low[:, index], high[:, index], empty[index] = cut_boxes(together, low[:, index], high[:, index], point)
     ends = (dict(zip(free, end, strict=True)) for end in (low, high))
-    return Examined(empty, level, inside, side, *ends)
+    return BoxState(empty, level, inside, side, *ends)
 
 
-def present_claims(problem: Problem, claims: Sequence[Claim]) -> list[Claim]:
-    """Those of some claims whose strokes the motion has."""
-    return [each for each in claims if problem.programme.has(each.kinds)]
+def present_constraints(problem: Problem, constraints: Sequence[Constraint]) -> list[Constraint]:
+    """Those of some constraints whose strokes the motion has."""
+    return [each for each in constraints if problem.programme.has_kinds(each.kinds)]
 
 
-def _excesses(claims: Sequence[Asked[AnyClaim]], box: Designs, inside: Designs, free: list[str]) -> Excesses:
+def _box_excesses(
+    constraints: Sequence[ProblemConstraint[AnyConstraint]], box: Designs, inside: Designs, free: list[str]
+) -> Excesses:
     """The limits on both sides of the cam angles where one design of each box exceeds them the most.
 
     Those on means are over the whole turn.
     """
-    count, found, cases = len(inside), [], dict[int, Case]()
-    for problem, claim in claims:
-        if isinstance(claim, MeanClaim):
-            found.append(Excesses.of(mean_excess(problem, claim, box, inside, free)))
+    count, found, cases = len(inside), [], dict[int, EvaluationBlock]()
+    for problem, constraint in constraints:
+        if isinstance(constraint, TurnMeanConstraint):
+            found.append(Excesses.from_sloped_value(mean_excess(problem, constraint, box, inside, free)))
             continue
-        goals = [(claim.kinds, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
-        case = cases.setdefault(id(problem), Case(problem.setup, problem.programme, inside))
-        angles = problem.programme.one_sided(case.extremes(claim.curve, goals).where, claim.kinds).ravel()
+        goals = [(constraint.kinds, LARGEST if side > 0.0 else LEAST) for side in constraint.sides]
+        case = cases.setdefault(id(problem), EvaluationBlock(problem.setup, problem.programme, inside))
+        angles = problem.programme.one_sided_angles(
+            case.extremes(constraint.curve, goals).where, constraint.kinds
+        ).ravel()
         rows = angles.size // count
         designs, like = sloped_boxes(box, inside, free, rows)
-        state = rounded(problem.programme.state(angles), problem.programme)
-        value = value_of(claim.curve(designs, problem.programme), ..., state)
-        sides = np.tile(np.repeat(claim.sides, count), 2)
-        excess = as_sloped(excess_of(claim, sides, as_quotient(value), designs), like)
-        found.append(Excesses.of(excess, rows))
+        state = state_with_rounding(problem.programme.state(angles), problem.programme)
+        value = value_of(constraint.curve(designs, problem.programme), ..., state)
+        sides = np.tile(np.repeat(constraint.sides, count), 2)
+        excess = as_sloped_interval(excess_of(constraint, sides, as_quotient(value), designs), like)
+        found.append(Excesses.from_sloped_value(excess, rows))
     return chained_excesses(found)
 
 
-def rounded(state: State, programme: Programme) -> State:
+def state_with_rounding(state: State, programme: Programme) -> State:
     """A state at cam angles with the rounding of their laws, and of what a train brings."""
     table = programme.table
     errors = table.error.max(axis=0)[:4]
@@ -196,7 +203,7 @@ def rounded(state: State, programme: Programme) -> State:
     return State(y, y1, y2, y3, load)
 
 
-def representatives(problem: Problem, box: Designs, free: list[str], wanted: Any) -> tuple[Designs, Any]:
+def representative_designs(problem: Problem, box: Designs, free: list[str], wanted: Any) -> tuple[Designs, Any]:
     """A design of each wanted box that can be assembled, and whether one is found.
 
     Tried in turn: the middle; the largest size with the offset nearest to zero; the least size; every corner.
@@ -204,16 +211,16 @@ def representatives(problem: Problem, box: Designs, free: list[str], wanted: Any
     intervals: dict[str, Any] = box.values
     low = {name: interval.low for name, interval in intervals.items()}
     high = {name: interval.high for name, interval in intervals.items()}
-    chosen = designs_at(problem, low, high, 0.5)
+    chosen = designs_in_boxes(problem, low, high, 0.5)
     nearest = np.minimum(np.maximum(low["offset"], 0.0), high["offset"])
-    largest = replace(designs_at(problem, low, high, 1.0), offset=nearest)
-    exists = wanted & problem.setup.mechanism.exists(chosen, problem.programme)
+    largest = replace(designs_in_boxes(problem, low, high, 1.0), offset=nearest)
+    exists = wanted & problem.setup.mechanism.can_assemble(chosen, problem.programme)
     ends = product(*((low[name], high[name]) for name in free))
     corners = (chosen.with_values(dict(zip(free, corner, strict=True))) for corner in ends)
-    for other in (largest, designs_at(problem, low, high, 0.0), *corners):
+    for other in (largest, designs_in_boxes(problem, low, high, 0.0), *corners):
         if not np.any(wanted & ~exists):
             break
-        better = wanted & ~exists & problem.setup.mechanism.exists(other, problem.programme)
+        better = wanted & ~exists & problem.setup.mechanism.can_assemble(other, problem.programme)
         values = {name: np.where(better, other.values[name], a) for name, a in chosen.values.items()}
         chosen, exists = chosen.with_values(values), exists | better
     return chosen, exists

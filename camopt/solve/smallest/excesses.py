@@ -1,9 +1,9 @@
 """Excesses of limits over boxes of designs, and the part of a box that they leave.
 
-Two limits together bound a size more closely than each alone. With e_j ≤ 0 the claims of a feasible cam, and
+Two limits together bound a size more closely than each alone. With e_j ≤ 0 the constraints of a feasible cam, and
 weights w_j ≥ 0, Σ w_j·e_j ≤ 0 holds too. Where a cam is held by several limits at once, the right weights cancel
 the slopes by all angles and sizes but the cam's own, and the sum bounds that: they are the multipliers of the
-linear programme that the claims are at the middle of a box.
+linear programme that the constraints are at the middle of a box.
 
 Sources: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 8 (interval Newton);
 A. Neumaier, Interval Methods for Systems of Equations, ch. 5 (preconditioning).
@@ -17,12 +17,12 @@ import scipy
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.interval import Interval
-from camopt.core.numerics.sloped import Sloped
+from camopt.core.numerics.sloped_interval import SlopedInterval
 
 SIDE_ROUNDING = 1e-15  # relative, of an end of a side
-HUGE_SLOPE = 1e300  # in place of a slope without bounds
+UNBOUNDED_SLOPE = 1e300  # in place of a slope without bounds
 EXCESS_ROUNDING = 1e-11  # relative: no excess above it is rounding
-BY_BOX = ("least", "most", "at", "rounding")
+ARRAY_FIELDS = ("least", "most", "at", "rounding")
 
 
 class Excesses(NamedTuple):
@@ -40,39 +40,39 @@ class Excesses(NamedTuple):
     """Of the excess at one design (m, n)."""
 
     @classmethod
-    def of(cls, excess: Sloped, rows: int = 1) -> "Excesses":
+    def from_sloped_value(cls, excess: SlopedInterval, rows: int = 1) -> "Excesses":
         """The excess over one limit at ``rows`` cam angles, one after the other, for each box."""
         known = excess.value.low, excess.value.high, excess.at.low, excess.at.high - excess.at.low
         least, most, at, rounding = (x.reshape(rows, -1) for x in known)
-        return cls(least, most, at, excess.slopes.reshaped(-1, rows, at.shape[1]), rounding)
+        return cls(least, most, at, excess.slopes.reshape(-1, rows, at.shape[1]), rounding)
 
     @property
-    def surely(self) -> Any:
+    def is_exceeded(self) -> Any:
         """Over which boxes some limit is exceeded (n,)."""
         return np.any(self.least > 0.0, axis=0)
 
     @property
-    def nowhere(self) -> Any:
+    def is_within_rounding(self) -> Any:
         """Over which boxes no limit is seen to be exceeded by more than rounding (n,)."""
         return np.all(self.most <= np.fmin(self.rounding, EXCESS_ROUNDING), axis=0)
 
 
 def chained_excesses(parts: list[Excesses]) -> Excesses:
     """Excesses of the same boxes, one after the other."""
-    least, most, at, rounding = (np.concatenate([getattr(c, name) for c in parts]) for name in BY_BOX)
+    least, most, at, rounding = (np.concatenate([getattr(c, name) for c in parts]) for name in ARRAY_FIELDS)
     slopes = Interval(*(np.concatenate([getattr(c.slopes, end) for c in parts], axis=1) for end in ("low", "high")))
     return Excesses(least, most, at, slopes, rounding)
 
 
-def widest(over: Excesses, span: Interval) -> Any:
+def widest_side(over: Excesses, span: Interval) -> Any:
     """The side across which the excess over the worst limit changes the most."""
     worst = np.argmax(np.nan_to_num(over.at, nan=-np.inf), axis=0)
     steepest = np.take_along_axis(over.slopes.largest_magnitude, worst[None, None, :], axis=1)[:, 0]
     width = span.high - span.low
-    return np.argmax(np.where(np.isfinite(steepest), steepest, HUGE_SLOPE) * width, axis=0)
+    return np.argmax(np.where(np.isfinite(steepest), steepest, UNBOUNDED_SLOPE) * width, axis=0)
 
 
-def cut_off(over: Excesses, span: Interval) -> Interval:
+def feasible_span(over: Excesses, span: Interval) -> Interval:
     """The parts (d, n) of each side, seen from the point, in which every limit may be held.
 
     With e the excess at the point less what other sizes can take off it, G·t ≤ −e has to hold at the distance t.
@@ -93,25 +93,25 @@ def cut_off(over: Excesses, span: Interval) -> Interval:
     return Interval(low, high)
 
 
-def cut_by(
+def cut_boxes(
     over: Excesses, low: FloatArray, high: FloatArray, point: FloatArray
 ) -> tuple[FloatArray, FloatArray, Any]:
-    """The ends (d, n) of boxes after cutting (``cut_off``), rounded outwards, and which are empty (n,).
+    """The ends (d, n) of boxes after cutting (``feasible_span``), rounded outwards, and which are empty (n,).
 
     The excesses are seen from a point of each box.
     """
     span = Interval(low - point, high - point)
-    left, rounding = cut_off(over, span), SIDE_ROUNDING * (np.abs(point) + span.largest_magnitude)
+    left, rounding = feasible_span(over, span), SIDE_ROUNDING * (np.abs(point) + span.largest_magnitude)
     low, high = np.maximum(low, point + left.low - rounding), np.minimum(high, point + left.high + rounding)
-    return low, high, over.surely | np.any(low > high, axis=0)
+    return low, high, over.is_exceeded | np.any(low > high, axis=0)
 
 
-def combined(over: Excesses, span: Interval, size: int) -> Excesses:
+def with_weighted_sum(over: Excesses, span: Interval, size: int) -> Excesses:
     """Excesses (m, n) and, after them, their sum with the weights that bound a size of the first box the most.
 
     The weights serve all boxes, those near the first one best. ``span`` is each box from its middle (d, n).
     """
-    weights = _multipliers(over, span, size)
+    weights = _constraint_multipliers(over, span, size)
     some = np.flatnonzero(weights)
     if some.size < 2:
         return over
@@ -124,8 +124,8 @@ def combined(over: Excesses, span: Interval, size: int) -> Excesses:
     return chained_excesses([over, Excesses(-bound, bound, at, Interval(*ends), rounding)])
 
 
-def _multipliers(over: Excesses, span: Interval, size: int) -> FloatArray:
-    """The multiplier of each claim where the size is least over the first box, whatever its range there."""
+def _constraint_multipliers(over: Excesses, span: Interval, size: int) -> FloatArray:
+    """The multiplier of each constraint where the size is least over the first box, whatever its range there."""
     width = span.high[:, 0] - span.low[:, 0]
     width = np.where(width > 0.0, width, 1.0)
     rows = width * (over.slopes.low + over.slopes.high)[..., 0].T / 2.0

@@ -29,13 +29,13 @@ from camopt.model.mechanisms import cylindrical_oscillating, oscillating, oscill
 from camopt.model.mechanisms.design import SizeBounds
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES
-from camopt.scene.problem.problem import Problem, claims_on
-from camopt.solve.smallest.closed_form import slopes_of
+from camopt.scene.problem.problem import Problem, constraints_on_curve
+from camopt.solve.smallest.closed_form import pressure_tangents
 
-PLANE_SHARE = 1e-12  # relative: what a plane may be exceeded by rounding
-PARALLEL = 1e-13  # the sine between planes that have no corner worth a look
+PLANE_TOLERANCE = 1e-12  # relative: what a plane may be exceeded by rounding
+PARALLEL_SINE = 1e-13  # the sine between planes that have no corner worth a look
 
-BOTH = (LARGEST, LEAST)
+BOTH_EXTREMES = (LARGEST, LEAST)
 
 Planes = FloatArray
 """(m, 4): a·u + b·v + c·w ≥ d, the normal (a, b, c) of length 1."""
@@ -64,13 +64,13 @@ class LinearLimit(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Form:
+class LinearForm:
     """How the sizes of a mechanism and its limits look in (u, v, w)."""
 
     limits: Callable[[Problem], list[LinearLimit]]
-    ranges: Callable[[Programme, SizeBounds], Planes]
+    range_planes: Callable[[Programme, SizeBounds], Planes]
     """Planes that no limit makes: what assembly asks for, and ranges of sizes."""
-    least: Callable[[Planes, SizeBounds], FloatArray | None]
+    least_point: Callable[[Planes, SizeBounds], FloatArray | None]
     """The (u, v, w) of least size that some planes and the ranges of the sizes allow; None if they allow none."""
     sizes: Callable[[FloatArray, float], dict[str, float]]
     """The sizes at (u, v, w), with a roller."""
@@ -81,13 +81,13 @@ class Form:
 
 def _arm_limits(problem: Problem) -> list[LinearLimit]:
     sense, found = problem.design.sense, []
-    for tangent, kinds in slopes_of(problem):
+    for tangent, kinds in pressure_tangents(problem):
 
         def plane(sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent) -> tuple[Any, ...]:
             s, c = np.sin(y), np.cos(y)
             return tangent * s + sign * c, tangent * c - sign * s, -sign * (1.0 + sense * y1), 0.0
 
-        found.append(LinearLimit(oscillating.MECHANISM.pressure, kinds, BOTH, plane))
+        found.append(LinearLimit(oscillating.MECHANISM.pressure, kinds, BOTH_EXTREMES, plane))
     return found
 
 
@@ -114,12 +114,12 @@ def _least_arm(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
         steps = [ahead, *((spread + sign * root) / (-2.0 * ahead) for sign in (1.0, -1.0))]
         steps += [sign * np.sqrt(r * r - square) for r in circles for sign in (1.0, -1.0)]
     points = np.concatenate(
-        [*(foot + t[:, None] * along for t in steps), _crossings(normal, height), [[r, 0.0] for r in circles]]
+        [*(foot + t[:, None] * along for t in steps), _line_crossings(normal, height), [[r, 0.0] for r in circles]]
     )
     distance = np.linalg.norm(points, axis=1)
-    held = (distance >= circles[0] * (1.0 - PLANE_SHARE)) & (distance <= circles[2] * (1.0 + PLANE_SHARE))
+    held = (distance >= circles[0] * (1.0 - PLANE_TOLERANCE)) & (distance <= circles[2] * (1.0 + PLANE_TOLERANCE))
     points, distance = points[held], distance[held]
-    held = np.all(points @ normal.T >= height - PLANE_SHARE * (1.0 + distance[:, None]), axis=1)
+    held = np.all(points @ normal.T >= height - PLANE_TOLERANCE * (1.0 + distance[:, None]), axis=1)
     points, distance = points[held], distance[held]
     if not len(points):
         return None
@@ -128,11 +128,11 @@ def _least_arm(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
     return np.asarray(arm[best] * np.array([*points[best], 1.0]))
 
 
-def _crossings(normal: FloatArray, height: FloatArray) -> FloatArray:
+def _line_crossings(normal: FloatArray, height: FloatArray) -> FloatArray:
     """Where each two lines meet."""
     i, j = np.triu_indices(len(height), 1)
     cross = normal[i, 0] * normal[j, 1] - normal[i, 1] * normal[j, 0]
-    i, j, cross = (each[np.abs(cross) > PARALLEL] for each in (i, j, cross))
+    i, j, cross = (each[np.abs(cross) > PARALLEL_SINE] for each in (i, j, cross))
     x = (height[i] * normal[j, 1] - height[j] * normal[i, 1]) / cross
     y = (normal[i, 0] * height[j] - normal[j, 0] * height[i]) / cross
     return np.stack([x, y], axis=1)
@@ -148,25 +148,27 @@ def _arm_sizes(point: FloatArray, roller: float) -> dict[str, float]:
 
 def _face_limits(problem: Problem) -> list[LinearLimit]:
     mechanism, sense, found = oscillating_flat.MECHANISM, problem.design.sense, []
-    if not oscillating_flat.slowest(sense, problem.programme) > 0.0:
+    if not oscillating_flat.least_turning_rate(sense, problem.programme) > 0.0:
         return []  # no face of any size keeps in touch
-    for tangent, kinds in slopes_of(problem):
+    for tangent, kinds in pressure_tangents(problem):
 
         def pressure(sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent) -> tuple[Any, ...]:
             return tangent * np.cos(y), -tangent * np.sin(y), -sign * (1.0 + sense * y1), 0.0
 
-        found.append(LinearLimit(mechanism.pressure, kinds, BOTH, pressure))
-    for claim in claims_on(problem, mechanism.profile_radius):
+        found.append(LinearLimit(mechanism.pressure, kinds, BOTH_EXTREMES, pressure))
+    for constraint in constraints_on_curve(problem, mechanism.profile_radius):
 
-        def radius(sign: float, y: Any, y1: Any, y2: Any, least: float = -claim.allowed()) -> tuple[Any, ...]:
+        def radius(
+            sign: float, y: Any, y1: Any, y2: Any, least: float = -constraint.upper_bound()
+        ) -> tuple[Any, ...]:
             s, c, q = np.sin(y), np.cos(y), 1.0 + sense * y1
             a, b = (2.0 * q - 1.0) / q**2, y2 / q**3
             return s * a + c * b, c * a - s * b, 1.0, least
 
         found.append(LinearLimit(mechanism.profile_radius, ALL_STROKES, (LEAST,), radius))
-    for claim in (each for each in claims_on(problem, mechanism.reach) if each.goal != LEAST):
+    for constraint in (each for each in constraints_on_curve(problem, mechanism.reach) if each.goal != LEAST):
 
-        def reach(sign: float, y: Any, y1: Any, y2: Any, most: float = claim.allowed()) -> tuple[Any, ...]:
+        def reach(sign: float, y: Any, y1: Any, y2: Any, most: float = constraint.upper_bound()) -> tuple[Any, ...]:
             return -np.cos(y), np.sin(y), 0.0, -most * (1.0 + sense * y1)
 
         found.append(LinearLimit(mechanism.reach, ALL_STROKES, (LARGEST,), reach))
@@ -186,30 +188,30 @@ def _least_face(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
     """The least v + w lies where three planes meet, where two meet a cylinder of the least or largest centre
     distance, or where v + w is stationary on the ellipse in which a plane cuts such a cylinder."""
     nearest, farthest = bounds["centre_distance"]
-    points = [_corners(planes)]
+    points = [_plane_corners(planes)]
     for radius in {nearest, farthest}:
-        points += [_on_edges(planes, radius), _on_ellipses(planes, radius)]
+        points += [_edge_points(planes, radius), _ellipse_points(planes, radius)]
     found = np.concatenate(points)
     distance = np.hypot(found[:, 0], found[:, 1])
-    held = (distance >= nearest * (1.0 - PLANE_SHARE)) & (distance <= farthest * (1.0 + PLANE_SHARE))
+    held = (distance >= nearest * (1.0 - PLANE_TOLERANCE)) & (distance <= farthest * (1.0 + PLANE_TOLERANCE))
     found = found[held]
     scale = 1.0 + np.linalg.norm(found, axis=1)
-    found = found[np.all(found @ planes[:, :3].T >= planes[:, 3] - PLANE_SHARE * scale[:, None], axis=1)]
+    found = found[np.all(found @ planes[:, :3].T >= planes[:, 3] - PLANE_TOLERANCE * scale[:, None], axis=1)]
     return found[np.argmin(found[:, 1] + found[:, 2])] if len(found) else None
 
 
-def _corners(planes: Planes) -> FloatArray:
+def _plane_corners(planes: Planes) -> FloatArray:
     """Where each three planes meet."""
     triples = planes[np.array(list(combinations(range(len(planes)), 3)))]
-    triples = triples[np.abs(np.linalg.det(triples[:, :, :3])) > PARALLEL]
+    triples = triples[np.abs(np.linalg.det(triples[:, :, :3])) > PARALLEL_SINE]
     return np.asarray(np.linalg.solve(triples[:, :, :3], triples[:, :, 3:])[:, :, 0])
 
 
-def _on_edges(planes: Planes, radius: float) -> FloatArray:
+def _edge_points(planes: Planes, radius: float) -> FloatArray:
     """Where the line in which each two planes meet pierces the cylinder |(u, v)| = radius."""
     i, j = np.triu_indices(len(planes), 1)
     along = np.cross(planes[i, :3], planes[j, :3])
-    steep = np.sum(along[:, :2] ** 2, axis=1) > PARALLEL**2
+    steep = np.sum(along[:, :2] ** 2, axis=1) > PARALLEL_SINE**2
     i, j, along = i[steep], j[steep], along[steep]
     first = np.linalg.solve(
         np.stack([planes[i, :3], planes[j, :3], along], axis=1),
@@ -222,11 +224,11 @@ def _on_edges(planes: Planes, radius: float) -> FloatArray:
     return np.concatenate([first[index] + t[:, None] * along[index] for t in steps])
 
 
-def _on_ellipses(planes: Planes, radius: float) -> FloatArray:
+def _ellipse_points(planes: Planes, radius: float) -> FloatArray:
     """Where v + w is stationary on the cut of each plane with the cylinder |(u, v)| = radius."""
-    sloped = planes[np.abs(planes[:, 2]) > PARALLEL]
+    sloped = planes[np.abs(planes[:, 2]) > PARALLEL_SINE]
     slope = np.stack([-sloped[:, 0] / sloped[:, 2], 1.0 - sloped[:, 1] / sloped[:, 2]], axis=1)
-    slope = slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), PARALLEL)
+    slope = slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), PARALLEL_SINE)
     both = np.concatenate([radius * slope, -radius * slope])
     twice = np.concatenate([sloped, sloped])
     offset = (twice[:, 3] - np.sum(twice[:, :2] * both, axis=1)) / twice[:, 2]
@@ -244,12 +246,12 @@ def _face_sizes(point: FloatArray, roller: float) -> dict[str, float]:
 def _groove_limits(problem: Problem) -> list[LinearLimit]:
     sense, half, found = problem.design.sense, problem.programme.lift / 2, []
     mechanism = cylindrical_oscillating.MECHANISM
-    for tangent, kinds in slopes_of(problem):
+    for tangent, kinds in pressure_tangents(problem):
 
         def plane(sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent) -> tuple[Any, ...]:
             return tangent * np.cos(y - half) - sign * sense * np.sin(y - half), 0.0, -sign * y1, 0.0
 
-        found.append(LinearLimit(mechanism.pressure, kinds, BOTH, plane))
+        found.append(LinearLimit(mechanism.pressure, kinds, BOTH_EXTREMES, plane))
     return found
 
 
@@ -261,10 +263,10 @@ def _least_groove(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
     """The least mean radius of the shortest arm; longer arms need larger ones."""
     arm = bounds["arm_length"][0]
     a, rest = planes[:, 0], planes[:, 3] - planes[:, 2] * arm
-    rising, falling = a > PARALLEL, a < -PARALLEL
+    rising, falling = a > PARALLEL_SINE, a < -PARALLEL_SINE
     least = float(np.max(rest[rising] / a[rising]))
     most = float(np.min(rest[falling] / a[falling], initial=inf))
-    possible = least <= most and bool(np.all(rest[~(rising | falling)] <= PLANE_SHARE * arm))
+    possible = least <= most and bool(np.all(rest[~(rising | falling)] <= PLANE_TOLERANCE * arm))
     return np.array([least, 0.0, arm]) if possible else None
 
 
@@ -272,6 +274,6 @@ def _groove_sizes(point: FloatArray, roller: float) -> dict[str, float]:
     return {"size": float(point[0]), "arm_length": float(point[2])}
 
 
-ARM_FORM = Form(_arm_limits, _arm_ranges, _least_arm, _arm_sizes)
-FACE_FORM = Form(_face_limits, _face_ranges, _least_face, _face_sizes)
-GROOVE_FORM = Form(_groove_limits, _groove_ranges, _least_groove, _groove_sizes)
+ARM_FORM = LinearForm(_arm_limits, _arm_ranges, _least_arm, _arm_sizes)
+FACE_FORM = LinearForm(_face_limits, _face_ranges, _least_face, _face_sizes)
+GROOVE_FORM = LinearForm(_groove_limits, _groove_ranges, _least_groove, _groove_sizes)

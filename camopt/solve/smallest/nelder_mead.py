@@ -13,21 +13,21 @@ import numpy as np
 import scipy
 
 from camopt.core.numerics import FloatArray, IndexArray
-from camopt.core.numerics.clock import now
+from camopt.core.numerics.clock import clock_seconds
 from camopt.model.mechanisms.design import SizeBounds
-from camopt.solve.smallest.closed_form import closed_form
-from camopt.solve.smallest.result import Smallest, gap_of
-from camopt.solve.smallest.smallest import small
-from camopt.solve.smallest.turns import BestTurn, SegmentAngles, better
+from camopt.solve.smallest.closed_form import closed_form_design
+from camopt.solve.smallest.result import SmallestCam, allowed_gap
+from camopt.solve.smallest.smallest import solve_small_cam
+from camopt.solve.smallest.turns import SegmentAngles, TurnOptimum, better_turn
 
-DEAR = 1e9  # mm, what is without a feasible design costs a descent
-NARROW_TRADE = 1e-9  # deg
-MOVES = 80  # of a descent, for each angle
+INFEASIBLE_COST = 1e9  # mm, what is without a feasible design costs a descent
+NARROW_RANGE = 1e-9  # deg
+DESCENT_MOVES = 80  # of a descent, for each angle
 LEAST_TRADE, TRADE_GAIN = 1e-3, 1e-7  # of trades between segments: deg, and share of the size
 ROUGH_END, FINE_END = 1e-6, 1e-10  # where a descent ends, mm and shares of a range
 
 
-def descend(
+def descend_simplex(
     cost: Callable[[FloatArray], float],
     start: FloatArray,
     steps: FloatArray,
@@ -42,7 +42,7 @@ def descend(
     """
 
     def stop(intermediate_result: Any) -> None:
-        if now() > until:
+        if clock_seconds() > until:
             raise StopIteration
 
     corners = start + np.vstack([np.zeros(start.size), np.diag(steps)])
@@ -57,73 +57,81 @@ def descend(
 class NelderMead:
     """A descent over the angles from the best turn so far; no proof, but most often the optimum."""
 
-    def __init__(self, turns: SegmentAngles, bounds: SizeBounds, best: BestTurn | None = None) -> None:
+    def __init__(self, turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum | None = None) -> None:
         self.turns, self.bounds, self.box = turns, bounds, turns.box
-        self.free = np.flatnonzero(self.box.high - self.box.low > NARROW_TRADE)
-        self.best = best or BestTurn(Smallest(None, 0.0), turns.at(np.full(len(turns.freed), 0.5), self.box))
+        self.free = np.flatnonzero(self.box.high - self.box.low > NARROW_RANGE)
+        self.best = best or TurnOptimum(
+            SmallestCam(None, 0.0), turns.turn_at_shares(np.full(len(turns.freed_segments), 0.5), self.box)
+        )
 
-    def few_turns(self) -> BestTurn:
+    def try_few_turns(self) -> TurnOptimum:
         """The best turn by the closed form, if it decides; else the best of the middle, corners and the scene."""
-        self.looked_at(self.best.freed)
-        if self.free.size > 1 and self.down_by_closed_form():
+        self.solve_turn(self.best.freed_angles)
+        if self.free.size > 1 and self.descend_by_closed_form():
             return self.best
         scene = self.turns.scene_angles
         inside = np.all((scene >= self.box.low) & (scene <= self.box.high))
-        for freed in [*self.turns.corners, *([scene] if inside else [])]:
-            if now() < self.turns.until:
-                self.looked_at(freed)
+        for freed in [*self.turns.corner_turns, *([scene] if inside else [])]:
+            if clock_seconds() < self.turns.until:
+                self.solve_turn(freed)
         return self.best
 
-    def run(self) -> BestTurn:
+    def run(self) -> TurnOptimum:
         """The turn that descents reach from the best one so far."""
         if self.free.size > 1 and self.best.answer.design is not None:
-            self.down(self.size, 0.05, ROUGH_END)
-            self.traded(self.size, self.best.freed)
-            self.down(partial(self.size, closely=True), 1e-3, FINE_END)
+            self.descend_from_best(self.size_of_turn, 0.05, ROUGH_END)
+            self.trade_angles(self.size_of_turn, self.best.freed_angles)
+            self.descend_from_best(partial(self.size_of_turn, closely=True), 1e-3, FINE_END)
         return self.best
 
-    def looked_at(self, freed: FloatArray, *, closely: bool = False) -> Smallest:
+    def solve_turn(self, freed: FloatArray, *, closely: bool = False) -> SmallestCam:
         """A small cam for a turn."""
         best, problem = self.best.answer.design, self.turns.problem_of(freed)
-        answer = small(problem, self.bounds, best, self.turns.until, closely=closely)
+        answer = solve_small_cam(problem, self.bounds, best, self.turns.until, closely=closely)
         if answer.design is None and best is None:
-            self.best = BestTurn(answer, freed)
-        self.best = better(self.best, BestTurn(answer, freed))
+            self.best = TurnOptimum(answer, freed)
+        self.best = better_turn(self.best, TurnOptimum(answer, freed))
         return answer
 
-    def size(self, freed: FloatArray, *, closely: bool = False) -> float:
+    def size_of_turn(self, freed: FloatArray, *, closely: bool = False) -> float:
         """The size of a small cam for a turn; none is found when the time is over."""
-        if now() > self.turns.until:
-            return DEAR
-        return min(self.looked_at(freed, closely=closely).size, DEAR)
+        if clock_seconds() > self.turns.until:
+            return INFEASIBLE_COST
+        return min(self.solve_turn(freed, closely=closely).size, INFEASIBLE_COST)
 
-    def by_closed_form(self, freed: FloatArray) -> float:
+    def closed_form_size(self, freed: FloatArray) -> float:
         """The size by the closed form alone; most often no other limit asks for more."""
-        design = closed_form(self.turns.problem_of(freed), self.bounds)
-        return DEAR if design is None else float(design.size[0])
+        design = closed_form_design(self.turns.problem_of(freed), self.bounds)
+        return INFEASIBLE_COST if design is None else float(design.size[0])
 
-    def down_by_closed_form(self) -> bool:
+    def descend_by_closed_form(self) -> bool:
         """Descend by the closed form; whether the cam that it ends at holds all other limits too."""
         for reach in (0.05, 1e-3):
-            turn = self.traded(self.by_closed_form, self.down(self.by_closed_form, reach, FINE_END))
-            least, reached = self.by_closed_form(turn), self.looked_at(turn)
-            decided = least < DEAR and reached.design is not None and reached.size <= least + gap_of(reached.design)
+            turn = self.trade_angles(
+                self.closed_form_size, self.descend_from_best(self.closed_form_size, reach, FINE_END)
+            )
+            least, reached = self.closed_form_size(turn), self.solve_turn(turn)
+            decided = (
+                least < INFEASIBLE_COST
+                and reached.design is not None
+                and reached.size <= least + allowed_gap(reached.design)
+            )
         return decided
 
-    def moved(self, start: FloatArray, order: IndexArray, steps: FloatArray) -> FloatArray:
+    def shifted_turn(self, start: FloatArray, order: IndexArray, steps: FloatArray) -> FloatArray:
         """A turn whose free segments but the last, in some order, are longer by shares of their ranges."""
         wanted, lengths = start.copy(), steps * (self.box.high - self.box.low)[order[:-1]]
         wanted[order[:-1]] += lengths
         wanted[order[-1]] -= lengths.sum()
         return wanted
 
-    def traded(self, cost: Callable[[FloatArray], float], turn: FloatArray) -> FloatArray:
+    def trade_angles(self, cost: Callable[[FloatArray], float], turn: FloatArray) -> FloatArray:
         """From a turn, give degrees of one segment to another as long as that helps, up to their ends.
 
         Two segments at a time are the edges of the box of turns: those at an end of their range stay exactly there.
         """
         least, step = cost(turn), float(np.max(self.box.high - self.box.low)) / 4.0
-        while step > LEAST_TRADE and now() < self.turns.until:
+        while step > LEAST_TRADE and clock_seconds() < self.turns.until:
             before = least
             for longer, shorter in permutations(self.free, 2):
                 taken, given = self.box.high[longer] - turn[longer], turn[shorter] - self.box.low[shorter]
@@ -138,17 +146,19 @@ class NelderMead:
             step = step if least < before * (1.0 - TRADE_GAIN) else step / 4.0
         return turn
 
-    def down(self, cost: Callable[[FloatArray], float], reach: float, closest: float) -> FloatArray:
+    def descend_from_best(self, cost: Callable[[FloatArray], float], reach: float, closest: float) -> FloatArray:
         """The turn of least cost that a simplex of a given reach finds from the best one."""
-        start = self.best.freed
+        start = self.best.freed_angles
         room = np.minimum(start - self.box.low, self.box.high - start)[self.free]
         order = self.free[np.argsort(room, kind="stable")]
         inwards = np.where(self.box.high - start >= start - self.box.low, reach, -reach)[order[:-1]]
 
-        def at(steps: FloatArray) -> float:
-            wanted = self.moved(start, order, steps)
+        def cost_at_steps(steps: FloatArray) -> float:
+            wanted = self.shifted_turn(start, order, steps)
             outside = float(np.maximum(self.box.low - wanted, wanted - self.box.high).max(initial=0.0))
-            return cost(wanted) if outside <= 0.0 else DEAR * (1.0 + outside)
+            return cost(wanted) if outside <= 0.0 else INFEASIBLE_COST * (1.0 + outside)
 
-        steps = descend(at, np.zeros(inwards.size), inwards, (closest, closest), MOVES, self.turns.until)
-        return self.moved(start, order, steps)
+        steps = descend_simplex(
+            cost_at_steps, np.zeros(inwards.size), inwards, (closest, closest), DESCENT_MOVES, self.turns.until
+        )
+        return self.shifted_turn(start, order, steps)

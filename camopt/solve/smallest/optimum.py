@@ -6,15 +6,15 @@ from math import isfinite
 from typing import Any, ClassVar
 
 from camopt.core.mistakes import NOTHING_FEASIBLE
-from camopt.scene.oddities import no_wall
 from camopt.scene.problem.problem import resolve
 from camopt.scene.scene import Scene
+from camopt.scene.unusual_values import no_wall
 from camopt.solve.smallest.price import PRICE_COLUMNS, UNKNOWN_PRICE, Price, price_table
 from camopt.solve.tables.cells import with_unit
 from camopt.solve.tables.designs import Design, designs_table, laws_shown, miss_sections, with_law
-from camopt.solve.tables.result import Result, Table, plain
+from camopt.solve.tables.result import Result, Table, to_json_values
 
-TO_THE_LARGEST = "the largest that was tried does, or cannot be assembled"
+LARGEST_FAILS = "the largest that was tried does, or cannot be assembled"
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class Optimum(Result):
             clear = row["clear_above_mm"]
             if clear > row[size_name]:
                 tried = f"above {with_unit(clear, 'mm')} none that was tried does"
-                tried = tried if isfinite(clear) else TO_THE_LARGEST
+                tried = tried if isfinite(clear) else LARGEST_FAILS
                 late = ", and not all were looked at in the time" if self.out_of_time else ""
                 yield f"{law or self.scene.name}: larger cams may break a limit again{late}; {tried}."
 
@@ -151,7 +151,7 @@ class Optimum(Result):
     def document(self) -> dict[str, Any]:
         """The best design, those of each law, what is in the way, and prices."""
         return {
-            **plain(next(iter(self.by_law.values()), {})),
+            **to_json_values(next(iter(self.by_law.values()), {})),
             "by_law": self.by_law,
             "obstacles": self.obstacles,
             "nearest_miss": self.nearest_miss,

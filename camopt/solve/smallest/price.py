@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 from warnings import warn
 
-from camopt.core.quantities.unit_systems import computed, shown, shown_unit
+from camopt.core.quantities.unit_systems import from_shown_unit, shown_unit, to_shown_unit
 from camopt.solve.tables.cells import with_unit
-from camopt.solve.tables.result import Result, Table, plain, table_of
+from camopt.solve.tables.result import Result, Table, table_of, to_json_values
 
 UNKNOWN_PRICE = "—"
 PRICE_COLUMNS = ("bound", "as set", "price", "tightened", "size without it", "holds to", "then held by")
@@ -64,7 +64,7 @@ class Price:
 
     def to_dict(self) -> dict[str, Any]:
         """The values by name."""
-        return dict(plain(self))
+        return dict(to_json_values(self))
 
     def to_json(self) -> dict[str, Any]:
         """The old name of ``to_dict``."""
@@ -78,7 +78,7 @@ class Price:
         def cost(value: float | None) -> str:
             if value is None:
                 return UNKNOWN_PRICE
-            return f"{computed(shown(value, unit_of_size), self.unit):.4g} {unit}".replace("-", "−")
+            return f"{from_shown_unit(to_shown_unit(value, unit_of_size), self.unit):.4g} {unit}".replace("-", "−")
 
         def amount(value: float | None, unit: str) -> str:
             return UNKNOWN_PRICE if value is None else with_unit(value, unit).replace("-", "−")

@@ -13,95 +13,105 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import now, share
-from camopt.model.effects.given import NO_BAND, Band, GivenErrors
+from camopt.core.numerics.clock import clock_seconds, time_share
+from camopt.model.effects.effect_numbers import NO_BAND, ErrorBand, ToleranceBands
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.problem.limit import Limit
-from camopt.scene.problem.problem import Problem, exactly, resolve
-from camopt.scene.problem.settings import freed_of, laws_of
-from camopt.scene.problem.zones import looked_at
-from camopt.scene.tolerances import Zone
-from camopt.solve.smallest.freedom import Freedom
-from camopt.solve.smallest.multipliers import NO_RATES, ActiveBound, Rates, bounds_met, rates
-from camopt.solve.smallest.optimise import SECONDS, end_of, least_of_all
+from camopt.scene.problem.problem import Problem, at_rounding_error, resolve
+from camopt.scene.problem.settings import law_choices, problem_with_free_numbers
+from camopt.scene.problem.tolerance_zones import initial_robust_errors
+from camopt.scene.tolerances import ToleranceZone
+from camopt.solve.smallest.free_variables import FreeVariables
+from camopt.solve.smallest.multipliers import (
+    ZERO_RATES,
+    ActiveConstraint,
+    PriceRates,
+    active_constraints,
+    price_rates,
+)
+from camopt.solve.smallest.optimise import OPTIMISE_SECONDS, search_end, solve_all_boxes
 from camopt.solve.smallest.optimum import Optimum
 from camopt.solve.smallest.price import Price, Prices
 from camopt.solve.smallest.turns import SegmentAngles
 from camopt.solve.tables.designs import joined_laws
-from camopt.solve.verdicts.judging import excesses, worst_excesses
-from camopt.solve.verdicts.running import columns_for
+from camopt.solve.verdicts.effect_runs import columns_for
+from camopt.solve.verdicts.limit_verdicts import excesses, worst_excesses
 
 BOUND_ROUNDING = 1e-9  # of a bound
 MICRON, DEGREE = ("µm", 1e-3), ("deg", radians(1.0))
-STEP = 1e-3
+TOLERANCE_STEP = 1e-3
 """Of a tolerance: differences are taken over it."""
 
 
 @dataclass(frozen=True)
-class Toleranced:
+class PricedTolerance:
     """A tolerance, by its key in the scene."""
 
     key: str
-    band: Band
+    band: ErrorBand
     """mm or rad; of other numbers in their unit."""
     unit: str
-    size: float
+    unit_size: float
     """Of the unit, mm or rad."""
-    put: Callable[[GivenErrors, Band], GivenErrors]
+    set_band: Callable[[ToleranceBands, ErrorBand], ToleranceBands]
     field: str = ""
     """Of designs, if they have it."""
 
     @property
     def bound(self) -> float:
         """The larger of its ends, in its unit."""
-        return max(-self.band.low, self.band.high) / self.size
+        return max(-self.band.low, self.band.high) / self.unit_size
 
-    def in_problem(self, problem: Problem, band: Band) -> Problem:
+    def problem_with_band(self, problem: Problem, band: ErrorBand) -> Problem:
         """The problem with other ends of this tolerance."""
         given, zones = problem.setup.errors, dict(problem.zones)
-        setup = problem.setup if given is None else replace(problem.setup, errors=self.put(given, band))
+        setup = problem.setup if given is None else replace(problem.setup, errors=self.set_band(given, band))
         if self.field in zones:
-            zones[self.field] = Zone(band.low, band.high, zones[self.field].deviation)
+            zones[self.field] = ToleranceZone(band.low, band.high, zones[self.field].deviation)
             zones = {field: zone for field, zone in zones.items() if zone.lower or zone.upper}
-        new = {limit.name: limit for limit in problem.values.limits(setup)}
+        new = {limit.name: limit for limit in problem.scene_values.limits(setup)}
         limits = tuple(replace(new[each.name], bound=each.bound) for each in problem.limits)
-        return replace(problem, setup=setup, limits=limits, zones=zones, offs=looked_at(zones))
+        return replace(problem, setup=setup, limits=limits, zones=zones, robust_errors=initial_robust_errors(zones))
 
-    def slopes(self, problem: Problem, limits: list[Limit]) -> FloatArray:
+    def excess_slopes(self, problem: Problem, limits: list[Limit]) -> FloatArray:
         """How the excess over each limit of a problem's design changes as both ends go out, per unit."""
-        step = STEP * self.bound * self.size
+        step = TOLERANCE_STEP * self.bound * self.unit_size
         names, found = [limit.name for limit in limits], []
         for by in (step, -step):
-            wider = self.in_problem(problem, Band(self.band.low - by, self.band.high + by))
+            wider = self.problem_with_band(problem, ErrorBand(self.band.low - by, self.band.high + by))
             own = {limit.name: limit for limit in wider.limits}
             found.append(worst_excesses(wider, [own[name] for name in names], problem.design)[:, 0])
-        return np.asarray((found[0] - found[1]) / (2.0 * step) * self.size)
+        return np.asarray((found[0] - found[1]) / (2.0 * step) * self.unit_size)
 
 
-def tolerances_of(problem: Problem) -> Iterator[Toleranced]:
+def tolerances_of(problem: Problem) -> Iterator[PricedTolerance]:
     """The tolerances of a problem that are above 0."""
     given, variables = problem.setup.errors, {each.field: each for each in problem.variables}
     fields = {each.key: field for field, each in variables.items()}
     sizes = {} if given is None else {variables[field].key: band for field, band in given.sizes.items()}
     others = {} if given is None else {**given.second, **{key: band for key, (band, _) in given.links.items()}}
-    zones = {variables[field].key: Band(zone.lower, zone.upper) for field, zone in problem.zones.items()}
+    zones = {variables[field].key: ErrorBand(zone.lower, zone.upper) for field, zone in problem.zones.items()}
     for key, band in {**sizes, **others, **zones}.items():
         if band.low or band.high:
             variable = variables[fields[key]]
             unit = MICRON if variable.unit == "mm" else (variable.unit, 1.0)
-            yield Toleranced(f"tolerances.{key}", band, *unit, partial(_with_number, key, fields[key]), fields[key])
+            yield PricedTolerance(
+                f"tolerances.{key}", band, *unit, partial(_with_number_band, key, fields[key]), fields[key]
+            )
     if given is None:
         return
     for key, name in (("profile", "profile"), ("bore_eccentricity", "bore")):
         if size := getattr(given, name):
-            yield Toleranced(f"tolerances.{key}", Band(-size, size), *MICRON, partial(_with_field, name))
+            yield PricedTolerance(
+                f"tolerances.{key}", ErrorBand(-size, size), *MICRON, partial(_with_error_field, name)
+            )
     for key, name in (("phase", "phase"), ("face_tilt", "tilt"), ("disc_phase", "disc_phase")):
         band = getattr(given, name)
         if band.low or band.high:
-            yield Toleranced(f"tolerances.{key}", band, *DEGREE, partial(_with_field, name))
+            yield PricedTolerance(f"tolerances.{key}", band, *DEGREE, partial(_with_error_field, name))
 
 
-def _with_number(key: str, field: str, given: GivenErrors, band: Band) -> GivenErrors:
+def _with_number_band(key: str, field: str, given: ToleranceBands, band: ErrorBand) -> ToleranceBands:
     """Errors with other ends of a size of the follower, of its second contact, or of a number of the train."""
     sizes, second, links = dict(given.sizes), dict(given.second), dict(given.links)
     if field in sizes:
@@ -113,14 +123,14 @@ def _with_number(key: str, field: str, given: GivenErrors, band: Band) -> GivenE
     return replace(given, sizes=sizes, second=second, links=links)
 
 
-def _with_field(name: str, given: GivenErrors, band: Band) -> GivenErrors:
+def _with_error_field(name: str, given: ToleranceBands, band: ErrorBand) -> ToleranceBands:
     """Errors with another tolerance of an angle, or of a distance, which has one number."""
-    value: Any = band if isinstance(getattr(given, name), Band) else band.high
+    value: Any = band if isinstance(getattr(given, name), ErrorBand) else band.high
     return replace(given, **{name: value})
 
 
 @singledispatch
-def prices(what: Any, seconds: float = SECONDS) -> Prices:
+def prices(what: Any, seconds: float = OPTIMISE_SECONDS) -> Prices:
     """Find what each bound costs that holds a result, and what would hold the smallest cam of known laws next.
 
     Bounds are those of ``[limits]``, the diameter of the shaft, the ends of ranges in ``[search]``, the tolerances
@@ -175,95 +185,103 @@ def prices(what: Any, seconds: float = SECONDS) -> Prices:
 
 
 @prices.register
-def prices_of_smallest(optimum: Optimum, seconds: float = SECONDS) -> Prices:
+def prices_of_smallest(optimum: Optimum, seconds: float = OPTIMISE_SECONDS) -> Prices:
     """The prices of the smallest cam of each law, what would hold it next sought in so many seconds."""
-    end = end_of(seconds)
-    cams = dict(_cams(optimum))
-    found = {law: _prices_at(cams[law]) for law in optimum.by_law}
+    end = search_end(seconds)
+    cams = dict(_free_variables_by_law(optimum))
+    found = {law: _active_prices(cams[law]) for law in optimum.by_law}
     left = sum(len(each) for each in found.values())
     for law, each in found.items():
         for number, price in enumerate(each):
-            each[number] = _with_next(price, cams[law], share(end, left))
+            each[number] = _with_next_optimum(price, cams[law], time_share(end, left))
             left -= 1
     return Prices(found)
 
 
-def _cams(optimum: Optimum) -> Iterator[tuple[str, Freedom]]:
+def _free_variables_by_law(optimum: Optimum) -> Iterator[tuple[str, FreeVariables]]:
     """The smallest cam of each law; not by its scene, which may be one that a part in it forbids."""
-    problem = freed_of(exactly(resolve(optimum.scene)))
-    for programme, pair in laws_of(problem).items():
+    problem = problem_with_free_numbers(at_rounding_error(resolve(optimum.scene)))
+    for programme, pair in law_choices(problem).items():
         laws = joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
         row = optimum.by_law.get(laws)
         if row is None:
             continue
-        numbers = {each.key: row[each.quantity] for each in problem.choices.trains}
+        numbers = {each.key: row[each.quantity] for each in problem.search_space.trains}
         moved = problem.with_programme(programme).with_numbers(numbers)
         turns = SegmentAngles(moved, pair)
         varied = [each for each in problem.variables if each.is_size or each.key in problem.setup.free]
         values = {each.field: np.array([row[each.quantity]]) for each in varied if each.quantity in row}
-        freed = np.array([row["angles_deg"][segment] for segment in turns.freed])
-        turned = turns.problem_of(freed) if turns.freed else moved
-        yield laws, Freedom(replace(turned, design=problem.design.with_values(values)), turns, freed)
+        freed = np.array([row["angles_deg"][segment] for segment in turns.freed_segments])
+        turned = turns.problem_of(freed) if turns.freed_segments else moved
+        yield laws, FreeVariables(replace(turned, design=problem.design.with_values(values)), turns, freed)
 
 
-def _prices_at(cam: Freedom) -> list[Price]:
+def _active_prices(cam: FreeVariables) -> list[Price]:
     """The prices of the bounds that a smallest cam just meets, without what would hold it next."""
-    bounds = bounds_met(cam)
+    bounds = active_constraints(cam)
     tolerances = {each.key: each for each in tolerances_of(cam.problem)}
-    slopes = {key: _slopes(each, cam, bounds) for key, each in tolerances.items()}
-    costs = rates(cam, bounds, slopes)
-    binding = _that_matter(bounds, costs)
-    asked = {bound.key: bound for bound in binding if bound.limit is None or bound.limit.asked}
+    slopes = {key: _constraint_slopes(each, cam, bounds) for key, each in tolerances.items()}
+    costs = price_rates(cam, bounds, slopes)
+    binding = _significant_constraints(bounds, costs)
+    asked = {bound.key: bound for bound in binding if bound.limit is None or bound.limit.set_by_scene}
     found = [(key, bound.value, bound.unit, bound.relation) for key, bound in asked.items()]
     found += [(key, each.bound, each.unit, "±") for key, each in tolerances.items() if np.any(slopes[key])]
-    return [Price(*each, _finite(costs[each[0]].eased), _finite(costs[each[0]].tightened)) for each in found]
+    return [
+        Price(*each, _finite_price(costs[each[0]].eased), _finite_price(costs[each[0]].tightened)) for each in found
+    ]
 
 
-def _slopes(tolerance: Toleranced, cam: Freedom, bounds: list[ActiveBound]) -> FloatArray:
+def _constraint_slopes(
+    tolerance: PricedTolerance, cam: FreeVariables, bounds: list[ActiveConstraint]
+) -> FloatArray:
     """How what bounds ask changes with a tolerance, per unit of it; 0 of ends of ranges."""
     limits = [bound.limit for bound in bounds if bound.limit is not None]
-    found = iter(tolerance.slopes(cam.problem, limits))
+    found = iter(tolerance.excess_slopes(cam.problem, limits))
     return np.array([0.0 if bound.limit is None else next(found) for bound in bounds])
 
 
-def _that_matter(bounds: list[ActiveBound], costs: Mapping[str, Rates]) -> list[ActiveBound]:
-    return [bound for bound in bounds if bound.limit is not None or costs[bound.key] != NO_RATES]
+def _significant_constraints(
+    bounds: list[ActiveConstraint], costs: Mapping[str, PriceRates]
+) -> list[ActiveConstraint]:
+    return [bound for bound in bounds if bound.limit is not None or costs[bound.key] != ZERO_RATES]
 
 
-def _finite(value: float) -> float | None:
+def _finite_price(value: float) -> float | None:
     return value + 0.0 if isfinite(value) else None  # no −0
 
 
-def _with_next(price: Price, cam: Freedom, until: float) -> Price:
+def _with_next_optimum(price: Price, cam: FreeVariables, until: float) -> Price:
     """A price with the smallest cam without its limit, if that is found and proved in time."""
     limits = [limit for limit in cam.problem.limits if limit.key == price.key]
     tolerance = next((each for each in tolerances_of(cam.problem) if each.key == price.key), None)
-    if not (limits or tolerance) or now() >= until:
+    if not (limits or tolerance) or clock_seconds() >= until:
         return price
 
-    def without(problem: Problem) -> Problem:
-        return tolerance.in_problem(problem, NO_BAND) if tolerance else problem.without(price.key)
+    def ease_limit(problem: Problem) -> Problem:
+        return tolerance.problem_with_band(problem, NO_BAND) if tolerance else problem.without_bound(price.key)
 
-    easier, turns = without(cam.problem), replace(cam.turns, problem=without(cam.turns.problem), until=until)
+    easier, turns = ease_limit(cam.problem), replace(cam.turns, problem=ease_limit(cam.turns.problem), until=until)
     try:
-        _, least = least_of_all(easier, turns, until)
+        _, least = solve_all_boxes(easier, turns, until)
     except BadInput:  # nothing else limits the size
         return replace(price, size_without=0.0, next=())
-    if least is None or least.answer.design is None or not least.answer.proved:
+    if least is None or least.answer.design is None or not least.answer.is_proved:
         return price
-    other = Freedom(replace(least.problem, design=least.answer.design), turns, least.freed)
-    bounds = bounds_met(other)
-    following = tuple(dict.fromkeys(bound.key for bound in _that_matter(bounds, rates(other, bounds))))
-    holds_to = _met_at(price, limits, other) if limits else None
+    other = FreeVariables(replace(least.problem, design=least.answer.design), turns, least.freed_angles)
+    bounds = active_constraints(other)
+    following = tuple(
+        dict.fromkeys(bound.key for bound in _significant_constraints(bounds, price_rates(other, bounds)))
+    )
+    holds_to = _bound_at_cam(price, limits, other) if limits else None
     return replace(price, size_without=least.answer.size, holds_to=holds_to, next=following)
 
 
-def _met_at(price: Price, limits: Sequence[Limit], cam: Freedom) -> float | None:
+def _bound_at_cam(price: Price, limits: Sequence[Limit], cam: FreeVariables) -> float | None:
     """The bound that a cam just meets: the least strict that one of some limits asks of it."""
     design, problem = cam.problem.design, cam.problem
     columns = columns_for(problem, limits, design)
-    slopes = np.array([limit.by_bound(columns, design)[0] for limit in limits])
+    slopes = np.array([limit.excess_derivative(columns, design)[0] for limit in limits])
     excess = excesses(limits, columns, design)[:, 0]
     asked = np.argmax(excess / np.abs(slopes))
     met = float(price.bound - excess[asked] / slopes[asked])
-    return _finite(met if abs(met) > BOUND_ROUNDING * abs(price.bound) else 0.0)
+    return _finite_price(met if abs(met) > BOUND_ROUNDING * abs(price.bound) else 0.0)

@@ -8,11 +8,11 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.model.motion.programme import Programme
-from camopt.model.motion.segments import GivenSegment, positions_of
-from camopt.scene.problem.choices import LawPair
+from camopt.model.motion.segments import MotionSegment, segment_positions
 from camopt.scene.problem.problem import Problem
+from camopt.scene.problem.search_space import LawPair
 from camopt.scene.problem.variables import Variable
-from camopt.solve.smallest.result import Smallest
+from camopt.solve.smallest.result import SmallestCam
 
 SAME_POSITION = 1e-9  # mm or deg of displacement
 
@@ -30,59 +30,59 @@ class SegmentAngles:
 
     problem: Problem
     laws: LawPair
-    without: tuple[int, ...] = ()
+    skipped_dwells: tuple[int, ...] = ()
     """Freed dwells that these turns go without."""
     until: float = inf
     """When the search among them is to stop (``clock.now``)."""
 
     @property
-    def segments(self) -> tuple[GivenSegment, ...]:
+    def segments(self) -> tuple[MotionSegment, ...]:
         """The segments of the scene's turn."""
         return self.problem.segments
 
     @property
     def variables(self) -> list[Variable]:
         """The angles that ``[search]`` frees."""
-        return self.problem.choices.angles
+        return self.problem.search_space.angles
 
     @property
-    def freed(self) -> tuple[int, ...]:
+    def freed_segments(self) -> tuple[int, ...]:
         """The segments that have them."""
         return tuple(each.segment for each in self.variables)
 
     @property
     def scene_angles(self) -> FloatArray:
         """The angles of the freed segments in the scene itself."""
-        return np.array([self.segments[i].angle for i in self.freed])
+        return np.array([self.segments[i].angle for i in self.freed_segments])
 
     @property
     def box(self) -> AngleRanges:
         """All angles."""
-        low, high = np.array([each.ends for each in self.variables], dtype=float).reshape(-1, 2).T
-        high[[i in self.without for i in self.freed]] = 0.0
-        return self.tightened(AngleRanges(low, high))
+        low, high = np.array([each.range_ends for each in self.variables], dtype=float).reshape(-1, 2).T
+        high[[i in self.skipped_dwells for i in self.freed_segments]] = 0.0
+        return self.tighten_ranges(AngleRanges(low, high))
 
     @property
-    def kinds(self) -> list["SegmentAngles"]:
+    def turn_kinds(self) -> list["SegmentAngles"]:
         """The turns in which the follower rests at its lowest, and, where they may, those in which it does not.
 
         However short, such a rest is an arc of the base circle, and has its curvature.
         """
-        ends = positions_of(self.segments)
+        ends = segment_positions(self.segments)
         lowest = min(ends)
         rests = [
             i for i, s in enumerate(self.segments) if s.segment == "dwell" and ends[i] - lowest <= SAME_POSITION
         ]
-        without = replace(self, without=tuple(i for i in rests if i in self.freed))
-        least = dict(zip(self.freed, self.box.low, strict=True))
+        without = replace(self, skipped_dwells=tuple(i for i in rests if i in self.freed_segments))
+        least = dict(zip(self.freed_segments, self.box.low, strict=True))
         gone = all(least.get(i, self.segments[i].angle) == 0.0 for i in rests)
         room = without.box.high.sum() >= self.scene_angles.sum()
         return [self, without] if rests and gone and room else [self]
 
     @property
-    def corners(self) -> list[FloatArray]:
+    def corner_turns(self) -> list[FloatArray]:
         """Turns whose segments, one after the other in a few orders, are as long as they can be, the rest short."""
-        box, count, found = self.box, len(self.freed), []
+        box, count, found = self.box, len(self.freed_segments), []
         for first in range(count):
             for way in (1, -1):
                 freed, left = box.low.copy(), self.scene_angles.sum() - box.low.sum()
@@ -92,31 +92,33 @@ class SegmentAngles:
                 found.append(freed)
         return found
 
-    def tightened(self, box: AngleRanges) -> AngleRanges:
+    def tighten_ranges(self, box: AngleRanges) -> AngleRanges:
         """The least box of the same turns: what others cannot take or give is no choice."""
         total = self.scene_angles.sum()
         low = np.maximum(box.low, total - (box.high.sum() - box.high))
         high = np.minimum(box.high, total - (box.low.sum() - box.low))
         return AngleRanges(np.minimum(low, high), high)
 
-    def angles(self, freed: FloatArray) -> list[float]:
+    def all_angles(self, freed: FloatArray) -> list[float]:
         """The angles of all segments of a turn."""
-        given = dict(zip(self.freed, map(float, freed), strict=True))
+        given = dict(zip(self.freed_segments, map(float, freed), strict=True))
         return [given.get(i, s.angle) for i, s in enumerate(self.segments)]
 
-    def programme(self, freed: FloatArray) -> Programme:
+    def programme_of(self, freed: FloatArray) -> Programme:
         """The turn with these angles of its freed segments."""
-        angles = self.angles(freed)
+        angles = self.all_angles(freed)
         segments = [s._replace(angle=angle) for s, angle in zip(self.segments, angles, strict=True)]
         angular, laws, load = self.problem.given_turns, self.problem.laws, self.problem.programme.load
         asked = Programme.from_segments(segments, angular=angular, laws=laws, load=load)
-        return self.problem.with_programme(self.problem.driving(asked)).with_laws(*self.laws)
+        return self.problem.with_programme(self.problem.follower_motion(asked)).follower_motion_with_laws(
+            *self.laws
+        )
 
     def problem_of(self, freed: FloatArray) -> Problem:
         """The problem of the turn with these angles of its freed segments."""
-        return self.problem.with_programme(self.programme(freed))
+        return self.problem.with_programme(self.programme_of(freed))
 
-    def at(self, share: FloatArray, box: AngleRanges) -> FloatArray:
+    def turn_at_shares(self, share: FloatArray, box: AngleRanges) -> FloatArray:
         """A turn of a box by the share of each segment's range that it takes, more or less: the total is kept."""
         wanted, total = box.low + share * (box.high - box.low), self.scene_angles.sum()
         over = wanted.sum() - total
@@ -124,12 +126,12 @@ class SegmentAngles:
         return np.asarray(np.clip(wanted - over * room / (room.sum() or 1.0), box.low, box.high))
 
 
-class BestTurn(NamedTuple):
+class TurnOptimum(NamedTuple):
     """The smallest cam of the turns looked at, and the angles of its freed segments."""
 
-    answer: Smallest
-    freed: FloatArray
+    answer: SmallestCam
+    freed_angles: FloatArray
 
 
-def better(best: BestTurn, other: BestTurn) -> BestTurn:
+def better_turn(best: TurnOptimum, other: TurnOptimum) -> TurnOptimum:
     return other if other.answer.size < best.answer.size else best

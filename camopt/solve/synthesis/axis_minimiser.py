@@ -18,33 +18,45 @@ from camopt.core.mistakes import Unsolved
 from camopt.core.numerics import FloatArray
 from camopt.scene.scene import Scene
 from camopt.scene.synthesis import AXIS_TERMS
-from camopt.solve.synthesis.cams import cam_for, programme_with, scene_with_laws, term_of, within
-from camopt.solve.synthesis.ceilings import ceilings_at, ceilings_of, quantities
-from camopt.solve.synthesis.convex import Convex, convex
-from camopt.solve.synthesis.demand import LIMIT_MARGINS, Demand, tightened
-from camopt.solve.synthesis.from_scene import by_offset, demand_of, objective_in
+from camopt.solve.synthesis.cams import (
+    motion_holds_limits,
+    objective_term,
+    programme_with_laws,
+    scene_with_laws,
+    smallest_cam_for_laws,
+)
+from camopt.solve.synthesis.ceilings import ceilings_at, ceilings_of, load_quantities
+from camopt.solve.synthesis.convex_model import ConvexModel, build_convex_model
 from camopt.solve.synthesis.iterate import Iterate, iterate_of
+from camopt.solve.synthesis.problem_from_scene import objective_weights, split_by_offset, synthesis_problem
 from camopt.solve.synthesis.relaxation import RelaxedMotion
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
 from camopt.solve.synthesis.solver import SOLVER_ERROR
 from camopt.solve.synthesis.spline_motion import SplineMotion
+from camopt.solve.synthesis.synthesis_problem import LIMIT_MARGINS, SynthesisProblem, tighten_limits
+from camopt.solve.synthesis.synthesis_result import Synthesis
 from camopt.solve.synthesis.synthesise import (
+    NONCONVEX_GAP,
     PANEL_COUNTS,
-    WORSE,
-    best_of,
-    gentlest,
-    lowered,
+    best_synthesis,
+    least_jerk_laws,
     starting_laws,
+    subtract_solver_error,
 )
-from camopt.solve.synthesis.synthesised import Synthesis
 from camopt.solve.tables.designs import Design
 from camopt.solve.verdicts.evaluation import evaluate
 
-STARTS = 2  # starts of convex steps: those that promise most
-LOOKING_ERROR = 1e-3  # relative: of a quantity's value, which says where to look; what a cam has of it is its own
-SAME_LAWS = 1e-4  # of their change: steps from several starts end at one optimum, but for a solver's error
-HELD_SHARE = 1e-9  # relative: of a value that a cam holds
-LARGER = (0.0, 1e-7, 1e-6, 1e-5, 1e-4)  # by which a cam may be larger than the steps say, for a solver's error
+STEP_STARTS = 2  # starts of convex steps: those that promise most
+QUANTITY_ERROR = 1e-3  # relative: of a quantity's value, which says where to look; what a cam has of it is its own
+EQUAL_LAWS_CHANGE = 1e-4  # of their change: steps from several starts end at one optimum, but for a solver's error
+HELD_VALUE_SLACK = 1e-9  # relative: of a value that a cam holds
+SIZE_INCREASES = (
+    0.0,
+    1e-7,
+    1e-6,
+    1e-5,
+    1e-4,
+)  # by which a cam may be larger than the steps say, for a solver's error
 
 
 class FrontierCam(NamedTuple):
@@ -59,60 +71,60 @@ class AxisMinimiser:
 
     def __init__(self, scene: Scene, axes: Sequence[str], first: str, held: Sequence[str]) -> None:
         self.scene, self.axes, self.first = scene, axes, first
-        demand = demand_of(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
-        self.keys = {name: key for name, key in quantities(demand.problem).items() if name in (first, *held)}
+        demand = synthesis_problem(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
+        self.keys = {name: key for name, key in load_quantities(demand.problem).items() if name in (first, *held)}
         self.demand = replace(demand, objective={} if first in self.keys else {first: 1.0})
         self.held = {term: cp.Parameter() for term in held if term in AXIS_TERMS}
         self.known: list[Iterate] | None = None
 
     @cached_property
-    def free(self) -> Convex:
+    def free_model(self) -> ConvexModel:
         """The programme of free laws."""
-        return convex(tightened(self.demand, LIMIT_MARGINS[0]), SplineMotion, self.held)
+        return build_convex_model(tighten_limits(self.demand, LIMIT_MARGINS[0]), SplineMotion, self.held)
 
     @cached_property
-    def relaxed(self) -> Convex:
+    def relaxed_model(self) -> ConvexModel:
         """The relaxation that bounds it for any motion."""
-        wider = tightened(self.demand, -SOLVER_ERROR)
-        return convex(wider, partial(RelaxedMotion, PANEL_COUNTS[0]), self.held)
+        wider = tighten_limits(self.demand, -SOLVER_ERROR)
+        return build_convex_model(wider, partial(RelaxedMotion, PANEL_COUNTS[0]), self.held)
 
     @cached_property
-    def steps(self) -> SequentialConvex:
+    def convex_steps(self) -> SequentialConvex:
         """The steps under the ceilings of the scene and of held quantities, whatever their values."""
-        held = self._demand(dict.fromkeys(self.keys.keys() - {self.first}, 1.0))
-        return SequentialConvex(self.free, ceilings_of(held), self.lowered)
+        held = self._problem_with_held(dict.fromkeys(self.keys.keys() - {self.first}, 1.0))
+        return SequentialConvex(self.free_model, ceilings_of(held), self.minimised_ceilings)
 
     @cached_property
-    def lowered(self) -> tuple[Any, ...]:
+    def minimised_ceilings(self) -> tuple[Any, ...]:
         """The ceilings of the axis itself, if it is a quantity; their bounds do not matter."""
         return ceilings_at(self.demand.problem, self.keys[self.first], 1.0) if self.first in self.keys else ()
 
-    def at(
+    def minimise_at(
         self, value: Mapping[str, float], starts: Sequence[Iterate] = (), bounded: bool = True
     ) -> FrontierCam | None:
         """The best cam with the other axes held at values; None if none is found."""
         if not value and self.first in AXIS_TERMS:
             # the least of a term with nothing held: what ``synthesise`` finds
-            cam, found = best_of(self.scene, by_offset(self.demand), lambda done, most: None)
-            terms = self._terms(cam, found) | {"bound": None, "local": not cam.convex}
+            cam, found = best_synthesis(self.scene, split_by_offset(self.demand), lambda done, most: None)
+            terms = self._cam_row(cam, found) | {"bound": None, "local": not cam.convex}
             return FrontierCam(terms, found)
-        scene, demand, best = self.scene.with_values(self._limits(value)), self._demand(value), None
-        for laws in self._candidates(demand, value, starts):
+        scene, demand, best = self.scene.with_values(self._held_limits(value)), self._problem_with_held(value), None
+        for laws in self._candidate_laws(demand, value, starts):
             # what laws were found with of a size is no more than their cam has, but for margins
-            if best and self.first == "size" and self._prime(laws) - self.demand.roller >= best.row["size"]:
+            if best and self.first == "size" and self._prime_radius(laws) - self.demand.roller >= best.row["size"]:
                 continue
-            row = self._row(scene, demand, laws, value)
+            row = self._feasible_row(scene, demand, laws, value)
             if row and (best is None or row[self.first] < best.row[self.first]):
                 best = FrontierCam(row, laws)
-            if best and self.first in AXIS_TERMS and self._close(best.row[self.first]):
+            if best and self.first in AXIS_TERMS and self._is_near_optimum(best.row[self.first]):
                 break
         if best is None:
             return None
-        local = self.first not in AXIS_TERMS or not self._close(best.row[self.first])
-        bound = self._bound(value, best) if bounded else None
+        local = self.first not in AXIS_TERMS or not self._is_near_optimum(best.row[self.first])
+        bound = self._lower_bound(value, best) if bounded else None
         return best._replace(row=best.row | {"bound": bound, "local": local})
 
-    def _limits(self, value: Mapping[str, float]) -> dict[str, float]:
+    def _held_limits(self, value: Mapping[str, float]) -> dict[str, float]:
         """The bounds of the scene, by key, that hold quantities at a value."""
         limits = {}
         for name in self.keys.keys() & value.keys():
@@ -120,11 +132,11 @@ class AxisMinimiser:
             limits[f"limits.{self.keys[name]}"] = min(value[name], inf if own is None else own)
         return limits
 
-    def _demand(self, value: Mapping[str, float]) -> Demand:
+    def _problem_with_held(self, value: Mapping[str, float]) -> SynthesisProblem:
         """The demand with the held quantities as limits of the scene."""
-        return replace(self.demand, problem=self.demand.problem.with_numbers(self._limits(value)))
+        return replace(self.demand, problem=self.demand.problem.with_numbers(self._held_limits(value)))
 
-    def _solve(self, model: Convex, value: Mapping[str, float], margin: float) -> float:
+    def _least_objective(self, model: ConvexModel, value: Mapping[str, float], margin: float) -> float:
         """The least objective with the terms held at a value; infinite if there is none.
 
         Also if the solver fails, where there may be other values.
@@ -138,91 +150,103 @@ class AxisMinimiser:
                 raise
             return inf
 
-    def _candidates(
-        self, demand: Demand, value: Mapping[str, float], starts: Sequence[Iterate]
+    def _candidate_laws(
+        self, demand: SynthesisProblem, value: Mapping[str, float], starts: Sequence[Iterate]
     ) -> Iterator[Iterate]:
         """Free laws for a value: what the programme gives, and bent below the ceilings if need be."""
-        self.optimum = self._solve(self.free, value, LIMIT_MARGINS[bool(self.keys)])
+        self.optimum = self._least_objective(self.free_model, value, LIMIT_MARGINS[bool(self.keys)])
         if self.optimum == inf:
             return
-        plain = iterate_of(self.free)
-        least_jerk = gentlest(self.free, self.optimum) or plain
+        plain = iterate_of(self.free_model)
+        least_jerk = least_jerk_laws(self.free_model, self.optimum) or plain
         ceilings = ceilings_of(demand)
-        if not self.lowered:
+        if not self.minimised_ceilings:
             yield least_jerk
             if not ceilings:  # which steps take both of them below
                 yield plain
-        if ceilings or self.lowered:
+        if ceilings or self.minimised_ceilings:
             # known laws on their smallest cams, which do not depend on the values
             if self.known is None:
-                self.known = starting_laws(self.demand, least_jerk, objective_in(self.scene.synthesis))
+                self.known = starting_laws(self.demand, least_jerk, objective_weights(self.scene.synthesis))
             every = [least_jerk, *starts, *self.known]
             if value:  # not the end of an axis, where every start of ``synthesise`` is tried
-                every = self.steps.ranked([plain, *every], ceilings, self.lowered)[:STARTS]
+                every = self.convex_steps.rank_starts([plain, *every], ceilings, self.minimised_ceilings)[
+                    :STEP_STARTS
+                ]
             ends: list[FloatArray] = []
             for each in every:
-                laws = self.steps.run(each, ceilings, self.lowered)
+                laws = self.convex_steps.find_local_optimum(each, ceilings, self.minimised_ceilings)
                 end = np.concatenate([laws[:2], *laws.coefficients])
-                if not any(np.allclose(end, other, rtol=0.0, atol=SAME_LAWS) for other in ends):
+                if not any(np.allclose(end, other, rtol=0.0, atol=EQUAL_LAWS_CHANGE) for other in ends):
                     yield laws
                 ends.append(end)
 
-    def _close(self, objective: float) -> bool:
+    def _is_near_optimum(self, objective: float) -> bool:
         """Whether no better cam is worth looking for."""
-        return objective <= self.free.enough(self.optimum) + WORSE * (abs(self.optimum) + self.free.unit)
+        return objective <= self.free_model.accepted_objective(self.optimum) + NONCONVEX_GAP * (
+            abs(self.optimum) + self.free_model.unit
+        )
 
-    def _row(
-        self, scene: Scene, demand: Demand, laws: Iterate, value: Mapping[str, float]
+    def _feasible_row(
+        self, scene: Scene, demand: SynthesisProblem, laws: Iterate, value: Mapping[str, float]
     ) -> dict[str, Any] | None:
         """A cam of laws that holds every limit and value; None if there is none."""
-        programme = programme_with(demand, laws)
-        if not within(demand, programme):
+        programme = programme_with_laws(demand, laws)
+        if not motion_holds_limits(demand, programme):
             return None
-        cam = self._as_solved(laws) if self.keys and not _listed(self.scene) else cam_for(scene, demand, laws)
+        cam = (
+            self._cam_of_solved_size(laws)
+            if self.keys and not _has_listed_sizes(self.scene)
+            else smallest_cam_for_laws(scene, demand, laws)
+        )
         if cam is None:
             return None
-        row = self._terms(cam, laws)
-        loose = {axis: LOOKING_ERROR if axis in self.keys else HELD_SHARE for axis in value}
+        row = self._cam_row(cam, laws)
+        loose = {axis: QUANTITY_ERROR if axis in self.keys else HELD_VALUE_SLACK for axis in value}
         return row if all(row[axis] <= value[axis] * (1.0 + loose[axis]) for axis in value) else None
 
-    def _terms(self, cam: Synthesis, laws: Iterate) -> dict[str, Any]:
+    def _cam_row(self, cam: Synthesis, laws: Iterate) -> dict[str, Any]:
         """The row of a cam: its axes, its quantities and its scene."""
-        programme, size = programme_with(self.demand, laws), cam.design[self.demand.problem.size_name]
-        terms = {axis: term_of(self.demand, programme, axis, size) for axis in self.axes if axis in AXIS_TERMS}
+        programme, size = programme_with_laws(self.demand, laws), cam.design[self.demand.problem.size_name]
+        terms = {
+            axis: objective_term(self.demand, programme, axis, size) for axis in self.axes if axis in AXIS_TERMS
+        }
         return {**terms, **cam.design, "scene": cam.scene.to_toml()}
 
-    def _prime(self, laws: Iterate) -> float:
+    def _prime_radius(self, laws: Iterate) -> float:
         """The size that laws were found with, and the roller."""
         demand = self.demand
-        lead, height = (demand.length * each for each in laws[:2])
-        return max(float(np.hypot(lead, height)) if demand.traced else height, demand.prime[0])
+        lead, height = (demand.size_unit * each for each in laws[:2])
+        return max(float(np.hypot(lead, height)) if demand.has_trace_point else height, demand.prime[0])
 
-    def _as_solved(self, laws: Iterate) -> Synthesis | None:
+    def _cam_of_solved_size(self, laws: Iterate) -> Synthesis | None:
         """The cam of the sizes that the laws were found with, or a little larger, if it holds every limit.
 
         The smallest cam for the laws is no smaller, but for the margins of the steps, and takes long to find where
         a load decides.
         """
-        demand, prime = self.demand, self._prime(laws)
+        demand, prime = self.demand, self._prime_radius(laws)
         scene, name = scene_with_laws(self.scene, demand, laws), demand.problem.size_name
-        offset = demand.problem.design.sense * demand.length * laws.lead
-        sizes = {"offset_mm": offset, "roller_radius_mm": demand.body}
-        for larger in LARGER:
+        offset = demand.problem.design.sense * demand.size_unit * laws.lead
+        sizes = {"offset_mm": offset, "roller_radius_mm": demand.largest_roller}
+        for larger in SIZE_INCREASES:
             cam = scene.with_row({**sizes, name: prime * (1.0 + larger) - demand.roller})
             found = evaluate(cam)
             if found["feasible"]:
                 return Synthesis(self.scene, cam, Design(found, cam), 0.0)
         return None
 
-    def _bound(self, value: Mapping[str, float], best: FrontierCam) -> float | None:
+    def _lower_bound(self, value: Mapping[str, float], best: FrontierCam) -> float | None:
         """What no motion passes with the terms held at a value; None for a quantity, or if the solver fails."""
-        if self.lowered or (self.first == "size" and not self.demand.sized):
+        if self.minimised_ceilings or (self.first == "size" and not self.demand.has_convex_size):
             return None
-        bound = lowered(self.relaxed, self._solve(self.relaxed, value, -SOLVER_ERROR))
-        return bound if self.relaxed.exact and bound <= best.row[self.first] else None
+        bound = subtract_solver_error(
+            self.relaxed_model, self._least_objective(self.relaxed_model, value, -SOLVER_ERROR)
+        )
+        return bound if self.relaxed_model.is_exact and bound <= best.row[self.first] else None
 
 
-def _listed(scene: Scene) -> bool:
+def _has_listed_sizes(scene: Scene) -> bool:
     """Whether a scene lists sizes, between which there is no cam."""
     choices = (scene.search.base_radius, scene.search.mean_radius, scene.search.offset)
     return any(isinstance(choice, tuple) and len(choice) > 1 for choice in choices)

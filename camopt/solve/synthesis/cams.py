@@ -7,35 +7,53 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camopt.core.numerics.clock import now
+from camopt.core.numerics.clock import clock_seconds
 from camopt.model.effects.vibration import vibration
 from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.model.motion import LAWS
 from camopt.model.motion.law import is_still
-from camopt.model.motion.programme import Programme, mean_of_powers, peak, root_mean_square, span
+from camopt.model.motion.programme import (
+    Programme,
+    derivative_peak,
+    mean_of_powers,
+    root_mean_square,
+    weighted_range,
+)
 from camopt.model.motion.spline import SplineLaw
 from camopt.model.motion.stroke import ALL_STROKES, DERIVATIVE_NAMES, RETURN, RISE, Condition, Stroke
 from camopt.scene.problem.problem import Problem, resolve
-from camopt.scene.problem.space import boxes_of
+from camopt.scene.problem.space import search_boxes
 from camopt.scene.scene import Scene
-from camopt.solve.smallest.optimise import SECONDS, optimise
+from camopt.solve.smallest.optimise import OPTIMISE_SECONDS, optimise
 from camopt.solve.smallest.optimum import Optimum
-from camopt.solve.smallest.smallest import smallest
+from camopt.solve.smallest.smallest import solve_smallest_cam
 from camopt.solve.synthesis import residual
 from camopt.solve.synthesis.crossing_jerk import crossing_jerk
-from camopt.solve.synthesis.demand import CROSSING_JERK, LOST_AREA, SIZE_WORDS, SQUARES, TERM_ORDERS, Demand
-from camopt.solve.synthesis.from_scene import objective_in
-from camopt.solve.synthesis.synthesised import Synthesis, free_names
+from camopt.solve.synthesis.problem_from_scene import objective_weights
+from camopt.solve.synthesis.synthesis_problem import (
+    CROSSING_JERK,
+    LOST_AREA,
+    RMS_TERM_ORDERS,
+    SIZE_WORDS,
+    TERM_ORDERS,
+    SynthesisProblem,
+)
+from camopt.solve.synthesis.synthesis_result import Synthesis, free_law_names
 from camopt.solve.tables.designs import Design
 
 if TYPE_CHECKING:
     from camopt.solve.synthesis.iterate import Iterate
 
 LEAST_DERIVATIVE = 1e-12  # of the range of a derivative: rounding
-OFF = (1e-6, 1e-5, 1e-3, 0.1)  # of the lift by the stroke's angle: by how much a solver may miss a condition
+CONDITION_SLACKS = (
+    1e-6,
+    1e-5,
+    1e-3,
+    0.1,
+)  # of the lift by the stroke's angle: by how much a solver may miss a condition
 
 
-def known_laws(scene: Scene) -> dict[str, Design]:
+def smallest_known_cams(scene: Scene) -> dict[str, Design]:
     """The smallest cam of each known law: those of [search] or all without a corner, and the scene's own."""
     named = scene.search.law or scene.search.law_rise or scene.search.law_return
     chosen_by_law = any(segment.segment in ("rise", "return") for segment in scene.motion)
@@ -59,38 +77,38 @@ def law_names_of(row: Mapping[str, Any]) -> tuple[str, str]:
     return row["law_rise"], row["law_return"]
 
 
-def known_row(demand: Demand, row: Design) -> Design:
+def known_cam_row(demand: SynthesisProblem, row: Design) -> Design:
     """A known law's cam with what it has of the objective, and whether it holds all that free laws hold."""
-    programme, size = _programme_of(demand, row), row[demand.problem.size_name]
-    terms = {name: term_of(demand, programme, name, size) for name in demand.objective}
-    known: dict[str, Any] = {**terms, **row, "within": not beyond(demand, row)}
+    programme, size = _programme_of_design(demand, row), row[demand.problem.size_name]
+    terms = {name: objective_term(demand, programme, name, size) for name in demand.objective}
+    known: dict[str, Any] = {**terms, **row, "within": not limits_broken_by_cam(demand, row)}
     return Design(known, row.searched)
 
 
-def beyond(demand: Demand, row: Design) -> list[str]:
+def limits_broken_by_cam(demand: SynthesisProblem, row: Design) -> list[str]:
     """What a known law's cam breaks of all that free laws hold: names of limits, jumps, and the size."""
-    programme, size = _programme_of(demand, row), row[demand.problem.size_name]
+    programme, size = _programme_of_design(demand, row), row[demand.problem.size_name]
     jumps = {DERIVATIVE_NAMES[jump.order] for jump in programme.jumps if jump.order <= demand.rest}
-    found = [f"no jump of {name}" for name in sorted(jumps)] + list(broken_by(demand, programme))
-    return list(dict.fromkeys(found + [SIZE_WORDS] * (size > largest_size(demand) * (1.0 + LEAST_DERIVATIVE))))
+    found = [f"no jump of {name}" for name in sorted(jumps)] + list(limits_broken_by_motion(demand, programme))
+    return list(dict.fromkeys(found + [SIZE_WORDS] * (size > largest_cam_size(demand) * (1.0 + LEAST_DERIVATIVE))))
 
 
-def largest_size(demand: Demand) -> float:
+def largest_cam_size(demand: SynthesisProblem) -> float:
     """Of the cam, mm; infinite if nothing keeps it from being larger."""
     return demand.prime[1] - demand.roller
 
 
-def _programme_of(demand: Demand, row: Design) -> Programme:
+def _programme_of_design(demand: SynthesisProblem, row: Design) -> Programme:
     """The turn with the known laws of a design."""
     problem = demand.problem
-    return problem.asked_by(*(name if name in problem.laws else None for name in law_names_of(row)))
+    return problem.given_motion_with_laws(*(name if name in problem.laws else None for name in law_names_of(row)))
 
 
 def smallest_cams(scene: Scene) -> Optimum:
     """The result of ``optimise``; with the scene's own size if neither limits nor objective depend on it."""
     problem = resolve(scene)
-    if has_own_size(problem, objective_in(scene.synthesis)):
-        scene = scene.with_values({problem.variables[0].searched: (float(problem.design.size[0]),)})
+    if has_own_size(problem, objective_weights(scene.synthesis)):
+        scene = scene.with_values({problem.variables[0].search_key: (float(problem.design.size[0]),)})
     return optimise(scene)
 
 
@@ -99,24 +117,24 @@ def smallest_design(problem: Problem, objective: Collection[str]) -> Designs | N
 
     Of the scene's own size where neither limits nor the terms of the objective bear on it.
     """
-    until, own = now() + SECONDS, float(problem.design.size[0])
+    until, own = clock_seconds() + OPTIMISE_SECONDS, float(problem.design.size[0])
     kept: SizeBounds = {"size": (own, own)} if has_own_size(problem, objective) else {}
-    boxes = [{**bounds, **kept} for bounds in boxes_of(problem)]
-    answers = sorted((smallest(problem, bounds, until) for bounds in boxes), key=lambda each: each.size)
+    boxes = [{**bounds, **kept} for bounds in search_boxes(problem)]
+    answers = sorted((solve_smallest_cam(problem, bounds, until) for bounds in boxes), key=lambda each: each.size)
     found = (*(each.design for each in answers), *(each.nearest for each in answers))
     return next((design for design in found if design is not None), None)
 
 
 def has_own_size(problem: Problem, objective: Collection[str]) -> bool:
     """Whether the size is the scene's own: neither its search, nor limits, nor the objective bear on it."""
-    limited = any(limit.asked and not limit.is_of_motion for limit in problem.limits)
-    sought = "size" in problem.choices.variables or "size" in objective
+    limited = any(limit.set_by_scene and not limit.is_of_motion for limit in problem.limits)
+    sought = "size" in problem.search_space.variables or "size" in objective
     return not (limited or sought or isnan(problem.design.size[0]))
 
 
-def scene_with_laws(scene: Scene, demand: Demand, found: "Iterate") -> Scene:
+def scene_with_laws(scene: Scene, demand: SynthesisProblem, found: "Iterate") -> Scene:
     """The scene of a demand with free laws in place of its own."""
-    data, strokes = scene.to_dict(), iter(strokes_with(demand, found))
+    data, strokes = scene.to_dict(), iter(strokes_with_laws(demand, found))
     laws = data.setdefault("laws", {})
     for segment in data["motion"]:
         stroke = next(strokes) if segment["angle"] > 0.0 else None
@@ -138,76 +156,81 @@ def scene_with_laws(scene: Scene, demand: Demand, found: "Iterate") -> Scene:
     return Scene.from_dict(data, scene.file)
 
 
-def strokes_with(demand: Demand, found: "Iterate") -> tuple[Stroke, ...]:
+def strokes_with_laws(demand: SynthesisProblem, found: "Iterate") -> tuple[Stroke, ...]:
     """The strokes of a demand with free laws."""
-    free = iter(zip(free_names(demand.problem.segments), found.coefficients, strict=True))
+    free = iter(zip(free_law_names(demand.problem.segments), found.coefficients, strict=True))
     return tuple(
-        demand.splines_of(stroke).on(stroke, *next(free), demand.scale) if stroke.is_free else stroke
+        demand.splines_of(stroke).stroke_with_law(stroke, *next(free), demand.motion_unit)
+        if stroke.is_free
+        else stroke
         for stroke in demand.strokes
     )
 
 
-def programme_with(demand: Demand, found: "Iterate") -> Programme:
+def programme_with_laws(demand: SynthesisProblem, found: "Iterate") -> Programme:
     """The turn with free laws, which is asked of the tool where there is a train."""
-    own, strokes = demand.problem.programme.tool, strokes_with(demand, found)
+    own, strokes = demand.problem.programme.tool, strokes_with_laws(demand, found)
     return replace(own, strokes=strokes, start=strokes[0].low / own.unit).on_base_circle()
 
 
-def within(demand: Demand, programme: Programme) -> bool:
+def motion_holds_limits(demand: SynthesisProblem, programme: Programme) -> bool:
     """Whether a motion itself, not a solver's word, holds the limits on it and the conditions."""
-    return next(broken_by(demand, programme), None) is None
+    return next(limits_broken_by_motion(demand, programme), None) is None
 
 
-def broken_by(demand: Demand, programme: Programme) -> Iterator[str]:
+def limits_broken_by_motion(demand: SynthesisProblem, programme: Programme) -> Iterator[str]:
     """The names of the limits on the motion, and of the conditions, that a motion breaks; again for each stroke."""
     for stroke, ranges in zip(programme.strokes, demand.ranges, strict=True):
         for order, (low, high) in ranges.items():
-            least, largest = span(Programme((stroke,)), (0.0,) * order + (1.0,), ALL_STROKES)
+            least, largest = weighted_range(Programme((stroke,)), (0.0,) * order + (1.0,), ALL_STROKES)
             rounding = LEAST_DERIVATIVE * max(abs(end) for end in (low, high) if isfinite(end))
             if least < low - rounding or largest > high + rounding:
                 yield DERIVATIVE_NAMES[order]
-    if demand.residual is not None and term_of(demand, programme, residual.TERM, 0.0) > demand.residual:
-        yield residual.TERM
+    if (
+        demand.residual is not None
+        and objective_term(demand, programme, residual.RESIDUAL_TERM, 0.0) > demand.residual
+    ):
+        yield residual.RESIDUAL_TERM
     up = demand.strokes[0].low - programme.strokes[0].low  # the base circle may be another
     for stroke in (each for each in programme.strokes if each.is_free):
-        yield from (each.key for each in demand.conditions if not _meets(demand, stroke, up, each))
+        yield from (each.key for each in demand.conditions if not _meets_condition(demand, stroke, up, each))
 
 
-def _meets(demand: Demand, stroke: Stroke, up: float, condition: Condition) -> bool:
+def _meets_condition(demand: SynthesisProblem, stroke: Stroke, up: float, condition: Condition) -> bool:
     """Whether a stroke meets a condition, as far as a solver can."""
     values = stroke.values_at(condition) + up * (condition.order == 0)
-    room = OFF[condition.order] * demand.scale / stroke.angle**condition.order
+    room = CONDITION_SLACKS[condition.order] * demand.motion_unit / stroke.angle**condition.order
     return bool(np.all((values >= condition.low - room) & (values <= condition.high + room)))
 
 
-def cam_for(asked: Scene, demand: Demand, found: "Iterate") -> Synthesis | None:
+def smallest_cam_for_laws(asked: Scene, demand: SynthesisProblem, found: "Iterate") -> Synthesis | None:
     """The smallest cam for free laws, proved, under every limit of the scene; None if there is none."""
     scene = scene_with_laws(asked, demand, found)
     best = smallest_cams(scene).best
     if best is None:
         return None
     size = demand.problem.size_name
-    if best[size] > largest_size(demand):
+    if best[size] > largest_cam_size(demand):
         return None
     # the objective of free laws and a size, from the motion itself
-    programme = programme_with(demand, found)
+    programme = programme_with_laws(demand, found)
     objective = sum(
-        weight * term_of(demand, programme, name, best[size]) for name, weight in demand.objective.items()
+        weight * objective_term(demand, programme, name, best[size]) for name, weight in demand.objective.items()
     )
     return Synthesis(asked, scene.with_row(best), best, objective)
 
 
-def term_of(demand: Demand, programme: Programme, name: str, size: float) -> float:
+def objective_term(demand: SynthesisProblem, programme: Programme, name: str, size: float) -> float:
     """A term of the objective, from the motion itself or the size."""
     if name == "size":
         return size
-    if name == residual.TERM:
-        return float(demand.per_unit[name] * vibration(programme, *demand.train).residual)
+    if name == residual.RESIDUAL_TERM:
+        return float(demand.term_factors[name] * vibration(programme, *demand.train_frequency_and_damping).residual)
     if name == CROSSING_JERK:
-        return demand.per_unit[name] * crossing_jerk(programme, demand.window, demand.crossings)
+        return demand.term_factors[name] * crossing_jerk(programme, demand.window, demand.crossings)
     if name == LOST_AREA:
         area = 2.0 * pi * mean_of_powers(programme, 0, 1)
-        return demand.per_unit[name] * (demand.largest_area - area)
+        return demand.term_factors[name] * (demand.largest_area - area)
     if name in TERM_ORDERS:
-        return demand.per_unit[name] * peak(programme, TERM_ORDERS[name], ALL_STROKES)
-    return demand.per_unit[name] * root_mean_square(programme, SQUARES[name])
+        return demand.term_factors[name] * derivative_peak(programme, TERM_ORDERS[name], ALL_STROKES)
+    return demand.term_factors[name] * root_mean_square(programme, RMS_TERM_ORDERS[name])

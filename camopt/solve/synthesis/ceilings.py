@@ -1,8 +1,9 @@
-"""Claims on curves over the turn that are not convex in the motion: curvature, and the loads that a scene limits.
+"""Constraints on curves over the turn that are not convex in the motion: curvature, and the loads that a scene
+limits.
 
-A ceiling is a claim (``claims.Claim``) that is not linear in the motion and the sizes. Its formula is the one that
-the effects use, run on samples of the turn; its tangent planes in the motion (y to y''') and in the sizes (e, s₀)
-are central differences of it. So any curve will do, and none is written twice.
+A ceiling is a constraint (``constraints.Constraint``) that is not linear in the motion and the sizes. Its formula
+is the one that the effects use, run on samples of the turn; its tangent planes in the motion (y to y''') and in the
+sizes (e, s₀) are central differences of it. So any curve will do, and none is written twice.
 """
 
 from collections.abc import Sequence
@@ -19,17 +20,17 @@ from camopt.model.effects.peak import Derivative
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, WAY_OF, Stroke
-from camopt.scene.problem.claims import Claim
+from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.limits import LOAD_LIMITS, limited_quantity
-from camopt.scene.problem.problem import Problem, strictest
-from camopt.scene.problem.zones import Off, moved
-from camopt.solve.synthesis.demand import Demand
-from camopt.solve.synthesis.linear_constraints import follows, is_linear
-from camopt.solve.synthesis.residual import TERM
-from camopt.solve.synthesis.through_train import about_tool, follower_states
+from camopt.scene.problem.problem import Problem, strictest_constraints
+from camopt.scene.problem.tolerance_zones import NumberErrors, add_errors
+from camopt.solve.synthesis.linear_constraints import is_linear, repeats_first_contact
+from camopt.solve.synthesis.residual import RESIDUAL_TERM
+from camopt.solve.synthesis.synthesis_problem import SynthesisProblem
+from camopt.solve.synthesis.through_train import constraint_about_tool, follower_states
 
 PIECE_SAMPLES, STROKE_SAMPLES = 6, 288  # samples of a piece, and of a stroke
-OF_DWELL = 24  # samples of a dwell, for a load that changes over it
+DWELL_SAMPLES = 24  # samples of a dwell, for a load that changes over it
 DIFFERENCE_STEP = 6e-6  # of central differences, of a derivative's order: the cube root of the rounding
 LAW_ORDERS = 4  # y, y', y'' and y'''
 
@@ -37,25 +38,33 @@ LeadAndHeight = tuple[float, float]
 """e and s₀, mm."""
 
 
-def quantities(problem: Problem) -> dict[str, str]:
+def load_quantities(problem: Problem) -> dict[str, str]:
     """The quantities that are the largest value of a curve, each with its key in [limits]."""
-    given = {limited_quantity(key, problem.setup): key for key in LOAD_LIMITS if key != TERM}
+    given = {limited_quantity(key, problem.setup): key for key in LOAD_LIMITS if key != RESIDUAL_TERM}
     return {name: key for name, key in given.items() if QUANTITIES[name].relation == AT_MOST}
 
 
-def ceilings_of(demand: Demand) -> tuple[Claim, ...]:
-    """The claims of a scene that are not linear; those that no motion can hold at its peak are left to the size."""
+def ceilings_of(demand: SynthesisProblem) -> tuple[Constraint, ...]:
+    """The nonlinear constraints of a scene, without those that no motion can hold at its peak."""
     problem = demand.problem
-    asked = (claim for claim in strictest(problem.claims) if not follows(problem, claim))
-    found = (claim for claim in asked if not is_linear(problem, claim))
-    return tuple(about_tool(problem, each) for each in found if each.allowed() > 0.0 or each.goal == LEAST)
+    asked = (
+        constraint
+        for constraint in strictest_constraints(problem.constraints)
+        if not repeats_first_contact(problem, constraint)
+    )
+    found = (constraint for constraint in asked if not is_linear(problem, constraint))
+    return tuple(
+        constraint_about_tool(problem, each) for each in found if each.upper_bound() > 0.0 or each.goal == LEAST
+    )
 
 
-def ceilings_at(problem: Problem, key: str, bound: float) -> tuple[Claim, ...]:
-    """The claims of one limit on loads at a bound; none where it cannot be held."""
+def ceilings_at(problem: Problem, key: str, bound: float) -> tuple[Constraint, ...]:
+    """The constraints of one limit on loads at a bound; none where it cannot be held."""
     limited = problem.with_numbers({f"limits.{key}": bound})
-    found = next(limit.claims for limit in limited.limits if limit.name == key)
-    return tuple(about_tool(problem, claim) for claim in found if claim.allowed() > 0.0)
+    found = next(limit.constraints for limit in limited.limits if limit.name == key)
+    return tuple(
+        constraint_about_tool(problem, constraint) for constraint in found if constraint.upper_bound() > 0.0
+    )
 
 
 @dataclass(frozen=True)
@@ -68,33 +77,41 @@ class TangentPlanes:
     height: FloatArray
 
 
-def samples(demand: Demand, stroke: Stroke) -> FloatArray:
+def stroke_samples(demand: SynthesisProblem, stroke: Stroke) -> FloatArray:
     """The samples of a stroke: x of the unit stroke, between the ends of pieces."""
-    count = OF_DWELL if stroke.kind == DWELL else max(demand.splines.pieces * PIECE_SAMPLES, STROKE_SAMPLES)
+    count = DWELL_SAMPLES if stroke.kind == DWELL else max(demand.splines.pieces * PIECE_SAMPLES, STROKE_SAMPLES)
     return (np.arange(count) + 0.5) / count
 
 
-class Sampled:
+class SampledCeilings:
     """The curves of ceilings over one stroke, at its samples.
 
     Of the cam of the free laws, or of one that has to hold limits with it and is off: of the problem of its train.
     """
 
     def __init__(
-        self, demand: Demand, stroke: Stroke, problem: Problem | None = None, off: Off | None = None
+        self,
+        demand: SynthesisProblem,
+        stroke: Stroke,
+        problem: Problem | None = None,
+        off: NumberErrors | None = None,
     ) -> None:
         self.demand, self.stroke = demand, stroke
         self.problem, self.off = problem or demand.problem, off or {}
-        self.angles = stroke.start + stroke.angle * samples(demand, stroke)
+        self.angles = stroke.start + stroke.angle * stroke_samples(demand, stroke)
 
-    def counts(self, ceiling: Claim) -> bool:
+    def is_limited_by(self, ceiling: Constraint) -> bool:
         """Whether a ceiling is about the stroke, or about a way in which the follower may move there."""
         kind = self.stroke.kind
         one_way = kind in WAY_OF and (self.demand.monotone or kind == DWELL)
         return bool(ceiling.kinds & (kind | (WAY_OF[kind] if one_way else OUTWARD | INWARD)))
 
-    def values(
-        self, ceilings: Sequence[Claim], state: FloatArray, sizes: LeadAndHeight, near: FloatArray | None = None
+    def ratios_to_bounds(
+        self,
+        ceilings: Sequence[Constraint],
+        state: FloatArray,
+        sizes: LeadAndHeight,
+        near: FloatArray | None = None,
     ) -> FloatArray:
         """Each curve over its bound (rows, n), upside down as well where the magnitude counts; infinite if none.
 
@@ -102,26 +119,28 @@ class Sampled:
         curve of one way to move is 0 where the follower moves the other way, in the state ``near`` this one if
         it is given.
         """
-        return self._values(ceilings, self._follower(state), state if near is None else near, sizes)
+        return self._ratios_in_state(ceilings, self._follower_state(state), state if near is None else near, sizes)
 
-    def _values(self, ceilings: Sequence[Claim], at: State, near: FloatArray, sizes: LeadAndHeight) -> FloatArray:
+    def _ratios_in_state(
+        self, ceilings: Sequence[Constraint], at: State, near: FloatArray, sizes: LeadAndHeight
+    ) -> FloatArray:
         """The same in a state of the follower."""
-        designs, programme = moved(_design(self.demand, sizes), self.off), self.problem.programme
+        designs, programme = add_errors(_design_of_sizes(self.demand, sizes), self.off), self.problem.programme
         outward = near[1] >= 0.0
         rows = []
         with np.errstate(all="ignore"):
-            for ceiling in [ceiling for ceiling in ceilings if self.counts(ceiling)]:
-                value = _value(ceiling.curve, designs, programme, at) * ceiling.factor(designs)
-                if ceiling.allowed() <= 0.0:  # a floor, which may be 0
-                    value = 1.0 - (ceiling.allowed() + value) / self.demand.length
+            for ceiling in [ceiling for ceiling in ceilings if self.is_limited_by(ceiling)]:
+                value = _curve_value(ceiling.curve, designs, programme, at) * ceiling.factor(designs)
+                if ceiling.upper_bound() <= 0.0:  # a floor, which may be 0
+                    value = 1.0 - (ceiling.upper_bound() + value) / self.demand.size_unit
                 else:
-                    value = ceiling.sides[0] * value / ceiling.allowed()
+                    value = ceiling.sides[0] * value / ceiling.upper_bound()
                 value = np.nan_to_num(np.broadcast_to(value, outward.shape), nan=np.inf)
-                value = np.where(np.where(outward, *self._about(ceiling)), value, 0.0)
+                value = np.where(np.where(outward, *self._limited_directions(ceiling)), value, 0.0)
                 rows += [value, -value] if ceiling.goal == LARGEST_MAGNITUDE else [value]
         return np.array(rows).reshape(-1, outward.size)
 
-    def _follower(self, state: FloatArray) -> State:
+    def _follower_state(self, state: FloatArray) -> State:
         """The state of the follower, which curves take."""
         motion, load = follower_states(self.problem, self.demand.zero, state), self.problem.programme.load
         y, y1, y2, y3 = motion
@@ -130,49 +149,57 @@ class Sampled:
         angles = np.tile(self.angles, y.size // self.angles.size)
         return State(y, y1, y2, y3, load.state(angles, motion, np.sign(y1)))
 
-    def _about(self, ceiling: Claim) -> tuple[bool, bool]:
+    def _limited_directions(self, ceiling: Constraint) -> tuple[bool, bool]:
         """Whether a ceiling is about motion outward, and about motion inward, in this stroke."""
         own = self.stroke.kind if self.stroke.kind in WAY_OF else 0
         resting = RESTING if own == DWELL else 0
         outward, inward = (way | resting | (own or kind) for way, kind in ((OUTWARD, RISE), (INWARD, RETURN)))
         return bool(ceiling.kinds & outward), bool(ceiling.kinds & inward)
 
-    def planes(self, ceilings: Sequence[Claim], state: FloatArray, sizes: LeadAndHeight) -> TangentPlanes:
+    def tangent_planes(
+        self, ceilings: Sequence[Constraint], state: FloatArray, sizes: LeadAndHeight
+    ) -> TangentPlanes:
         """The tangent planes of the curves, for motions and sizes in units of the programme."""
-        scale, length, (lead, height) = self.demand.scale, self.demand.length, sizes
+        scale, length, (lead, height) = self.demand.motion_unit, self.demand.size_unit, sizes
         fast = 1.0 / self.stroke.angle ** np.arange(LAW_ORDERS)
         moved = np.array([1.0, -1.0])[:, None] * DIFFERENCE_STEP * scale * fast  # up and down: (2, LAW_ORDERS)
         states = state[:, None, None] + np.einsum("so,ko->kso", moved, np.eye(LAW_ORDERS))[..., None]
         near = np.broadcast_to(state[:, None, None], states.shape)
-        values = self.values(ceilings, states.reshape(LAW_ORDERS, -1), sizes, near.reshape(LAW_ORDERS, -1))
+        values = self.ratios_to_bounds(
+            ceilings, states.reshape(LAW_ORDERS, -1), sizes, near.reshape(LAW_ORDERS, -1)
+        )
         by_order = values.reshape(len(values), 2, LAW_ORDERS, -1).transpose(1, 2, 0, 3)
-        by, at = DIFFERENCE_STEP * length, self._follower(state)
+        by, at = DIFFERENCE_STEP * length, self._follower_state(state)
         return TangentPlanes(
-            self._values(ceilings, at, state, sizes),
-            _slopes(*by_order) / fast[:, None, None],
-            _slopes(*(self._values(ceilings, at, state, (lead + k, height)) for k in (by, -by))),
-            _slopes(*(self._values(ceilings, at, state, (lead, height + k)) for k in (by, -by))),
+            self._ratios_in_state(ceilings, at, state, sizes),
+            _central_differences(*by_order) / fast[:, None, None],
+            _central_differences(
+                *(self._ratios_in_state(ceilings, at, state, (lead + k, height)) for k in (by, -by))
+            ),
+            _central_differences(
+                *(self._ratios_in_state(ceilings, at, state, (lead, height + k)) for k in (by, -by))
+            ),
         )
 
 
-def _value(made: Any, designs: Designs, programme: Programme, at: State) -> Any:
+def _curve_value(made: Any, designs: Designs, programme: Programme, at: State) -> Any:
     """A curve, or a derivative of the follower."""
     return at[made.order] if isinstance(made, Derivative) else value_of(made(designs, programme), ..., at)
 
 
-def _slopes(up: FloatArray, down: FloatArray) -> FloatArray:
+def _central_differences(up: FloatArray, down: FloatArray) -> FloatArray:
     """Central differences, of values a step up and a step down."""
     with np.errstate(all="ignore"):
         return np.asarray(np.nan_to_num((up - down) / (2.0 * DIFFERENCE_STEP), posinf=0.0, neginf=0.0))
 
 
-def _design(demand: Demand, sizes: LeadAndHeight) -> Designs:
+def _design_of_sizes(demand: SynthesisProblem, sizes: LeadAndHeight) -> Designs:
     """The design of e and s₀, with the largest roller."""
     lead, height = sizes
-    prime = np.hypot(lead, height) if demand.traced else height
+    prime = np.hypot(lead, height) if demand.has_trace_point else height
     return replace(
         demand.problem.design,
         size=np.array([prime - demand.roller]),
-        roller_radius=np.array([demand.body]),
+        roller_radius=np.array([demand.largest_roller]),
         offset=np.array([demand.problem.design.sense * lead]),
     )

@@ -21,7 +21,7 @@ SAME_LEVEL = 1e-9  # of the lift: levels nearer than that are one
 LOWEST_SAMPLES = 3601  # angles of a turn at which its lowest is looked for
 
 
-class Ground(NamedTuple):
+class DisplacementOrigin(NamedTuple):
     """Where displacements are counted from."""
 
     strokes: tuple[Stroke, ...]
@@ -29,53 +29,57 @@ class Ground(NamedTuple):
     """The position there, as given: mm, or deg."""
     unit: float
     """Of positions, in mm or rad."""
-    dip: float | None
+    lowest_angle: float | None
     """The cam angle where the motion is lowest, if no position that the scene gives need be."""
 
 
-def ground_of(problem: Problem) -> Ground:
+def displacement_origin(problem: Problem) -> DisplacementOrigin:
     """The lowest position that is given, or else that of the scene's own motion."""
     programme, unit = problem.programme.tool, problem.programme.tool.unit
     zero = start_position(problem.segments) - programme.start
-    levels = _levels(programme)
-    lowest = min(levels.kept)
-    beyond = [low for low in (*levels.left, *levels.allowed) if low < lowest + SAME_LEVEL * programme.lift]
-    rests = not any(low in levels.left or low < lowest - SAME_LEVEL * programme.lift for low in beyond)
+    levels = _given_levels(programme)
+    lowest = min(levels.given_levels)
+    beyond = [
+        low for low in (*levels.moving_levels, *levels.range_minima) if low < lowest + SAME_LEVEL * programme.lift
+    ]
+    rests = not any(low in levels.moving_levels or low < lowest - SAME_LEVEL * programme.lift for low in beyond)
     if not rests:
         angles = np.linspace(0.0, programme.strokes[-1].end, LOWEST_SAMPLES)
-        return Ground(programme.strokes, zero, unit, float(angles[programme.at(angles)[0].argmin()]))
+        return DisplacementOrigin(
+            programme.strokes, zero, unit, float(angles[programme.motion_at(angles)[0].argmin()])
+        )
     if lowest == 0.0:
-        return Ground(programme.strokes, zero, unit, None)
+        return DisplacementOrigin(programme.strokes, zero, unit, None)
     moved = tuple(replace(s, low=s.low - lowest, high=s.high - lowest) for s in programme.strokes)
-    return Ground(moved, zero + lowest / unit, unit, None)
+    return DisplacementOrigin(moved, zero + lowest / unit, unit, None)
 
 
-class Levels(NamedTuple):
+class GivenLevels(NamedTuple):
     """The displacements that a scene gives."""
 
-    kept: list[float]
+    given_levels: list[float]
     """Those of a joint, or an angle."""
-    left: list[float]
+    moving_levels: list[float]
     """Those among them that the motion leaves with a velocity."""
-    allowed: list[float]
+    range_minima: list[float]
     """The lowest of ranges, where the motion may be."""
 
 
-def _levels(programme: Programme) -> Levels:
+def _given_levels(programme: Programme) -> GivenLevels:
     """The displacements that a scene gives, and whether the motion may rest there."""
-    found = Levels([], [], [])
+    found = GivenLevels([], [], [])
     for stroke in programme.strokes:
         if not (stroke.is_move and stroke.is_free):
-            found.kept.extend((stroke.low, stroke.high))
-            found.left.extend((stroke.low, stroke.high) if stroke.is_move else ())
+            found.given_levels.extend((stroke.low, stroke.high))
+            found.moving_levels.extend((stroke.low, stroke.high) if stroke.is_move else ())
             continue
-        asked = list(stroke.asked(programme.strokes[0].low))
+        asked = list(stroke.required_conditions(programme.strokes[0].low))
         for each in asked:
             if each.order == 0 and each.low == each.high:
-                found.kept.append(each.low)
-                found.left.extend([] if _may_rest(asked, each.start) else [each.low])
+                found.given_levels.append(each.low)
+                found.moving_levels.extend([] if _may_rest(asked, each.start) else [each.low])
             elif each.order == 0 and isfinite(each.low):
-                found.allowed.append(each.low)
+                found.range_minima.append(each.low)
     return found
 
 
@@ -85,11 +89,11 @@ def _may_rest(asked: Sequence[Condition], angle: float) -> bool:
     return all(each.low <= 0.0 <= each.high for each in here)
 
 
-def conditions_of(ground: Ground) -> Iterator[Condition]:
+def motion_conditions(ground: DisplacementOrigin) -> Iterator[Condition]:
     """The conditions at the ends of moves and on their way; none goes below the lowest position."""
     for stroke in ground.strokes:
         if not (stroke.is_move and stroke.is_free):
             continue
-        yield from stroke.asked(ground.strokes[0].low)
-        if ground.dip is None:
+        yield from stroke.required_conditions(ground.strokes[0].low)
+        if ground.lowest_angle is None:
             yield Condition("the lowest position", 0, stroke.start, stroke.end, 0.0, inf)

@@ -26,20 +26,23 @@ from math import inf
 import numpy as np
 
 from camopt.core.mistakes import Unmet, Unsolved
-from camopt.solve.synthesis.convex import convex
-from camopt.solve.synthesis.demand import LIMIT_MARGINS, Crossing, Demand, tightened
+from camopt.solve.synthesis.convex_model import build_convex_model
 from camopt.solve.synthesis.relaxation import RelaxedMotion
 from camopt.solve.synthesis.solver import SOLVER_ERROR
 from camopt.solve.synthesis.spline_motion import SplineMotion
+from camopt.solve.synthesis.synthesis_problem import LIMIT_MARGINS, StrokeCrossing, SynthesisProblem, tighten_limits
 
-FIRST, MOST = 8, 40  # parts of a stroke in which the force may turn round: at first, and in all
-NEAR = 2e-3  # of a stroke: a place so near to another one is as good
-CLOSE = 0.02  # relative: a bound so near to what is reached is near enough
-PANELS = 48  # of a stroke, for a bound
-PIECES = 24  # of a stroke, at most, while the place is looked for
+FIRST_STROKE_PARTS, MOST_STROKE_PARTS = (
+    8,
+    40,
+)  # parts of a stroke in which the force may turn round: at first, and in all
+LEAST_PLACE_STEP = 2e-3  # of a stroke: a place so near to another one is as good
+CLOSE_BOUND_GAP = 0.02  # relative: a bound so near to what is reached is near enough
+BOUND_PANELS = 48  # of a stroke, for a bound
+SEARCH_PIECES = 24  # of a stroke, at most, while the place is looked for
 
 
-def with_crossings(demand: Demand) -> tuple[Demand, float | None]:
+def with_crossings(demand: SynthesisProblem) -> tuple[SynthesisProblem, float | None]:
     """The demand with the place in each free stroke where its force turns round, and a bound for all places.
 
     Raises
@@ -47,21 +50,21 @@ def with_crossings(demand: Demand) -> tuple[Demand, float | None]:
     Unmet
         If no place is found where the roller crosses the clearance within the angle given.
     """
-    places: list[Crossing] = []
+    places: list[StrokeCrossing] = []
     bounds: list[float | None] = []
     for number, stroke in enumerate(demand.strokes):
         if not stroke.is_free:
             continue
-        known = _known(demand, places, number)
+        known = _image_crossing(demand, places, number)
         if known is None:
-            known, bound = _placed(demand, number)
+            known, bound = _best_crossing(demand, number)
             bounds.append(bound)
         places.append(known)
     lowest = [bound for bound in bounds if bound is not None]
     return replace(demand, crossings=tuple(places)), max(lowest) if lowest else None
 
 
-def _known(demand: Demand, places: list[Crossing], number: int) -> Crossing | None:
+def _image_crossing(demand: SynthesisProblem, places: list[StrokeCrossing], number: int) -> StrokeCrossing | None:
     """The place in a stroke that is the image of another one, by what that has."""
     for place in places:
         if demand.mirror is not None and demand.mirror[number] == place.stroke:
@@ -71,51 +74,51 @@ def _known(demand: Demand, places: list[Crossing], number: int) -> Crossing | No
     return None
 
 
-def _placed(demand: Demand, number: int) -> tuple[Crossing, float | None]:
+def _best_crossing(demand: SynthesisProblem, number: int) -> tuple[StrokeCrossing, float | None]:
     """The best place in a stroke, and what the objective has at least for any place in it."""
-    few = replace(demand.splines, pieces=min(demand.splines.pieces, PIECES))
+    few = replace(demand.splines, pieces=min(demand.splines.pieces, SEARCH_PIECES))
     coarse = replace(demand, splines=few)
 
-    def reached(x: float) -> float:
-        place = demand.crossing(number, x, x)
-        images = [_known(demand, [place], other) for other in range(number + 1, len(demand.strokes))]
+    def objective_at(x: float) -> float:
+        place = demand.stroke_crossing(number, x, x)
+        images = [_image_crossing(demand, [place], other) for other in range(number + 1, len(demand.strokes))]
         asked = replace(coarse, crossings=(place, *(each for each in images if each)))
         try:
-            return convex(tightened(asked, LIMIT_MARGINS[0]), SplineMotion).solve()
+            return build_convex_model(tighten_limits(asked, LIMIT_MARGINS[0]), SplineMotion).solve()
         except Unsolved:
             return inf
 
-    def least(low: float, high: float) -> float:
+    def lower_bound(low: float, high: float) -> float:
         """0 where the solver gives no bound."""
-        asked = replace(demand, crossings=(demand.crossing(number, low, high),))
-        relaxed = convex(tightened(asked, -SOLVER_ERROR), partial(RelaxedMotion, PANELS))
+        asked = replace(demand, crossings=(demand.stroke_crossing(number, low, high),))
+        relaxed = build_convex_model(tighten_limits(asked, -SOLVER_ERROR), partial(RelaxedMotion, BOUND_PANELS))
         try:
             value = relaxed.solve()
         except Unsolved:
             return 0.0
-        return max(value * (1.0 - SOLVER_ERROR) - SOLVER_ERROR * relaxed.unit, 0.0) if relaxed.exact else 0.0
+        return max(value * (1.0 - SOLVER_ERROR) - SOLVER_ERROR * relaxed.unit, 0.0) if relaxed.is_exact else 0.0
 
-    ends = np.linspace(0.0, 1.0, FIRST + 1).tolist()
-    parts = [(least(low, high), low, high) for low, high in pairwise(ends)]
+    ends = np.linspace(0.0, 1.0, FIRST_STROKE_PARTS + 1).tolist()
+    parts = [(lower_bound(low, high), low, high) for low, high in pairwise(ends)]
     best, at = inf, 0.5
-    for _ in range(MOST):
+    for _ in range(MOST_STROKE_PARTS):
         lowest = min(parts)[0]
-        if lowest >= best * (1.0 - CLOSE):
+        if lowest >= best * (1.0 - CLOSE_BOUND_GAP):
             break
-        promising = [part for part in parts if part[0] <= lowest * (1.0 + CLOSE)]
+        promising = [part for part in parts if part[0] <= lowest * (1.0 + CLOSE_BOUND_GAP)]
         bound, low, high = part = max(promising, key=lambda each: each[2] - each[1])
         parts.remove(part)
         middle = (low + high) / 2.0
-        if (value := reached(middle)) < best:
+        if (value := objective_at(middle)) < best:
             best, at = value, middle
-        parts += [(max(bound, least(*ends)), *ends) for ends in ((low, middle), (middle, high))]
-    step = 0.5 / FIRST
-    while min(parts)[0] < best * (1.0 - CLOSE) < inf and step > NEAR:
+        parts += [(max(bound, lower_bound(*ends)), *ends) for ends in ((low, middle), (middle, high))]
+    step = 0.5 / FIRST_STROKE_PARTS
+    while min(parts)[0] < best * (1.0 - CLOSE_BOUND_GAP) < inf and step > LEAST_PLACE_STEP:
         step /= 2.0
         for x in (at - step, at + step):
-            if 0.0 < x < 1.0 and (value := reached(x)) < best:
+            if 0.0 < x < 1.0 and (value := objective_at(x)) < best:
                 best, at = value, x
     if best == inf:
         window = np.degrees(demand.window)
         raise Unmet(f"no free law was found with which the roller crosses its clearance within {window:g} deg")
-    return demand.crossing(number, at, at), min(bound for bound, _, _ in parts)
+    return demand.stroke_crossing(number, at, at), min(bound for bound, _, _ in parts)

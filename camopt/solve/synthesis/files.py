@@ -14,14 +14,14 @@ from camopt.core.quantities.unit_systems import INCH, MM, shown_in
 from camopt.core.storage.files import whole_file, write_text
 from camopt.core.storage.tables import write_table
 from camopt.core.storage.version import VERSION
-from camopt.scene.written import write_scene
-from camopt.solve.synthesis.told import bound_in_words
-from camopt.solve.synthesis.units import unit_of
+from camopt.scene.scene_file import write_scene
+from camopt.solve.synthesis.result_sentences import bound_in_words
+from camopt.solve.synthesis.term_units import term_unit
 
 if TYPE_CHECKING:
-    from camopt.solve.synthesis.compare import KnownLaws
-    from camopt.solve.synthesis.synthesised import Synthesis
-    from camopt.solve.synthesis.traded import Frontier
+    from camopt.solve.synthesis.frontier_result import Frontier
+    from camopt.solve.synthesis.known_law_cams import KnownLawCams
+    from camopt.solve.synthesis.synthesis_result import Synthesis
 
 SCENE_FILE, LAWS_FILE, KNOWN_FILE, SUMMARY_FILE = SYNTHESIS = (
     "synthesised.toml",
@@ -31,7 +31,7 @@ SCENE_FILE, LAWS_FILE, KNOWN_FILE, SUMMARY_FILE = SYNTHESIS = (
 )
 FRONTIER, PICTURE = FRONTIER_FILES = "frontier.parquet", "frontier.png"
 LAW_POINTS = 361
-TOLD = {MM: "told", INCH: "told_in_inch"}
+SENTENCE_KEYS = {MM: "told", INCH: "told_in_inch"}
 """The result in a sentence, in each system of units, by its key in the summary."""
 
 
@@ -53,7 +53,7 @@ def write_laws(result: "Synthesis", folder: str | os.PathLike[str]) -> list[Path
     return [out / SCENE_FILE, out / LAWS_FILE]
 
 
-def write_comparison(result: "Synthesis", known: "KnownLaws", folder: str | os.PathLike[str]) -> list[Path]:
+def write_comparison(result: "Synthesis", known: "KnownLawCams", folder: str | os.PathLike[str]) -> list[Path]:
     """Write the smallest cam of the best known law, if one holds the same limits, and a summary (JSON); the files.
 
     The summary has the objective, its bound and the gap, the known law, and all of it as a sentence.
@@ -63,7 +63,7 @@ def write_comparison(result: "Synthesis", known: "KnownLaws", folder: str | os.P
     for file in files:
         write_scene(file, known.rows[known.best or ""].scene)
     summary = {**about, "known_law": known.best}
-    for system, key in TOLD.items():
+    for system, key in SENTENCE_KEYS.items():
         with shown_in(system):
             summary[key] = bound_in_words(result)
     write_text(out / SUMMARY_FILE, json.dumps(summary, indent=2, allow_nan=False))
@@ -87,7 +87,9 @@ def frontier_table(found: "Frontier") -> pa.Table:
     names = dict.fromkeys(("free", *found.axes, "bound", "law_rise", "law_return", *(n for r in rows for n in r)))
     columns = {name: [row.get(name) for row in rows] for name in names if name != "scene"}
     columns["scene"] = [row.get("scene") for row in rows]
-    fields = [pa.field(n, pa.array(v).type, metadata=_about(n, found)) for n, v in columns.items()]
+    fields = [
+        pa.field(n, pa.array(v).type, metadata=_frontier_column_metadata(n, found)) for n, v in columns.items()
+    ]
     about = {
         "camopt_version": VERSION,
         "camopt_scene": found.scene.to_toml(),
@@ -96,10 +98,10 @@ def frontier_table(found: "Frontier") -> pa.Table:
     return pa.table([pa.array(v) for v in columns.values()], schema=pa.schema(fields, metadata=about))
 
 
-def _about(name: str, found: "Frontier") -> dict[str, str]:
+def _frontier_column_metadata(name: str, found: "Frontier") -> dict[str, str]:
     """What a column says of itself: of a quantity all, of the axes and the bound the unit."""
     quantity = QUANTITIES.get(name)
     if quantity:
         return {"unit": quantity.unit, "symbol": quantity.symbol, "description": quantity.sentence}
     axis = found.axes[0] if name == "bound" else name
-    return {"unit": unit_of(axis, found.scene)} if axis in found.axes else {}
+    return {"unit": term_unit(axis, found.scene)} if axis in found.axes else {}

@@ -20,11 +20,11 @@ import numpy as np
 from camopt.core.engines import Engine
 from camopt.core.engines.processes import processes
 from camopt.core.engines.progress import Progress, report_progress, with_progress_bar
-from camopt.core.mistakes import BadInput, Mistake, Unmet, nearest
+from camopt.core.mistakes import BadInput, Mistake, Unmet, suggest_names
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import now
+from camopt.core.numerics.clock import clock_seconds
 from camopt.core.quantities.function import FunctionCall
-from camopt.model.effects import lacking, offered
+from camopt.model.effects import available_quantities, missing_keys_by_quantity
 from camopt.scene.arguments import SceneSource, check_count, options_by_keyword, scene_from
 from camopt.scene.problem.limits import limited_quantity
 from camopt.scene.problem.problem import resolve
@@ -32,25 +32,25 @@ from camopt.scene.scene import Scene
 from camopt.scene.synthesis import AXIS_TERMS
 from camopt.solve.synthesis import residual
 from camopt.solve.synthesis.axis_minimiser import AxisMinimiser, FrontierCam
-from camopt.solve.synthesis.cams import known_laws, known_row
-from camopt.solve.synthesis.ceilings import ceilings_at, quantities
-from camopt.solve.synthesis.from_scene import demand_of
+from camopt.solve.synthesis.cams import known_cam_row, smallest_known_cams
+from camopt.solve.synthesis.ceilings import ceilings_at, load_quantities
+from camopt.solve.synthesis.frontier_result import Frontier
 from camopt.solve.synthesis.iterate import Iterate
-from camopt.solve.synthesis.synthesise import bound_of
-from camopt.solve.synthesis.traded import Frontier
-from camopt.solve.tables.cells import duration
+from camopt.solve.synthesis.problem_from_scene import synthesis_problem
+from camopt.solve.synthesis.synthesise import relaxation_bound
+from camopt.solve.tables.cells import duration_text
 from camopt.solve.tables.designs import Design
 
-LONG = 20.0  # seconds: a shorter time is over before anyone wonders
-FAR_MORE = 2.0  # times what was told, which is told again
+LONG_SECONDS = 20.0  # seconds: a shorter time is over before anyone wonders
+NOTICE_FACTOR = 2.0  # times what was told, which is told again
 END_WIDENING = 1e-5  # by which the end of a term is widened, relative, so that a solver finds its laws
-LOCAL_ENDS = 3e-4  # and that of a quantity, so that convex steps do
+LOCAL_END_WIDENING = 3e-4  # and that of a quantity, so that convex steps do
 START_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of one end and another, in the laws that convex steps start from
-LARGEST_CAM = 5.0  # of the least size: a cam of a load that is traded, where nothing else says
-NEARLY_NONE = 1e-3  # of an axis' largest value: less of it is not looked for
+LARGEST_CAM_FACTOR = 5.0  # of the least size: a cam of a load that is traded, where nothing else says
+LEAST_AXIS_SHARE = 1e-3  # of an axis' largest value: less of it is not looked for
 
 
-class Foresight:
+class SearchTimeEstimate:
     """The time of searches that run one kind after the other, each kind on all workers.
 
     Those to come are taken to be as long as those of the last kind: where a load is an axis, the first kind that
@@ -60,20 +60,20 @@ class Foresight:
     def __init__(self, kinds: Sequence[int], workers: int, tell: Callable[[str], None] | None) -> None:
         """``kinds`` are the numbers of searches, in order."""
         self._kinds, self._workers, self._tell = [*kinds], workers, tell
-        self._begun, self._since, self._told = now(), now(), LONG / FAR_MORE
+        self._begun, self._since, self._told = clock_seconds(), clock_seconds(), LONG_SECONDS / NOTICE_FACTOR
 
-    def kind_done(self) -> None:
+    def finish_kind(self) -> None:
         """The searches of the next kind are done: say what all of them will take, where that is long."""
-        count, here = self._kinds.pop(0), now()
+        count, here = self._kinds.pop(0), clock_seconds()
         if not count or not self._tell:
             return
         each = (here - self._since) / self._rounds(count)
         rest = sum(map(self._rounds, self._kinds)) * each
         whole, self._since = here - self._begun + rest, here
-        if rest > 0.0 and whole > FAR_MORE * self._told:
+        if rest > 0.0 and whole > NOTICE_FACTOR * self._told:
             self._told = whole
             more = f"{sum(self._kinds):,} more searches for a motion"
-            self._tell(f"{more}, about {duration(whole)} in all; fewer points take less")
+            self._tell(f"{more}, about {duration_text(whole)} in all; fewer points take less")
 
     def _rounds(self, count: int) -> int:
         """The number of searches of a worker, one after the other."""
@@ -142,18 +142,18 @@ def frontier(
     scene = scene_from(scene)
     check_count("points", points, 0)
     check_count("workers", workers)
-    scene, axes = _checked(scene, axes)
-    demand = demand_of(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
+    scene, axes = _check_axes(scene, axes)
+    demand = synthesis_problem(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
     with nullcontext(engine) if engine else processes(workers or cpu_count() or 1) as used:
         pairs = len(axes) * (len(axes) - 1)
         terms = sum(axis in AXIS_TERMS for axis in axes)
         kinds = (terms, len(axes) - terms, pairs - len(axes) + 1, points ** (len(axes) - 1))
-        ends, known = _ends(scene, axes, used, Foresight(kinds, used.workers, tell))
-        rows = list(_rows(scene, axes, ends, points, used, progress))
-    beside = [known_row(demand, cam) for cam in known]
-    bounds = {t: bound_of(replace(demand, objective={t: 1.0})) for t in axes if t in AXIS_TERMS}
+        ends, known = _axis_ends(scene, axes, used, SearchTimeEstimate(kinds, used.workers, tell))
+        rows = list(_frontier_rows(scene, axes, ends, points, used, progress))
+    beside = [known_cam_row(demand, cam) for cam in known]
+    bounds = {t: relaxation_bound(replace(demand, objective={t: 1.0})) for t in axes if t in AXIS_TERMS}
     least = {axis: (min(row[axis] for row in (ends[axis, axis].row, *rows)), bounds.get(axis)) for axis in axes}
-    front = [Design(row, scene) for row in _front(rows, axes)]
+    front = [Design(row, scene) for row in _nondominated_rows(rows, axes)]
     # the axes whose least values are local optima; where a load is held, only its own axis counts
     convex = all(axis in AXIS_TERMS for axis in axes)
     found = {axis: ends[axis, axis].row["local"] for axis in axes}
@@ -161,7 +161,7 @@ def frontier(
     return Frontier(scene, axes, front, beside, least, tuple(axis for axis in axes if found[axis]))
 
 
-def _rows(
+def _frontier_rows(
     scene: Scene,
     axes: tuple[str, ...],
     ends: "FrontierEnds",
@@ -171,40 +171,40 @@ def _rows(
 ) -> Iterator[dict[str, Any]]:
     """The cams of the least of the first axis, with the others at values between their ends."""
     starts = tuple(
-        _between(ends[a, a].laws, ends[b, b].laws, share)
+        _blend_laws(ends[a, a].laws, ends[b, b].laws, share)
         for a, b in combinations(axes, 2)
         for share in START_SHARES
     )
-    grids = [_grid(*_range(ends, axis), points) for axis in axes[1:]]
+    grids = [_axis_values(*_axis_range(ends, axis), points) for axis in axes[1:]]
     values = [dict(zip(axes[1:], map(float, pick), strict=True)) for pick in product(*grids)]
-    tasks = [Task(axes[0], value, starts, bounded=True) for value in values]
-    for done, found in enumerate(_found(scene, axes, tasks, engine), start=1):
+    tasks = [FrontierTask(axes[0], value, starts, with_bound=True) for value in values]
+    for done, found in enumerate(_task_results(scene, axes, tasks, engine), start=1):
         if found:
             yield found.row
         report_progress(progress, done, len(values))
 
 
-def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]:
+def _check_axes(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]:
     """The scene that calls for the axes, and the axes."""
     problem, mistakes = resolve(scene), []
     axes = (axes,) if isinstance(axes, str) else axes
     if not 2 <= len(axes) <= 3 or len(set(axes)) < len(axes):
         mistakes.append(Mistake("camopt", "axes", ",".join(axes), "two or three different axes"))
-    lacks, able = lacking(problem.setup), quantities(problem)
-    given = [name for name in able if name in offered(problem.setup)]
+    lacks, able = missing_keys_by_quantity(problem.setup), load_quantities(problem)
+    given = [name for name in able if name in available_quantities(problem.setup)]
     for axis in axes:
-        name = limited_quantity(axis, problem.setup) if axis == residual.TERM else axis
+        name = limited_quantity(axis, problem.setup) if axis == residual.RESIDUAL_TERM else axis
         if name in lacks and (axis in AXIS_TERMS or axis in able):
             mistakes.append(Mistake("camopt", "axes", axis, f"needs {', '.join(lacks[name])}", bare=True))
         elif axis not in AXIS_TERMS and axis not in given:
-            what = f"a term of the objective or a load of this scene; {nearest(axis, [*AXIS_TERMS, *able])}"
+            what = f"a term of the objective or a load of this scene; {suggest_names(axis, [*AXIS_TERMS, *able])}"
             mistakes.append(Mistake("camopt", "axes", axis, what))
         elif axis in given and not ceilings_at(problem, able[axis], 1.0):
             mistakes.append(Mistake("camopt", "axes", axis, "cannot be an axis for this follower", bare=True))
     if mistakes:
         raise BadInput(mistakes)
     called = [axis for axis in axes if axis not in AXIS_TERMS]
-    outputs = {"sizes", *(scene.outputs or problem.wanted), *called}
+    outputs = {"sizes", *(scene.outputs or problem.evaluated_quantities), *called}
     return scene.with_values({"outputs": tuple(sorted(outputs))}) if called else scene, tuple(axes)
 
 
@@ -212,8 +212,8 @@ FrontierEnds = dict[tuple[str, str], FrontierCam]
 """The cams at the ends, by (axis, other): of the least of an axis, and then of another with the axis held there."""
 
 
-def _ends(
-    scene: Scene, axes: tuple[str, ...], engine: Engine, foresight: Foresight
+def _axis_ends(
+    scene: Scene, axes: tuple[str, ...], engine: Engine, foresight: SearchTimeEstimate
 ) -> tuple[FrontierEnds, list[Design]]:
     """The cams that have the least of each axis: of terms first, for how large a cam may be with a load.
 
@@ -223,30 +223,30 @@ def _ends(
     room: dict[str, float] = {}
     known: list[Design] = []
     for some, beside in (
-        ([axis for axis in axes if axis in AXIS_TERMS], [KnownLaws()]),
+        ([axis for axis in axes if axis in AXIS_TERMS], [KnownLawTask()]),
         ([axis for axis in axes if axis not in AXIS_TERMS], []),
     ):
-        tasks = [Task(axis, {} if axis in AXIS_TERMS else room) for axis in some]
-        results = _found(scene, axes, [*tasks, *beside], engine)
+        tasks = [FrontierTask(axis, {} if axis in AXIS_TERMS else room) for axis in some]
+        results = _task_results(scene, axes, [*tasks, *beside], engine)
         for axis, end in zip(some, results, strict=False):
             if end is None:
                 raise Unmet("no free law with so many pieces holds all limits; try more (synthesis.pieces)")
             found[axis, axis] = end
         known = next(results, known)
-        foresight.kind_done()
-        room = _room(scene, found)
+        foresight.finish_kind()
+        room = _size_bound_for_loads(scene, found)
     pairs = [(axis, other) for axis, other in permutations(axes, 2) if other != axes[0]]  # which has no grid
     tasks = []
     for axis, other in pairs:
-        held = {axis: _widened(found[axis, axis], axis)}
-        tasks.append(Task(other, held if other in AXIS_TERMS else room | held, (found[axis, axis].laws,)))
-    for (axis, other), end in zip(pairs, _found(scene, axes, tasks, engine), strict=True):
+        held = {axis: _widen_end(found[axis, axis], axis)}
+        tasks.append(FrontierTask(other, held if other in AXIS_TERMS else room | held, (found[axis, axis].laws,)))
+    for (axis, other), end in zip(pairs, _task_results(scene, axes, tasks, engine), strict=True):
         found[axis, other] = end or found[axis, axis]
-    foresight.kind_done()
+    foresight.finish_kind()
     return found, known
 
 
-def _room(scene: Scene, ends: FrontierEnds) -> dict[str, float]:
+def _size_bound_for_loads(scene: Scene, ends: FrontierEnds) -> dict[str, float]:
     """How large the cam may be where a load is least, which may fall for ever as the cam grows.
 
     [search] says it; if not, the scene's own size, or a multiple of the least.
@@ -255,29 +255,29 @@ def _room(scene: Scene, ends: FrontierEnds) -> dict[str, float]:
     if ("size", "size") not in ends or any(choice is not None for choice in given):
         return {}
     own = scene.cam.base_radius or scene.cam.mean_radius or 0.0
-    return {"size": max(own, LARGEST_CAM * float(ends["size", "size"].row["size"]))}
+    return {"size": max(own, LARGEST_CAM_FACTOR * float(ends["size", "size"].row["size"]))}
 
 
-def _between(one: Iterate, other: Iterate, share: float) -> Iterate:
+def _blend_laws(one: Iterate, other: Iterate, share: float) -> Iterate:
     """Laws between those of two ends: they hold all that is convex, and both hold."""
     lead, height = (a + share * (b - a) for a, b in zip(one[:2], other[:2], strict=True))
     laws = tuple(a + share * (b - a) for a, b in zip(one.coefficients, other.coefficients, strict=True))
     return Iterate(lead, height, laws)
 
 
-def _widened(end: FrontierCam, axis: str) -> float:
+def _widen_end(end: FrontierCam, axis: str) -> float:
     """The value of an axis at its end, with room for a solver."""
     value = float(end.row[axis])
-    return value * (1.0 + (END_WIDENING if axis in AXIS_TERMS else LOCAL_ENDS))
+    return value * (1.0 + (END_WIDENING if axis in AXIS_TERMS else LOCAL_END_WIDENING))
 
 
-def _range(ends: FrontierEnds, axis: str) -> tuple[float, float]:
+def _axis_range(ends: FrontierEnds, axis: str) -> tuple[float, float]:
     """From the least of an axis to the most that the least of another takes."""
     most = max(float(end.row[axis]) for (other, by), end in ends.items() if by == axis)
-    return max(_widened(ends[axis, axis], axis), NEARLY_NONE * most), most
+    return max(_widen_end(ends[axis, axis], axis), LEAST_AXIS_SHARE * most), most
 
 
-def _grid(low: float, high: float, points: int) -> FloatArray:
+def _axis_values(low: float, high: float, points: int) -> FloatArray:
     """Values closer together where a frontier bends most, near the least."""
     return np.asarray(low + (high - low) * np.linspace(0.0, 1.0, points) ** 2)
 
@@ -285,49 +285,53 @@ def _grid(low: float, high: float, points: int) -> FloatArray:
 # --------------------------------------------------------------------------------------------------- the points
 
 
-class Task(NamedTuple):
+class FrontierTask(NamedTuple):
     """An axis to minimise, the values that others are held at, and laws to start from."""
 
-    first: str
-    value: Mapping[str, float]
+    axis: str
+    held_values: Mapping[str, float]
     starts: tuple[Iterate, ...] = ()
-    bounded: bool = False
+    with_bound: bool = False
 
-    def done(self, toml: str, axes: tuple[str, ...]) -> FrontierCam | None:
+    def run_task(self, toml: str, axes: tuple[str, ...]) -> FrontierCam | None:
         """The best cam; None if none is found."""
-        key = toml, axes, self.first, tuple(self.value)
-        if key not in _BUILT:
-            _BUILT.clear()
-            _BUILT[key] = AxisMinimiser(Scene.from_dict(tomllib.loads(toml)), axes, self.first, tuple(self.value))
-        return _BUILT[key].at(self.value, self.starts, self.bounded)
+        key = toml, axes, self.axis, tuple(self.held_values)
+        if key not in _KEPT_MINIMISER:
+            _KEPT_MINIMISER.clear()
+            _KEPT_MINIMISER[key] = AxisMinimiser(
+                Scene.from_dict(tomllib.loads(toml)), axes, self.axis, tuple(self.held_values)
+            )
+        return _KEPT_MINIMISER[key].minimise_at(self.held_values, self.starts, self.with_bound)
 
 
-class KnownLaws(NamedTuple):
+class KnownLawTask(NamedTuple):
     """A task beside: the smallest cams of known laws."""
 
-    def done(self, toml: str, axes: tuple[str, ...]) -> list[Design]:
+    def run_task(self, toml: str, axes: tuple[str, ...]) -> list[Design]:
         """The cams."""
-        return [*known_laws(Scene.from_dict(tomllib.loads(toml))).values()]
+        return [*smallest_known_cams(Scene.from_dict(tomllib.loads(toml))).values()]
 
 
-def _found(scene: Scene, axes: tuple[str, ...], tasks: Sequence[Task | KnownLaws], engine: Engine) -> Iterator[Any]:
+def _task_results(
+    scene: Scene, axes: tuple[str, ...], tasks: Sequence[FrontierTask | KnownLawTask], engine: Engine
+) -> Iterator[Any]:
     """What is found for each task, in order."""
-    calls = [each.call for each in resolve(scene).setup.own.values() if each.call]
-    return chain.from_iterable(engine.in_order(partial(_run, calls, scene.to_toml(), axes), tasks))
+    calls = [each.call for each in resolve(scene).setup.own_quantities.values() if each.call]
+    return chain.from_iterable(engine.in_order(partial(_run_tasks, calls, scene.to_toml(), axes), tasks))
 
 
-_BUILT: dict[Any, AxisMinimiser] = {}
+_KEPT_MINIMISER: dict[Any, AxisMinimiser] = {}
 """What a process keeps: the programme of its last task."""
 
 
-def _run(
-    calls: Sequence[FunctionCall], toml: str, axes: tuple[str, ...], tasks: Sequence[Task | KnownLaws]
+def _run_tasks(
+    calls: Sequence[FunctionCall], toml: str, axes: tuple[str, ...], tasks: Sequence[FrontierTask | KnownLawTask]
 ) -> list[Any]:
     """What is found for some tasks; the calls bring the Python functions of the scene along."""
-    return [task.done(toml, axes) for task in tasks]
+    return [task.run_task(toml, axes) for task in tasks]
 
 
-def _front(rows: list[dict[str, Any]], axes: Sequence[str]) -> list[dict[str, Any]]:
+def _nondominated_rows(rows: list[dict[str, Any]], axes: Sequence[str]) -> list[dict[str, Any]]:
     """The rows that no other betters, by the first axis."""
     if not rows:
         return []

@@ -7,11 +7,11 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.model.motion.stroke import RETURN, RISE, Stroke
-from camopt.solve.synthesis.convex import Convex
-from camopt.solve.synthesis.demand import Demand
+from camopt.solve.synthesis.convex_model import ConvexModel
 from camopt.solve.synthesis.spline_motion import SplineMotion
 from camopt.solve.synthesis.splines import Splines
 from camopt.solve.synthesis.stroke_motion import FixedMotion
+from camopt.solve.synthesis.synthesis_problem import SynthesisProblem
 
 
 class Iterate(NamedTuple):
@@ -22,106 +22,110 @@ class Iterate(NamedTuple):
     coefficients: tuple[FloatArray, ...]
 
 
-def moving(model: Convex) -> list[SplineMotion]:
+def free_motions(model: ConvexModel) -> list[SplineMotion]:
     """The free motions of a programme."""
     return [motion for motion in model.motions if isinstance(motion, SplineMotion)]
 
 
-def sampled_motions(model: Convex) -> list[SplineMotion | FixedMotion]:
+def sampled_motions(model: ConvexModel) -> list[SplineMotion | FixedMotion]:
     """The motions of all strokes of a programme with free motions."""
     return [motion for motion in model.motions if isinstance(motion, SplineMotion | FixedMotion)]
 
 
-def iterate_of(model: Convex) -> Iterate:
+def iterate_of(model: ConvexModel) -> Iterate:
     """The values of a solved programme."""
     sizes = float(model.sizes.lead.value), float(model.sizes.height.value)
-    return Iterate(*sizes, cleaned(model.demand, [motion.coefficients.value for motion in moving(model)]))
+    return Iterate(
+        *sizes, without_solver_error(model.demand, [motion.coefficients.value for motion in free_motions(model)])
+    )
 
 
-def cleaned(demand: Demand, coefficients: Sequence[FloatArray]) -> tuple[FloatArray, ...]:
+def without_solver_error(demand: SynthesisProblem, coefficients: Sequence[FloatArray]) -> tuple[FloatArray, ...]:
     """Coefficients without a solver's error: as smooth where strokes meet as they have to be, and monotone.
 
     However small, an error there would be a jump of the acceleration, or a motion that turns back.
     """
     found = [np.array(each, dtype=float) for each in coefficients]
-    _mirror(demand, found)
-    _oppose(demand, found)
-    for own, stroke in zip(found, demand.free, strict=True):
+    _impose_mirror(demand, found)
+    _impose_opposition(demand, found)
+    for own, stroke in zip(found, demand.free_strokes, strict=True):
         if not stroke.is_move:
             np.clip(own, 0.0, 1.0, out=own)
             own[[0, -1]] = 0.0, 1.0
             if demand.monotone:
                 np.maximum.accumulate(own, out=own)
     free = iter(found)
-    ends = [_End(stroke, next(free) if stroke.is_free else None) for stroke in demand.strokes]
+    ends = [_StrokeLaw(stroke, next(free) if stroke.is_free else None) for stroke in demand.strokes]
     for before, after in zip(ends, [*ends[1:], ends[0]], strict=True):
-        _meet(demand, before, after)
+        _join_strokes(demand, before, after)
     return tuple(found)
 
 
-def _mirror(demand: Demand, found: Sequence[FloatArray]) -> None:
+def _impose_mirror(demand: SynthesisProblem, found: Sequence[FloatArray]) -> None:
     """Make coefficients of strokes that mirror each other do so."""
-    own = dict(zip(demand.free, found, strict=True))
+    own = dict(zip(demand.free_strokes, found, strict=True))
     for stroke, each in own.items():
-        partner = demand.partner(stroke)
+        partner = demand.mirror_partner(stroke)
         if partner is not None and demand.strokes.index(stroke) <= demand.strokes.index(partner):
-            (low, change), (low_there, change_there) = map(demand.law_scale, (stroke, partner))
+            (low, change), (low_there, change_there) = map(demand.law_offset_and_scale, (stroke, partner))
             there = low_there + change_there * own[partner][::-1]
             mean = (low + change * each + there) / 2.0
             each[:], own[partner][:] = (mean - low) / change, (mean[::-1] - low_there) / change_there
 
 
-def _oppose(demand: Demand, found: Sequence[FloatArray]) -> None:
+def _impose_opposition(demand: SynthesisProblem, found: Sequence[FloatArray]) -> None:
     """Make coefficients of strokes that are each other upside down so."""
-    own = dict(zip(demand.free, found, strict=True))
-    for one, other in demand.opposed:
+    own = dict(zip(demand.free_strokes, found, strict=True))
+    for one, other in demand.opposed_pairs:
         stroke, partner = demand.strokes[one], demand.strokes[other]
         if stroke.is_free:
-            (low, change), (low_there, change_there) = map(demand.law_scale, (stroke, partner))
-            total = demand.both_starts(one, other)
+            (low, change), (low_there, change_there) = map(demand.law_offset_and_scale, (stroke, partner))
+            total = demand.sum_of_starts(one, other)
             mean = (low + change * own[stroke] + total - low_there - change_there * own[partner]) / 2.0
             own[stroke][:] = (mean - low) / change
             own[partner][:] = (total - mean - low_there) / change_there
 
 
-class _End(NamedTuple):
+class _StrokeLaw(NamedTuple):
     """A stroke, and the coefficients of its law if it is free."""
 
     stroke: Stroke
-    own: FloatArray | None
+    coefficients: FloatArray | None
 
 
-def _meet(demand: Demand, before: _End, after: _End) -> None:
+def _join_strokes(demand: SynthesisProblem, before: _StrokeLaw, after: _StrokeLaw) -> None:
     """Make two strokes that follow each other meet: free ones change, to what is asked there."""
-    if before.own is None and after.own is None:
+    if before.coefficients is None and after.coefficients is None:
         return
     count = 1 + demand.continuity_at(before.stroke.end)
-    state = _state_between(demand, before, after, count)
+    state = _state_at_joint(demand, before, after, count)
     for side, last in ((before, True), (after, False)):
-        if side.own is not None:
+        if side.coefficients is not None:
             # y, y', y'' … as the law of a stroke has them
-            low, change = demand.law_scale(side.stroke)
-            found = state / demand.scale * side.stroke.angle ** np.arange(state.size)
+            low, change = demand.law_offset_and_scale(side.stroke)
+            found = state / demand.motion_unit * side.stroke.angle ** np.arange(state.size)
             found[0] -= low
             by_law = np.asarray(found / change)
             by_law[0] = by_law[0] if side.stroke.is_move else float(last)
-            _bring(demand.splines_of(side.stroke), side.own, by_law, last)
+            _set_end_state(demand.splines_of(side.stroke), side.coefficients, by_law, last)
 
 
-def _state_between(demand: Demand, before: _End, after: _End, count: int) -> FloatArray:
+def _state_at_joint(demand: SynthesisProblem, before: _StrokeLaw, after: _StrokeLaw, count: int) -> FloatArray:
     """y, y', y'' … where two strokes meet: those of the one that keeps its law, or else those asked for."""
-    if before.own is None or after.own is None:
-        fixed = before.stroke if before.own is None else after.stroke
+    if before.coefficients is None or after.coefficients is None:
+        fixed = before.stroke if before.coefficients is None else after.stroke
         velocity = (fixed.high - fixed.low) / fixed.angle
-        return np.array([fixed.high if before.own is None else fixed.low, velocity, 0.0, 0.0])[:count]
+        return np.array([fixed.high if before.coefficients is None else fixed.low, velocity, 0.0, 0.0])[:count]
     if {before.stroke.kind, after.stroke.kind} == {RISE, RETURN}:
-        before.own[-2] = before.own[-1]  # no velocity: neither leaves its stroke
-    low, change = demand.law_scale(before.stroke)
+        before.coefficients[-2] = before.coefficients[-1]  # no velocity: neither leaves its stroke
+    low, change = demand.law_offset_and_scale(before.stroke)
     splines = demand.splines_of(before.stroke)
-    values = [splines.at(np.array([1.0]), order).toarray()[0] @ before.own for order in range(count)]
+    values = [
+        splines.value_matrix(np.array([1.0]), order).toarray()[0] @ before.coefficients for order in range(count)
+    ]
     state = change * np.array(values) / before.stroke.angle ** np.arange(count)
     state[0] += low
-    state *= demand.scale
+    state *= demand.motion_unit
     for condition in demand.conditions:
         if condition.start == condition.end == before.stroke.end and condition.order < count:
             state[condition.order] = np.clip(state[condition.order], condition.low, condition.high)
@@ -130,7 +134,7 @@ def _state_between(demand: Demand, before: _End, after: _End, count: int) -> Flo
     return state
 
 
-def _bring(splines: Splines, own: FloatArray, state: FloatArray, last: bool) -> None:
+def _set_end_state(splines: Splines, own: FloatArray, state: FloatArray, last: bool) -> None:
     """Give a law a state at an end, by its first coefficients or its last."""
     places = [-1 - order if last else order for order in range(state.size)]
     for order, place in enumerate(places):
@@ -138,5 +142,5 @@ def _bring(splines: Splines, own: FloatArray, state: FloatArray, last: bool) -> 
         if not state[1 : order + 1].any():
             own[place] = state[0]  # at rest, without rounding
             continue
-        row = splines.at(np.array([1.0 if last else 0.0]), order).toarray()[0]
+        row = splines.value_matrix(np.array([1.0 if last else 0.0]), order).toarray()[0]
         own[place] = (state[order] - row[nearer] @ own[nearer]) / row[place]

@@ -2,7 +2,7 @@
 
 Which they are depends on the mechanism: tan β of a trace point that translates and of a groove, and the radius of
 curvature and the reach of a flat face that translates, all without a train, or with one of constant ratio. Every
-other claim is a ceiling (``ceilings``), for convex steps.
+other constraint is a ceiling (``ceilings``), for convex steps.
 
 For every cam within tolerances they hold less what tolerances of sizes take of them. A cam that is off by δe and δR
 has the lead e + δe and the height s₀ + δs of its own,
@@ -24,87 +24,97 @@ from math import inf, sqrt
 from typing import Any, NamedTuple
 
 from camopt.model.effects import force
-from camopt.model.effects.implied import LeastForce
+from camopt.model.effects.necessary_conditions import LeastForce
 from camopt.model.effects.peak import Derivative
 from camopt.model.mechanisms import cylindrical, translating, translating_flat
-from camopt.model.mechanisms.pairs import OF_CONTACT
-from camopt.model.motion.load import ExternalLoad, Reflected, TrainLoad
+from camopt.model.mechanisms.pairs import CONTACT_CURVES
+from camopt.model.motion.load import ExternalLoad, ReflectedLoad, TrainLoad
 from camopt.model.motion.stroke import ALL_STROKES
-from camopt.scene.problem.claims import Claim
-from camopt.scene.problem.problem import Problem, strictest
-from camopt.scene.problem.zones import Off
-from camopt.solve.synthesis.demand import Demand, LinearConstraint, MeanConstraint
-from camopt.solve.synthesis.through_train import at_tool, ratio_of
+from camopt.scene.problem.constraints import Constraint
+from camopt.scene.problem.problem import Problem, strictest_constraints
+from camopt.scene.problem.tolerance_zones import NumberErrors
+from camopt.solve.synthesis.synthesis_problem import LinearConstraint, MeanConstraint, SynthesisProblem
+from camopt.solve.synthesis.through_train import constant_train_ratio, constraint_at_tool
 
 
-def floors_of(problem: Problem) -> list[LinearConstraint]:
+def linear_constraints_of(problem: Problem) -> list[LinearConstraint]:
     """The limits of a scene that are linear, each once. What is not, the size holds in the end."""
     found: dict[LinearConstraint, LinearConstraint] = {}
-    for floor in map(partial(at_tool, problem), _floors(problem) if ratio_of(problem) else ()):
+    for floor in map(
+        partial(constraint_at_tool, problem),
+        _list_linear_constraints(problem) if constant_train_ratio(problem) else (),
+    ):
         plain = replace(floor, name="", kinds=0)
         first = found.get(plain, floor)
         found[plain] = replace(first, kinds=first.kinds | floor.kinds)
     return list(found.values())
 
 
-def _floors(problem: Problem) -> Iterator[LinearConstraint]:
-    asked = strictest(problem.claims)
+def _list_linear_constraints(problem: Problem) -> Iterator[LinearConstraint]:
+    asked = strictest_constraints(problem.constraints)
     for limit in problem.limits:
-        for claim in limit.claims:
-            if claim in asked and claim.curve in LINEAR:
-                yield from LINEAR[claim.curve](limit.name, claim)
-            elif claim in asked and (second := _second_in(problem)) and second.of(claim) in LINEAR:
-                yield from map(second.seen, LINEAR[second.of(claim)](limit.name, claim))
-        if limit.implied.reach < inf:
-            yield from _on_reach(limit.name, limit.implied.reach)
-        if limit.implies is not None:
-            yield _on_contact(problem, limit.name, limit.implies)
+        for constraint in limit.constraints:
+            if constraint in asked and constraint.curve in LINEAR_CURVES:
+                yield from LINEAR_CURVES[constraint.curve](limit.name, constraint)
+            elif (
+                constraint in asked
+                and (second := _linear_second_contact(problem))
+                and second.first_contact_curve(constraint) in LINEAR_CURVES
+            ):
+                yield from map(
+                    second.constraint_on_first,
+                    LINEAR_CURVES[second.first_contact_curve(constraint)](limit.name, constraint),
+                )
+        if limit.necessary_conditions.reach < inf:
+            yield from _reach_constraints(limit.name, limit.necessary_conditions.reach)
+        if limit.least_contact_force is not None:
+            yield _contact_force_constraint(problem, limit.name, limit.least_contact_force)
 
 
-def means_of(problem: Problem) -> Iterator[MeanConstraint]:
+def mean_constraints_of(problem: Problem) -> Iterator[MeanConstraint]:
     """The limits of a scene on means of the motion that are convex in it. What is not, the cam holds in the end.
 
     The area below the lift is linear in it, 1/2π·∮y dθ ≥ m, and root mean squares √(1/2π·∮(y⁽ᵏ⁾)² dθ) ≤ r
     are cones: a mean that has to be large is convex where it is linear, one that has to be small in any case.
     """
     for limit in problem.limits:
-        claim = limit.mean
-        if claim is None or not isinstance(curve := claim.mean.curves[0][0], Derivative):
+        constraint = limit.mean_constraint
+        if constraint is None or not isinstance(curve := constraint.mean.curves[0][0], Derivative):
             continue
-        power, side = claim.mean.power, claim.side
+        power, side = constraint.mean.power, constraint.side
         if power == 1 or side > 0.0:
-            bound = claim.mean.of_powers(claim.allowed())
+            bound = constraint.mean.value_of_mean(constraint.upper_bound())
             yield MeanConstraint(limit.name, curve.order, power, float(bound), side)
 
 
-def is_linear(problem: Problem, claim: Claim) -> bool:
-    """Whether a claim is a plane in the motion and the sizes; one on a derivative is a range of the laws.
+def is_linear(problem: Problem, constraint: Constraint) -> bool:
+    """Whether a constraint is a plane in the motion and the sizes; one on a derivative is a range of the laws.
 
     Behind a train whose ratio changes only what is asked of the tool itself is.
     """
-    made, second = claim.curve, _second_in(problem)
+    made, second = constraint.curve, _linear_second_contact(problem)
     if isinstance(made, Derivative):
-        return not made.at_follower or ratio_of(problem) is not None
-    if second and second.of(claim) in LINEAR:
+        return not made.at_follower or constant_train_ratio(problem) is not None
+    if second and second.first_contact_curve(constraint) in LINEAR_CURVES:
         return True
-    return made in LINEAR and ratio_of(problem) is not None
+    return made in LINEAR_CURVES and constant_train_ratio(problem) is not None
 
 
-def follows(problem: Problem, claim: Claim) -> bool:
-    """Whether a claim on the second contact says what the same does of the first one, half a turn later."""
+def repeats_first_contact(problem: Problem, constraint: Constraint) -> bool:
+    """Whether a constraint on the second contact says what the same does of the first one, half a turn later."""
     mechanism = problem.setup.mechanism
-    if not mechanism.drive.one_disc or claim.kinds != ALL_STROKES:
+    if not mechanism.drive.one_disc or constraint.kinds != ALL_STROKES:
         return False
-    (contact,) = mechanism.further
-    made = getattr(claim.curve, "make", None)
-    return made is not None and made in [getattr(contact.mechanism, name) for name in OF_CONTACT]
+    (contact,) = mechanism.further_contacts
+    made = getattr(constraint.curve, "make", None)
+    return made is not None and made in [getattr(contact.mechanism, name) for name in CONTACT_CURVES]
 
 
-class _Second(NamedTuple):
+class _SecondContact(NamedTuple):
     """The second contact of a follower, where its motion is level + way·y, and its lead and height are linear."""
 
     curves: dict[Any, Any]
-    """By the curves of claims on it, those of the first contact."""
+    """By the curves of constraints on it, those of the first contact."""
     way: float
     """−1 where the motion is reversed, and the cam that is seen turns the other way."""
     level: float
@@ -114,11 +124,11 @@ class _Second(NamedTuple):
     height: float
     """What they have besides, mm."""
 
-    def of(self, claim: Claim) -> Any:
-        """The curve of the first contact that a claim on the second is about, if it is one."""
-        return self.curves.get(getattr(claim.curve, "make", None))
+    def first_contact_curve(self, constraint: Constraint) -> Any:
+        """The curve of the first contact that a constraint on the second is about, if it is one."""
+        return self.curves.get(getattr(constraint.curve, "make", None))
 
-    def seen(self, floor: LinearConstraint) -> LinearConstraint:
+    def constraint_on_first(self, floor: LinearConstraint) -> LinearConstraint:
         """A linear limit on the motion and sizes of the second contact as one on those of the first."""
         return replace(
             floor,
@@ -134,74 +144,80 @@ class _Second(NamedTuple):
         )
 
 
-def _second_in(problem: Problem) -> _Second | None:
+def _linear_second_contact(problem: Problem) -> _SecondContact | None:
     """The second contact, if the lift is given and its sizes are all those of the first, or all known."""
     mechanism, design = problem.setup.mechanism, problem.design
-    if not mechanism.further or mechanism.start is None or problem.setup.angular:
+    if not mechanism.further_contacts or mechanism.start is None or problem.setup.angular:
         return None
     if any(stroke.is_move and stroke.is_free for stroke in problem.programme.tool.strokes):
         return None
-    (contact,), lift = mechanism.further, problem.programme.lift
+    (contact,), lift = mechanism.further_contacts, problem.programme.lift
     curves = {contact.mechanism.pressure: mechanism.pressure}
-    if mechanism.ribbed:
+    if mechanism.has_rib:
         closer = -float(design.roller_spacing[0])
-        known = "roller_spacing" not in problem.choices.variables
-        return _Second(curves, 1.0, 0.0, 1.0, 0.0, closer) if known else None
+        known = "roller_spacing" not in problem.search_space.variables
+        return _SecondContact(curves, 1.0, 0.0, 1.0, 0.0, closer) if known else None
     if not design.second:
-        return _Second(curves, -1.0, lift, 1.0, 0.0, 0.0)
-    searched = [name for name in design.second if name in problem.choices.variables]
+        return _SecondContact(curves, -1.0, lift, 1.0, 0.0, 0.0)
+    searched = [name for name in design.second if name in problem.search_space.variables]
     own = {f"second_{name}" for name in ("size", "roller_radius", "offset")}
     if searched or own - design.second.keys():
         return None
-    second = contact.seen(design)
-    return _Second(curves, -1.0, lift, 0.0, float(second.lead[0]), float(mechanism.start(second)[0]))
+    second = contact.local_designs(design)
+    return _SecondContact(curves, -1.0, lift, 0.0, float(second.lead[0]), float(mechanism.start(second)[0]))
 
 
-def _trace_pressure(name: str, claim: Claim) -> Iterator[LinearConstraint]:
+def _trace_pressure(name: str, constraint: Constraint) -> Iterator[LinearConstraint]:
     """|y' − e| ≤ T·(s₀ + y)."""
-    tangent = claim.allowed()
-    yield LinearConstraint(name, tangent, -1.0, lead=1.0, height=tangent, kinds=claim.kinds)
-    yield LinearConstraint(name, tangent, 1.0, lead=-1.0, height=tangent, kinds=claim.kinds)
+    tangent = constraint.upper_bound()
+    yield LinearConstraint(name, tangent, -1.0, lead=1.0, height=tangent, kinds=constraint.kinds)
+    yield LinearConstraint(name, tangent, 1.0, lead=-1.0, height=tangent, kinds=constraint.kinds)
 
 
-def _groove_pressure(name: str, claim: Claim) -> Iterator[LinearConstraint]:
+def _groove_pressure(name: str, constraint: Constraint) -> Iterator[LinearConstraint]:
     """|y'| ≤ T·R_m."""
-    for side in claim.sides:
-        yield LinearConstraint(name, 0.0, -side, height=claim.allowed(), kinds=claim.kinds)
+    for side in constraint.sides:
+        yield LinearConstraint(name, 0.0, -side, height=constraint.upper_bound(), kinds=constraint.kinds)
 
 
-def _face_radius(name: str, claim: Claim) -> Iterator[LinearConstraint]:
+def _face_radius(name: str, constraint: Constraint) -> Iterator[LinearConstraint]:
     """R_b + y + y'' ≥ ρ."""
-    yield LinearConstraint(name, 1.0, 0.0, 1.0, height=1.0, constant=claim.allowed())
+    yield LinearConstraint(name, 1.0, 0.0, 1.0, height=1.0, constant=constraint.upper_bound())
 
 
-def _on_reach(name: str, most: float, sides: tuple[float, ...] = (1.0, -1.0)) -> Iterator[LinearConstraint]:
+def _reach_constraints(
+    name: str, most: float, sides: tuple[float, ...] = (1.0, -1.0)
+) -> Iterator[LinearConstraint]:
     """No further than so much along a flat face, |y' − e| ≤ t, either way or one way."""
     for side in sides:
         yield LinearConstraint(name, velocity=-side, lead=side, constant=most)
 
 
-LINEAR: dict[Any, Callable[[str, Claim], Iterator[LinearConstraint]]] = {
+LINEAR_CURVES: dict[Any, Callable[[str, Constraint], Iterator[LinearConstraint]]] = {
     translating.MECHANISM.pressure: _trace_pressure,
     cylindrical.MECHANISM.pressure: _groove_pressure,
-    translating_flat.MECHANISM.pressure: lambda name, claim: iter(()),  # the face is square to its motion: β is 0
+    translating_flat.MECHANISM.pressure: lambda name, constraint: iter(
+        ()
+    ),  # the face is square to its motion: β is 0
     translating_flat.MECHANISM.profile_radius: _face_radius,
-    translating_flat.MECHANISM.reach: lambda name, claim: _on_reach(name, claim.allowed(), claim.sides),
+    translating_flat.MECHANISM.reach: lambda name, constraint: _reach_constraints(
+        name, constraint.upper_bound(), constraint.sides
+    ),
 }
 
 
-def _brought(load: ExternalLoad | TrainLoad | None) -> Reflected:
+def _reflected_load(load: ExternalLoad | TrainLoad | None) -> ReflectedLoad:
     """What comes to the follower besides its own dynamics."""
     if isinstance(load, TrainLoad):
-        return load.reflected
-    return Reflected(0.0, 0.0, load.highest if load else 0.0)
+        return load.reflected_load
+    return ReflectedLoad(0.0, 0.0, load.highest if load else 0.0)
 
 
-def _on_contact(problem: Problem, name: str, least: LeastForce) -> LinearConstraint:
+def _contact_force_constraint(problem: Problem, name: str, least: LeastForce) -> LinearConstraint:
     """A contact force that there has to be at a speed, as a plane; of an arm, its moment about the pivot."""
-    brought = _brought(problem.programme.load)
+    brought = _reflected_load(problem.programme.load)
     arm = float(problem.design.arm_length[0]) if problem.setup.angular else 1.0
-    stiffness, damping, mass, constant = force.weights(problem.setup.dynamics, least.omega)
+    stiffness, damping, mass, constant = force.force_weights(problem.setup.dynamics, least.omega)
     stiffness, mass = stiffness + brought.stiffness, mass + brought.mass * least.omega**2
     constant += brought.highest  # no motion has more of it: the bound stays one
     unit = abs(constant) + mass or 1.0  # of the order of 1, as the others are
@@ -209,27 +225,28 @@ def _on_contact(problem: Problem, name: str, least: LeastForce) -> LinearConstra
     return LinearConstraint(name, *terms, constant=(constant - least.force * arm) / unit)
 
 
-def with_offs(demand: Demand, lead: float, height: float) -> Demand:
+def with_robust_limits(demand: SynthesisProblem, lead: float, height: float) -> SynthesisProblem:
     """The demand with limits that cams which are off hold too, near an optimum of these sizes, mm."""
-    nominal = demand.problem.without_errors
+    nominal = demand.problem.without_error_limits
     shifts = {id(nominal): (nominal, [(0.0, 0.0)])}
-    for problem, off in demand.problem.others:
+    for problem, off in demand.problem.error_variants:
         _, own = shifts.setdefault(id(problem), (problem, []))
         by_lead = demand.problem.design.sense * off.get("offset", 0.0)
-        own.append((by_lead, _higher(demand, off, lead, by_lead, height)))
-    unit, floors = abs(ratio_of(nominal) or 1.0), list[LinearConstraint]()
+        own.append((by_lead, _height_shift(demand, off, lead, by_lead, height)))
+    unit, floors = abs(constant_train_ratio(nominal) or 1.0), list[LinearConstraint]()
     for problem, own in shifts.values():
-        ratio = abs(ratio_of(problem) or 1.0)
-        floors += (_less(floor, own, ratio, unit) for floor in floors_of(problem))
+        ratio = abs(constant_train_ratio(problem) or 1.0)
+        floors += (_reduce_by_shifts(floor, own, ratio, unit) for floor in linear_constraints_of(problem))
     return replace(demand, floors=tuple(floors))
 
 
-def _less(
+def _reduce_by_shifts(
     floor: LinearConstraint, shifts: Sequence[tuple[float, float]], ratio: float, unit: float
 ) -> LinearConstraint:
     """A linear limit of which so much is taken, δe and δs, as the worst of some cams does.
 
-    It is that of a train of a ratio, and of sizes in units of that of another one (``through_train.at_tool``).
+    It is that of a train of a ratio, and of sizes in units of that of another one
+    (``through_train.constraint_at_tool``).
     """
     worst = min(floor.lead * by_lead + floor.height * by_height for by_lead, by_height in shifts)
     share = ratio / unit
@@ -237,9 +254,9 @@ def _less(
     return replace(floor, lead=lead, height=height, constant=floor.constant + ratio * worst)
 
 
-def _higher(demand: Demand, off: Off, lead: float, by_lead: float, height: float) -> float:
+def _height_shift(demand: SynthesisProblem, off: NumberErrors, lead: float, by_lead: float, height: float) -> float:
     larger = off.get("size", 0.0)
-    if not demand.traced:
+    if not demand.has_trace_point:
         return larger
     prime = sqrt(height**2 + lead**2) + larger + off.get("roller_radius", 0.0)
     return sqrt(max(prime**2 - (lead + by_lead) ** 2, 0.0)) - height

@@ -19,28 +19,33 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Unsolved
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.stable import difference_of_squares_root
-from camopt.model.motion.programme import PEAKS, law_peaks
+from camopt.core.numerics.stable_functions import difference_of_squares_root
+from camopt.model.motion.programme import LAW_PEAKS, law_peaks
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.problem.problem import resolve
 from camopt.scene.scene import Scene
-from camopt.solve.smallest.freedom import Freedom
+from camopt.solve.smallest.free_variables import FreeVariables
 from camopt.solve.smallest.price import Price
 from camopt.solve.synthesis.ceilings import ceilings_of
-from camopt.solve.synthesis.convex import Convex, convex
-from camopt.solve.synthesis.demand import CROSSING_JERK, LIMIT_MARGINS, Demand, tightened
-from camopt.solve.synthesis.from_scene import by_offset, default_peaks, demand_of, objective_in
+from camopt.solve.synthesis.convex_model import ConvexModel, build_convex_model
 from camopt.solve.synthesis.iterate import Iterate
-from camopt.solve.synthesis.linear_constraints import with_offs
+from camopt.solve.synthesis.linear_constraints import with_robust_limits
+from camopt.solve.synthesis.problem_from_scene import (
+    default_peaks,
+    objective_weights,
+    split_by_offset,
+    synthesis_problem,
+)
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
 from camopt.solve.synthesis.spline_motion import SplineMotion
-from camopt.solve.synthesis.synthesised import Synthesis, free_names
+from camopt.solve.synthesis.synthesis_problem import CROSSING_JERK, LIMIT_MARGINS, SynthesisProblem, tighten_limits
+from camopt.solve.synthesis.synthesis_result import Synthesis, free_law_names
 
 BOUND_STEP = 1e-4  # of a bound, in differences
 LEAST_PRICE = 1e-5  # of the objective: what a bound that does not bind may cost, by a solver's error
 
 
-class GivenBound(NamedTuple):
+class SceneBound(NamedTuple):
     """A bound of a scene that free laws may hold."""
 
     key: str
@@ -48,7 +53,7 @@ class GivenBound(NamedTuple):
     unit: str
     relation: str
 
-    def at(self, scene: Scene, value: float) -> Scene:
+    def scene_with_value(self, scene: Scene, value: float) -> Scene:
         """The scene with another value of the bound."""
         *names, last = self.key.split(".")
         if not last.isdecimal():
@@ -64,15 +69,15 @@ def prices_of_laws(result: Synthesis) -> list[Price]:
 
     And none where the force turns round at places that the programme has not chosen.
     """
-    if CROSSING_JERK in objective_in(result.asked.synthesis):
+    if CROSSING_JERK in objective_weights(result.asked.synthesis):
         return []
-    scene = _in_numbers(result.asked)
-    optimum = _optimum(scene, result)
+    scene = _with_numeric_peaks(result.asked)
+    optimum = _solved_optimum(scene, result)
     if optimum is None:
         return []
     found = []
-    for each in _given(scene):
-        cost = _cost(optimum, scene, each)
+    for each in _scene_bounds(scene):
+        cost = _price_of_bound(optimum, scene, each)
         if abs(cost) * (abs(each.value) or 1.0) > LEAST_PRICE * (abs(result.objective) + optimum.model.unit):
             found.append(Price(each.key, each.value, each.unit, each.relation, cost, cost))
     return found
@@ -81,7 +86,7 @@ def prices_of_laws(result: Synthesis) -> list[Price]:
 class PricedOptimum(NamedTuple):
     """The optimum of one of the programmes of a scene, with its number and the margin of its limits."""
 
-    model: Convex
+    model: ConvexModel
     number: int
     margin: float
     point: list[Any]
@@ -95,94 +100,97 @@ class PricedOptimum(NamedTuple):
     sizes: tuple[float, float] = (0.0, 0.0)
     """e and s₀ of the cam, mm."""
 
-    def values(self, scene: Scene) -> tuple[float, list[FloatArray]] | None:
+    def evaluate_in_scene(self, scene: Scene) -> tuple[float, list[FloatArray]] | None:
         """The objective and the constraints of the same programme of another scene, at this point.
 
         None if that scene has another number of curves: at its bound a limit may be one that no motion holds.
         """
-        side = _programme(_demands(scene, self.sizes)[self.number], self.margin)
-        for variable, value in zip(side.programme.variables(), self.point, strict=True):
+        side = _convex_model(_robust_problems(scene, self.sizes)[self.number], self.margin)
+        for variable, value in zip(side.cvxpy_problem.variables(), self.point, strict=True):
             variable.value = value
         found = [each.expr.value for each in side.constraints]
         if self.steps is not None and self.at is not None:
             ceilings = ceilings_of(side.demand)
             if len(ceilings) != len(ceilings_of(self.model.demand)):
                 return None
-            found += self.steps.curves(self.at, ceilings)
+            found += self.steps.curve_ratios(self.at, ceilings)
         return side.unit * float(side.objective.value), found
 
 
-def _demands(scene: Scene, sizes: tuple[float, float]) -> list[Demand]:
+def _robust_problems(scene: Scene, sizes: tuple[float, float]) -> list[SynthesisProblem]:
     """One for each offset that a scene lists; of robust cams with what tolerances take of limits at these sizes."""
-    return [with_offs(each, *sizes) if each.problem.offs else each for each in by_offset(demand_of(scene))]
+    return [
+        with_robust_limits(each, *sizes) if each.problem.robust_errors else each
+        for each in split_by_offset(synthesis_problem(scene))
+    ]
 
 
-def _programme(demand: Demand, margin: float) -> Convex:
+def _convex_model(demand: SynthesisProblem, margin: float) -> ConvexModel:
     """The programme of a demand, with its limits held closer by a margin."""
-    return convex(tightened(demand, margin), SplineMotion)
+    return build_convex_model(tighten_limits(demand, margin), SplineMotion)
 
 
-def _optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
+def _solved_optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
     """The optimum that a result is; None if the solver fails, or the result is none."""
     # e and s₀ of the cam of free laws, mm
-    first = by_offset(demand_of(scene))[0]
-    at = iterate_in(first, result)
-    sizes = at.lead * first.length, at.height * first.length
-    demands = _demands(scene, sizes)
+    first = split_by_offset(synthesis_problem(scene))[0]
+    at = iterate_of_result(first, result)
+    sizes = at.lead * first.size_unit, at.height * first.size_unit
+    demands = _robust_problems(scene, sizes)
     for margin in LIMIT_MARGINS:
-        models = [_programme(demand, margin) for demand in demands]
+        models = [_convex_model(demand, margin) for demand in demands]
         try:
             values = [model.solve() for model in models]
         except Unsolved:
             continue  # with other numbers it may not fail
         number = values.index(min(values))
         if values[number] < inf:
-            found = PricedOptimum(models[number], number, margin, *_solution(models[number]), sizes=sizes)
-            return found if result.convex else _local(found, result)
+            found = PricedOptimum(models[number], number, margin, *_primal_and_dual(models[number]), sizes=sizes)
+            return found if result.convex else _local_optimum(found, result)
     return None
 
 
-def _solution(model: Convex) -> tuple[list[Any], list[FloatArray]]:
+def _primal_and_dual(model: ConvexModel) -> tuple[list[Any], list[FloatArray]]:
     """The variables of a solved programme, and the multipliers of its constraints."""
-    return [each.value for each in model.programme.variables()], [each.dual_value for each in model.constraints]
+    return [each.value for each in model.cvxpy_problem.variables()], [each.dual_value for each in model.constraints]
 
 
-def _local(optimum: PricedOptimum, result: Synthesis) -> PricedOptimum | None:
+def _local_optimum(optimum: PricedOptimum, result: Synthesis) -> PricedOptimum | None:
     """The local optimum under curves that are not convex; None if steps do not end there, or offsets are listed."""
     model, demand = optimum.model, optimum.model.demand
-    if demand.dip is not None or isinstance(result.asked.search.offset, tuple):
+    if demand.lowest_angle is not None or isinstance(result.asked.search.offset, tuple):
         return None
-    at, ceilings = iterate_in(demand, result), ceilings_of(demand)
+    at, ceilings = iterate_of_result(demand, result), ceilings_of(demand)
     steps = SequentialConvex(model, ceilings)
-    curves = steps.multipliers(at, ceilings)
+    curves = steps.curve_multipliers(at, ceilings)
     if curves is None:
         return None
-    point, multipliers = _solution(model)
+    point, multipliers = _primal_and_dual(model)
     return optimum._replace(point=point, multipliers=multipliers + curves, steps=steps, at=at)
 
 
-def iterate_in(demand: Demand, result: Synthesis) -> Iterate:
+def iterate_of_result(demand: SynthesisProblem, result: Synthesis) -> Iterate:
     """The laws and the sizes of a result, as a demand counts them."""
-    names = iter(free_names(result.asked.motion))
+    names = iter(free_law_names(result.asked.motion))
     coefficients = []
-    for stroke in demand.free:
+    for stroke in demand.free_strokes:
         law = result.scene.laws[next(names)].model_dump()
         values = np.array(law["positions"] if stroke.is_move else law["coefficients"])
-        coefficients.append((values - demand.zero) * stroke.size / demand.scale if stroke.is_move else values)
+        coefficients.append((values - demand.zero) * stroke.size / demand.motion_unit if stroke.is_move else values)
     prime = result.design[demand.problem.size_name] + demand.roller
-    lead = demand.problem.design.sense * result.design.get("offset_mm", 0.0) if demand.traced else 0.0
+    lead = demand.problem.design.sense * result.design.get("offset_mm", 0.0) if demand.has_trace_point else 0.0
     height = float(difference_of_squares_root(prime, lead))
-    return Iterate(lead / demand.length, height / demand.length, tuple(coefficients))
+    return Iterate(lead / demand.size_unit, height / demand.size_unit, tuple(coefficients))
 
 
-def _cost(optimum: PricedOptimum, scene: Scene, given: GivenBound) -> float:
+def _price_of_bound(optimum: PricedOptimum, scene: Scene, given: SceneBound) -> float:
     """The derivative of the Lagrangian by a bound, at an optimum: one-sided if need be."""
     step = BOUND_STEP * (abs(given.value) or 1.0)
 
     def side(change: float) -> tuple[float, float, list[FloatArray]] | None:
         """The bound's change, with the objective and the constraints there."""
         try:
-            found = optimum.values(given.at(scene, given.value + change))
+            found = optimum.evaluate_in_scene(given.scene_with_value(scene, given.value + change))
         except BadInput:  # the bound may not be so
             return None
         return found and (change, *found)
@@ -196,30 +204,30 @@ def _cost(optimum: PricedOptimum, scene: Scene, given: GivenBound) -> float:
     return change / (last[0] - first[0])
 
 
-def _in_numbers(scene: Scene) -> Scene:
+def _with_numeric_peaks(scene: Scene) -> Scene:
     """The scene with a number for each peak that its rises and returns take from a law, or by default."""
     problem = resolve(scene)
     if not any(stroke.kind in (RISE, RETURN) for stroke in problem.programme.tool.strokes):
         return scene
-    given = {name: getattr(scene.synthesis, name) for name in PEAKS}
+    given = {name: getattr(scene.synthesis, name) for name in LAW_PEAKS}
     peaks = {name: law_peaks(problem.laws[law])[name] for name, law in given.items() if isinstance(law, str)}
     return scene.replace(**{f"synthesis.{name}": peak for name, peak in (peaks | default_peaks(scene)).items()})
 
 
-def _given(scene: Scene) -> Iterator[GivenBound]:
+def _scene_bounds(scene: Scene) -> Iterator[SceneBound]:
     """The bounds of a scene that free laws may hold."""
     problem = resolve(scene)
     for limit in problem.limits:
-        if limit.asked and not limit.given_by.startswith("limits."):
+        if limit.set_by_scene and not limit.bound_key.startswith("limits."):
             unit = limit.quantity.unit if limit.quantity else "mm"
-            yield GivenBound(limit.key, limit.bound, unit, limit.relation)
-    for name in PEAKS:
+            yield SceneBound(limit.key, limit.bound, unit, limit.relation)
+    for name in LAW_PEAKS:
         peak = getattr(scene.synthesis, name)
         if isinstance(peak, tuple):
             for number, (end, relation) in enumerate(zip(peak, "≥≤", strict=True), start=1):
                 if end:  # 0 makes the laws monotone
-                    yield GivenBound(f"synthesis.{name}.{number}", end, "", relation)
+                    yield SceneBound(f"synthesis.{name}.{number}", end, "", relation)
         elif peak is not None:
-            yield GivenBound(f"synthesis.{name}", peak, "", "±")
-    for end in Freedom.of(problem).ends:
-        yield GivenBound(end.key, end.value, end.unit, end.relation)
+            yield SceneBound(f"synthesis.{name}", peak, "", "±")
+    for end in FreeVariables.from_problem(problem).range_ends:
+        yield SceneBound(end.key, end.value, end.unit, end.relation)

@@ -29,11 +29,11 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.model.motion.stroke import Stroke
-from camopt.solve.synthesis.demand import Crossing, Demand, LinearConstraint
-from camopt.solve.synthesis.stroke_motion import DerivativeRange, Ranges, Sizes, StrokeMotion
+from camopt.solve.synthesis.stroke_motion import DerivativeRange, DerivativeRanges, Sizes, StrokeMotion
+from camopt.solve.synthesis.synthesis_problem import LinearConstraint, StrokeCrossing, SynthesisProblem
 
-AREA = {1: 1.0 / 4.0, 2: 1.0 / 12.0, 3: 1.0 / 192.0}
-CUBIC = 2.0 / (9.0 * sqrt(3.0))
+AREA_ERRORS = {1: 1.0 / 4.0, 2: 1.0 / 12.0, 3: 1.0 / 192.0}
+CUBIC_ERROR = 2.0 / (9.0 * sqrt(3.0))
 LEAST_PANEL = 0.25  # of a panel: the least length of one beside a condition
 
 
@@ -43,9 +43,11 @@ class RelaxedMotion(StrokeMotion):
     Derivatives are by x of the unit stroke, so that a stroke of a small angle has no huge numbers.
     """
 
-    def __init__(self, panels: int, demand: Demand, stroke: Stroke, ranges: Ranges, sizes: Sizes) -> None:
-        self.unit, self.angle, self.sizes = demand.scale, stroke.angle, sizes
-        parts = [(each, part) for each in demand.conditions if (part := stroke.part(each)) is not None]
+    def __init__(
+        self, panels: int, demand: SynthesisProblem, stroke: Stroke, ranges: DerivativeRanges, sizes: Sizes
+    ) -> None:
+        self.unit, self.angle, self.sizes = demand.motion_unit, stroke.angle, sizes
+        parts = [(each, part) for each in demand.conditions if (part := stroke.part_under(each)) is not None]
         turning = {end for each in demand.crossings_in(stroke) for end in each.ends}
         # equal panels of a unit stroke, cut where conditions start and end, but no equal one next to nothing
         ends = {end for _, part in parts for end in part} | turning
@@ -57,23 +59,23 @@ class RelaxedMotion(StrokeMotion):
         self.y, self.v, self.a = (cp.Variable(x.size) for _ in range(3))
         self.whole = cp.Variable()
         self.constraints: list[cp.Constraint] = []
-        self._area(ranges)
+        self._limit_area(ranges)
         if not stroke.is_move:
-            self._unit_stroke(stroke, demand.monotone)
+            self._impose_unit_stroke(stroke, demand.monotone)
         whole = slice(0, x.size)
         for order, every in ranges.items():
             for each in every:
-                self._range(order, each, whole)
+                self._impose_range(order, each, whole)
         for condition, (start, end) in parts:
             nodes = slice(int(np.abs(x - start).argmin()), int(np.abs(x - end).argmin()) + 1)
-            self._range(
+            self._impose_range(
                 condition.order, DerivativeRange(condition.low / self.unit, condition.high / self.unit), nodes
             )
         for floor in demand.floors:
-            if floor.bears_on(stroke):
-                self._floor(floor, [each.times(self.angle**2) for each in ranges.get(2, [])])
+            if floor.holds_along(stroke):
+                self._impose_linear(floor, [each.scale_by(self.angle**2) for each in ranges.get(2, [])])
 
-    def _unit_stroke(self, stroke: Stroke, monotone: bool) -> None:
+    def _impose_unit_stroke(self, stroke: Stroke, monotone: bool) -> None:
         """A rise or return goes from one end to the other, and not beyond."""
         start, end = stroke.low / self.unit, stroke.high / self.unit
         y = self.y
@@ -82,37 +84,37 @@ class RelaxedMotion(StrokeMotion):
             up = 1.0 if end > start else -1.0
             self.constraints += [up * self.v >= 0.0, up * cp.diff(y) >= 0.0]
 
-    def _range(self, order: int, limited: DerivativeRange, nodes: slice) -> None:
+    def _impose_range(self, order: int, limited: DerivativeRange, nodes: slice) -> None:
         """What nodes have if a derivative by rad is within a range from the first of them to the last."""
-        limited, panels = limited.times(self.angle**order), slice(nodes.start, nodes.stop - 1)
+        limited, panels = limited.scale_by(self.angle**order), slice(nodes.start, nodes.stop - 1)
         h, (y, v, a) = self.h[panels], (each[nodes] for each in (self.y, self.v, self.a))
         if order < 3:
-            self._between((y, v, a)[order], limited)
+            self._limit_values((y, v, a)[order], limited)
         if not h.size:
             return
         if order == 1:
-            self._between(cp.multiply(1 / h, cp.diff(y)), limited)
+            self._limit_values(cp.multiply(1 / h, cp.diff(y)), limited)
         elif order == 2:
-            self._chained(y, v, h, limited)
+            self._impose_slope_range(y, v, h, limited)
         elif order == 3:
-            self._chained(v, a, h, limited)
+            self._impose_slope_range(v, a, h, limited)
             off = cp.diff(y) - cp.multiply(h, v[:-1]) - cp.multiply(h**2 / 6, 2 * a[:-1] + a[1:])
-            self.constraints.append(cp.abs(off) <= CUBIC * h**3 * limited.half * limited.unit)
+            self.constraints.append(cp.abs(off) <= CUBIC_ERROR * h**3 * limited.half_width * limited.unit)
 
-    def _chained(self, value: Any, slope: Any, h: FloatArray, limited: DerivativeRange) -> None:
+    def _impose_slope_range(self, value: Any, slope: Any, h: FloatArray, limited: DerivativeRange) -> None:
         """What a value and its slope have at neighbouring nodes if the slope of the slope is within a range."""
-        most = h * limited.half * limited.unit
+        most = h * limited.half_width * limited.unit
         turned = cp.diff(slope) - h * limited.middle * limited.unit
         off = cp.multiply(1 / h, cp.diff(value)) - (slope[:-1] + slope[1:]) / 2
         spent = cp.Variable(h.size)  # ≥ turned²/(4·most)
         product = cp.SOC(spent + 4 * most, cp.vstack([2 * turned, spent - 4 * most]))
         self.constraints += [cp.abs(turned) <= most, product, cp.abs(off) <= most / 4 - spent]
 
-    def _floor(self, floor: LinearConstraint, ranges: list[DerivativeRange]) -> None:
+    def _impose_linear(self, floor: LinearConstraint, ranges: list[DerivativeRange]) -> None:
         """A linear limit at the nodes and over each panel; the ranges are those of a."""
         displacement, velocity = floor.displacement, floor.velocity / self.angle
         acceleration = floor.acceleration / self.angle**2
-        sized, (h, y, v, a) = self.sizes.in_floor(floor, self.unit), (self.h, self.y, self.v, self.a)
+        sized, (h, y, v, a) = self.sizes.linear_part(floor, self.unit), (self.h, self.y, self.v, self.a)
         moving = displacement * y + velocity * v
         if acceleration == 0.0:
             self.constraints.append(moving + sized >= 0.0)
@@ -130,38 +132,38 @@ class RelaxedMotion(StrokeMotion):
             change = velocity * cp.diff(y) + acceleration * cp.diff(v)
             self.constraints.append(mean + missed + change + h * sized >= 0.0)
 
-    def _between(self, values: Any, limited: DerivativeRange) -> None:
+    def _limit_values(self, values: Any, limited: DerivativeRange) -> None:
         """Hold values within a range whose ends may be infinite."""
         if limited.low == limited.high:
             self.constraints.append(values == limited.low * limited.unit)
         else:
             self.constraints += limited.constraints(values)
 
-    def end(self, order: int, last: bool) -> Any:
+    def end_derivative(self, order: int, last: bool) -> Any:
         values = {0: self.y, 1: self.v, 2: self.a}.get(order)
         return None if values is None else values[-1 if last else 0] / self.angle**order
 
-    def rests(self, rest: int, last: bool) -> None:
+    def impose_rest(self, rest: int, last: bool) -> None:
         self.constraints += [values[-1 if last else 0] == 0.0 for values in (self.v, self.a)[:rest]]
 
-    def lowest(self, x: float) -> Any:
+    def displacement_at(self, x: float) -> Any:
         """Another motion may be lower elsewhere: its size has no bound."""
         return cp.Variable()
 
-    def crosses(self, crossing: Crossing, jerk: Any) -> None:
+    def impose_crossing(self, crossing: StrokeCrossing, jerk: Any) -> None:
         low, high, soon, late = (int(np.abs(self.x - end).argmin()) for end in crossing.ends)
-        self._bent(slice(0, low), self.up)
-        self._bent(slice(high, self.x.size - 1), -self.up)
+        self._impose_acceleration_sign(slice(0, low), self.up)
+        self._impose_acceleration_sign(slice(high, self.x.size - 1), -self.up)
         if high < soon:
-            self._range(3, DerivativeRange(-1.0, 1.0, jerk), slice(high, soon + 1))
+            self._impose_range(3, DerivativeRange(-1.0, 1.0, jerk), slice(high, soon + 1))
         gone = self.y[high] - self.y[late] + crossing.window * self.v[high]
         self.constraints += [
-            self.up / self.angle**2 * self.a[high] + crossing.pulled * jerk >= 0.0,
-            self.up * gone + crossing.missing * jerk >= crossing.gap,
+            self.up / self.angle**2 * self.a[high] + crossing.acceleration_allowance * jerk >= 0.0,
+            self.up * gone + crossing.clearance_allowance * jerk >= crossing.gap,
             crossing.angle**3 / 6.0 * jerk >= crossing.gap,
         ]
 
-    def _bent(self, panels: slice, way: float) -> None:
+    def _impose_acceleration_sign(self, panels: slice, way: float) -> None:
         """Hold y'' at 0 or above, or below it, over some panels."""
         nodes, h = slice(panels.start, panels.stop + 1), self.h[panels]
         y, v, a = (way * each[nodes] for each in (self.y, self.v, self.a))
@@ -170,30 +172,30 @@ class RelaxedMotion(StrokeMotion):
             along_first, along_last = (cp.multiply(h, each) for each in (v[:-1], v[1:]))
             self.constraints += [cp.diff(v) >= 0.0, cp.diff(y) >= along_first, cp.diff(y) <= along_last]
 
-    def opposes(self, other: "RelaxedMotion", both: float) -> None:
+    def impose_sum(self, other: "RelaxedMotion", both: float) -> None:
         """At nodes; those of two strokes are the same unless conditions are asked of one alone."""
         if self.h.shape != other.h.shape or np.any(self.h != other.h):
             return
         sums = [self.y + other.y == both, self.v + other.v == 0.0, self.a + other.a == 0.0]
         self.constraints += sums
 
-    def area(self) -> Any:
+    def lift_area(self) -> Any:
         return self.angle * self.whole
 
-    def _area(self, ranges: Ranges) -> None:
+    def _limit_area(self, ranges: DerivativeRanges) -> None:
         """How far the area below y may be from that below chords, or below cubics of the same ends and slopes."""
         h, y, v = self.h, self.y, self.v
         chords = self.whole - h / 2.0 @ (y[:-1] + y[1:])
         cubics = chords + h**2 / 12.0 @ cp.diff(v)
         for order, every in ranges.items():
             for each in every:
-                limited = each.times(self.angle**order)
+                limited = each.scale_by(self.angle**order)
                 largest = max(-limited.low, limited.high)
-                if order in AREA and isfinite(largest):
-                    most = AREA[order] * float(np.sum(h ** (order + 1))) * largest * limited.unit
+                if order in AREA_ERRORS and isfinite(largest):
+                    most = AREA_ERRORS[order] * float(np.sum(h ** (order + 1))) * largest * limited.unit
                     self.constraints.append(cp.abs(cubics if order == 3 else chords) <= most)
 
-    def square(self, order: int) -> list[cp.Expression]:
+    def square_vectors(self, order: int) -> list[cp.Expression]:
         h, (value, slope) = self.h, {2: (self.y, self.v), 3: (self.v, self.a)}[order]
         rise, both, change = cp.diff(value), slope[:-1] + slope[1:], cp.diff(slope)
         off = cp.multiply(np.sqrt(12 / h**3), rise) - cp.multiply(np.sqrt(3 / h), both)

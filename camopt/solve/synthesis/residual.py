@@ -16,16 +16,16 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.oscillator import is_resonant
-from camopt.model.effects.case import Setup
-from camopt.model.effects.vibration import response
+from camopt.model.effects.effect import Setup
+from camopt.model.effects.vibration import steady_response
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import DWELL, Stroke
 from camopt.solve.synthesis.splines import Splines
 
-TERM = "residual_vibration"
+RESIDUAL_TERM = "residual_vibration"
 
 
-def train_of(setup: Setup) -> tuple[float, float] | None:
+def train_frequency_and_damping(setup: Setup) -> tuple[float, float] | None:
     """ω_n/ω and the damping ratio of the follower train; None if the scene lacks either, or the train resonates."""
     frequency, damping = setup.dynamics.natural_frequency, setup.dynamics.damping_ratio
     if frequency is None or setup.omega is None:
@@ -34,7 +34,7 @@ def train_of(setup: Setup) -> tuple[float, float] | None:
     return None if is_resonant(ratio, damping) else (ratio, damping)
 
 
-class LeftOver(NamedTuple):
+class ResidualResponse(NamedTuple):
     """a and b at the start of each dwell, mm or rad (dwells, 2): linear in the coefficients of the free strokes."""
 
     rows: tuple[FloatArray, ...]
@@ -43,9 +43,9 @@ class LeftOver(NamedTuple):
 
 
 @lru_cache(maxsize=8)
-def left_over(
+def residual_response(
     strokes: tuple[Stroke, ...], splines: tuple[Splines, ...], scale: float, ratio: float, damping: float
-) -> LeftOver:
+) -> ResidualResponse:
     """The vibration left by free strokes, each with its splines; ``scale`` is the unit of displacements of moves.
 
     A rise or return goes from 0 to 1, which is part of the constant. Where two free moves meet, the last
@@ -53,16 +53,16 @@ def left_over(
     """
     free = [number for number, stroke in enumerate(strokes) if stroke.is_free]
     basis = dict(zip(free, splines, strict=True))
-    start = {number: _ends(strokes[number], basis[number].count, scale) for number in free}
+    start = {number: _end_coefficients(strokes[number], basis[number].count, scale) for number in free}
 
     def states(coefficients: dict[int, FloatArray]) -> FloatArray:
         turn = Programme(
             tuple(
-                basis[n].on(stroke, "", coefficients[n], scale) if stroke.is_free else stroke
+                basis[n].stroke_with_law(stroke, "", coefficients[n], scale) if stroke.is_free else stroke
                 for n, stroke in enumerate(strokes)
             )
         )
-        wave, starts = response(turn, ratio, damping), turn.starts
+        wave, starts = steady_response(turn, ratio, damping), turn.starts
         pieces = [int(np.abs(starts - stroke.start).argmin()) for stroke in strokes if stroke.kind == DWELL]
         dwells = turn.table.first_panel[pieces]
         return np.stack([wave.cosine[0, dwells], wave.sine[0, dwells]], axis=1)
@@ -80,10 +80,10 @@ def left_over(
             found[..., -1] = states(start | raised) - whole
             constant = constant - found[..., -1] * start[number][-1]
         rows.append(found)
-    return LeftOver(tuple(rows), constant)
+    return ResidualResponse(tuple(rows), constant)
 
 
-def _ends(stroke: Stroke, count: int, scale: float) -> FloatArray:
+def _end_coefficients(stroke: Stroke, count: int, scale: float) -> FloatArray:
     """The coefficients of a stroke that has none but those at its ends."""
     found = np.zeros(count)
     found[[0, -1]] = (stroke.low / scale, stroke.high / scale) if stroke.is_move else (0.0, 1.0)

@@ -18,44 +18,50 @@ import numpy as np
 from scipy import sparse
 
 from camopt.core.numerics import LARGEST_MAGNITUDE, BoolArray, FloatArray
-from camopt.scene.problem.claims import Claim, Plain
+from camopt.scene.problem.constraints import ConstantBound, Constraint
 from camopt.scene.problem.problem import Problem
-from camopt.scene.problem.zones import Off
-from camopt.solve.synthesis.ceilings import Sampled, samples
-from camopt.solve.synthesis.convex import Convex
-from camopt.solve.synthesis.demand import CROSSING_JERK, TERM_ORDERS
-from camopt.solve.synthesis.iterate import Iterate, iterate_of, moving, sampled_motions
-from camopt.solve.synthesis.solver import SOLVER_ENDS, CompiledProgramme, solve
+from camopt.scene.problem.tolerance_zones import NumberErrors
+from camopt.solve.synthesis.ceilings import SampledCeilings, stroke_samples
+from camopt.solve.synthesis.convex_model import ConvexModel
+from camopt.solve.synthesis.iterate import Iterate, free_motions, iterate_of, sampled_motions
+from camopt.solve.synthesis.solver import SOLVED_STATUSES, CompiledProgramme, solve
 from camopt.solve.synthesis.spline_motion import SplineMotion
+from camopt.solve.synthesis.synthesis_problem import CROSSING_JERK, TERM_ORDERS
 
-PRICES = 100.0, 1e4  # of a curve that is above its bound by all of it, in units of the objective: if one is too low
-MOST_CONVEX_STEPS, FIRST_REACH = 60, 0.1
-GOOD, POOR = 0.75, 0.25  # of what planes promise: if more comes true, steps go further; if less, less far
+PENALTY_PRICES = (
+    100.0,
+    1e4,
+)  # of a curve that is above its bound by all of it, in units of the objective: if one is too low
+MOST_CONVEX_STEPS, FIRST_TRUST_RADIUS = 60, 0.1
+GOOD_RATIO, POOR_RATIO = (
+    0.75,
+    0.25,
+)  # of what planes promise: if more comes true, steps go further; if less, less far
 LEAST_FALL = 5e-5  # a fall of the priced objective, relative, that is worth a step
 LEAST_MULTIPLIER = 1e-3  # of a multiplier of the reach: what a solver's error makes of none
-HELD_CLOSER = 2e-4  # by which bounds are held closer than asked: between samples a curve rises a little more
+BOUND_MARGIN = 2e-4  # by which bounds are held closer than asked: between samples a curve rises a little more
 
 
 @dataclass
 class StrokePlanes:
     """The tangent planes of all curves over one stroke, curve by curve."""
 
-    sampled: Sampled
-    motion: list[tuple[Any, FloatArray]]
+    ceilings: SampledCeilings
+    state_matrices: list[tuple[Any, FloatArray]]
     """y to y''' at the samples of one curve, in units of the lift: a matrix of ``places`` and a constant each."""
-    lowered: BoolArray
+    are_minimised: BoolArray
     """Which curves are minimised."""
-    count: int
+    ceiling_count: int
     """How many ceilings it has, the first ones."""
 
     @property
-    def size(self) -> int:
+    def row_count(self) -> int:
         """How many rows it has: one for each sample of each curve."""
-        return self.lowered.size * self.motion[0][1].size
+        return self.are_minimised.size * self.state_matrices[0][1].size
 
-    def state(self, unit: float, place: FloatArray) -> FloatArray:
+    def motion_state(self, unit: float, place: FloatArray) -> FloatArray:
         """y to y''' at the samples of one curve, mm."""
-        return unit * np.array([matrix @ place + constant for matrix, constant in self.motion])
+        return unit * np.array([matrix @ place + constant for matrix, constant in self.state_matrices])
 
 
 class SequentialConvex:
@@ -66,14 +72,14 @@ class SequentialConvex:
     ceilings with other bounds.
     """
 
-    def __init__(self, model: Convex, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> None:
+    def __init__(self, model: ConvexModel, held: Sequence[Constraint], lowered: Sequence[Constraint] = ()) -> None:
         self.model, self.count = model, len(held)
         self.missing, self.level = cp.Variable(), cp.Variable()
-        self.price = cp.Parameter(nonneg=True, value=PRICES[0])
-        self.places = [model.sizes.lead, model.sizes.height, *(m.coefficients for m in moving(model))]
-        self.blocks = list(self._blocks(model.demand.problem, {}, [*held, *lowered]))
-        for problem, off in model.demand.problem.others:
-            self.blocks += self._blocks(problem, off, held)
+        self.price = cp.Parameter(nonneg=True, value=PENALTY_PRICES[0])
+        self.places = [model.sizes.lead, model.sizes.height, *(m.coefficients for m in free_motions(model))]
+        self.blocks = list(self._stroke_planes(model.demand.problem, {}, [*held, *lowered]))
+        for problem, off in model.demand.problem.error_variants:
+            self.blocks += self._stroke_planes(problem, off, held)
         objective, above_0 = model.objective + self.price * self.missing, [self.missing >= 0.0]
         if lowered:
             objective, above_0 = objective + self.level, [*above_0, self.level >= 0.0]
@@ -83,177 +89,196 @@ class SequentialConvex:
         away = cp.sum_squares(cp.hstack(self.places) - self.last)
         self.nearest = cp.Problem(cp.Minimize(away), model.constraints)
 
-    def _blocks(self, problem: Problem, off: Off, ceilings: Sequence[Claim]) -> Iterator[StrokePlanes]:
+    def _stroke_planes(
+        self, problem: Problem, off: NumberErrors, ceilings: Sequence[Constraint]
+    ) -> Iterator[StrokePlanes]:
         """A block for each stroke on which a curve of a cam counts."""
         width, start = sum(each.size for each in self.places), 2
         for stroke, motion in zip(self.model.demand.strokes, sampled_motions(self.model), strict=True):
-            at = motion.at(samples(self.model.demand, stroke))
+            at = motion.derivatives_at(stroke_samples(self.model.demand, stroke))
             count = at[0][0].shape[1]
-            sampled = Sampled(self.model.demand, stroke, problem, off)
-            sides = [1 + (c.goal == LARGEST_MAGNITUDE) for c in ceilings if sampled.counts(c)]
-            lowered = [n >= self.count for n, c in enumerate(ceilings) if sampled.counts(c)]
+            sampled = SampledCeilings(self.model.demand, stroke, problem, off)
+            sides = [1 + (c.goal == LARGEST_MAGNITUDE) for c in ceilings if sampled.is_limited_by(c)]
+            lowered = [n >= self.count for n, c in enumerate(ceilings) if sampled.is_limited_by(c)]
             if sides:
                 columns = sparse.eye_array(count, width, k=start, format="csr")
                 placed = [(sparse.csr_array(matrix @ columns), constant) for matrix, constant in at]
                 yield StrokePlanes(sampled, placed, np.repeat(lowered, sides), len(ceilings))
             start += count
 
-    def run(self, start: Iterate, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> Iterate:
+    def find_local_optimum(
+        self, start: Iterate, held: Sequence[Constraint], lowered: Sequence[Constraint] = ()
+    ) -> Iterate:
         """The local optimum that convex steps reach from the motion nearest to a start within the convex limits."""
-        self._set(start)
-        last = iterate_of(self.model) if solve(self.nearest) in SOLVER_ENDS else start
-        lowered = _scaled(lowered, self._levels(last, held, lowered)[1])
-        reach = FIRST_REACH
-        for self.price.value in PRICES:
-            last, reach, enough = self._descended(last, reach, held, lowered)
+        self._load_solution(start)
+        last = iterate_of(self.model) if solve(self.nearest) in SOLVED_STATUSES else start
+        lowered = _scale_bounds(lowered, self._highest_levels(last, held, lowered)[1])
+        reach = FIRST_TRUST_RADIUS
+        for self.price.value in PENALTY_PRICES:
+            last, reach, enough = self._descend_at_price(last, reach, held, lowered)
             if enough:
                 break
-        self.price.value = PRICES[0]
+        self.price.value = PENALTY_PRICES[0]
         return last
 
-    def _descended(
-        self, last: Iterate, reach: float, held: Sequence[Claim], lowered: Sequence[Claim]
+    def _descend_at_price(
+        self, last: Iterate, reach: float, held: Sequence[Constraint], lowered: Sequence[Constraint]
     ) -> tuple[Iterate, float, bool]:
         """Where steps end at one price, their reach there, and whether the price is high enough.
 
         It is too low where the steps end above a bound, or would leave bounds that the last motion holds.
         """
-        cost, top = self._priced(last, held, lowered)
+        cost, top = self._priced_objective(last, held, lowered)
         if cost == inf:
             return last, reach, False
-        planes = self._planes(last, held, lowered)
-        self.step.take_parameters()
+        planes = self._tangent_rows(last, held, lowered)
+        self.step.compile_parameters()
         for _ in range(MOST_CONVEX_STEPS):
-            if self._solve_step(last, reach, planes) not in SOLVER_ENDS:
+            if self._solve_step(last, reach, planes) not in SOLVED_STATUSES:
                 break
             promise = cost - self.step.value
             if promise < LEAST_FALL * abs(cost):  # even the planes promise no more
                 break
-            if top <= 1.0 and self.missing.value > HELD_CLOSER and self.price.value < PRICES[-1]:
+            if top <= 1.0 and self.missing.value > BOUND_MARGIN and self.price.value < PENALTY_PRICES[-1]:
                 return last, reach, False
             tried = iterate_of(self.model)
-            found, above = self._priced(tried, held, lowered)
+            found, above = self._priced_objective(tried, held, lowered)
             gained = (cost - found) / promise
-            reach *= 2.0 if gained > GOOD else 1.0 if gained > POOR else 0.25
+            reach *= 2.0 if gained > GOOD_RATIO else 1.0 if gained > POOR_RATIO else 0.25
             if gained > 0.0:
                 last, cost, top = tried, found, above
-                planes = self._planes(last, held, lowered)
-        return last, max(reach, FIRST_REACH), top <= 1.0
+                planes = self._tangent_rows(last, held, lowered)
+        return last, max(reach, FIRST_TRUST_RADIUS), top <= 1.0
 
-    def multipliers(self, at: Iterate, held: Sequence[Claim]) -> list[FloatArray] | None:
+    def curve_multipliers(self, at: Iterate, held: Sequence[Constraint]) -> list[FloatArray] | None:
         """The multipliers of all curves at a local optimum, block by block; the model has those of its constraints.
 
         None if a step would go on as far as it may, or above a bound.
         """
-        planes = self._planes(at, held, ())
-        self.price.value = PRICES[-1]
-        self.step.take_parameters()
-        status, self.price.value = self._solve_step(at, FIRST_REACH, planes), PRICES[0]
-        if status not in SOLVER_ENDS or self.missing.value > HELD_CLOSER:
+        planes = self._tangent_rows(at, held, ())
+        self.price.value = PENALTY_PRICES[-1]
+        self.step.compile_parameters()
+        status, self.price.value = self._solve_step(at, FIRST_TRUST_RADIUS, planes), PENALTY_PRICES[0]
+        if status not in SOLVED_STATUSES or self.missing.value > BOUND_MARGIN:
             return None
-        self.step.give_values()
-        rows = sum(block.size for block in self.blocks)
+        self.step.unpack_values()
+        rows = sum(block.row_count for block in self.blocks)
         curves, pull = np.split(self.step.row_multipliers, [rows])
-        ends = np.cumsum([block.size for block in self.blocks])
+        ends = np.cumsum([block.row_count for block in self.blocks])
         return np.split(curves, ends[:-1]) if pull.max() < LEAST_MULTIPLIER else None
 
-    def curves(self, at: Iterate, held: Sequence[Claim]) -> list[FloatArray]:
+    def curve_ratios(self, at: Iterate, held: Sequence[Constraint]) -> list[FloatArray]:
         """All curves over their bounds at a solution, block by block."""
-        self._set(at)
-        scale, place = self.model.demand.scale, _place(at)
+        self._load_solution(at)
+        scale, place = self.model.demand.motion_unit, _solution_vector(at)
         return [
-            block.sampled.values(held, block.state(scale, place), self._sizes(at)).ravel() for block in self.blocks
+            block.ceilings.ratios_to_bounds(
+                held, block.motion_state(scale, place), self._lead_and_height(at)
+            ).ravel()
+            for block in self.blocks
         ]
 
-    def ranked(
-        self, starts: Sequence[Iterate], held: Sequence[Claim], lowered: Sequence[Claim] = ()
+    def rank_starts(
+        self, starts: Sequence[Iterate], held: Sequence[Constraint], lowered: Sequence[Constraint] = ()
     ) -> list[Iterate]:
         """Starts by their priced objective, with the price of convex limits that they break."""
-        lowered = _scaled(lowered, self._levels(starts[0], held, lowered)[1])
+        lowered = _scale_bounds(lowered, self._highest_levels(starts[0], held, lowered)[1])
 
         def price(start: Iterate) -> float:
-            cost, _ = self._priced(start, held, lowered)
-            return cost + PRICES[0] * max(float(np.max(c.violation())) for c in self.model.constraints)
+            cost, _ = self._priced_objective(start, held, lowered)
+            return cost + PENALTY_PRICES[0] * max(float(np.max(c.violation())) for c in self.model.constraints)
 
         return sorted(starts, key=price)
 
-    def _set(self, at: Iterate) -> None:
+    def _load_solution(self, at: Iterate) -> None:
         """A solution in the variables, and in the parameter that the nearest motion is near to."""
         self.model.sizes.lead.value, self.model.sizes.height.value = at.lead, at.height
-        for motion, values in zip(moving(self.model), at.coefficients, strict=True):
+        for motion, values in zip(free_motions(self.model), at.coefficients, strict=True):
             motion.coefficients.value = values
-        self.last.value = _place(at)
+        self.last.value = _solution_vector(at)
 
-    def _planes(
-        self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]
+    def _tangent_rows(
+        self, at: Iterate, held: Sequence[Constraint], lowered: Sequence[Constraint]
     ) -> tuple[sparse.csr_array, FloatArray]:
         """The planes at a solution: rows of the variables of a step, and the most that they may have."""
-        ceilings, place, scale = [*held, *lowered], _place(at), self.model.demand.scale
+        ceilings, place, scale = [*held, *lowered], _solution_vector(at), self.model.demand.motion_unit
         rows, most = [], []
         for block in self.blocks:
-            planes = block.sampled.planes(ceilings[: block.count], block.state(scale, place), self._sizes(at))
+            planes = block.ceilings.tangent_planes(
+                ceilings[: block.ceiling_count], block.motion_state(scale, place), self._lead_and_height(at)
+            )
             rise = sum(
                 sparse.diags_array(slope.ravel()) @ sparse.vstack([matrix] * len(slope))
-                for slope, (matrix, _) in zip(planes.motion, block.motion, strict=True)
+                for slope, (matrix, _) in zip(planes.motion, block.state_matrices, strict=True)
             )
             by_sizes = np.stack([planes.lead.ravel(), planes.height.ravel()], axis=1)
-            rise = rise + sparse.hstack([by_sizes, sparse.csr_array((block.size, place.size - 2))])
-            minimised = np.repeat(block.lowered, block.motion[0][1].size).astype(float)
+            rise = rise + sparse.hstack([by_sizes, sparse.csr_array((block.row_count, place.size - 2))])
+            minimised = np.repeat(block.are_minimised, block.state_matrices[0][1].size).astype(float)
             above = [1.0 - minimised, minimised][: len(self.step.variables) - len(self.places)]
             rows.append(sparse.hstack([rise, *(sparse.csr_array(-each[:, None]) for each in above)]))
-            most.append(rise @ place - planes.values.ravel() + (1.0 - minimised) * (1.0 - HELD_CLOSER))
+            most.append(rise @ place - planes.values.ravel() + (1.0 - minimised) * (1.0 - BOUND_MARGIN))
         return sparse.vstack(rows, format="csr"), np.concatenate(most)
 
     def _solve_step(self, last: Iterate, reach: float, planes: tuple[sparse.csr_array, FloatArray]) -> str:
         """Solve a step from a solution, within reach of it and below planes: the status."""
-        (rows, most), place = planes, _place(last)
+        (rows, most), place = planes, _solution_vector(last)
         away = sparse.eye_array(place.size, rows.shape[1], format="csr")
         every = sparse.vstack([rows, away, -away], format="csr")
         return self.step.solve(every, np.concatenate([most, reach + place, reach - place]))
 
-    def _sizes(self, at: Iterate) -> tuple[float, float]:
+    def _lead_and_height(self, at: Iterate) -> tuple[float, float]:
         """e and s₀, mm."""
-        length = self.model.demand.length
+        length = self.model.demand.size_unit
         return length * at.lead, length * at.height
 
-    def _levels(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> tuple[float, float]:
+    def _highest_levels(
+        self, at: Iterate, held: Sequence[Constraint], lowered: Sequence[Constraint]
+    ) -> tuple[float, float]:
         """The largest of the curves over their bounds: of those held, and of those minimised."""
-        scale, place, tops = self.model.demand.scale, _place(at), ([0.0], [0.0])
+        scale, place, tops = self.model.demand.motion_unit, _solution_vector(at), ([0.0], [0.0])
         for block in self.blocks:
-            state = block.state(scale, place)
-            values = block.sampled.values([*held, *lowered][: block.count], state, self._sizes(at))
-            for row, which in zip(values, block.lowered, strict=True):
+            state = block.motion_state(scale, place)
+            values = block.ceilings.ratios_to_bounds(
+                [*held, *lowered][: block.ceiling_count], state, self._lead_and_height(at)
+            )
+            for row, which in zip(values, block.are_minimised, strict=True):
                 tops[int(which)].append(float(row.max()))
         return max(tops[0]), max(tops[1])
 
-    def _largest(self, term: str) -> float:
+    def _largest_derivative(self, term: str) -> float:
         """The largest of a derivative over the turn, or of the jerk where the force turns round."""
         motions = self.model.motions
         if term == CROSSING_JERK:
             turning = [(motions[each.stroke], each) for each in self.model.demand.crossings]
-            return max(motion.turning_jerk(each) for motion, each in turning if isinstance(motion, SplineMotion))
-        return float(max(np.abs(each.samples(TERM_ORDERS[term])).max() for each in sampled_motions(self.model)))
+            return max(
+                motion.jerk_at_crossing(each) for motion, each in turning if isinstance(motion, SplineMotion)
+            )
+        return float(
+            max(np.abs(each.derivative_samples(TERM_ORDERS[term])).max() for each in sampled_motions(self.model))
+        )
 
-    def _priced(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> tuple[float, float]:
+    def _priced_objective(
+        self, at: Iterate, held: Sequence[Constraint], lowered: Sequence[Constraint]
+    ) -> tuple[float, float]:
         """The objective at a solution, with the price of what is above its bound, and the highest of the curves."""
-        self._set(at)
-        top, level = self._levels(at, held, lowered)
+        self._load_solution(at)
+        top, level = self._highest_levels(at, held, lowered)
         model, demand = self.model, self.model.demand
-        reach = np.hypot(at.lead, at.height) if demand.traced else at.height
-        model.sizes.prime.value = max(reach, demand.prime[0] / demand.length)
-        for name, variable in model.largest.items():
-            variable.value = self._largest(name)
+        reach = np.hypot(at.lead, at.height) if demand.has_trace_point else at.height
+        model.sizes.prime.value = max(reach, demand.prime[0] / demand.size_unit)
+        for name, variable in model.peak_variables.items():
+            variable.value = self._largest_derivative(name)
         cost = float(model.objective.value) + (level if lowered else 0.0)
-        price = cost + self.price.value * max(0.0, top - 1.0 + HELD_CLOSER)
+        price = cost + self.price.value * max(0.0, top - 1.0 + BOUND_MARGIN)
         return price if np.isfinite(price) else inf, top
 
 
-def _place(at: Iterate) -> FloatArray:
+def _solution_vector(at: Iterate) -> FloatArray:
     """A solution as one vector."""
     return np.concatenate([at[:2], *at.coefficients])
 
 
-def _scaled(ceilings: Sequence[Claim], level: float) -> tuple[Claim, ...]:
+def _scale_bounds(ceilings: Sequence[Constraint], level: float) -> tuple[Constraint, ...]:
     """Ceilings whose curves are at most 1 of their bounds where they were at a level."""
     scale = level if 0.0 < level < inf else 1.0
-    return tuple(ceiling._replace(bound=Plain(ceiling.allowed() * scale)) for ceiling in ceilings)
+    return tuple(ceiling._replace(bound=ConstantBound(ceiling.upper_bound() * scale)) for ceiling in ceilings)

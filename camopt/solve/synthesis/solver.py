@@ -17,10 +17,10 @@ from scipy import sparse
 from camopt.core.numerics import FloatArray
 
 SOLVED = cp.OPTIMAL
-SOLVER_ENDS = (SOLVED, cp.OPTIMAL_INACCURATE)
+SOLVED_STATUSES = (SOLVED, cp.OPTIMAL_INACCURATE)
 """The statuses of a solution; whoever uses it checks an inaccurate one."""
 INFEASIBLE = cp.INFEASIBLE
-NO_SOLUTION = (INFEASIBLE, cp.INFEASIBLE_INACCURATE)
+INFEASIBLE_STATUSES = (INFEASIBLE, cp.INFEASIBLE_INACCURATE)
 SOLVER_ERROR = 1e-6  # relative, of an optimum
 
 
@@ -35,7 +35,7 @@ def solve(programme: cp.Problem) -> str:
     return str(programme.status)
 
 
-def failed(status: str) -> str:
+def failure_message(status: str) -> str:
     """A message of a solver's status, which is none of ``SOLVER_ENDS``."""
     return f"the convex solver found no solution (it says {status.replace('_', ' ')})"
 
@@ -53,7 +53,7 @@ class CompiledProgramme:
         self.row_multipliers = np.empty(0)
         """By how much the least objective falls for 1 more room in each row."""
 
-    def take_parameters(self) -> None:
+    def compile_parameters(self) -> None:
         """Write the programme with the present values of its parameters."""
         self._data, self._chain, self._inverse = self.programme.get_problem_data(cp.CLARABEL, solver_opts={})
         first = self._data["param_prob"].var_id_to_col
@@ -71,7 +71,7 @@ class CompiledProgramme:
         quadratic = sparse.csc_array((shape[1], shape[1]))
         solution = clarabel.DefaultSolver(quadratic, data["c"], matrix, bounds, cones, settings).solve()
         status = str(CLARABEL.STATUS_MAP.get(str(solution.status), cp.SOLVER_ERROR))
-        if status in SOLVER_ENDS:
+        if status in SOLVED_STATUSES:
             self._solution = solution
             self.value = float(solution.obj_val) + float(self._inverse[-1]["offset"])
             self.row_multipliers = np.array(solution.z[-most.size :])
@@ -81,6 +81,6 @@ class CompiledProgramme:
                 start += each.size
         return status
 
-    def give_values(self) -> None:
+    def unpack_values(self) -> None:
         """Give all variables their values, and all constraints their multipliers, of the last solution."""
         self.programme.unpack_results(self._solution, self._chain, self._inverse)

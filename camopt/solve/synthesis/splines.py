@@ -36,10 +36,10 @@ class Splines:
     pieces: int
     continuity: int
     cuts: tuple[float, ...] = ()
-    at_cuts: int = 2
+    continuity_at_cuts: int = 2
 
     @cached_property
-    def ends(self) -> FloatArray:
+    def piece_ends(self) -> FloatArray:
         """Where pieces end: at the cuts and equally far apart, but none beside another."""
         found = [0.0, 1.0]
         for x in (*self.cuts, *(np.arange(1, self.pieces) / self.pieces)):
@@ -48,13 +48,17 @@ class Splines:
         return np.array(sorted(found))
 
     @cached_property
-    def _continuous(self) -> IndexArray:
+    def _continuity_at_ends(self) -> IndexArray:
         """The number of continuous derivatives at the end of each piece but the last."""
-        return np.where(np.isin(self.ends[1:-1], self.cuts), min(self.at_cuts, self.continuity), self.continuity)
+        return np.where(
+            np.isin(self.piece_ends[1:-1], self.cuts),
+            min(self.continuity_at_cuts, self.continuity),
+            self.continuity,
+        )
 
     @property
     def knots(self) -> FloatArray:
-        inner = np.repeat(self.ends[1:-1], self.degree - self._continuous)
+        inner = np.repeat(self.piece_ends[1:-1], self.degree - self._continuity_at_ends)
         clamped = self.degree + 1
         return np.concatenate([np.zeros(clamped), inner, np.ones(clamped)])
 
@@ -68,64 +72,64 @@ class Splines:
         """What each coefficient adds to the integral over the stroke: its support over the degree + 1."""
         return (self.knots[self.degree + 1 :] - self.knots[: self.count]) / (self.degree + 1)
 
-    def at(self, x: FloatArray, order: int) -> "scipy.sparse.csr_array":
+    def value_matrix(self, x: FloatArray, order: int) -> "scipy.sparse.csr_array":
         """The matrix from coefficients to values of a derivative at x, from 0 to 1."""
         inner = self.knots[order : self.knots.size - order]
         by_knots = derivative_matrix(self.knots, self.degree, order)
         basis = scipy.interpolate.BSpline.design_matrix(x, inner, self.degree - order, extrapolate=True)
-        return without_rounding(basis @ by_knots)
+        return drop_rounding(basis @ by_knots)
 
-    def bernstein(self, order: int) -> "scipy.sparse.csr_array":
+    def bernstein_matrix(self, order: int) -> "scipy.sparse.csr_array":
         """The matrix from coefficients to Bernstein coefficients of a derivative, part by part along the stroke."""
-        return _bernstein(self, order, self._parts)
+        return _bernstein_on_parts(self, order, self._part_ends)
 
     @cached_property
-    def _parts(self) -> tuple[float, ...]:
+    def _part_ends(self) -> tuple[float, ...]:
         """Where the parts of the stroke end."""
         shares = np.arange(SPAN_PARTS) / SPAN_PARTS
-        starts = self.ends[:-1, None] + shares * np.diff(self.ends)[:, None]
+        starts = self.piece_ends[:-1, None] + shares * np.diff(self.piece_ends)[:, None]
         return (*starts.ravel().tolist(), 1.0)
 
-    def between(self, order: int, low: float, high: float) -> "scipy.sparse.csr_array":
+    def bernstein_matrix_between(self, order: int, low: float, high: float) -> "scipy.sparse.csr_array":
         """The same for a range of x: from part to part within it."""
-        inside = [x for x in self._parts if low + LEAST_PART < x < high - LEAST_PART]
-        return _bernstein(self, order, (low, *inside, high))
+        inside = [x for x in self._part_ends if low + LEAST_PART < x < high - LEAST_PART]
+        return _bernstein_on_parts(self, order, (low, *inside, high))
 
-    def once(self, order: int, degree: int) -> "scipy.sparse.csr_array":
+    def distinct_bernstein_matrix(self, order: int, degree: int) -> "scipy.sparse.csr_array":
         """As ``bernstein``, of a derivative as polynomials of a degree, but none that repeats the one before."""
-        return _once(self, order, degree)
+        return _distinct_bernstein(self, order, degree)
 
-    def fresh(self, order: int, degree: int) -> IndexArray:
+    def distinct_rows(self, order: int, degree: int) -> IndexArray:
         """Which Bernstein coefficients of a derivative, as polynomials of a degree, differ from the one before.
 
         Where the derivative is continuous, the first of a part is the last of the part before.
         """
-        count = self.ends.size - 1
+        count = self.piece_ends.size - 1
         part, number = np.divmod(np.arange(count * SPAN_PARTS * (degree + 1)), degree + 1)
         goes_on = np.ones(count * SPAN_PARTS, dtype=bool)
-        goes_on[SPAN_PARTS::SPAN_PARTS] = order <= self._continuous
+        goes_on[SPAN_PARTS::SPAN_PARTS] = order <= self._continuity_at_ends
         return np.flatnonzero((number > 0) | (part == 0) | ~goes_on[part])
 
-    def on(self, stroke: Stroke, name: str, coefficients: FloatArray, scale: float) -> Stroke:
+    def stroke_with_law(self, stroke: Stroke, name: str, coefficients: FloatArray, scale: float) -> Stroke:
         """A stroke with a spline as its law; a move goes where its coefficients say, displacements in a unit."""
         if not stroke.is_move:
             return replace(stroke, law=self.law(name, coefficients))
         low, high = (scale * float(c) for c in coefficients[[0, -1]])
-        law = self._law(name, (coefficients - coefficients[0]) * scale / stroke.size)
+        law = self._spline_law(name, (coefficients - coefficients[0]) * scale / stroke.size)
         given = stroke.given and stroke.given._replace(change=law.coefficients[-1])
         return replace(stroke, law=law, low=low, high=high, given=given, named=True)
 
     def law(self, name: str, coefficients: FloatArray) -> SplineLaw:
         """The spline as the law of a rise or return: from 0 to 1, without rounding."""
         inner = np.clip(coefficients[1:-1], 0.0, 1.0)
-        return self._law(name, np.array([0.0, *inner, 1.0]))
+        return self._spline_law(name, np.array([0.0, *inner, 1.0]))
 
-    def _law(self, name: str, coefficients: FloatArray) -> SplineLaw:
+    def _spline_law(self, name: str, coefficients: FloatArray) -> SplineLaw:
         return SplineLaw(name, self.degree, tuple(self.knots.tolist()), tuple(coefficients.tolist()))
 
 
 @cache
-def _bernstein(splines: Splines, order: int, ends: tuple[float, ...]) -> "scipy.sparse.csr_array":
+def _bernstein_on_parts(splines: Splines, order: int, ends: tuple[float, ...]) -> "scipy.sparse.csr_array":
     """Of a derivative on parts, none of which has a knot inside."""
     degree, parts = splines.degree - order, len(ends) - 1
     x = (1.0 - np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))) / 2.0  # inside a part: no knot
@@ -133,11 +137,13 @@ def _bernstein(splines: Splines, order: int, ends: tuple[float, ...]) -> "scipy.
     ways = np.array([comb(degree, k) for k in range(degree + 1)])
     values = ways * x[:, None] ** power * (1.0 - x[:, None]) ** (degree - power)
     nodes = (np.array(ends[:-1])[:, None] + np.diff(ends)[:, None] * x).ravel()
-    found = scipy.sparse.kron(scipy.sparse.eye_array(parts), np.linalg.inv(values)) @ splines.at(nodes, order)
-    return without_rounding(found)
+    found = scipy.sparse.kron(scipy.sparse.eye_array(parts), np.linalg.inv(values)) @ splines.value_matrix(
+        nodes, order
+    )
+    return drop_rounding(found)
 
 
-def without_rounding(matrix: "scipy.sparse.csr_array") -> "scipy.sparse.csr_array":
+def drop_rounding(matrix: "scipy.sparse.csr_array") -> "scipy.sparse.csr_array":
     """A matrix without entries that are rounding."""
     found = scipy.sparse.csr_array(matrix)
     found.data[np.abs(found.data) <= LEAST_ENTRY * np.abs(found.data).max(initial=0.0)] = 0.0
@@ -146,12 +152,12 @@ def without_rounding(matrix: "scipy.sparse.csr_array") -> "scipy.sparse.csr_arra
 
 
 @cache
-def _once(splines: Splines, order: int, degree: int) -> "scipy.sparse.csr_array":
+def _distinct_bernstein(splines: Splines, order: int, degree: int) -> "scipy.sparse.csr_array":
     own = splines.degree - order
-    return elevated(splines.bernstein(order), own, degree - own)[splines.fresh(order, degree)]
+    return elevate_degree(splines.bernstein_matrix(order), own, degree - own)[splines.distinct_rows(order, degree)]
 
 
-def elevated(rows: "scipy.sparse.csr_array", degree: int, up: int) -> "scipy.sparse.csr_array":
+def elevate_degree(rows: "scipy.sparse.csr_array", degree: int, up: int) -> "scipy.sparse.csr_array":
     """Bernstein coefficients of polynomials of a degree as those of one that is ``up`` higher."""
     for _ in range(up):
         degree += 1

@@ -12,7 +12,7 @@ from scipy import sparse
 
 from camopt.core.numerics import FloatArray
 from camopt.model.motion.stroke import DWELL, RETURN, RISE, Stroke
-from camopt.solve.synthesis.demand import Crossing, Demand, LinearConstraint
+from camopt.solve.synthesis.synthesis_problem import LinearConstraint, StrokeCrossing, SynthesisProblem
 
 
 class DerivativeRange(NamedTuple):
@@ -27,11 +27,11 @@ class DerivativeRange(NamedTuple):
         return (self.low + self.high) / 2.0
 
     @property
-    def half(self) -> float:
+    def half_width(self) -> float:
         """Half its width."""
         return (self.high - self.low) / 2.0
 
-    def times(self, factor: float) -> "DerivativeRange":
+    def scale_by(self, factor: float) -> "DerivativeRange":
         return DerivativeRange(factor * self.low, factor * self.high, self.unit)
 
     def constraints(self, values: Expression) -> list[Constraint]:
@@ -40,19 +40,19 @@ class DerivativeRange(NamedTuple):
         return below + ([values <= self.high * self.unit] if isfinite(self.high) else [])
 
 
-Ranges = dict[int, list[DerivativeRange]]
+DerivativeRanges = dict[int, list[DerivativeRange]]
 """Ranges of a stroke's derivatives, by order; all of a list hold."""
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """e, s₀ and the prime radius of the cam, in units of ``Demand.length``; those that oscillate have s₀ alone."""
+    """Offset e, s₀ and prime radius, in units of ``SynthesisProblem.size_unit``; s₀ alone if oscillating."""
 
     lead: Any
     height: Any
     prime: Any
 
-    def in_floor(self, floor: LinearConstraint, unit: float) -> Any:
+    def linear_part(self, floor: LinearConstraint, unit: float) -> Any:
         """The sizes and the constant in a linear limit, whose lengths are in a unit."""
         parts = ((floor.lead, self.lead), (floor.height, self.height))
         return floor.constant / unit + sum(weight * size for weight, size in parts if weight)
@@ -64,40 +64,40 @@ class StrokeMotion:
     constraints: list[Constraint]
     """Its limits."""
 
-    def end(self, order: int, last: bool) -> Any:
+    def end_derivative(self, order: int, last: bool) -> Any:
         """y or a derivative at an end of the stroke, or None if it is not known there."""
 
-    def rests(self, rest: int, last: bool) -> None:
+    def impose_rest(self, rest: int, last: bool) -> None:
         """Make so many derivatives zero at an end, beside a dwell."""
 
-    def lowest(self, x: float) -> Any:
+    def displacement_at(self, x: float) -> Any:
         """y at x of the unit stroke, where the motion is lowest; of a bound, anything."""
 
-    def mirrors(self, other: Any) -> None:
+    def impose_mirror(self, other: Any) -> None:
         """Make it the mirror image of another such motion; not a bound, which is one for all motions."""
 
-    def crosses(self, crossing: Crossing, jerk: Any) -> None:
+    def impose_crossing(self, crossing: StrokeCrossing, jerk: Any) -> None:
         """Turn the force of a mass round there, with at most so much jerk until the clearance is crossed."""
 
-    def opposes(self, other: Any, both: float) -> None:
+    def impose_sum(self, other: Any, both: float) -> None:
         """Make the displacements of it and of another such motion have a sum, in units of the lift."""
 
-    def variation(self) -> list[Expression]:
+    def jerk_variation(self) -> list[Expression]:
         """Vectors whose magnitudes are together the variation of the jerk over the stroke, or no less than that."""
         return []
 
-    def square(self, order: int) -> list[Expression]:
+    def square_vectors(self, order: int) -> list[Expression]:
         """Vectors whose squares are together ∫ (y⁽ᵏ⁾)² dθ over the stroke, or no more than that."""
         return []
 
-    def area(self) -> Any:
+    def lift_area(self) -> Any:
         """∫ y dθ over the stroke; of a bound, what it may be."""
 
-    def left_over(self) -> list[Expression] | None:
+    def residual_response(self) -> list[Expression] | None:
         """What it adds to the vibration at the start of each dwell, mm, two rows; None if that is not known."""
 
 
-MakeMotion = Callable[[Demand, Stroke, Ranges, Sizes], StrokeMotion]
+MotionFactory = Callable[[SynthesisProblem, Stroke, DerivativeRanges, Sizes], StrokeMotion]
 
 
 class FixedMotion(StrokeMotion):
@@ -106,8 +106,8 @@ class FixedMotion(StrokeMotion):
     It rests, mirrors another and opposes another as it is.
     """
 
-    def __init__(self, demand: Demand, stroke: Stroke, ranges: Ranges, sizes: Sizes) -> None:
-        self.low, self.change = stroke.low / demand.scale, (stroke.high - stroke.low) / demand.scale
+    def __init__(self, demand: SynthesisProblem, stroke: Stroke, ranges: DerivativeRanges, sizes: Sizes) -> None:
+        self.low, self.change = stroke.low / demand.motion_unit, (stroke.high - stroke.low) / demand.motion_unit
         self.angle = stroke.angle
         self.velocity = self.change / stroke.angle
         self.constraints: list[cp.Constraint] = []
@@ -118,25 +118,25 @@ class FixedMotion(StrokeMotion):
         for floor in demand.floors:
             if floor.kinds & kind:
                 along = floor.displacement * ends + floor.velocity * self.velocity
-                self.constraints.append(cp.Constant(along) + sizes.in_floor(floor, demand.scale) >= 0.0)
+                self.constraints.append(cp.Constant(along) + sizes.linear_part(floor, demand.motion_unit) >= 0.0)
 
-    def end(self, order: int, last: bool) -> float:
+    def end_derivative(self, order: int, last: bool) -> float:
         return (self.low + self.change * last, self.velocity, 0.0, 0.0)[order]
 
-    def lowest(self, x: float) -> float:
+    def displacement_at(self, x: float) -> float:
         return self.low + self.change * x
 
-    def at(self, x: FloatArray) -> list[tuple[Any, FloatArray]]:
+    def derivatives_at(self, x: FloatArray) -> list[tuple[Any, FloatArray]]:
         """y to y''' at x of the unit stroke: of no coefficients."""
         rows = [self.low + self.change * x, np.full_like(x, self.velocity), *np.zeros((2, x.size))]
         return [(sparse.csr_array((x.size, 0)), row) for row in rows]
 
-    def samples(self, order: int) -> FloatArray:
-        return np.array([self.end(order, last) for last in (False, True)])
+    def derivative_samples(self, order: int) -> FloatArray:
+        return np.array([self.end_derivative(order, last) for last in (False, True)])
 
-    def area(self) -> float:
+    def lift_area(self) -> float:
         return (self.low + self.change / 2.0) * self.angle
 
-    def left_over(self) -> list[cp.Expression]:
-        """What it leaves is part of the constant (``residual.LeftOver``)."""
+    def residual_response(self) -> list[cp.Expression]:
+        """What it leaves is part of the constant (``residual.ResidualResponse``)."""
         return []

@@ -15,7 +15,7 @@ import numpy as np
 from camopt.core.engines.progress import Advance, Progress, report_progress, with_progress_bar
 from camopt.core.mistakes import Unmet, Unsolved
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.stable import difference_of_squares_root
+from camopt.core.numerics.stable_functions import difference_of_squares_root
 from camopt.model.motion import LAWS
 from camopt.model.motion.law import Law
 from camopt.model.motion.stroke import Stroke
@@ -25,35 +25,35 @@ from camopt.solve.smallest.price import Prices
 from camopt.solve.smallest.prices import prices
 from camopt.solve.synthesis import residual
 from camopt.solve.synthesis.cams import (
-    cam_for,
-    programme_with,
+    motion_holds_limits,
+    programme_with_laws,
     scene_with_laws,
+    smallest_cam_for_laws,
     smallest_cams,
     smallest_design,
-    within,
 )
 from camopt.solve.synthesis.ceilings import ceilings_of
-from camopt.solve.synthesis.convex import Convex, convex
+from camopt.solve.synthesis.convex_model import ConvexModel, build_convex_model
 from camopt.solve.synthesis.crossings import with_crossings
-from camopt.solve.synthesis.demand import CROSSING_JERK, LIMIT_MARGINS, Demand, tightened
-from camopt.solve.synthesis.from_scene import by_offset, demand_of, objective_in
-from camopt.solve.synthesis.iterate import Iterate, cleaned, iterate_of
-from camopt.solve.synthesis.linear_constraints import with_offs
+from camopt.solve.synthesis.iterate import Iterate, iterate_of, without_solver_error
+from camopt.solve.synthesis.law_infeasibility import contradiction_error, no_cam_error
+from camopt.solve.synthesis.linear_constraints import with_robust_limits
 from camopt.solve.synthesis.prices import prices_of_laws
+from camopt.solve.synthesis.problem_from_scene import objective_weights, split_by_offset, synthesis_problem
 from camopt.solve.synthesis.relaxation import RelaxedMotion
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
-from camopt.solve.synthesis.solver import SOLVER_ENDS, SOLVER_ERROR, solve
+from camopt.solve.synthesis.solver import SOLVED_STATUSES, SOLVER_ERROR, solve
 from camopt.solve.synthesis.spline_motion import SplineMotion
-from camopt.solve.synthesis.synthesised import Synthesis
-from camopt.solve.synthesis.units import objective_unit
-from camopt.solve.synthesis.unmet import contradiction, no_cam
+from camopt.solve.synthesis.synthesis_problem import CROSSING_JERK, LIMIT_MARGINS, SynthesisProblem, tighten_limits
+from camopt.solve.synthesis.synthesis_result import Synthesis
+from camopt.solve.synthesis.term_units import objective_unit
 from camopt.solve.tables.designs import joined_laws
 
 GENTLE_SLACK = 1e-4  # of the unit of the objective, given up for the gentlest jerk among the laws that reach it
 PANEL_COUNTS = (96, 64, 32, 16)  # of a stroke in the relaxation: fewer where the solver fails
 MISSES_SHOWN = 3  # laws whose cams miss the limits, for what they reach
 ROBUST_ROUNDS = 2  # of what tolerances take of limits: at the sizes of the optimum before
-WORSE = 1e-3  # relative: a cam above its convex optimum by more is held by a limit that is not convex
+NONCONVEX_GAP = 1e-3  # relative: a cam above its convex optimum by more is held by a limit that is not convex
 
 
 @options_by_keyword
@@ -100,22 +100,24 @@ def synthesise(scene: SceneSource, *, progress: Progress | None = None) -> Synth
     39.8
     """
     scene = scene_from(scene)
-    demands = by_offset(demand_of(scene))
+    demands = split_by_offset(synthesis_problem(scene))
     bounds: list[float | None]
     if CROSSING_JERK in demands[0].objective:
         demands, bounds = map(list, zip(*map(with_crossings, demands), strict=True))
     else:
-        bounds = [bound_of(demand) for demand in demands]
+        bounds = [relaxation_bound(demand) for demand in demands]
     some = [demand for demand, bound in zip(demands, bounds, strict=True) if bound != inf]
     if not some:
-        raise contradiction(scene, demands[0], bound_of)
-    best, _ = best_of(scene, some, partial(report_progress, progress))
+        raise contradiction_error(scene, demands[0], relaxation_bound)
+    best, _ = best_synthesis(scene, some, partial(report_progress, progress))
     known = [bound for bound in bounds if bound is not None]
     right = len(known) == len(bounds) and min(known) <= best.objective  # or else a solver erred
     return replace(best, bound=min(known) if right else None)
 
 
-def best_of(scene: Scene, demands: Sequence[Demand], advance: Advance) -> tuple[Synthesis, Iterate]:
+def best_synthesis(
+    scene: Scene, demands: Sequence[SynthesisProblem], advance: Advance
+) -> tuple[Synthesis, Iterate]:
     """The best cam of some demands of a scene, without a bound, and its free laws.
 
     Raises
@@ -128,82 +130,84 @@ def best_of(scene: Scene, demands: Sequence[Demand], advance: Advance) -> tuple[
     found, why = [], Unmet("")
     for demand in demands:
         try:
-            found.append(_best(scene, demand, advance))
+            found.append(_best_free_laws(scene, demand, advance))
         except Unmet as reason:
             why = reason
     if not found:
         raise why
-    return _least(found)
+    return _best_candidate(found)
 
 
-def _best(scene: Scene, demand: Demand, advance: Advance) -> tuple[Synthesis, Iterate]:
+def _best_free_laws(scene: Scene, demand: SynthesisProblem, advance: Advance) -> tuple[Synthesis, Iterate]:
     """The best free laws of a demand, and their cam."""
     advance(0, 1)  # as far as is known: where the convex optimum is a cam, nothing starts from other laws
-    demand = within_tolerances(demand)
+    demand = robust_problem(demand)
     ceilings = ceilings_of(demand)
     for first in range(len(LIMIT_MARGINS)):
-        model, start, least = solved(demand, LIMIT_MARGINS[first:])
-        cam = cam_for(scene, demand, start)
+        model, start, least = solve_free_laws(demand, LIMIT_MARGINS[first:])
+        cam = smallest_cam_for_laws(scene, demand, start)
         if cam or ceilings:
             break  # if not, a solver's error takes the cam beyond its limits, which a wider margin mends
     found = [(cam, start)] if cam else []
-    free = cam is not None and cam.objective <= least + WORSE * (abs(least) + model.unit)
-    steps = [] if free or not ceilings else list(_by_convex_steps(scene, model, demand, start, advance))
+    free = cam is not None and cam.objective <= least + NONCONVEX_GAP * (abs(least) + model.unit)
+    steps = [] if free or not ceilings else list(_convex_step_cams(scene, model, demand, start, advance))
     found += [(each, last) for each, last in steps if each]
     if not found:  # steps may end where a limit is missed by little, or that they do not know
-        known = list(_known(demand, start))
-        found = [(cam, laws) for laws in known if (cam := cam_for(scene, demand, laws))]
+        known = list(_known_laws_as_splines(demand, start))
+        found = [(cam, laws) for laws in known if (cam := smallest_cam_for_laws(scene, demand, laws))]
     if not found:
         tried = [start, *(last for _, last in steps)][:MISSES_SHOWN]
-        raise no_cam(scene, demand, [smallest_cams(scene_with_laws(scene, demand, each)) for each in tried])
-    cam, laws = _least(found)
+        raise no_cam_error(scene, demand, [smallest_cams(scene_with_laws(scene, demand, each)) for each in tried])
+    cam, laws = _best_candidate(found)
     return replace(cam, convex=free), laws
 
 
-def within_tolerances(demand: Demand) -> Demand:
+def robust_problem(demand: SynthesisProblem) -> SynthesisProblem:
     """The demand of a robust cam: with limits that all cams which have to hold them do, near its optimum."""
     found = demand
-    for _ in range(ROBUST_ROUNDS if demand.problem.offs and demand.floors else 0):
-        _, start, _ = solved(found)
-        found = with_offs(demand, start.lead * demand.length, start.height * demand.length)
+    for _ in range(ROBUST_ROUNDS if demand.problem.robust_errors and demand.floors else 0):
+        _, start, _ = solve_free_laws(found)
+        found = with_robust_limits(demand, start.lead * demand.size_unit, start.height * demand.size_unit)
     return found
 
 
-def _least(found: Sequence[tuple[Synthesis, Iterate]]) -> tuple[Synthesis, Iterate]:
+def _best_candidate(found: Sequence[tuple[Synthesis, Iterate]]) -> tuple[Synthesis, Iterate]:
     return min(found, key=lambda each: each[0].objective)
 
 
-def bound_of(demand: Demand) -> float | None:
+def relaxation_bound(demand: SynthesisProblem) -> float | None:
     """What no motion whatever can pass; infinite if none holds the limits, None if the solver gives no bound.
 
     Nothing convex bounds the size of a cam whose follower oscillates.
     """
-    wider = tightened(demand, -SOLVER_ERROR)  # then a solver's error leaves it below
+    wider = tighten_limits(demand, -SOLVER_ERROR)  # then a solver's error leaves it below
     for panels in PANEL_COUNTS:
-        relaxed = convex(wider, partial(RelaxedMotion, panels))
+        relaxed = build_convex_model(wider, partial(RelaxedMotion, panels))
         try:
             value = relaxed.solve()
         except Unsolved:
             continue
-        if relaxed.exact:
-            unknown = "size" in demand.objective and not demand.sized and value < inf
-            return None if unknown else lowered(relaxed, value)
+        if relaxed.is_exact:
+            unknown = "size" in demand.objective and not demand.has_convex_size and value < inf
+            return None if unknown else subtract_solver_error(relaxed, value)
     return None
 
 
-def lowered(relaxed: Convex, value: float) -> float:
+def subtract_solver_error(relaxed: ConvexModel, value: float) -> float:
     """An optimum less what a solver may err by."""
     return max(value - SOLVER_ERROR * (value + relaxed.unit), 0.0) if value < inf else inf
 
 
-def solved(demand: Demand, margins: Sequence[float] = LIMIT_MARGINS) -> tuple[Convex, Iterate, float]:
+def solve_free_laws(
+    demand: SynthesisProblem, margins: Sequence[float] = LIMIT_MARGINS
+) -> tuple[ConvexModel, Iterate, float]:
     """The convex programme with free laws, its solution and its least objective, or what a smooth one may have.
 
     Among the laws that reach it the one of the gentlest jerk is taken. Margins widen until the laws hold the
     ranges of their derivatives exactly.
     """
     for margin in margins:
-        model = convex(tightened(demand, margin), SplineMotion)
+        model = build_convex_model(tighten_limits(demand, margin), SplineMotion)
         try:
             least = model.solve()
         except Unsolved:
@@ -213,74 +217,81 @@ def solved(demand: Demand, margins: Sequence[float] = LIMIT_MARGINS) -> tuple[Co
         if least == inf:
             raise Unmet("no free law with so many pieces holds all limits; try more (synthesis.pieces)")
         found = iterate_of(model)
-        least_jerk = gentlest(model, least)
+        least_jerk = least_jerk_laws(model, least)
         for each in (least_jerk, found):
-            if each is not None and within(demand, programme_with(demand, each)):
-                return model, each, model.enough(least)
+            if each is not None and motion_holds_limits(demand, programme_with_laws(demand, each)):
+                return model, each, model.accepted_objective(least)
     raise Unsolved("the convex solver does not hold the limits closely enough")
 
 
-def gentlest(model: Convex, least: float) -> Iterate | None:
+def least_jerk_laws(model: ConvexModel, least: float) -> Iterate | None:
     """The laws of the least mean square of the jerk at nearly the least objective; None if the solver fails."""
-    programme, most = model.gentle
-    most.value = model.enough(least) / model.unit + GENTLE_SLACK
-    return iterate_of(model) if solve(programme) in SOLVER_ENDS else None
+    programme, most = model.least_jerk_problem
+    most.value = model.accepted_objective(least) / model.unit + GENTLE_SLACK
+    return iterate_of(model) if solve(programme) in SOLVED_STATUSES else None
 
 
-def _by_convex_steps(
-    scene: Scene, model: Convex, demand: Demand, start: Iterate, advance: Advance
+def _convex_step_cams(
+    scene: Scene, model: ConvexModel, demand: SynthesisProblem, start: Iterate, advance: Advance
 ) -> Iterator[tuple[Synthesis | None, Iterate]]:
     """The laws that convex steps reach from the convex optimum and from known laws, and their cams, if any."""
-    starts = [start, *starting_laws(demand, start, objective_in(scene.synthesis))]
+    starts = [start, *starting_laws(demand, start, objective_weights(scene.synthesis))]
     ceilings = ceilings_of(demand)
     steps = SequentialConvex(model, ceilings)
     for number, each in enumerate(starts):
         advance(number, len(starts))
-        last = steps.run(each, ceilings)
-        yield cam_for(scene, demand, last) if within(demand, programme_with(demand, last)) else None, last
+        last = steps.find_local_optimum(each, ceilings)
+        yield (
+            smallest_cam_for_laws(scene, demand, last)
+            if motion_holds_limits(demand, programme_with_laws(demand, last))
+            else None,
+            last,
+        )
 
 
-def starting_laws(demand: Demand, start: Iterate, objective: Collection[str]) -> list[Iterate]:
+def starting_laws(demand: SynthesisProblem, start: Iterate, objective: Collection[str]) -> list[Iterate]:
     """Laws on the smallest cam for them: the known ones within the limits, and the convex optimum.
 
     Not the latter where the size is part of it: it lies on its smallest cam already, but for other limits.
     ``objective`` are the terms that the scene minimises.
     """
     if demand.residual is not None:  # known laws have more of it; the steps begin at the nearest that have not
-        demand = replace(demand, residual=None, problem=demand.problem.without(f"limits.{residual.TERM}"))
-    laws = [*([] if demand.sized else [start]), *_known(demand, start)]
-    return [_placed(demand, each, objective) for each in laws]
+        demand = replace(
+            demand, residual=None, problem=demand.problem.without_bound(f"limits.{residual.RESIDUAL_TERM}")
+        )
+    laws = [*([] if demand.has_convex_size else [start]), *_known_laws_as_splines(demand, start)]
+    return [_laws_on_smallest_cam(demand, each, objective) for each in laws]
 
 
-def _known(demand: Demand, start: Iterate) -> Iterator[Iterate]:
+def _known_laws_as_splines(demand: SynthesisProblem, start: Iterate) -> Iterator[Iterate]:
     """The scene's own motion and the known laws, as splines of this kind or near them, where within the limits."""
-    own = {id(stroke.law) for stroke in demand.free if not stroke.is_move}
+    own = {id(stroke.law) for stroke in demand.free_strokes if not stroke.is_move}
     others = [law for law in LAWS.values() if own and own != {id(law)}]
     for law in (None, *others):
-        fits = [_fit(demand, stroke, law) for stroke in demand.free]
-        known = start._replace(coefficients=cleaned(demand, fits))
-        if within(demand, programme_with(demand, known)):
+        fits = [_fit_spline(demand, stroke, law) for stroke in demand.free_strokes]
+        known = start._replace(coefficients=without_solver_error(demand, fits))
+        if motion_holds_limits(demand, programme_with_laws(demand, known)):
             yield known
 
 
-def _fit(demand: Demand, stroke: Stroke, law: Law | None) -> FloatArray:
+def _fit_spline(demand: SynthesisProblem, stroke: Stroke, law: Law | None) -> FloatArray:
     """The spline nearest to a known law on a rise or return, or to the scene's own, which a move keeps."""
     splines = demand.splines_of(stroke)
     x = (np.arange(4 * splines.count) + 0.5) / (4 * splines.count)
-    low, change = demand.law_scale(stroke)
-    own = (stroke.motion(stroke.start + x * stroke.angle)[0] / demand.scale - low) / change
+    low, change = demand.law_offset_and_scale(stroke)
+    own = (stroke.motion(stroke.start + x * stroke.angle)[0] / demand.motion_unit - low) / change
     values = own if law is None or stroke.is_move else law.displacement(x)
-    return np.asarray(np.linalg.lstsq(splines.at(x, 0).toarray(), values, rcond=None)[0])
+    return np.asarray(np.linalg.lstsq(splines.value_matrix(x, 0).toarray(), values, rcond=None)[0])
 
 
-def _placed(demand: Demand, known: Iterate, objective: Collection[str]) -> Iterate:
+def _laws_on_smallest_cam(demand: SynthesisProblem, known: Iterate, objective: Collection[str]) -> Iterate:
     """Laws on the smallest cam for them, or on one that misses its limits by little."""
-    cam = smallest_design(demand.problem.moving(programme_with(demand, known)), objective)
+    cam = smallest_design(demand.problem.with_given_motion(programme_with_laws(demand, known)), objective)
     if cam is None:
         return known
     lead, prime = float(cam.sense * cam.offset[0]), float(cam.size[0]) + demand.roller
     return known._replace(
-        lead=lead / demand.length, height=float(difference_of_squares_root(prime, lead)) / demand.length
+        lead=lead / demand.size_unit, height=float(difference_of_squares_root(prime, lead)) / demand.size_unit
     )
 
 

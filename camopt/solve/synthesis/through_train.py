@@ -12,43 +12,47 @@ import numpy as np
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.taylor import Taylor
 from camopt.model.effects.peak import Derivative
-from camopt.model.motion.driven import travel
-from camopt.model.motion.stroke import turned_kinds
-from camopt.scene.problem.claims import Claim
+from camopt.model.motion.stroke import reversed_kinds
+from camopt.model.motion.tool_drive import tool_travel
+from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.problem import Problem
-from camopt.solve.synthesis.demand import LinearConstraint
+from camopt.solve.synthesis.synthesis_problem import LinearConstraint
 
 
-def ratio_of(problem: Problem) -> float | None:
+def constant_train_ratio(problem: Problem) -> float | None:
     """The velocity of the tool over that of the follower; None where it changes."""
     return 1.0 if problem.setup.train is None else problem.setup.train.constant_ratio
 
 
-def turned(problem: Problem) -> bool:
+def reverses_motion(problem: Problem) -> bool:
     """Whether the follower goes in as the tool goes out."""
     train = problem.setup.train
-    return train is not None and bool(np.diff(train.follower_at(np.array(travel(problem.programme))))[0] < 0.0)
+    return train is not None and bool(np.diff(train.follower_at(np.array(tool_travel(problem.programme))))[0] < 0.0)
 
 
-def at_tool(problem: Problem, floor: LinearConstraint) -> LinearConstraint:
+def constraint_at_tool(problem: Problem, floor: LinearConstraint) -> LinearConstraint:
     """A linear limit on the motion of the follower as one on that of the tool, at a constant ratio.
 
-    It is |i| times the limit, with sizes in units that are |i| times as small (``Demand.length``).
+    It is |i| times the limit, with sizes in units that are |i| times as small (``SynthesisProblem.size_unit``).
     """
-    ratio = ratio_of(problem)
+    ratio = constant_train_ratio(problem)
     assert ratio is not None
     constant = abs(ratio) * floor.constant
     if ratio > 0.0:
         return replace(floor, constant=constant)
     by = {name: -getattr(floor, name) for name in ("displacement", "velocity", "acceleration")}
     constant += floor.displacement * problem.programme.tool.lift
-    return replace(floor, **by, constant=constant, kinds=turned_kinds(floor.kinds))
+    return replace(floor, **by, constant=constant, kinds=reversed_kinds(floor.kinds))
 
 
-def about_tool(problem: Problem, claim: Claim) -> Claim:
-    """A claim with the kinds of pieces in which the tool moves so."""
-    of_tool = isinstance(claim.curve, Derivative) and not claim.curve.at_follower
-    return claim if of_tool or not turned(problem) else claim._replace(kinds=turned_kinds(claim.kinds))
+def constraint_about_tool(problem: Problem, constraint: Constraint) -> Constraint:
+    """A constraint with the kinds of pieces in which the tool moves so."""
+    of_tool = isinstance(constraint.curve, Derivative) and not constraint.curve.at_follower
+    return (
+        constraint
+        if of_tool or not reverses_motion(problem)
+        else constraint._replace(kinds=reversed_kinds(constraint.kinds))
+    )
 
 
 def follower_states(problem: Problem, zero: float, state: FloatArray) -> FloatArray:
@@ -63,5 +67,5 @@ def follower_states(problem: Problem, zero: float, state: FloatArray) -> FloatAr
     with np.errstate(all="ignore"):
         moved = train.follower(Taylor([zero * turn.tool.unit + z, z1, z2 / 2.0, z3 / 6.0]))
     found = np.array([np.broadcast_to(moved.derivative(order), z.shape) for order in range(len(state))])
-    found[0] -= train.follower_at(np.array(travel(turn))).min()
+    found[0] -= train.follower_at(np.array(tool_travel(turn))).min()
     return found

@@ -6,12 +6,12 @@ from math import inf
 from typing import Any
 
 from camopt.core.quantities import QUANTITIES
-from camopt.core.quantities.unit_systems import shown, shown_unit
+from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
 
 LONGEST_TIME = 1000 * 365.25 * 86400.0  # seconds: a longer time is no answer
 
 
-def number(value: Any) -> str:
+def number_text(value: Any) -> str:
     """A number with six significant digits, without an exponent unless it is very large or small."""
     if isinstance(value, bool) or not isinstance(value, float):
         return {True: "yes", False: "no"}.get(value, str(value)) if isinstance(value, bool) else str(value)
@@ -30,16 +30,16 @@ def unit_of_column(name: str, unit: str | None = None) -> str:
     return unit
 
 
-def quantity(name: str, value: Any, unit: str | None = None) -> str:
+def quantity_text(name: str, value: Any, unit: str | None = None) -> str:
     """The value of a quantity or another column, as it is shown; 0 if it differs from 0 only by rounding."""
     unit = unit_of_column(name, unit)
     if not isinstance(value, float):
-        return number(value)
+        return number_text(value)
     least = SHOWN_AS_ZERO.get(unit, 0.0) if name in QUANTITIES else 0.0
-    return number(0.0 if abs(value) < least else shown(value, unit))
+    return number_text(0.0 if abs(value) < least else to_shown_unit(value, unit))
 
 
-def shown_name(name: str) -> str:
+def shown_column_name(name: str) -> str:
     """A quantity's name with the unit in which it is shown: ``base_radius_in`` where that is inch."""
     return name_in_shown_unit(name, unit_of_column(name))
 
@@ -52,10 +52,10 @@ def name_in_shown_unit(name: str, unit: str) -> str:
 
 def with_unit(value: float | None, unit: str) -> str:
     """A number in a unit, with the unit, as they are shown."""
-    return f"{number(value if value is None else shown(value, unit))} {shown_unit(unit)}".rstrip()
+    return f"{number_text(value if value is None else to_shown_unit(value, unit))} {shown_unit(unit)}".rstrip()
 
 
-def duration(seconds: float) -> str:
+def duration_text(seconds: float) -> str:
     """A time as h:mm:ss, with days before it."""
     return str(timedelta(seconds=round(seconds))) if seconds < LONGEST_TIME else "more than 1,000 years"
 

@@ -11,17 +11,24 @@ from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
-from camopt.core.mistakes import BadInput, Mistake, UnknownName, nearest
-from camopt.core.quantities import QUANTITIES, Flag, Word, in_order
-from camopt.core.quantities.shown import Drawn
-from camopt.core.quantities.unit_systems import shown, shown_unit
-from camopt.model.effects import quantity_of
+from camopt.core.mistakes import BadInput, Mistake, UnknownName, suggest_names
+from camopt.core.quantities import QUANTITIES, Flag, Word, in_column_order
+from camopt.core.quantities.display import Drawable
+from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.model.effects import find_quantity
 from camopt.scene.arguments import SceneSource, scene_from
-from camopt.scene.design_rows import DERIVED, LAW_KEYS, ROW, has_scene, odd_columns, warn_of_odd_columns
+from camopt.scene.design_rows import (
+    DERIVED_SIZES,
+    LAW_NAME_COLUMNS,
+    ROW_WORD,
+    has_scene,
+    unknown_columns,
+    warn_of_unknown_columns,
+)
 from camopt.scene.problem.problem import Problem, resolve
 from camopt.scene.scene import Scene
-from camopt.scene.written import write_scene
-from camopt.solve.tables.cells import name_in_shown_unit, quantity, unit_of_column
+from camopt.scene.scene_file import write_scene
+from camopt.solve.tables.cells import name_in_shown_unit, quantity_text, unit_of_column
 from camopt.solve.tables.result import ABOUT, VALUE, Cell, Result, Table, table_of
 
 TableRow = Mapping[str, Any]
@@ -36,8 +43,8 @@ def bounds_shown(problem: Problem) -> dict[str, str]:
     """The limit on each quantity, as "≤ 30"; of several on one quantity, the first."""
     found: dict[str, str] = {}
     for limit in problem.limits:
-        for name in limit.shown:
-            bound = shown(limit.bound, quantity_of(name, limit.setup).unit)
+        for name in limit.shown_quantities:
+            bound = to_shown_unit(limit.bound, find_quantity(name, limit.setup).unit)
             found.setdefault(name, f"{limit.relation} {bound:g}".replace("-", "−"))
     on_parts = {found.get(name) for name in STROKE_ANGLES}
     if len(on_parts) == 1 and None not in on_parts:
@@ -47,7 +54,7 @@ def bounds_shown(problem: Problem) -> dict[str, str]:
 
 def own_units(problem: Problem) -> dict[str, str]:
     """The units of the scene's own quantities, by name."""
-    return {name: each.unit for name, each in problem.setup.own.items()}
+    return {name: each.unit for name, each in problem.setup.own_quantities.items()}
 
 
 def columns_of(problem: Problem, rows: Iterable[TableRow], asked: Iterable[str] = ()) -> list[str]:
@@ -56,12 +63,16 @@ def columns_of(problem: Problem, rows: Iterable[TableRow], asked: Iterable[str] 
     A law on rises and returns alike is one column, ``law``; so is a pressure angle that is asked over the turn.
     """
     rows, bounds = list(rows), bounds_shown(problem)
-    outputs = problem.wanted - problem.needed if problem.outputs else problem.setup.own.keys()
-    asked = [*asked, *in_order(outputs)]
+    outputs = (
+        problem.evaluated_quantities - problem.required_quantities
+        if problem.outputs
+        else problem.setup.own_quantities.keys()
+    )
+    asked = [*asked, *in_column_order(outputs)]
     twice = {WHOLE_TURN} - {*asked} or {*STROKE_ANGLES} - {*asked}
     named = dict.fromkeys([*asked, *(name for name in bounds if WHOLE_TURN not in bounds or name not in twice)])
-    searched = [each.name for each in problem.choices.sizes]
-    shown = [name for name in named if name in rows[0] and not is_nothing(searched, name, rows)]
+    searched = [each.name for each in problem.search_space.sizes]
+    shown = [name for name in named if name in rows[0] and not is_zero_column(searched, name, rows)]
     sizes = sizes_shown(searched, rows)
     return [*sizes, *(name for name in shown if name not in sizes)]
 
@@ -73,7 +84,7 @@ def sizes_shown(searched: Container[str], rows: Iterable[TableRow]) -> list[str]
     """
     rows = list(rows)
     sizes = [name for name in rows[0] if name in QUANTITIES and QUANTITIES[name].effect == "sizes"]
-    kept = [name for name in sizes if name not in DERIVED and not is_nothing(searched, name, rows)]
+    kept = [name for name in sizes if name not in DERIVED_SIZES and not is_zero_column(searched, name, rows)]
     return [*laws_shown(rows), *(name for name in kept if name not in LAW_COLUMNS)]
 
 
@@ -102,7 +113,7 @@ def axes_of(names: Sequence[str]) -> list[str]:
     return list(names[names.index("free") + 1 : names.index("bound")])
 
 
-def is_nothing(searched: Container[str], name: str, rows: Iterable[TableRow]) -> bool:
+def is_zero_column(searched: Container[str], name: str, rows: Iterable[TableRow]) -> bool:
     """Whether a quantity is 0, or an empty name, in all designs: a roller radius of a knife, a law of moves.
 
     ``searched`` are the keys of the sizes in ``[search]``.
@@ -117,12 +128,12 @@ def designs_table(
     title: str, problem: Problem, rows: Iterable[TableRow], last: Iterable[str] = (), asked: Iterable[str] = ()
 ) -> Table:
     """A row for each design: sizes, wanted quantities, and further columns; lists become texts."""
-    shown = [{name: _words(value) for name, value in row.items()} for row in rows]
+    shown = [{name: _list_text(value) for name, value in row.items()} for row in rows]
     names = [*columns_of(problem, shown, asked), *last]
     return table_of(title, shown, names, bounds_shown(problem), own_units(problem))
 
 
-def _words(value: Any) -> Any:
+def _list_text(value: Any) -> Any:
     return ", ".join(value) if isinstance(value, list) and all(isinstance(each, str) for each in value) else value
 
 
@@ -136,13 +147,13 @@ def design_table(title: str, problem: Problem, design: TableRow, about: Mapping[
     for name, text in about.items():
         unit = unit_of_column(name, units.get(name))
         limit = [bounds.get(name, "")] if bounds else []
-        value = quantity(name, design[name], unit).replace(",", ", ")
+        value = quantity_text(name, design[name], unit).replace(",", ", ")
         rows.append([name_in_shown_unit(name, unit), value, shown_unit(unit), *limit, text])
     heads = [Cell(""), Cell("", VALUE), Cell(""), *([Cell("")] if bounds else []), Cell("", ABOUT)]
-    return Table.of(title, heads, rows)
+    return Table.from_texts(title, heads, rows)
 
 
-class Design(Result, Drawn, dict[str, Any]):
+class Design(Result, Drawable, dict[str, Any]):
     """One design of a result: a mapping from the name of a quantity to its value.
 
     Parameters
@@ -184,7 +195,7 @@ class Design(Result, Drawn, dict[str, Any]):
         def __getitem__(self, name: str, /) -> Any: ...
 
     def __missing__(self, name: str) -> Any:
-        raise UnknownName(f"{name!r} is no quantity of this design; {nearest(str(name), self)}")
+        raise UnknownName(f"{name!r} is no quantity of this design; {suggest_names(str(name), self)}")
 
     def __repr__(self) -> str:
         sizes = [f", {name} = {self[name]:.6g}" for name in ("base_radius_mm", "mean_radius_mm") if name in self]
@@ -194,8 +205,8 @@ class Design(Result, Drawn, dict[str, Any]):
     def table(self) -> Table:
         """The sizes of the design and the quantities that its scene wants, beside the limits."""
         (row,), problem = with_law([self]), resolve(self.searched)
-        shown, own = columns_of(problem, [row]), problem.setup.own
-        known = {name: quantity_of(name, problem.setup) for name in shown if name in own or name in QUANTITIES}
+        shown, own = columns_of(problem, [row]), problem.setup.own_quantities
+        known = {name: find_quantity(name, problem.setup) for name in shown if name in own or name in QUANTITIES}
         about = {name: known[name].sentence if name in known else "" for name in shown}
         return design_table(self.searched.name, problem, row, about)
 
@@ -214,7 +225,7 @@ def miss_sections(miss: Design, title: str = "No feasible design. The nearest mi
     problem = resolve(miss.searched)
     (row,) = with_law([miss])
     violated = miss["violated"].split(",")
-    broken = {name for limit in problem.limits if limit.name in violated for name in limit.shown}
+    broken = {name for limit in problem.limits if limit.name in violated for name in limit.shown_quantities}
     about = {name: Cell("broken" if name in broken else "") for name in columns_of(problem, [row])}
     yield ""
     yield design_table(title, problem, row, about)
@@ -228,11 +239,11 @@ def miss_sections(miss: Design, title: str = "No feasible design. The nearest mi
         yield "It is so near its limits that neither side is proved."
 
 
-class ByLaw(dict[str, Design]):
+class DesignsByLaw(dict[str, Design]):
     """Designs by the names of their laws."""
 
     def __missing__(self, name: str) -> Design:
-        raise UnknownName(f"{name!r} is no law with a feasible design; {nearest(str(name), self)}")
+        raise UnknownName(f"{name!r} is no law with a feasible design; {suggest_names(str(name), self)}")
 
 
 def scene_of(table: Any, row: Any = None, *, scene: SceneSource | None = None) -> Scene:
@@ -278,7 +289,7 @@ def scene_of(table: Any, row: Any = None, *, scene: SceneSource | None = None) -
     from camopt.solve.tables.table import load, row_of
 
     if isinstance(row, Scene):
-        raise BadInput([Mistake("camopt", ROW, None, "a label of a row; give the scene as scene=")])
+        raise BadInput([Mistake("camopt", ROW_WORD, None, "a label of a row; give the scene as scene=")])
     name, given = (os.fspath(table), load(table)) if isinstance(table, (str, os.PathLike)) else ("table", table)
     values = row_of(given, row, name)
     text = getattr(given, "attrs", {}).get("scene")
@@ -291,8 +302,8 @@ def scene_of(table: Any, row: Any = None, *, scene: SceneSource | None = None) -
             lost = f"missing: the scene of this {type(table).__name__} is its .scene"
         raise BadInput([Mistake("camopt", "scene", None, lost, bare=True)])
     found = scene_of_row(searched, values)
-    if searched and not has_scene(values) and (odd := odd_columns(searched, values)):
-        warn_of_odd_columns(odd, (*searched.row_columns.values(), *LAW_KEYS), values, name)
+    if searched and not has_scene(values) and (odd := unknown_columns(searched, values)):
+        warn_of_unknown_columns(odd, (*searched.row_columns.values(), *LAW_NAME_COLUMNS), values, name)
     return found
 
 

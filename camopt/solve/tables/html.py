@@ -9,9 +9,9 @@ HTML_ROWS = 40
 
 def html_table(table: Table, most: int = HTML_ROWS) -> str:
     """A table with a caption; of many rows the first ones. Kinds of column are classes."""
-    heads = ((_of_kind(cell), "<br>".join(map(escape, cell.text.splitlines()))) for cell in table.heads)
+    heads = ((_kind_attribute(cell), "<br>".join(map(escape, cell.text.splitlines()))) for cell in table.heads)
     head = "".join(f'<th scope="col"{kind}>{text}</th>' for kind, text in heads) if table.is_headed else ""
-    body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in table.rows[:most])
+    body = "".join(f"<tr>{''.join(map(_html_cell, row))}</tr>" for row in table.rows[:most])
     if len(table.rows) > most:
         more = f"… and {len(table.rows) - most:,} more rows"
         body += f'<tr><td colspan="{len(table.heads)}">{more}</td></tr>'
@@ -24,17 +24,17 @@ def html_section(part: Table | Branch | str) -> str:
     """A part of a result: a table, a tree as nested lists, or a sentence as a paragraph."""
     if isinstance(part, Table):
         return html_table(part)
-    return f"<ul>{_branch(part)}</ul>" if isinstance(part, Branch) else f"<p>{escape(part)}</p>"
+    return f"<ul>{_html_branch(part)}</ul>" if isinstance(part, Branch) else f"<p>{escape(part)}</p>"
 
 
-def _branch(branch: Branch) -> str:
-    below = "".join(map(_branch, branch.branches))
+def _html_branch(branch: Branch) -> str:
+    below = "".join(map(_html_branch, branch.branches))
     return f"<li>{escape(branch.text)}{f'<ul>{below}</ul>' if below else ''}</li>"
 
 
-def _cell(cell: Cell) -> str:
-    return f"<td{_of_kind(cell)}>{escape(cell.text)}</td>"
+def _html_cell(cell: Cell) -> str:
+    return f"<td{_kind_attribute(cell)}>{escape(cell.text)}</td>"
 
 
-def _of_kind(cell: Cell) -> str:
+def _kind_attribute(cell: Cell) -> str:
     return f' class="{cell.kind}"' if cell.kind else ""

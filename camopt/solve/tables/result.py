@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from camopt.core.mistakes import NOT_REACHED, UnknownName, nearest
+from camopt.core.mistakes import NOT_REACHED, UnknownName, suggest_names
 from camopt.core.quantities import QUANTITIES
-from camopt.core.quantities.shown import HasHtml
-from camopt.solve.tables.cells import heading, quantity
+from camopt.core.quantities.display import HasHtml
+from camopt.solve.tables.cells import heading, quantity_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -45,7 +45,7 @@ class Branch:
     branches: tuple["Branch", ...] = ()
 
     @classmethod
-    def of(cls, text: str, *branches: "Branch | str") -> "Branch":
+    def from_texts(cls, text: str, *branches: "Branch | str") -> "Branch":
         """A line above lines and other branches."""
         return cls(text, tuple(each if isinstance(each, Branch) else cls(each) for each in branches))
 
@@ -60,7 +60,7 @@ class Table:
     note: str = ""
 
     @classmethod
-    def of(
+    def from_texts(
         cls, title: str, heads: Iterable[Cell | str], rows: Iterable[Iterable[Cell | str]], note: str = ""
     ) -> "Table":
         """A table of texts, each of the kind of its column unless it says otherwise."""
@@ -85,7 +85,7 @@ class Table:
         )
         return "\n".join(filter(None, (self.title, *texts, self.note)))
 
-    def unexplained(self) -> "Table":
+    def without_meanings(self) -> "Table":
         """The table without its sentences about the other columns."""
         return replace(self, rows=[[Cell("") if each.kind == ABOUT else each for each in row] for row in self.rows])
 
@@ -113,8 +113,8 @@ def table_of(
         words = heading(name, units.get(name)) + (f"\n{bounds.get(name, ' ')}" if limited else "")
         texts = all(isinstance(record.get(name, ""), str) for record in records)
         heads.append(Cell(words, WORDS if texts else NUMERIC))
-    rows = ([quantity(name, record.get(name, ""), units.get(name)) for name in names] for record in records)
-    return Table.of(title, heads, rows)
+    rows = ([quantity_text(name, record.get(name, ""), units.get(name)) for name in names] for record in records)
+    return Table.from_texts(title, heads, rows)
 
 
 BODY_SIZES = frozenset({"base_radius_mm", "mean_radius_mm"})  # the sizes of a disc and of a cylinder
@@ -186,7 +186,7 @@ class Result(HasHtml):
 
     def to_dict(self) -> Any:
         """What ``--json`` prints: values by key, None for infinite ones, whose names are under ``unbounded``."""
-        return plain(self.document())
+        return to_json_values(self.document())
 
     def to_pandas(self, name: str | None = None) -> "pd.DataFrame":
         """Rows of the result as a DataFrame, with the units of its columns in ``attrs``; of designs also the scene.
@@ -216,7 +216,7 @@ class Result(HasHtml):
             index, records = records_of(document, name, self.kept_tables)
         else:
             records = [{key: each for key, each in document.items() if isinstance(each, (int, float, str))}]
-        frame = pd.json_normalize([plain_record(each) for each in records])
+        frame = pd.json_normalize([record_values(each) for each in records])
         if index is not None:
             frame.index = pd.Index(index)
         scene = getattr(self, "scene", None)
@@ -303,7 +303,7 @@ def records_of(
     """The rows under a key of a document, and their names if they have any; a message names other tables too."""
     kinds = {key: each for key, each in document.items() if has_rows(each)}
     if name not in [*kinds]:
-        raise UnknownName(f"{name!r} names no rows of this result; {nearest(str(name), [*tables, *kinds])}")
+        raise UnknownName(f"{name!r} names no rows of this result; {suggest_names(str(name), [*tables, *kinds])}")
     rows = kinds[name]
     return ([*rows], [*rows.values()]) if isinstance(rows, Mapping) else (None, [*rows])
 
@@ -319,7 +319,7 @@ def is_record(value: Any) -> bool:
     return isinstance(value, Mapping) or is_dataclass(value) or hasattr(value, "_asdict")
 
 
-def plain_record(value: Any) -> dict[str, Any]:
+def record_values(value: Any) -> dict[str, Any]:
     """The values of a record by name."""
     if isinstance(value, Mapping):
         return dict(value)
@@ -327,17 +327,17 @@ def plain_record(value: Any) -> dict[str, Any]:
     return {name: getattr(value, name) for name in names}
 
 
-def plain(value: Any) -> Any:
+def to_json_values(value: Any) -> Any:
     """A value as JSON has it: None for infinite numbers, whose names are under ``unbounded``."""
     if is_record(value):
-        record = plain_record(value)
+        record = record_values(value)
         infinite = [name for name, each in record.items() if isinstance(each, float) and isinf(each)]
         named = {"unbounded": infinite} if infinite and "unbounded" not in record else {}
-        return {name: plain(each) for name, each in record.items()} | named
+        return {name: to_json_values(each) for name, each in record.items()} | named
     if isinstance(value, (list, tuple)):
-        return [plain(each) for each in value]
+        return [to_json_values(each) for each in value]
     if isinstance(value, (np.ndarray, np.generic)):
-        return plain(value.tolist())
+        return to_json_values(value.tolist())
     if isinstance(value, float):
         return None if isinf(value) else value
     return str(value) if isinstance(value, Path) else value

@@ -16,19 +16,19 @@ from camopt.core.quantities import QUANTITIES, Quantity
 from camopt.core.storage.files import check_path
 from camopt.core.storage.manifest import Manifest
 from camopt.core.storage.tables import (
-    PARQUET,
+    ARROW_TYPES,
+    PARQUET_OPTIONS,
     ROWS_IN_GROUP,
     SCENE_KEY,
-    TYPES,
-    no_table,
+    no_table_error,
     read_table,
     table_facts,
     with_pandas_attributes,
     write_table,
 )
 from camopt.core.storage.version import VERSION
-from camopt.scene.design_rows import LAW_KEYS, values_of_index
-from camopt.scene.problem.rows import Rows
+from camopt.scene.design_rows import LAW_NAME_COLUMNS, values_of_index
+from camopt.scene.problem.rows import DesignRows
 from camopt.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 def schema_of(quantities: Iterable[Quantity], **about: str) -> pa.Schema:
     """The schema of quantities, with the version that made the table, and what else there is to say of it."""
     facts = {q: {"unit": q.unit, "symbol": q.symbol, "description": q.sentence} for q in quantities}
-    fields = [pa.field(q.name, TYPES[q.kind], nullable=False, metadata=about) for q, about in facts.items()]
+    fields = [pa.field(q.name, ARROW_TYPES[q.kind], nullable=False, metadata=about) for q, about in facts.items()]
     return pa.schema(fields, metadata={"camopt_version": VERSION, **about})
 
 
@@ -50,27 +50,29 @@ def write_columns(
     fields = [pa.field(name, pa.float64(), nullable=False, metadata=about) for name, about in facts.items()]
     layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})
     values = {name: each for name, (*_, each) in columns.items()}
-    write_table(to_table(Rows({**values}, len(next(iter(values.values())))), layout), path)
+    write_table(to_table(DesignRows({**values}, len(next(iter(values.values())))), layout), path)
 
 
 def scene_in(layout: pa.Schema, path: str | os.PathLike[str]) -> Scene:
     """The scene in the metadata of a table; BadInput if it has none, or one with mistakes."""
     text = (layout.metadata or {}).get(SCENE_KEY)
     if not text:
-        raise no_table(path, "this has no scene in it")
+        raise no_table_error(path, "this has no scene in it")
     try:
         return Scene.embedded(text.decode(), os.fsdecode(path))
     except BadInput as bad:
         first = bad.mistakes[0]
-        raise no_table(path, f"the scene in this has mistakes, such as {first.key}: {first.allowed}") from None
+        raise no_table_error(
+            path, f"the scene in this has mistakes, such as {first.key}: {first.allowed}"
+        ) from None
 
 
-def to_table(rows: Rows, layout: pa.Schema) -> pa.Table:
+def to_table(rows: DesignRows, layout: pa.Schema) -> pa.Table:
     """Rows as an arrow table."""
-    return pa.table([_array(rows.columns[c.name], rows.count, c.type) for c in layout], schema=layout)
+    return pa.table([_arrow_array(rows.columns[c.name], rows.count, c.type) for c in layout], schema=layout)
 
 
-def _array(value: Any, rows: int, kind: pa.DataType) -> pa.Array:
+def _arrow_array(value: Any, rows: int, kind: pa.DataType) -> pa.Array:
     """A column as an arrow array, from its bytes: ``pa.array`` and ``pa.scalar`` would import pandas, at 0.3 s."""
     if kind == pa.string():
         changes = value[1:] != value[:-1] if np.ndim(value) else np.zeros(max(rows - 1, 0), dtype=bool)
@@ -106,17 +108,17 @@ def parquet_options(layout: pa.Schema) -> dict[str, Any]:
 
 
 @contextmanager
-def row_groups(path: Path, quantities: Iterable[Quantity], about: Mapping[str, str]) -> Iterator["RowGroups"]:
+def row_groups(path: Path, quantities: Iterable[Quantity], about: Mapping[str, str]) -> Iterator["RowGroupWriter"]:
     """What writes rows of some quantities to a file."""
     layout = with_pandas_attributes(schema_of(quantities, **about))
     with (
         pa.OSFile(os.fsencode(path), "wb") as file,  # Python's would wait for the interpreter in each write
-        pq.ParquetWriter(file, layout, **PARQUET, **parquet_options(layout)) as parquet,
+        pq.ParquetWriter(file, layout, **PARQUET_OPTIONS, **parquet_options(layout)) as parquet,
     ):
-        yield RowGroups(lambda table: parquet.write_table(table, row_group_size=ROWS_IN_GROUP), layout)
+        yield RowGroupWriter(lambda table: parquet.write_table(table, row_group_size=ROWS_IN_GROUP), layout)
 
 
-class RowGroups:
+class RowGroupWriter:
     """Collects rows and writes them in groups of a fixed size, so that files do not depend on the batches."""
 
     def __init__(self, add: Callable[[pa.Table], None], layout: pa.Schema) -> None:
@@ -124,12 +126,12 @@ class RowGroups:
         self._pending: list[pa.Table] = []
         self._waiting = self._groups = 0
 
-    def append(self, rows: Rows) -> None:
+    def append(self, rows: DesignRows) -> None:
         """Add rows."""
         for first in range(0, rows.count, ROWS_IN_GROUP):
-            self._append(rows.part(slice(first, first + ROWS_IN_GROUP)))
+            self._append(rows.slice_rows(slice(first, first + ROWS_IN_GROUP)))
 
-    def _append(self, rows: Rows) -> None:
+    def _append(self, rows: DesignRows) -> None:
         """Add no more rows than a group has."""
         self._pending.append(to_table(rows, self._layout))
         self._waiting += rows.count
@@ -194,26 +196,26 @@ def read_quantities(path: str | os.PathLike[str], manifest: Manifest | None = No
     """
     table = read_table(path, manifest)
     for column in table.schema:
-        if column.name in QUANTITIES and column.type != TYPES[QUANTITIES[column.name].kind]:
-            raise no_table(path, f"its column {column.name} has the type {column.type}")
+        if column.name in QUANTITIES and column.type != ARROW_TYPES[QUANTITIES[column.name].kind]:
+            raise no_table_error(path, f"its column {column.name} has the type {column.type}")
     return table
 
 
 def frame_of(path: str | os.PathLike[str], manifest: Manifest | None = None) -> "pd.DataFrame":
     """A table that camopt wrote, as ``load`` gives it; ``read_quantities`` says what the manifest is for."""
-    return _frame(read_quantities(path, manifest))
+    return _frame_of_table(read_quantities(path, manifest))
 
 
 def frame_of_rows(
-    parts: Iterable[Rows], quantities: Iterable[Quantity], about: Mapping[str, str]
+    parts: Iterable[DesignRows], quantities: Iterable[Quantity], about: Mapping[str, str]
 ) -> "pd.DataFrame":
     """Rows of some quantities as ``load`` gives them, with what there is to say of the table."""
     layout = schema_of(quantities, **about)
     tables = [to_table(rows, layout) for rows in parts]
-    return _frame(pa.concat_tables(tables or [layout.empty_table()]))
+    return _frame_of_table(pa.concat_tables(tables or [layout.empty_table()]))
 
 
-def _frame(table: pa.Table) -> "pd.DataFrame":
+def _frame_of_table(table: pa.Table) -> "pd.DataFrame":
     frame: pd.DataFrame = table.replace_schema_metadata(None).to_pandas()
     frame.attrs = table_facts(table.schema)
     return frame
@@ -225,7 +227,7 @@ def row_of(table: Any, row: Any, name: str) -> dict[str, Any]:
 
     frame = nw.from_native(table, eager_only=True, pass_through=True)
     if not isinstance(frame, nw.DataFrame):
-        return _values_of(table, row)
+        return _values_of_row(table, row)
     labels = nw.maybe_get_index(frame)
     every = np.arange(len(frame)) if labels is None else np.asarray(labels)
     if row is None:
@@ -240,11 +242,11 @@ def row_of(table: Any, row: Any, name: str) -> dict[str, Any]:
         raise BadInput([Mistake("camopt", "row", row, has)])
     place = int(places[0])
     levels = {} if labels is None else values_of_index(labels, place)
-    known = {level: value for level, value in levels.items() if level in QUANTITIES or level in LAW_KEYS}
+    known = {level: value for level, value in levels.items() if level in QUANTITIES or level in LAW_NAME_COLUMNS}
     return known | frame[place : place + 1].rows(named=True)[0]
 
 
-def _values_of(values: Any, row: Any) -> dict[str, Any]:
+def _values_of_row(values: Any, row: Any) -> dict[str, Any]:
     """The values of one row that is no table, and so has no label of a row."""
     if row is None and (isinstance(values, Mapping) or hasattr(values, "dropna")):
         return {str(column): value for column, value in dict(values).items()}

@@ -14,7 +14,7 @@ SheetColumns = tuple[Sequence[str], Sequence[str], Sequence[FloatArray]]
 SHEET_ROWS = 1_048_574  # of a sheet, below its two lines of headings
 NUMBERS_SHOWN = {"mm": "0.0000", "in": "0.00000", "deg": "0.0000"}
 """How a spreadsheet shows numbers of a unit; they keep all their digits."""
-SAME_TIME = datetime(2000, 1, 1, tzinfo=UTC).replace(tzinfo=None)
+FIXED_TIME = datetime(2000, 1, 1, tzinfo=UTC).replace(tzinfo=None)
 """The same cam gives the same file: workbooks name a time at which they were made."""
 
 
@@ -39,7 +39,7 @@ def write_workbook(path: str | os.PathLike[str], sheets: Mapping[str, SheetColum
             [Mistake("camopt", "file", os.fspath(path), f"of at most {SHEET_ROWS:,} rows; it has {longest:,}")]
         )
     with whole_file(path) as partial, Workbook(partial) as book:
-        book.set_properties({"created": SAME_TIME})
+        book.set_properties({"created": FIXED_TIME})
         bold = book.add_format({"bold": True})
         formats = {unit: book.add_format({"num_format": shown}) for unit, shown in NUMBERS_SHOWN.items()}
         for name, (headings, units, columns) in sheets.items():

@@ -37,36 +37,36 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from camopt.core.mistakes import BadInput, Mistake, nearest
+from camopt.core.mistakes import BadInput, Mistake, suggest_names
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import now
-from camopt.model.effects.motion import scale, unit_of
+from camopt.core.numerics.clock import clock_seconds
+from camopt.model.effects.motion import motion_scale, motion_table_unit
 from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
-from camopt.scene.csv_columns import column_names, read_columns
-from camopt.scene.iso286 import GRADES, deviations
+from camopt.scene.csv_columns import csv_column_names, read_csv_columns
+from camopt.scene.iso286 import GRADE_WIDTHS, limit_deviations
 from camopt.scene.problem.problem import Problem, resolve_design
-from camopt.scene.problem.zones import number_zones
+from camopt.scene.problem.tolerance_zones import number_zones
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import RADII, moves_tool
-from camopt.solve.tables.cells import number, with_unit
+from camopt.scene.tolerances import RADIUS_KEYS, moves_tool
+from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.result import NUMERIC, Cell, Result, Table
-from camopt.solve.tolerances.errors import error_ends, errors_of
-from camopt.solve.tolerances.response import apart_by
-from camopt.solve.tolerances.turn import Contribution, TurnErrors, contributions, worst_ends
-from camopt.solve.tolerances.worst_case import GAP, WorstCase, WorstSearch, worst_search
+from camopt.solve.tolerances.errors import error_keys, error_ranges
+from camopt.solve.tolerances.response import separation_by_key
+from camopt.solve.tolerances.turn_errors import Contribution, TurnErrors, contributions, worst_case_range
+from camopt.solve.tolerances.worst_case import DISPLACEMENT_GAP, WorstCase, WorstSearch, worst_search
 
-EXAMPLE = dict(zip(range(5, 13), (16 / 7, 1.6, 1.0, 0.64, 0.4, 0.25, 0.16, 0.1), strict=True))
+EXAMPLE_COSTS = dict(zip(range(5, 13), (16 / 7, 1.6, 1.0, 0.64, 0.4, 0.25, 0.16, 0.1), strict=True))
 """Relative cost by grade: 16/7, 16/10, 16/16, 16/25, … of the standard's multiples of i."""
-CENTRED = "js"
+NUMBER_ZONE_LETTER = "js"
 """The letter of a tolerance that is a number."""
-Costs = Mapping[int, float]
+CostByGrade = Mapping[int, float]
 """By grade, from one to the next; less for the coarser one."""
-Prices = Mapping[str, Costs]
+CostsByKey = Mapping[str, CostByGrade]
 """By key of ``[tolerances]``."""
-SECONDS = 60.0
+ALLOCATION_SECONDS = 60.0
 """For all proofs, unless told."""
-PROOF_SECONDS = 20.0
-Grades = Mapping[str, int]
+GRADES_PROOF_SECONDS = 20.0
+GradeByKey = Mapping[str, int]
 """By key of ``[tolerances]``."""
 
 
@@ -146,7 +146,7 @@ class Allocation(Result):
                 each.key,
                 each.named,
                 *(with_unit(end, "mm") for end in (each.lower, each.upper)),
-                number(each.cost),
+                number_text(each.cost),
                 with_unit(each.share, self.unit),
             ]
             for each in self.tolerances
@@ -154,14 +154,21 @@ class Allocation(Result):
         bound = with_unit(self.worst_case.bound, self.unit)
         if self.others:
             rows.append(["others", "", "", "", "", with_unit(self.others, self.unit)])
-        rows.append(["all", "", "", "", number(self.cost), bound])
+        rows.append(["all", "", "", "", number_text(self.cost), bound])
         kinds = [Cell(head, NUMERIC if head in heads[2:] else "") for head in heads]
-        less = "nothing costs less" if self.least_cost >= self.cost else f"not less than {number(self.least_cost)}"
-        note = f"Proved: no cam is off by more than the last share, and of grades that keep {self._within} {less}."
-        return Table.of(f"{self.scene.name}: the loosest grades within {self._within}", kinds, rows, note)
+        less = (
+            "nothing costs less"
+            if self.least_cost >= self.cost
+            else f"not less than {number_text(self.least_cost)}"
+        )
+        note = "Proved: no cam is off by more than the last share, "
+        note += f"and of grades that keep {self._distance_text} {less}."
+        return Table.from_texts(
+            f"{self.scene.name}: the loosest grades within {self._distance_text}", kinds, rows, note
+        )
 
     @property
-    def _within(self) -> str:
+    def _distance_text(self) -> str:
         return f"±{with_unit(self.within, self.unit)}"
 
     def document(self) -> dict[str, Any]:
@@ -182,7 +189,12 @@ class Allocation(Result):
 
 @options_by_keyword
 def allocate(
-    scene: SceneSource, within: float, *, costs: Any = None, seconds: float = SECONDS, only: Sequence[str] = ()
+    scene: SceneSource,
+    within: float,
+    *,
+    costs: Any = None,
+    seconds: float = ALLOCATION_SECONDS,
+    only: Sequence[str] = (),
 ) -> Allocation:
     """Find the cheapest grades of tolerances of which no cam moves the tool further off than a distance.
 
@@ -234,7 +246,7 @@ def allocate(
     keys = graded_keys(scene, problem)
     only = (only,) if isinstance(only, str) else only
     if unknown := [each for each in only if each not in keys]:
-        why = f"is no tolerance with a grade; {nearest(unknown[0], keys)}" if keys else "has no grade"
+        why = f"is no tolerance with a grade; {suggest_names(unknown[0], keys)}" if keys else "has no grade"
         raise BadInput([Mistake("camopt", "only", unknown[0], why, bare=True)])
     keys = tuple(key for key in keys if key in only) or keys
     if not keys:
@@ -243,137 +255,141 @@ def allocate(
     if problem.programme.corners:
         why = "has a motion whose velocity jumps: no bound of its errors is proved"
         raise BadInput([Mistake(problem.file, "motion", None, why, bare=True)])
-    return _Choice(scene, problem, float(within), costs_for(costs, keys), now() + seconds).run()
+    return _GradeSearch(scene, problem, float(within), grade_costs(costs, keys), clock_seconds() + seconds).run()
 
 
 @dataclass(frozen=True)
-class _Choice:
+class _GradeSearch:
     """The search for grades."""
 
     scene: Scene
     problem: Problem
     within: float
-    prices: Prices
-    until: float
+    costs: CostsByKey
+    deadline: float
 
     def run(self) -> Allocation:
         """The cheapest grades that are proved."""
         finest = {key: min(each) for key, each in self.zones.items()}
-        if self.nested and (self.refuted(finest) or self.clearance(finest) > 0.0):
-            raise self.impossible(finest)
+        if self.has_nested_zones and (self.is_refuted(finest) or self.largest_clearance(finest) > 0.0):
+            raise self.no_grades_error(finest)
         least, tried = inf, 0
-        for cost, grades in self.cheapest_first():
+        for cost, grades in self.grades_by_cost():
             tried += 1
-            if self.refuted(grades) or self.clearance(grades) > 0.0:
+            if self.is_refuted(grades) or self.largest_clearance(grades) > 0.0:
                 continue
-            within = self.within / self.unit
-            found = self.search(grades).bound(within / (1.0 + GAP), GAP, now() + PROOF_SECONDS, within)
+            within = self.within / self.unit_factor
+            found = self.worst_cam_search(grades).prove_bound(
+                within / (1.0 + DISPLACEMENT_GAP), DISPLACEMENT_GAP, clock_seconds() + GRADES_PROOF_SECONDS, within
+            )
             if found.high <= within:
-                return self.allocation(grades, min(least, cost), tried)
-            if found.found <= within:
+                return self.make_allocation(grades, min(least, cost), tried)
+            if found.witness_value <= within:
                 least = min(least, cost)
-            if now() > self.until:
+            if clock_seconds() > self.deadline:
                 break
-        raise self.impossible(finest)
+        raise self.no_grades_error(finest)
 
-    def impossible(self, finest: Grades) -> BadInput:
+    def no_grades_error(self, finest: GradeByKey) -> BadInput:
         """Why there are no grades."""
-        unit, worst = unit_of(self.problem.setup, 0), self.search(finest).run()
+        unit, worst = motion_table_unit(self.problem.setup, 0), self.worst_cam_search(finest).run()
         asked, found = with_unit(self.within, unit), with_unit(abs(worst.error), unit)
         why = f"no grades that are offered keep ±{asked}: with the finest of all a cam is {found} off"
-        if (loose := self.clearance(finest)) > 0.0:
+        if (loose := self.largest_clearance(finest)) > 0.0:
             why = "no grades that are offered keep the preload: with the finest of all a cam has a clearance of"
             why = f"{why} {with_unit(loose, 'deg' if self.problem.setup.angular else 'mm')}"
             why += f"; {', '.join(finest)} get grades in place of the tolerances given"
-        elif now() > self.until:
+        elif clock_seconds() > self.deadline:
             why = f"no grades were proved to keep ±{asked} in the time: allow more, or offer fewer grades"
         elif abs(worst.error) <= self.within:
             why = f"no grades are proved to keep ±{asked}, though no cam is found that breaks it"
         return BadInput([Mistake(self.problem.file, "tolerances", None, why, bare=True)])
 
-    def cheapest_first(self) -> Iterator[tuple[float, Grades]]:
+    def grades_by_cost(self) -> Iterator[tuple[float, GradeByKey]]:
         """All sets of grades with their costs, from the cheapest on."""
         offered = {key: sorted(each, reverse=True) for key, each in self.zones.items()}
         keys = [*offered]
 
-        def costing(places: tuple[int, ...]) -> tuple[float, tuple[int, ...]]:
+        def cost_of_places(places: tuple[int, ...]) -> tuple[float, tuple[int, ...]]:
             named = zip(keys, places, strict=True)
-            return fsum(self.prices[key][offered[key][place]] for key, place in named), places
+            return fsum(self.costs[key][offered[key][place]] for key, place in named), places
 
-        heap, last = [costing((0,) * len(keys))], len(keys)
+        heap, last = [cost_of_places((0,) * len(keys))], len(keys)
         while heap:
             cost, places = heappop(heap)
             yield cost, {key: offered[key][place] for key, place in zip(keys, places, strict=True)}
             finer = max((k for k in range(last) if places[k]), default=0)  # from each set but once
             for k in range(finer, last):
                 if places[k] + 1 < len(offered[keys[k]]):
-                    heappush(heap, costing((*places[:k], places[k] + 1, *places[k + 1 :])))
+                    heappush(heap, cost_of_places((*places[:k], places[k] + 1, *places[k + 1 :])))
 
-    def refuted(self, grades: Grades) -> bool:
+    def is_refuted(self, grades: GradeByKey) -> bool:
         """Whether a cam is further off at the angle that is the worst to first order."""
-        found = [each for key, grade in grades.items() for each in self.contributed[key][grade]]
-        ends = worst_ends([*self.fixed, *found], 0)
-        if not self.unit * float(ends.magnitude.max()) > self.within:
+        found = [each for key, grade in grades.items() for each in self.graded_contributions[key][grade]]
+        ends = worst_case_range([*self.fixed_contributions, *found], 0)
+        if not self.unit_factor * float(ends.magnitude.max()) > self.within:
             return False
-        angle = self.turn.nodes[[int(ends.magnitude.argmax())]]
-        search = self.search(grades)
-        errors = (search.error(search.corner(angle, side), angle)[0] for side in (1.0, -1.0))
-        return bool(self.unit * max(map(abs, errors)) > self.within)
+        angle = self.turn_errors.nodes[[int(ends.magnitude.argmax())]]
+        search = self.worst_cam_search(grades)
+        errors = (search.motion_errors(search.extreme_errors(angle, side), angle)[0] for side in (1.0, -1.0))
+        return bool(self.unit_factor * max(map(abs, errors)) > self.within)
 
-    def clearance(self, grades: Grades) -> float:
+    def largest_clearance(self, grades: GradeByKey) -> float:
         """What is left between two contacts of some cam in place of an interference, to first order, mm (deg).
 
         0 where all have a preload, and where none is meant to have one.
         """
-        if not self.interference:
+        if not self.least_interference:
             return 0.0
-        low = self.fixed_apart + sum(self.apart[key][grade] for key, grade in grades.items())
+        low = self.fixed_separation + sum(self.graded_separations[key][grade] for key, grade in grades.items())
         unit = degrees(1.0) if self.problem.setup.angular else 1.0
-        return max(-(self.interference + unit * float(low.min())), 0.0)
+        return max(-(self.least_interference + unit * float(low.min())), 0.0)
 
-    def search(self, grades: Grades) -> WorstSearch:
+    def worst_cam_search(self, grades: GradeByKey) -> WorstSearch:
         """The search for the worst of the cams within grades."""
-        zones = {each: self.zones[key][g] for key, g in grades.items() for each in errors_of(self.problem, key)}
-        return worst_search(self.turn, changed=zones)
+        zones = {each: self.zones[key][g] for key, g in grades.items() for each in error_keys(self.problem, key)}
+        return worst_search(self.turn_errors, changed=zones)
 
-    def allocation(self, grades: Grades, least: float, tried: int) -> Allocation:
+    def make_allocation(self, grades: GradeByKey, least: float, tried: int) -> Allocation:
         """What is told of grades that keep the distance."""
-        found = {key: self.contributed[key][grade] for key, grade in grades.items()}
-        ends = worst_ends([*self.fixed, *chain(*found.values())], 0)
+        found = {key: self.graded_contributions[key][grade] for key, grade in grades.items()}
+        ends = worst_case_range([*self.fixed_contributions, *chain(*found.values())], 0)
         place, upwards = int(ends.magnitude.argmax()), ends.upper.max() >= -ends.lower.min()
 
         def share(some: list[Contribution]) -> float:
-            return self.unit * fsum(float((each.upper if upwards else -each.lower)[0, place]) for each in some)
+            return self.unit_factor * fsum(
+                float((each.upper if upwards else -each.lower)[0, place]) for each in some
+            )
 
         allotted = [
             Allotted(
                 key,
                 grade,
-                class_of(self.scene, key, grade),
+                grade_name(self.scene, key, grade),
                 *self.zones[key][grade],
-                self.prices[key][grade],
+                self.costs[key][grade],
                 share(found[key]),
             )
             for key, grade in grades.items()
         ]
-        unit, scene = unit_of(self.problem.setup, 0), with_grades(self.scene, self.problem, grades)
-        cost, worst = fsum(each.cost for each in allotted), self.search(grades).run()
-        others = share(self.fixed)
+        unit, scene = motion_table_unit(self.problem.setup, 0), with_grades(self.scene, self.problem, grades)
+        cost, worst = fsum(each.cost for each in allotted), self.worst_cam_search(grades).run()
+        others = share(self.fixed_contributions)
         return Allocation(scene, self.within, unit, tuple(allotted), others, cost, least, worst, tried)
 
     @cached_property
-    def unit(self) -> float:
-        return float(scale(self.problem.setup, 0))
+    def unit_factor(self) -> float:
+        return float(motion_scale(self.problem.setup, 0))
 
     @cached_property
-    def turn(self) -> TurnErrors:
+    def turn_errors(self) -> TurnErrors:
         return TurnErrors(self.scene, self.problem)
 
     @cached_property
-    def graded(self) -> dict[str, dict[int, Scene]]:
+    def graded_scenes(self) -> dict[str, dict[int, Scene]]:
         """The scene with each grade of each tolerance that the standard has, by key."""
         found = dict[str, dict[int, Scene]]()
-        for key, costs in self.prices.items():
+        for key, costs in self.costs.items():
             found[key] = {}
             for grade in costs:
                 with suppress(ValueError):
@@ -387,60 +403,64 @@ class _Choice:
     def zones(self) -> dict[str, dict[int, tuple[float, float]]]:
         """The zone of each tolerance by key and grade, mm."""
         return {
-            key: {grade: error_ends(scene, self.problem)[key] for grade, scene in scenes.items()}
-            for key, scenes in self.graded.items()
+            key: {grade: error_ranges(scene, self.problem)[key] for grade, scene in scenes.items()}
+            for key, scenes in self.graded_scenes.items()
         }
 
     @cached_property
-    def nested(self) -> bool:
+    def has_nested_zones(self) -> bool:
         """Whether the zones of coarser grades hold those of finer ones."""
         ordered = [[each[grade] for grade in sorted(each)] for each in self.zones.values()]
         return all(wide[0] <= low and high <= wide[1] for each in ordered for (low, high), wide in pairwise(each))
 
     @cached_property
-    def contributed(self) -> dict[str, dict[int, list[Contribution]]]:
+    def graded_contributions(self) -> dict[str, dict[int, list[Contribution]]]:
         """What each tolerance contributes by key and grade."""
         return {
-            key: {grade: self._contributions(scene, key) for grade, scene in scenes.items()}
-            for key, scenes in self.graded.items()
+            key: {grade: self._contributions_of_key(scene, key) for grade, scene in scenes.items()}
+            for key, scenes in self.graded_scenes.items()
         }
 
     @cached_property
-    def interference(self) -> float:
+    def least_interference(self) -> float:
         """The least between two contacts as they are mounted, mm (deg); 0 if there is none."""
         key = "drive.interference"
-        if not (self.problem.setup.mechanism.further and self.problem.nominal.get(key)):
+        if not (self.problem.setup.mechanism.further_contacts and self.problem.nominal_numbers.get(key)):
             return 0.0
-        zone = number_zones(self.scene, self.problem.nominal).get(key)
-        return self.problem.nominal[key] + (zone.lower if zone else 0.0)
+        zone = number_zones(self.scene, self.problem.nominal_numbers).get(key)
+        return self.problem.nominal_numbers[key] + (zone.lower if zone else 0.0)
 
     @cached_property
-    def apart(self) -> dict[str, dict[int, FloatArray]]:
+    def graded_separations(self) -> dict[str, dict[int, FloatArray]]:
         """By how much each tolerance takes them apart at least, by key and grade."""
         return {
-            key: {grade: self._apart(scene)[key] for grade, scene in scenes.items()}
-            for key, scenes in self.graded.items()
+            key: {grade: self._least_separations(scene)[key] for grade, scene in scenes.items()}
+            for key, scenes in self.graded_scenes.items()
         }
 
     @cached_property
-    def fixed_apart(self) -> FloatArray:
+    def fixed_separation(self) -> FloatArray:
         """By how much all others do."""
-        others = [low for key, low in self._apart(self.scene).items() if key not in self.prices]
-        return sum(others, np.zeros(self.turn.nodes.size))
+        others = [low for key, low in self._least_separations(self.scene).items() if key not in self.costs]
+        return sum(others, np.zeros(self.turn_errors.nodes.size))
 
-    def _apart(self, scene: Scene) -> dict[str, FloatArray]:
-        return {key: found.low for key, found in apart_by(scene, self.problem, self.turn.nodes)}
+    def _least_separations(self, scene: Scene) -> dict[str, FloatArray]:
+        return {key: found.low for key, found in separation_by_key(scene, self.problem, self.turn_errors.nodes)}
 
     @cached_property
-    def fixed(self) -> list[Contribution]:
+    def fixed_contributions(self) -> list[Contribution]:
         """What tolerances without another grade contribute."""
-        graded = [each for key in self.prices for each in errors_of(self.problem, key)]
-        return [each for each in contributions(self.scene, self.problem, self.turn.nodes) if each.key not in graded]
+        graded = [each for key in self.costs for each in error_keys(self.problem, key)]
+        return [
+            each
+            for each in contributions(self.scene, self.problem, self.turn_errors.nodes)
+            if each.key not in graded
+        ]
 
-    def _contributions(self, scene: Scene, key: str) -> list[Contribution]:
+    def _contributions_of_key(self, scene: Scene, key: str) -> list[Contribution]:
         """Those of a tolerance of a scene."""
-        own = errors_of(self.problem, key)
-        return [each for each in contributions(scene, self.problem, self.turn.nodes) if each.key in own]
+        own = error_keys(self.problem, key)
+        return [each for each in contributions(scene, self.problem, self.turn_errors.nodes) if each.key in own]
 
 
 def graded_keys(scene: Scene, problem: Problem) -> tuple[str, ...]:
@@ -458,19 +478,23 @@ def with_grades(scene: Scene, problem: Problem, grades: Mapping[str, int]) -> Sc
     changes = dict[str, Any]()
     for key, grade in grades.items():
         if key == "profile":
-            changes["tolerances.profile"] = deviations(f"{CENTRED}{grade}", body_diameter(problem)).upper
+            changes["tolerances.profile"] = limit_deviations(
+                f"{NUMBER_ZONE_LETTER}{grade}", body_diameter(problem)
+            ).upper
             continue
         given = scene.tolerances.numbers[key]
         kept = given.model_dump(mode="json", exclude={"plus", "minus", "iso"}, exclude_defaults=True)
-        changes[f"tolerances.{key}"] = {"iso": f"{letter_of(given.iso)}{grade}", **kept}
-        size = abs(problem.nominal[key])
-        deviations(changes[f"tolerances.{key}"]["iso"], 2.0 * size if key.rpartition(".")[2] in RADII else size)
+        changes[f"tolerances.{key}"] = {"iso": f"{zone_letter(given.iso)}{grade}", **kept}
+        size = abs(problem.nominal_numbers[key])
+        limit_deviations(
+            changes[f"tolerances.{key}"]["iso"], 2.0 * size if key.rpartition(".")[2] in RADIUS_KEYS else size
+        )
     return scene.replace(**changes)
 
 
-def letter_of(iso: str | None) -> str:
+def zone_letter(iso: str | None) -> str:
     """The letter of a class; that of a centred zone of a number."""
-    return CENTRED if iso is None else re.sub(r"\d", "", iso)
+    return NUMBER_ZONE_LETTER if iso is None else re.sub(r"\d", "", iso)
 
 
 def body_diameter(problem: Problem) -> float:
@@ -478,14 +502,14 @@ def body_diameter(problem: Problem) -> float:
     return 2.0 * float(problem.design.size[0])
 
 
-def class_of(scene: Scene, key: str, grade: int) -> str:
+def grade_name(scene: Scene, key: str, grade: int) -> str:
     """How the grade of a key is written: h7, or IT7 of the profile."""
     if key == "profile":
         return f"IT{grade}"
-    return f"{letter_of(scene.tolerances.numbers[key].iso)}{grade}"
+    return f"{zone_letter(scene.tolerances.numbers[key].iso)}{grade}"
 
 
-def costs_for(given: Any, keys: tuple[str, ...]) -> Prices:
+def grade_costs(given: Any, keys: tuple[str, ...]) -> CostsByKey:
     """What grades cost, by key: as they are given, from a file, or those of the example.
 
     Raises
@@ -494,36 +518,38 @@ def costs_for(given: Any, keys: tuple[str, ...]) -> Prices:
         For costs that are none, or a finer grade that costs less.
     """
     if given is None:
-        return dict.fromkeys(keys, EXAMPLE)
+        return dict.fromkeys(keys, EXAMPLE_COSTS)
     if isinstance(given, str | os.PathLike):
-        return _checked(_read(Path(given), keys), str(given))
+        return _check_grade_costs(_read_grade_costs(Path(given), keys), str(given))
     if not isinstance(given, Mapping) or not given:
         raise BadInput([Mistake("camopt", "costs", given, "a mapping of grades to costs, for all keys or by key")])
     if not any(isinstance(each, Mapping) for each in given.values()):
-        return _checked(dict.fromkeys(keys, given), "costs")
+        return _check_grade_costs(dict.fromkeys(keys, given), "costs")
     if missing := [key for key in keys if not isinstance(given.get(key), Mapping)]:
         raise BadInput([Mistake("camopt", f"costs.{missing[0]}", given.get(missing[0]), "a cost for each grade")])
-    return _checked({key: given[key] for key in keys}, "costs")
+    return _check_grade_costs({key: given[key] for key in keys}, "costs")
 
 
-def _read(file: Path, keys: tuple[str, ...]) -> Prices:
+def _read_grade_costs(file: Path, keys: tuple[str, ...]) -> CostsByKey:
     """Costs from a table with a column of grades, and one of costs, or one for each key."""
     try:
-        names = column_names(file.parent, file.name)
-        read = partial(read_columns, file.parent, file.name, prefixes={"grade": "IT"})
+        names = csv_column_names(file.parent, file.name)
+        read = partial(read_csv_columns, file.parent, file.name, prefixes={"grade": "IT"})
         found = {key: read(("grade", key if key in names else "cost")) for key in keys}
     except ValueError as trouble:
         raise BadInput([Mistake(str(file), "costs", None, str(trouble), bare=True)]) from None
     return {key: dict(zip(*columns.values(), strict=True)) for key, columns in found.items()}
 
 
-def _checked(prices: Prices, file: str) -> Prices:
+def _check_grade_costs(prices: CostsByKey, file: str) -> CostsByKey:
     """Costs with whole grades, the finest first."""
-    found = dict[str, Costs]()
+    found = dict[str, CostByGrade]()
     for key, costs in prices.items():
         for grade, cost in costs.items():
-            if grade not in GRADES:
-                raise BadInput([Mistake(file, "grade", grade, f"a grade, {min(GRADES)} to {max(GRADES)}")])
+            if grade not in GRADE_WIDTHS:
+                raise BadInput(
+                    [Mistake(file, "grade", grade, f"a grade, {min(GRADE_WIDTHS)} to {max(GRADE_WIDTHS)}")]
+                )
             if not (isinstance(cost, int | float) and isfinite(cost) and cost >= 0.0):
                 raise BadInput([Mistake(file, f"cost of grade {grade:g}", cost, "a number, at least 0")])
         found[key] = {int(grade): float(costs[grade]) for grade in sorted(costs)}

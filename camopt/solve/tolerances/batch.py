@@ -26,46 +26,65 @@ import scipy
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
-from camopt.core.quantities.shown import Drawn
-from camopt.core.quantities.unit_systems import shown
-from camopt.model.effects import quantity_of
-from camopt.model.effects.answers import ORDERS, SECOND
-from camopt.model.effects.motion import error_names, scale, unit_of
+from camopt.core.quantities.display import Drawable
+from camopt.core.quantities.unit_systems import to_shown_unit
+from camopt.model.effects import find_quantity
+from camopt.model.effects.error_response import RESPONSE_ORDERS, SECOND_CONTACT_SUFFIX
+from camopt.model.effects.motion import error_names, motion_scale, motion_table_unit
 from camopt.model.mechanisms import Designs
 from camopt.scene.arguments import SceneSource, check_count, options_by_keyword, scene_from
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem, resolve, resolve_design
-from camopt.scene.problem.zones import error_zones
+from camopt.scene.problem.tolerance_zones import number_and_angle_zones
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import moves_tool
-from camopt.solve.tables.cells import number, with_unit
+from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.result import NUMERIC, Cell, Columns, Result, Table, table_of
-from camopt.solve.tolerances.drawn_cams import THREADS, LargestErrors, beyond, count_of, drawn, parts_of
-from camopt.solve.tolerances.errors import CutErrors, error_ends, error_unit, errors_of
-from camopt.solve.tolerances.held import INTERFERENCE, moving_apart
-from camopt.solve.tolerances.margins import OWN_SIZES, Box, Limited, LimitedBy, limited, worst_of
+from camopt.solve.tolerances.error_samples import (
+    THREADS,
+    LargestErrorSearch,
+    count_cams,
+    exceed_tolerances,
+    real_error_parts,
+    sample_errors,
+)
+from camopt.solve.tolerances.errors import CamErrors, error_keys, error_ranges, error_unit
+from camopt.solve.tolerances.margins import (
+    OWN_SIZES_NOTE,
+    LimitsByNumber,
+    LimitValues,
+    ToleranceBox,
+    evaluate_limits,
+    worst_design,
+)
+from camopt.solve.tolerances.plays_and_interference import INTERFERENCE_KEY, separating_errors
 from camopt.solve.tolerances.real_cam import RealCam
-from camopt.solve.tolerances.response import Between
-from camopt.solve.tolerances.turn import NAMES, TurnErrors, band, no_tolerances
+from camopt.solve.tolerances.response import SeparationRange
+from camopt.solve.tolerances.turn_errors import (
+    MOTION_NAMES,
+    TurnErrors,
+    no_tolerances_error,
+    root_sum_square_magnitude,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
 
-SAMPLES = "samples"
-CAMS = 2**16
+SAMPLES_TABLE = "samples"
+DEFAULT_CAMS = 2**16
 """Unless told."""
-MOST_CAMS = 2**24
-AT_ONCE = 2**16
-MOST_PARTS = 6
+MOST_SAMPLED_CAMS = 2**24
+LIMIT_DESIGNS_AT_ONCE = 2**16
+MOST_VARIANCES = 6
 """Of the errors that explain how a quantity is spread, in the table."""
-CLASSES = 64
+VARIANCE_CLASSES = 64
 """Of a size, for the variance that it explains."""
 CONFIDENCE = 0.95
-IN_NAMES = str.maketrans({"/": "_per_", "·": "_", "²": "2", "µ": "u"})
+UNIT_SIGNS = str.maketrans({"/": "_per_", "·": "_", "²": "2", "µ": "u"})
 """What signs of units are in names of columns."""
-TAIL = 0.00135
+THREE_SIGMA_TAIL = 0.00135
 """Of a normal distribution beyond three standard deviations, on one side."""
-SHARES = (0.5, 0.95, 0.9973)
+ERROR_QUANTILES = (0.5, 0.95, 0.9973)
 """Of the cams, whose largest errors are told."""
 DWELL_CHANGE = "change in a dwell"
 
@@ -149,7 +168,7 @@ class ErrorSpread(NamedTuple):
     """The cams that hold the limit on it; None if it has none."""
 
 
-class Sampled(NamedTuple):
+class SampleColumn(NamedTuple):
     """What the cams of a batch have of one thing.
 
     Examples
@@ -166,7 +185,7 @@ class Sampled(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Batch(Result, Drawn):
+class Batch(Result, Drawable):
     """A batch of cams whose errors are spread as the tolerances of a scene say.
 
     Attributes
@@ -205,14 +224,14 @@ class Batch(Result, Drawn):
     held: Share
     errors: tuple[ErrorSpread, ...]
     spreads: tuple[Spread, ...]
-    samples: Mapping[str, Sampled] = field(repr=False, compare=False)
+    samples: Mapping[str, SampleColumn] = field(repr=False, compare=False)
     within: float | None = None
     main_rows: ClassVar[str] = "limits"
 
     @property
     def kept_tables(self) -> tuple[str, ...]:
         """The samples."""
-        return (SAMPLES,)
+        return (SAMPLES_TABLE,)
 
     def to_pandas(self, name: str | None = None) -> "pd.DataFrame":
         """Rows of the batch as a DataFrame: "limits", the default, "errors", or "samples" with a row for each cam.
@@ -222,7 +241,7 @@ class Batch(Result, Drawn):
         UnknownName
             For another name.
         """
-        if name != SAMPLES:
+        if name != SAMPLES_TABLE:
             return super().to_pandas(name)
         values = {column: each.values for column, each in self.samples.items()}
         return Columns(values, {column: each.unit for column, each in self.samples.items()}).to_pandas()
@@ -230,16 +249,21 @@ class Batch(Result, Drawn):
     def table(self) -> Table:
         """How far the motions of the cams are off."""
         rows = [
-            self._row("half of the cams", lambda each: each.median),
-            self._row("95 % of the cams", lambda each: each.of_95),
-            self._row("99.73 % of the cams", lambda each: each.of_99_73),
-            self._row("worst cam", lambda each: each.worst),
-            self._row("at cam angle, deg", lambda each: _plain(each.at_deg)),
-            *(self._row(f"variance by {key}, %", partial(_variance, key=key)) for key in self._spread_by),
-            self._row("not found, at most", lambda each: each.missed),
+            self._error_row("half of the cams", lambda each: each.median),
+            self._error_row("95 % of the cams", lambda each: each.of_95),
+            self._error_row("99.73 % of the cams", lambda each: each.of_99_73),
+            self._error_row("worst cam", lambda each: each.worst),
+            self._error_row("at cam angle, deg", lambda each: _number_cell(each.at_deg)),
+            *(
+                self._error_row(f"variance by {key}, %", partial(_variance_percent, key=key))
+                for key in self._variance_keys
+            ),
+            self._error_row("not found, at most", lambda each: each.missed),
         ]
         if any(each.held for each in self.errors):
-            rows.append(self._row("limit held by", lambda each: each.held and _percent(each.held)))
+            rows.append(
+                self._error_row("limit held by", lambda each: each.held and _percent_with_confidence(each.held))
+            )
         units = {each.name: each.unit for each in self.errors}
         title = f"{self.scene.name}: largest errors of the motions of {self.cams:,} cams"
         kept = (
@@ -247,24 +271,24 @@ class Batch(Result, Drawn):
             if self.within
             else ""
         )
-        note = f"{self._outside} {kept}Variances are those where the root sum square is the largest."
+        note = f"{self._outside_sentence} {kept}Variances are those where the root sum square is the largest."
         return replace(table_of(title, rows, ["", *units], units=units), note=note)
 
     @property
-    def _outside(self) -> str:
+    def _outside_sentence(self) -> str:
         """How many cams no proof is of."""
         if not self.outside:
             return "All cams are within the tolerances."
         few = "1 of the cams is" if self.outside == 1 else f"{self.outside:,} of the cams are"
         return f"{few} outside of a tolerance, as ends of normal distributions are: no proof is of these."
 
-    def _row(self, head: str, value: Callable[[ErrorSpread], float | str | None]) -> dict[str, Any]:
+    def _error_row(self, head: str, value: Callable[[ErrorSpread], float | str | None]) -> dict[str, Any]:
         """A row of the table; nothing where there is no value."""
         values = {each.name: value(each) for each in self.errors}
         return {"": head, **{name: "" if each is None else each for name, each in values.items()}}
 
     @property
-    def _spread_by(self) -> list[str]:
+    def _variance_keys(self) -> list[str]:
         """The keys of tolerances that explain a part of the variance."""
         return [*dict.fromkeys(key for each in self.errors for key in each.variances)]
 
@@ -274,16 +298,16 @@ class Batch(Result, Drawn):
             return None
         setup = resolve(self.scene).setup
         heads = ["limit", "held by", "0.135 %", "median", "99.865 %", "worst", "by"]
-        rows = [["all", _percent(self.held), *([""] * 5)]]
+        rows = [["all", _percent_with_confidence(self.held), *([""] * 5)]]
         for each in self.spreads:
-            unit = quantity_of(each.quantity, setup).unit
-            values = [number(shown(value, unit)) for value in (each.low, each.median, each.high)]
-            parts = sorted(each.variances.items(), key=lambda part: -part[1])[:MOST_PARTS]
+            unit = find_quantity(each.quantity, setup).unit
+            values = [number_text(to_shown_unit(value, unit)) for value in (each.low, each.median, each.high)]
+            parts = sorted(each.variances.items(), key=lambda part: -part[1])[:MOST_VARIANCES]
             by = ", ".join(f"{key.removeprefix('follower.')} {100.0 * part:.0f} %" for key, part in parts)
-            rows.append([each.limit, _percent(each.held), *values, with_unit(each.worst, unit), by])
+            rows.append([each.limit, _percent_with_confidence(each.held), *values, with_unit(each.worst, unit), by])
         kinds = [Cell(head, NUMERIC if head in heads[1:6] else "") for head in heads]
         title = f"{self.scene.name}: {self.cams:,} cams drawn by the tolerances, each cut for its own sizes"
-        return Table.of(title, kinds, rows, f"In brackets with a confidence of 95 %. {OWN_SIZES}")
+        return Table.from_texts(title, kinds, rows, f"In brackets with a confidence of 95 %. {OWN_SIZES_NOTE}")
 
     def sections(self) -> Iterator[Table]:
         """How far the motions are off, and the yield of each limit."""
@@ -308,7 +332,11 @@ class Batch(Result, Drawn):
     @property
     def bounds(self) -> dict[str, float]:
         """The limits on what the cams have, by column."""
-        return {limit.shown[0]: limit.bound for limit in resolve_design(self.scene).limits[::-1] if limit.shown}
+        return {
+            limit.shown_quantities[0]: limit.bound
+            for limit in resolve_design(self.scene).limits[::-1]
+            if limit.shown_quantities
+        }
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write what each cam has as a table (Parquet), a row a cam, which ``load`` reads.
@@ -324,7 +352,9 @@ class Batch(Result, Drawn):
 
 
 @options_by_keyword
-def sample_cams(scene: SceneSource, cams: int = CAMS, *, seed: int = 0, within: float | None = None) -> Batch:
+def sample_cams(
+    scene: SceneSource, cams: int = DEFAULT_CAMS, *, seed: int = 0, within: float | None = None
+) -> Batch:
     """Draw cams whose errors are spread as the tolerances of a scene say: their motions, and which hold the limits.
 
     The motion is that of the nominal profile with all errors of a cam, where its follower comes to rest on it. For
@@ -369,50 +399,66 @@ def sample_cams(scene: SceneSource, cams: int = CAMS, *, seed: int = 0, within: 
     check_count("seed", seed, 0)
     if within is not None and not (isinstance(within, int | float) and isfinite(within) and within > 0.0):
         raise BadInput([Mistake("camopt", "within", within, "a distance above 0, mm (deg)")])
-    if not isinstance(cams, int) or not 1 <= cams <= MOST_CAMS:
-        raise BadInput([Mistake("camopt", "cams", cams, f"a whole number from 1 to {MOST_CAMS:,}")])
+    if not isinstance(cams, int) or not 1 <= cams <= MOST_SAMPLED_CAMS:
+        raise BadInput([Mistake("camopt", "cams", cams, f"a whole number from 1 to {MOST_SAMPLED_CAMS:,}")])
     scene = scene.toleranced
     problem = resolve_design(scene)
-    some = _Drawn.of(scene, problem, cams, seed)
-    off, moving, on_errors = some.off, some.moving, some.on_errors
+    some = _SampledCams.from_tolerances(scene, problem, cams, seed)
+    off, moving, on_errors = some.errors, some.tool_moving_errors, some.error_bounds
     if not off:
-        raise no_tolerances(problem.file)
-    held, samples = np.ones(cams, dtype=bool), dict(_errors_sampled(scene, off))
-    largest, spreads = [*_largest(TurnErrors(scene, problem), moving)] if moving else [], tuple[Spread, ...]()
-    samples |= {each.column: Sampled(each.unit, each.sentence, each.values) for each in largest}
-    if found := some.by_limits:
+        raise no_tolerances_error(problem.file)
+    held, samples = np.ones(cams, dtype=bool), dict(_error_columns(scene, off))
+    largest, spreads = (
+        [*_largest_error_columns(TurnErrors(scene, problem), moving)] if moving else [],
+        tuple[Spread, ...](),
+    )
+    samples |= {each.column: SampleColumn(each.unit, each.sentence, each.values) for each in largest}
+    if found := some.limit_results:
         held = np.all(found.excess <= 0.0, axis=0)
-        spreads = tuple(_spreads(*found))
+        spreads = tuple(_limit_spreads(*found))
         for limit, each in zip(found.limits, found.values, strict=True):
-            known = quantity_of(limit.shown[0], limit.setup)
-            samples[known.name] = Sampled(known.unit, known.sentence, each)
+            known = find_quantity(limit.shown_quantities[0], limit.setup)
+            samples[known.name] = SampleColumn(known.unit, known.sentence, each)
     on_errors |= {} if within is None else {error_names(problem.setup)[0]: within}
     for each in largest:
         held &= each.values <= on_errors.get(each.column, inf)
-    errors = tuple(_error(each, parts_of(moving), on_errors.get(each.column)) for each in largest)
-    ends = {key: (zone.lower, zone.upper) for key, zone in error_zones(scene, problem.nominal).items()}
-    ends |= error_ends(scene, problem)
-    outside = int(np.count_nonzero(beyond(off, {key: ends[key.removesuffix(SECOND)] for key in off})))
-    of_all = share_of(int(np.count_nonzero(held)), cams)
+    errors = tuple(
+        _spread_of_errors(each, real_error_parts(moving), on_errors.get(each.column)) for each in largest
+    )
+    ends = {
+        key: (zone.lower, zone.upper)
+        for key, zone in number_and_angle_zones(scene, problem.nominal_numbers).items()
+    }
+    ends |= error_ranges(scene, problem)
+    outside = int(
+        np.count_nonzero(
+            exceed_tolerances(off, {key: ends[key.removesuffix(SECOND_CONTACT_SUFFIX)] for key in off})
+        )
+    )
+    of_all = share_with_confidence(int(np.count_nonzero(held)), cams)
     return Batch(scene, cams, seed, outside, of_all, errors, spreads, samples, within)
 
 
-def yield_of(scene: Scene, problem: Problem, cams: int) -> Share | None:
+def yield_of_cams(scene: Scene, problem: Problem, cams: int) -> Share | None:
     """The share of cams that holds the limits, as of ``sample_cams``; None if no limit is looked at."""
-    some, held = _Drawn.of(scene, problem, cams, 0), np.ones(cams, dtype=bool)
-    if not (some.by_limits or (some.moving and some.on_errors)):
+    some, held = _SampledCams.from_tolerances(scene, problem, cams, 0), np.ones(cams, dtype=bool)
+    if not (some.limit_results or (some.tool_moving_errors and some.error_bounds)):
         return None
-    if some.by_limits:
-        held = np.all(some.by_limits.excess <= 0.0, axis=0)
-    found, columns = some.largest, error_names(problem.setup)
-    for column, bound in some.on_errors.items() if some.moving else ():
+    if some.limit_results:
+        held = np.all(some.limit_results.excess <= 0.0, axis=0)
+    found, columns = some.largest_error_search, error_names(problem.setup)
+    for column, bound in some.error_bounds.items() if some.tool_moving_errors else ():
         order = columns.index(column)
-        errors = found.of_motion(some.moving, order).error if order < ORDERS else found.of_dwells(some.moving)
-        held &= errors <= bound / scale(problem.setup, order % ORDERS)
-    return share_of(int(np.count_nonzero(held)), cams)
+        errors = (
+            found.largest_motion_errors(some.tool_moving_errors, order).error
+            if order < RESPONSE_ORDERS
+            else found.largest_dwell_changes(some.tool_moving_errors)
+        )
+        held &= errors <= bound / motion_scale(problem.setup, order % RESPONSE_ORDERS)
+    return share_with_confidence(int(np.count_nonzero(held)), cams)
 
 
-class _ByLimits(NamedTuple):
+class _LimitResults(NamedTuple):
     """What cams have of limits: of the quantity of each, (limits, cams)."""
 
     limits: list[Limit]
@@ -420,91 +466,105 @@ class _ByLimits(NamedTuple):
     values: FloatArray
     numbers: dict[str, FloatArray]
     """Of each cam, by key of the scene."""
-    errors: CutErrors
+    errors: CamErrors
     """Which explain how these are spread."""
     interference: FloatArray | None = None
     """With which two contacts of each cam are the worst, (limits, cams)."""
 
 
 @dataclass(frozen=True)
-class _Drawn:
+class _SampledCams:
     """Cams that are drawn."""
 
     scene: Scene
     problem: Problem
-    off: CutErrors
+    errors: CamErrors
 
     @classmethod
-    def of(cls, scene: Scene, problem: Problem, cams: int, seed: int) -> "_Drawn":
-        return cls(scene, problem, drawn(scene, problem.nominal, cams, seed, partial(errors_of, problem)))
+    def from_tolerances(cls, scene: Scene, problem: Problem, cams: int, seed: int) -> "_SampledCams":
+        return cls(
+            scene, problem, sample_errors(scene, problem.nominal_numbers, cams, seed, partial(error_keys, problem))
+        )
 
     @cached_property
-    def moving(self) -> CutErrors:
+    def tool_moving_errors(self) -> CamErrors:
         """The errors that move the tool."""
-        return {key: each for key, each in self.off.items() if moves_tool(key.removesuffix(SECOND))}
+        return {
+            key: each for key, each in self.errors.items() if moves_tool(key.removesuffix(SECOND_CONTACT_SUFFIX))
+        }
 
     @cached_property
-    def on_errors(self) -> dict[str, float]:
+    def error_bounds(self) -> dict[str, float]:
         """The bounds of limits on errors, by column."""
-        return {limit.shown[0]: limit.bound for limit in self.problem.limits if limit.of_errors}
+        return {limit.shown_quantities[0]: limit.bound for limit in self.problem.limits if limit.is_on_motion_error}
 
     @cached_property
-    def largest(self) -> LargestErrors:
+    def largest_error_search(self) -> LargestErrorSearch:
         """How the largest errors of their motions are found."""
-        return LargestErrors(RealCam(self.problem, self.scene.tolerances.waves or 0), tuple(self.moving))
+        return LargestErrorSearch(
+            RealCam(self.problem, self.scene.tolerances.waves or 0), tuple(self.tool_moving_errors)
+        )
 
     @cached_property
-    def by_limits(self) -> _ByLimits | None:
+    def limit_results(self) -> _LimitResults | None:
         """What they have of limits; None without errors of numbers that limits are about.
 
         Two contacts have the interference that is the worst over the turn, of its mounting and of all errors.
         """
-        box = Box.of(self.scene, self.problem)
-        of = {key: each for key, each in box.variables.items() if each.is_ranged and key in self.off}
-        numbers = {key: box.problem.nominal[key] + self.off[key] for key in of}
+        box = ToleranceBox.from_scene(self.scene, self.problem)
+        of = {key: each for key, each in box.variables.items() if each.varies_by_design and key in self.errors}
+        numbers = {key: box.problem.nominal_numbers[key] + self.errors[key] for key in of}
         waves, nodes = self.scene.tolerances.waves or 0, TurnErrors(self.scene, self.problem).nodes
-        between = None if box.apart is None else box.apart.of_drawn(self.problem, self.off, waves, nodes)
+        between = (
+            None
+            if box.interference is None
+            else box.interference.sampled_interference_range(self.problem, self.errors, waves, nodes)
+        )
         if not numbers and between is None:
             return None
         limits = [
             limit
-            for limit in box.problem.without_last.limits
-            if limit.shown and not (limit.is_of_motion or limit.of_errors)
+            for limit in box.problem.without_deferred_limits.limits
+            if limit.shown_quantities and not (limit.is_of_motion or limit.is_on_motion_error)
         ]
-        every = box.problem.design.take(np.zeros(count_of(self.off), dtype=int))
+        every = box.problem.design.take(np.zeros(count_cams(self.errors), dtype=int))
         every = every.with_values({each.field: numbers[key] for key, each in of.items()})
-        errors = {key: self.off[key] for key in numbers}
+        errors = {key: self.errors[key] for key in numbers}
         if between is None:
-            return _ByLimits(limits, *evaluated(box.problem, limits, every), numbers, errors)
-        (excess, low), (other, high) = at_ends(LimitedBy(box.problem, limits, INTERFERENCE), every, between)
+            return _LimitResults(limits, *evaluate_limits_in_blocks(box.problem, limits, every), numbers, errors)
+        (excess, low), (other, high) = evaluate_limits_at_ends(
+            LimitsByNumber(box.problem, limits, INTERFERENCE_KEY), every, between
+        )
         if not numbers and np.array_equal(low, high, equal_nan=True):  # no limit is on what holds two contacts
             return None
-        side = np.array([quantity_of(limit.shown[0], limit.setup).side for limit in limits]).reshape(-1, 1)
+        side = np.array([find_quantity(limit.shown_quantities[0], limit.setup).side for limit in limits]).reshape(
+            -1, 1
+        )
         tight = ~(side * low >= side * high)
         values, worst = (np.where(tight, *ends) for ends in ((high, low), (between.high, between.low)))
-        errors |= moving_apart(self.off)
-        return _ByLimits(limits, np.maximum(excess, other), values, numbers, errors, worst)
+        errors |= separating_errors(self.errors)
+        return _LimitResults(limits, np.maximum(excess, other), values, numbers, errors, worst)
 
 
-def _plain(value: float | None) -> str | None:
+def _number_cell(value: float | None) -> str | None:
     """A number that has not the unit of its column."""
-    return None if value is None else number(round(value, 9))
+    return None if value is None else number_text(round(value, 9))
 
 
-def _variance(spread: ErrorSpread, key: str) -> str | None:
+def _variance_percent(spread: ErrorSpread, key: str) -> str | None:
     """The share of the variance that a tolerance explains, in %."""
-    return _plain(100.0 * spread.variances[key]) if spread.variances else None
+    return _number_cell(100.0 * spread.variances[key]) if spread.variances else None
 
 
-def _errors_sampled(scene: Scene, off: CutErrors) -> Iterator[tuple[str, Sampled]]:
+def _error_columns(scene: Scene, off: CamErrors) -> Iterator[tuple[str, SampleColumn]]:
     """The errors of cams as columns."""
-    for key, values in parts_of(off).items():
+    for key, values in real_error_parts(off).items():
         unit = error_unit(scene, key)
-        name = f"{key.replace('.', '_')}_off_{unit.translate(IN_NAMES)}"
-        yield name, Sampled(unit, f"What is off by tolerances.{key}.", values)
+        name = f"{key.replace('.', '_')}_off_{unit.translate(UNIT_SIGNS)}"
+        yield name, SampleColumn(unit, f"What is off by tolerances.{key}.", values)
 
 
-class LargestOfEach(NamedTuple):
+class LargestErrorColumn(NamedTuple):
     """The largest error of the motion of each cam."""
 
     name: str
@@ -522,76 +582,88 @@ class LargestOfEach(NamedTuple):
         return "Largest change in a dwell." if self.name == DWELL_CHANGE else f"Largest error of the {self.name}."
 
 
-def _largest(turn: TurnErrors, off: CutErrors) -> Iterator[LargestOfEach]:
+def _largest_error_columns(turn: TurnErrors, off: CamErrors) -> Iterator[LargestErrorColumn]:
     """Those of displacement, velocity, acceleration, and the change in a dwell."""
     setup = turn.problem.setup
     columns = error_names(setup)
-    found = LargestErrors(RealCam(turn.problem, turn.scene.tolerances.waves or 0), tuple(off))
-    for order, name in enumerate(NAMES):
-        unit, largest = scale(setup, order), found.of_motion(off, order)
-        known = not turn.unbounded(order)
-        signed = found.at(off, turn.highest(band, order), order) if known else None
-        yield LargestOfEach(
+    found = LargestErrorSearch(RealCam(turn.problem, turn.scene.tolerances.waves or 0), tuple(off))
+    for order, name in enumerate(MOTION_NAMES):
+        unit, largest = motion_scale(setup, order), found.largest_motion_errors(off, order)
+        known = not turn.unbounded_tolerances(order)
+        signed = (
+            found.errors_at_angle(off, turn.angle_of_largest_total(root_sum_square_magnitude, order), order)
+            if known
+            else None
+        )
+        yield LargestErrorColumn(
             name,
             columns[order],
-            unit_of(setup, order),
+            motion_table_unit(setup, order),
             unit * np.where(np.isnan(largest.error), inf, largest.error),
-            found.angle(off, largest, _worst(largest.error)),
-            {} if signed is None else {key: _explained_by(signed, each) for key, each in off.items()},
-            unit * found.missed(off, order),
+            found.largest_error_angle(off, largest, _worst_cam_index(largest.error)),
+            {} if signed is None else {key: _variance_share(signed, each) for key, each in off.items()},
+            unit * found.missed_error(off, order),
         )
     if found.has_dwells:
-        change = found.of_dwells(off)
-        values = scale(setup, 0) * np.where(np.isnan(change), inf, change)
-        yield LargestOfEach(DWELL_CHANGE, columns[-1], unit_of(setup, 0), values, None, {}, None)
+        change = found.largest_dwell_changes(off)
+        values = motion_scale(setup, 0) * np.where(np.isnan(change), inf, change)
+        yield LargestErrorColumn(DWELL_CHANGE, columns[-1], motion_table_unit(setup, 0), values, None, {}, None)
 
 
-def _error(of: LargestOfEach, parts: CutErrors, bound: float | None) -> ErrorSpread:
+def _spread_of_errors(of: LargestErrorColumn, parts: CamErrors, bound: float | None) -> ErrorSpread:
     """How one of them is spread."""
-    median, most, nearly_all = (float(each) for each in np.quantile(of.values, SHARES, method="higher"))
-    worst = _worst(of.values)
+    median, most, nearly_all = (float(each) for each in np.quantile(of.values, ERROR_QUANTILES, method="higher"))
+    worst = _worst_cam_index(of.values)
     own = {key: float(each[worst]) for key, each in parts.items()}
-    held = None if bound is None else share_of(int(np.count_nonzero(of.values <= bound)), of.values.size)
+    held = (
+        None if bound is None else share_with_confidence(int(np.count_nonzero(of.values <= bound)), of.values.size)
+    )
     ends = median, most, nearly_all, float(of.values[worst])
     return ErrorSpread(of.name, of.unit, *ends, of.at_deg, own, of.variances, of.missed, held)
 
 
-def _worst(errors: FloatArray) -> int:
+def _worst_cam_index(errors: FloatArray) -> int:
     """Which cam is the worst; one whose follower finds no place before others."""
     return int(np.where(np.isnan(errors), inf, errors).argmax())
 
 
-def _explained_by(values: FloatArray, errors: FloatArray) -> float:
+def _variance_share(values: FloatArray, errors: FloatArray) -> float:
     """The share of the variance that an error explains, with all of its parts."""
     return sum(
-        explained(values, part) for part in ((errors.real, errors.imag) if np.iscomplexobj(errors) else (errors,))
+        variance_explained_by_part(values, part)
+        for part in ((errors.real, errors.imag) if np.iscomplexobj(errors) else (errors,))
     )
 
 
-def evaluated(problem: Problem, limits: list[Limit], designs: Designs) -> Limited:
+def evaluate_limits_in_blocks(problem: Problem, limits: list[Limit], designs: Designs) -> LimitValues:
     """As ``limited``, some designs at a time."""
-    (found,) = _in_parts(len(designs), lambda some: [limited(problem, limits, designs.take(some))])
+    (found,) = _evaluate_in_blocks(
+        len(designs), lambda some: [evaluate_limits(problem, limits, designs.take(some))]
+    )
     return found
 
 
-def at_ends(limits: LimitedBy, designs: Designs, between: Between) -> list[Limited]:
+def evaluate_limits_at_ends(
+    limits: LimitsByNumber, designs: Designs, between: SeparationRange
+) -> list[LimitValues]:
     """What designs have of limits at both ends of what is between them, some designs at a time."""
-    return _in_parts(
-        len(designs), lambda some: [*limits.at(designs.take(some), (between.low[some], between.high[some]))]
+    return _evaluate_in_blocks(
+        len(designs),
+        lambda some: [*limits.evaluate_numbers(designs.take(some), (between.low[some], between.high[some]))],
     )
 
 
-def _in_parts(count: int, work: Callable[[slice], list[Limited]]) -> list[Limited]:
-    parts = [slice(first, first + AT_ONCE) for first in range(0, count, AT_ONCE)]
+def _evaluate_in_blocks(count: int, work: Callable[[slice], list[LimitValues]]) -> list[LimitValues]:
+    parts = [slice(first, first + LIMIT_DESIGNS_AT_ONCE) for first in range(0, count, LIMIT_DESIGNS_AT_ONCE)]
     with ThreadPoolExecutor(THREADS) as pool:
         found = [*pool.map(work, parts)]
     return [
-        Limited(*(np.concatenate(each, axis=1) for each in zip(*one, strict=True)))
+        LimitValues(*(np.concatenate(each, axis=1) for each in zip(*one, strict=True)))
         for one in zip(*found, strict=True)
     ]
 
 
-def share_of(count: int, cams: int) -> Share:
+def share_with_confidence(count: int, cams: int) -> Share:
     """A share with the interval of Clopper and Pearson."""
     tail = (1.0 - CONFIDENCE) / 2.0
     low = float(scipy.special.betaincinv(count, cams - count + 1, tail)) if count else 0.0
@@ -599,29 +671,31 @@ def share_of(count: int, cams: int) -> Share:
     return Share(count / cams, low, high)
 
 
-def _spreads(
+def _limit_spreads(
     limits: list[Limit],
     excess: FloatArray,
     values: FloatArray,
     numbers: dict[str, FloatArray],
-    errors: CutErrors,
+    errors: CamErrors,
     interference: FloatArray | None,
 ) -> Iterator[Spread]:
     """How the quantity of each limit is spread."""
     cams = values.shape[1]
     for row, (limit, over, each) in enumerate(zip(limits, excess, values, strict=True)):
-        sizes = numbers if interference is None else {**numbers, INTERFERENCE: interference[row]}
-        worst = worst_of(limit, over, each)
-        held = share_of(int(np.count_nonzero(over <= 0.0)), cams)
-        low, median, high = (float(value) for value in np.quantile(each, [TAIL, 0.5, 1.0 - TAIL]))
+        sizes = numbers if interference is None else {**numbers, INTERFERENCE_KEY: interference[row]}
+        worst = worst_design(limit, over, each)
+        held = share_with_confidence(int(np.count_nonzero(over <= 0.0)), cams)
+        low, median, high = (
+            float(value) for value in np.quantile(each, [THREE_SIGMA_TAIL, 0.5, 1.0 - THREE_SIGMA_TAIL])
+        )
         own = {key: float(size[worst]) for key, size in sizes.items()}
-        parts = {key: _explained_by(each, error) for key, error in errors.items()}
-        yield Spread(limit.name, limit.shown[0], held, low, median, high, float(each[worst]), own, parts)
+        parts = {key: _variance_share(each, error) for key, error in errors.items()}
+        yield Spread(limit.name, limit.shown_quantities[0], held, low, median, high, float(each[worst]), own, parts)
 
 
-def explained(values: FloatArray, size: FloatArray) -> float:
+def variance_explained_by_part(values: FloatArray, size: FloatArray) -> float:
     """The share of the variance of values that a size explains, from the means over classes of it."""
-    count = min(CLASSES, max(values.size // CLASSES, 1))
+    count = min(VARIANCE_CLASSES, max(values.size // VARIANCE_CLASSES, 1))
     spread = float(np.var(values)) if np.all(np.isfinite(values)) else 0.0
     if spread <= (1e-12 * float(np.max(np.abs(values)))) ** 2:
         return 0.0
@@ -631,7 +705,7 @@ def explained(values: FloatArray, size: FloatArray) -> float:
     return float(np.average(np.square(means - middle), weights=weights) / spread)
 
 
-def _percent(held: Share) -> str:
+def _percent_with_confidence(held: Share) -> str:
     """A share in per cent, with its interval."""
     low, high = 100.0 * held.low, 100.0 * held.high
     return f"{100.0 * held.share:.6g} % [{low:.4f}, {high:.4f}]"

@@ -24,50 +24,52 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from camopt.core.mistakes import UnknownName, nearest
+from camopt.core.mistakes import UnknownName, suggest_names
 from camopt.core.numerics import FloatArray
-from camopt.core.quantities.shown import Drawn
+from camopt.core.quantities.display import Drawable
 from camopt.core.storage.publishing import Publication
-from camopt.model.effects.answers import ORDERS
-from camopt.model.effects.motion import scale, unit_of
+from camopt.model.effects.error_response import RESPONSE_ORDERS
+from camopt.model.effects.motion import motion_scale, motion_table_unit
 from camopt.model.motion.programme import JUMP_SIDE
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
+from camopt.scene.scene_file import write_scene
 from camopt.scene.tolerances import moves_tool
-from camopt.scene.written import write_scene
-from camopt.solve.tables.cells import number, with_unit
-from camopt.solve.tables.result import NUMERIC, Cell, Result, Table, plain, table_of
+from camopt.solve.tables.cells import number_text, with_unit
+from camopt.solve.tables.result import NUMERIC, Cell, Result, Table, table_of, to_json_values
 from camopt.solve.tolerances.allocation import Allocation
 from camopt.solve.tolerances.batch import Batch
 from camopt.solve.tolerances.dwells_and_passages import WorstWobble, worst_wobbles
-from camopt.solve.tolerances.errors import BORE, BORE_WAY, error_unit
-from camopt.solve.tolerances.held import Play, lost_within, plays
-from camopt.solve.tolerances.margins import Box, Margin, made_so, margins_table
-from camopt.solve.tolerances.turn import (
-    BAND,
-    NAMES,
+from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, error_unit
+from camopt.solve.tolerances.margins import Margin, ToleranceBox, margins_table, scene_of_cam
+from camopt.solve.tolerances.plays_and_interference import Play, list_plays, lost_preload_sentence
+from camopt.solve.tolerances.turn_errors import (
+    BAND_NAME,
+    MOTION_NAMES,
     Contribution,
     TurnErrors,
-    band,
-    no_tolerances,
+    no_tolerances_error,
+    root_sum_square_magnitude,
     variances,
-    worst,
+    worst_case_magnitude,
 )
-from camopt.solve.tolerances.worst_case import NOT_OFF, WorstCase, worst_search
+from camopt.solve.tolerances.worst_case import NO_ERROR, WorstCase, worst_search
 
-FAR = 1e-3
+FAR_BOUND = 1e-3
 """A bound that is further above the worst cam, relative, is told."""
-IDLE = 1e-9
+IDLE_ERROR = 1e-9
 """An error that contributes less to the worst case, relative, is not told of the worst cam."""
-DWELL_NODES = 33
+DWELL_ANGLES = 33
 """Cam angles at which a dwell is looked at."""
-ASSUMED = (
+ROOT_SUM_SQUARE_NOTE = (
     "The root sum square takes errors as independent{of_batch} and their sum as normal: 99.73 % of the cams are "
     "within it at each cam angle, fewer all over the turn: a batch of cams counts them."
 )
-OF_ARC = "A dwell is the arc of the cam on which it is touched there, not shaft angles: camopt timing has these."
-BEYOND = (
+DWELL_ARC_NOTE = (
+    "A dwell is the arc of the cam on which it is touched there, not shaft angles: camopt timing has these."
+)
+BEYOND_ZONE_NOTE = (
     "Parts are beyond the tolerance of {keys}: the root sum square has them; worst case, proof and worst cam not."
 )
 
@@ -119,7 +121,7 @@ class DwellError(NamedTuple):
 
 
 @dataclass(frozen=True)
-class MotionErrors(Result, Drawn):
+class MotionErrors(Result, Drawable):
     """How far the motion may be from the one that was asked, by the tolerances of a scene.
 
     Attributes
@@ -172,18 +174,18 @@ class MotionErrors(Result, Drawn):
         in 20 s at most. Where the acceleration that is asked jumps, a cam that is late or early has the jump for an
         error until it is there: its bound is the jump and what else is off.
         """
-        turn = self._turn
-        if not turn.sampled:
-            return self.worst_case, NOT_OFF, NOT_OFF
+        turn = self._turn_errors
+        if not turn.node_contributions:
+            return self.worst_case, NO_ERROR, NO_ERROR
         return self.worst_case, worst_search(turn, 1).run(), worst_search(turn, 2).run()
 
     @cached_property
     def dwells(self) -> tuple[DwellError, ...]:
         """Those in the order of the turn, each with what no cam exceeds: proved when they are asked for first."""
-        return tuple(_dwells(self._turn))
+        return tuple(_dwell_errors(self._turn_errors))
 
     @cached_property
-    def _turn(self) -> TurnErrors:
+    def _turn_errors(self) -> TurnErrors:
         return TurnErrors(self.scene, resolve_design(self.scene))
 
     def records(self) -> list[dict[str, Any]]:
@@ -193,48 +195,69 @@ class MotionErrors(Result, Drawn):
     def table(self) -> Table:
         """The worst case, what each tolerance contributes to it, and the band, of each of the three."""
         rows = [
-            self._row("worst case", "worst"),
+            self._row_of_field("worst case", "worst"),
             *({"": key, **{each.name: each.shares[key] for each in self.errors}} for key in self.errors[0].shares),
-            self._row("at cam angle, deg", "at_deg"),
-            self._row(BAND, "three_sigma"),
-            self._row("at cam angle, deg", "three_sigma_at_deg"),
+            self._row_of_field("at cam angle, deg", "at_deg"),
+            self._row_of_field(BAND_NAME, "three_sigma"),
+            self._row_of_field("at cam angle, deg", "three_sigma_at_deg"),
         ]
-        named = dict(zip(NAMES, self.worst_cases, strict=True))
+        named = dict(zip(MOTION_NAMES, self.worst_cases, strict=True))
         rows.append(
-            {"": "no cam within exceeds, proved", **_known({name: each.bound for name, each in named.items()})}
+            {
+                "": "no cam within exceeds, proved",
+                **_proved_bounds({name: each.bound for name, each in named.items()}),
+            }
         )
         rows.append({"": "worst cam, by exact contact", **{name: abs(each.error) for name, each in named.items()}})
         if self.dwells:
-            rows.append({"": "change in a dwell", NAMES[0]: max(each.change for each in self.dwells)})
+            rows.append({"": "change in a dwell", MOTION_NAMES[0]: max(each.change for each in self.dwells)})
             of_dwells = [each.worst_case for each in self.dwells]
-            bound = {NAMES[0]: max(each.bound for each in of_dwells)}
-            rows.append({"": "no cam within moves more in it, proved", **_known(bound)})
+            bound = {MOTION_NAMES[0]: max(each.bound for each in of_dwells)}
+            rows.append({"": "no cam within moves more in it, proved", **_proved_bounds(bound)})
             rows.append(
-                {"": "worst cam in a dwell, by exact contact", NAMES[0]: max(each.change for each in of_dwells)}
+                {
+                    "": "worst cam in a dwell, by exact contact",
+                    MOTION_NAMES[0]: max(each.change for each in of_dwells),
+                }
             )
         units = {each.name: each.unit for each in self.errors}
-        table = table_of(f"{self.scene.name}: errors of the motion", rows, ["", *NAMES], units=units)
-        told = self.reason, *self._unproved, self.jumps, self._of_worst_cam, *self._of_rates, self._of_worst_wobble
-        return replace(table, note=" ".join(filter(None, [*told, self._assumed])))
+        table = table_of(f"{self.scene.name}: errors of the motion", rows, ["", *MOTION_NAMES], units=units)
+        told = (
+            self.reason,
+            *self._unproved_dwell_sentences,
+            self.jumps,
+            self._worst_cam_sentence,
+            *self._rate_sentences,
+            self._worst_wobble_sentence,
+        )
+        return replace(table, note=" ".join(filter(None, [*told, self._assumptions_note])))
 
     @property
-    def _assumed(self) -> str:
+    def _assumptions_note(self) -> str:
         """What the root sum square is of."""
         batches = [
-            each.batch for key, each in self.scene.tolerances.spread.items() if moves_tool(key) and each.batch
+            each.batch
+            for key, each in self.scene.tolerances.number_and_angle_tolerances.items()
+            if moves_tool(key) and each.batch
         ]
-        said = ASSUMED.format(of_batch=", but for those of one batch," if len(batches) > len({*batches}) else "")
-        return f"{said} {BEYOND.format(keys=', '.join(self.beyond))}" if self.beyond else said
+        said = ROOT_SUM_SQUARE_NOTE.format(
+            of_batch=", but for those of one batch," if len(batches) > len({*batches}) else ""
+        )
+        return f"{said} {BEYOND_ZONE_NOTE.format(keys=', '.join(self.beyond))}" if self.beyond else said
 
     @property
-    def _of_worst_cam(self) -> str:
+    def _worst_cam_sentence(self) -> str:
         """The errors of the worst cam, and where it has its own."""
         worst = self.worst_case
         if not worst.errors:
             return "No tolerance moves the tool."
-        shares, least = self.errors[0].shares, IDLE * self.errors[0].worst
-        said = self._said({key: each for key, each in worst.errors.items() if shares.get(key, least) >= least})
-        return f"The worst cam, at {_angle(worst.at_deg)}: {said}.{_above(worst.gap, abs(worst.error))}"
+        shares, least = self.errors[0].shares, IDLE_ERROR * self.errors[0].worst
+        said = self._errors_with_units(
+            {key: each for key, each in worst.errors.items() if shares.get(key, least) >= least}
+        )
+        return (
+            f"The worst cam, at {_degrees_text(worst.at_deg)}: {said}.{_gap_sentence(worst.gap, abs(worst.error))}"
+        )
 
     @property
     def jumps(self) -> str:
@@ -244,22 +267,23 @@ class MotionErrors(Result, Drawn):
         if problem.programme.corners or not (jumps and self.worst_cases[-1].errors):
             return ""
         largest = max(jumps, key=lambda each: abs(each.size))
-        size = with_unit(scale(problem.setup, 2) * abs(largest.size), self.errors[-1].unit)
-        where = f"Where the acceleration jumps, by up to {size} at {_angle(degrees(largest.at))}"
+        size = with_unit(motion_scale(problem.setup, 2) * abs(largest.size), self.errors[-1].unit)
+        where = f"Where the acceleration jumps, by up to {size} at {_degrees_text(degrees(largest.at))}"
         return f"{where}, a cam that is late or early has the whole jump for an error until it is there."
 
     @property
-    def _of_rates(self) -> Iterator[str]:
+    def _rate_sentences(self) -> Iterator[str]:
         """The worst cams of velocity and acceleration; why no bound of them is proved."""
-        for name, each in zip(NAMES[1:], self.worst_cases[1:], strict=True):
+        for name, each in zip(MOTION_NAMES[1:], self.worst_cases[1:], strict=True):
             if each.unproved and each.unproved != self.worst_case.unproved:
                 yield f"No bound of the {name} is proved: {each.unproved}."
             if each.errors and not (self.worst_case.unproved and each.unproved):
-                above = _above(each.gap, abs(each.error))
-                yield f"The worst cam of {name}, at {_angle(each.at_deg)}: {self._said(each.errors)}.{above}"
+                above = _gap_sentence(each.gap, abs(each.error))
+                errors = self._errors_with_units(each.errors)
+                yield f"The worst cam of {name}, at {_degrees_text(each.at_deg)}: {errors}.{above}"
 
     @property
-    def _unproved(self) -> Iterator[str]:
+    def _unproved_dwell_sentences(self) -> Iterator[str]:
         """Why no bound of a dwell is proved."""
         for each in self.dwells:
             if each.worst_case.unproved:
@@ -267,24 +291,27 @@ class MotionErrors(Result, Drawn):
                 yield f"No bound is proved of {where}: {each.worst_case.unproved}."
 
     @property
-    def _of_worst_wobble(self) -> str:
+    def _worst_wobble_sentence(self) -> str:
         """What is off of the cam that wobbles the most: its profile at both places, and the axis of its bore."""
         worst = max((each.worst_case for each in self.dwells), key=lambda each: each.change, default=None)
         if worst is None or not worst.change:
             return ""
         highest, lowest = (
-            self._said({key: errors[key] for key in worst.at_lowest}) for errors in (worst.errors, worst.at_lowest)
+            self._errors_with_units({key: errors[key] for key in worst.at_lowest})
+            for errors in (worst.errors, worst.at_lowest)
         )
-        bore = self._said({key: each for key, each in worst.errors.items() if key in (BORE, BORE_WAY)})
+        bore = self._errors_with_units(
+            {key: each for key, each in worst.errors.items() if key in (BORE, BORE_DIRECTION)}
+        )
         ends = (
-            (f"highest at {_angle(worst.highest_deg)}", highest),
-            (f"lowest at {_angle(worst.lowest_deg)}", lowest),
+            (f"highest at {_degrees_text(worst.highest_deg)}", highest),
+            (f"lowest at {_degrees_text(worst.lowest_deg)}", lowest),
         )
         places = ", ".join(f"{place} with {errors}" if errors else place for place, errors in ends)
-        above = _above(worst.gap, worst.change)
-        return f"The worst cam of a dwell: {'; '.join(filter(None, [places, bore]))}.{above} {OF_ARC}"
+        above = _gap_sentence(worst.gap, worst.change)
+        return f"The worst cam of a dwell: {'; '.join(filter(None, [places, bore]))}.{above} {DWELL_ARC_NOTE}"
 
-    def _said(self, errors: Mapping[str, float]) -> str:
+    def _errors_with_units(self, errors: Mapping[str, float]) -> str:
         """Errors of a cam with their units."""
         return ", ".join(f"{key} {with_unit(each, error_unit(self.scene, key))}" for key, each in errors.items())
 
@@ -304,7 +331,8 @@ class MotionErrors(Result, Drawn):
             "errors": self.errors,
             "worst_case": self.worst_case,
             "worst_cases": [
-                {"name": each.name, "unit": each.unit, **plain(worst._asdict())} for each, worst in worst_cases
+                {"name": each.name, "unit": each.unit, **to_json_values(worst._asdict())}
+                for each, worst in worst_cases
             ],
             "dwells": self.dwells,
             "reason": self.reason,
@@ -322,10 +350,10 @@ class MotionErrors(Result, Drawn):
         heads = ["", "nominal", "least", "most"]
         rows = [[each.what, *(with_unit(v, each.unit) for v in each[2:])] for each in self.plays]
         kinds = [Cell(head, NUMERIC if head else "") for head in heads]
-        title, lost = f"{self.scene.name}: held from both sides", "".join(map(lost_within, self.plays))
-        return Table.of(title, kinds, rows, lost) if rows else None
+        title, lost = f"{self.scene.name}: held from both sides", "".join(map(lost_preload_sentence, self.plays))
+        return Table.from_texts(title, kinds, rows, lost) if rows else None
 
-    def worst_motion(self, name: str = NAMES[0]) -> Scene:
+    def worst_motion(self, name: str = MOTION_NAMES[0]) -> Scene:
         """The scene of the cam whose displacement (velocity, acceleration) was found the furthest off.
 
         The errors of its numbers are those of one measured part (``values`` with one number) in place of their
@@ -336,10 +364,14 @@ class MotionErrors(Result, Drawn):
         UnknownName
             If ``name`` is none of the three.
         """
-        if name not in NAMES:
-            raise UnknownName(f"{name!r} is no motion; {nearest(str(name), NAMES)}")
-        worst = self.worst_case if name == NAMES[0] else self.worst_cases[NAMES.index(name)]
-        own = {key: each for key, each in worst.errors.items() if key in self.scene.tolerances.spread}
+        if name not in MOTION_NAMES:
+            raise UnknownName(f"{name!r} is no motion; {suggest_names(str(name), MOTION_NAMES)}")
+        worst = self.worst_case if name == MOTION_NAMES[0] else self.worst_cases[MOTION_NAMES.index(name)]
+        own = {
+            key: each
+            for key, each in worst.errors.items()
+            if key in self.scene.tolerances.number_and_angle_tolerances
+        }
         return self.scene.replace(**{f"tolerances.{key}": {"values": [each]} for key, each in own.items()})
 
     def worst_cam(self, limit: str) -> Scene:
@@ -354,14 +386,16 @@ class MotionErrors(Result, Drawn):
         """
         found = {each.limit: each for each in self.margins if each.sizes}
         if limit not in found:
-            raise UnknownName(f"{limit!r} is no limit with a margin; {nearest(str(limit), found)}")
-        return made_so(self.scene, found[limit].sizes)
+            raise UnknownName(f"{limit!r} is no limit with a margin; {suggest_names(str(limit), found)}")
+        return scene_of_cam(self.scene, found[limit].sizes)
 
-    def _row(self, said: str, field: str) -> dict[str, Any]:
+    def _row_of_field(self, said: str, field: str) -> dict[str, Any]:
         """What each of the three has in a field; nothing where it has none."""
         values = {each.name: getattr(each, field) for each in self.errors}
         if field.endswith("_deg"):  # an angle, whatever the unit of the column
-            values = {name: value if value is None else number(round(value, 9)) for name, value in values.items()}
+            values = {
+                name: value if value is None else number_text(round(value, 9)) for name, value in values.items()
+            }
         return {"": said, **{name: "" if value is None else value for name, value in values.items()}}
 
 
@@ -398,89 +432,94 @@ def tolerance(scene: SceneSource) -> MotionErrors:
     scene = scene_from(scene)
     scene = scene.toleranced
     turn = TurnErrors(scene, resolve_design(scene))
-    margins = Box.of(scene, turn.problem).margins
-    if not (turn.sampled or scene.tolerances.numbers):
-        raise no_tolerances(turn.problem.file)
-    worst_case = worst_search(turn).run() if turn.sampled else NOT_OFF
-    errors = errors_of(turn)
-    reason = " ".join(_reasons(turn, worst_case, errors[0].shares))
-    beyond = tuple(each.key for each in turn.sampled if each.spreads_beyond)
-    return MotionErrors(scene, errors, worst_case, reason, margins, tuple(plays(turn)), beyond)
+    margins = ToleranceBox.from_scene(scene, turn.problem).margins
+    if not (turn.node_contributions or scene.tolerances.numbers):
+        raise no_tolerances_error(turn.problem.file)
+    worst_case = worst_search(turn).run() if turn.node_contributions else NO_ERROR
+    errors = first_order_errors(turn)
+    reason = " ".join(_infinite_error_reasons(turn, worst_case, errors[0].shares))
+    beyond = tuple(each.key for each in turn.node_contributions if each.spreads_beyond_zone)
+    return MotionErrors(scene, errors, worst_case, reason, margins, tuple(list_plays(turn)), beyond)
 
 
-def _angle(deg: float) -> str:
-    return f"{number(round(deg, 9))} deg"
+def _degrees_text(deg: float) -> str:
+    return f"{number_text(round(deg, 9))} deg"
 
 
-def _known(bounds: dict[str, float]) -> dict[str, float]:
+def _proved_bounds(bounds: dict[str, float]) -> dict[str, float]:
     """Those that are proved: the others have no cell."""
     return {name: each for name, each in bounds.items() if each < inf}
 
 
-def _above(gap: float, found: float) -> str:
+def _gap_sentence(gap: float, found: float) -> str:
     """By how much a bound is above the worst cam, where that is much."""
     above = gap / found if found else 0.0
-    return f" The bound is {100.0 * above:.2g} % above it." if FAR < above < inf else ""
+    return f" The bound is {100.0 * above:.2g} % above it." if FAR_BOUND < above < inf else ""
 
 
-def errors_of(turn: TurnErrors) -> tuple[MotionError, ...]:
+def first_order_errors(turn: TurnErrors) -> tuple[MotionError, ...]:
     """Those of displacement, velocity and acceleration, to first order."""
-    return tuple(_error(turn, order) for order in range(ORDERS))
+    return tuple(_motion_error(turn, order) for order in range(RESPONSE_ORDERS))
 
 
-def _error(turn: TurnErrors, order: int) -> MotionError:
+def _motion_error(turn: TurnErrors, order: int) -> MotionError:
     """The largest error of an order."""
-    if not turn.sampled:
-        return MotionError(NAMES[order], unit_of(turn.problem.setup, order), 0.0, None, 0.0, None, {}, {})
-    if unbounded := turn.unbounded(order):
-        return _endless(turn, order, unbounded)
+    if not turn.node_contributions:
+        return MotionError(
+            MOTION_NAMES[order], motion_table_unit(turn.problem.setup, order), 0.0, None, 0.0, None, {}, {}
+        )
+    if unbounded := turn.unbounded_tolerances(order):
+        return _infinite_error(turn, order, unbounded)
     unit, worst_at, band_at = (
-        scale(turn.problem.setup, order),
-        turn.highest(worst, order),
-        turn.highest(band, order),
+        motion_scale(turn.problem.setup, order),
+        turn.angle_of_largest_total(worst_case_magnitude, order),
+        turn.angle_of_largest_total(root_sum_square_magnitude, order),
     )
-    at_worst, at_band = (turn.at(np.array([place])) for place in (worst_at, band_at))
+    at_worst, at_band = (turn.contributions_at(np.array([place])) for place in (worst_at, band_at))
     ends = np.array([[each.upper[order, 0], -each.lower[order, 0]] for each in at_worst])
     shares = unit * ends[:, ends.sum(axis=0).argmax()]
     parts = variances(at_band, order)[:, 0]
     return MotionError(
-        NAMES[order],
-        unit_of(turn.problem.setup, order),
+        MOTION_NAMES[order],
+        motion_table_unit(turn.problem.setup, order),
         float(shares.sum()),
         degrees(worst_at),
-        unit * float(band(at_band, order)[0]),
+        unit * float(root_sum_square_magnitude(at_band, order)[0]),
         degrees(band_at),
-        _by_key(at_worst, shares),
-        _by_key(at_band, parts / (parts.sum() or 1.0)),
+        _values_by_key(at_worst, shares),
+        _values_by_key(at_band, parts / (parts.sum() or 1.0)),
     )
 
 
-def _endless(turn: TurnErrors, order: int, unbounded: dict[str, float | None]) -> MotionError:
+def _infinite_error(turn: TurnErrors, order: int, unbounded: dict[str, float | None]) -> MotionError:
     """An error that is infinite, by some of the tolerances."""
     at = next((degrees(place) for place in unbounded.values() if place is not None), None)
     alone = {
-        each.key: scale(turn.problem.setup, order) * float(worst([each], order).max()) for each in turn.sampled
+        each.key: motion_scale(turn.problem.setup, order) * float(worst_case_magnitude([each], order).max())
+        for each in turn.node_contributions
     }
     shares = alone | dict.fromkeys(unbounded, inf)
     parts = {key: float(key in unbounded) / len(unbounded) for key in shares}
-    return MotionError(NAMES[order], unit_of(turn.problem.setup, order), inf, at, inf, at, shares, parts)
+    return MotionError(
+        MOTION_NAMES[order], motion_table_unit(turn.problem.setup, order), inf, at, inf, at, shares, parts
+    )
 
 
-def _by_key(found: list[Contribution], values: FloatArray) -> dict[str, float]:
+def _values_by_key(found: list[Contribution], values: FloatArray) -> dict[str, float]:
     return {each.key: float(value) for each, value in zip(found, values, strict=True)}
 
 
-def _dwells(turn: TurnErrors) -> Iterator[DwellError]:
+def _dwell_errors(turn: TurnErrors) -> Iterator[DwellError]:
     """How far the follower may move in each dwell of the motion that is asked."""
-    unit = scale(turn.problem.setup, 0)
+    unit = motion_scale(turn.problem.setup, 0)
     for stroke, worst_case in worst_wobbles(turn):
-        found = turn.at(np.linspace(stroke.start, stroke.end - JUMP_SIDE, DWELL_NODES))
+        found = turn.contributions_at(np.linspace(stroke.start, stroke.end - JUMP_SIDE, DWELL_ANGLES))
         change = unit * sum(each.change() for each in found)
         over = 2.0 * pi if stroke.end > turn.problem.programme.strokes[-1].end else 0.0
         yield DwellError(degrees(stroke.start), degrees(stroke.end - over), change, worst_case)
 
 
-def _reasons(turn: TurnErrors, worst_case: WorstCase, shares: dict[str, float]) -> Iterator[str]:
+def _infinite_error_reasons(turn: TurnErrors, worst_case: WorstCase, shares: dict[str, float]) -> Iterator[str]:
     """Why errors are infinite, a sentence each."""
     corners = turn.problem.programme.corners
     if worst_case.unproved:
@@ -490,31 +529,36 @@ def _reasons(turn: TurnErrors, worst_case: WorstCase, shares: dict[str, float]) 
         yield f"No bound of the displacement is proved: {worst_case.unproved}{where}.{smaller}"
     if turn.impulses:
         order = min(turn.impulses.values()).order
-        what = NAMES[order]
+        what = MOTION_NAMES[order]
         yield (
-            f"The {what} of the motion jumps at {turn.impulses_said(order)}: where an error moves the jump, "
+            f"The {what} of the motion jumps at {turn.impulse_angles_text(order)}: where an error moves the jump, "
             f"its own {what} is an impulse to first order; in truth it is a short, steep ramp."
         )
     if turn.scene.tolerances.profile and turn.scene.tolerances.waves is None:
         yield "The slope of the profile's error has no bound without tolerances.waves: give it, such as waves = 20."
 
 
-WORST, ALLOCATED, CAMS, HISTOGRAM = "worst-{}.toml", "allocated.toml", "cams.parquet", "cams.svg"
-CAM_FILES = (WORST.format("*"), ALLOCATED, CAMS, HISTOGRAM)
+WORST_FILE, ALLOCATED_FILE, CAMS_FILE, HISTOGRAM_FILE = (
+    "worst-{}.toml",
+    "allocated.toml",
+    "cams.parquet",
+    "cams.svg",
+)
+CAM_FILES = (WORST_FILE.format("*"), ALLOCATED_FILE, CAMS_FILE, HISTOGRAM_FILE)
 """The scenes of the worst motions, of the worst cam of each limit and of the grades; what each cam of a batch has,
 and its picture."""
 
 
 def write_cams(result: MotionErrors, unit: Publication) -> None:
     """Write the cams of the worst motions, the worst cam of each limit, the allocated cam, and a batch's table."""
-    motions = dict(zip(NAMES, ("motion", "motion-velocity", "motion-acceleration"), strict=True))
+    motions = dict(zip(MOTION_NAMES, ("motion", "motion-velocity", "motion-acceleration"), strict=True))
     for (name, file), each in zip(motions.items(), result.worst_cases, strict=True):
         if each.errors:
-            write_scene(unit.path(WORST.format(file)), result.worst_motion(name))
+            write_scene(unit.path(WORST_FILE.format(file)), result.worst_motion(name))
     for margin in result.margins:
         if margin.quantity and margin.worst != margin.nominal:
-            write_scene(unit.path(WORST.format(margin.limit)), result.worst_cam(margin.limit))
+            write_scene(unit.path(WORST_FILE.format(margin.limit)), result.worst_cam(margin.limit))
     if result.allocation:
-        write_scene(unit.path(ALLOCATED), result.allocation.scene)
+        write_scene(unit.path(ALLOCATED_FILE), result.allocation.scene)
     if result.batch:
-        result.batch.write(unit.path(CAMS))
+        result.batch.write(unit.path(CAMS_FILE))

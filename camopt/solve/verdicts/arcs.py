@@ -11,39 +11,39 @@ from math import isinf
 
 from camopt.model.effects.peak import BodyRadiusPlus, NumberKind
 from camopt.model.mechanisms import Designs
-from camopt.scene.problem.claims import Claim
+from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.problem import Problem
-from camopt.solve.verdicts.words import BROKEN, HELD, worst
+from camopt.solve.verdicts.verdict_words import BROKEN, HELD, worst_verdict
 
 
-def _irrational(*given: object) -> Fraction:
+def _refuse_irrational(*given: object) -> Fraction:
     """π, and tangents: no limit on a curvature has one."""
     raise NotImplementedError
 
 
-RATIONAL = NumberKind(Fraction, _irrational, _irrational)
+RATIONAL = NumberKind(Fraction, _refuse_irrational, _refuse_irrational)
 
 
-def is_on_arcs(problem: Problem, claim: Claim) -> bool:
-    """Whether a claim is on the curvature of a cam that is given by its profile."""
+def is_on_arcs(problem: Problem, constraint: Constraint) -> bool:
+    """Whether a constraint is on the curvature of a cam that is given by its profile."""
     mechanism = problem.setup.mechanism
     curves = mechanism.curvature, mechanism.profile_radius
-    return bool(problem.profile) and claim.curve in curves
+    return bool(problem.profile) and constraint.curve in curves
 
 
-def arcs_verdict(problem: Problem, claim: Claim, design: Designs) -> str:
-    """Whether all arcs hold such a claim."""
-    return worst(BROKEN if over > 0 else HELD for over in _excesses(problem, claim, design))
+def arcs_verdict(problem: Problem, constraint: Constraint, design: Designs) -> str:
+    """Whether all arcs hold such a constraint."""
+    return worst_verdict(BROKEN if over > 0 else HELD for over in _arc_excesses(problem, constraint, design))
 
 
-def _excesses(problem: Problem, claim: Claim, design: Designs) -> Iterator[Fraction]:
-    """By how much, or by how many times that, each side of a claim is exceeded on each arc."""
-    allowed, body = claim.allowed(RATIONAL), Fraction(float(design.roller_radius[0]))
-    if isinstance(claim.factor, BodyRadiusPlus):
-        factor = body + Fraction(claim.factor.radius)
+def _arc_excesses(problem: Problem, constraint: Constraint, design: Designs) -> Iterator[Fraction]:
+    """By how much, or by how many times that, each side of a constraint is exceeded on each arc."""
+    allowed, body = constraint.upper_bound(RATIONAL), Fraction(float(design.roller_radius[0]))
+    if isinstance(constraint.factor, BodyRadiusPlus):
+        factor = body + Fraction(constraint.factor.radius)
     else:
-        factor = Fraction(float(claim.factor(design)))
-    for side, radius in product(map(int, claim.sides), problem.profile):
+        factor = Fraction(float(constraint.factor(design)))
+    for side, radius in product(map(int, constraint.sides), problem.profile):
         if isinf(radius):  # a line
             yield -allowed
         elif problem.setup.mechanism.flat_faced:

@@ -8,32 +8,32 @@ from warnings import warn
 
 import numpy as np
 
-from camopt.core.mistakes import UnknownName, nearest
-from camopt.core.quantities import QUANTITIES, Flag, Word, displacement_unit, in_order
-from camopt.core.quantities.shown import Drawn
-from camopt.core.quantities.unit_systems import MM, shown, shown_in, shown_unit
-from camopt.model.effects import Case, quantity_of
-from camopt.model.effects.clearance import SKIDDING
-from camopt.model.effects.contacts import PLACES
+from camopt.core.mistakes import UnknownName, suggest_names
+from camopt.core.quantities import QUANTITIES, Flag, Word, displacement_unit, in_column_order
+from camopt.core.quantities.display import Drawable
+from camopt.core.quantities.unit_systems import MM, shown_in, shown_unit, to_shown_unit
+from camopt.model.effects import EvaluationBlock, find_quantity
+from camopt.model.effects.clearance import SKIDDING_TIME
+from camopt.model.effects.contacts import CONTACT_NAMES
 from camopt.model.effects.joints import JointRow, joint_rows
-from camopt.model.effects.motion import MOVE_KINDS, scale, unit_of
+from camopt.model.effects.motion import MOVE_KINDS, motion_scale, motion_table_unit
 from camopt.model.effects.peak import Peak
 from camopt.model.effects.peak_columns import peak_column
 from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.arguments import SceneSource, scene_from
+from camopt.scene.numbers_with_units import NumberWithUnit, numbers_with_units
 from camopt.scene.problem.limit import QuantityLimit
-from camopt.scene.problem.problem import Problem, exactly, resolve, resolve_design
-from camopt.scene.problem.unused import notes_of
-from camopt.scene.read import Read, numbers_read
+from camopt.scene.problem.problem import Problem, at_rounding_error, resolve, resolve_design
+from camopt.scene.problem.scene_notes import notes_on_scene
 from camopt.scene.scene import Scene
 from camopt.scene.speed import TURNS_OF_CRANK
-from camopt.solve.tables.cells import number, with_unit
-from camopt.solve.tables.designs import design_table, is_nothing
+from camopt.solve.tables.cells import number_text, with_unit
+from camopt.solve.tables.designs import design_table, is_zero_column
 from camopt.solve.tables.result import Cell, Result, Table, table_of
-from camopt.solve.verdicts.judging import evaluate_rows
-from camopt.solve.verdicts.running import run_effects
-from camopt.solve.verdicts.warned import farthest, warnings_of
-from camopt.solve.verdicts.words import ARM_UNCHECKED
+from camopt.solve.verdicts.design_warnings import farthest_point, warnings_of
+from camopt.solve.verdicts.effect_runs import run_effects
+from camopt.solve.verdicts.limit_verdicts import evaluate_rows
+from camopt.solve.verdicts.verdict_words import ARM_UNCHECKED
 
 PROOFS = {
     "certified": "proved at every cam angle",
@@ -44,7 +44,7 @@ PROOFS = {
 
 
 @dataclass(frozen=True)
-class Evaluation(Result, Drawn, Mapping[str, Any]):
+class Evaluation(Result, Drawable, Mapping[str, Any]):
     """The quantities of one design: a mapping from name to value.
 
     Attributes
@@ -82,7 +82,7 @@ class Evaluation(Result, Drawn, Mapping[str, Any]):
         if name not in self.quantities:
             if name in QUANTITIES:
                 raise UnknownName(f"{name!r} was not computed; name it in the outputs of the scene")
-            raise UnknownName(f"{name!r} is no quantity of this evaluation; {nearest(str(name), self)}")
+            raise UnknownName(f"{name!r} is no quantity of this evaluation; {suggest_names(str(name), self)}")
         return self.quantities[name]
 
     def __contains__(self, name: object) -> bool:
@@ -100,16 +100,16 @@ class Evaluation(Result, Drawn, Mapping[str, Any]):
 
     def table(self) -> Table:
         """Every quantity with its unit, limit and meaning, or the reason why it is infinite: a row each."""
-        names = [name for name in self if not is_nothing(self.scene.search.sizes, name, [self])]
+        names = [name for name in self if not is_zero_column(self.scene.search.sizes, name, [self])]
         reasons, problem = {name: Cell(reason) for name, reason in self.unbounded.items()}, resolve(self.scene)
-        about = {name: reasons.get(name, quantity_of(name, problem.setup).sentence) for name in names}
+        about = {name: reasons.get(name, find_quantity(name, problem.setup).sentence) for name in names}
         return design_table(self.scene.name, problem, self, about)
 
     def sections(self) -> Iterator[Table | str]:
         """The verdict, every quantity, the largest lift, the forces in joints and the numbers of the scene."""
         yield self.verdict
         yield self.table()
-        yield _largest_lift(self.scene)
+        yield _lift_sentence(self.scene)
         if self.tightest:
             yield f"Tightest of both contacts: {self.tightest}."
         if self.scene.mechanism.motion.angular:
@@ -119,14 +119,16 @@ class Evaluation(Result, Drawn, Mapping[str, Any]):
             for each in self.joint_forces
         ]:
             yield ""
-            yield table_of(JOINTS, joints, joints[0])
-            yield JOINTS_SAY
-        if read := numbers_read(self.scene):
-            rows = [{"key": each.key, "value": as_read(each), "unit": shown_unit(each.unit)} for each in read]
+            yield table_of(JOINTS_TITLE, joints, joints[0])
+            yield JOINTS_NOTE
+        if read := numbers_with_units(self.scene):
+            rows = [
+                {"key": each.key, "value": scene_number_text(each), "unit": shown_unit(each.unit)} for each in read
+            ]
             yield ""
             yield table_of("Numbers of the scene, as they are read", rows, ["key", "value", "unit"])
         if self.scene.by_crank:
-            yield _speed_of_crank(self)
+            yield _crank_speed_sentence(self)
 
     @property
     def verdict(self) -> str:
@@ -141,7 +143,7 @@ class Evaluation(Result, Drawn, Mapping[str, Any]):
     @property
     def notes(self) -> tuple[str, ...]:
         """Warnings, and what of the scene is odd or unused."""
-        return (*self.warnings, *notes_of(self.scene))
+        return (*self.warnings, *notes_on_scene(self.scene))
 
     @property
     def half_width(self) -> float:
@@ -157,14 +159,14 @@ class Evaluation(Result, Drawn, Mapping[str, Any]):
         face. On a pivot the largest sum of the magnitudes of both forces on it.
         """
         problem = resolve(self.scene)
-        called = any(quantity_of(name, problem.setup).effect == "joints" for name in self)
+        called = any(find_quantity(name, problem.setup).effect == "joints" for name in self)
         return joint_rows(problem.setup, problem.programme) if called else []
 
     @property
     def tightest(self) -> str:
         """Of a follower with two contacts, the one that a limit holds the closest; else empty."""
         problem = resolve_design(self.scene)
-        return tightest_contact(exactly(problem)) if problem.setup.mechanism.further else ""
+        return tightest_contact(at_rounding_error(problem)) if problem.setup.mechanism.further_contacts else ""
 
     def to_json(self) -> dict[str, Any]:
         """The old name of ``to_dict``."""
@@ -175,35 +177,41 @@ class Evaluation(Result, Drawn, Mapping[str, Any]):
         """The values; the reasons of infinite ones under ``unbounded``, and ``warnings``, if any."""
         joints = [{name: v for name, v in row._asdict().items() if v is not None} for row in self.joint_forces]
         with shown_in(MM):  # whatever is shown, as the names of quantities say
-            unbounded = _reasons(self.unbounded, exactly(resolve_design(self.scene))) if self.unbounded else {}
+            unbounded = (
+                _infinity_reasons(self.unbounded, at_rounding_error(resolve_design(self.scene)))
+                if self.unbounded
+                else {}
+            )
         about = {"unbounded": unbounded, "joint_forces": joints, "warnings": list(self.warnings)}
         about |= {"tightest": self.tightest}
         return self.quantities | {name: value for name, value in about.items() if value}
 
 
-def _largest_lift(scene: Scene) -> str:
+def _lift_sentence(scene: Scene) -> str:
     """The largest lift, and where it is."""
     programme, unit = resolve(scene).programme.tool, displacement_unit(angular=scene.tool_turns)
-    angle = np.degrees(farthest(programme, 1.0).angle)
+    angle = np.degrees(farthest_point(programme, 1.0).angle)
     whose, lift = " of the tool" if scene.train else "", with_unit(programme.lift / programme.unit, unit)
-    return f"Largest lift{whose}: {lift}, reached at {number(float(angle))}°."
+    return f"Largest lift{whose}: {lift}, reached at {number_text(float(angle))}°."
 
 
-def _speed_of_crank(result: Evaluation) -> str:
+def _crank_speed_sentence(result: Evaluation) -> str:
     """The sentence on speeds in the results of a scene that gives the speed of a crankshaft."""
     what = "Results are at the speed of the cam, and speeds among them are the cam's, half those of the crankshaft"
     jump = result.get("jump_speed_rpm")
-    return what + ("." if jump is None else f": a jump speed of {number(TURNS_OF_CRANK * jump)} rev/min there.")
+    return what + (
+        "." if jump is None else f": a jump speed of {number_text(TURNS_OF_CRANK * jump)} rev/min there."
+    )
 
 
-def as_read(read: Read) -> str:
+def scene_number_text(read: NumberWithUnit) -> str:
     """A number of the scene, as it is shown; of a load that changes, how many rows it has."""
     value = read.value
-    return number(shown(value, read.unit)) if isinstance(value, float) else f"{len(value):,} rows"
+    return number_text(to_shown_unit(value, read.unit)) if isinstance(value, float) else f"{len(value):,} rows"
 
 
-JOINTS = "Forces in the joints of the train over the turn"
-JOINTS_SAY = (
+JOINTS_TITLE = "Forces in the joints of the train over the turn"
+JOINTS_NOTE = (
     "Above 0 a coupler is pushed and a roller pressed on its face, below 0 pulled and lifted off. On a pivot: the "
     "sum of the magnitudes of both forces on it, the largest that it can be. Directions, of the largest, are from "
     "the motion of the slide, those of a four-bar's coupler from the line of its pivots."
@@ -248,27 +256,27 @@ def evaluate(scene: SceneSource) -> Evaluation:
 
 def evaluate_design(scene: Scene, problem: Problem) -> Evaluation:
     """As ``evaluate``, for a scene already resolved to a problem."""
-    problem = exactly(problem)
-    (found,) = evaluate_rows(problem, problem.design, problem.wanted | problem.sizes).records()
-    values = {name: found[name] for name in in_order(found)}
-    unbounded = _reasons((n for n, v in values.items() if v in (inf, -inf)), problem)
+    problem = at_rounding_error(problem)
+    (found,) = evaluate_rows(problem, problem.design, problem.evaluated_quantities | problem.size_names).records()
+    values = {name: found[name] for name in in_column_order(found)}
+    unbounded = _infinity_reasons((n for n, v in values.items() if v in (inf, -inf)), problem)
     return Evaluation(scene, values, unbounded, warnings_of(problem))
 
 
-def _reasons(names: Iterable[str], problem: Problem) -> dict[str, str]:
+def _infinity_reasons(names: Iterable[str], problem: Problem) -> dict[str, str]:
     """Why quantities are infinite, by name."""
-    return {name: _reason(name, problem) for name in names}
+    return {name: _infinity_reason(name, problem) for name in names}
 
 
 LOAD_EFFECTS = ("force", "torque", "joints", "thrust", "hertz", "surface")
 
 
-def _overloaded(name: str, problem: Problem) -> str:
+def _infinite_load_reason(name: str, problem: Problem) -> str:
     """Why a load of a motion without corners is infinite."""
     effect, setup = QUANTITIES[name].effect, problem.setup
     if effect == "force":
         return "the force is too low where the follower is at its lowest, and no spring rate adds to it there"
-    case = Case(setup, problem.programme, problem.design)
+    case = EvaluationBlock(setup, problem.programme, problem.design)
     shaped = effect in ("hertz", "surface") and not setup.is_knife
     if shaped and run_effects(case, ["undercut"]).column("undercut")[0]:
         return "the profile is undercut"
@@ -277,32 +285,35 @@ def _overloaded(name: str, problem: Problem) -> str:
     return "the contact stands still" if effect == "surface" else "the contact passes the follower's pivot"
 
 
-def _told(problem: Problem, order: int, kinds: int) -> str:
+def _jump_text(problem: Problem, order: int, kinds: int) -> str:
     """Where a derivative of the asked motion jumps, beside strokes of some kinds, and by how much at most."""
     found = [j for j in problem.programme.tool.jumps if j.order == order and j.kinds & kinds]
     if not found:
         return ""
-    unit, size = unit_of(problem.setup, order), max(abs(j.size) for j in found) * scale(problem.setup, order)
+    unit, size = (
+        motion_table_unit(problem.setup, order),
+        max(abs(j.size) for j in found) * motion_scale(problem.setup, order),
+    )
     most = "at most " if len(found) > 1 else ""
     return f"{', '.join(f'{np.degrees(j.at):g}°' for j in found)}, by {most}{with_unit(size, unit)}"
 
 
-def _reason(name: str, problem: Problem) -> str:
+def _infinity_reason(name: str, problem: Problem) -> str:
     """Why a quantity is infinite."""
-    if name in problem.setup.own:
+    if name in problem.setup.own_quantities:
         return "its expression has no finite value here"
     if QUANTITIES[name].effect == "vibration":
         return "the undamped train resonates: it vibrates a whole number of times in a turn"
-    if name == SKIDDING and not problem.programme.corners:
+    if name == SKIDDING_TIME and not problem.programme.corners:
         return "friction has not turned the roller before the follower crosses again"
     kinds = next((kind for stroke, kind in MOVE_KINDS.items() if stroke and f"_{stroke}_" in name), ALL_STROKES)
-    corners, jumps = (_told(problem, order, kinds) for order in (1, 2))
+    corners, jumps = (_jump_text(problem, order, kinds) for order in (1, 2))
     if name.startswith("jerk") and not corners:
         return f"the acceleration jumps at {jumps}"
     if name == "contact_stress_max_MPa" and problem.setup.is_knife:
         return "a knife edge has no width"
     if QUANTITIES[name].effect in LOAD_EFFECTS and not corners:
-        return _overloaded(name, problem)
+        return _infinite_load_reason(name, problem)
     if name.startswith(("acceleration", "jerk")) or QUANTITIES[name].effect in LOAD_EFFECTS:
         return f"the velocity jumps at {corners}"
     if name == "cutter_radius_max_mm":
@@ -314,11 +325,11 @@ def _reason(name: str, problem: Problem) -> str:
     return f"the pitch curve has corners where the velocity jumps, at {corners}"
 
 
-ALIKE = 1e-9
+TIE_SHARE = 1e-9
 """Relative: two contacts this near to each other are told as one."""
 
 
-class Tightest(NamedTuple):
+class ContactExcess(NamedTuple):
     """The contact that is the nearest to a bound, or the furthest beyond it."""
 
     excess: float
@@ -330,23 +341,31 @@ class Tightest(NamedTuple):
 
 def tightest_contact(problem: Problem) -> str:
     """The contact that the limits of a problem hold the closest, for its own design; empty if there is only one."""
-    found = [each for limit in problem.limits if isinstance(limit, QuantityLimit) for each in _of(problem, limit)]
+    found = [
+        each
+        for limit in problem.limits
+        if isinstance(limit, QuantityLimit)
+        for each in _contact_excesses(problem, limit)
+    ]
     if not found:
         return ""
     most = max(found)
     others = [each for each in found if each != most and each.limit == most.limit]
-    alike = any(abs(each.excess - most.excess) <= ALIKE for each in others)
+    alike = any(abs(each.excess - most.excess) <= TIE_SHARE for each in others)
     place = "both contacts" if alike else f"the {most.place} contact"
     return f"{most.limit} at {place}: {most.words}"
 
 
-def _of(problem: Problem, limit: QuantityLimit) -> Iterator[Tightest]:
+def _contact_excesses(problem: Problem, limit: QuantityLimit) -> Iterator[ContactExcess]:
     """The contacts that a limit bounds."""
-    if not limit.further or not limit.asked or not isinstance(limit.form, Peak):
+    if not limit.further_peaks or not limit.set_by_scene or not isinstance(limit.peak_or_mean, Peak):
         return
-    case, quantity = Case(problem.setup, problem.programme, problem.design), QUANTITIES[limit.quantities[0]]
-    for place, peak in zip(PLACES, (limit.form, *limit.further), strict=True):
+    case, quantity = (
+        EvaluationBlock(problem.setup, problem.programme, problem.design),
+        QUANTITIES[limit.quantities[0]],
+    )
+    for place, peak in zip(CONTACT_NAMES, (limit.peak_or_mean, *limit.further_peaks), strict=True):
         value = float(np.squeeze(peak_column(case, peak).value))
         excess = quantity.side * (value - limit.bound) / (abs(limit.bound) or 1.0)
         bound = f"{limit.relation} {with_unit(limit.bound, quantity.unit)}"
-        yield Tightest(excess, limit.key, place, f"{with_unit(value, quantity.unit)}, {bound}")
+        yield ContactExcess(excess, limit.key, place, f"{with_unit(value, quantity.unit)}, {bound}")

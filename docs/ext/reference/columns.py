@@ -10,8 +10,8 @@ from pathlib import Path
 from camopt.core.quantities import AT_LEAST, DISCIPLINES, GEOMETRY, QUANTITIES, Quantity
 from camopt.model.effects import EFFECTS
 from camopt.model.mechanisms import DRIVEN, MECHANISMS
-from camopt.scene.schema import TABLES
-from camopt.show.exporting.cam_points import COLUMN_NOTES, FORM
+from camopt.scene.schema import SCENE_TABLES
+from camopt.show.exporting.cam_points import COLUMN_NOTES, FORM_COLUMNS
 
 from . import keys
 from .markdown import entry, prose, symbol, table
@@ -86,17 +86,17 @@ def of_quantities(alike: list[Quantity]) -> Iterator[str]:
 
 def key_link(key: str) -> str:
     """A link to a key of the scene, or to a table, for those that are documented ones."""
-    if key in TABLES:
+    if key in SCENE_TABLES:
         return f"{{ref}}`[{key}] <table-{key}>`"
     place, _, name = key.rpartition(".")
-    known = place in TABLES and name in TABLES[place].model_fields
+    known = place in SCENE_TABLES and name in SCENE_TABLES[place].model_fields
     return f"{{key}}`{key}`" if known else f"`{key}`"
 
 
 @cache
 def limited() -> dict[str, set[str]]:
     """The quantities that each limit is compared with."""
-    return {key: {name for limit in each for name in limit.shown} for key, each in keys.limits().items()}
+    return {key: {name for limit in each for name in limit.shown_quantities} for key, each in keys.limits().items()}
 
 
 def symbols() -> Iterator[str]:
@@ -123,7 +123,7 @@ def of_points() -> Iterator[str]:
     rows += [
         (f"`{curve}_{end}`", unit or "–", f"{said} {more}".strip())
         for curve, said in curves.items()
-        for end, (unit, more) in FORM.items()
+        for end, (unit, more) in FORM_COLUMNS.items()
     ]
     return table(("column", "unit", "meaning"), rows)
 
@@ -131,7 +131,7 @@ def of_points() -> Iterator[str]:
 def mechanisms() -> Iterator[str]:
     """Each pairing of cam and follower with its formulas."""
     formulas = [*(each.pressure for each in MECHANISMS.values()), *(each.outline for each in DRIVEN)]
-    formulas += [contact.seen for each in DRIVEN for contact in each.further]
+    formulas += [contact.local_designs for each in DRIVEN for contact in each.further_contacts]
     modules = dict.fromkeys(sys.modules[each.__module__] for each in formulas if each)
     for module in modules:
         title, *rest = prose(module.__doc__).split("\n", 1)

@@ -8,22 +8,26 @@ from itertools import product
 
 from camopt import BadInput, Scene
 from camopt.core.quantities.limit_keys import LIMIT_KEYS
-from camopt.model.effects import lacking
+from camopt.model.effects import missing_keys_by_quantity
 from camopt.model.mechanisms import Mechanism
 from camopt.model.mechanisms.elements import Tip
-from camopt.scene.keys import KeyInWords, keys_of
+from camopt.scene.keys import KeyDescription, keys_of_table
 from camopt.scene.materials import MATERIALS
-from camopt.scene.places import TOP, table_heading
 from camopt.scene.problem.limits import Limit
 from camopt.scene.problem.problem import resolve
-from camopt.scene.problem.unused import READERS
-from camopt.scene.schema import TABLES
-from camopt.scene.starting import PAIRINGS, examples, plainest
+from camopt.scene.problem.scene_notes import READING_EFFECTS
+from camopt.scene.scene_templates import PAIRINGS, example_tables, minimal_scene_tables
+from camopt.scene.schema import SCENE_TABLES
+from camopt.scene.table_places import TOP_TABLE, table_heading
 
 from .markdown import entry, prose, table
 
 ORDER = [
-    place for name in Scene.model_fields if name != "limits" for place in TABLES if place.split(".")[0] == name
+    place
+    for name in Scene.model_fields
+    if name != "limits"
+    for place in SCENE_TABLES
+    if place.split(".")[0] == name
 ]
 """The tables, each with those in it after it; ``limits`` have a page of their own."""
 
@@ -31,7 +35,7 @@ ORDER = [
 def needed_by(place: str, key: str) -> str:
     """What reads a key: effects, or the followers that have such a size."""
     if place in ("follower.dynamics", "materials"):
-        readers = READERS[key]
+        readers = READING_EFFECTS[key]
         return ", ".join(f"[{effect}](quantities.md#{effect})" for effect in readers)
     if place == "follower":
         having = [name for name, (mechanism, tip) in PAIRINGS.items() if key in mechanism.follower_keys(tip)]
@@ -39,7 +43,7 @@ def needed_by(place: str, key: str) -> str:
     return ""
 
 
-def facts_of(key: KeyInWords) -> str:
+def facts_of(key: KeyDescription) -> str:
     """What a key is, its unit, what it allows, and what it is if not given."""
     gives = f"; `{json.dumps(key.default)}` if not given" if key.default is not None else ""
     gives = "; needed" if key.needed else gives
@@ -48,7 +52,7 @@ def facts_of(key: KeyInWords) -> str:
 
 def entries(place: str) -> Iterator[str]:
     """The keys of a table, each an entry."""
-    for key in keys_of(place):
+    for key in keys_of_table(place):
         users = needed_by(place, key.key.rpartition(".")[2])
         yield from entry("key", [key.key], facts_of(key) + (f" Used by {users}." if users else ""))
 
@@ -56,10 +60,10 @@ def entries(place: str) -> Iterator[str]:
 def of_scene() -> Iterator[str]:
     """All tables of a scene but the limits."""
     yield "## At the top"
-    yield from entries(TOP)
+    yield from entries(TOP_TABLE)
     for place in ORDER:
         label = f"(table-{place.replace('.', '-').lower()})="
-        yield from ("", label, f"## {table_heading(place)}", "", prose(TABLES[place].__doc__))
+        yield from ("", label, f"## {table_heading(place)}", "", prose(SCENE_TABLES[place].__doc__))
         yield from entries(place)
 
 
@@ -74,10 +78,10 @@ def materials() -> Iterator[str]:
 
 def scene_of(mechanism: Mechanism, tip: Tip, *, full: bool) -> Scene:
     """A cam with a follower of a kind: its sizes alone, or all that a scene can give."""
-    plain = Scene.from_dict(plainest(mechanism, tip))
+    plain = Scene.from_dict(minimal_scene_tables(mechanism, tip))
     if not full:
         return plain
-    more, needed = examples(plain), ("thickness", "bore", *mechanism.body.solid)
+    more, needed = example_tables(plain), ("thickness", "bore", *mechanism.body.solid)
     part = {f"part.{key}": more["part"][key] for key in needed}
     tables = {name: more[name] for name in ("follower.dynamics", "drive", "materials")}
     return plain.replace(**{"cam.rpm": 300}, **tables, **part)
@@ -88,7 +92,7 @@ def missing() -> dict[str, set[str]]:
     """What each quantity needs besides sizes and motion: keys, for any of the mechanisms."""
     found: dict[str, set[str]] = {}
     for mechanism, tip in PAIRINGS.values():
-        for name, needs in lacking(resolve(scene_of(mechanism, tip, full=False)).setup).items():
+        for name, needs in missing_keys_by_quantity(resolve(scene_of(mechanism, tip, full=False)).setup).items():
             found.setdefault(name, set()).update(needs)
     return found
 
@@ -112,10 +116,10 @@ def limits() -> dict[str, list[Limit]]:
 
 def of_limits() -> Iterator[str]:
     """The keys of ``[limits]``, each with the quantities that it is compared with."""
-    for key in keys_of("limits", LIMIT_KEYS):
+    for key in keys_of_table("limits", LIMIT_KEYS):
         each = limits()[key.key.removeprefix("limits.")]
         relation = each[0].relation
-        compared = dict.fromkeys(name for limit in each for name in limit.shown)
+        compared = dict.fromkeys(name for limit in each for name in limit.shown_quantities)
         columns = ", ".join(f"{{quantity}}`{name}`" for name in compared)
         words = {"±": "magnitude at most the bound", "≤": "at most the bound", "≥": "at least the bound"}
         yield from entry("key", [key.key], f"{facts_of(key)} Compares {columns}: {words[relation]}.")

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 
 from camopt.model.motion import LAWS
 from camopt.model.motion.aliases import ALIASES
-from camopt.model.motion.law import Law, joined_by
-from camopt.model.motion.programme import PEAKS, law_peaks, peaks_inside
-from camopt.show.drawing.style import FAINT, RC, SERIES
+from camopt.model.motion.law import Law, motion_task
+from camopt.model.motion.programme import LAW_PEAKS, law_peaks, peaks_inside
+from camopt.show.drawing.style import FAINT, RC_SETTINGS, SERIES
 
 from .markdown import entry, prose, symbol, table
 
@@ -65,16 +65,16 @@ def peaks() -> Iterator[str]:
         between, inside = law_peaks(law), peaks_inside(law)
         factors = [
             number(outer) if outer == inner or np.isclose(outer, inner) else f"{number(outer)} ({number(inner)})"
-            for outer, inner in ((float(between[peak]), inside[peak]) for peak in PEAKS)
+            for outer, inner in ((float(between[peak]), inside[peak]) for peak in LAW_PEAKS)
         ]
-        rows.append((f"{{law}}`{name}`", joined_by(law), *factors, str(between["jumps"]) or "–"))
+        rows.append((f"{{law}}`{name}`", motion_task(law), *factors, str(between["jumps"]) or "–"))
     return table(("law", "joins", *map(symbol, ("C_v", "C_a", "C_j")), "jumps"), rows)
 
 
 def draw(folder: Path) -> None:
     """A picture of each law: s, v, a and j over the unit stroke, one beside the other."""
     for name, law in LAWS.items():
-        with rc_context({**RC, "svg.hashsalt": name, "font.size": 9}):
+        with rc_context({**RC_SETTINGS, "svg.hashsalt": name, "font.size": 9}):
             figure = Figure(figsize=(9.5, 1.9), layout="constrained")
             for axes, (verb, symbol), colour in zip(figure.subplots(1, 4), VERBS.items(), SERIES, strict=False):
                 axes.axhline(0.0, color=FAINT, lw=0.8)

@@ -5,9 +5,9 @@ import numpy as np
 from roller import SCENE
 
 from camopt.scene.problem.problem import resolve_design
-from camopt.show.drawing.style import INK, MUTED, SERIES, dress, pen_of
-from camopt.solve.contour.curve import curves_of
-from camopt.solve.contour.follow import biarcs, fitted
+from camopt.show.drawing.style import INK, MUTED, SERIES, add_grid, pen_of
+from camopt.solve.contour.curve import disc_curves
+from camopt.solve.contour.path_fitting import biarcs, fit_unproved_path
 
 LABELS = {"polyline": "lines", "arcs": "arcs", "spline": "cubics"}
 p0, t0, p1, t1 = 0j, np.exp(1.0j), 4 + 0.6j, np.exp(-0.3j)
@@ -43,12 +43,12 @@ left.set_aspect("equal")
 left.set_axis_off()
 left.margins(0.18)
 
-profile = curves_of(resolve_design(SCENE), None)["profile"]
+profile = disc_curves(resolve_design(SCENE), None)["profile"]
 chords = np.geomspace(1e-1, 1e-5, 7)
 for place, kind in enumerate(("polyline", "arcs", "spline")):
-    counts = [len(fitted(profile, kind, chord)) for chord in chords]
+    counts = [len(fit_unproved_path(profile, kind, chord)) for chord in chords]
     right.loglog(chords, counts, lw=1.3, marker="o", ms=3, label=LABELS[kind], **pen_of(place))
 right.set(xlabel="deviation, mm", ylabel="elements")
 right.invert_xaxis()
 right.legend()
-dress(right)
+add_grid(right)

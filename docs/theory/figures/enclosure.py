@@ -4,11 +4,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 from roller import PROGRAMME
 
-from camopt.show.drawing.style import ALARM, INK, SERIES, dress
+from camopt.show.drawing.style import ALARM, INK, SERIES, add_grid
 
 
 def tangent(theta):
-    y, y1, *_ = PROGRAMME.at(theta)
+    y, y1, *_ = PROGRAMME.motion_at(theta)
     return y1 / (y + 48.0)
 
 
@@ -45,4 +45,4 @@ below.loglog(counts, gap, "o-", color=SERIES[0], lw=1.2, ms=4)
 below.loglog(counts, gap[0] * (counts / counts[0]) ** -2.0, color=INK, lw=0.8, ls=(0, (4, 3)))
 below.text(70, 2.5 * gap[0] * (70 / 6) ** -2.0, "$w^2$", color=INK)
 below.set(xlabel="panels", ylabel="bound less largest value", title="closes with the square of the width")
-dress(below)
+add_grid(below)

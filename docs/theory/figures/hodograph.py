@@ -6,7 +6,7 @@ from roller import PROGRAMME
 
 from camopt.show.drawing.style import FAINT, INK, SERIES
 
-y, y1, *_ = PROGRAMME.at(np.linspace(0, 2 * np.pi, 2001))
+y, y1, *_ = PROGRAMME.motion_at(np.linspace(0, 2 * np.pi, 2001))
 T = np.tan(np.radians(30))
 A, B = (y1 - T * y).max(), (-y1 - T * y).max()
 apex = np.array([-(A + B) / (2 * T), (A - B) / 2])

@@ -17,7 +17,7 @@ scene = camopt.Scene.from_dict({
     ],
 })  # fmt: skip
 turned = np.radians(60.0)
-y, y1, *_ = resolve_design(scene).programme.at(np.array([turned]))[:, 0]
+y, y1, *_ = resolve_design(scene).programme.motion_at(np.array([turned]))[:, 0]
 points = camopt.cam_points(scene)
 ground = np.exp(1j * turned)  # the cam turns counter-clockwise
 pitch, profile = ((points[f"{name}_x_mm"] + 1j * points[f"{name}_y_mm"]) * ground for name in ("pitch", "profile"))

@@ -6,7 +6,7 @@ from roller import PROGRAMME
 
 from camopt.show.drawing.style import FAINT, INK, MUTED, SERIES
 
-y, y1, *_ = PROGRAMME.at(np.linspace(0, 2 * np.pi, 4001))
+y, y1, *_ = PROGRAMME.motion_at(np.linspace(0, 2 * np.pi, 4001))
 T = np.tan(np.radians(30))
 A, B = (y1 - T * y).max(), (-y1 - T * y).max()
 corner = (A - B) / 2, (A + B) / (2 * T)

@@ -5,7 +5,7 @@ import numpy as np
 from roller import SCENE
 
 import camopt
-from camopt.show.drawing.style import INK, SERIES, dress
+from camopt.show.drawing.style import INK, SERIES, add_grid
 
 
 def asked(limit):
@@ -25,4 +25,4 @@ axes.plot([23, 38], [size + price * (x - 30) for x in (23, 38)], color=SERIES[1]
 axes.plot(30, size, "o", color=INK, ms=6)
 axes.annotate(f"price: {price:.3f} mm per deg".replace("-", "−"), (30, size), (10, 8), textcoords="offset points")
 axes.set(xlabel="limit on the pressure angle of the rise, deg", ylabel="smallest base radius, mm")
-dress(axes)
+add_grid(axes)

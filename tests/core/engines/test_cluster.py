@@ -105,7 +105,7 @@ def test_nobody_waits_for_workers_that_are_all_gone(monkeypatch):
     with cluster("local", 1) as engine:
         found = engine.in_order(sines, range(10_000))
         next(found)
-        monkeypatch.setattr(dask_cluster, "JOINED", 1.0)
+        monkeypatch.setattr(dask_cluster, "WORKER_SECONDS", 1.0)
         engine.client.run_on_scheduler(no_workers)
         with pytest.raises(ConnectionError, match="the Dask scheduler has no workers"):
             list(found)
@@ -118,8 +118,8 @@ def test_what_fails_in_a_worker_fails_here(engine):
 
 @pytest.mark.parametrize("share", ["camopt 1.2.3", "numpy 1.2.3"])
 def test_a_worker_with_other_versions_is_refused(engine, monkeypatch, share):
-    own, other = dask_cluster.versions(), f"{share}, and more"
-    monkeypatch.setattr(dask_cluster, "versions", lambda: other)
+    own, other = dask_cluster.result_versions(), f"{share}, and more"
+    monkeypatch.setattr(dask_cluster, "result_versions", lambda: other)
     with pytest.raises(BadInput) as refusal:
         list(engine.in_order(sines, range(3)))
     (line,) = str(refusal.value).splitlines()
@@ -129,13 +129,13 @@ def test_a_worker_with_other_versions_is_refused(engine, monkeypatch, share):
 
 
 def test_the_versions_are_all_on_which_a_result_depends(monkeypatch):
-    own = dask_cluster.versions()
+    own = dask_cluster.result_versions()
     for package in (np, scipy):
         with monkeypatch.context() as patch:
             patch.setattr(package, "__version__", "1.2.3")
-            assert dask_cluster.versions() != own
+            assert dask_cluster.result_versions() != own
     monkeypatch.setattr(dask_cluster, "version_of_rows", lambda: "1.2.3")  # camopt, kernels, numba and Python
-    assert dask_cluster.versions() != own
+    assert dask_cluster.result_versions() != own
 
 
 def test_few_results_wait_to_be_read(engine, tmp_path):
@@ -143,7 +143,7 @@ def test_few_results_wait_to_be_read(engine, tmp_path):
     found = engine.in_order(work, range(1000))
     assert [next(found) for _ in range(3)] == [0, 1, 2]
     sleep(0.3)
-    assert len([*tmp_path.iterdir()]) <= 3 + dask_cluster.AHEAD * engine.workers
+    assert len([*tmp_path.iterdir()]) <= 3 + dask_cluster.TASKS_AHEAD * engine.workers
     found.close()
 
 
@@ -291,7 +291,7 @@ def test_without_dask_a_line_says_what_to_install(monkeypatch, capsys, tmp_path)
 
 
 def test_a_scheduler_that_does_not_answer_is_told_in_a_line(monkeypatch, capsys, tmp_path):
-    monkeypatch.setattr(dask_cluster, "CONNECTED", 0.2)
+    monkeypatch.setattr(dask_cluster, "CONNECT_SECONDS", 0.2)
     with socket() as taken:  # nobody listens there
         taken.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{taken.getsockname()[1]}"

@@ -2,20 +2,20 @@
 
 import pytest
 
-from camopt.core.kernels import compiling, dispatchers
-from camopt.core.kernels.compiling import COMPILING, Compiling, announced
+from camopt.core.kernels import compile_clock, dispatchers
+from camopt.core.kernels.compile_clock import COMPILE_CLOCK, CompileClock, compilation_notice
 
 
 @pytest.fixture
 def clock(monkeypatch):
     """A clock that goes on by hand."""
     time = [0.0]
-    monkeypatch.setattr(compiling, "monotonic", lambda: time[0])
+    monkeypatch.setattr(compile_clock, "monotonic", lambda: time[0])
     return time
 
 
 def test_a_kernel_that_compiles_another_counts_once(clock):
-    found = Compiling()
+    found = CompileClock()
     found.begin()
     clock[0] = 2.0
     found.begin()
@@ -30,20 +30,20 @@ def test_a_kernel_that_compiles_another_counts_once(clock):
 
 def test_a_word_is_said_at_the_first_kernel_of_a_block():
     said = []
-    with announced(lambda: said.append("compiling")):
+    with compilation_notice(lambda: said.append("compiling")):
         for _ in range(3):
-            COMPILING.begin()
-            COMPILING.end()
-    COMPILING.begin()
-    COMPILING.end()
+            COMPILE_CLOCK.begin()
+            COMPILE_CLOCK.end()
+    COMPILE_CLOCK.begin()
+    COMPILE_CLOCK.end()
     assert said == ["compiling"]
-    assert COMPILING.depth == 0
+    assert COMPILE_CLOCK.depth == 0
 
 
 def test_numba_tells_it():
     numba = dispatchers.numba
-    before, said = COMPILING.seconds, []
-    with announced(lambda: said.append("compiling")):
+    before, said = COMPILE_CLOCK.seconds, []
+    with compilation_notice(lambda: said.append("compiling")):
         assert numba.njit(lambda x: x + 1)(1) == 2
     jit = not numba.config.DISABLE_JIT
-    assert (COMPILING.seconds > before, said) == (jit, ["compiling"] if jit else [])
+    assert (COMPILE_CLOCK.seconds > before, said) == (jit, ["compiling"] if jit else [])

@@ -16,8 +16,14 @@ from hypothesis import strategies as st
 
 from camopt.core.kernels import kernel_cache
 from camopt.core.kernels.arguments import NUMBER, kind_of
-from camopt.core.kernels.compile import NEVER, Kernel
-from camopt.core.kernels.kernel_cache import DIGEST_SIZE, UNUSED, KernelFile, cache_root, opened_folder
+from camopt.core.kernels.compile import NEVER_COMPILE, Kernel
+from camopt.core.kernels.kernel_cache import (
+    DIGEST_SIZE,
+    UNUSED_SECONDS,
+    KernelFile,
+    cache_root,
+    open_version_folder,
+)
 from camopt.core.kernels.machine_code import ObjectCode, processor
 from camopt.core.kernels.version import KERNEL_FOLDERS
 
@@ -32,7 +38,7 @@ def total(values, result):
 
 VALUES, RESULT = np.arange(5.0), np.empty(1)
 KINDS = kind_of(VALUES), kind_of(RESULT)
-compiles = pytest.mark.skipif(NEVER, reason="nothing is compiled")
+compiles = pytest.mark.skipif(NEVER_COMPILE, reason="nothing is compiled")
 
 
 def loaded(folder):
@@ -114,7 +120,7 @@ def test_a_disk_that_takes_nothing_is_no_trouble(tmp_path, monkeypatch, trouble)
         assert [loaded(tmp_path) for _ in range(2)] == [False, False]
         assert list(tmp_path.iterdir()) == []
     monkeypatch.setattr(Path, "mkdir", full)
-    assert not loaded(opened_folder(tmp_path / "new", "0" * 16))
+    assert not loaded(open_version_folder(tmp_path / "new", "0" * 16))
 
 
 @compiles
@@ -127,9 +133,9 @@ def test_a_user_without_a_home_keeps_nothing(tmp_path, monkeypatch, relative):
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(kernel_cache, "user_cache_path", homeless)
-    folder = opened_folder(cache_root(""), "0" * 16)
+    folder = open_version_folder(cache_root(""), "0" * 16)
     assert [loaded(folder) for _ in range(2)] == [False, False]
-    assert folder == kernel_cache.NOWHERE
+    assert folder == kernel_cache.NO_FOLDER
     assert not [*tmp_path.iterdir()]
     assert cache_root("named") == Path("named")
 
@@ -158,9 +164,9 @@ def test_another_processor_has_files_of_its_own(tmp_path, monkeypatch):
 
 
 def test_a_new_folder_is_private(tmp_path, capsys):
-    folder = opened_folder(tmp_path / "root", "0" * 16)
+    folder = open_version_folder(tmp_path / "root", "0" * 16)
     assert stat.S_IMODE(folder.stat().st_mode) == 0o700
-    assert opened_folder(tmp_path / "root", "0" * 16) == folder
+    assert open_version_folder(tmp_path / "root", "0" * 16) == folder
     assert capsys.readouterr().err == ""
 
 
@@ -181,11 +187,11 @@ def linked_from_elsewhere(folder, monkeypatch):
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="folders have no modes")
 @pytest.mark.parametrize("change", [opened_wide, given_away, linked_from_elsewhere])
 def test_code_in_a_folder_of_others_is_not_run(change, tmp_path, monkeypatch, capsys):
-    folder = opened_folder(tmp_path, "0" * 16)
+    folder = open_version_folder(tmp_path, "0" * 16)
     loaded(folder)
     before = [*folder.iterdir()]
     change(folder, monkeypatch)
-    refused = opened_folder(tmp_path, "0" * 16)
+    refused = open_version_folder(tmp_path, "0" * 16)
     (line,) = capsys.readouterr().err.splitlines()
     assert line == f"camopt: {folder} is not used: it is not a folder of yours with mode 0700"
     assert [loaded(refused) for _ in range(2)] == [False, False]
@@ -197,16 +203,16 @@ def test_folders_of_versions_long_unused_go(tmp_path):
     for folder in (old, recent, other):
         folder.mkdir()
         (folder / "file").touch()
-    for folder, age in ((old, 1.1 * UNUSED), (recent, 0.9 * UNUSED), (other, 9 * UNUSED)):
+    for folder, age in ((old, 1.1 * UNUSED_SECONDS), (recent, 0.9 * UNUSED_SECONDS), (other, 9 * UNUSED_SECONDS)):
         os.utime(folder, (time() - age,) * 2)
     (tmp_path / ("d" * 16)).symlink_to(other)
-    assert opened_folder(tmp_path, "c" * 16).is_dir()
+    assert open_version_folder(tmp_path, "c" * 16).is_dir()
     assert sorted(path.name[0] for path in tmp_path.iterdir()) == ["b", "c", "d", "n"]
     assert (other / "file").exists()
-    os.utime(recent, (time() - 9 * UNUSED,) * 2)
+    os.utime(recent, (time() - 9 * UNUSED_SECONDS,) * 2)
     recent.chmod(0o700)
-    assert opened_folder(tmp_path, "b" * 16) == recent  # its use keeps it
-    assert opened_folder(tmp_path, "e" * 16).is_dir()
+    assert open_version_folder(tmp_path, "b" * 16) == recent  # its use keeps it
+    assert open_version_folder(tmp_path, "e" * 16).is_dir()
     assert recent.is_dir()
 
 

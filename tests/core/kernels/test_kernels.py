@@ -14,33 +14,39 @@ from support.cams import WORN, cam_with
 
 import camopt
 from camopt.core.kernels import compile, dispatchers, kernel_cache
-from camopt.core.kernels.arguments import COUNT, NUMBER, Kind, Record
-from camopt.core.kernels.by_address import Reached, address_of_values, call, code_of, evaluates
+from camopt.core.kernels.address_calls import (
+    AddressedKernel,
+    address_of_values,
+    call,
+    called_by_address,
+    function_address,
+)
+from camopt.core.kernels.arguments import COUNT, NUMBER, ArgumentKind, Record
 from camopt.core.kernels.compile import (
-    FORMULA_CALL,
+    FORMULA_CALL_WORK,
     PLAIN_RUN,
     KernelForMany,
     called_by_kernels,
     compiled,
     compiled_for_many,
     curves_in,
-    inlined,
+    inline_in_kernels,
 )
 from camopt.core.kernels.kernel_cache import KernelFile
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, workspace
-from camopt.core.numerics.extremes import LEAST_WORK, search_all, search_curve
+from camopt.core.numerics.extremes import SEARCH_WORK, search_all, search_curve
 from camopt.core.numerics.jet import Jet, power
 from camopt.core.numerics.workspace import TILE
-from camopt.model.effects import Case
+from camopt.model.effects import EvaluationBlock
 from camopt.model.effects.surface import thinness_curve
 from camopt.model.mechanisms import Designs
-from camopt.scene.problem.problem import exactly, resolve
+from camopt.scene.problem.problem import at_rounding_error, resolve
 from camopt.scene.scene import Scene, find_scene
 
-pytestmark = pytest.mark.skipif(compile.NEVER, reason="nothing is compiled")
+pytestmark = pytest.mark.skipif(compile.NEVER_COMPILE, reason="nothing is compiled")
 
 
-@inlined
+@inline_in_kernels
 def half(x):
     return 0.5 * x
 
@@ -52,7 +58,7 @@ def kernel_of_halves(work=0.0, size=1.0):
         pass
 
     begin = called_by_kernels(start)
-    begin.uncompiled(lambda: PLAIN_RUN.count(work - FORMULA_CALL))
+    begin.array_version(lambda: PLAIN_RUN.count(work - FORMULA_CALL_WORK))
 
     def halves(x, out):
         begin()
@@ -72,7 +78,7 @@ def halved(kernel, count):
 
 def cost_of(kernel):
     """The work for which it is compiled."""
-    return kernel.work_until_compiled((Kind(NUMBER.name, 1),) * 2)
+    return kernel.work_until_compiled((ArgumentKind(NUMBER.name, 1),) * 2)
 
 
 @pytest.fixture
@@ -165,8 +171,8 @@ def test_evaluating_a_design_compiles_nothing(monkeypatch):
 
     monkeypatch.setattr(KernelFile, "exists", False)
     monkeypatch.setattr(dispatchers.Dispatcher, "compile", refuse)
-    problem = exactly(resolve(find_scene("roller-1000rpm")))
-    fresh = compiled_for_many(work=LEAST_WORK)(search_curve.py_func)
+    problem = at_rounding_error(resolve(find_scene("roller-1000rpm")))
+    fresh = compiled_for_many(work=SEARCH_WORK)(search_curve.py_func)
     monkeypatch.setattr("camopt.core.numerics.extremes.search_curve", fresh)
     found = curve_of(problem, problem.setup.mechanism.pressure, 1)
     assert np.isfinite(found.value).all()
@@ -180,7 +186,7 @@ def curve_of(problem, make, count):
     """Extremes of a curve of a question's mechanism, of designs around the scene's own."""
     rng, sizes = np.random.default_rng(4), problem.design.sizes
     drawn = {name: values[0] * rng.uniform(1.0, 1.3, count) for name, values in sizes.items()}
-    case = Case(problem.setup, problem.programme, Designs(**drawn, sense=problem.design.sense))
+    case = EvaluationBlock(problem.setup, problem.programme, Designs(**drawn, sense=problem.design.sense))
     return case.extremes(make, QUESTIONS, located=True)
 
 
@@ -188,7 +194,7 @@ def curve_of(problem, make, count):
 @pytest.mark.parametrize("curve", ["pressure", "curvature"])
 def test_compiled_and_plain_extremes_are_the_same_bits(name, curve, monkeypatch):
     """Of more designs than there are in a tile; that of the plain form is made as small as the other one."""
-    problem = exactly(resolve(find_scene(name)))
+    problem = at_rounding_error(resolve(find_scene(name)))
     make = getattr(problem.setup.mechanism, curve)
     monkeypatch.setattr(compile, "COMPILATION", 0.0)
     compiled = curve_of(problem, make, TILE + 1)
@@ -206,7 +212,7 @@ def test_a_film_has_the_same_bits_compiled_and_plain(monkeypatch, contact, desig
 
     The film of a flat face is none where its speed is 0, and takes a hundred times as long.
     """
-    problem = exactly(resolve(Scene.from_dict(cam_with(contact, materials=WORN))))
+    problem = at_rounding_error(resolve(Scene.from_dict(cam_with(contact, materials=WORN))))
     film = partial(thinness_curve, problem.setup)
     monkeypatch.setattr(compile, "COMPILATION", 0.0)
     compiled = curve_of(problem, film, designs)
@@ -242,7 +248,7 @@ def test_what_kernels_call_becomes_machine_code_with_them_only(part):
 
 def test_one_compiled_search_serves_every_curve(monkeypatch):
     monkeypatch.setattr(compile, "COMPILATION", 0.0)
-    problem = exactly(resolve(find_scene("roller-1000rpm")))
+    problem = at_rounding_error(resolve(find_scene("roller-1000rpm")))
     mechanism = problem.setup.mechanism
     for make in (mechanism.pressure, mechanism.curvature, mechanism.sliding):
         curve_of(problem, make, MANY)
@@ -250,7 +256,7 @@ def test_one_compiled_search_serves_every_curve(monkeypatch):
     assert len(search_curve.made) >= 3
 
 
-@evaluates(NUMBER, NUMBER, COUNT)
+@called_by_address(NUMBER, NUMBER, COUNT)
 def scaled(made, x, power):
     factor, shift = made[0]
     return factor * x**power + shift
@@ -259,7 +265,7 @@ def scaled(made, x, power):
 @compiled
 def scaled_all(factor, shift, x, out):
     made = (factor, shift)
-    place, code = address_of_values(made), code_of(scaled, made)
+    place, code = address_of_values(made), function_address(scaled, made)
     for i in range(x.size):
         out[i] = call(code, (place, x[i], 2))
 
@@ -267,7 +273,7 @@ def scaled_all(factor, shift, x, out):
 @compiled
 def scaled_wrongly(factor, shift, x):
     made = (factor, shift)
-    x[0] = call(code_of(scaled, made), (address_of_values(made), x))
+    x[0] = call(function_address(scaled, made), (address_of_values(made), x))
 
 
 @pytest.mark.usefixtures("_no_disk")
@@ -304,7 +310,7 @@ def test_an_interrupt_while_a_kernel_is_compiled_that_another_calls_is_an_interr
     def interrupted(*_):
         raise KeyboardInterrupt("while it is compiled")
 
-    x, kernel = np.ones(2), Reached(halve_all, (Kind(NUMBER.name, 1),))
+    x, kernel = np.ones(2), AddressedKernel(halve_all, (ArgumentKind(NUMBER.name, 1),))
     with monkeypatch.context() as patch:
         patch.setattr(halve_all.dispatcher, "get_compile_result", interrupted)
         with pytest.raises(KeyboardInterrupt, match="while it is compiled"):
@@ -324,12 +330,12 @@ def test_a_power_of_what_may_be_zero_has_no_bounds_in_plain_python_either(low, e
 
 MOST_ARGUMENTS = 8
 MARKS = {
-    "inlined",
+    "inline_in_kernels",
     "called",
     "compiled",
     "compiled_for_many",
-    "evaluates",
-    "formula",
+    "called_by_address",
+    "pair_formula",
     "where_loaded",
 }
 
@@ -352,5 +358,8 @@ def kernels_of_the_package():
 
 def test_no_kernel_takes_more_than_eight_arguments():
     found = set(kernels_of_the_package())
-    assert {("core/numerics/evaluating.py", "panel", 8), ("core/numerics/climbing.py", "shrink", 3)} <= found
+    assert {
+        ("core/numerics/curve_kernels.py", "evaluate_on_panel", 8),
+        ("core/numerics/climbing.py", "shrink_bracket", 3),
+    } <= found
     assert {kernel for kernel in found if kernel[2] > MOST_ARGUMENTS} == set()

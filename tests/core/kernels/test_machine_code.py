@@ -10,12 +10,12 @@ from numba import typeof
 from numba.core.registry import cpu_target
 
 from camopt.core.kernels import compile
-from camopt.core.kernels.arguments import NONE, kind_of, lasting, numbers_of, types_in_c
+from camopt.core.kernels.arguments import NONE, c_types_of, flatten_arguments, kind_of, pin_arrays
 from camopt.core.kernels.compile import compiled
 from camopt.core.kernels.numba_types import numba_type
-from camopt.core.numerics.extremes import SEARCH, Precision
+from camopt.core.numerics.extremes import SEARCH_ADDRESS, Precision
 
-compiles = pytest.mark.skipif(compile.NEVER, reason="nothing is compiled")
+compiles = pytest.mark.skipif(compile.NEVER_COMPILE, reason="nothing is compiled")
 MANY = np.arange(24.0)
 ARGUMENTS = [
     *(3, 2.5, True, None, np.float64(0.5), np.int64(-4), (), (1, (2.0, None)), Precision(1e-9, np.inf)),
@@ -34,24 +34,25 @@ IN_LLVM = {"c_void_p": "pointer", "c_long": "i64", "c_double": "double", "c_bool
 
 def test_a_tuple_that_lasts_is_taken_for_what_it_is():
     value = Precision(MANY, (MANY[::2], None))
-    kept = lasting(value)
-    assert (kind_of(kept), numbers_of([kept, 2])) == (kind_of(value), numbers_of([value, 2]))
+    kept = pin_arrays(value)
+    assert (kind_of(kept), flatten_arguments([kept, 2])) == (kind_of(value), flatten_arguments([value, 2]))
     assert kept.location[0] is value.location[0]
 
 
-@pytest.mark.parametrize("value", [*ARGUMENTS, SEARCH])
+@pytest.mark.parametrize("value", [*ARGUMENTS, SEARCH_ADDRESS])
 def test_machine_code_takes_the_numbers_that_numba_makes_of_an_argument(value):
     kind = kind_of(value)
     convention = cpu_target.target_context.call_conv
     shape = convention.get_function_type(numba_type(NONE), (numba_type(kind),))
     asked = ["pointer" if each.is_pointer else str(each) for each in shape.args[2:]]  # after result and error
-    assert [IN_LLVM[each.__name__] for each in types_in_c([kind])] == asked
+    assert [IN_LLVM[each.__name__] for each in c_types_of([kind])] == asked
 
 
 @pytest.mark.parametrize("value", ARGUMENTS)
 def test_a_number_for_each_type(value):
     made = [
-        kind(number).value for kind, number in zip(types_in_c([kind_of(value)]), numbers_of([value]), strict=True)
+        kind(number).value
+        for kind, number in zip(c_types_of([kind_of(value)]), flatten_arguments([value]), strict=True)
     ]
     assert all(number is None or isinstance(number, int | float) for number in made)
 

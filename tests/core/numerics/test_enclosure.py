@@ -10,16 +10,16 @@ from support.cams import CONTACTS, GUIDED, WORN, cam_with
 from support.depth import is_deep, times
 
 from camopt import Scene, evaluate
-from camopt.core.numerics.curves import curve
+from camopt.core.numerics.curves import value_and_slope
 from camopt.core.numerics.interval import Interval
-from camopt.core.numerics.sloped import PARTIALS, Quotient, as_quotient, as_sloped, variables
+from camopt.core.numerics.sloped_interval import PARTIALS, Quotient, as_quotient, as_sloped_interval, box_variables
 from camopt.core.quantities import QUANTITIES
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.limits import LOAD_LIMITS
-from camopt.scene.problem.problem import exactly, resolve
-from camopt.solve.smallest.boxes import Boxes
-from camopt.solve.smallest.enclosure import claims_on_size, examined
-from camopt.solve.verdicts.screening import feasible
+from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.solve.smallest.boxes import DesignBoxes
+from camopt.solve.smallest.enclosure import constraints_on_size, enclose_limits
+from camopt.solve.verdicts.feasible_filter import feasible_designs
 
 FREE = {
     "translating": ("size", "offset", "roller_radius"),
@@ -55,7 +55,7 @@ def limits_of(name):
 @cache
 def limited(name):
     """The question with all limits."""
-    return exactly(resolve(scene_of(name, limits_of(name))))
+    return at_rounding_error(resolve(scene_of(name, limits_of(name))))
 
 
 @cache
@@ -68,7 +68,7 @@ def limited_by_some(name):
     limits = {
         key: bound for key, bound in limits_of(name).items() if is_deep() or (KEYS.index(key) + first) % 4 == 0
     }
-    return exactly(resolve(scene_of(name, limits)))
+    return at_rounding_error(resolve(scene_of(name, limits)))
 
 
 def free_of(problem):
@@ -125,9 +125,9 @@ def test_values_and_differences_lie_in_ranges_and_slopes(operation, seed):
 
     points = [np.array([v]) for v in rng.uniform(ends[:, 0], ends[:, 1])]
     box = [Interval(end[:1], end[1:]) for end in ends]
-    made = as_quotient(function(*variables(box, points)))
+    made = as_quotient(function(*box_variables(box, points)))
     assert isinstance(made, Quotient)
-    found = made.above if isinstance(made.below, float) else made.divided()
+    found = made.above if isinstance(made.below, float) else made.divide()
     for sample in rng.uniform(ends[:, 0], ends[:, 1], (40, 2)):
         value = at(sample)
         assert found.value.low[0] - 1e-12 <= value <= found.value.high[0] + 1e-12
@@ -145,7 +145,7 @@ def test_the_excess_width_falls_with_the_square_of_the_box():
     """x·(1 − x) near ½, where its slope is 0: interval arithmetic alone is too wide by the width itself."""
 
     def excess(width):
-        (x,) = variables([Interval(np.array([0.5 - width]), np.array([0.5 + width]))], [np.array([0.5])])
+        (x,) = box_variables([Interval(np.array([0.5 - width]), np.array([0.5 + width]))], [np.array([0.5])])
         return (x * (1.0 - x)).value.high[0] - 0.25
 
     assert excess(1e-3) <= 2.1e-6
@@ -154,7 +154,7 @@ def test_the_excess_width_falls_with_the_square_of_the_box():
 
 def test_a_quotient_by_what_may_be_zero_keeps_its_bound():
     """1/x ≤ 4 over −1 ≤ x ≤ 1, for x > 0: 1 ≤ 4·x leaves ¼ ≤ x."""
-    (x,) = variables([Interval(np.array([-1.0]), np.array([1.0]))], [np.array([0.1])])
+    (x,) = box_variables([Interval(np.array([-1.0]), np.array([1.0]))], [np.array([0.1])])
     kept = 2.0 * (1.0 / x)
     assert isinstance(kept, Quotient)
     excess = kept.above - 8.0 * kept.below
@@ -165,7 +165,7 @@ def test_a_quotient_by_what_may_be_zero_keeps_its_bound():
 @pytest.mark.parametrize("power", [0.5, -0.5])
 def test_a_power_of_a_quotient_keeps_its_bound(power):
     """(1/x)^p ≤ 2 over −1 ≤ x ≤ 1, for x > 0: above − 2·below is finite, with the sign of the excess at ½ and ⅛."""
-    (x,) = variables([Interval(np.array([-1.0, -1.0]), np.array([1.0, 1.0]))], [np.array([0.5, 0.125])])
+    (x,) = box_variables([Interval(np.array([-1.0, -1.0]), np.array([1.0, 1.0]))], [np.array([0.5, 0.125])])
     with np.errstate(divide="ignore"):
         kept = np.power(1.0 / x, power)
     assert isinstance(kept, Quotient)
@@ -177,10 +177,10 @@ def test_a_power_of_a_quotient_keeps_its_bound(power):
 def test_a_side_too_narrow_to_be_cut_is_not_cut():
     """A side that decides the most, but is a unit in the last place wide, gives way to the widest."""
     ends = {"size": (50.0, 60.0), "offset": (-5.0, 5.0)}
-    boxes = Boxes.one(ends, 60.0)
+    boxes = DesignBoxes.single_box(ends, 60.0)
     point = np.array([50.0])
-    narrowed = boxes.narrowed({"size": point}, {"size": np.nextafter(point, 51.0)}, boxes.side)
-    halves = narrowed.halved()
+    narrowed = boxes.with_ends({"size": point}, {"size": np.nextafter(point, 51.0)}, boxes.side)
+    halves = narrowed.halve_boxes()
     assert np.array_equal(halves.low["offset"], [-5.0, 0.0])
     assert np.array_equal(halves.low["size"], [50.0, 50.0])
 
@@ -195,42 +195,46 @@ def test_no_design_of_a_box_lies_outside_of_a_limit_s_range(name, seed, wide):
     low, high, free = drawn(problem, rng, 5, wide)
     setup, sense = problem.setup, problem.design.sense
     boxes = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=sense)
-    possible = ~setup.mechanism.impossible(boxes, problem.programme)
+    possible = ~setup.mechanism.cannot_assemble(boxes, problem.programme)
     low, high = ({n: v[possible] for n, v in ends.items()} for ends in (low, high))
     points = inside_of(low, high, rng, sense)
     first = {n: points.sizes[n][::60] for n in free}
-    exists, home = setup.mechanism.exists(points, problem.programme), np.repeat(np.arange(possible.sum()), 60)
+    exists, home = setup.mechanism.can_assemble(points, problem.programme), np.repeat(np.arange(possible.sum()), 60)
     points, home = points.take(exists), home[exists]
     assume(len(points))
-    sizes = dict(zip(free, variables([Interval(low[n], high[n]) for n in free], list(first.values())), strict=True))
+    sizes = dict(
+        zip(free, box_variables([Interval(low[n], high[n]) for n in free], list(first.values())), strict=True)
+    )
     made = Designs(**{**low, **sizes}, sense=sense)
-    for _, claim in claims_on_size(problem):
+    for _, constraint in constraints_on_size(problem):
         angles = rng.uniform(0.0, 2 * np.pi, possible.sum())
         with np.errstate(all="ignore"):
             value = as_quotient(
-                curve(claim.curve(made, problem.programme), ..., problem.programme.state(angles))[0]
+                value_and_slope(constraint.curve(made, problem.programme), ..., problem.programme.state(angles))[0]
             )
             state = problem.programme.state(angles[home])
-            values = curve(claim.curve(points, problem.programme), ..., state)[0]
+            values = value_and_slope(constraint.curve(points, problem.programme), ..., state)[0]
         if not isinstance(value.below, float):
             continue
-        ends = as_sloped(value.above, sizes[free[0]]).value
+        ends = as_sloped_interval(value.above, sizes[free[0]]).value
         least, most = (np.broadcast_to(end, possible.sum())[home] for end in (ends.low, ends.high))
         room = 1e-11 * np.max(np.abs(values), initial=0.0) + 1e-13
-        assert np.all(values >= least - room), claim
-        assert np.all(values <= most + room), claim
+        assert np.all(values >= least - room), constraint
+        assert np.all(values <= most + room), constraint
 
 
 def may_hold(problem, designs, angles):
-    """Those designs that hold all claims at some cam angles: what does not at one of them is not feasible."""
-    designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
-    for claim in problem.claims:
-        sides = problem.programme.one_sided(angles, claim.kinds).ravel()
+    """Those designs that hold all constraints at some cam angles: what does not at one of them is not feasible."""
+    designs = designs.take(problem.setup.mechanism.can_assemble(designs, problem.programme))
+    for constraint in problem.constraints:
+        sides = problem.programme.one_sided_angles(angles, constraint.kinds).ravel()
         each = designs.take(np.repeat(np.arange(len(designs)), sides.size))
         state = problem.programme.state(np.tile(sides, len(designs)))
         with np.errstate(all="ignore"):
-            values = claim.factor(each) * curve(claim.curve(each, problem.programme), ..., state)[0]
-        broken = np.any([side * values > claim.allowed() for side in claim.sides], axis=0)
+            values = (
+                constraint.factor(each) * value_and_slope(constraint.curve(each, problem.programme), ..., state)[0]
+            )
+        broken = np.any([side * values > constraint.upper_bound() for side in constraint.sides], axis=0)
         designs = designs.take(~np.any(broken.reshape(len(designs), sides.size), axis=1))
     return designs
 
@@ -240,7 +244,7 @@ def feasible_ones(problem, designs):
     for angles in (COARSE, FINE):
         designs = may_hold(problem, designs, angles)
     for k in range(len(designs)):
-        yield feasible(problem, designs.take([k]))[0]
+        yield feasible_designs(problem, designs.take([k]))[0]
 
 
 @pytest.mark.one_in(2)
@@ -252,7 +256,7 @@ def test_no_feasible_design_is_cut_off(name, seed, wide):
     problem, rng = limited_by_some(name), np.random.default_rng(seed)
     low, high, free = drawn(problem, rng, BOXES, wide)
     box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=problem.design.sense)
-    seen = examined(problem, claims_on_size(problem), box, free)
+    seen = enclose_limits(problem, constraints_on_size(problem), box, free)
     points, home = inside_of(low, high, rng, problem.design.sense), np.repeat(np.arange(BOXES), 60)
     beyond = [(points.sizes[n] < seen.low[n][home]) | (points.sizes[n] > seen.high[n][home]) for n in free]
     assert not any(feasible_ones(problem, points.take(seen.empty[home] | np.any(beyond, axis=0))))
@@ -267,7 +271,7 @@ def test_boxes_of_feasible_and_of_empty_designs_are_met(name):
     )
     low, high = ({n: np.concatenate([a[n], b[n]]) for n in a} for a, b in ((low, near), (high, far)))
     box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=problem.design.sense)
-    seen = examined(problem, claims_on_size(problem), box, free)
+    seen = enclose_limits(problem, constraints_on_size(problem), box, free)
     middles = Designs(**{n: (low[n] + high[n]) / 2 for n in low}, sense=problem.design.sense)
     assert seen.empty.any()
     assert np.any(seen.low["size"] > low["size"])

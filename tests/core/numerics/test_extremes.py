@@ -16,19 +16,19 @@ from support.depth import covering, times
 
 from camopt.core.kernels import compile
 from camopt.core.kernels.compile import compiled
-from camopt.core.numerics import GIVEN, LARGEST, LARGEST_MAGNITUDE, LEAST, UNIT
-from camopt.core.numerics.climbing import Ends
-from camopt.core.numerics.curves import Linear, curve
+from camopt.core.numerics import INPUT_ROUNDOFF, LARGEST, LARGEST_MAGNITUDE, LEAST, UNIT_ROUNDOFF
+from camopt.core.numerics.climbing import PanelPartEnds
+from camopt.core.numerics.curves import Linear, value_and_slope
 from camopt.core.numerics.extremes import Precision, extremes
-from camopt.core.numerics.halving import CLIMBS, CONCAVE, SETTLED, UNSETTLED, all_looked_at, looked_at
-from camopt.core.numerics.interval import LIBRARY, Interval
+from camopt.core.numerics.halving import CLIMBS, CONCAVE, SETTLED, UNSETTLED, classify_part, classify_parts
+from camopt.core.numerics.interval import LIBRARY_ERROR, Interval
 from camopt.core.numerics.jet import JET_FIELDS, Jet
 from camopt.core.numerics.piecewise import part_jets, row_jets
 from camopt.core.numerics.state import State
-from camopt.model.effects import Case, Setup
+from camopt.model.effects import EvaluationBlock, Setup
 from camopt.model.mechanisms import MECHANISMS, Designs
 from camopt.model.mechanisms.elements import ROLLER
-from camopt.model.motion.programme import Programme, span
+from camopt.model.motion.programme import Programme, weighted_range
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE
 
 CURVES = ("pressure", "curvature", "profile_radius", "reach")
@@ -76,7 +76,7 @@ def sampled_motion(law, angular):
     """Some thousand cam angles of each stroke but its ends, and the motion there."""
     turn = programme(law, angular=angular)
     angles = np.concatenate([np.linspace(s.start, s.end, 20001)[1:-1] for s in turn.strokes])
-    return turn, angles, turn.at(angles)
+    return turn, angles, turn.motion_at(angles)
 
 
 WAYS = [(law, way * (-1.0) ** k) for way in (1.0, -1.0) for k, law in enumerate(own.STILL)]  # the cam's rotation
@@ -88,7 +88,7 @@ WAYS = [(law, way * (-1.0) ** k) for way in (1.0, -1.0) for k, law in enumerate(
 def test_extremes_are_those_of_dense_sampling(mechanism, angular, name, sense, law):
     turn, angles, motion = sampled_motion(law, angular)
     some = designs(angular, sense, times(4, deep=8), seed=own.STILL.index(law))
-    case = Case(Setup(mechanism, ROLLER, relative_error=1e-13), turn, some)
+    case = EvaluationBlock(Setup(mechanism, ROLLER, relative_error=1e-13), turn, some)
     make = getattr(mechanism, name)
     questions = [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST), (RISE, LARGEST_MAGNITUDE), (RETURN, LARGEST)]
     value, where, _ = case.extremes(make, questions, located=True)
@@ -96,7 +96,7 @@ def test_extremes_are_those_of_dense_sampling(mechanism, angular, name, sense, l
     on_return = (angles > turn.strokes[2].start) & (angles < turn.strokes[2].end)
     f = make(some, turn)
     for i in range(len(some)):
-        sampled, _ = curve(f, i, State(*motion))
+        sampled, _ = value_and_slope(f, i, State(*motion))
         sampled = np.broadcast_to(sampled, angles.shape)
         scale = np.max(np.abs(sampled)) + 1e-300
         expected = [sampled.max(), -sampled.min(), np.abs(sampled[on_rise]).max(), sampled[on_return].max()]
@@ -105,7 +105,8 @@ def test_extremes_are_those_of_dense_sampling(mechanism, angular, name, sense, l
         assert np.all(found <= np.array(expected) + 2e-3 * scale)  # one-sided values at jumps lie beyond samples
         for angle, extreme in zip(where[:2, i], value[:2, i], strict=True):
             there = [
-                curve(f, i, turn.state(np.array([np.mod(angle + d, 2 * np.pi)])))[0][()] for d in (-1e-9, 1e-9)
+                value_and_slope(f, i, turn.state(np.array([np.mod(angle + d, 2 * np.pi)])))[0][()]
+                for d in (-1e-9, 1e-9)
             ]
             assert np.min(np.abs(np.ravel(there) - extreme)) <= 1e-6 * scale
 
@@ -122,11 +123,11 @@ def test_interval_formulas_enclose_every_design_of_a_box(mechanism, angular, nam
         **{n: Interval(v - half.get(n, 0.0), v + half.get(n, 0.0)) for n, v in middle.sizes.items()},
         sense=1.0,
     )
-    motion = turn.at(np.array([data.draw(st.floats(0, 6.28))]))
-    value, slope = curve(getattr(mechanism, name)(box, turn), ..., State(*motion))
+    motion = turn.motion_at(np.array([data.draw(st.floats(0, 6.28))]))
+    value, slope = value_and_slope(getattr(mechanism, name)(box, turn), ..., State(*motion))
     share = {n: data.draw(st.floats(-1, 1)) for n in half}
     inside = Designs(**{n: v + share.get(n, 0.0) * half.get(n, 0.0) for n, v in middle.sizes.items()}, sense=1.0)
-    point, point_slope = curve(getattr(mechanism, name)(inside, turn), 0, State(*motion))
+    point, point_slope = value_and_slope(getattr(mechanism, name)(inside, turn), 0, State(*motion))
     for interval, number in ((value, point), (slope, point_slope)):
         interval = (
             interval if isinstance(interval, Interval) else Interval(np.asarray(interval), np.asarray(interval))
@@ -141,7 +142,7 @@ def test_interval_formulas_enclose_every_design_of_a_box(mechanism, angular, nam
 def test_span_of_a_combination_of_derivatives(law, weights):
     turn, _, motion = sampled_motion(law, False)
     sampled = np.tensordot(weights, motion[: len(weights)], axes=1)
-    least, largest = span(turn, weights, ALL_STROKES)
+    least, largest = weighted_range(turn, weights, ALL_STROKES)
     scale = np.abs(sampled).max()
     assert least <= sampled.min() + 1e-13 * scale
     assert largest >= sampled.max() - 1e-13 * scale
@@ -155,8 +156,8 @@ def test_an_answer_does_not_depend_on_its_place_in_a_block(rows):
     mechanism = MECHANISMS["disc", "translating", False]
     setup = Setup(mechanism, ROLLER, relative_error=1e-13)
     many = designs(False, 1.0, 1000)
-    whole, _, _ = Case(setup, turn, many).extremes(mechanism.curvature, [(ALL_STROKES, LARGEST)])
-    part, _, _ = Case(setup, turn, many.take(slice(1000 - rows, None))).extremes(
+    whole, _, _ = EvaluationBlock(setup, turn, many).extremes(mechanism.curvature, [(ALL_STROKES, LARGEST)])
+    part, _, _ = EvaluationBlock(setup, turn, many.take(slice(1000 - rows, None))).extremes(
         mechanism.curvature, [(ALL_STROKES, LARGEST)]
     )
     assert np.array_equal(whole[:, 1000 - rows :], part)
@@ -171,13 +172,13 @@ def test_a_peak_narrower_than_a_panel_is_found():
     for height in (1.0, 0.1, 0.01):
         e = 10.0
         some = Designs(np.array([np.hypot(e, height)]), zero, np.array([e]), zero, zero, zero, zero, 1.0)
-        value, where, _ = Case(setup, turn, some).extremes(
+        value, where, _ = EvaluationBlock(setup, turn, some).extremes(
             mechanism.curvature, [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST)]
         )
         f = mechanism.curvature(some, turn)
         for at, extreme, sign in zip(where[:, 0], value[:, 0], (1, -1), strict=True):
             near = np.concatenate([np.linspace(1e-9, 6.28, 400001), at + np.linspace(-1e-3, 1e-3, 20001)])
-            sampled = sign * curve(f, 0, turn.state(np.mod(near, 2 * np.pi)))[0]
+            sampled = sign * value_and_slope(f, 0, turn.state(np.mod(near, 2 * np.pi)))[0]
             assert sign * extreme >= sampled.max() * (1 - 1e-12)
             assert sign * extreme == pytest.approx(sampled.max(), rel=1e-3)
 
@@ -189,7 +190,7 @@ def zoomed(f, i, sign, turn):
     for stroke in turn.strokes:
         x, room = np.concatenate([hairs, 1 - hairs]), 0.1
         for _ in range(5):
-            values = sign * curve(f, i, turn.state(stroke.start + stroke.angle * x))[0]
+            values = sign * value_and_slope(f, i, turn.state(stroke.start + stroke.angle * x))[0]
             values = np.broadcast_to(values, x.shape)
             best, centre = max(best, values.max()), x[values.argmax()]
             room = min(room, 0.5 * min(centre, 1 - centre))
@@ -207,7 +208,7 @@ def test_narrow_peaks_of_many_cams_next_to_the_limit(law, tolerance):
     size = rng.uniform(1, 40, count)
     offset = rng.choice([-1, 1], count) * size * (1 - 10 ** rng.uniform(-6, -0.5, count))
     some = Designs(size, zero, offset, zero, zero, zero, zero, 1.0)
-    case = Case(Setup(mechanism, ROLLER, tolerance), turn, some)
+    case = EvaluationBlock(Setup(mechanism, ROLLER, tolerance), turn, some)
     for make in (mechanism.pressure, mechanism.curvature):
         value, _, width = case.extremes(make, [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST)])
         f = make(some, turn)
@@ -242,7 +243,7 @@ def test_lines_have_the_extremes_of_their_polynomials():
         f, count, turn.table, [(ALL_STROKES, LEAST), (ALL_STROKES, LARGEST)], Precision(1e-13, np.inf)
     )
     for i in range(count):
-        exact = span(turn, (f.displacement[i], f.velocity[i], f.acceleration[i]), ALL_STROKES)
+        exact = weighted_range(turn, (f.displacement[i], f.velocity[i], f.acceleration[i]), ALL_STROKES)
         assert value[:, i] == pytest.approx(exact, rel=1e-12)
         assert np.all(width[:, i] <= 1e-12 * np.abs(exact).max())
 
@@ -254,7 +255,7 @@ def test_no_extreme_is_below_a_floor(goal, designs, compilation, monkeypatch):
     monkeypatch.setattr(compile, "COMPILATION", compilation)
     turn, rng = programme("poly4567", angular=False), np.random.default_rng(7)
     f = Linear(*rng.normal(size=(3, designs)), np.zeros(designs))
-    ends = [span(turn, tuple(float(x[i]) for x in f[:3]), ALL_STROKES) for i in range(8)]
+    ends = [weighted_range(turn, tuple(float(x[i]) for x in f[:3]), ALL_STROKES) for i in range(8)]
     extreme = {
         LEAST: lambda end: -end[0],
         LARGEST: lambda end: end[1],
@@ -354,12 +355,12 @@ def test_jets_hold_all_that_they_may_and_no_more(width, seed):
         if (name == "√a" and a[0] <= 0.0) or (name == "x / a" and a[0] <= 0.0 <= a[1]):
             continue
         others = points_of(b) if other == "jet" else [arb_series([arb(b[0])], prec=4)]
-        brought = {"": 0.0, "jet": b[2], "number": GIVEN * abs(b[0])}[other]
+        brought = {"": 0.0, "jet": b[2], "number": INPUT_ROUNDOFF * abs(b[0])}[other]
         results = [(p, q, exact(p, q)) for p in points_of(a, 0 if other else 3) for q in others]
         values = [float(z[0]) for *_, z in results]
         worst = [max(abs(float(z[k])) for *_, z in results) * factor for k, factor in ((1, 1), (2, 2), (3, 6))]
         rounding = max(
-            float(abs(exact(p1, q1)[0] - z[0])) + OWN_ROUNDING.get(name, 1.0) * UNIT * abs(float(z[0]))
+            float(abs(exact(p1, q1)[0] - z[0])) + OWN_ROUNDING.get(name, 1.0) * UNIT_ROUNDOFF * abs(float(z[0]))
             for p, q, z in results[::8]
             for p1 in off(p, a[2])
             for q1 in off(q, brought)
@@ -380,7 +381,7 @@ def test_jets_hold_all_that_they_may_and_no_more(width, seed):
         if width < 0.1:
             loose = 5 * width if wave else 1e-12
             assert np.all(np.array(derivatives) <= np.array(worst) * (1 + loose) + (loose if wave else 0.0)), name
-            largest = a[2] + 2 * UNIT if wave else rounding * (1.7 if other == "number" else 1.01)
+            largest = a[2] + 2 * UNIT_ROUNDOFF if wave else rounding * (1.7 if other == "number" else 1.01)
             assert error <= largest * (1 + 1e-12), name
 
 
@@ -473,7 +474,7 @@ def test_interval_operations_are_the_range_over_a_grid(name, ends):
 
 def assert_tight(found, least, most):
     """An interval encloses a range and is larger than it by no more than the room for rounding."""
-    room = GIVEN + LIBRARY + 4 * UNIT
+    room = INPUT_ROUNDOFF + LIBRARY_ERROR + 4 * UNIT_ROUNDOFF
     for low, high in ((found.low, least), (most, found.high)):
         assert low <= high
         assert low == pytest.approx(high, rel=room, abs=1e-300)
@@ -491,7 +492,7 @@ def test_interval_functions_are_the_range_over_a_grid(name, middle, width):
         low, high = max(low, 0.0), max(high, 0.0)
     points = np.append(np.linspace(low, high, 2001), 0.0 if low <= 0.0 <= high else low)
     values, step = getattr(np, name)(points), width / 2000
-    room = (GIVEN + LIBRARY + 4 * UNIT) * max(1.0, np.max(np.abs(values)))
+    room = (INPUT_ROUNDOFF + LIBRARY_ERROR + 4 * UNIT_ROUNDOFF) * max(1.0, np.max(np.abs(values)))
     assert values.min() - step**2 - room <= found.low <= values.min()
     assert values.max() <= found.high <= values.max() + step**2 + room
 
@@ -509,8 +510,8 @@ def look(parts, found):
     """``looked_at`` for rows of its arguments: (verdict, bound, concavity)."""
     for k in range(parts.shape[0]):
         part = parts[k]
-        verdict, bound, concavity = looked_at(
-            Ends(part[0], part[1], part[2], part[3], part[4], part[5]), part[6], part[7], part[8]
+        verdict, bound, concavity = classify_part(
+            PanelPartEnds(part[0], part[1], part[2], part[3], part[4], part[5]), part[6], part[7], part[8]
         )
         found[k, 0], found[k, 1], found[k, 2] = verdict, bound, concavity
 
@@ -532,8 +533,8 @@ def test_what_is_said_of_a_part_is_the_truth_of_a_cubic():
         look(np.array([part]), found)
         verdict, bound, concavity = found[0]
         seen.add(verdict)
-        one = Ends(low, high, *np.array(part[2:6])[:, None])
-        assert np.array_equal(np.ravel(all_looked_at(one, np.array([third]), half_width, enough)), found[0])
+        one = PanelPartEnds(low, high, *np.array(part[2:6])[:, None])
+        assert np.array_equal(np.ravel(classify_parts(one, np.array([third]), half_width, enough)), found[0])
         if abs(most) < 1e-9 * (third * width + abs(least)):
             continue  # rounding decides
         if most < 0.0:

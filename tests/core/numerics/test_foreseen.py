@@ -11,9 +11,9 @@ from support.cams import CONTACTS, CORNERED, GUIDED, MOMENT, SWUNG, WORN, cam_wi
 from support.depth import times
 
 from camopt import Scene
-from camopt.core.kernels.by_address import address_of_values
-from camopt.core.numerics.evaluating import evaluator
-from camopt.core.numerics.foreseen import HALF_LEVELS, plain_evaluator
+from camopt.core.kernels.address_calls import address_of_values
+from camopt.core.numerics.curve_kernels import evaluator
+from camopt.core.numerics.panel_prefetch import HALF_LEVELS, caching_evaluator
 from camopt.model.effects.loads import contact_load, torque_curve
 from camopt.model.effects.surface import thinness_curve
 from camopt.scene.problem.problem import resolve
@@ -65,7 +65,7 @@ def test_together_and_alone_are_the_same_bits(contact, places, asked, share, sig
         _, table = curve.made[0]
         panel = int(share * (table.centre.size - 1))
         with np.errstate(all="ignore"):
-            foreseen = plain_evaluator(curve).prefetched(panel, places)
+            foreseen = caching_evaluator(curve).prefetch_panel(panel, places)
             for design, middle, reach in (*places, *asked, *((i, 0.0, 1.0) for i, _, _ in places)):
                 alone = curve.part(curve.made, panel, middle, reach, design)
                 assert np.array_equal(

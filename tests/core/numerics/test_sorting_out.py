@@ -4,9 +4,15 @@ import numpy as np
 import pytest
 
 from camopt.core.kernels.arguments import kind_of
-from camopt.core.kernels.compile import NEVER
-from camopt.core.numerics import sorting_out
-from camopt.core.numerics.sorting_out import Block, Curves, Range, counted, gathered_of
+from camopt.core.kernels.compile import NEVER_COMPILE
+from camopt.core.numerics import block_filter
+from camopt.core.numerics.block_filter import (
+    DesignBlock,
+    PitchVerdicts,
+    RadiusRanges,
+    count_designs,
+    gather_designs,
+)
 
 CURVES, PLACES, DESIGNS = 40, 30, 700
 
@@ -14,11 +20,11 @@ CURVES, PLACES, DESIGNS = 40, 30, 700
 def of_chance(rng):
     """Curves and designs with many ties, some infinite costs and some empty ranges."""
     least, most = rng.integers(0, 4, (2, PLACES)), rng.integers(0, 9, (2, PLACES))
-    surely = Range(*np.array([least.max(axis=0), most.min(axis=0)], dtype=float))
-    perhaps = Range(*np.array([least.min(axis=0), most.max(axis=0)], dtype=float))
+    surely = RadiusRanges(*np.array([least.max(axis=0), most.min(axis=0)], dtype=float))
+    perhaps = RadiusRanges(*np.array([least.min(axis=0), most.max(axis=0)], dtype=float))
     cost = rng.choice([1.0, 2.0, 3.0, np.inf], PLACES)
-    known = Curves(rng.random(CURVES) < 0.8, rng.integers(0, PLACES, CURVES), surely, perhaps, cost)
-    return known, Block(
+    known = PitchVerdicts(rng.random(CURVES) < 0.8, rng.integers(0, PLACES, CURVES), surely, perhaps, cost)
+    return known, DesignBlock(
         rng.integers(0, CURVES, DESIGNS), rng.integers(0, 9, DESIGNS) / 1.0, int(rng.integers(0, 5))
     )
 
@@ -29,25 +35,27 @@ def one_by_one(known, block, sizes, most):
     for i, (curve, body) in enumerate(zip(block.curves, block.bodies, strict=True)):
         place, at = (block.place + i) % sizes, known.places[curve]
         existing += known.exists[curve]
-        if known.surely.least[at] <= body <= known.surely.most[at]:
+        if known.sure_bodies.least[at] <= body <= known.sure_bodies.most[at]:
             held += 1
             least[place] = min(least[place], known.cost[at])
             told += [i] if known.cost[at] <= most[place] else []
-        elif known.perhaps.least[at] <= body <= known.perhaps.most[at]:
+        elif known.possible_bodies.least[at] <= body <= known.possible_bodies.most[at]:
             open_.append(i)
     return (existing, held, len(open_)), least, told, open_
 
 
-@pytest.fixture(params=["plain", pytest.param("compiled", marks=pytest.mark.skipif(NEVER, reason="not compiled"))])
+@pytest.fixture(
+    params=["plain", pytest.param("compiled", marks=pytest.mark.skipif(NEVER_COMPILE, reason="not compiled"))]
+)
 def way(request, monkeypatch):
     if request.param == "compiled":
         for name in ("count_block", "gather_block"):
-            kernel = getattr(sorting_out, name)
+            kernel = getattr(block_filter, name)
 
             def compiled(*given, kernel=kernel):
                 kernel.machine_code(tuple(map(kind_of, given)))(given)
 
-            monkeypatch.setattr(sorting_out, name, compiled)
+            monkeypatch.setattr(block_filter, name, compiled)
 
 
 @pytest.mark.usefixtures("way")
@@ -56,14 +64,14 @@ def test_a_block_is_sorted_out_as_one_design_after_another(sizes):
     rng = np.random.default_rng(5)
     for _ in range(5):
         known, block = of_chance(rng)
-        counts, least = counted(known, block, sizes)
+        counts, least = count_designs(known, block, sizes)
         most = rng.choice([-np.inf, 1.0, 2.0, np.inf], sizes)
         expected, cheapest, told, open_ = one_by_one(known, block, sizes, most)
         assert tuple(counts) == expected
         assert np.array_equal(least, cheapest)
-        found = gathered_of(known, block, counts, most, every=False)
+        found = gather_designs(known, block, counts, most, every=False)
         assert (found.held.tolist(), found.open.tolist()) == (told, open_)
         assert found.cheap.all()
-        whole = gathered_of(known, block, counts, most, every=True)
+        whole = gather_designs(known, block, counts, most, every=True)
         assert (whole.held.size, whole.open.tolist()) == (counts.held, open_)
         assert whole.held[whole.cheap].tolist() == told

@@ -9,9 +9,9 @@ from support.balls.ball import Ball, precisely
 
 from camopt.core.kernels.compile import compiled
 from camopt.core.numerics.interval import Interval
-from camopt.core.numerics.jet import UNIT
-from camopt.core.numerics.stable import triangle_angle
-from camopt.core.numerics.trigonometry import arctangent, sine_cosine, turned
+from camopt.core.numerics.jet import UNIT_ROUNDOFF
+from camopt.core.numerics.stable_functions import triangle_angle
+from camopt.core.numerics.trigonometry import arctangent, rotate, sine_cosine
 
 
 @compiled
@@ -32,7 +32,7 @@ def test_the_angle_of_a_triangle_keeps_its_digits_where_it_is_flat(flat):
         for x, y, z, angle in zip(a.tolist(), b.tolist(), third.tolist(), found.tolist(), strict=True):
             cosine = (mpmath.mpf(x) ** 2 + mpmath.mpf(y) ** 2 - mpmath.mpf(z) ** 2) / (2 * mpmath.mpf(x) * y)
             known = mpmath.acos(max(-1, min(1, cosine)))
-            assert abs(angle - known) <= 4 * UNIT * known
+            assert abs(angle - known) <= 4 * UNIT_ROUNDOFF * known
     assert triangle_angle(3.0, 5.0, 1.9) == 0.0
     assert triangle_angle(3.0, 5.0, 8.1) == np.pi
     ends = triangle_angle(Interval(a, a), b, Interval(third, third * (1.0 + 1e-9)))
@@ -46,8 +46,8 @@ def test_against_fifty_digits_and_compiled_alike():
     sine, cosine = sine_cosine(y)
     with mpmath.workdps(50):
         for angle, s, c in zip(y.tolist(), sine.tolist(), cosine.tolist(), strict=True):
-            assert abs(mpmath.sin(angle) - s) <= 1.5 * UNIT
-            assert abs(mpmath.cos(angle) - c) <= 1.5 * UNIT
+            assert abs(mpmath.sin(angle) - s) <= 1.5 * UNIT_ROUNDOFF
+            assert abs(mpmath.cos(angle) - c) <= 1.5 * UNIT_ROUNDOFF
     found = np.empty((2, y.size))
     in_a_kernel(y, found[0], found[1])
     assert found[0].tobytes() == sine.tobytes()
@@ -69,16 +69,16 @@ def test_arctangents_against_fifty_digits():
 
 @given(st.floats(1e-300, 1e-3))
 def test_small_angles_keep_their_digits(y):
-    assert sine_cosine(y)[0] == pytest.approx(np.sin(y), rel=4 * UNIT, abs=0)
+    assert sine_cosine(y)[0] == pytest.approx(np.sin(y), rel=4 * UNIT_ROUNDOFF, abs=0)
     assert sine_cosine(-y)[0] == -sine_cosine(y)[0]
     assert sine_cosine(-y)[1] == sine_cosine(y)[1]
 
 
 @given(st.floats(-3, 3), st.floats(-3, 3))
 def test_an_angle_turned_on(start, y):
-    cosine, sine = turned(np.cos(start), np.sin(start), y)
-    assert cosine == pytest.approx(np.cos(start + y), abs=8 * UNIT)
-    assert sine == pytest.approx(np.sin(start + y), abs=8 * UNIT)
+    cosine, sine = rotate(np.cos(start), np.sin(start), y)
+    assert cosine == pytest.approx(np.cos(start + y), abs=8 * UNIT_ROUNDOFF)
+    assert sine == pytest.approx(np.sin(start + y), abs=8 * UNIT_ROUNDOFF)
 
 
 @precisely()
@@ -86,4 +86,4 @@ def test_what_stands_for_a_number():
     sine, cosine = sine_cosine(Interval(np.array([0.1]), np.array([0.2])))
     assert sine.low <= np.sin(0.15) <= sine.high
     assert cosine.low <= np.cos(0.15) <= cosine.high
-    assert abs(float(sine_cosine(Ball(0.3))[0].arb) - np.sin(0.3)) < UNIT
+    assert abs(float(sine_cosine(Ball(0.3))[0].arb) - np.sin(0.3)) < UNIT_ROUNDOFF

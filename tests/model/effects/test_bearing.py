@@ -10,11 +10,11 @@ from support.cams import FREE, GUIDED, STEEL, SWUNG, cam_with
 from support.depth import times
 
 from camopt import Scene, evaluate
-from camopt.model.effects.case import Case
-from camopt.model.effects.peak import Bodies
+from camopt.model.effects.effect import EvaluationBlock
+from camopt.model.effects.peak import RadiusRange
 from camopt.scene.problem.limit import UNDERCUT
 from camopt.scene.problem.problem import resolve
-from camopt.solve.verdicts.running import columns_for
+from camopt.solve.verdicts.effect_runs import columns_for
 
 GROOVE = {"kind": "groove", "clearance": 0.2}
 CAMS = {
@@ -27,7 +27,7 @@ CAMS = {
     "swinging-face": {},
 }
 """Contacts whose pitch curves have ranges of bodies, each with what its scene has more."""
-ALL, ONE = Bodies(4.0, 40.0), Bodies(12.0, 12.0)
+ALL, ONE = RadiusRange(4.0, 40.0), RadiusRange(12.0, 12.0)
 
 
 def problem_of(contact, law, rotation, more=()):
@@ -43,7 +43,7 @@ def with_body(mechanism, designs, body):
     """Designs with the same pitch curves as some that a point follows, and another body."""
     if mechanism.parallel == "face_offset":
         return replace(designs, face_offset=body, size=designs.size + body)
-    if mechanism.pitch_is_without:
+    if mechanism.pitch_ignores_parallel:
         return replace(designs, **{mechanism.parallel: body})
     return replace(designs, roller_radius=body, size=designs.size - body)
 
@@ -58,15 +58,15 @@ def with_body(mechanism, designs, body):
 def test_a_pitch_curve_has_one_range_of_bodies_that_bear_the_load(contact, law, rotation, seed):
     """Sound designs hold the limit within it and nowhere else, next to its ends too; one body is told surely."""
     rng, problem = np.random.default_rng(seed), problem_of(contact, law, rotation)
-    (limit,) = (each for each in problem.limits if each.asked)
+    (limit,) = (each for each in problem.limits if each.set_by_scene)
     (undercut,) = (each for each in problem.limits if each.name == UNDERCUT)
     limit = replace(limit, bound=limit.bound * rng.uniform(0.7, 1.3))
     mechanism, count = problem.setup.mechanism, 8
-    curves = mechanism.alike(problem.design.take(np.zeros(count, dtype=int)))
+    curves = mechanism.profile_or_pitch(problem.design.take(np.zeros(count, dtype=int)))
     curves = replace(curves, size=curves.size * rng.uniform(0.8, 1.5, count))
-    case = Case(problem.setup, problem.programme, curves)
-    told, of_one = (limit.on_curves(case, some) for some in (ALL, ONE))
-    assert limit.of_curves == ()
+    case = EvaluationBlock(problem.setup, problem.programme, curves)
+    told, of_one = (limit.feasible_bodies(case, some) for some in (ALL, ONE))
+    assert limit.pitch_curve_quantities == ()
     ends = np.array([np.broadcast_to(end, count) for each in told for end in each])
     ends = np.where((ends > ALL.least) & (ends < ALL.most), ends, 10.0)
     near = np.repeat(ends, 2, axis=0) * np.tile([[1.0 - 1e-9], [1.0 + 1e-9]], (4, 1))
@@ -76,17 +76,17 @@ def test_a_pitch_curve_has_one_range_of_bodies_that_bear_the_load(contact, law, 
         (each.excess(columns_for(problem, [each], designs), designs) <= 0.0).reshape(body.shape)
         for each in (limit, undercut)
     )
-    surely, perhaps = (each.hold(body) for each in told)
+    surely, perhaps = (each.contains(body) for each in told)
     assert not np.any(surely & sound & ~held)
     assert not np.any(held & ~perhaps)
     for each in of_one:
-        assert np.array_equal(each.hold(body[0]) & sound[0], held[0])
+        assert np.array_equal(each.contains(body[0]) & sound[0], held[0])
 
 
 @pytest.mark.parametrize("contact", ["spherical", "roller"])
 def test_pitch_curves_do_not_tell_of_a_point_nor_of_a_rubbing_guide(contact):
     data = cam_with(contact, dynamics=FREE if contact == "spherical" else GUIDED, limits={"contact_stress": 500})
     problem = resolve(Scene.from_dict(data))
-    (limit,) = (each for each in problem.limits if each.asked)
-    assert limit.of_curves is None
-    assert limit.on_curves(Case(problem.setup, problem.programme, problem.design), ALL) is None
+    (limit,) = (each for each in problem.limits if each.set_by_scene)
+    assert limit.pitch_curve_quantities is None
+    assert limit.feasible_bodies(EvaluationBlock(problem.setup, problem.programme, problem.design), ALL) is None

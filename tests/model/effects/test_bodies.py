@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from camopt.model.effects.peak import BeyondBody, Bodies, BodyRadiusPlus
-from camopt.scene.problem.limit import CLEAR
+from camopt.model.effects.peak import BodyRadiusPlus, CutterOverRoller, RadiusRange
+from camopt.scene.problem.limit import CLEAR_SHARE
 
 
-@pytest.mark.parametrize("weight", [BodyRadiusPlus, BeyondBody])
+@pytest.mark.parametrize("weight", [BodyRadiusPlus, CutterOverRoller])
 @given(radius=st.sampled_from([0.0, 0.3, 1.0, 25.0, 1e4]), seed=st.integers(0, 10**6))
 def test_bodies_hold_where_the_weight_times_the_extreme_is_at_most_one(weight, radius, seed):
     """Surely so within the range, and nowhere beyond the wider one; only next to its end does it stay open."""
@@ -25,7 +25,9 @@ def test_bodies_hold_where_the_weight_times_the_extreme_is_at_most_one(weight, r
         SimpleNamespace(roller_radius=body)
     )
     held = np.where(np.isfinite(extreme), product, extreme) <= 1.0
-    surely, perhaps = (weight(radius).bodies(extreme, room).hold(body) for room in (CLEAR, -CLEAR))
+    surely, perhaps = (
+        weight(radius).allowed_radii(extreme, room).contains(body) for room in (CLEAR_SHARE, -CLEAR_SHARE)
+    )
     assert not np.any(surely & ~held)
     assert not np.any(held & ~perhaps)
     clear = ~np.isfinite(extreme) | (
@@ -34,9 +36,9 @@ def test_bodies_hold_where_the_weight_times_the_extreme_is_at_most_one(weight, r
     assert np.array_equal(surely[clear], held[clear])
 
 
-@pytest.mark.parametrize("weight", [BodyRadiusPlus, BeyondBody])
+@pytest.mark.parametrize("weight", [BodyRadiusPlus, CutterOverRoller])
 @given(radius=st.sampled_from([0.0, 0.3, 25.0, 1e4]), ends=st.tuples(st.floats(0, 60), st.floats(0, 60)))
 def test_no_body_of_a_range_weighs_more_than_the_largest(weight, radius, ends):
-    range_ = Bodies(min(ends), max(ends))
+    range_ = RadiusRange(min(ends), max(ends))
     bodies = np.linspace(*range_, 50)
-    assert weight(radius).largest(range_) == weight(radius)(SimpleNamespace(roller_radius=bodies)).max()
+    assert weight(radius).largest_weight(range_) == weight(radius)(SimpleNamespace(roller_radius=bodies)).max()

@@ -13,10 +13,10 @@ from support.cams import cam_with, turn_of
 from support.ribs import centres, rib
 
 from camopt import BadInput, Scene, certify, evaluate, optimise, sweep
-from camopt.core.numerics.curves import curve
-from camopt.model.effects.case import Case
-from camopt.model.effects.clearance import flights_of, half_gap
-from camopt.model.effects.flight import fly
+from camopt.core.numerics.curves import value_and_slope
+from camopt.model.effects.clearance import design_flights, half_gap
+from camopt.model.effects.effect import EvaluationBlock
+from camopt.model.effects.flight import simulate_flights
 from camopt.model.effects.loads import contact_load
 from camopt.model.mechanisms.geometry import cam_curves
 from camopt.scene.problem.problem import resolve_design
@@ -98,7 +98,7 @@ class Walls:
 
     def from_follower(self, z, theta):
         """Points fixed in the cam's frame, or in its developed plane, as the follower sees them at a cam angle."""
-        y = self.turn.at(np.mod(theta, 2 * pi))[0]
+        y = self.turn.motion_at(np.mod(theta, 2 * pi))[0]
         z = z - self.design.size[0] * theta if self.developed else z * np.exp(1j * self.sense * theta)
         if not self.angular:
             return z - 1j * y
@@ -189,10 +189,10 @@ def flown(problem, walls, angle, side, jumps):
 def test_a_follower_flies_as_it_does_between_drawn_walls(form, seed):
     """All crossings of a random cam, by a solver of differential equations with contacts by points."""
     problem = grooved(form, seed)
-    case = Case(problem.setup, problem.programme, problem.design)
+    case = EvaluationBlock(problem.setup, problem.programme, problem.design)
     walls = (Walls if form in FORMS else Flanks)(problem)
-    flights, followers = flights_of(case)
-    ends = fly(case.programme, followers, flights, half_gap(case))
+    flights, followers = design_flights(case)
+    ends = simulate_flights(case.programme, followers, flights, half_gap(case))
     assert flights.angle.size >= 2
     checked = 0
     for k, (angle, side) in enumerate(zip(flights.angle, flights.side, strict=True)):
@@ -263,7 +263,7 @@ def test_the_load_on_both_walls_has_the_digits_of_fifty(form):
                 hollow = mp.re(mp.conj(n) * bent) / abs(along) ** 2 * mpf(-flank.side)  # towards the roller
                 exact = mpf(flank.pressing) * pushed * (1 / radius - hollow)
                 made = contact_load(setup, design, turn, flank)
-                found = curve(made, 0, turn.state(np.array([float(theta)])))[0]
+                found = value_and_slope(made, 0, turn.state(np.array([float(theta)])))[0]
                 assert float(found[0]) == pytest.approx(float(exact), rel=1e-11)
 
 
@@ -294,7 +294,7 @@ def test_the_spin_of_a_roller_turns_round_and_slips_as_points_of_both_walls_say(
     problem, scene = grooved(form, 0), grooved_scene(form, 0, clearance=1e-9)
     walls, omega, radius = Walls(problem), problem.setup.omega, problem.design.roller_radius[0]
     row = evaluate(scene)
-    flights, _ = flights_of(Case(problem.setup, problem.programme, problem.design))
+    flights, _ = design_flights(EvaluationBlock(problem.setup, problem.programme, problem.design))
     one, other = (omega * turned_by(walls, flights.angle, k) for k in (0, 1))
     assert np.all(one * other < 0.0)
     change = np.abs(other - one).max()
@@ -320,20 +320,24 @@ def test_a_roller_skids_until_friction_has_turned_it(form):
     """∫μ·N·R_r dt by a rule of quadrature over the drawn force, from the landing on."""
     problem = grooved(form, 0)
     setup, turn, design = problem.setup, problem.programme, problem.design
-    case, omega, radius = Case(setup, turn, design), setup.omega, design.roller_radius[0]
-    flights, followers = flights_of(case)
-    ends = fly(turn, followers, flights, half_gap(case))
+    case, omega, radius = EvaluationBlock(setup, turn, design), setup.omega, design.roller_radius[0]
+    flights, followers = design_flights(case)
+    ends = simulate_flights(turn, followers, flights, half_gap(case))
     own, lever, times = setup.dynamics, design.arm_length[0] if setup.angular else 1.0, []
     for k in range(flights.angle.size):
 
         def normal(theta, k=k):
-            y, y1, y2, _ = turn.at(np.mod(np.atleast_1d(theta), 2 * pi))
+            y, y1, y2, _ = turn.motion_at(np.mod(np.atleast_1d(theta), 2 * pi))
             load = own.mass * omega**2 * y2 + own.damping * omega * y1 + own.stiffness * y + own.load + own.preload
-            tangent = curve(setup.mechanism.pressure(design, turn), 0, turn.state(ends.angle[k : k + 1]))[0]
+            tangent = value_and_slope(setup.mechanism.pressure(design, turn), 0, turn.state(ends.angle[k : k + 1]))[
+                0
+            ]
             return -flights.side[k] * load / lever * np.sqrt(1 + tangent**2)
 
         slip = (
-            2 * omega * curve(setup.mechanism.trace_speed(design, turn), 0, turn.state(ends.angle[k : k + 1]))[0][0]
+            2
+            * omega
+            * value_and_slope(setup.mechanism.trace_speed(design, turn), 0, turn.state(ends.angle[k : k + 1]))[0][0]
         )
         needed = 2e-6 * 1e3 * slip / radius / (0.1 * radius)  # t·mm², N·s
         grid = ends.angle[k] + np.linspace(0.0, 2.5, 200_001)

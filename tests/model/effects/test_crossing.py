@@ -13,29 +13,35 @@ from shapely import LinearRing
 from support.depth import times
 
 from camopt import Scene, certify, evaluate, find_scene, load, optimise, sweep
-from camopt.core.numerics.clock import now
-from camopt.core.numerics.curves import curve
+from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.curves import value_and_slope
 from camopt.core.numerics.interval import Interval, as_interval
-from camopt.model.effects import Case, Setup
-from camopt.model.effects.crossing import find_crossing, surely_round
-from camopt.model.effects.crossing_boxes import KnownCrossings, deepest, followed, overlap_in, overlaps
-from camopt.model.effects.profile_parts import cover, first_parts
+from camopt.model.effects import EvaluationBlock, Setup
+from camopt.model.effects.profile_parts import enclose_profile, initial_parts
+from camopt.model.effects.self_crossing import find_crossing, is_provably_round
+from camopt.model.effects.self_crossing_boxes import (
+    KnownCrossings,
+    box_overlap,
+    deepest_overlap,
+    follow_overlaps,
+    overlaps,
+)
 from camopt.model.mechanisms import MECHANISMS, Designs
 from camopt.model.mechanisms.elements import FLAT, KNIFE, ROLLER
 from camopt.model.mechanisms.geometry import cam_curves, profile_points
 from camopt.model.motion import LAWS
 from camopt.model.motion.programme import Programme
 from camopt.scene.problem import limits
-from camopt.scene.problem.problem import Problem, exactly, resolve
-from camopt.scene.problem.space import boxes_of
+from camopt.scene.problem.problem import Problem, at_rounding_error, resolve
+from camopt.scene.problem.space import search_boxes
 from camopt.solve.smallest.branch_and_bound import branch_and_bound
-from camopt.solve.smallest.first_look import shrink_on_grids
-from camopt.solve.smallest.optimise import _clear_above
-from camopt.solve.smallest.result import Smallest, first_feasible, known_crossings
-from camopt.solve.smallest.smallest import _smallest as least_of_others
-from camopt.solve.smallest.smallest import smallest
-from camopt.solve.verdicts.judging import bound_excesses
-from camopt.solve.verdicts.running import run_effects
+from camopt.solve.smallest.grid_search import shrink_on_grids
+from camopt.solve.smallest.optimise import _clear_size
+from camopt.solve.smallest.result import SmallestCam, crossing_memory, first_feasible_design
+from camopt.solve.smallest.smallest import _solve_smallest as least_of_others
+from camopt.solve.smallest.smallest import solve_smallest_cam
+from camopt.solve.verdicts.effect_runs import run_effects
+from camopt.solve.verdicts.limit_verdicts import bound_excesses
 
 DISC = [key for key in MECHANISMS if key[0] == "disc"]
 ROUND = [key for key in DISC if not key[2]]
@@ -52,7 +58,7 @@ def turn_of(rise, top, fall, lift, laws, *, angular=False) -> Programme:
 
 
 @st.composite
-def cases(draw, keys=DISC, slimmest=0.3) -> Case:
+def cases(draw, keys=DISC, slimmest=0.3) -> EvaluationBlock:
     """A disc cam, from stout to so slim that opposite flanks cross."""
     key = draw(st.sampled_from(keys))
     angular, flat = key[1] == "oscillating", key[2]
@@ -72,27 +78,27 @@ def cases(draw, keys=DISC, slimmest=0.3) -> Case:
         "roller_spacing": 0.0,
     }
     design = Designs(**{n: np.array([v]) for n, v in sizes.items()}, sense=draw(st.sampled_from([1.0, -1.0])))
-    assume(MECHANISMS[key].exists(design, turn)[0])
+    assume(MECHANISMS[key].can_assemble(design, turn)[0])
     tip = FLAT if flat else ROLLER if radius else KNIFE
-    return Case(Setup(MECHANISMS[key], tip), turn, design)
+    return EvaluationBlock(Setup(MECHANISMS[key], tip), turn, design)
 
 
-def points_of(case: Case, angles) -> np.ndarray:
+def points_of(case: EvaluationBlock, angles) -> np.ndarray:
     return profile_points(case.setup.mechanism, case.designs, case.programme, np.asarray(angles, dtype=float))
 
 
-def polygon_crosses(case: Case) -> bool:
+def polygon_crosses(case: EvaluationBlock) -> bool:
     """The slow, obvious rival: the profile as a polygon of some thousand sides."""
     strokes = [s.start + s.angle * np.linspace(0, 1, 3000, endpoint=False) for s in case.programme.strokes]
     points = points_of(case, np.concatenate(strokes))
     return not LinearRing(np.column_stack([points.real, points.imag])).is_simple
 
 
-def undercut(case: Case) -> bool:
+def undercut(case: EvaluationBlock) -> bool:
     return bool(run_effects(case, ["undercut"]).column("undercut")[0])
 
 
-def self_crossing(case: Case) -> bool:
+def self_crossing(case: EvaluationBlock) -> bool:
     return bool(run_effects(case, ["self_crossing"]).column("self_crossing")[0])
 
 
@@ -111,8 +117,8 @@ def test_the_proof_agrees_with_a_polygon(case):
 def test_parts_enclose_the_profile(case, share):
     """Inside of them: at an end, a corner of the motion may already have turned the normal."""
     assume(not undercut(case))
-    parts = first_parts(case.programme)
-    found = cover(case.setup, case.designs, case.programme, parts)
+    parts = initial_parts(case.programme)
+    found = enclose_profile(case.setup, case.designs, case.programme, parts)
     starts, ends = parts.middle - parts.half, parts.middle + parts.half
     assert starts[0] == pytest.approx(0.0, abs=1e-15)
     assert ends[-1] == pytest.approx(2 * np.pi, rel=1e-15)
@@ -145,7 +151,7 @@ def test_mirrored_and_scaled_cams_have_the_same_verdict(case, exponent):
     assert find_crossing(case.setup, larger, Programme(strokes)) == found
 
 
-def slim_cams(count: int, key) -> list[Case]:
+def slim_cams(count: int, key) -> list[EvaluationBlock]:
     """Cams with a large roller and a lobe that may be narrower at its neck than at its top."""
     random, made, angular = np.random.default_rng(11), [], key[1] == "oscillating"
     while len(made) < count:
@@ -155,8 +161,8 @@ def slim_cams(count: int, key) -> list[Case]:
         radius, arm = random.uniform(2, 15), random.uniform(120, 160) * angular
         sizes = (radius * random.uniform(0.05, 0.6), radius, 0.0, arm, arm * random.uniform(0.95, 1.05), 0.0)
         design = Designs(*(np.array([size]) for size in sizes), np.zeros(1), sense=1.0)
-        case = Case(Setup(MECHANISMS[key], ROLLER), turn, design)
-        if MECHANISMS[key].exists(design, turn)[0] and not undercut(case):
+        case = EvaluationBlock(Setup(MECHANISMS[key], ROLLER), turn, design)
+        if MECHANISMS[key].can_assemble(design, turn)[0] and not undercut(case):
             made.append(case)
     return made
 
@@ -168,18 +174,18 @@ def test_a_crossing_shown_is_a_root(key):
     shown = 0
     for case in slim_cams(60, key):
         found = find_crossing(case.setup, case.designs, case.programme)
-        assert found.shown is polygon_crosses(case)
-        if not found.shown:
+        assert found.crosses is polygon_crosses(case)
+        if not found.crosses:
             continue
 
         def gap(angles, case=case):
             first, second = points_of(case, angles)
             return [(first - second).real, (first - second).imag]
 
-        roots, report, _, _ = fsolve(gap, found.at, full_output=True, xtol=1e-14)
+        roots, report, _, _ = fsolve(gap, found.angles, full_output=True, xtol=1e-14)
         size = float(case.designs.prime_radius[0])
         assert np.hypot(*report["fvec"]) < 1e-11 * size
-        assert np.abs(roots - found.at).max() <= found.within + 1e-12
+        assert np.abs(roots - found.angles).max() <= found.within + 1e-12
         shown += 1
     assert shown > 10
 
@@ -190,7 +196,7 @@ def test_a_knife_edge_draws_no_crossing(case):
     """Where the distance from the centre is the same, so are displacement and cam angle."""
     designs = replace(case.designs, roller_radius=np.zeros(1))
     edge = replace(case, setup=replace(case.setup, tip=KNIFE), designs=designs)
-    assume(edge.setup.mechanism.exists(edge.designs, edge.programme)[0])
+    assume(edge.setup.mechanism.can_assemble(edge.designs, edge.programme)[0])
     assert not self_crossing(edge)
     assert not polygon_crosses(edge)
 
@@ -215,7 +221,7 @@ def touching_roller(law: str) -> tuple[float, float]:
     problem = resolve(lobe(1.0, law=law))
 
     def reaching(angle):
-        y, y1 = problem.programme.at(np.atleast_1d(angle))[:2]
+        y, y1 = problem.programme.motion_at(np.atleast_1d(angle))[:2]
         turn, s = np.exp(1j * (radians(43) - angle)), 8.0 + y
         sideways = (turn * (-y1 + 1j * s)).real / np.hypot(s, y1)
         return np.where(sideways < 0.0, (1j * turn * s).real / np.minimum(sideways, -1e-300), inf)
@@ -242,7 +248,7 @@ def test_the_verdict_flips_where_the_flanks_touch(law, k):
         problem = resolve(scene)
         found = find_crossing(problem.setup, problem.design, problem.programme)
         if crosses and k > 2:
-            assert np.degrees(found.at) == pytest.approx([angle, 86 - angle], abs=3 * 10 ** (-k / 2))
+            assert np.degrees(found.angles) == pytest.approx([angle, 86 - angle], abs=3 * 10 ** (-k / 2))
 
 
 def test_touching_flanks_are_undecided_and_count_as_crossing():
@@ -258,7 +264,7 @@ def test_verdicts_of_a_block_are_those_of_its_designs():
         Designs(**{n: np.resize(v, 600) for n, v in problem.design.sizes.items()}, sense=1.0),
         size=8.0 - radii, roller_radius=radii,
     )  # fmt: skip
-    case = Case(problem.setup, problem.programme, design)
+    case = EvaluationBlock(problem.setup, problem.programme, design)
     found = run_effects(case, ["self_crossing"]).column("self_crossing")
     assert np.array_equal(found, radii >= touching_roller("parabolic")[0])
     for i in (0, 300, 599):
@@ -271,15 +277,15 @@ def test_undercut_is_a_crossing_in_proofs_too():
     assert evaluate(scene)["self_crossing"] is True
 
 
-def dense_polygon_crosses(case: Case) -> bool:
+def dense_polygon_crosses(case: EvaluationBlock) -> bool:
     """The profile as a polygon of 36,000 sides."""
     points = points_of(case, np.linspace(0.0, 2 * np.pi, 36_000, endpoint=False))
     return not LinearRing(np.column_stack([points.real, points.imag])).is_simple
 
 
-def case_of(scene: Scene) -> Case:
+def case_of(scene: Scene) -> EvaluationBlock:
     problem = resolve(scene)
-    return Case(problem.setup, problem.programme, problem.design)
+    return EvaluationBlock(problem.setup, problem.programme, problem.design)
 
 
 @pytest.mark.parametrize("law", ["parabolic", "modified-sine", "cycloidal"])
@@ -396,9 +402,9 @@ def test_what_crosses_itself_in_all_of_a_space_is_named():
     assert found.nearest_miss["violated"] == "self_crossing"
 
 
-def with_pressure_angle(case: Case) -> Case:
+def with_pressure_angle(case: EvaluationBlock) -> EvaluationBlock:
     found = run_effects(case, ["pressure_angle_max_deg"])
-    return replace(case, found=found.columns, outward=found.outward)
+    return replace(case, columns=found.columns, outward=found.outward)
 
 
 @settings(max_examples=times(60, deep=1500))
@@ -409,7 +415,7 @@ def test_the_largest_pressure_angle_tells_that_the_normal_points_outwards(case):
     angles = np.linspace(0.0, 2 * np.pi, 5000, endpoint=False)
     travel = case.setup.mechanism.travel(case.designs, case.programme, angles)
     outwards = np.min((travel.trace * travel.normal.conj()).real) > case.designs.roller_radius[0]
-    assert outwards or not surely_round(with_pressure_angle(case))[0]
+    assert outwards or not is_provably_round(with_pressure_angle(case))[0]
 
 
 def test_of_the_main_job_the_largest_pressure_angle_decides_all_but_a_few():
@@ -418,11 +424,11 @@ def test_of_the_main_job_the_largest_pressure_angle_decides_all_but_a_few():
     sizes = {"size": base.ravel(), "roller_radius": roller.ravel() + 0.0, "offset": offset.ravel()}
     fixed = {n: np.resize(v, base.size) for n, v in problem.design.sizes.items()}
     designs = Designs(**{**fixed, **sizes}, sense=1.0)
-    designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
-    case = with_pressure_angle(Case(problem.setup, problem.programme, designs))
-    held = case.far("pressure_angle_max_deg") <= 30.0
+    designs = designs.take(problem.setup.mechanism.can_assemble(designs, problem.programme))
+    case = with_pressure_angle(EvaluationBlock(problem.setup, problem.programme, designs))
+    held = case.outer_bound("pressure_angle_max_deg") <= 30.0
     assert held.sum() > 200
-    assert surely_round(case)[held].mean() > 0.99
+    assert is_provably_round(case)[held].mean() > 0.99
 
 
 @pytest.mark.one_in(2)
@@ -449,8 +455,10 @@ def test_two_free_sizes_are_proved_in_so_many_boxes(monkeypatch, scene, free, en
 
     The cams of arms would run through the pivot: here it stands beside the plane of the cam.
     """
-    implied = limits._implied
-    monkeypatch.setattr(limits, "_implied", lambda setup: [x for x in implied(setup) if x.name != "pivot_in_cam"])
+    implied = limits._inherent_limits
+    monkeypatch.setattr(
+        limits, "_inherent_limits", lambda setup: [x for x in implied(setup) if x.name != "pivot_in_cam"]
+    )
     monkeypatch.setattr("camopt.solve.smallest.branch_and_bound.BoxSearch.most_boxes", boxes)
     scene = scene()
     best = optimise(
@@ -461,7 +469,7 @@ def test_two_free_sizes_are_proved_in_so_many_boxes(monkeypatch, scene, free, en
     assert alone["base_radius_mm"] == pytest.approx(best["base_radius_mm"], abs=3e-8)
 
 
-def squared_depths(case: Case, a, b) -> np.ndarray:
+def squared_depths(case: EvaluationBlock, a, b) -> np.ndarray:
     """R_r² − |P(a) − C(b)|² of all pairs of two lists of cam angles, by the points that are drawn."""
     at_a, at_b = (cam_curves(case.setup.mechanism, case.designs, case.programme, x) for x in (a, b))
     return case.designs.roller_radius[0] ** 2 - np.abs(at_a.profile[0][:, None] - at_b.pitch) ** 2
@@ -475,11 +483,11 @@ def test_a_cam_crosses_itself_if_and_only_if_the_roller_cuts_into_it(key):
     for case in slim_cams(60, key):
         cuts = squared_depths(case, angles, angles).max() > 1e-9 * case.designs.roller_radius[0] ** 2
         crossing = find_crossing(case.setup, case.designs, case.programme)
-        assert not cuts or crossing.shown
-        if crossing.shown:
-            pair = deepest(case.setup, case.designs, case.programme, crossing.at)
+        assert not cuts or crossing.crosses
+        if crossing.crosses:
+            pair = deepest_overlap(case.setup, case.designs, case.programme, crossing.angles)
             assert squared_depths(case, *pair[:, None])[0, 0] > 0.0
-        found[crossing.shown] += 1
+        found[crossing.crosses] += 1
     assert min(found.values()) > 10
 
 
@@ -489,11 +497,11 @@ def test_where_a_cam_overlaps_the_most_is_found_again_from_near_by(key):
     met = 0
     for case in slim_cams(20, key):
         crossing = find_crossing(case.setup, case.designs, case.programme)
-        if crossing.shown:
+        if crossing.crosses:
             met += 1
-            best = deepest(case.setup, case.designs, case.programme, crossing.at)
+            best = deepest_overlap(case.setup, case.designs, case.programme, crossing.angles)
             for away in ([1e-3, -1e-3], [-1e-3, 2e-3]):
-                pair = followed(case.setup, case.designs, case.programme, np.array([best + away]))
+                pair = follow_overlaps(case.setup, case.designs, case.programme, np.array([best + away]))
                 least, most = (
                     squared_depths(case, *x[:, None])[0, 0] * speed_at(case, x[:1]) for x in (best, pair[0])
                 )
@@ -517,13 +525,13 @@ def test_the_overlap_over_a_box_holds_that_of_its_designs(case, pair, width):
     )
     free = ("size", "roller_radius", *(("arm_length", "centre_distance") if case.setup.angular else ("offset",)))
     sides = {n: Interval(v - width * (n in free), v + width * (n in free)) for n, v in case.designs.sizes.items()}
-    over = overlap_in(
+    over = box_overlap(
         case.setup, Designs(**sides, sense=case.designs.sense), case.designs, free, case.programme, angles
     )
     for share in random.uniform(-1.0, 1.0, (5, len(free))):
         moved = {n: case.designs.sizes[n] + x * width for n, x in zip(free, share, strict=True)}
         other = replace(case, designs=replace(case.designs, **moved))
-        if case.setup.mechanism.exists(other.designs, case.programme)[0]:
+        if case.setup.mechanism.can_assemble(other.designs, case.programme)[0]:
             turned = squared_depths(other, *angles.T)[0, 0] * speed_at(other, angles[0, :1])
             assert over.value.low[0] - 1e-12 <= turned <= over.value.high[0] + 1e-12
             moved = over.slopes * as_interval(width * share[:, None])
@@ -531,10 +539,10 @@ def test_the_overlap_over_a_box_holds_that_of_its_designs(case, pair, width):
             assert by_slopes.low[0] - 1e-9 <= turned <= by_slopes.high[0] + 1e-9
 
 
-def speed_at(case: Case, angles) -> float:
+def speed_at(case: EvaluationBlock, angles) -> float:
     """|C'| in mm/rad."""
     record = case.setup.mechanism.sliding(case.designs, case.programme)
-    return float(curve(record, ..., case.programme.state(angles))[0][0])
+    return float(value_and_slope(record, ..., case.programme.state(angles))[0][0])
 
 
 @pytest.mark.one_in(2)
@@ -543,7 +551,7 @@ def test_all_cams_of_an_excluded_box_cross_themselves(key):
     """Random designs of boxes, and the corners, against polygons; all boxes round a crossing are, once narrow."""
     random, excluded = np.random.default_rng(5), 0
     for case in slim_cams(times(12, deep=30), key):
-        if find_crossing(case.setup, case.designs, case.programme).shown is not True:
+        if find_crossing(case.setup, case.designs, case.programme).crosses is not True:
             continue
         others = ("arm_length", "centre_distance") if case.setup.angular else ("offset",)
         free = ("size", "roller_radius", *others)
@@ -557,20 +565,22 @@ def test_all_cams_of_an_excluded_box_cross_themselves(key):
             for share in random.choice([-1.0, 1.0, 0.3, -0.7], (3, len(free))) if shown else ():
                 moved = {n: case.designs.sizes[n] + x * width for n, x in zip(free, share, strict=True)}
                 other = replace(case, designs=replace(case.designs, **moved))
-                assert not case.setup.mechanism.exists(other.designs, case.programme)[0] or polygon_crosses(other)
+                assert not case.setup.mechanism.can_assemble(other.designs, case.programme)[0] or polygon_crosses(
+                    other
+                )
     assert excluded >= times(8, deep=20)  # the test has met boxes to check
 
 
 def a_row_of_lobes(count: int = 60) -> tuple[Problem, Designs]:
     """The same lobe at prime radii from 7.6 up: the small ones cross themselves, the large ones do not."""
-    problem = exactly(resolve(lobe(touching_roller("parabolic")[0], prime=8.0)))
+    problem = at_rounding_error(resolve(lobe(touching_roller("parabolic")[0], prime=8.0)))
     designs = problem.design.take(np.zeros(count, dtype=int))
     return problem, replace(designs, size=designs.size + np.linspace(-0.4, 2.0, count))
 
 
 def test_when_the_time_is_over_nothing_more_is_asked_of_crossings():
     problem, designs = a_row_of_lobes()
-    whole, cut = (bound_excesses(problem, designs, frozenset(), until) for until in (np.inf, now()))
+    whole, cut = (bound_excesses(problem, designs, frozenset(), until) for until in (np.inf, clock_seconds()))
     crossing = np.array(
         [evaluate(lobe(designs.roller_radius[0], p))["self_crossing"] for p in designs.prime_radius]
     )
@@ -578,18 +588,20 @@ def test_when_the_time_is_over_nothing_more_is_asked_of_crossings():
     assert np.array_equal(whole.inner[-1] > 0.0, crossing)
     assert np.all(cut.outer[-1] == np.inf)
     assert np.all(cut.inner[-1] == -np.inf)
-    for until, first in ((np.inf, designs.take([np.argmin(crossing)])), (now(), None)):
-        found = first_feasible(problem, designs, known_crossings(problem), until)
+    for until, first in ((np.inf, designs.take([np.argmin(crossing)])), (clock_seconds(), None)):
+        found = first_feasible_design(problem, designs, crossing_memory(problem), until)
         assert (found and found.size) == (first and first.size)
 
 
 def test_when_the_time_is_over_a_feasible_design_is_kept():
     problem, designs = a_row_of_lobes()
-    bounds = {**boxes_of(problem)[0], "size": (1.0, 100.0)}
+    bounds = {**search_boxes(problem)[0], "size": (1.0, 100.0)}
     large = designs.take([-1])
     assert shrink_on_grids(problem, bounds, large).size < large.size
-    assert shrink_on_grids(problem, bounds, large, until=now()).size == large.size
-    with_time, without = (_clear_above(problem, Smallest(large, 0.0), until) for until in (np.inf, now()))
+    assert shrink_on_grids(problem, bounds, large, until=clock_seconds()).size == large.size
+    with_time, without = (
+        _clear_size(problem, SmallestCam(large, 0.0), until) for until in (np.inf, clock_seconds())
+    )
     assert with_time == large.size
     assert without == pytest.approx(large.size + 10.0 * large.prime_radius)
 
@@ -598,9 +610,9 @@ def test_half_of_the_time_is_kept_for_crossings(monkeypatch):
     problem, ends = a_row_of_lobes()[0], []
 
     def timed(search):
-        return lambda *given, **more: ends.append(given[-1] - now()) or search(*given, **more)
+        return lambda *given, **more: ends.append(given[-1] - clock_seconds()) or search(*given, **more)
 
     for search in (least_of_others, branch_and_bound):
         monkeypatch.setattr(f"camopt.solve.smallest.smallest.{search.__name__}", timed(search))
-    smallest(problem, {**boxes_of(problem)[0], "size": (1.0, 100.0)}, now() + 1000.0)
+    solve_smallest_cam(problem, {**search_boxes(problem)[0], "size": (1.0, 100.0)}, clock_seconds() + 1000.0)
     assert ends == [pytest.approx(500.0, abs=100.0), pytest.approx(1000.0, abs=100.0)]

@@ -12,13 +12,13 @@ from camopt import BadInput, find_scene, optimise
 from camopt.cli.main import main
 from camopt.core.quantities import DISCIPLINES, GEOMETRY, QUANTITIES
 from camopt.core.quantities.limit_keys import LIMIT_KEYS
-from camopt.model.effects import EFFECTS, Case, effects_needed
-from camopt.model.effects.case import Bounded, nothing
+from camopt.model.effects import EFFECTS, EvaluationBlock, plan_effects
+from camopt.model.effects.effect import EnclosedValue, no_columns
 from camopt.scene.problem.problem import resolve
 from camopt.scene.tables import Dynamics, Materials
 from camopt.show.studies.cost_report import cost_report
-from camopt.solve.smallest.sized import sized
-from camopt.solve.verdicts.running import run_effects
+from camopt.solve.smallest.complete_scene import with_all_sizes
+from camopt.solve.verdicts.effect_runs import run_effects
 
 TRAIN = {
     "cam.rpm": 300,
@@ -53,13 +53,13 @@ def test_without_outputs_motion_and_geometry_run_and_nothing_else():
 
 def test_what_is_exact_has_no_enclosure():
     problem = resolve(VALVE)
-    case = Case(problem.setup, problem.programme, problem.design)
+    case = EvaluationBlock(problem.setup, problem.programme, problem.design)
     for effect in (each for each in EFFECTS.values() if each.exact):
         found = run_effects(case, effect.reads(case.setup)).columns
-        columns = effect.run(replace(case, found=found), frozenset(effect.offers(case.setup)))
+        columns = effect.run(replace(case, columns=found), frozenset(effect.offers(case.setup)))
         assert columns
-        assert effect.of_pitch is nothing
-        assert not any(isinstance(column, Bounded) for column in columns.values())
+        assert effect.run_on_pitch is no_columns
+        assert not any(isinstance(column, EnclosedValue) for column in columns.values())
 
 
 def test_all_calls_for_all_and_shares_add_up():
@@ -69,7 +69,7 @@ def test_all_calls_for_all_and_shares_add_up():
     assert sum(entry.share for entry in found.entries) == pytest.approx(1.0)
     assert all(entry.called_by == ("outputs all",) or "outputs all" in entry.called_by for entry in found.entries)
     written = {name for entry in found.entries for name in entry.writes}
-    assert written == set(resolve(VALVE.replace(outputs=["all"])).wanted)
+    assert written == set(resolve(VALVE.replace(outputs=["all"])).evaluated_quantities)
 
 
 def test_a_limit_calls_for_what_it_needs_and_what_that_reads():
@@ -82,7 +82,7 @@ def test_a_limit_calls_for_what_it_needs_and_what_that_reads():
     assert entries["crossing"].called_by == ("limits.self_crossing",)  # asked of every cam
     assert entries["pressure"].called_by == ("effect crossing",)
     problem = resolve(scene)
-    assert list(effects_needed(problem.wanted, problem.setup)) == list(entries)
+    assert list(plan_effects(problem.evaluated_quantities, problem.setup)) == list(entries)
 
 
 def test_the_command_shows_the_tree_and_its_json(tmp_path, capsys):
@@ -111,14 +111,16 @@ def test_effects_take_a_scene_whose_size_is_to_be_found(changes):
     """What ``optimise`` takes has the same effects as the smallest cam for it."""
     scene = OPEN.replace(**changes)
     assert [each.effect for each in cost_report(scene).entries] == [
-        each.effect for each in cost_report(sized(OPEN)).entries
+        each.effect for each in cost_report(with_all_sizes(OPEN)).entries
     ]
 
 
 def test_a_scene_with_its_sizes_stays_as_it_is_and_another_gets_those_of_its_smallest_cam():
-    assert sized(VALVE) is VALVE
-    assert sized(OPEN).cam.base_radius == optimise(OPEN).best["base_radius_mm"]
-    assert sized(OPEN.replace(**{"limits.outer_radius": 30})).cam.base_radius is not None  # the nearest miss
+    assert with_all_sizes(VALVE) is VALVE
+    assert with_all_sizes(OPEN).cam.base_radius == optimise(OPEN).best["base_radius_mm"]
+    assert (
+        with_all_sizes(OPEN.replace(**{"limits.outer_radius": 30})).cam.base_radius is not None
+    )  # the nearest miss
     endless = find_scene("knife-300rpm-radial").replace(limits=None, search=None, **{"cam.base_radius": None})
     with pytest.raises(BadInput, match="nothing limits"):
         cost_report(endless)

@@ -8,13 +8,13 @@ from support.real_cams import cams_of
 from support.ribs import rib
 
 import camopt
-from camopt.model.effects.motion import error_names, scale
+from camopt.model.effects.motion import error_names, motion_scale
 from camopt.model.motion.stroke import DWELL
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.solve.tolerances.errors import ends_of
-from camopt.solve.tolerances.tolerance import errors_of
-from camopt.solve.tolerances.turn import TurnErrors
+from camopt.solve.tolerances.errors import contact_error_ranges
+from camopt.solve.tolerances.tolerance import first_order_errors
+from camopt.solve.tolerances.turn_errors import TurnErrors
 
 LINKS = {"train.1.coupler": 0.05, "train.1.crank": {"plus": 0.04, "minus": 0.0}, "follower.arm_length": 0.03}
 PAIR = {"drive.roller_radius": "h6", "follower.arm_length": 0.02, "phase": 0.02, "disc_phase": 0.02}
@@ -47,11 +47,13 @@ def test_the_largest_errors_are_those_of_the_worst_corner_by_exact_contact(kind)
     scene = scene_of(kind)
     problem = resolve_design(scene)
     found = camopt.evaluate(scene.replace(outputs=["motion_errors"]))
-    ends, worst = ends_of(scene, problem), np.zeros(3)
+    ends, worst = contact_error_ranges(scene, problem), np.zeros(3)
     cams = cams_of(problem, 0)
     for corner in product(*ends.values()):
         off = {key: np.full(DENSE.size, end) for key, end in zip(ends, corner, strict=True)}
-        errors = [scale(problem.setup, order) * np.abs(cams.errors(off, DENSE, order)).max() for order in range(3)]
+        errors = [
+            motion_scale(problem.setup, order) * np.abs(cams.errors(off, DENSE, order)).max() for order in range(3)
+        ]
         worst = np.maximum(worst, errors)
     told = np.array([found[name] for name in error_names(problem.setup)[:3]])
     finite = np.isfinite(told)  # the law of one jumps
@@ -65,19 +67,23 @@ def test_they_are_those_of_the_tables_with_profiles_and_bores_too(kind):
     turn = TurnErrors(scene, resolve_design(scene))
     found = camopt.evaluate(scene.replace(outputs=["motion_errors"]))
     names = error_names(turn.problem.setup)
-    np.testing.assert_allclose([found[n] for n in names[:3]], [e.worst for e in errors_of(turn)], rtol=1e-9)
+    np.testing.assert_allclose(
+        [found[n] for n in names[:3]], [e.worst for e in first_order_errors(turn)], rtol=1e-9
+    )
     changes = [0.0]
     for stroke in turn.problem.programme.tool.strokes:
         if stroke.kind == DWELL:
             dwell = np.linspace(stroke.start, np.nextafter(stroke.start + stroke.angle, 0.0), 33)
-            changes.append(scale(turn.problem.setup, 0) * sum(each.change() for each in turn.at(dwell)))
+            changes.append(
+                motion_scale(turn.problem.setup, 0) * sum(each.change() for each in turn.contributions_at(dwell))
+            )
     assert max(changes) == pytest.approx(found[names[3]], rel=1e-9)
 
 
 def test_a_jump_of_the_motion_makes_them_infinite_as_in_the_tables():
     motion = [{"segment": each, "angle": 180, "lift": 10, "law": "parabolic"} for each in ("rise", "return")]
     scene = scene_of("pair").replace(motion=motion)
-    _, velocity, acceleration = errors_of(TurnErrors(scene, resolve_design(scene)))
+    _, velocity, acceleration = first_order_errors(TurnErrors(scene, resolve_design(scene)))
     found = camopt.evaluate(scene.replace(outputs=["motion_errors"]))
     assert found["velocity_error_max_rad_s"] == pytest.approx(velocity.worst, rel=1e-9)
     assert found["acceleration_error_max_rad_s2"] == acceleration.worst == np.inf

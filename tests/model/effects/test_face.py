@@ -40,7 +40,7 @@ def test_the_line_of_contact_never_leaves_the_circle_and_reaches_it(width, offse
     flat = Scene.from_dict(cam_with("flat", "cycloidal", rotation=rotation))
     scene = flat.replace(**{"follower.offset": offset, "materials.face_width": width, "outputs": [DIAMETER]})
     sense = 1.0 if rotation == "ccw" else -1.0
-    slopes = resolve(scene).programme.at(np.linspace(0.0, 2 * np.pi, 36_001))[1]
+    slopes = resolve(scene).programme.motion_at(np.linspace(0.0, 2 * np.pi, 36_001))[1]
     ends = np.hypot(slopes - offset * sense, width / 2)
     found = evaluate(scene)[DIAMETER]
     assert 2 * ends.max() <= found * (1 + 1e-12)

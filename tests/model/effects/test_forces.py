@@ -51,7 +51,7 @@ def sampled(scene, points=100_000):
     kind = np.zeros(points)
     for stroke in programme.strokes:
         kind[(angles >= stroke.start) & (angles < stroke.end)] = stroke.kind
-    return kind, *programme.at(angles)
+    return kind, *programme.motion_at(angles)
 
 
 def agree(found, expected, jumps):

@@ -11,16 +11,16 @@ from support.depth import covering
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene, optimise
 from camopt.core.kernels.compile import compiled
-from camopt.core.numerics.curves import Linear, curve
+from camopt.core.numerics.curves import Linear, value_and_slope
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.jet import Jet
 from camopt.core.numerics.state import State
 from camopt.model.effects.loads import borne_force, guided_force
 from camopt.model.mechanisms import MECHANISMS
+from camopt.model.motion.law_panels import turning_points
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import INWARD, OUTWARD, RESTING, WAYS
-from camopt.model.motion.table import turnings
-from camopt.scene.own_laws import law_in
+from camopt.scene.own_laws import own_law_from_values
 from camopt.scene.problem.problem import resolve
 
 # each mechanism once, laws that turn back, loads that change, contact that is lost, a follower that jams
@@ -90,7 +90,7 @@ def test_a_return_is_eased_by_friction_to_whichever_side_it_thrusts(offset):
     """A load that has its peak at one cam angle of the return, and pulls elsewhere: N there is the sheet's."""
     rows = [[0, -300], [200, -300], [215, 900], [230, -300]]
     scene = guided(**{"follower.dynamics.load": rows, "follower.offset": offset, "outputs": ["thrust"]})
-    y, y1, y2, _ = resolve(scene).programme.at(np.array([radians(215)]))[:, 0]
+    y, y1, y2, _ = resolve(scene).programme.motion_at(np.array([radians(215)]))[:, 0]
     tangent = (y1 - offset) / (np.sqrt(57.0**2 - offset**2) + y)
     assert np.sign(tangent) == (1 if offset < 0 else -1)
     force = 1.2e-3 * (250 * pi / 30) ** 2 * y2 + 6 * y + 150 + 900
@@ -195,7 +195,7 @@ def test_number_systems_agree_on_the_guide(number, force, lean):
     tangent = Linear(0 * ones, ones, 0 * ones, 0 * ones)
     for made, expected in ((given, force / (1.0 - 0.5 * np.sign(force) * abs(lean))), (borne_force(given), None)):
         guide = guided_force(made, tangent, 0.5 * ones, 0 * ones)
-        value = curve(guide, 0, State(number(0.0), number(lean), number(0.0), number(0.0)))[0]
+        value = value_and_slope(guide, 0, State(number(0.0), number(lean), number(0.0), number(0.0)))[0]
         value = value.arb if isinstance(value, Ball) else value.low if isinstance(value, Interval) else value
         wanted = expected if expected is not None else max(force, 0.0) / (1.0 - 0.5 * abs(lean))
         assert float(
@@ -229,8 +229,8 @@ def test_jets_know_corners():
 
 
 def test_a_law_that_turns_back_is_cut_where_it_does():
-    law = law_in("wavy", friction.WAVY["wavy"])
-    places = turnings(law, 24)
+    law = own_law_from_values("wavy", friction.WAVY["wavy"])
+    places = turning_points(law, 24)
     assert len(places) == 2
     assert np.abs(law.velocity(np.array(places))).max() < 1e-12
     programme = Programme.from_segments(
@@ -240,7 +240,7 @@ def test_a_law_that_turns_back_is_cut_where_it_does():
     )
     table, ends = programme.table, [*programme.starts, 2 * pi]
     for start, end, kind in zip(ends[:-1], ends[1:], table.kind, strict=True):
-        speed = programme.at(np.linspace(start, end, 101)[1:-1])[1]
+        speed = programme.motion_at(np.linspace(start, end, 101)[1:-1])[1]
         way = {OUTWARD: 1.0, INWARD: -1.0, RESTING: 0.0}[int(kind) & WAYS]
         assert (np.sign(speed) == way).all()
     assert np.min(
@@ -252,6 +252,6 @@ def test_a_law_that_turns_back_is_cut_where_it_does():
 def test_laws_that_never_turn_back_are_not_cut(scene):
     programme = resolve(find_scene(scene)).programme
     for law in resolve(find_scene(scene)).laws.values():
-        assert turnings(law, 24) == ()
+        assert turning_points(law, 24) == ()
     ways = {1: OUTWARD, 2: INWARD, 4: RESTING}
     assert all(int(kind) & WAYS == ways[int(kind) & 7] for kind in programme.table.kind)

@@ -16,7 +16,7 @@ def groove(contact, **changes):
 
 def test_at_the_bottom_a_groove_is_steeper_by_the_share_of_the_radii():
     scene = groove("groove")
-    slope = resolve_design(scene).programme.at(np.linspace(0, 2 * np.pi, 400_001))[1]
+    slope = resolve_design(scene).programme.motion_at(np.linspace(0, 2 * np.pi, 400_001))[1]
     bottom = scene.cam.mean_radius - DEPTH / 2
     assert evaluate(scene)[BOTTOM] == pytest.approx(np.degrees(np.arctan(np.abs(slope).max() / bottom)), abs=1e-7)
 

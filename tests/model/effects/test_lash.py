@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from support.cams import cam_with
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene
-from camopt.model.effects.lash import angle_above, speeds_within
+from camopt.model.effects.lash import angle_above, lash_speeds
 from camopt.model.motion import LAWS
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import INWARD, OUTWARD
@@ -29,13 +29,13 @@ def turn(rise, fall):
 
 
 def one_way(programme, low, high, way):
-    found = speeds_within(programme, low, high)
+    found = lash_speeds(programme, low, high)
     return found.opening if way == OUTWARD else found.closing
 
 
 def sampled(programme, low, high, sign, count=200_001):
     """A slow second answer: the largest speed of many samples between two levels, on one way."""
-    y, y1, _, _ = programme.at(np.linspace(0.0, 2 * pi, count))
+    y, y1, _, _ = programme.motion_at(np.linspace(0.0, 2 * pi, count))
     inside = (y >= low) & (y <= high) & (sign * y1 > 0)
     return float(np.abs(y1[inside]).max(initial=0.0))
 
@@ -58,15 +58,15 @@ def test_the_speed_at_a_level_is_that_where_the_motion_is(level):
     low, high = 0.0, radians(90)
     for _ in range(80):
         middle = (low + high) / 2
-        low, high = (middle, high) if programme.at(np.array([middle]))[0, 0] < level else (low, middle)
-    speed = programme.at(np.array([high]))[1, 0]
+        low, high = (middle, high) if programme.motion_at(np.array([middle]))[0, 0] < level else (low, middle)
+    speed = programme.motion_at(np.array([high]))[1, 0]
     assert isclose(one_way(programme, level, level, OUTWARD), speed, rel_tol=1e-9)
 
 
 @pytest.mark.parametrize("level", [0.0, 0.2, 5.0, 9.99, 10.5])
 def test_the_angle_above_a_level_is_that_of_samples(level):
     programme = turn("modified-sine", "cycloidal")
-    above = np.mean(programme.at(np.linspace(0.0, 2 * pi, 400_001)[:-1])[0] > level) * 2 * pi
+    above = np.mean(programme.motion_at(np.linspace(0.0, 2 * pi, 400_001)[:-1])[0] > level) * 2 * pi
     assert isclose(angle_above(programme, level), above, abs_tol=1e-4)
 
 
@@ -79,7 +79,7 @@ def test_a_ramp_has_the_speed_that_it_was_given():
     wide = evaluate(scene.replace(**{"follower.dynamics.lash_variation": 0.15, "outputs": ["lash"]}))
     assert wide["opening_speed_max_m_s"] > 1.2 * speed
     angles = np.linspace(0.0, 2 * pi, 720_001)[:-1]
-    beyond = resolve(scene).programme.at(angles)[0] > 0.15
+    beyond = resolve(scene).programme.motion_at(angles)[0] > 0.15
     assert found["lash_open_deg"] == pytest.approx(360.0 * np.mean(beyond), abs=1e-3)
 
 
@@ -128,7 +128,7 @@ def test_a_spring_on_the_valve_has_its_own_force_above_the_lash_with_the_preload
     loads = {"mass": mass, "spring_rate": rate, "preload": seat - rate * lash, "lash": lash}
     scene = find_scene("bucket-valve").replace(**{"follower.dynamics": loads, "outputs": ["contact_force_max_N"]})
     programme = resolve(scene).programme
-    y, _, y2, _ = programme.at(np.linspace(0, 2 * np.pi, 400001))
+    y, _, y2, _ = programme.motion_at(np.linspace(0, 2 * np.pi, 400001))
     above = y > lash
     omega = scene.cam.rpm * np.pi / 30
     force = seat + rate * (y - lash) + mass * omega**2 * y2 / 1e3

@@ -14,9 +14,9 @@ from support.depth import times
 
 from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep
 from camopt.core.numerics import LARGEST
-from camopt.core.numerics.curves import curve
-from camopt.model.effects import Case, loads, surface
-from camopt.model.effects.vibration import mass_acceleration, response
+from camopt.core.numerics.curves import value_and_slope
+from camopt.model.effects import EvaluationBlock, loads, surface
+from camopt.model.effects.vibration import mass_acceleration, steady_response
 from camopt.model.motion.load import ExternalLoad
 from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.problem.problem import resolve
@@ -84,7 +84,7 @@ def test_rows_on_the_line_change_nothing():
 def test_the_load_between_rows_is_that_of_linear_interpolation(rows):
     rows = sorted(rows)
     angles = np.linspace(0.0, 360.0, 1441)[:-1]
-    ours, slope = ExternalLoad(rows, 1.0).at(np.radians(angles))
+    ours, slope = ExternalLoad(rows, 1.0).load_and_slope(np.radians(angles))
     assert ours == pytest.approx(np.interp(angles, *zip(*rows, strict=True), period=360), abs=1e-9)
     step = 1e-3
     ahead = np.interp(angles + step, *zip(*rows, strict=True), period=360)
@@ -128,7 +128,7 @@ def test_torque_and_its_energy_against_quadrature(rows):
     parts = naive.under_load(naive.programme(moving, fp), rows, fp)
     ends = sum(naive.on_line(k, p.end) * p.jet(p.end)[0] for p, k in parts)
     ends -= sum(naive.on_line(k, p.start) * p.jet(p.start)[0] for p, k in parts)
-    slopes = ExternalLoad(rows, 1.0).at(theta)[1]
+    slopes = ExternalLoad(rows, 1.0).load_and_slope(theta)[1]
     assert ours["torque_mean_N_m"] * 2e3 * np.pi == pytest.approx(
         damped + ends - np.sum(weight * slopes * y), rel=1e-10
     )
@@ -156,12 +156,12 @@ def test_the_elastic_contact_force_against_a_scan(rows):
     asked, ratio = resolve(scene), 2 * np.pi * 90.0 / OMEGA
     table = asked.programme.table
     u = np.linspace(-1.0, 1.0, 2001)
-    inertia = mass_acceleration(response(asked.programme, ratio, 0.04), ratio).at(u)[:, 0]
+    inertia = mass_acceleration(steady_response(asked.programme, ratio, 0.04), ratio).values_at(u)[:, 0]
     least = np.inf
     lines = naive.lines(rows, fp)
     for panel, (centre, half) in enumerate(zip(table.centre, table.half_width, strict=True)):
         theta = centre + half * u
-        y, y1 = asked.programme.at(np.clip(theta, 0.0, 2 * np.pi - 1e-12))[:2]
+        y, y1 = asked.programme.motion_at(np.clip(theta, 0.0, 2 * np.pi - 1e-12))[:2]
         line = next(each for each in lines if each[0] <= centre <= each[2])
         held = UNGUIDED["damping"] * OMEGA * y1 + UNGUIDED["spring_rate"] * y + UNGUIDED["preload"]
         outside = naive.on_line(line, theta) + 9.81 * UNGUIDED["mass"]
@@ -182,16 +182,16 @@ def test_wear_and_film_are_those_of_a_scan():
     scene = under(JUMPING)
     scene["cam"]["base_radius"] = 160  # so that the lubricant is carried one way
     asked = resolve(Scene.from_dict({**scene, "materials": {**scene["materials"], **WORN}}))
-    case = Case(asked.setup, asked.programme, asked.design)
+    case = EvaluationBlock(asked.setup, asked.programme, asked.design)
     jump = np.radians(70.0)
     theta = np.array([jump - 1e-12, jump + 1e-12, *np.linspace(0.0, 2 * np.pi, 200_001)[:-1]])
     state = asked.programme.state(theta)
     for make in (
         partial(surface.wear_curve, asked.setup),
         partial(loads.normal_curve, asked.setup),
-        *(each for each, _ in surface.wear_variants(surface.RATIO, asked.setup)),
+        *(each for each, _ in surface.wear_variants(surface.FILM_RATIO, asked.setup)),
     ):
-        scanned = curve(make(asked.design, asked.programme), 0, state)[0].max()
+        scanned = value_and_slope(make(asked.design, asked.programme), 0, state)[0].max()
         exact = case.extremes(make, [(ALL_STROKES, LARGEST)])
         assert scanned <= exact.value[0, 0] * (1 + 1e-12)
         assert scanned == pytest.approx(exact.value[0, 0], rel=1e-6)

@@ -18,14 +18,14 @@ from support.cams import CONTACTS, FREE, GUIDED, SWUNG, cam_with
 from camopt import Scene, certify, evaluate, optimise, prices
 from camopt.core.numerics.interval import Interval
 from camopt.core.quantities import AT_LEAST, QUANTITIES
-from camopt.model.effects import EFFECTS, Case
+from camopt.model.effects import EFFECTS, EvaluationBlock
 from camopt.model.effects.loads import torque_curve
 from camopt.model.effects.mean import Mean
-from camopt.model.effects.mean_columns import powers_of
+from camopt.model.effects.mean_columns import power_means
 from camopt.model.effects.peak import Derivative
 from camopt.model.motion.stroke import ALL_STROKES
-from camopt.scene.problem.problem import exactly, resolve
-from camopt.solve.verdicts.mean_boxes import powers_over
+from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.solve.verdicts.mean_boxes import mean_power_over
 
 DIGITS = 50
 LONG = 3600.0  # seconds: searches end when they have proved what they find
@@ -112,7 +112,7 @@ class Turn:
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize(("contact", "offset"), [("roller", 0), ("offset-roller", 11)])
 def test_the_torque_of_a_rubbing_follower_is_that_of_50_digits(contact, offset):
-    problem = exactly(resolve(scene_of(contact)))
+    problem = at_rounding_error(resolve(scene_of(contact)))
     known, cam = means_of(problem), evaluate(scene_of(contact))
     with mp.workdps(DIGITS):
         turn = Turn()
@@ -132,7 +132,7 @@ def test_the_torque_of_a_rubbing_follower_is_that_of_50_digits(contact, offset):
 
 def test_root_mean_squares_of_a_polynomial_are_those_in_closed_form():
     """∮(y⁽ⁿ⁾)² dθ of 3-4-5 strokes: Σ h²·c/φ^(2n−1), c = 10/7, 120/7, 720."""
-    problem = exactly(resolve(scene_of("knife")))
+    problem = at_rounding_error(resolve(scene_of("knife")))
     for order, share in ((1, mpf(10) / 7), (2, mpf(120) / 7), (3, mpf(720))):
         with mp.workdps(DIGITS):
             angles = [mpf(angle) * mp.pi / 180 for angle in (110, 95)]
@@ -141,14 +141,14 @@ def test_root_mean_squares_of_a_polynomial_are_those_in_closed_form():
         ball, widths = enclosed(problem, mean)
         assert len(widths) == 1  # nothing is left out of a polynomial
         assert abs(mpf(str(ball.mid().str(45, radius=False))) / true - 1) < mpf("1e-38")
-        found = powers_of(Case(problem.setup, problem.programme, problem.design), mean).value[0]
+        found = power_means(EvaluationBlock(problem.setup, problem.programme, problem.design), mean).value[0]
         assert found == pytest.approx(float(true), rel=1e-14)
 
 
 @pytest.mark.parametrize("contact", ["groove", "groove-arm"])
 def test_a_groove_is_as_long_as_its_chords(contact):
     """By the mechanism's own points, of which chords fall short by the square of their length."""
-    problem = exactly(resolve(scene_of(contact)))
+    problem = at_rounding_error(resolve(scene_of(contact)))
     ball, _ = enclosed(problem, means_of(problem)["groove_length_mm"])
     found, lengths = 2.0 * np.pi * float(ball.mid()), []
     for count in (20_000, 40_000):
@@ -177,7 +177,7 @@ def test_the_lift_area_of_a_symmetric_law_is_half_that_of_its_box(contact, unit,
 @pytest.mark.parametrize("contact", ["flat", "arm", "groove-arm"])
 def test_springs_and_masses_give_back_what_they_take(contact, law):
     """∮F·y' dθ is what damping takes: the mean of all of the torque lies in the ball of the mean of that."""
-    problem = exactly(resolve(scene_of(contact, law)))
+    problem = at_rounding_error(resolve(scene_of(contact, law)))
     spent, _ = enclosed(problem, means_of(problem)["torque_mean_N_m"])
     whole, _ = enclosed(problem, Mean(((lambda d, p: torque_curve(problem.setup, d, p), ALL_STROKES),)))
     assert whole.overlaps(spent)
@@ -187,12 +187,15 @@ def test_springs_and_masses_give_back_what_they_take(contact, law):
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("contact", CONTACTS)
 def test_columns_are_those_of_balls(contact):
-    problem, cam = exactly(resolve(scene_of(contact, "cycloidal"))), evaluate(scene_of(contact, "cycloidal"))
+    problem, cam = (
+        at_rounding_error(resolve(scene_of(contact, "cycloidal"))),
+        evaluate(scene_of(contact, "cycloidal")),
+    )
     known = means_of(problem)
     assert {"torque_mean_N_m", "torque_rms_N_m", "power_mean_W"} < known.keys()
     for name, mean in known.items():
         ball, _ = enclosed(problem, mean, 60, enough=1e-16)
-        value = mean.scale.quantity(mean.of_powers(float(ball.mid())), problem.design)
+        value = mean.scale.quantity(mean.value_of_mean(float(ball.mid())), problem.design)
         assert cam[name] == pytest.approx(np.asarray(value).item(), rel=1e-13)
 
 
@@ -201,7 +204,7 @@ def test_columns_are_those_of_balls(contact):
 
 def test_halved_parts_are_as_much_nearer_as_the_order_says():
     """What is left out of a sine wave falls by 2^(K + 1)."""
-    problem = exactly(resolve(scene_of("knife", "cycloidal")))
+    problem = at_rounding_error(resolve(scene_of("knife", "cycloidal")))
     _, widths = enclosed(problem, means_of(problem)["acceleration_rms_m_s2"], 4)
     far = [width for width in widths if width > 1e-50 * widths[0]]
     assert len(far) > 2
@@ -209,7 +212,7 @@ def test_halved_parts_are_as_much_nearer_as_the_order_says():
 
 
 def test_next_to_a_kink_the_range_tells_and_is_cut():
-    problem = exactly(resolve(scene_of("offset-roller")))
+    problem = at_rounding_error(resolve(scene_of("offset-roller")))
     ball, widths = enclosed(problem, means_of(problem)["torque_rms_N_m"])
     assert widths[-1] < 1e-40 * float(ball)
     assert len(widths) > 40
@@ -255,11 +258,11 @@ def test_the_range_over_a_box_holds_every_design_of_it(contact):
         spans = []
         for width in (0.08, 0.02, 0.005):
             box, inside, free = boxes_of(problem, width, 5, 3)
-            found, rng = powers_over(problem, mean, box, inside, free), np.random.default_rng(5)
+            found, rng = mean_power_over(problem, mean, box, inside, free), np.random.default_rng(5)
             for _ in range(4):
                 sizes = {n: s.low + (s.high - s.low) * rng.uniform(size=5) for n, s in box.sizes.items()}
-                case = Case(problem.setup, problem.programme, replace(problem.design, **sizes))
-                value = powers_of(case, mean).value
+                case = EvaluationBlock(problem.setup, problem.programme, replace(problem.design, **sizes))
+                value = power_means(case, mean).value
                 assert np.all((found.value.low <= value) & (value <= found.value.high)), name
             spans.append((found.value.high - found.value.low).mean())
         assert spans[0] > 3.0 * spans[1] > 9.0 * spans[2]  # in proportion to the box, or faster
@@ -278,7 +281,7 @@ def test_of_designs_that_may_jam_nothing_is_known():
     box = {name: Interval(value, value) for name, value in problem.design.sizes.items()}
     box["size"] = Interval(np.array([40.0]), np.array([90.0]))
     inside = replace(problem.design, size=np.array([90.0]))
-    found = powers_over(problem, mean, replace(problem.design, **box), inside, ["size"])
+    found = mean_power_over(problem, mean, replace(problem.design, **box), inside, ["size"])
     assert found.value.high[0] == inf
 
 

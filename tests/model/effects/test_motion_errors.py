@@ -102,7 +102,7 @@ def test_the_smallest_cam_with_a_limit_is_that_of_its_closed_form():
     slope = np.sqrt((bound / 0.03) ** 2 - 1.0)
     nominal = scene_of("roller", given=given)
     angles = np.linspace(0.0, 2 * np.pi, 200_001)
-    y, y1, *_ = camopt.scene.problem.problem.resolve_design(nominal).programme.at(angles)
+    y, y1, *_ = camopt.scene.problem.problem.resolve_design(nominal).programme.motion_at(angles)
     assert best["base_radius_mm"] + 14 == pytest.approx((np.abs(y1) / slope - y).max(), rel=1e-6)
     assert best["proved"]
     assert best["binding"] == ["position_error"]

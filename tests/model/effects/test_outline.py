@@ -18,11 +18,11 @@ from camopt import (
     shipped_scenes,
     sweep,
 )
-from camopt.model.effects import Case, outline
-from camopt.model.effects.peak_columns import extreme_of
+from camopt.model.effects import EvaluationBlock, outline
+from camopt.model.effects.peak_columns import peak_extremes
 from camopt.model.motion import LAWS
 from camopt.scene.problem.problem import resolve
-from camopt.solve.front.curve_verdicts import told_by_curves
+from camopt.solve.front.curve_verdicts import limits_of_curves
 
 OPEN = [contact for contact in CONTACTS if not contact.startswith("groove")]
 
@@ -102,10 +102,10 @@ def test_a_scan_finds_the_farthest_where_the_follower_is_highest(contact):
 def test_the_closed_form_is_what_a_search_over_the_turn_finds(name):
     """Behind trains and with measured profiles too."""
     problem = resolve(find_scene(name))
-    case = Case(problem.setup, problem.programme, problem.design)
+    case = EvaluationBlock(problem.setup, problem.programme, problem.design)
     for peak in outline.peaks(problem.setup).values():
-        searched = extreme_of(case, peak._replace(at_ends=False)).value
-        np.testing.assert_allclose(extreme_of(case, peak).value, searched, rtol=1e-12, atol=1e-11)
+        searched = peak_extremes(case, peak._replace(at_ends=False)).value
+        np.testing.assert_allclose(peak_extremes(case, peak).value, searched, rtol=1e-12, atol=1e-11)
 
 
 @pytest.mark.parametrize("contact", ["arm", "swinging-face"])
@@ -189,7 +189,7 @@ def test_pitch_curves_tell_which_cams_run_through_the_pivot(contact, body, tmp_p
         **{"follower.centre_distance": 101.3, "outputs": []}
     )
     problem = resolve(scene)
-    assert told_by_curves(problem.limits, frozenset())
+    assert limits_of_curves(problem.limits, frozenset())
     found = sweep(scene)
     sweep(scene, out=tmp_path, keep="all")
     every = load(tmp_path / "designs.parquet")

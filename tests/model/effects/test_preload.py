@@ -6,7 +6,7 @@ from support.cams import STEEL, SWUNG
 from support.pairs import pair
 
 from camopt import BadInput, Scene, cam_points, evaluate, optimise
-from camopt.core.numerics.curves import Linear, curve
+from camopt.core.numerics.curves import Linear, value_and_slope
 from camopt.core.numerics.jet import Jet
 from camopt.core.numerics.state import State
 from camopt.model.effects.loads import preloaded_force
@@ -29,7 +29,9 @@ def test_two_contacts_share_a_force_as_two_springs_do():
         zero, each = np.zeros(1), np.array([force])
         state = resolve_design(Scene.from_dict(pair(rng, "translating"))).programme.state(np.zeros(1))
         found = [
-            curve(preloaded_force(Linear(zero, zero, zero, side * each), np.array([preload])), ..., state)[0][0]
+            value_and_slope(
+                preloaded_force(Linear(zero, zero, zero, side * each), np.array([preload])), ..., state
+            )[0][0]
             for side in (1.0, -1.0)
         ]
         assert found == pytest.approx(borne_by_springs(force, preload), abs=1e-9)
@@ -40,7 +42,7 @@ def test_a_contact_that_is_never_touched_bears_nothing_over_a_whole_range():
     way = np.array([1.0])
     force = Linear(way, 0.0 * way, 0.0 * way, 0.0 * way)  # F is the displacement
     at = State(Jet(-5.0, -3.0, 0.0, 2.0, 2.0, 2.0), *(Jet(0.0, 0.0, 0.0, 0.0, 0.0, 0.0) for _ in range(3)))
-    borne, _ = curve(preloaded_force(force, way), 0, at)
+    borne, _ = value_and_slope(preloaded_force(force, way), 0, at)
     assert (borne.low, borne.high, borne.first, borne.second, borne.third) == (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -67,15 +69,16 @@ def test_the_stress_of_each_contact_is_that_of_its_share(motion):
     shares = np.array([borne_by_springs(each, preload) for each in force[::20]]).T
     modulus, width = setup.bodies.modulus, STEEL["face_width"]
     points = cam_points(Scene.from_dict(scene), np.degrees(angles[::20][5::50]))
-    second = mechanism.further[0]
+    second = mechanism.further_contacts[0]
     for place, (form, design), share in zip(
         ("first", "second"),
-        ((mechanism, problem.design), (second.mechanism, second.seen(problem.design))),
+        ((mechanism, problem.design), (second.mechanism, second.local_designs(problem.design))),
         shares,
         strict=True,
     ):
         tangent, kappa = (
-            curve(made(design, problem.programme), ..., state)[0][::20] for made in (form.pressure, form.curvature)
+            value_and_slope(made(design, problem.programme), ..., state)[0][::20]
+            for made in (form.pressure, form.curvature)
         )
         along = share / (design.arm_length[0] if swings else 1.0)
         assert points[f"{place}_contact_force_N"] == pytest.approx(along[5::50], abs=1e-6 * along.max())

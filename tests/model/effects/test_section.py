@@ -10,9 +10,9 @@ from support.cams import CONTACTS, cam_with
 from support.depth import times
 
 from camopt import Scene, evaluate, evaluate_designs, find_scene, shipped_scenes
-from camopt.core.numerics.quadrature import GAUSS_ORDERS, gauss
-from camopt.model.effects import Case, section
-from camopt.model.effects.figures import keyway
+from camopt.core.numerics.quadrature import GAUSS_ORDERS, gauss_rule
+from camopt.model.effects import EvaluationBlock, section
+from camopt.model.effects.area_moments import keyway_moments
 from camopt.model.mechanisms.geometry import profile_points
 from camopt.scene.problem.problem import resolve_design
 
@@ -168,7 +168,7 @@ def test_sections_in_fifty_digits():
 
 @pytest.mark.parametrize("order", GAUSS_ORDERS)
 def test_a_rule_is_exact_for_polynomials(order):
-    rule, powers = gauss(order), np.arange(order)
+    rule, powers = gauss_rule(order), np.arange(order)
     values = rule.nodes[:, None] ** powers
     even = np.where(powers % 2, 0.0, 2.0 / (powers + 1))
     np.testing.assert_allclose(rule.weights @ values, even, atol=1e-14)
@@ -214,7 +214,7 @@ def test_many_designs_are_those_one_by_one():
             assert many[name].iloc[row] == pytest.approx(alone[name].iloc[0], rel=1e-13)
     problem = resolve_design(scene)
     design = problem.design.take(np.zeros(3000, dtype=int))
-    found = section.section_of(Case(problem.setup, problem.programme, design))
+    found = section.integrate_section(EvaluationBlock(problem.setup, problem.programme, design))
     assert np.ptp(found.value, axis=1).max() == 0.0
 
 
@@ -227,7 +227,7 @@ def test_a_keyway_is_a_rectangle_less_its_bore(width, depth, angle):
     z = np.concatenate([inner, bottom]) * np.exp(1j * angle)
     after = np.roll(z, -1)
     twice = -(np.conj(z) * after).imag
-    expected = keyway(radius, width, depth, angle)
+    expected = keyway_moments(radius, width, depth, angle)
     assert twice.sum() / 2 == pytest.approx(expected.area, rel=1e-8)
     assert ((z + after) * twice).sum() / 6 == pytest.approx(expected.moment, rel=1e-8)
     polar = (twice * (np.abs(z) ** 2 + np.abs(after) ** 2 + (np.conj(z) * after).real)).sum() / 12

@@ -9,14 +9,14 @@ from support.cams import CONTACTS, UNGUIDED, cam_with
 
 from camopt import Scene
 from camopt.core.quantities import QUANTITIES
-from camopt.model.effects import Case, offered
+from camopt.model.effects import EvaluationBlock, available_quantities
 from camopt.model.effects.force import jump_speed, required_stiffness
-from camopt.model.effects.lash import angle_above, speeds_within
+from camopt.model.effects.lash import angle_above, lash_speeds
 from camopt.model.effects.torque import torque_over_turn
 from camopt.model.motion.programme import Programme
 from camopt.scene.problem.problem import resolve
-from camopt.scene.problem.sample import searched_space
-from camopt.solve.verdicts.running import run_effects
+from camopt.scene.problem.sample import sweep_space
+from camopt.solve.verdicts.effect_runs import run_effects
 
 MANY = 300  # more than are found together
 
@@ -41,7 +41,7 @@ CASES = {
     "spring rate": (required_stiffness, [FORCES[1], 1e3 * FORCES[2], *FORCES[3:]]),
     "torque": (torque_over_turn, FORCES),
     "angle above": (angle_above, drawn((-1, 21))),
-    "speeds": (speeds_within, drawn((-1, 10), (10, 21))),
+    "speeds": (lash_speeds, drawn((-1, 10), (10, 21))),
 }
 
 
@@ -64,7 +64,7 @@ def test_a_jump_speed_is_the_first_at_which_a_sampled_force_is_below_zero(law):
     programme = turn(law)
     starts = programme.starts[1:]  # of pieces: there y'' may jump
     angles = np.concatenate([np.linspace(0.0, 2 * pi, 4001)[:-1], starts - 1e-9, starts + 1e-9])
-    y, y1, y2, _ = programme.at(angles)[:4, :, None]
+    y, y1, y2, _ = programme.motion_at(angles)[:4, :, None]
     stiffness, mass, constant, heavy = 2.0, 1e-3, 40.0, 0
     for damping in (0.0, 0.01, 0.3, 1.0, 3.0):
         found = jump_speed(programme, stiffness, damping, mass, constant, 1.0)
@@ -81,7 +81,7 @@ def test_a_jump_speed_is_the_first_at_which_a_sampled_force_is_below_zero(law):
 
 def test_a_spring_that_is_required_keeps_contact_and_one_that_is_weaker_does_not():
     programme, angles = turn("poly345"), np.linspace(0.0, 2 * pi, 20001)[:-1]
-    y, y1, y2, _ = programme.at(angles)[:4]
+    y, y1, y2, _ = programme.motion_at(angles)[:4]
     for damping, mass, constant in [(0.0, 5.0, 20.0), (3.0, 4.0, 10.0), (0.0, 1e-3, 50.0)]:
         rate = required_stiffness(programme, damping, mass, constant, 1.0)
         rest = damping * y1 + mass * y2 + constant
@@ -101,12 +101,14 @@ def test_a_quantity_has_the_same_bits_whatever_else_is_asked(contact):
     size = "mean_radius" if contact.startswith("groove") else "base_radius"
     sizes, springs = [getattr(scene.cam, size) * share for share in (1.0, 1.07, 1.13)], [9.0, 11.3]
     scene = scene.replace(**{f"search.{size}": sizes, "search.follower.dynamics.spring_rate": springs})
-    space = searched_space(resolve(scene))
+    space = sweep_space(resolve(scene))
     problem, designs = space.problem, space.designs(np.arange(6))
-    names = [name for name in offered(problem.setup) if QUANTITIES[name].effect != "surface"]
+    names = [name for name in available_quantities(problem.setup) if QUANTITIES[name].effect != "surface"]
 
     def bits(wanted, which):
-        rows = run_effects(Case(problem.setup, problem.programme, designs.take(np.array(which))), frozenset(wanted))
+        rows = run_effects(
+            EvaluationBlock(problem.setup, problem.programme, designs.take(np.array(which))), frozenset(wanted)
+        )
         return {name: rows.column(name).tolist() for name in wanted}
 
     together = bits(names, [0, 1, 2, 3, 4, 5])

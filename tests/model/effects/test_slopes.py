@@ -9,12 +9,18 @@ from support.cams import CONTACTS, FREE, GUIDED, STEEL, SWUNG, WORN, cam_with
 import camopt.solve.tolerances  # noqa: F401
 from camopt import Scene, find_scene
 from camopt.core.mistakes import BadInput
-from camopt.core.numerics.curves import COMPILED, FURTHER, curve, further, value_of
+from camopt.core.numerics.curves import (
+    CURVE_FORMULAS,
+    DERIVATIVE_FORMULAS,
+    curve_derivatives,
+    value_and_slope,
+    value_of,
+)
 from camopt.core.numerics.state import State, TrainForces
-from camopt.model.effects import EFFECTS, lacking
-from camopt.model.effects.bearing import face_needed, roller_needed
+from camopt.model.effects import EFFECTS, missing_keys_by_quantity
+from camopt.model.effects.bearing_radii import required_face_radius, required_roller_radius
 from camopt.model.effects.loads import normal_curve
-from camopt.model.mechanisms.pairs import OF_CONTACT
+from camopt.model.mechanisms.pairs import CONTACT_CURVES
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.sources import shipped_scenes
 
@@ -25,7 +31,9 @@ ROOMS = ("camopt.model.effects", "camopt.model.mechanisms", "camopt.core.numeric
 """Whose curves are asked for their slopes."""
 TOLERANCES = {"profile": 0.02, "waves": 12, "bore_eccentricity": 0.015, "phase": {"plus": 0.04, "minus": 0.1}}
 DRIVES = ("spring", "groove", "rib", "conjugate")
-CURVES = sorted((each for each in COMPILED if each.__module__.startswith(ROOMS)), key=lambda each: each.__name__)
+CURVES = sorted(
+    (each for each in CURVE_FORMULAS if each.__module__.startswith(ROOMS)), key=lambda each: each.__name__
+)
 
 
 def scenes():
@@ -52,25 +60,29 @@ def records_of(problem):
     setup, design, turn = problem.setup, problem.design, problem.programme
     for effect in EFFECTS.values():
         for name, asked in (*effect.peaks(setup).items(), *effect.means(setup).items()):
-            yield from (make(design, turn) for make, *_ in asked.curves if name not in lacking(setup))
-    mechanisms = [setup.mechanism, *(each.mechanism for each in setup.mechanism.further)]
+            yield from (
+                make(design, turn) for make, *_ in asked.curves if name not in missing_keys_by_quantity(setup)
+            )
+    mechanisms = [setup.mechanism, *(each.mechanism for each in setup.mechanism.further_contacts)]
     for mechanism in mechanisms:
-        yield from (getattr(mechanism, name)(design, turn) for name in OF_CONTACT[:-2] if getattr(mechanism, name))
+        yield from (
+            getattr(mechanism, name)(design, turn) for name in CONTACT_CURVES[:-2] if getattr(mechanism, name)
+        )
         yield from (mechanism.path(design, turn) for _ in [mechanism.path] if mechanism.path)
         yield from (mechanism.outline(design, turn, np.array([-3.0])) for _ in [0] if mechanism.outline)
     if setup.omega is not None and setup.dynamics.mass is not None:
         normal, one = normal_curve(setup, design, turn), np.ones(1)
         bent, radius = setup.mechanism.curvature, setup.mechanism.profile_radius
         yield (
-            roller_needed(normal, bent(design, turn), 0.3 * one, one)
+            required_roller_radius(normal, bent(design, turn), 0.3 * one, one)
             if bent
-            else face_needed(normal, radius(design, turn), 0.3 * one)
+            else required_face_radius(normal, radius(design, turn), 0.3 * one)
         )
 
 
 def within(record):
     """A curve and all that it is made of."""
-    if type(record) in COMPILED:
+    if type(record) in CURVE_FORMULAS:
         yield record
     for each in record if isinstance(record, tuple) else ():
         yield from within(each)
@@ -120,7 +132,7 @@ def test_a_slope_is_that_of_differences(owner):
     records = every_record()[owner]
     assert records
     for record, lift in records[:: 1 + len(records) // 40]:
-        value, slope = curve(record, 0, state(angles, lift))
+        value, slope = value_and_slope(record, 0, state(angles, lift))
         assert np.array_equal(value, value_of(record, 0, state(angles, lift)), equal_nan=True)
         found = differences(partial(value_at, record, lift), angles)
         off = np.abs(found - slope) / (np.max(np.abs(value)) + np.max(np.abs(slope)) + 1e-300)
@@ -132,15 +144,17 @@ def value_at(record, lift, angle):
     return value_of(record, 0, state(angle, lift)) + 0.0 * angle
 
 
-@pytest.mark.parametrize("owner", sorted(FURTHER, key=lambda each: each.__name__), ids=lambda each: each.__name__)
+@pytest.mark.parametrize(
+    "owner", sorted(DERIVATIVE_FORMULAS, key=lambda each: each.__name__), ids=lambda each: each.__name__
+)
 def test_further_slopes_are_those_of_differences(owner):
     angles = np.random.default_rng(7).uniform(0.0, 2.0 * np.pi, 40)
     for record, lift in every_record().get(owner, [])[:8]:
-        exact = further(record, 0, state(angles, lift))
+        exact = curve_derivatives(record, 0, state(angles, lift))
         for order in range(3):
             found = differences(partial(further_at, record, lift, order), angles)
             assert found == pytest.approx(exact[order + 1], rel=1e-6, abs=1e-6 * np.max(np.abs(exact[order + 1])))
 
 
 def further_at(record, lift, order, angle):
-    return further(record, 0, state(angle, lift))[order]
+    return curve_derivatives(record, 0, state(angle, lift))[order]

@@ -13,7 +13,7 @@ from support.cams import CONTACTS, cam_with
 from support.pairs import pair, profiles
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene
-from camopt.model.effects import figures, lift_change, section, solid, wall
+from camopt.model.effects import area_moments, lift_change, section, solid, wall
 from camopt.model.mechanisms.geometry import profile_points
 from camopt.scene.problem.problem import resolve, resolve_design
 
@@ -118,7 +118,7 @@ def test_a_groove_takes_away_its_width_times_its_length_at_each_radius(contact):
 
     def length(r):
         def speed(angle):
-            y, y1 = problem.programme.at(np.array([angle]))[:2, 0]
+            y, y1 = problem.programme.motion_at(np.array([angle]))[:2, 0]
             if arm is None:
                 return np.hypot(r, y1)
             psi = y - swing / 2
@@ -175,7 +175,7 @@ def test_any_part_is_the_sum_of_its_pieces(contact, bore, width, depth, angle, h
     hub = min(hub, base / reach)  # no wider than the base circle
     sizes = {"hub_diameter": 2 * hub * reach, "hub_length": 10 + longer}
     found, whole = (evaluate(scene_of(contact, part=part)) for part in (plain, {**plain, **sizes}))
-    slot_area = figures.keyway(bore / 2, width * bore, depth, 0.0).area
+    slot_area = area_moments.keyway_moments(bore / 2, width * bore, depth, 0.0).area
     more = 7.8e-6 * longer * (np.pi * (hub * reach) ** 2 - np.pi * bore**2 / 4 - slot_area)
     assert whole["cam_mass_kg"] - found["cam_mass_kg"] == pytest.approx(more, rel=1e-9, abs=1e-12)
     for cam in (found, whole):
@@ -275,7 +275,7 @@ def test_flanks_of_a_groove_by_samples():
         },
     )
     problem, found = resolve_design(scene), evaluate(scene)
-    y, y1, y2, _ = problem.programme.at(np.linspace(0, 2 * np.pi, 400_001)[:-1])
+    y, y1, y2, _ = problem.programme.motion_at(np.linspace(0, 2 * np.pi, 400_001)[:-1])
     given, omega = scene.follower.dynamics, 3000 * np.pi / 30
     force = given.mass * omega**2 * y2 * 1e-3 + given.damping * omega * y1 + given.spring_rate * y
     force += given.preload + given.load + given.mass * given.gravity
@@ -303,6 +303,6 @@ def test_effects_say_what_they_offer():
     assert {name for setup in setups for name in section.offers(setup)} >= {"area_mm2", "groove_length_mm"}
     assert {name for setup in setups for name in solid.offers(setup)} >= {"cam_mass_kg", "unbalance_g_mm"}
     assert all(wall.offers(setup) == (wall.WALL,) for setup in setups)
-    assert {lift_change.name_of(setup) for setup in setups} == {
+    assert {lift_change.lift_change_name(setup) for setup in setups} == {
         f"lift_change_max_{u}_per_deg" for u in ("mm", "deg")
     }

@@ -70,7 +70,7 @@ def sampled(scene):
     here, normal = contact(0.0), cam_curves(setup.mechanism, design, programme, angles).normal
     normal = normal * np.exp(1j * sense * angles)
     moves = (contact(step) - contact(-step)) / (2 * step)
-    y, y1, y2, _ = programme.at(angles)
+    y, y1, y2, _ = programme.motion_at(angles)
     # per unit of the follower's own motion, and per rad of the cam
     lever = -1j * (here - design.centre_distance) if setup.angular else np.full(here.shape, 1j)
     follower, cam = lever * y1, 1j * sense * here

@@ -19,8 +19,8 @@ from support.dynamics import Dynamics
 from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep
 from camopt.core.numerics.piecewise import bernstein
 from camopt.model.effects import force
+from camopt.model.effects.panel_series import integrate_series, largest_of_series, turn_integral
 from camopt.model.effects.torque import torque_over_turn, torque_series
-from camopt.model.effects.work import integral, largest_of_series, total
 from camopt.model.motion import LAWS
 from camopt.model.motion.law import is_symmetric
 from camopt.model.motion.programme import Programme
@@ -224,11 +224,11 @@ def test_inertia_torque_has_the_known_product_of_velocity_and_acceleration(law):
 
 
 def over_turn(shape, dynamics, omega):
-    return torque_over_turn(shape, *force.factors_of(dynamics, omega))
+    return torque_over_turn(shape, *force.force_factors(dynamics, omega))
 
 
 def series_of(shape, dynamics, omega):
-    return torque_series(shape, force.factors_of(dynamics, omega))[:, 0]
+    return torque_series(shape, force.force_factors(dynamics, omega))[:, 0]
 
 
 @pytest.mark.parametrize("law", own.STILL)
@@ -236,13 +236,16 @@ def test_the_energy_balance_closes(law):
     """∮T dθ is what the damper takes: by the panels' integrals, and by Gauss points on the laws themselves."""
     shape, dynamics, omega = turn(law), Dynamics(4e-4, 0.02, 3.0, 40.0, 15.0), RPM * pi / 30
     found, series = over_turn(shape, dynamics, omega), series_of(shape, dynamics, omega)
-    assert abs(total(shape.table.half_width, series) - 2 * pi * found.mean) < 1e-13 * found.rms
+    assert abs(turn_integral(shape.table.half_width, series) - 2 * pi * found.mean) < 1e-13 * found.rms
     nodes, weights = np.polynomial.legendre.leggauss(24)
     taken = 0.0
     for centre, half in zip(shape.table.centre, shape.table.half_width, strict=True):
-        taken += half * weights @ shape.at(centre + half * nodes)[1] ** 2
+        taken += half * weights @ shape.motion_at(centre + half * nodes)[1] ** 2
     assert 2 * pi * found.mean == near(dynamics.damping * omega * taken)
-    assert abs(integral(shape.table.half_width, series).sum(axis=0)[-1] - 2 * pi * found.mean) < 1e-13 * found.rms
+    assert (
+        abs(integrate_series(shape.table.half_width, series).sum(axis=0)[-1] - 2 * pi * found.mean)
+        < 1e-13 * found.rms
+    )
 
 
 @pytest.mark.parametrize("law", own.STILL)

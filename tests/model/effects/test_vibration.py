@@ -15,17 +15,17 @@ from support.dynamics import Dynamics
 import camopt
 from camopt.core.numerics import wave_extremes
 from camopt.core.numerics.oscillator import is_resonant
-from camopt.core.numerics.wave_extremes import largest, largest_magnitude, least
-from camopt.model.effects.force import weights
+from camopt.core.numerics.wave_extremes import wave_maximum, wave_minimum, wave_peak_magnitude
+from camopt.model.effects.force import force_weights
 from camopt.model.effects.vibration import (
-    corners,
+    corner_sizes,
     dynamic_factor,
-    least_contact,
+    least_elastic_force,
     mass_acceleration,
-    response,
+    steady_response,
     vibration,
 )
-from camopt.model.motion.programme import Programme, peak
+from camopt.model.motion.programme import Programme, derivative_peak
 from camopt.model.motion.stroke import ALL_STROKES, DWELL
 
 mp = mpmath.MPContext()
@@ -125,10 +125,10 @@ TURNS = {
 @pytest.mark.parametrize("ratio", RATIOS)
 @pytest.mark.parametrize("turn", TURNS)
 def test_the_response_against_fifty_digits(turn, ratio, damping):
-    table, wave = TURNS[turn].table, response(TURNS[turn], ratio, damping)
+    table, wave = TURNS[turn].table, steady_response(TURNS[turn], ratio, damping)
     u = np.array([-0.83, 0.41])
-    z, slope = wave.at(u)[:, 0], wave.slope().at(u)[:, 0]
-    scale, steepest = np.abs(wave.at(U)).max(), np.abs(wave.slope().at(U)).max()
+    z, slope = wave.values_at(u)[:, 0], wave.slope().values_at(u)[:, 0]
+    scale, steepest = np.abs(wave.values_at(U)).max(), np.abs(wave.slope().values_at(U)).max()
     for panel in range(0, len(table.centre), 5):
         for k in range(2):
             at = mp.mpf(table.centre[panel]) + mp.mpf(u[k]) * mp.mpf(table.half_width[panel])
@@ -153,7 +153,7 @@ def test_a_harmonic_motion_over_the_whole_turn_in_closed_form(ratio, damping):
     train = Dynamics(mass=2e-3, damping=0.04, stiffness=3.0, preload=10.0, load=4.0, damping_ratio=damping)
     swing = abs(-train.mass * omega**2 * x + (3.0 + 0.04j * omega) * (-h / 2))
     expected = 3.0 * h / 2 + 14.0 - swing
-    force, _ = least_contact(turn, *weights(train, omega), ratio, damping)
+    force, _ = least_elastic_force(turn, *force_weights(train, omega), ratio, damping)
     assert force == pytest.approx(float(expected), abs=1e-12 * float(swing))
 
 
@@ -221,12 +221,12 @@ def test_the_laws_in_their_known_order_on_a_stiff_train():
 def test_a_stiff_train_bends_with_the_acceleration(damping):
     turn = two_strokes("poly4567", "poly56789")
     table, ratio = turn.table, 3e5 + 0.3
-    z = response(turn, ratio, damping).at(U)[:, 0]
+    z = steady_response(turn, ratio, damping).values_at(U)[:, 0]
     angles = (table.centre + U[:, None] * table.half_width)[1:-1]
-    expected = -turn.at(angles)[2] / ratio**2
+    expected = -turn.motion_at(angles)[2] / ratio**2
     assert z[1:-1] == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
     found = vibration(turn, ratio, damping)
-    assert dynamic_factor(found.acceleration, peak(turn, 2, ALL_STROKES)) == pytest.approx(1.0, rel=1e-3)
+    assert dynamic_factor(found.acceleration, derivative_peak(turn, 2, ALL_STROKES)) == pytest.approx(1.0, rel=1e-3)
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.3, 0.9])
@@ -235,17 +235,17 @@ def test_on_a_soft_train_the_mass_stays_at_the_mean(damping):
     table = turn.table
     mean = 20.0 * (50 + 60 + 60) / 360  # symmetric laws pass half their stroke's area
     for ratio in (1e-4, 1e-8):
-        x = response(turn, ratio, damping).over(table.coefficients.T).at(U)
+        x = steady_response(turn, ratio, damping).plus_polynomial(table.coefficients.T).values_at(U)
         assert x == pytest.approx(mean, abs=60 * ratio)
 
 
 def test_a_dwell_loses_the_energy_that_the_damper_takes():
-    wave = response(TURNS["jumps"], 9.3, 0.04)
+    wave = steady_response(TURNS["jumps"], 9.3, 0.04)
     table = TURNS["jumps"].table
     (first, second) = table.first_panel[:-1][(table.kind & DWELL) != 0]
     for panel in (first, second):
         u = np.linspace(-1.0, 1.0, 50)
-        z, slope = wave.at(u)[:, 0, panel], wave.slope().at(u)[:, 0, panel]
+        z, slope = wave.values_at(u)[:, 0, panel], wave.slope().values_at(u)[:, 0, panel]
         energy = 0.5 * slope**2 + 0.5 * 9.3**2 * z**2
         assert np.all(np.diff(energy) < 0.0)
         angle = table.half_width[panel] * (u + 1.0)
@@ -264,7 +264,7 @@ def test_resonance_is_infinite_and_damping_bounds_it():
     found = vibration(turn, 7.0, 0.0)
     assert found.overshoot == found.overshoot_bound == found.acceleration == found.acceleration_bound == inf
     assert found.residual == inf
-    assert least_contact(turn, *weights(Dynamics(mass=1.0), 1.0), 7.0, 0.0) == (-inf, -inf)
+    assert least_elastic_force(turn, *force_weights(Dynamics(mass=1.0), 1.0), 7.0, 0.0) == (-inf, -inf)
     # near it the response grows as 1/ζ and as 1/(r − n)
     sizes = [vibration(turn, 7.0, damping).overshoot for damping in (1e-5, 1e-6)]
     assert sizes[1] / sizes[0] == pytest.approx(10.0, rel=1e-3)
@@ -303,9 +303,12 @@ def turns(draw):
 def test_against_an_integrator(segments, ratio, damping):
     """Integrated panel by panel from the given start, the response comes back to where the next panel starts."""
     turn = programme(*segments)
-    table, wave, kicks = turn.table, response(turn, ratio, damping), corners(turn)
-    (z_left, z_right), (v_left, v_right) = wave.at(U[[0, -1]])[:, 0], wave.slope().at(U[[0, -1]])[:, 0]
-    scale = np.array([np.abs(wave.at(U)).max(), np.abs(wave.slope().at(U)).max()])
+    table, wave, kicks = turn.table, steady_response(turn, ratio, damping), corner_sizes(turn)
+    (z_left, z_right), (v_left, v_right) = (
+        wave.values_at(U[[0, -1]])[:, 0],
+        wave.slope().values_at(U[[0, -1]])[:, 0],
+    )
+    scale = np.array([np.abs(wave.values_at(U)).max(), np.abs(wave.slope().values_at(U)).max()])
     z, v = z_left[0], v_left[0]
     for panel, (centre, half) in enumerate(zip(table.centre, table.half_width, strict=True)):
         if panel:
@@ -342,12 +345,12 @@ def test_the_order_of_the_segments_does_not_matter(segments, ratio, damping):
 @given(turns(), st.floats(0.05, 3e3).filter(lambda r: not is_resonant(r, 0.0)), dampings)
 def test_extremes_enclose_every_sample(segments, ratio, damping):
     turn = programme(*segments)
-    wave = response(turn, ratio, damping)
+    wave = steady_response(turn, ratio, damping)
     samples = np.linspace(-1.0, 1.0, 301)
     for each in (wave, mass_acceleration(wave, ratio)):
-        values = each.at(samples)
+        values = each.values_at(samples)
         scale = np.max(np.abs(each.polynomial).sum(axis=0) + each.amplitude)
-        top, bottom, size = largest(each), least(each), largest_magnitude(each)
+        top, bottom, size = wave_maximum(each), wave_minimum(each), wave_peak_magnitude(each)
         assert values.max() <= top.bound[0] + 1e-13 * scale
         assert values.min() >= bottom.bound[0] - 1e-13 * scale
         assert np.abs(values).max() <= size.bound[0] + 1e-13 * scale
@@ -359,16 +362,17 @@ def test_many_trains_together_are_each_what_it_is_alone(monkeypatch):
     """Soft, stiff and resonant ones, in any order, and where intervals are too many for all of them together."""
     turn = two_strokes("cycloidal", "poly345")
     ratios, shares = np.array([0.3, 7.0, 7.0, 41.3, 7.0, 0.3]), np.array([0.0, 0.0, 0.1, 0.02, 0.0, 0.5])
-    factors = weights(Dynamics(mass=1e-3, damping=0.01, stiffness=3.0, preload=np.linspace(10, 20, 6)), 30.0)
+    factors = force_weights(Dynamics(mass=1e-3, damping=0.01, stiffness=3.0, preload=np.linspace(10, 20, 6)), 30.0)
     pressed = [
-        least_contact(turn, *each) for each in zip(*np.broadcast_arrays(*factors, ratios, shares), strict=True)
+        least_elastic_force(turn, *each)
+        for each in zip(*np.broadcast_arrays(*factors, ratios, shares), strict=True)
     ]
     for most in (wave_extremes.MOST_INTERVALS, 200):  # more than one train has, fewer than all
         monkeypatch.setattr(wave_extremes, "MOST_INTERVALS", most)
         alone = [vibration.__wrapped__(turn, ratios[k : k + 1], shares[k : k + 1]) for k in range(6)]
         together = np.array(vibration.__wrapped__(turn, ratios, shares))
         assert np.array_equal(together, np.concatenate(alone, axis=1))
-    assert np.array_equal(least_contact(turn, *factors, ratios, shares), np.array(pressed).T)
+    assert np.array_equal(least_elastic_force(turn, *factors, ratios, shares), np.array(pressed).T)
     none = vibration(turn, ratios[:0], shares[:0])
     assert [each.shape for each in none] == [(0,)] * 5
 

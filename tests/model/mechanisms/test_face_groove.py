@@ -10,8 +10,8 @@ from support.cams import cam_with, turn_of
 from support.depth import times
 
 from camopt import BadInput, Scene, cam_points, certify, evaluate, evaluate_designs, export, find_scene, optimise
-from camopt.model.effects.crossing import find_wall_crossings
-from camopt.model.effects.crossing_boxes import deepest, followed, overlaps
+from camopt.model.effects.self_crossing import find_wall_crossings
+from camopt.model.effects.self_crossing_boxes import deepest_overlap, follow_overlaps, overlaps
 from camopt.model.mechanisms import DRIVEN, mechanism_for
 from camopt.model.mechanisms.elements import FACE_GROOVE, GROOVED
 from camopt.model.mechanisms.geometry import cam_curves
@@ -161,7 +161,7 @@ def test_a_wall_crosses_itself_if_and_only_if_its_points_do(contact, seeds):
         for flank in setup.mechanism.flanks:
             wall = curves.pitch + flank.side * problem.half_width * curves.normal
             if (np.diff(wall, append=wall[0]) / pitch).real.min() > 0.0:
-                crossing = find_wall_crossings(setup, design, programme, flank.side)[0].shown
+                crossing = find_wall_crossings(setup, design, programme, flank.side)[0].crosses
                 assert crossing is not shapely.LinearRing(np.column_stack([wall.real, wall.imag])).is_simple
                 met[flank.side, crossing] = met.get((flank.side, crossing), 0) + 1
     assert min(met[side, False] for side in (-1.0, 1.0)) >= times(3, deep=10)
@@ -182,9 +182,9 @@ def test_the_roller_cuts_as_deep_into_a_wall_as_the_overlap_says(contact):
         expected = (radius**2 - np.abs(wall - other.pitch) ** 2) * speed
         found = overlaps(setup, design, programme, pairs[None], flank.side)[0]
         np.testing.assert_allclose(found, expected, rtol=1e-7)
-        near = followed(setup, design, programme, pairs[:1], flank.side)
+        near = follow_overlaps(setup, design, programme, pairs[:1], flank.side)
         assert overlaps(setup, design, programme, near[None], flank.side)[0, 0] >= found[0]
-        best = deepest(setup, design, programme, near[0], flank.side)
+        best = deepest_overlap(setup, design, programme, near[0], flank.side)
         assert overlaps(setup, design, programme, best[None, None], flank.side)[0, 0] >= found[0]
 
 

@@ -10,7 +10,7 @@ from support.cams import CONTACTS, cam_with
 
 import camopt.model.mechanisms
 from camopt.core.mistakes import BadInput
-from camopt.core.numerics.curves import curve
+from camopt.core.numerics.curves import value_and_slope
 from camopt.model.mechanisms import DRIVEN, FIELDS, MECHANISMS, SIZE_FIELDS, mechanism_for, mechanisms_for
 from camopt.model.mechanisms.elements import BODIES, DRIVES, MOTIONS, TIPS, CamForm, DriveName, MotionName, TipName
 from camopt.model.mechanisms.geometry import cam_curves
@@ -34,7 +34,7 @@ def test_a_flank_is_as_curved_as_its_side_and_its_bulge_say(contact, rotation):
     step, radius = 1e-5, float(design.roller_radius[0])
     for degrees in (23.0, 61.0, 88.0, 171.0, 204.0, 233.0):
         angles = np.radians(degrees) + step * np.array([-1.0, 0.0, 1.0])
-        kappa = float(curve(mechanism.curvature(design, turn), 0, turn.state(angles[1:2]))[0][0])
+        kappa = float(value_and_slope(mechanism.curvature(design, turn), 0, turn.state(angles[1:2]))[0][0])
         drawn = cam_curves(mechanism, design, turn, angles)
         for flank, points in zip(mechanism.flanks, drawn.profile, strict=True):
             one, other = np.diff(points)

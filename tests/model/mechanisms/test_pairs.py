@@ -10,15 +10,15 @@ from support.pairs import centres, nearest, pair, profiles, yoke
 
 import camopt
 from camopt.core.mistakes import BadInput
-from camopt.core.numerics.curves import curve
-from camopt.model.effects import Case
-from camopt.model.mechanisms.pairs import half_turns
+from camopt.core.numerics.curves import value_and_slope
+from camopt.model.effects import EvaluationBlock
+from camopt.model.mechanisms.pairs import half_turn_misfit
 from camopt.scene.problem.problem import resolve, resolve_design
-from camopt.scene.problem.space import boxes_of
+from camopt.scene.problem.space import search_boxes
 from camopt.scene.scene import Scene
-from camopt.solve.smallest.smallest import of_like_discs
+from camopt.solve.smallest.smallest import smallest_equal_pair
+from camopt.solve.verdicts.effect_runs import run_effects
 from camopt.solve.verdicts.limit_boxes import limit_over_box
-from camopt.solve.verdicts.running import run_effects
 
 ANGLES = np.radians(np.arange(360.0) + 0.37)
 SOUND = ("undercut", "self_crossing")
@@ -29,16 +29,16 @@ def random_problems(make, kind, count):
     rng, found = np.random.default_rng(39), []
     while len(found) < count:
         problem = resolve_design(Scene.from_dict(make(rng, kind)))
-        if not problem.setup.mechanism.exists(problem.design, problem.programme)[0]:
+        if not problem.setup.mechanism.can_assemble(problem.design, problem.programme)[0]:
             continue
-        rows = run_effects(Case(problem.setup, problem.programme, problem.design), SOUND)
+        rows = run_effects(EvaluationBlock(problem.setup, problem.programme, problem.design), SOUND)
         if not any(np.any(rows.column(name)) for name in SOUND):
             found.append(problem)
     return found
 
 
 def quantities(problem, *names):
-    rows = run_effects(Case(problem.setup, problem.programme, problem.design), names)
+    rows = run_effects(EvaluationBlock(problem.setup, problem.programme, problem.design), names)
     return [float(np.broadcast_to(rows.column(name), 1)[0]) for name in names]
 
 
@@ -46,7 +46,7 @@ def quantities(problem, *names):
 def test_both_rollers_of_a_rigid_follower_touch_both_discs_all_the_turn(motion):
     """And what is told of each disc is what its profile and its roller have there."""
     for problem in random_problems(pair, motion, times(6, 100)):
-        second = problem.setup.mechanism.further[0].seen(problem.design)
+        second = problem.setup.mechanism.further_contacts[0].local_designs(problem.design)
         one, other = centres(problem, ANGLES)
         assert np.ptp(np.abs(one - other)) < 1e-12 * np.abs(one - other).max()
         for which, (place, design) in enumerate((("first", problem.design), ("second", second))):
@@ -100,7 +100,7 @@ def test_the_breadth_of_a_disc_in_a_yoke_is_constant_and_its_length_is_that_of_b
 
 
 def _at(made, problem, angles):
-    return curve(made, ..., problem.programme.state(angles))[0]
+    return value_and_slope(made, ..., problem.programme.state(angles))[0]
 
 
 @pytest.mark.parametrize("kind", ["breadth", "diameter"])
@@ -116,7 +116,7 @@ def test_a_second_disc_is_an_ordinary_cam_that_turns_the_other_way(kind):
     """Its quantities are those of a scene of its own, of the reversed motion."""
     make = {"conjugate": pair, "diameter": yoke}[kind]
     (problem,) = random_problems(make, "translating" if kind == "conjugate" else kind, 1)
-    second, programme = problem.setup.mechanism.further[0].seen(problem.design), problem.programme
+    second, programme = problem.setup.mechanism.further_contacts[0].local_designs(problem.design), problem.programme
     turned = [
         ({"rise": "return", "return": "rise"}.get(each.segment, each.segment), each.angle, each.change, each.law)
         for each in problem.segments
@@ -142,9 +142,10 @@ def test_a_second_disc_is_an_ordinary_cam_that_turns_the_other_way(kind):
         "outputs": ["pressure", "curvature", "outline"],
     }
     ordinary = camopt.evaluate(Scene.from_dict(alone))
-    only = replace(problem.setup, mechanism=problem.setup.mechanism.further[0].mechanism)
+    only = replace(problem.setup, mechanism=problem.setup.mechanism.further_contacts[0].mechanism)
     rows = run_effects(
-        Case(only, programme, second), ("pressure_angle_max_deg", "profile_radius_min_mm", "outer_radius_mm")
+        EvaluationBlock(only, programme, second),
+        ("pressure_angle_max_deg", "profile_radius_min_mm", "outer_radius_mm"),
     )
     for name in rows.columns:
         assert float(rows.column(name)[0]) == pytest.approx(ordinary[name], rel=1e-8)
@@ -161,7 +162,7 @@ def test_a_motion_that_no_yoke_can_make_is_refused_with_the_angle():
         BadInput, match=r"motion: y\(θ\) \+ y\(θ \+ 180°\) has to be the lift .* at .* deg\. The second"
     ):
         resolve_design(Scene.from_dict(scene))
-    assert half_turns(resolve_design(Scene.from_dict(yoke(rng, "breadth"))).programme).off < 1e-12
+    assert half_turn_misfit(resolve_design(Scene.from_dict(yoke(rng, "breadth"))).programme).off < 1e-12
 
 
 def test_a_second_size_that_only_a_search_has_is_that_of_the_first():
@@ -246,7 +247,7 @@ def test_a_second_disc_with_a_range_of_its_own_is_made_as_small_as_it_can_be():
     assert found == pytest.approx(together["base_radius_mm"], rel=1e-8)
     assert apart.best["proved"]
     problem = resolve(apart.scene)
-    alike = of_like_discs(problem, boxes_of(problem)[0], inf)
+    alike = smallest_equal_pair(problem, search_boxes(problem)[0], inf)
     assert alike.size == alike.second["second_size"] == pytest.approx(together["base_radius_mm"], rel=1e-8)
 
 
@@ -264,10 +265,12 @@ def test_that_no_cam_of_a_box_crosses_itself_is_said_of_both_discs(base, said):
 
 def test_what_is_found_at_a_contact_is_not_sought_again(monkeypatch):
     """A pair takes twice the searches of one disc, with limits that read each other and some designs of a block."""
-    from camopt.solve.verdicts.judging import bound_excesses
+    from camopt.solve.verdicts.limit_verdicts import bound_excesses
 
-    asked, extremes = [], Case.extremes
-    monkeypatch.setattr(Case, "extremes", lambda *each, **more: asked.append(each) or extremes(*each, **more))
+    asked, extremes = [], EvaluationBlock.extremes
+    monkeypatch.setattr(
+        EvaluationBlock, "extremes", lambda *each, **more: asked.append(each) or extremes(*each, **more)
+    )
     feed = camopt.find_scene("press-feed-by-pair").replace(part=None, **{"limits.pressure_angle": 30})
     counts = []
     for scene in (feed.replace(drive=None), feed):

@@ -17,17 +17,17 @@ from support.solids import solids_in
 
 import camopt
 from camopt.core.mistakes import BadInput
-from camopt.core.numerics.curves import curve
-from camopt.model.effects import Case
-from camopt.model.effects.contacts import at_contact, contacts_of
-from camopt.model.effects.rib import EFFECT, THICKNESS
+from camopt.core.numerics.curves import value_and_slope
+from camopt.model.effects import EvaluationBlock
+from camopt.model.effects.contacts import block_at_contact, follower_contacts
+from camopt.model.effects.rib import EFFECT, RIB_THICKNESS
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.show.drawing.cam import draw_disc
-from camopt.show.drawing.panels import panels
+from camopt.show.drawing.panels import motion_panels
 from camopt.show.drawing.picture import Picture
 from camopt.show.exporting import shapes
-from camopt.solve.verdicts.running import run_effects
+from camopt.solve.verdicts.effect_runs import run_effects
 
 ANGLES = np.radians(np.arange(360.0) + 0.37)
 MOTIONS = ("translating", "oscillating")
@@ -43,13 +43,13 @@ def problems(form, motion):
     rng, found = np.random.default_rng(39), []
     while len(found) < times(5, 100):
         problem = resolve_design(Scene.from_dict({**rib(rng, motion, form), "part": PARTS[form]}))
-        if not quantity(problem, "undercut") and quantity(problem, THICKNESS) > 0.0:
+        if not quantity(problem, "undercut") and quantity(problem, RIB_THICKNESS) > 0.0:
             found.append(problem)
     return found
 
 
 def quantity(problem, name):
-    return run_effects(Case(problem.setup, problem.programme, problem.design), (name,)).column(name)[0]
+    return run_effects(EvaluationBlock(problem.setup, problem.programme, problem.design), (name,)).column(name)[0]
 
 
 def nearest(problem, which, angles):
@@ -96,7 +96,7 @@ def test_the_rib_is_nowhere_thinner_than_its_thickness(form, motion):
     for problem in problems(form, motion):
         one, other = flanks(problem, np.linspace(-1.0, 2.0 * np.pi + 1.0, 1501))
         least = np.abs(one[:, None] - other[None, :]).min()
-        told = quantity(problem, THICKNESS)
+        told = quantity(problem, RIB_THICKNESS)
         assert told - 1e-9 <= least < told + 0.04 * problem.design.roller_spacing[0]
 
 
@@ -120,7 +120,7 @@ def test_a_rib_seen_in_a_mirror_across_the_axis_has_its_flanks_exchanged(motion)
             assert quantity(mirrored, f"{one}_{name}") == pytest.approx(
                 quantity(problem, f"{other}_{name}"), rel=1e-9
             )
-    assert quantity(mirrored, THICKNESS) == pytest.approx(quantity(problem, THICKNESS), rel=1e-9)
+    assert quantity(mirrored, RIB_THICKNESS) == pytest.approx(quantity(problem, RIB_THICKNESS), rel=1e-9)
 
 
 def exactly_placed(problem, angle, which):
@@ -163,14 +163,14 @@ def test_curves_of_both_flanks_have_the_digits_of_fifty(form, motion, rotation):
     scene = rib(np.random.default_rng(5), motion, form)
     scene["cam"]["rotation"], scene["motion"][0]["law"] = rotation, "poly345"
     problem = resolve_design(Scene.from_dict(scene))
-    case, sense = Case(problem.setup, problem.programme, problem.design), int(problem.design.sense)
-    ((thickness, _),) = EFFECT.peaks(problem.setup)[THICKNESS].curves
+    case, sense = EvaluationBlock(problem.setup, problem.programme, problem.design), int(problem.design.sense)
+    ((thickness, _),) = EFFECT.peaks(problem.setup)[RIB_THICKNESS].curves
     with mpmath.workdps(50):
         for theta in map(mpmath.mpf, (0.11, 0.4, 0.63)):
             state, normals, made = problem.programme.state(np.array([float(theta)])), [], []
-            for which, contact in enumerate(contacts_of(problem.setup)):
+            for which, contact in enumerate(follower_contacts(problem.setup)):
                 centre, way = exactly_placed(problem, theta, which)
-                at = at_contact(case, contact)
+                at = block_at_contact(case, contact)
                 first, second = (
                     mpmath.diff(lambda t, k=which: exactly_placed(problem, t, k)[0], theta, n) for n in (1, 2)
                 )
@@ -186,7 +186,7 @@ def test_curves_of_both_flanks_have_the_digits_of_fifty(form, motion, rotation):
             thick = abs(one - other) * (across + leant) / (1 - mpmath.re(out * mpmath.conj(back)))
             thick -= 2 * mpmath.mpf(float(problem.design.roller_radius[0]))
             for make, at, exact in (*made, (thickness, case, thick)):
-                value = float(np.squeeze(curve(make(at.designs, at.programme), ..., state)[0]))
+                value = float(np.squeeze(value_and_slope(make(at.designs, at.programme), ..., state)[0]))
                 slanted = make is at.setup.mechanism.pressure
                 assert (abs(value) if slanted else value) == pytest.approx(float(exact), rel=1e-11, abs=1e-14)
 
@@ -199,7 +199,7 @@ def test_each_flank_of_a_disc_has_the_loads_of_a_cam_of_its_own(motion):
     oil = {"viscosity": 0.05, "pressure_viscosity": 20, "roughness": 0.4}
     scene["materials"] = {"cam": "steel", "follower": "steel", "face_width": 12, **oil}
     problem = resolve_design(Scene.from_dict(scene))
-    inner = problem.setup.mechanism.further[0].seen(problem.design).size[0]
+    inner = problem.setup.mechanism.further_contacts[0].local_designs(problem.design).size[0]
     single = {k: v for k, v in scene["follower"].items() if k != "roller_spacing"}
     own = {"cam": {**scene["cam"], "base_radius": inner}, "follower": single, "drive": {"kind": "groove"}}
     spring = Scene.from_dict({**scene, "follower": single, "drive": {"kind": "spring"}})
@@ -258,7 +258,7 @@ def test_the_pitch_point_of_a_picture_is_that_of_the_steepest_contact(make):
     both = flanks(picture.problem, np.linspace(0.0, 2.0 * np.pi, 7201))
     radius = steepest.problem.design.roller_radius[0]
     assert np.abs(both[which] - (x + 1j * y)).min() == pytest.approx(radius, rel=1e-6)
-    (marked,) = [peak for peak in panels(picture)[4].peaks if peak.text.startswith("pitch point")]
+    (marked,) = [peak for peak in motion_panels(picture)[4].peaks if peak.text.startswith("pitch point")]
     assert abs(marked.value) == steepest.values["pressure_angle_max_deg"]
 
 
@@ -305,7 +305,7 @@ def test_each_flank_bears_the_force_of_its_sign_and_a_preload_is_on_both():
         scene["follower"]["dynamics"] = {"mass": 5.0, "load": load}
         asked = {"drive": {"kind": "rib", **drive}, "outputs": ["hertz", "surface"]}
         problem, films = resolve_design(Scene.from_dict({**scene, **asked})), []
-        y1, y2 = problem.programme.at(angles)[1:3]
+        y1, y2 = problem.programme.motion_at(angles)[1:3]
         force = 5e-3 * (300 * np.pi / 30) ** 2 * y2 + load
         slope = y1 / problem.design.size[0]
         bend = -y2 / problem.design.size[0] ** 2 / (1 + slope**2) ** 1.5
@@ -331,7 +331,7 @@ def test_rollers_of_a_rib_roll_on_their_flanks_without_turning_round():
     )
     problem, row = resolve_design(scene), camopt.evaluate(scene)
     angles = np.linspace(0.0, 2.0 * np.pi, 20_001)
-    y1 = problem.programme.at(angles)[1]
+    y1 = problem.programme.motion_at(angles)[1]
     omega, radius = 300 * np.pi / 30, problem.design.roller_radius[0]
     fastest = 0.0
     for points, sign in zip(centres(problem, angles), (1.0, -1.0), strict=True):
@@ -354,8 +354,8 @@ def test_a_clearance_is_crossed_as_in_a_groove_and_taken_off_the_rib():
     ]
     loose, tight = ({**scene, "drive": {"kind": "rib", **more}} for more in ({"clearance": 0.04}, {}))
     found = camopt.evaluate(Scene.from_dict(loose))
-    tight = Scene.from_dict({**tight, "outputs": [THICKNESS]})
-    assert found[THICKNESS] == pytest.approx(camopt.evaluate(tight)[THICKNESS] - 0.04, abs=1e-12)
+    tight = Scene.from_dict({**tight, "outputs": [RIB_THICKNESS]})
+    assert found[RIB_THICKNESS] == pytest.approx(camopt.evaluate(tight)[RIB_THICKNESS] - 0.04, abs=1e-12)
     groove = {**scene, "drive": {"kind": "groove", "clearance": 0.04}, "outputs": scene["outputs"][1:]}
     groove["follower"] = {k: v for k, v in scene["follower"].items() if k != "roller_spacing"}
     alike = camopt.evaluate(Scene.from_dict(groove))
@@ -388,7 +388,7 @@ def test_a_cam_whose_rollers_leave_no_rib_is_none(tmp_path):
         Scene.from_dict({**scene, "cam": {**scene["cam"], "mean_radius": best["mean_radius_mm"] * by}})
         for by in (1.0 + 1e-6, 1.0 - 1e-6)
     )
-    steepest = np.abs(resolve_design(thin).programme.at(angles)[1]).max()
+    steepest = np.abs(resolve_design(thin).programme.motion_at(angles)[1]).max()
     assert best["mean_radius_mm"] == pytest.approx(steepest / np.tan(np.arccos(1.0 / 1.1)), rel=1e-6)
     assert (best["binding"], best["proved"]) == (["no_rib"], True)
     assert (camopt.evaluate(none)["violated"], camopt.evaluate(thin)["feasible"]) == ("no_rib", True)
@@ -602,7 +602,7 @@ def test_files_of_a_disc_have_its_rib(motion, tmp_path):
     mass = quantity(problem, "cam_mass_kg")
     assert told.about["volume_mm3"] * part["density"] * 1e-9 == pytest.approx(mass, rel=2e-5)
     for centre in np.concatenate([each[::60] for each in both]):
-        axis = shapes.vertex((centre.real, centre.imag, part["thickness"] - 0.5))
+        axis = shapes.make_vertex((centre.real, centre.imag, part["thickness"] - 0.5))
         assert BRepExtrema_DistShapeShape(axis, solid).Value() == pytest.approx(radius, abs=0.003)
     points = camopt.cam_points(scene, np.arange(0.0, 360.0, 5.0))
     xy = [points[f"{name}_x_mm"] + 1j * points[f"{name}_y_mm"] for name in ("profile", "second_profile")]

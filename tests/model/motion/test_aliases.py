@@ -7,13 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import camopt
-from camopt.model.motion.aliases import ALIASES, SEGMENTS, law_named, segment_named
+from camopt.model.motion.aliases import ALIASES, SEGMENT_ALIASES, canonical_law, canonical_segment
 
 
 def test_each_name_is_of_one_law_and_of_none_that_is_built_in():
     assert {*ALIASES} <= {*camopt.LAWS}
-    assert all(law_named(name) == law for law in camopt.LAWS for name in (law, *ALIASES.get(law, ())))
-    assert all(segment_named(name) == kind for kind, names in SEGMENTS.items() for name in (kind, *names))
+    assert all(canonical_law(name) == law for law in camopt.LAWS for name in (law, *ALIASES.get(law, ())))
+    assert all(
+        canonical_segment(name) == kind for kind, names in SEGMENT_ALIASES.items() for name in (kind, *names)
+    )
 
 
 @pytest.mark.parametrize(
@@ -51,14 +53,14 @@ def test_each_name_is_of_one_law_and_of_none_that_is_built_in():
     ],
 )
 def test_names_as_people_write_them(name, law):
-    assert law_named(name) == law
+    assert canonical_law(name) == law
 
 
 @given(st.sampled_from([*camopt.LAWS, *chain(*ALIASES.values())]), st.randoms(use_true_random=False))
 def test_case_spaces_hyphens_and_underscores_make_no_difference(name, random):
     between = {"-": ["-", " ", "_", "  "], " ": [" ", "-", "_"]}
     written = "".join(random.choice(between.get(c, [c.lower(), c.upper()])) for c in name)
-    assert law_named(written) == law_named(name) in camopt.LAWS
+    assert canonical_law(written) == canonical_law(name) in camopt.LAWS
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ from camopt import (
     synthesise,
 )
 from camopt.model.mechanisms.geometry import cam_curves
-from camopt.model.motion.profile import GivenElement, least_radius, parts_of
+from camopt.model.motion.profile import ElementSpec, least_radius, place_elements
 from camopt.model.motion.profile_law import ProfileLaw
 from camopt.scene.problem.problem import resolve_design
 
@@ -87,8 +87,8 @@ def scene_of(profile, follower, rotation="ccw", **more):
 def placed(scene):
     """The programme of a scene, the parts of its profile, and the angle by which its coordinates stand turned."""
     sense = 1.0 if scene.cam.rotation == "ccw" else -1.0
-    elements = [GivenElement(e.radius, None if e.x is None else complex(e.x, -sense * e.y)) for e in scene.profile]
-    return resolve_design(scene), parts_of(elements), sense
+    elements = [ElementSpec(e.radius, None if e.x is None else complex(e.x, -sense * e.y)) for e in scene.profile]
+    return resolve_design(scene), place_elements(elements), sense
 
 
 def profile_of(scene, angles):
@@ -155,7 +155,7 @@ def test_the_motion_is_that_of_a_follower_lowered_on_the_cam(profile, follower, 
         for stroke in programme.strokes:
             theta = mpmath.mpf(stroke.start + 0.37 * stroke.angle)
             y = lowered.position(scene, curves, turned_to(scene, curves, programme, theta)) - lowest
-            here = programme.at(np.array([float(theta)]))[0, 0]
+            here = programme.motion_at(np.array([float(theta)]))[0, 0]
             assert abs(y - here) < 2e-13 * (100 if scene.follower.motion == "translating" else 1)
 
 
@@ -172,7 +172,7 @@ def test_velocity_acceleration_and_jerk_are_its_derivatives(profile, follower, r
         curves = lowered.curves_of(scene, parts)
         for stroke in problem.programme.strokes:
             theta = mpmath.mpf(stroke.start + 0.43 * stroke.angle)
-            found = problem.programme.at(np.array([float(theta)]))[:, 0]
+            found = problem.programme.motion_at(np.array([float(theta)]))[:, 0]
             for order in (1, 2, 3):
                 exact = mpmath.diff(
                     lambda t: lowered.position(scene, curves, turned_to(scene, curves, None, t)),
@@ -210,7 +210,7 @@ def test_a_tangent_cam_is_that_of_the_book():
     r1, r2, r3, far = 45.0, 20.0, 10.0, 35.0 / cos(radians(45.0))
     for share in (0.01, 0.4, 0.99):
         t = share * flank.angle
-        y = programme.at(np.array([flank.start + t]))[:3, 0]
+        y = programme.motion_at(np.array([flank.start + t]))[:3, 0]
         book = (
             (r1 + r2) * (1 / cos(t) - 1),
             (r1 + r2) * sin(t) / cos(t) ** 2,
@@ -225,7 +225,7 @@ def test_a_tangent_cam_is_that_of_the_book():
         fallen = long + far - far * cos(t) - root
         speed = far * (sin(t) + far * sin(2 * t) / (2 * root))
         slowing = far * (cos(t) + (long**2 * far * cos(2 * t) + far**3 * sin(t) ** 4) / root**3)
-        y = programme.at(np.array([top + t]))[:3, 0]
+        y = programme.motion_at(np.array([top + t]))[:3, 0]
         assert y == pytest.approx((far + r3 - r1 - fallen, -speed, -slowing), rel=1e-11)
     assert programme.lift == pytest.approx(far + r3 - r1, rel=1e-14)
 
@@ -236,11 +236,11 @@ def test_a_three_arc_cam_under_a_flat_face_is_that_of_the_book():
     _, flank, nose, _ = programme.strokes
     r1, r2, big, far = 16.0, 6.0, 80.0, 19.0
     for t in (0.01, flank.angle / 2):
-        y = programme.at(np.array([flank.start + t]))[:3, 0]
+        y = programme.motion_at(np.array([flank.start + t]))[:3, 0]
         assert y == pytest.approx(((big - r1) * (1 - cos(t)), (big - r1) * sin(t), (big - r1) * cos(t)), rel=1e-11)
     top = nose.start + nose.angle / 2
     for t in (0.0, 0.3, nose.angle / 2 - 0.01):
-        y = programme.at(np.array([top + t]))[:3, 0]
+        y = programme.motion_at(np.array([top + t]))[:3, 0]
         assert y == pytest.approx((far * cos(t) + r2 - r1, -far * sin(t), -far * cos(t)), rel=1e-12, abs=1e-12)
     alpha = flank.angle + nose.angle / 2  # the triangle of the three centres
     assert (big - r2) ** 2 == pytest.approx((big - r1) ** 2 + far**2 + 2 * (big - r1) * far * cos(alpha), rel=1e-13)
@@ -250,11 +250,11 @@ def test_an_eccentric_is_a_crank():
     """Radial roller: a slider-crank of the throw and r + R_r; flat face: a Scotch yoke."""
     m = hypot(5, 3)
     theta = np.linspace(0.0, 6.2, 40)
-    slider = resolve_design(scene_of("eccentric", "roller")).programme.at(theta)[0]
+    slider = resolve_design(scene_of("eccentric", "roller")).programme.motion_at(theta)[0]
     assert slider == pytest.approx(
         -m * np.cos(theta) + np.sqrt(38**2 - (m * np.sin(theta)) ** 2) - 38 + m, abs=1e-12
     )
-    yoke = resolve_design(scene_of("eccentric", "flat")).programme.at(theta)[0]
+    yoke = resolve_design(scene_of("eccentric", "flat")).programme.motion_at(theta)[0]
     assert yoke == pytest.approx(m * (1 - np.cos(theta)), abs=1e-12)
 
 
@@ -320,8 +320,8 @@ def test_a_cw_cam_is_the_mirror_image():
     first, *rest = mirrored
     same = resolve_design(scene_of([first, *rest[::-1]], "roller", "cw")).programme
     theta = np.linspace(0, 6.28, 50)
-    assert not np.allclose(ccw.at(theta)[0], cw.at(theta)[0])
-    assert same.at(theta)[0] == pytest.approx(ccw.at(theta)[0], abs=1e-13)
+    assert not np.allclose(ccw.motion_at(theta)[0], cw.motion_at(theta)[0])
+    assert same.motion_at(theta)[0] == pytest.approx(ccw.motion_at(theta)[0], abs=1e-13)
 
 
 # ------------------------------------------------------------------------------------------------- bad input
@@ -444,7 +444,9 @@ def test_a_fixed_centre_is_as_good_as_a_found_one():
     centres = [part.centre.conjugate() for part in parts]
     whole = [arc(e["radius"], c.real, c.imag) for e, c in zip(PROFILES["three-arc"], centres, strict=True)]
     theta = np.linspace(0, 6.28, 50)
-    found, same = (resolve_design(scene_of(p, "roller")).programme.at(theta)[0] for p in ("three-arc", whole))
+    found, same = (
+        resolve_design(scene_of(p, "roller")).programme.motion_at(theta)[0] for p in ("three-arc", whole)
+    )
     assert found == pytest.approx(same, abs=1e-10)
 
 
@@ -482,7 +484,7 @@ def test_any_numbers_make_a_motion_or_a_message(base, nose, distance, flanks, fo
     assert not told or any(re.fullmatch(f"scene: {line}", told) for line in TOLD)
     assume(scene)
     programme = resolve_design(scene).programme
-    motion = programme.at(np.linspace(0, 2 * pi, 100))
+    motion = programme.motion_at(np.linspace(0, 2 * pi, 100))
     assert np.isfinite(motion).all()
     assert motion[0].min() > -1e-9 * base
     assert {jump.order for jump in programme.jumps} <= {2}

@@ -19,16 +19,16 @@ sys.path.insert(0, str(Path(__file__).parents[3] / "benchmarks"))
 import conditions as study
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene, plot, synthesise
-from camopt.core.numerics.irreducible import irreducible
-from camopt.core.numerics.quadratic import least_within
-from camopt.model.motion.programme import Programme, root_mean_square, span
-from camopt.model.motion.run import Run, bernstein_of, derivative_of, means_between
-from camopt.model.motion.stroke import ALL_STROKES, MISSED, Passing
+from camopt.core.numerics.irreducible import irreducible_set
+from camopt.core.numerics.quadratic import constrained_least_squares
+from camopt.model.motion.move_run import MoveRun, bernstein_derivative, means_between, states_to_bernstein
+from camopt.model.motion.programme import Programme, root_mean_square, weighted_range
+from camopt.model.motion.stroke import ALL_STROKES, SOLVER_TOLERANCE, PassingCondition
 from camopt.scene.problem.problem import resolve
-from camopt.show.drawing.panels import panels
+from camopt.show.drawing.panels import motion_panels
 from camopt.show.drawing.picture import Picture
-from camopt.solve.synthesis.from_scene import demand_of
-from camopt.solve.synthesis.synthesise import Unmet, bound_of
+from camopt.solve.synthesis.problem_from_scene import synthesis_problem
+from camopt.solve.synthesis.synthesise import Unmet, relaxation_bound
 from camopt.solve.verdicts.certify import conditions_verdict
 
 MOVES = [{"segment": "move", "angle": 200, "to": 40}, {"segment": "dwell", "angle": 20}]
@@ -45,7 +45,7 @@ def meets(programme, conditions, room):
     up = -programme.strokes[0].low
     for each in conditions:
         low, high = each["angle"] if isinstance(each["angle"], list) else (each["angle"], each["angle"])
-        motion = programme.at(np.radians(np.linspace(low, high, 501 if high > low else 1)))
+        motion = programme.motion_at(np.radians(np.linspace(low, high, 501 if high > low else 1)))
         for order, name in enumerate(("position", "velocity", "acceleration", "jerk")):
             asked = each.get(name)
             if asked is not None:
@@ -73,7 +73,7 @@ def test_a_move_through_points_is_as_if_it_were_several_moves():
     ]
     other = resolve(scene_of(*parts, *MOVES[1:], *BACK))
     angles = np.radians(np.arange(0.25, 360, 0.5))
-    assert np.allclose(one.at(angles), other.programme.at(angles), rtol=1e-8, atol=1e-8)
+    assert np.allclose(one.motion_at(angles), other.programme.motion_at(angles), rtol=1e-8, atol=1e-8)
     assert [stroke.key for stroke in one.strokes] == ["motion.1", "motion.2", "motion.3", "motion.4"]
 
 
@@ -86,10 +86,12 @@ def test_the_least_jerk_meets_random_conditions_and_no_motion_has_less(seed):
     programme = resolve(scene).programme
     assert meets(programme, conditions, 1e-8)
     assert not programme.jumps
-    demand = demand_of(scene)
-    wide = demand.only([name for name in demand.names if name not in ("jerk", "acceleration", "the size")])
-    freed = wide.only([name for name in wide.names if name != "the lowest position"])
-    bound, own = bound_of(freed), root_mean_square(programme, 3)
+    demand = synthesis_problem(scene)
+    wide = demand.keep_limits(
+        [name for name in demand.limit_names if name not in ("jerk", "acceleration", "the size")]
+    )
+    freed = wide.keep_limits([name for name in wide.limit_names if name != "the lowest position"])
+    bound, own = relaxation_bound(freed), root_mean_square(programme, 3)
     assert bound is not None
     assert own * 0.985 <= bound <= own * (1 + 1e-5)
 
@@ -105,12 +107,12 @@ def test_a_motion_that_is_given_all_along_is_that_line():
     ]
     programme = resolve(scene_of(*rows)).programme
     angles = np.radians(np.linspace(81, 279, 100))
-    assert np.allclose(programme.at(angles)[1], 40 / radians(80), rtol=1e-9)
+    assert np.allclose(programme.motion_at(angles)[1], 40 / radians(80), rtol=1e-9)
 
 
 def test_a_belt_on_the_way_of_a_move_is_a_stretch_at_constant_velocity():
     programme = resolve(study.scene_with([BELT])).programme
-    motion = programme.at(np.radians(np.linspace(90.01, 119.99, 300)))
+    motion = programme.motion_at(np.radians(np.linspace(90.01, 119.99, 300)))
     assert np.allclose(motion[1], 14, rtol=1e-9)
     assert np.abs(motion[2]).max() < 1e-6
     assert evaluate(study.scene_with([BELT], **{"limits.pressure_angle": 30}))["feasible"]
@@ -121,11 +123,11 @@ def test_a_range_of_angles_holds_eachderivative_of_and_costs_jerk(name):
     order = ("position", "velocity", "acceleration", "jerk").index(name)
     free = resolve(study.scene_with([])).programme
     angles = np.radians(np.linspace(60, 90, 500))
-    values = free.at(angles)[order]
+    values = free.motion_at(angles)[order]
     largest = float(values.max() - 0.4 * np.ptp(values))
     conditions = [{"angle": [60, 90], name: [float(values.min() - 5 * np.ptp(values)), largest]}]
     bent = resolve(study.scene_with(conditions)).programme
-    assert -3e-3 <= bent.at(angles[1:-1])[order].max() / abs(largest) - np.sign(largest) <= 1e-8
+    assert -3e-3 <= bent.motion_at(angles[1:-1])[order].max() / abs(largest) - np.sign(largest) <= 1e-8
     assert root_mean_square(bent, 3) > root_mean_square(free, 3)
 
 
@@ -133,7 +135,7 @@ def test_conditions_are_kept_by_text_proved_beside_and_drawn(tmp_path):
     scene = study.scene_with([BELT, {"angle": 40, "position": [2, 5]}], **{"limits.pressure_angle": 35})
     assert Scene.from_dict(scene.to_dict()) == scene
     assert certify(scene)["pressure_angle"] == "held"
-    displacement, velocity, *_ = panels(Picture(scene, resolve(scene)))
+    displacement, velocity, *_ = motion_panels(Picture(scene, resolve(scene)))
     assert displacement.note.startswith("squares and bands: asked of moves")
     assert (90, 120) in [(round(mark.start), round(mark.end)) for mark in velocity.marks]
     (tmp_path / "cam.toml").write_text(scene.to_toml(), encoding="utf-8")
@@ -144,9 +146,9 @@ def test_conditions_are_kept_by_text_proved_beside_and_drawn(tmp_path):
 def test_what_is_asked_twice_is_no_contradiction():
     more = [{"angle": 100, "velocity": 14}, {"angle": [100, 110], "velocity": [14, 14], "acceleration": 0}]
     angles = np.radians(np.arange(0.25, 360, 0.5))
-    once = resolve(study.scene_with([BELT])).programme.at(angles)
+    once = resolve(study.scene_with([BELT])).programme.motion_at(angles)
     for some in (more, more[:1], [{"angle": [95, 118], "jerk": 0}], [BELT, BELT]):
-        again = resolve(study.scene_with([BELT, *some])).programme.at(angles)
+        again = resolve(study.scene_with([BELT, *some])).programme.motion_at(angles)
         assert np.allclose(once, again, rtol=1e-6, atol=1e-5)
 
 
@@ -156,7 +158,7 @@ def test_conditions_per_degree_and_per_second_are_the_same():
         row = MOVES[0] | {"per": per, "through": [{"angle": [90, 120], "velocity": velocity}]}
         scenes.append(scene_of(row, *MOVES[1:], *BACK))
     angles = np.radians(np.arange(0.25, 360, 0.5))
-    first, *others = (resolve(scene).programme.at(angles) for scene in scenes)
+    first, *others = (resolve(scene).programme.motion_at(angles) for scene in scenes)
     assert all(np.allclose(first, other, rtol=1e-9, atol=1e-9) for other in others)
 
 
@@ -226,8 +228,13 @@ def test_conditions_are_proved_just_up_to_what_the_motion_has(order, where):
     verdicts = []
     for side in (3.0, -3.0):
         asked: list = [None] * 4
-        asked[order] = (float(values.min()) - largest, float(values.max()) + side * MISSED[order] * float(largest))
-        turn = replace(programme, strokes=(replace(first, through=(Passing(start, end, tuple(asked)),)), *others))
+        asked[order] = (
+            float(values.min()) - largest,
+            float(values.max()) + side * SOLVER_TOLERANCE[order] * float(largest),
+        )
+        turn = replace(
+            programme, strokes=(replace(first, through=(PassingCondition(start, end, tuple(asked)),)), *others)
+        )
         verdicts.append(conditions_verdict(turn))
     assert verdicts == ["held", "broken"]
 
@@ -295,9 +302,9 @@ def test_bounds_on_acceleration_are_met_where_a_motion_between_their_ends_exists
     assert 20.9 < least < 21.2  # moves with short joins have 21.13, of 59.9
     programme = resolve(nose(-21.9, 60.0)).programme
     angles = np.radians(np.linspace(24.0, 144.0, 5001))[1:-1]
-    acceleration = programme.at(angles)[2]
+    acceleration = programme.motion_at(angles)[2]
     assert [acceleration.min() > -21.9001, acceleration.max() < 60.0001] == [True, True]
-    assert programme.at(np.radians([84.0]))[0, 0] == pytest.approx(9.0, abs=1e-9)
+    assert programme.motion_at(np.radians([84.0]))[0, 0] == pytest.approx(9.0, abs=1e-9)
     with pytest.raises(BadInput, match=r"no motion was found that meets all of these, with each range in 48 parts"):
         nose(-least - 0.05, 60.0)
     with pytest.raises(BadInput, match=r"motion\.4\.through\.1\.acceleration: no motion meets all of these"):
@@ -310,7 +317,9 @@ def testmeans_between_of_aderivative_of_are_divided_differences_of_any_motion(co
     """Of y = cos(3x) on 0 to 1, from its states there, against integrals with the weights."""
     verbs = [lambda x, k=k: 3.0**k * np.cos(3.0 * x + k * pi / 2) for k in range(4)]
     ends = np.array([verbs[k](x) for x in (0.0, 1.0) for k in range(count)])
-    found = means_between(count, order) @ derivative_of(count, order) @ bernstein_of(count, 1.0) @ ends
+    found = (
+        means_between(count, order) @ bernstein_derivative(count, order) @ states_to_bernstein(count, 1.0) @ ends
+    )
     orders = [(i, order + 1 - i) for i in range(order + 2) if max(i, order + 1 - i) <= count]
 
     def mean(i, j):
@@ -335,14 +344,14 @@ def test_what_a_motion_meets_is_not_said_to_be_impossible(seed):
     asked[order] = (float(values.min()) - 1e-9, float(values.max()) + 1e-9)
     turn = resolve(scene_of(*MOVES, *BACK)).programme
     last = turn.strokes[0].angle
-    run = Run(
+    run = MoveRun(
         [
             replace(
                 turn.strokes[0],
                 high=float(motion(last)),
                 wanted=(None, float(motion.deriv(1)(last)), float(motion.deriv(2)(last))),
                 given=turn.strokes[0].given._replace(change=float(motion(last))),
-                through=(Passing(radians(start), radians(end), tuple(asked)),),
+                through=(PassingCondition(radians(start), radians(end), tuple(asked)),),
             )
         ],
         turn.strokes[-1],
@@ -362,7 +371,7 @@ def test_an_irreducible_set_of_intervals_is_one_or_two(intervals):
         return max((low for _, (low, _) in some), default=-9) <= min((high for _, (_, high) in some), default=9)
 
     assume(not feasible(numbered))
-    found = irreducible(numbered, feasible)
+    found = irreducible_set(numbered, feasible)
     assert not feasible(found)
     assert all(feasible([other for other in found if other != each]) for each in found)
     assert len(found) <= 2
@@ -375,7 +384,7 @@ def test_least_squares_under_limits_are_those_of_a_general_solver(seed):
     n, m = random.integers(1, 6), random.integers(1, 10)
     factor, offset = random.normal(size=(n + 3, n)), random.normal(size=n + 3)
     rows, least = random.normal(size=(m, n)), random.normal(size=m)
-    found = least_within(factor, offset, rows, least)
+    found = constrained_least_squares(factor, offset, rows, least)
     known = linprog(np.zeros(n), A_ub=-rows, b_ub=-least, bounds=[(None, None)] * n)
     assert (found is not None) == (known.status == 0)
     assume(found is not None)
@@ -446,8 +455,8 @@ def test_a_free_move_over_a_part_of_the_turn_has_the_extremes_that_its_samples_h
     programme = resolve(result.scene).programme
     angles = np.radians(np.arange(0.005, 360, 0.01))
     for order in (1, 2, 3):
-        low, high = span(Programme(programme.strokes), (0.0,) * order + (1.0,), ALL_STROKES)
-        values = programme.at(angles)[order]
+        low, high = weighted_range(Programme(programme.strokes), (0.0,) * order + (1.0,), ALL_STROKES)
+        values = programme.motion_at(angles)[order]
         assert low - 1e-9 <= values.min()
         assert values.max() <= high + 1e-9
 
@@ -483,5 +492,5 @@ def test_a_jerk_of_zero_over_a_range_is_held_by_free_laws():
     asked = [{"angle": [40, 80], "jerk": 0, "velocity": [5, 10]}]
     scene = study.scene_with(asked, **{"synthesis.minimise": "acceleration", "synthesis.pieces": 24})
     programme = resolve(synthesise(scene).scene).programme
-    jerk = programme.at(np.radians(np.linspace(40.001, 79.999, 400)))[3]
-    assert np.abs(jerk).max() <= 1e-6 * np.abs(programme.at(np.radians(np.arange(0.5, 360)))[3]).max()
+    jerk = programme.motion_at(np.radians(np.linspace(40.001, 79.999, 400)))[3]
+    assert np.abs(jerk).max() <= 1e-6 * np.abs(programme.motion_at(np.radians(np.arange(0.5, 360)))[3]).max()

@@ -14,20 +14,20 @@ from support import own
 
 from camopt import Scene, evaluate
 from camopt.core.kernels.compile import compiled
-from camopt.core.numerics.piecewise import motion
+from camopt.core.numerics.piecewise import motion_on_panel
 from camopt.core.quantities import motion_mean
 from camopt.model.motion import LAWS
-from camopt.model.motion.law import is_symmetric, joined_by
+from camopt.model.motion.law import is_symmetric, motion_task
+from camopt.model.motion.law_panels import stroke_coefficients
 from camopt.model.motion.polynomial import PolynomialLaw
-from camopt.model.motion.programme import TURN_PANELS, Programme, law_peaks, peak, peaks_inside
+from camopt.model.motion.programme import TURN_PANELS, Programme, derivative_peak, law_peaks, peaks_inside
 from camopt.model.motion.stroke import RETURN, RISE
-from camopt.model.motion.table import stroke_coefficients
 
 
 @compiled
 def fill_motion(table, u, found):
     for panel in range(u.size):
-        at = motion(table, panel, u[panel])
+        at = motion_on_panel(table, panel, u[panel])
         found[0, panel], found[1, panel], found[2, panel], found[3, panel] = at.y, at.y1, at.y2, at.y3
 
 
@@ -107,11 +107,11 @@ PAIRS = {  # Kloomok and Muffley, Product Engineering, Feb. 1955, of half curves
 
 @pytest.mark.parametrize("law", LAWS)
 def test_a_law_tells_what_it_joins(law):
-    assert joined_by(LAWS[law]) == PAIRS.get(law, "R-R")
+    assert motion_task(LAWS[law]) == PAIRS.get(law, "R-R")
 
 
 def test_a_motion_in_general_has_velocity_and_acceleration():
-    assert joined_by(PolynomialLaw("own", (0.0, 1.0, 2.0), (1.0, 0.0, 0.0))) == "B-R"
+    assert motion_task(PolynomialLaw("own", (0.0, 1.0, 2.0), (1.0, 0.0, 0.0))) == "B-R"
 
 
 @pytest.mark.parametrize(("half", "whole"), [("half-cycloidal", "cycloidal"), ("half-harmonic", "harmonic")])
@@ -139,7 +139,7 @@ def test_a_law_runs_from_0_to_1_and_its_verbs_are_derivatives(law):
 
 def test_laws_that_join_the_same_at_both_ends_are_symmetric():
     assert {law for law in LAWS if is_symmetric(LAWS[law])} == {
-        law for law in LAWS if len(set(joined_by(LAWS[law]).split("-"))) == 1
+        law for law in LAWS if len(set(motion_task(LAWS[law]).split("-"))) == 1
     }
 
 
@@ -190,7 +190,7 @@ def test_tables_are_the_laws(law):
     programme = turn(law)
     table = programme.table
     u = np.random.default_rng(1).uniform(-1, 1, table.centre.size)
-    exact = programme.at(table.centre + u * table.half_width)
+    exact = programme.motion_at(table.centre + u * table.half_width)
     found = all_motion(table, u)
     scale = np.abs(exact).max(axis=1, keepdims=True) + 1e-300
     assert np.all(np.abs(found - exact) <= scale * np.array([[1e-14], [1e-13], [1e-12], [1e-10]]))
@@ -248,14 +248,14 @@ def test_a_jump_that_cancels_is_none():
         [("rise", 180, 10, "harmonic"), ("return", 180, 10, "harmonic")], angular=False
     )
     assert eccentric.jumps == ()
-    assert peak(eccentric, 3, RISE) == pytest.approx(5.0)
+    assert derivative_peak(eccentric, 3, RISE) == pytest.approx(5.0)
 
 
 def test_peaks_are_infinite_only_where_a_lower_derivative_jumps():
     mixed = turn("cycloidal", "uniform")
-    assert peak(mixed, 2, RISE) < inf
-    assert peak(mixed, 2, RETURN) == inf
-    assert peak(mixed, 1, RETURN) == pytest.approx(25 / radians(70))
+    assert derivative_peak(mixed, 2, RISE) < inf
+    assert derivative_peak(mixed, 2, RETURN) == inf
+    assert derivative_peak(mixed, 1, RETURN) == pytest.approx(25 / radians(70))
 
 
 def test_zero_length_dwells_drop_out():
@@ -268,7 +268,7 @@ def test_extreme_strokes_have_exact_peaks(angle, lift):
     programme = Programme.from_segments(
         [("rise", angle, lift, "cycloidal"), ("return", 360 - angle, lift, "cycloidal")], angular=False
     )
-    assert peak(programme, 2, RISE) == pytest.approx(2 * np.pi * lift / radians(angle) ** 2, rel=1e-12)
+    assert derivative_peak(programme, 2, RISE) == pytest.approx(2 * np.pi * lift / radians(angle) ** 2, rel=1e-12)
 
 
 SQUARES = {"harmonic": {"acceleration": (np.pi**2 / 2) ** 2 / 2}, "cycloidal": {"acceleration": 2 * np.pi**2}}

@@ -15,11 +15,11 @@ from support.balls.proof import exact_turn
 from support.cams import CONTACTS, cam_with
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene
-from camopt.model.motion.programme import Programme, root_mean_square, span
-from camopt.model.motion.segments import GivenSegment
+from camopt.model.motion.programme import Programme, root_mean_square, weighted_range
+from camopt.model.motion.segments import MotionSegment
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE
 from camopt.scene.problem.problem import resolve
-from camopt.show.drawing.panels import panels
+from camopt.show.drawing.panels import motion_panels
 from camopt.show.drawing.picture import Picture
 
 ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
@@ -27,7 +27,7 @@ BESIDE = 1e-9  # rad, to either side of a joint
 
 
 def turn(*segments, angular=False):
-    return Programme.from_segments([GivenSegment(*each) for each in segments], angular=angular)
+    return Programme.from_segments([MotionSegment(*each) for each in segments], angular=angular)
 
 
 def move(angle, to, *wanted):
@@ -36,7 +36,7 @@ def move(angle, to, *wanted):
 
 def sides(programme, at):
     """The motion just before and just after a cam angle, rad."""
-    return programme.at(np.array([at - BESIDE, at + BESIDE])).T
+    return programme.motion_at(np.array([at - BESIDE, at + BESIDE])).T
 
 
 PRACTICE = ("belt-matching", "bucket-valve", "feeder-with-stop", "press-with-drift", "rocker-valve")
@@ -106,11 +106,13 @@ def test_a_jerk_that_is_given_is_reached(segments):
 def test_displacements_are_counted_from_the_lowest_of_the_turn(segments):
     programme = turn(*segments)
     angles = [*np.linspace(0.0, 2 * pi, 20_001)[:-1], *(stroke.start for stroke in programme.strokes)]
-    samples = programme.at(np.array(angles))[0]
+    samples = programme.motion_at(np.array(angles))[0]
     assert -1e-9 * programme.lift <= samples.min() <= 1e-4 * programme.lift
     assert samples.max() <= programme.lift * (1 + 1e-12)
     assert samples.max() >= programme.lift * (1 - 1e-4)
-    assert span(programme, (1.0,), ALL_STROKES) == pytest.approx(programme.levels, abs=1e-12 * programme.lift)
+    assert weighted_range(programme, (1.0,), ALL_STROKES) == pytest.approx(
+        programme.levels, abs=1e-12 * programme.lift
+    )
 
 
 @given(turns(kinds=("move", "move", "dwell")))
@@ -134,7 +136,7 @@ def test_a_turn_run_backwards_is_the_mirror_image(segments):
     one, other = turn(*segments), turn(*backwards)
     angles = np.linspace(0.01, 2 * pi - 0.01, 97)
     signs = np.array([1.0, -1.0, 1.0, -1.0])[:, None]
-    here, there = one.at(angles), other.at(2 * pi - angles) * signs
+    here, there = one.motion_at(angles), other.motion_at(2 * pi - angles) * signs
     assert np.allclose(here[:3], there[:3], atol=1e-7 * np.abs(here[:3]).max(axis=1, keepdims=True) + 1e-12)
 
 
@@ -156,8 +158,8 @@ def test_free_joints_are_those_of_the_natural_spline(order, levels, seed):
     spline = make_interp_spline(knots, [0.0, *levels, 0.0], k=2 * order - 1, bc_type=(rest, rest))
     within = np.linspace(0.0, knots[-1], 203)[1:-1]
     expected = np.array([spline.derivative(n)(within) if n else spline(within) for n in range(4)])
-    found = programme.at(within)
-    found[0] -= programme.at(np.zeros(1))[0]
+    found = programme.motion_at(within)
+    found[0] -= programme.motion_at(np.zeros(1))[0]
     assert np.allclose(found, expected, rtol=0.0, atol=1e-8 * np.abs(expected).max(axis=1, keepdims=True) + 1e-10)
 
 
@@ -172,7 +174,7 @@ def test_a_turn_of_moves_alone_is_the_periodic_spline(levels, seed):
     values[-1] = values[0]
     spline = make_interp_spline(knots, values, k=5, bc_type="periodic")
     within = np.linspace(0.0, 2 * pi, 203)[1:-1]
-    found, expected = programme.at(within), np.array([spline.derivative(n)(within) for n in range(1, 4)])
+    found, expected = programme.motion_at(within), np.array([spline.derivative(n)(within) for n in range(1, 4)])
     assert np.allclose(found[1:], expected, rtol=0.0, atol=1e-7 * np.abs(expected).max(axis=1, keepdims=True))
 
 
@@ -180,7 +182,7 @@ def test_no_other_state_at_a_joint_has_less_jerk():
     """An identity of a minimum: whatever is given at a free joint instead, the mean square of the jerk is more."""
     free = turn(move(70, 12.0), move(90, 30.0), move(120, 0.0), DWELLING)
     least = root_mean_square(free, 3)
-    state = free.at(np.radians([70.0]))[:, 0]
+    state = free.motion_at(np.radians([70.0]))[:, 0]
     for change in (-0.1, -1e-3, 1e-3, 0.1):
         for order in (1, 2):
             wanted = [None, None]
@@ -201,7 +203,7 @@ def test_a_joint_at_which_nothing_is_asked_changes_nothing():
     one = turn(loose(30, FREE), loose(50, FREE), move(60, 25.0), move(100, 0.0), ("dwell", 120))
     other = turn(move(140, 25.0), move(100, 0.0), ("dwell", 120))
     angles = np.linspace(0.0, 2 * pi, 301)[:-1]
-    assert np.allclose(one.at(angles), other.at(angles), rtol=1e-9, atol=1e-9)
+    assert np.allclose(one.motion_at(angles), other.motion_at(angles), rtol=1e-9, atol=1e-9)
     assert one.lift == pytest.approx(other.lift, rel=1e-12)
 
 
@@ -241,7 +243,7 @@ def test_a_range_that_is_reached_is_as_if_its_end_were_given():
         one = turn(loose(120, between), move(120, 30.0), move(60, 0.0), ("dwell", 60))
         other = turn(move(120, expected), move(120, 30.0), move(60, 0.0), ("dwell", 60))
         angles = np.linspace(0.0, 2 * pi, 200)[:-1]
-        assert np.allclose(one.at(angles), other.at(angles), rtol=1e-8, atol=1e-8)
+        assert np.allclose(one.motion_at(angles), other.motion_at(angles), rtol=1e-8, atol=1e-8)
 
 
 # ---------------------------------------------------------------------------------------------------- 50 digits
@@ -279,7 +281,7 @@ def test_a_move_against_fifty_digits(wanted):
 def test_a_stretch_at_constant_velocity_is_straight():
     """The velocity of a belt: 30 mm in 120°, with neither acceleration nor jerk, and its neighbours reach it."""
     programme = turn(move(60, 10.0), BELT, move(100, 0.0), DWELLING)
-    y, y1, y2, y3 = programme.at(np.radians(np.linspace(60.001, 179.999, 50)))
+    y, y1, y2, y3 = programme.motion_at(np.radians(np.linspace(60.001, 179.999, 50)))
     assert np.allclose(y1, 30 / radians(120), rtol=1e-14)
     assert not y2.any()
     assert not y3.any()
@@ -469,7 +471,7 @@ def test_a_velocity_is_another_way_to_give_a_stretch():
     motion[1] |= {"velocity": 0.25, "per": "deg"}
     other = by_position.replace(motion=motion)
     angles = np.linspace(0.0, 6.0, 50)
-    one, two = (resolve(each).programme.at(angles) for each in (by_position, other))
+    one, two = (resolve(each).programme.motion_at(angles) for each in (by_position, other))
     assert np.allclose(one, two, rtol=1e-12, atol=1e-9)
 
 
@@ -484,7 +486,7 @@ def test_a_turn_of_positions_may_start_anywhere():
     )
     programme = resolve(scene).programme
     assert programme.lift == pytest.approx(35.0, rel=1e-15)
-    assert programme.at(np.zeros(1))[0, 0] == pytest.approx(17.0, rel=1e-15)
+    assert programme.motion_at(np.zeros(1))[0, 0] == pytest.approx(17.0, rel=1e-15)
     plain = Scene.from_dict(
         scene_of(
             {"segment": "rise", "angle": 150, "lift": 17, "law": "poly345"},
@@ -581,7 +583,7 @@ def test_kinds_of_segments_are_known_everywhere():
     scene = Scene.from_dict({**scene_of(*MOVED), "outputs": ["pressure"]})
     found = evaluate(scene)
     programme = resolve(scene).programme
-    assert all(programme.has(kind) for kind in (RISE, RETURN, DWELL))
+    assert all(programme.has_kinds(kind) for kind in (RISE, RETURN, DWELL))
     both = [float(found[f"pressure_angle_max_{kind}_deg"]) for kind in ("rise", "return")]
     assert max(both) == found["pressure_angle_max_deg"]
     assert min(both) > 0.0
@@ -590,7 +592,7 @@ def test_kinds_of_segments_are_known_everywhere():
 def test_what_a_move_is_given_is_marked_in_its_diagrams():
     """A square at the end of each move, and at each derivative that is given there; a band where the lash is."""
     scene = find_scene("bucket-valve")
-    displacement, velocity, acceleration, *_ = panels(Picture(scene, resolve(scene)))
+    displacement, velocity, acceleration, *_ = motion_panels(Picture(scene, resolve(scene)))
     assert [round(mark.end) for mark in displacement.marks] == [12, 24, 46, 92, 138, 160, 172, 184]
     assert displacement.marks[3][2:] == pytest.approx((9.0, 9.0))
     omega = 3000 * 2 * pi / 60
@@ -604,7 +606,7 @@ def test_ranges_of_a_scene_are_kept_by_text_and_drawn_as_bars():
     scene = Scene.from_dict(scene_of(*rows))
     assert Scene.from_dict(scene.to_dict()) == scene
     assert scene.to_dict()["motion"][0]["to"] == [18, 22]
-    displacement, velocity, *_ = panels(Picture(scene, resolve(scene)))
+    displacement, velocity, *_ = motion_panels(Picture(scene, resolve(scene)))
     assert displacement.marks[0] == pytest.approx((120.0, 120.0, 18.0, 22.0))
     assert velocity.marks[0] == pytest.approx((120.0, 120.0, 2.0, 9.0))
     assert 18 - 1e-9 <= resolve(scene).programme.strokes[0].high <= 22 + 1e-9

@@ -14,13 +14,13 @@ from support.balls.laws import pieces_of
 from support.depth import times
 
 from camopt.model.motion import LAWS
-from camopt.model.motion.polynomial import HIGHEST, PolynomialLaw
+from camopt.model.motion.polynomial import HIGHEST_DEGREE, PolynomialLaw
 
 VERBS = ("displacement", "velocity", "acceleration", "jerk")
 X = np.linspace(0.0, 1.0, 101)
 VALUES = st.one_of(st.just(0.0), st.floats(-10.0, 10.0))
 CONDITIONS = (
-    st.lists(VALUES, min_size=1, max_size=HIGHEST + 1)
+    st.lists(VALUES, min_size=1, max_size=HIGHEST_DEGREE + 1)
     .flatmap(lambda values: st.tuples(st.just(values), st.integers(0, len(values))))
     .map(lambda made: PolynomialLaw("p", tuple(made[0][: made[1]]), tuple(made[0][made[1] :])))
 )
@@ -56,7 +56,7 @@ def test_any_conditions_against_fifty_digits_and_exactly(law, x):
     for order, exact in enumerate(own.law_at(law, mpmath.mpf(x))):
         ball = piece.derivative(order, arb(x))
         assert abs(mpmath.mpf(ball.mid().str(50, radius=False)) - exact) <= mpmath.mpf("1e-35")
-        terms = np.abs(law._terms[order]).max(initial=0.0)
+        terms = np.abs(law._bernstein_terms[order]).max(initial=0.0)
         assert abs(mpmath.mpf(float(getattr(law, VERBS[order])(x))) - exact) <= 1e-14 * terms + 1e-40
 
 

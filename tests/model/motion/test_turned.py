@@ -13,11 +13,11 @@ from support.balls.ball import precisely
 from support.balls.laws import pieces_of
 from support.depth import times
 
-from camopt.model.motion.law import is_symmetric, joined_by
-from camopt.model.motion.programme import Programme, Stroke, law_peaks, span
+from camopt.model.motion.derived_laws import MirroredLaw, SkewedLaw
+from camopt.model.motion.law import is_symmetric, motion_task
+from camopt.model.motion.programme import Programme, Stroke, law_peaks, weighted_range
 from camopt.model.motion.scca import SCCALaw
 from camopt.model.motion.stroke import RISE
-from camopt.model.motion.turned import MirroredLaw, SkewedLaw
 
 VERBS = ("displacement", "velocity", "acceleration", "jerk")
 SYMMETRIC = [name for name, law in own.EVERY.items() if is_symmetric(law)]
@@ -67,9 +67,9 @@ def test_a_skewed_law_is_as_fast_at_its_crossing_and_has_peaks_in_ratio(name, cr
     skewed = SkewedLaw("own", law, crossing)
     assert float(skewed.displacement(crossing)) == pytest.approx(crossing, rel=1e-14)
     assert float(skewed.velocity(crossing)) == pytest.approx(float(law.velocity(0.5)), rel=1e-13)
-    assert joined_by(skewed) == joined_by(law)
+    assert motion_task(skewed) == motion_task(law)
     rise = Programme((Stroke(RISE, skewed, 0.0, 1.0, 0.0, 1.0),))
-    least, largest = span(rise, (0.0, 0.0, 1.0), RISE)
+    least, largest = weighted_range(rise, (0.0, 0.0, 1.0), RISE)
     assert rise.lift == 1.0
     assert largest * crossing == pytest.approx(-least * (1.0 - crossing), rel=1e-11)
 
@@ -94,7 +94,7 @@ def test_a_mirrored_law_against_fifty_digits_and_exactly(name):
         return 1 - s, v, -a, j
 
     is_that_of_fifty_digits(MirroredLaw("own", law), expected)
-    assert joined_by(MirroredLaw("own", law)) == "-".join(reversed(joined_by(law).split("-")))
+    assert motion_task(MirroredLaw("own", law)) == "-".join(reversed(motion_task(law).split("-")))
 
 
 @pytest.mark.parametrize("name", LOPSIDED)
@@ -117,7 +117,7 @@ def test_panels_hold_waves_of_any_length(shares, crossing):
     programme = Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),))
     table = programme.table
     for u in (-0.95, -0.3, 0.2, 0.9):
-        expected = programme.at(table.centre + u * table.half_width)
+        expected = programme.motion_at(table.centre + u * table.half_width)
         for order in range(4):
             series = np.polynomial.polynomial.polyder(table.coefficients.T, order) / table.half_width**order
             found = np.polynomial.polynomial.polyval(u, series)

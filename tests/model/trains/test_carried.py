@@ -43,12 +43,12 @@ def test_the_force_at_the_follower_is_that_of_lagrange(seed):
     """F = m(y)·ÿ + m'(y)·ẏ²/2 + Σ Q·ds/dy, m(y) = Σ m·(ds/dy)², of joints found by root finding at 50 digits."""
     rng = np.random.default_rng(seed)
     stages, train, angular = random_train(rng)
-    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.reach)
+    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach)
     y = float(train.follower(Taylor([low + (high - low) * rng.uniform(0.2, 0.8)])).terms[0])
     y1, y2 = rng.uniform(-3, 3, 2)
     way = float(np.sign(y1))
     carried, load = drawn_loads(rng, len(train.links))
-    ours = Train(train.links, train.stages, carried).brought(
+    ours = Train(train.links, train.stages, carried).load_at_follower(
         Taylor([y, y1, y2 / 2, 0.0]), [way * sense for sense in train.senses], load
     )
     with mpmath.workdps(50):
@@ -73,7 +73,7 @@ def test_ratios_are_slopes_of_closed_loops(seed):
     """With all their derivatives: the series of each ratio is that of the slope of its joint."""
     rng = np.random.default_rng(500 + seed)
     stages, train, angular = random_train(rng)
-    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.reach)
+    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach)
     y = float(train.follower(Taylor([low + (high - low) * rng.uniform(0.2, 0.8)])).terms[0])
     ratio = train.joints(Taylor([y, 1.0, 0.0, 0.0]))[-1].ratio
     with mpmath.workdps(50):
@@ -153,7 +153,7 @@ def test_the_force_is_that_of_energies_at_the_tool(contact, train):
     theta = np.linspace(0.0, 2 * np.pi, 3601)[:-1] + 1e-3
     step = 1e-3
     offsets = np.array([-2, -1, 0, 1, 2])[:, None] * step
-    y, y1, _, _ = programme.at(theta + offsets)
+    y, y1, _, _ = programme.motion_at(theta + offsets)
     train_, load = problem.setup.train, programme.load
     assert isinstance(load, TrainLoad)
     zero = load.zero
@@ -167,7 +167,7 @@ def test_the_force_is_that_of_energies_at_the_tool(contact, train):
         energy += 0.5 * each.stiffness * moved.terms[0] ** 2 + each.force * moved.terms[0]
         spent = spent + each.friction * np.abs(moved.terms[1][2])
     for joint, changing in load.loads:
-        spent = spent + changing.at(theta)[0] * places_[joint].terms[1][2]
+        spent = spent + changing.load_and_slope(theta)[0] * places_[joint].terms[1][2]
     rate = (energy[0] - 8 * energy[1] + 8 * energy[3] - energy[4]) / (12 * step)
     state = programme.state(theta)
     force = dynamics.mass * omega**2 * state.y2 + dynamics.damping * omega * state.y1 + dynamics.stiffness * state.y
@@ -195,13 +195,13 @@ def test_over_a_turn_the_torque_does_the_work_of_what_is_not_returned(contact, t
     middle, half = (edges[1:] + edges[:-1]) / 2, (edges[1] - edges[0]) / 2
     angles = (middle[:, None] + half * theta).ravel()
     weights = np.tile(half * weight, middle.size)
-    y, y1, _, _ = programme.at(angles)
+    y, y1, _, _ = programme.motion_at(angles)
     spent = np.sum(weights * problem.setup.dynamics.damping * problem.setup.omega * y1**2)
     joints = [joint.moved for joint in problem.setup.train.joints(Taylor([y + load.zero, y1]))]
     for each in problem.setup.train.carried:
         spent += each.friction * np.sum(weights * np.abs(joints[each.joint].terms[1]))
     for joint, changing in load.loads:
-        spent += np.sum(weights * changing.at(angles)[0] * joints[joint].terms[1])
+        spent += np.sum(weights * changing.load_and_slope(angles)[0] * joints[joint].terms[1])
     found = evaluate(scene)
     assert found["torque_mean_N_m"] * 2e3 * np.pi == pytest.approx(
         spent, rel=1e-9, abs=1e-10 * found["torque_peak_N_m"] * 2e3 * np.pi

@@ -12,15 +12,15 @@ from support.trains import random_train
 import camopt
 from camopt import Scene, evaluate
 from camopt.core.mistakes import BadInput
-from camopt.core.numerics.curves import curve
+from camopt.core.numerics.curves import value_and_slope
 from camopt.core.numerics.panels import derivatives
 from camopt.core.numerics.taylor import Taylor
 from camopt.core.quantities.limit_keys import LIMIT_KEYS
-from camopt.model.effects.motion import scale
+from camopt.model.effects.motion import motion_scale
 from camopt.model.motion import LAWS
-from camopt.model.motion.driven import driven
 from camopt.model.motion.programme import Programme
-from camopt.model.motion.segments import GivenSegment
+from camopt.model.motion.segments import MotionSegment
+from camopt.model.motion.tool_drive import follower_programme
 from camopt.scene.problem.problem import resolve, resolve_design
 from camopt.solve.verdicts.certify import certify_limits
 
@@ -37,13 +37,13 @@ def random_turn(seed, law):
     """A tool through a random train, and its follower."""
     rng = np.random.default_rng(seed)
     _, train, _ = random_train(rng)
-    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.reach)
+    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach)
     start, end = low + (high - low) * np.sort(rng.uniform(0.15, 0.85, 2))
     lift = (end - start) * (180 / np.pi if train.angular else 1.0)
-    turn = [GivenSegment("rise", 110.0, lift, law), GivenSegment("dwell", 40.0)]
-    turn += [GivenSegment("return", 90.0, lift, law), GivenSegment("dwell", 120.0)]
+    turn = [MotionSegment("rise", 110.0, lift, law), MotionSegment("dwell", 40.0)]
+    turn += [MotionSegment("return", 90.0, lift, law), MotionSegment("dwell", 120.0)]
     tool = Programme.from_segments(turn, angular=train.angular, laws=LAWS)
-    return driven(tool, train, start), train, start
+    return follower_programme(tool, train, start), train, start
 
 
 @pytest.mark.parametrize("law", ["cycloidal", "poly4567", "modified-sine"])
@@ -56,9 +56,9 @@ def test_the_tool_goes_where_it_is_asked(seed, law):
     panels, u = rng.integers(turn.table.centre.size, size=60), rng.uniform(-1.0, 1.0, 60)
     angles = turn.table.centre[panels] + u * turn.table.half_width[panels]
     tabulated = np.stack(derivatives(turn.table, panels, u))
-    asked = turn.tool.at(angles) + np.array([zero, 0.0, 0.0, 0.0])[:, None]
+    asked = turn.tool.motion_at(angles) + np.array([zero, 0.0, 0.0, 0.0])[:, None]
     scale = np.abs(asked).max(axis=1)
-    for y, y1, y2, y3 in (turn.at(angles), tabulated):
+    for y, y1, y2, y3 in (turn.motion_at(angles), tabulated):
         tool = train.tool(Taylor([base + y, y1, y2 / 2, y3 / 6]))
         for order in range(4):
             assert tool.derivative(order) == pytest.approx(asked[order], abs=1e-10 * scale[order])
@@ -67,7 +67,7 @@ def test_the_tool_goes_where_it_is_asked(seed, law):
 @pytest.mark.parametrize("seed", range(6))
 def test_the_table_is_that_of_balls(seed):
     turn, _, _ = random_turn(100 + seed, "poly4567")
-    turn = turn.reversed if seed % 2 else turn  # as that of a second disc of a pair
+    turn = turn.reversed_programme if seed % 2 else turn  # as that of a second disc of a pair
     exact, rng = exact_motion(turn), np.random.default_rng(seed)
     largest = np.abs(turn.table.nodes).max(axis=0)
     for panel in rng.integers(turn.table.centre.size, size=40):
@@ -224,12 +224,12 @@ def test_rises_of_the_pressure_angle_are_those_of_the_follower_and_tables_say_so
     )
     found, problem, angles = evaluate(scene), resolve_design(scene), np.linspace(0.0, 2.0 * np.pi, 7201)
     motion, setup = problem.programme, problem.setup
-    slant = np.arctan(curve(setup.mechanism.pressure(problem.design, motion), 0, motion.state(angles))[0])
-    follower, tool = motion.at(angles)[1], motion.tool.at(angles)[1]
+    slant = np.arctan(value_and_slope(setup.mechanism.pressure(problem.design, motion), 0, motion.state(angles))[0])
+    follower, tool = motion.motion_at(angles)[1], motion.tool.motion_at(angles)[1]
     for kind, side in (("rise", 1.0), ("return", -1.0)):
         steepest, fastest = np.abs(slant[side * follower > 1e-6]).max(), np.abs(tool[side * tool > 1e-6]).max()
         assert found[f"pressure_angle_max_{kind}_deg"] == pytest.approx(np.degrees(steepest), rel=1e-5)
-        assert found[f"velocity_max_{kind}_m_s"] == pytest.approx(fastest * scale(setup, 1), rel=1e-5)
+        assert found[f"velocity_max_{kind}_m_s"] == pytest.approx(fastest * motion_scale(setup, 1), rel=1e-5)
     rows = {row[0].text: row[-1].text for row in found.table().rows}
     for kind in ("rise", "return"):
         assert rows[f"pressure_angle_max_{kind}_deg"] == f"Largest |β| over the {kind}s of the follower."

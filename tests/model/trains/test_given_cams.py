@@ -11,7 +11,7 @@ from support.trains import exact
 import camopt
 from camopt import Scene, certify, evaluate, find_scene
 from camopt.core.mistakes import BadInput
-from camopt.model.motion.driven import travel
+from camopt.model.motion.tool_drive import tool_travel
 from camopt.scene.problem.problem import resolve
 
 ROCKER = {"stage": "rocker", "input_arm": 30, "input_angle": -8, "output_arm": 45, "output_angle": -15}
@@ -50,11 +50,11 @@ def test_the_tool_goes_where_closed_loops_have_it(name, train):
     """With its first three derivatives, by the chain rule from those of the follower and of the loops."""
     problem = resolve(driving(name, train))
     programme = problem.programme
-    start = float(programme.at(np.zeros(1))[0, 0]) if problem.profile else 0.0
+    start = float(programme.motion_at(np.zeros(1))[0, 0]) if problem.profile else 0.0
     stages = [(each["stage"], {"offset": 0.0, "crossed": False, **each}) for each in train]
     stages = [(kind, {key: value for key, value in keys.items() if key != "stage"}) for kind, keys in stages]
     theta = np.random.default_rng(2).uniform(0.0, 2 * np.pi, 25)
-    motion, tool = programme.at(theta), programme.tool.at(theta)
+    motion, tool = programme.motion_at(theta), programme.tool.motion_at(theta)
     found = []
     with mpmath.workdps(50):
         for y, y1, y2, y3 in motion.T:
@@ -67,10 +67,10 @@ def test_the_tool_goes_where_closed_loops_have_it(name, train):
             here = exact(stages, problem.setup.angular, mpf(float(y - start)))
             rows = (here, f1 * y1, f1 * y2 + f2 * y1**2, f1 * y3 + 3 * f2 * y1 * y2 + f3 * y1**3)
             found.append([float(each) for each in rows])
-    dense = programme.tool.at(np.linspace(0.0, 2 * np.pi, 20001))[0]
-    assert np.ptp(travel(programme)) == pytest.approx(np.ptp(dense), rel=1e-5)
+    dense = programme.tool.motion_at(np.linspace(0.0, 2 * np.pi, 20001))[0]
+    assert np.ptp(tool_travel(programme)) == pytest.approx(np.ptp(dense), rel=1e-5)
     known = np.transpose(found)
-    known[0] -= travel(programme)[0]
+    known[0] -= tool_travel(programme)[0]
     for row, ours in zip(known, tool, strict=True):
         assert ours == pytest.approx(row, abs=1e-11 * max(np.abs(row).max(), 1e-3))
 

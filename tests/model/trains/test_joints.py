@@ -13,7 +13,7 @@ import camopt
 from camopt import Scene, certify, evaluate
 from camopt.core.numerics.panels import derivatives
 from camopt.core.numerics.taylor import Taylor
-from camopt.model.effects.joints import forces_of, joint_turn, worst_of
+from camopt.model.effects.joints import joint_programme, largest_joint_force, setup_joint_forces
 from camopt.model.motion.load import TrainLoad
 from camopt.model.trains import TRAIN_STAGES
 from camopt.model.trains.four_bar import four_bar
@@ -189,7 +189,7 @@ def test_forces_in_joints_are_those_of_free_bodies(seed):
     """Positions by root finding at 50 digits, accelerations by differences, each body in balance (d'Alembert)."""
     rng = np.random.default_rng(seed)
     stages, train, angular = random_train(rng)
-    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.reach)
+    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach)
     y = float(train.follower(Taylor([low + (high - low) * rng.uniform(0.2, 0.8)])).terms[0])
     y1, y2 = rng.uniform(-3, 3, 2)
     carried, loads = drawn_loads(rng, len(train.links))
@@ -234,7 +234,7 @@ def _on_shaft(train, force):
 def _force(train, parts, motion, loads):
     y, y1, y2 = motion
     load = TrainLoad(train, parts=parts)
-    found = load.of(train, Taylor([y, y1, y2 / 2, 0.0]), float(np.sign(y1)), loads)
+    found = load.follower_load(train, Taylor([y, y1, y2 / 2, 0.0]), float(np.sign(y1)), loads)
     return float(found.still.terms[0] + found.carried.terms[0])
 
 
@@ -264,19 +264,22 @@ def test_the_largest_forces_are_those_of_a_dense_scan(contact, train):
     problem, found = resolve(scene), evaluate(scene)
     theta = np.linspace(0.0, 2 * np.pi, 20001)[:-1] + 1e-9
     dense = {}
-    for force in forces_of(problem.setup):
+    for force in setup_joint_forces(problem.setup):
         most = 0.0
         for parts in force.sums:
-            load = joint_turn(problem.programme, parts).state(theta).load
+            load = joint_programme(problem.programme, parts).state(theta).load
             most = max(most, np.abs(load.value + problem.setup.omega**2 * load.carried).max())
-        worst = worst_of(problem.programme, force, problem.setup.omega)
+        worst = largest_joint_force(problem.programme, force, problem.setup.omega)
         assert most <= worst.value * (1 + 1e-12)
         assert most == pytest.approx(float(worst.value), rel=1e-5)
         dense[force.kind] = max(dense.get(force.kind, (0.0, 0.0)), (float(worst.value), float(worst.at)))
     rows = {(row.stage, row.joint): row for row in found.joint_forces}
-    assert len(rows) == len(forces_of(problem.setup))
-    for force in forces_of(problem.setup):
-        row, worst = rows[force.stage, force.name], worst_of(problem.programme, force, problem.setup.omega)
+    assert len(rows) == len(setup_joint_forces(problem.setup))
+    for force in setup_joint_forces(problem.setup):
+        row, worst = (
+            rows[force.stage, force.name],
+            largest_joint_force(problem.programme, force, problem.setup.omega),
+        )
         assert max(row.force_max_N, -(row.force_min_N or 0.0)) == pytest.approx(float(worst.value), rel=1e-12)
     for kind, name in zip(("joint", "pivot", "guide"), LIMITED, strict=True):
         assert (name in found) == (kind in dense)
@@ -288,8 +291,8 @@ def test_the_largest_forces_are_those_of_a_dense_scan(contact, train):
 @pytest.mark.parametrize(("contact", "train"), SCENES.values(), ids=SCENES)
 def test_tables_agree_with_balls_within_their_errors(contact, train):
     problem, rng = resolve(through(contact, train, law="cycloidal")), np.random.default_rng(1)
-    for force in forces_of(problem.setup):
-        programme = joint_turn(problem.programme, force.sums[0])
+    for force in setup_joint_forces(problem.setup):
+        programme = joint_programme(problem.programme, force.sums[0])
         turn, table = exact_motion(programme), programme.table
         for panel in rng.integers(table.centre.size, size=8):
             u = float(rng.uniform(-0.98, 0.98))

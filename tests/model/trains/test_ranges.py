@@ -6,9 +6,15 @@ from support.depth import times
 from support.trains import random_train
 
 from camopt.core.numerics.interval import Interval
-from camopt.core.numerics.sloped import Placed, Sloped, at_point, range_of, variables
+from camopt.core.numerics.sloped_interval import (
+    LinkageInterval,
+    SlopedInterval,
+    box_variables,
+    range_of,
+    value_at_point,
+)
 from camopt.core.numerics.taylor import Taylor
-from camopt.model.trains.train import StageFault, Train, train_of, trains_of
+from camopt.model.trains.train import StageFault, Train, assemble_train, assemble_trains
 
 SAMPLES = 40
 
@@ -42,8 +48,8 @@ def enclosed(stages, angular, chosen, low, high, tool):
     radicands = []
     box = [Interval(np.array([a]), np.array([b])) for a, b in zip(low, high, strict=True)]
     middle = [np.array([(a + b) / 2.0]) for a, b in zip(low, high, strict=True)]
-    ranges = [Placed.of(each, radicands) for each in variables(box, middle)]
-    train = trains_of(with_numbers(stages, chosen, ranges), angular=angular)
+    ranges = [LinkageInterval.from_interval(each, radicands) for each in box_variables(box, middle)]
+    train = assemble_trains(with_numbers(stages, chosen, ranges), angular=angular)
     with np.errstate(all="ignore"):
         return train, train.follower(Taylor(tool)), radicands
 
@@ -55,7 +61,7 @@ def test_no_linkage_of_a_box_is_outside_of_its_enclosure(seed):
     rng = np.random.default_rng(seed)
     stages, train, angular = random_train(rng)
     chosen, low, high, inside = drawn_box(rng, stages, SAMPLES)
-    ends = [float(np.clip(end.at, -20.0, 20.0)) for end in train.reach]
+    ends = [float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach]
     tool = [ends[0] + (ends[1] - ends[0]) * rng.uniform(0.1, 0.9), 1.0, 0.3, -0.2]
     trains, follower, radicands = enclosed(stages, angular, chosen, low, high, tool)
     with np.errstate(all="ignore"):
@@ -65,10 +71,10 @@ def test_no_linkage_of_a_box_is_outside_of_its_enclosure(seed):
     seen = 0
     for values in inside.T:
         try:
-            one = train_of(with_numbers(stages, chosen, values.tolist()), angular=angular)
+            one = assemble_train(with_numbers(stages, chosen, values.tolist()), angular=angular)
         except StageFault:
             continue
-        if not one.reach[0].at < tool[0] < one.reach[1].at:
+        if not one.tool_reach[0].at < tool[0] < one.tool_reach[1].at:
             continue
         seen += 1
         assert not any((each.value.high < 0.0).any() for each in radicands)
@@ -78,7 +84,7 @@ def test_no_linkage_of_a_box_is_outside_of_its_enclosure(seed):
         for joint, whole in zip(one.joints(moved), ratios, strict=True):
             for part, over in zip(joint.ratio.terms, whole.terms, strict=True):
                 assert range_of(over).low <= part <= range_of(over).high
-        if angle is not None and one.reach[0].at < travel[0] <= travel[1] < one.reach[1].at:
+        if angle is not None and one.tool_reach[0].at < travel[0] <= travel[1] < one.tool_reach[1].at:
             assert angle.low <= one.least_transmission(*travel) <= angle.high
     assert seen > 0 or np.max((high - low) / np.abs(low)) > 1e-3
 
@@ -91,17 +97,19 @@ def test_enclosures_are_close_over_narrow_boxes(seed):
     (number, key), *_ = (numbers_of(stages)[k] for k in rng.permutation(len(numbers_of(stages))))
     own = stages[number][1][key]
     low, high = np.sort([own * (1.0 - 1e-6), own * (1.0 + 1e-6)])
-    ends = [float(np.clip(end.at, -20.0, 20.0)) for end in train.reach]
+    ends = [float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach]
     tool = [ends[0] + (ends[1] - ends[0]) * rng.uniform(0.3, 0.7), 1.0, 0.3]
     _, follower, _ = enclosed(stages, angular, [(number, key)], [low], [high], tool)
     sampled = [
-        train_of(with_numbers(stages, [(number, key)], [float(x)]), angular=angular).follower(Taylor(tool)).terms
+        assemble_train(with_numbers(stages, [(number, key)], [float(x)]), angular=angular)
+        .follower(Taylor(tool))
+        .terms
         for x in np.linspace(low, high, 5)
     ]
     for over, seen in zip(follower.terms, np.array(sampled).T, strict=True):
         width = float(np.max(range_of(over).high - range_of(over).low))
         assert width <= 1.5 * np.ptp(seen) + 1e-10 * max(1.0, abs(seen[2]))
-        assert at_point(over).low <= seen[2] <= at_point(over).high or width < 1e-12
+        assert value_at_point(over).low <= seen[2] <= value_at_point(over).high or width < 1e-12
 
 
 @pytest.mark.parametrize("seed", range(times(12, deep=1000)))
@@ -109,23 +117,27 @@ def test_slopes_by_a_number_of_a_link_are_enclosed(seed):
     """The tool and its velocity by each number of random trains, by differences between trains of a box."""
     rng = np.random.default_rng(7000 + seed)
     stages, train, angular = random_train(rng)
-    ends = np.clip([train.follower_at(float(np.clip(end.at, -20.0, 20.0)) * 0.9) for end in train.reach], -9, 9)
+    ends = np.clip(
+        [train.follower_at(float(np.clip(end.at, -20.0, 20.0)) * 0.9) for end in train.tool_reach], -9, 9
+    )
     start = ends[0] + (ends[1] - ends[0]) * rng.uniform(0.2, 0.8)
 
     def still(low, high):
         none = Interval(np.zeros((1, 1)), np.zeros((1, 1)))
         value = Interval(np.array([low]), np.array([high]))
-        return Placed.of(Sloped(value, value, none, none), [])
+        return LinkageInterval.from_interval(SlopedInterval(value, value, none, none), [])
 
     for number, key in numbers_of(stages):
         own = stages[number][1][key]
         half, step = 1e-4 * abs(own), 1e-6 * abs(own)
         ranged = with_numbers(stages, [(number, key)], [Taylor([still(own - half, own + half), 1.0])])
         place = Taylor([still(start, start), still(1.0, 1.0)])
-        slopes = trains_of(ranged, angular=angular).tool(Taylor([place, place * 0.0])).terms[1].terms
+        slopes = assemble_trains(ranged, angular=angular).tool(Taylor([place, place * 0.0])).terms[1].terms
         at = own + rng.uniform(-0.9, 0.9) * half
         one, other = (
-            train_of(with_numbers(stages, [(number, key)], [at + by]), angular=angular).tool(Taylor([start, 1.0]))
+            assemble_train(with_numbers(stages, [(number, key)], [at + by]), angular=angular).tool(
+                Taylor([start, 1.0])
+            )
             for by in (step, -step)
         )
         for over, a, b in zip(slopes, one.terms, other.terms, strict=True):
@@ -139,15 +151,15 @@ def test_links_of_arrays_are_many_linkages(seed):
     rng = np.random.default_rng(9000 + seed)
     stages, train, angular = random_train(rng)
     chosen, *_, inside = drawn_box(rng, stages, SAMPLES)
-    tool = [0.5 * sum(float(np.clip(end.at, -20.0, 20.0)) for end in train.reach), 1.0, 0.3, -0.2]
+    tool = [0.5 * sum(float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach), 1.0, 0.3, -0.2]
     with np.errstate(all="ignore"):
-        many = trains_of(with_numbers(stages, chosen, inside), angular=angular).follower(Taylor(tool))
+        many = assemble_trains(with_numbers(stages, chosen, inside), angular=angular).follower(Taylor(tool))
     for number, values in enumerate(inside.T.tolist()):
         try:
-            one: Train = train_of(with_numbers(stages, chosen, values), angular=angular)
+            one: Train = assemble_train(with_numbers(stages, chosen, values), angular=angular)
         except StageFault:
             continue
-        if not one.reach[0].at < tool[0] < one.reach[1].at:
+        if not one.tool_reach[0].at < tool[0] < one.tool_reach[1].at:
             continue
         found = [np.broadcast_to(term, SAMPLES)[number] for term in many.terms]
         assert found == pytest.approx(one.follower(Taylor(tool)).terms, rel=1e-13, abs=1e-13)

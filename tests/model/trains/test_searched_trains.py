@@ -16,8 +16,8 @@ from camopt import (
     sweep,
     synthesise,
 )
-from camopt.core.quantities import OF_STAGE, QUANTITIES, in_order
-from camopt.scene.choices import numbers_of
+from camopt.core.quantities import QUANTITIES, STAGE_NUMBER_KEYS, in_column_order
+from camopt.scene.choices import searchable_numbers
 from camopt.scene.problem.problem import resolve
 from camopt.scene.train import TrainStage
 
@@ -200,18 +200,21 @@ def test_keys_may_be_quoted_and_have_units():
     numbers = {"cam.rpm": (100.0,), "train.1.coupler": (210.0, 220.0), "train.1.crank": (150.0,)}
     assert quoted.search.numbers == numbers
     assert quoted == type(quoted).from_dict(quoted.to_dict())
-    assert [each.quantity for each in resolve(quoted).choices.trains] == ["train_1_coupler_mm", "train_1_crank_mm"]
+    assert [each.quantity for each in resolve(quoted).search_space.trains] == [
+        "train_1_coupler_mm",
+        "train_1_crank_mm",
+    ]
     with pytest.raises(BadInput, match=r"search.train.1.crank = \[150\]: is given twice"):
         SLIDE.replace(search=search | {"train.1.crank": [150]})
 
 
 def test_every_number_of_a_stage_may_be_searched():
-    assert {key for key, hint in numbers_of(TrainStage).items() if hint} == {*OF_STAGE}
+    assert {key for key, hint in searchable_numbers(TrainStage).items() if hint} == {*STAGE_NUMBER_KEYS}
 
 
 def test_numbers_of_stages_are_quantities_behind_the_other_sizes():
     names = ["rpm", "train_1_ratio", "train_2_spring_rate_N_m_per_rad", "acceleration_max_m_s2", "feasible"]
-    assert in_order({*names}) == names
+    assert in_column_order({*names}) == names
     assert QUANTITIES["train_2_spring_rate_N_m_per_rad"].unit == "N·m/rad"
     for name in ("train_0_crank_mm", "train_1_crank", "train_1_crank_deg", "train_1_law_mm", "train_1_ratio_mm"):
         assert name not in QUANTITIES

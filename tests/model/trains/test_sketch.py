@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from support.trains import random_train
 
-from camopt.model.trains.link import value_at
+from camopt.model.trains.link import value_at_end
 from camopt.model.trains.sketch import Port
-from camopt.model.trains.train import Train, train_of
+from camopt.model.trains.train import Train, assemble_train
 
 SIZE = 40.0
 LEVERS = [("ratio", {"ratio": each}) for each in (-2.0, -0.5, 0.5, 1.0, 3.0)]
@@ -14,16 +14,16 @@ LEVERS = [("ratio", {"ratio": each}) for each in (-2.0, -0.5, 0.5, 1.0, 3.0)]
 
 def positions(train: Train, count: int = 9) -> np.ndarray:
     """Positions of the follower over most of what the tool may do."""
-    low, high = (float(np.clip(end.at, -2.0, 2.0)) for end in train.reach)
+    low, high = (float(np.clip(end.at, -2.0, 2.0)) for end in train.tool_reach)
     tool = np.linspace(0.9 * low, 0.9 * high, count)
-    return np.array([value_at(train.follower, float(each)) for each in tool])
+    return np.array([value_at_end(train.follower, float(each)) for each in tool])
 
 
 def paths(sketch):
     """The paths of all joints: of bars both ends, of other parts their origin; and the pivots."""
     found = [member.at for member in sketch.members]
     found += [m.at + m.points[1] * np.exp(1j * m.turned) for m in sketch.members if m.shape == "bar"]
-    return found + [np.full(found[0].size, each.at) for each in sketch.standing]
+    return found + [np.full(found[0].size, each.at) for each in sketch.supports]
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -47,22 +47,22 @@ def test_parts_move_as_follower_and_tool_do(seed):
 
 @pytest.mark.parametrize("stage", LEVERS)
 def test_a_lever_moves_its_ends_by_its_ratio(stage):
-    check_ends(train_of([stage], angular=False), np.linspace(-2.0, 5.0, 8))
+    check_ends(assemble_train([stage], angular=False), np.linspace(-2.0, 5.0, 8))
 
 
 def check_ends(train: Train, follower: np.ndarray) -> None:
     """Some part of a sketch goes where the tool goes, and turns or is mirrored with the port that drives it."""
-    tool = np.array([value_at(train.tool, float(each)) for each in follower])
+    tool = np.array([value_at_end(train.tool, float(each)) for each in follower])
     port = port_of(train)
     for shown in (port, Port(3.0 + 4.0j, np.exp(2.1j), -port.sense)):
         sketch = train.sketch(follower, shown, SIZE)
-        moved, asked = tool - tool[0], sketch.asked
+        moved, asked = tool - tool[0], sketch.output_port
         if train.angular:
             assert any(np.allclose(m.turned, asked.sense * moved, atol=1e-9) for m in sketch.members)
         else:
             assert any(np.allclose(m.at - m.at[0], asked.way * moved, atol=1e-9) for m in sketch.members)
             assert abs(asked.way) == pytest.approx(1.0)
-        assert sketch.given == shown
+        assert sketch.input_port == shown
 
 
 def port_of(train: Train) -> Port:

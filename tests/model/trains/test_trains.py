@@ -9,8 +9,8 @@ from support.trains import LOOPS, exact, random_train
 from camopt.core.numerics.taylor import Taylor
 from camopt.model.trains import TRAIN_STAGES
 from camopt.model.trains.four_bar import four_bar
-from camopt.model.trains.link import Unassembled
-from camopt.model.trains.train import StageFault, train_of
+from camopt.model.trains.link import AssemblyFault
+from camopt.model.trains.train import StageFault, assemble_train
 
 
 @pytest.mark.one_in(5)
@@ -18,7 +18,7 @@ from camopt.model.trains.train import StageFault, train_of
 def test_trains_are_those_of_closed_loops(seed):
     rng = np.random.default_rng(seed)
     stages, train, angular = random_train(rng)
-    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.reach)
+    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach)
     tool = low + (high - low) * rng.uniform(0.15, 0.85)
     follower = float(train.follower(Taylor([tool])).terms[0])
     with mpmath.workdps(50):
@@ -38,14 +38,14 @@ def test_trains_are_those_of_closed_loops(seed):
 def test_up_to_its_dead_points_a_train_goes_one_way(seed):
     """And at them it stands still, or its follower does."""
     _, train, _ = random_train(np.random.default_rng(1000 + seed))
-    low, high = (float(np.clip(end.at, -1e3, 1e3)) for end in train.reach)
+    low, high = (float(np.clip(end.at, -1e3, 1e3)) for end in train.tool_reach)
     near = 1e-6 * (high - low)
     tool = np.linspace(low + near, high - near, 400)
     slope = train.follower(Taylor([tool, 0.0 * tool + 1.0])).terms[1]
     assert np.isfinite(slope).all()
     assert (slope > 0.0).all() or (slope < 0.0).all()
     middle = np.median(np.abs(slope))
-    for end, there in zip(train.reach, (slope[0], slope[-1]), strict=True):
+    for end, there in zip(train.tool_reach, (slope[0], slope[-1]), strict=True):
         turned = "half a turn" in end.why or not np.isfinite(end.at)
         assert turned or not 1e-2 < abs(there) / middle < 1e2
 
@@ -79,7 +79,7 @@ def test_a_slider_crank_stops_where_its_coupler_just_gets_square():
         crank, coupler = rng.integers(200, 900, 2).tolist()
         offset, angle = (crank - coupler) / 10.0, float(rng.uniform(5.0, 85.0))
         try:
-            train = train_of(
+            train = assemble_train(
                 [
                     (
                         "slider-crank",
@@ -98,7 +98,7 @@ def test_a_slider_crank_stops_where_its_coupler_just_gets_square():
 
 def test_a_slider_crank_of_norton():
     """Norton, Design of Machinery, example 4-2: crank 40, coupler 120, offset −20 mm, the crank at 60 deg."""
-    train = train_of(
+    train = assemble_train(
         [("slider-crank", {"crank": 40.0, "coupler": 120.0, "offset": -20.0, "angle": 60.0})], angular=True
     )
     assert train.links[0].place == pytest.approx(126.84, abs=0.005)  # type: ignore[attr-defined]
@@ -106,7 +106,7 @@ def test_a_slider_crank_of_norton():
 
 def test_a_slider_crank_is_driven_from_either_end():
     keys = {"crank": 40.0, "coupler": 120.0, "offset": 10.0, "angle": 60.0}
-    forth, back = (train_of([("slider-crank", keys)], angular=angular) for angular in (True, False))
+    forth, back = (assemble_train([("slider-crank", keys)], angular=angular) for angular in (True, False))
     turned = np.linspace(-0.4, 0.4, 9)
     slide = forth.tool(Taylor([turned, 1.0, 0.0, 0.0]))
     assert back.tool(slide).terms[0] == pytest.approx(turned, abs=1e-14)
@@ -114,7 +114,7 @@ def test_a_slider_crank_is_driven_from_either_end():
 
 def test_the_ratio_of_a_rocker_is_that_of_its_arms_at_the_start():
     keys = {"input_arm": 25.0, "input_angle": -10.0, "output_arm": 40.0, "output_angle": -15.0}
-    slope = train_of([("rocker", keys)], angular=False).tool(Taylor([0.0, 1.0])).terms[1]
+    slope = assemble_train([("rocker", keys)], angular=False).tool(Taylor([0.0, 1.0])).terms[1]
     assert slope == pytest.approx(40.0 * np.cos(np.radians(15.0)) / (25.0 * np.cos(np.radians(10.0))), rel=1e-15)
 
 
@@ -145,8 +145,8 @@ WRONG = {
 @pytest.mark.parametrize(("stages", "angular"), WRONG.values(), ids=WRONG)
 def test_what_cannot_be_put_together_is_told(stages, angular):
     with pytest.raises(StageFault) as told:
-        train_of([("ratio", {"ratio": 1.0}), *stages], angular=angular)
-    assert isinstance(told.value, Unassembled)
+        assemble_train([("ratio", {"ratio": 1.0}), *stages], angular=angular)
+    assert isinstance(told.value, AssemblyFault)
     assert told.value.number == 2
     assert "\n" not in str(told.value)
 

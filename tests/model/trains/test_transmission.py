@@ -7,7 +7,7 @@ from support.trains import random_train
 
 from camopt import Scene, certify, evaluate
 from camopt.core.numerics.taylor import Taylor
-from camopt.model.trains.train import train_of
+from camopt.model.trains.train import assemble_train
 
 NEAR = 1e-9
 
@@ -46,7 +46,7 @@ def test_the_least_angle_is_that_of_a_dense_scan(seed):
     stages, train, _ = random_train(rng)
     if not train.has_couplers:
         pytest.skip("no coupler")
-    low, high = (float(np.clip(end.at, -60.0, 60.0)) for end in train.reach)
+    low, high = (float(np.clip(end.at, -60.0, 60.0)) for end in train.tool_reach)
     low, high = low + (high - low) * np.sort(rng.uniform(0.03, 0.97, 2))
     dense = sampled(stages, train, np.linspace(low, high, 20001))
     found = train.least_transmission(low, high)
@@ -58,7 +58,7 @@ def test_the_extremes_of_a_crank_rocker():
     """Norton, Design of Machinery, ch. 3: with the crank on the line of the pivots, cos μ = (b²+c²−(d−a)²)/2bc."""
     a, b, c, d = 40.0, 120.0, 80.0, 100.0
     keys = {"crank": a, "coupler": b, "rocker": c, "ground": d, "angle": 10.0}
-    train = train_of([("four-bar", keys)], angular=True)
+    train = assemble_train([("four-bar", keys)], angular=True)
     low, high = sorted(float(train.tool(Taylor([np.radians(x)])).terms[0]) for x in (-40.0, 10.0))
     cosine = (b * b + c * c - (d - a) ** 2) / (2 * b * c)
     assert train.least_transmission(low, high) == pytest.approx(np.arccos(cosine), rel=1e-14)

@@ -24,11 +24,11 @@ from camopt import (
 )
 from camopt.core.mistakes import Unmet
 from camopt.core.quantities import AT_MOST, QUANTITIES
-from camopt.model.effects import Case, section
-from camopt.model.effects.peak import DOUBLES, BeyondBody, Derivative, InDegrees
+from camopt.model.effects import EvaluationBlock, section
+from camopt.model.effects.peak import DOUBLES, CutterOverRoller, DegreeScale, Derivative
 from camopt.scene.limits import Limits
 from camopt.scene.problem.limits import PART_LIMITS
-from camopt.scene.problem.problem import exactly, resolve, resolve_design
+from camopt.scene.problem.problem import at_rounding_error, resolve, resolve_design
 from camopt.show.reporting.sections import limits_sheet
 
 OPEN = [contact for contact in CONTACTS if contact not in GROOVED]
@@ -64,7 +64,7 @@ CORNERED = ["uniform-knife-offset", "uniform-knife-radial"]
 
 @pytest.mark.parametrize("name", CORNERED)
 def test_balls_say_nothing_of_a_motion_with_corners(name):
-    problem = exactly(resolve_design(find_scene(name)))
+    problem = at_rounding_error(resolve_design(find_scene(name)))
     assert [*integrated_rows(problem, exact_turn(problem.programme), problem.design, problem.design, ())] == []
 
 
@@ -75,9 +75,9 @@ DISCS = [name for name in shipped_scenes() if find_scene(name).mechanism.body.bo
 @pytest.mark.parametrize("name", sorted({*DISCS} - {*CORNERED}))
 def test_balls_hold_what_quadrature_finds(name):
     """Two ways, of Gauss's rule in doubles and of Taylor series in balls: they meet in each other's errors."""
-    problem = exactly(resolve_design(find_scene(name)))
+    problem = at_rounding_error(resolve_design(find_scene(name)))
     rows = section_rows(problem, exact_turn(problem.programme), in_balls(problem.design), STROKE_PARTS[1])
-    found = section.run(Case(problem.setup, problem.programme, problem.design), frozenset())
+    found = section.run(EvaluationBlock(problem.setup, problem.programme, problem.design), frozenset())
     for quantity, (value, error, scale) in found.items():
         low, width = rows.columns[quantity], rows.outward[quantity]
         assert np.all(low - error <= value)
@@ -91,8 +91,8 @@ def test_balls_hold_what_quadrature_finds(name):
 @pytest.mark.parametrize("contact", OPEN)
 def test_balls_hold_the_sections_of_all_mechanisms(contact, rotation):
     scene = scene_of(contact, "poly345", rotation).replace(**{"cam.base_radius": 85})
-    problem = exactly(resolve_design(scene))
-    found = section.run(Case(problem.setup, problem.programme, problem.design), frozenset())
+    problem = at_rounding_error(resolve_design(scene))
+    found = section.run(EvaluationBlock(problem.setup, problem.programme, problem.design), frozenset())
     widths = []
     for parts in STROKE_PARTS[1:4]:
         rows = section_rows(problem, exact_turn(problem.programme), in_balls(problem.design), parts)
@@ -117,7 +117,7 @@ def test_a_hollow_corner_stops_every_cutter():
 def test_any_cutter_no_larger_than_the_roller_will_do():
     roller = scene_of("roller").replace(**{"limits.cutter_radius": 14.0})
     assert certify(roller)["cutter_radius"] == "held"
-    assert BeyondBody(14.0)(resolve_design(roller).design)[0] == 0.0
+    assert CutterOverRoller(14.0)(resolve_design(roller).design)[0] == 0.0
 
 
 # ------------------------------------------------------------------------------------------------- searches
@@ -198,13 +198,15 @@ def test_a_change_of_lift_is_a_velocity():
     )
     assert two.design["base_radius_mm"] == pytest.approx(one.design["base_radius_mm"], rel=1e-6)
     assert evaluate(two.scene.replace(outputs=["lift_change"]))["feasible"]
-    claims = [
+    constraints = [
         each
-        for each in resolve(base.replace(**{"limits.lift_change": by_degree})).claims
+        for each in resolve(base.replace(**{"limits.lift_change": by_degree})).constraints
         if isinstance(each.curve, Derivative)
     ]
-    assert [claim.allowed() for claim in claims] == [pytest.approx(slow * 1e3 / (1000 * np.pi / 30), rel=1e-15)]
-    assert InDegrees(0).extreme_at(2.0, DOUBLES) == 2.0
+    assert [constraint.upper_bound() for constraint in constraints] == [
+        pytest.approx(slow * 1e3 / (1000 * np.pi / 30), rel=1e-15)
+    ]
+    assert DegreeScale(0).extreme_at(2.0, DOUBLES) == 2.0
 
 
 @pytest.mark.parametrize("hub", [{}, HUB])

@@ -68,12 +68,15 @@ def test_default_objectives_are_those_of_a_scene_that_names_them(keep, request):
 def test_bounds_of_a_frontier_are_those_of_a_scene_that_sets_them(request):
     held = {"normal_force_max_N": 700.0}
     stricter = LOADED.replace(**{"limits.normal_force": 700})
-    expected = [claim.allowed() for claim in ceilings_of(AxisMinimiser(stricter, ("size",), "size", ()).demand)]
+    expected = [
+        constraint.upper_bound()
+        for constraint in ceilings_of(AxisMinimiser(stricter, ("size",), "size", ()).demand)
+    ]
     request.getfixturevalue("unread")
     least = AxisMinimiser(LOADED, ("size", *held), "size", (*held,))
-    assert [claim.allowed() for claim in ceilings_of(least._demand(held))] == expected
+    assert [constraint.upper_bound() for constraint in ceilings_of(least._problem_with_held(held))] == expected
     (ceiling,) = ceilings_at(resolve(LOADED), "normal_force", 5.0)
-    assert ceiling.allowed() == 5.0
+    assert ceiling.upper_bound() == 5.0
 
 
 @pytest.mark.parametrize(("changes", "own"), [({}, True), ({"limits.pressure_angle": 30}, False)])
@@ -92,7 +95,7 @@ def test_choices_are_what_the_search_gives():
         "angle_rise": {"start": 90, "stop": 180},
         "angle_dwell": {"start": 0, "stop": 90},
     }
-    found = resolve(find_scene("two-pauses").replace(search=search)).choices
+    found = resolve(find_scene("two-pauses").replace(search=search)).search_space
     assert [each.name for each in found.sizes] == ["offset", "base_radius"]
     assert [(each.key, each.choice) for each in found.numbers] == [("cam.rpm", (100.0, 200.0))]
     assert found.laws == (("cycloidal", None), ("poly345", None))

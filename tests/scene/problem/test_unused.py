@@ -8,11 +8,17 @@ import pytest
 from camopt import evaluate, find_scene, load
 from camopt.cli.main import main
 from camopt.core.quantities import QUANTITIES
-from camopt.core.quantities.scene_numbers import PRESSED
-from camopt.scene.problem.unused import PRESSING, READERS, constant_objectives, unanswered, unused
+from camopt.core.quantities.scene_numbers import PRESS_EFFECTS
+from camopt.scene.problem.scene_notes import (
+    PRESSING_NUMBERS,
+    READING_EFFECTS,
+    constant_objective_notes,
+    empty_output_notes,
+    unused_value_notes,
+)
 from camopt.scene.tables import Dynamics, Materials
 
-READING = (*(each for each in PRESSED if each != "clearance"), "lash")
+READING = (*(each for each in PRESS_EFFECTS if each != "clearance"), "lash")
 GIVEN = {
     "cam.rpm": 600,
     "follower.dynamics": {
@@ -38,17 +44,19 @@ def loaded():
 
 def test_each_key_of_loads_and_materials_has_its_readers():
     keys = {*Dynamics.model_fields, *Materials.model_fields}
-    assert keys - {*READERS} == set(), "READERS in camopt/scene/problem/unused.py tells which effects read it"
+    assert keys - {*READING_EFFECTS} == set(), (
+        "READERS in camopt/scene/problem/scene_notes.py tells which effects read it"
+    )
 
 
-@pytest.mark.parametrize("key", sorted({*READERS} - {"inertia", "spring_at", "cam", "follower"}))
+@pytest.mark.parametrize("key", sorted({*READING_EFFECTS} - {"inertia", "spring_at", "cam", "follower"}))
 def test_a_key_changes_quantities_of_the_effects_that_read_it(loaded, key):
     table = "materials" if key in GIVEN["materials"] else "follower.dynamics"
     changed = set()
     for scene, before in loaded.items():
         after = evaluate(scene.replace(**{f"{table}.{key}": 1.1 * GIVEN[table][key]}))
         changed |= {QUANTITIES[n].effect for n in before if after[n] != before[n]} & {*READING, "face"}
-    assert changed <= {*READERS[key]}
+    assert changed <= {*READING_EFFECTS[key]}
     assert changed
 
 
@@ -78,13 +86,13 @@ EVERY = f"{', '.join([*GIVEN['follower.dynamics'], *GIVEN['materials']])}: {WHY}
 )
 def test_what_nothing_uses_is_named(outputs, dynamics, materials, expected):
     tables = {"follower.dynamics": dynamics, "materials": materials}
-    found = unused(find_scene("two-pauses").replace(**{**GIVEN, **tables, "outputs": outputs}))
+    found = unused_value_notes(find_scene("two-pauses").replace(**{**GIVEN, **tables, "outputs": outputs}))
     assert len(found) == len(expected)
     assert all(line.startswith(start) for line, start in zip(found, expected, strict=True))
 
 
 def test_pressing_keys_are_those_of_the_force():
-    assert {key for key, effects in READERS.items() if "force" in effects} == {*PRESSING}
+    assert {key for key, effects in READING_EFFECTS.items() if "force" in effects} == {*PRESSING_NUMBERS}
 
 
 def test_the_line_is_an_error_output_that_quiet_stops(capsys, tmp_path, monkeypatch):
@@ -127,8 +135,8 @@ def test_outputs_that_lack_data_are_told(capsys):
 
 @pytest.mark.parametrize("name", ["valve-rod-radial", "feeder-with-stop"])
 def test_outputs_that_are_shown_are_not(name):
-    assert unanswered(find_scene(name).replace(outputs=["solid", "wall", "motion"])) == []
-    assert unanswered(find_scene(name).replace(outputs=["all"])) == []
+    assert empty_output_notes(find_scene(name).replace(outputs=["solid", "wall", "motion"])) == []
+    assert empty_output_notes(find_scene(name).replace(outputs=["all"])) == []
 
 
 @pytest.mark.parametrize(
@@ -150,13 +158,18 @@ def test_objectives_that_are_the_same_for_all_designs_are_told(varied, told, tmp
     main(["sweep", "mine.toml", "--keep", "all", "--out", "out"])
     table = load(tmp_path / "out" / "designs.parquet")
     assert {name for name in names if table[name].nunique() == 1} == told
-    (line,) = constant_objectives(scene)
+    (line,) = constant_objective_notes(scene)
     assert {word.strip(",") for word in line.split()} & {*names} == told
     assert line in capsys.readouterr().err
 
 
 def test_stresses_told_of_each_contact_use_masses_and_materials():
-    assert unused(find_scene("press-feed-by-pair").replace(outputs=("pair",), limits={"pressure_angle": 40})) == []
+    assert (
+        unused_value_notes(
+            find_scene("press-feed-by-pair").replace(outputs=("pair",), limits={"pressure_angle": 40})
+        )
+        == []
+    )
 
 
 def test_options_name_the_objectives_in_place_of_the_scenes(tmp_path, capsys):

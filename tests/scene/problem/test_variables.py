@@ -41,9 +41,9 @@ def test_what_search_names_is_the_variable_of_that_key(name):
         (own,) = scene.numbers([each.key]).values()
         if not isinstance(own, float) or own <= 0.0:
             continue
-        varied = resolve(scene.replace(**{each.searched: [own, 1.5 * own]})).choices.variables
+        varied = resolve(scene.replace(**{each.search_key: [own, 1.5 * own]})).search_space.variables
         assert varied == {each.field: replace(each, choice=(own, 1.5 * own))}
-        assert varied[each.field].ends == (own, 1.5 * own)
+        assert varied[each.field].range_ends == (own, 1.5 * own)
 
 
 def test_angles_are_variables_of_their_segments():
@@ -51,19 +51,19 @@ def test_angles_are_variables_of_their_segments():
         search={"angle_rise": {"start": 60, "stop": 200}, "angle_dwell": {"start": 0, "stop": 50}}
     )
     problem = resolve(scene)
-    angles = problem.choices.angles
+    angles = problem.search_space.angles
     assert [problem.segments[each.segment].segment for each in angles] == ["rise", "dwell", "dwell"]
     for each in angles:
         (table, number, name) = each.key.split(".")
         assert scene.to_dict()[table][int(number) - 1][name] == problem.segments[each.segment].angle
         assert each.unit == "deg"
-        assert each.turn == sum(problem.segments[a.segment].angle for a in angles)
+        assert each.shared_angle == sum(problem.segments[a.segment].angle for a in angles)
 
 
 @pytest.mark.parametrize("enters", ["size", "number"])
 @pytest.mark.parametrize(("stop", "step", "count"), [(0.3, 0.1, 4), (0.35, 0.1, 4), (0.7, 0.1, 8), (2.3, 0.1, 24)])
 def test_no_value_of_a_range_is_beyond_its_end(enters, stop, step, count):
-    values = Variable("", enters, "", "", choice=StepRange(start=0.0, stop=stop, step=step)).values
+    values = Variable("", enters, "", "", choice=StepRange(start=0.0, stop=stop, step=step)).grid_values
     assert values.size == count
     assert values[0] == 0.0
     assert values[-1] <= stop

@@ -18,9 +18,9 @@ from camopt import BadInput, Frontier, Scene, find_scene, sweep
 from camopt.cli.main import main
 from camopt.core.storage.tables import read_table, write_table
 from camopt.show.comparing.compare import SHOWN_DESIGNS, compare
-from camopt.show.comparing.fronts import compared_fronts
-from camopt.show.comparing.scenes import differing
-from camopt.solve.front.pareto import REFERENCE_POINT, undominated
+from camopt.show.comparing.fronts import compare_fronts
+from camopt.show.comparing.scenes import scene_differences
+from camopt.solve.front.pareto import REFERENCE_POINT, is_non_dominated
 from camopt.solve.synthesis.files import write_frontier
 
 SCENE = find_scene("roller-1000rpm")
@@ -148,7 +148,10 @@ def test_a_table_is_the_same_as_itself_in_any_order(frame, random):
     for other in (frame, shuffled):
         found = compare(frame, other)
         assert found.same
-        assert found.by_table["table"].fronts.told in ("The fronts are the same.", "Neither has a front.")
+        assert found.by_table["table"].fronts.verdict_sentence in (
+            "The fronts are the same.",
+            "Neither has a front.",
+        )
 
 
 # --------------------------------------------------------------------------------------------------- the fronts
@@ -162,7 +165,7 @@ def front_pairs(draw, cost=COST):
     many = draw(st.integers(1, 4))
     rows = st.lists(st.lists(cost, min_size=many, max_size=many), min_size=1, max_size=8)
     fronts = [np.array(draw(rows), dtype=float) for _ in "ab"]
-    return [front[undominated(front)] for front in fronts]
+    return [front[is_non_dominated(front)] for front in fronts]
 
 
 def covers(one, other):
@@ -189,7 +192,7 @@ def share_by_cells(points, reference):
 @settings(max_examples=times(60, deep=600))
 @given(front_pairs())
 def test_two_fronts_against_the_definitions(pair):
-    found = compared_fronts(*pair)
+    found = compare_fronts(*pair)
     both = np.concatenate(pair)
     low, width = both.min(axis=0), np.ptp(both, axis=0)
     scaled = [(front - low) / np.where(width > 0.0, width, 1.0) for front in pair]
@@ -209,28 +212,28 @@ def test_two_fronts_against_the_definitions(pair):
 
 @given(front_pairs() | front_pairs(st.sampled_from([0.0, 1.0, 2.0, inf, -inf])))
 def test_the_words_on_two_fronts_are_those_of_coverage(pair):
-    found = compared_fronts(*pair)
+    found = compare_fronts(*pair)
     a, b = (front.tolist() for front in pair)
     if covers(a, b) and covers(b, a):
-        assert found.told == "The fronts are the same."
-        assert found.same
+        assert found.verdict_sentence == "The fronts are the same."
+        assert found.has_same_points
     elif covers(a, b) or covers(b, a):
         name, better, worse = ("A", a, b) if covers(a, b) else ("B", b, a)
         where = all(any(dominates(p, q) for p in better) for q in worse)
         assert (
-            found.told
+            found.verdict_sentence
             == f"{name}'s front is better {'everywhere' if where else 'in places, and as good elsewhere'}."
         )
     else:
-        assert found.told.startswith("Each front is better in places")
-    if not found.same:
-        assert (found.a.alone > 0) == (not covers(b, a))
-        assert (found.b.alone > 0) == (not covers(a, b))
+        assert found.verdict_sentence.startswith("Each front is better in places")
+    if not found.has_same_points:
+        assert (found.a.uncovered_points > 0) == (not covers(b, a))
+        assert (found.b.uncovered_points > 0) == (not covers(a, b))
 
 
 @given(front_pairs())
 def test_a_front_that_covers_another_dominates_as_much_and_is_nowhere_behind(pair):
-    found = compared_fronts(*pair)
+    found = compare_fronts(*pair)
     for one, other, mine, others in ((found.a, found.b, *pair), (found.b, found.a, *pair[::-1])):
         if covers(mine, others):
             assert one.hypervolume >= other.hypervolume - 1e-12
@@ -240,9 +243,9 @@ def test_a_front_that_covers_another_dominates_as_much_and_is_nowhere_behind(pai
 
 def test_a_front_without_a_point_is_told():
     none, one = np.zeros((0, 2)), np.zeros((1, 2))
-    assert compared_fronts(none, none).told == "Neither has a front."
-    assert compared_fronts(one, none).told == "Only A has a front."
-    assert compared_fronts(none, one).told == "Only B has a front."
+    assert compare_fronts(none, none).verdict_sentence == "Neither has a front."
+    assert compare_fronts(one, none).verdict_sentence == "Only A has a front."
+    assert compare_fronts(none, one).verdict_sentence == "Only B has a front."
 
 
 def test_fronts_of_other_objectives_are_not_compared():
@@ -251,7 +254,7 @@ def test_fronts_of_other_objectives_are_not_compared():
     table = compare(frame_of(rows), frame_of(rows, other)).by_table["table"]
     assert table.fronts is None
     assert table.objectives[1] == {**dict.fromkeys(OBJECTIVES[:2], "minimise"), OBJECTIVES[2]: "maximise"}
-    assert table.same
+    assert table.has_same_designs
 
 
 # ------------------------------------------------------------------------------------------------- the settings
@@ -294,9 +297,9 @@ def with_values(scene, values):
 @given(CHANGES, CHANGES)
 def test_settings_that_differ_make_one_scene_the_other(first, second):
     a, b = SCENE.replace(**first), SCENE.replace(**second)
-    found = differing(a, b)
+    found = scene_differences(a, b)
     assert bool(found) == (a != b)
-    assert {key: pair[::-1] for key, pair in differing(b, a).items()} == found
+    assert {key: pair[::-1] for key, pair in scene_differences(b, a).items()} == found
     assert all(mine != other for mine, other in found.values())
     assert with_values(a, {key: other for key, (_, other) in found.items()}) == b
 
@@ -305,7 +308,7 @@ def test_segments_are_counted_from_one_and_defaults_are_told():
     motion = SCENE.to_dict()["motion"]
     motion[2] |= {"law": "cycloidal"}
     changed = SCENE.replace(motion=motion, **{"search.refine": True})
-    assert differing(SCENE, changed) == {
+    assert scene_differences(SCENE, changed) == {
         "motion.3.law": ("parabolic", "cycloidal"),
         "search.refine": (False, True),
     }
@@ -409,7 +412,7 @@ def test_frontiers_are_the_same_where_their_motions_are(tmp_path):
     table = compare(found, fewer).by_table["table"]
     assert (table.went.tolist(), table.came.size, len(table.changed)) == ([len(found.rows)], 0, 0)
     assert table.objectives[0] == dict.fromkeys(found.axes, "minimise")
-    assert table.fronts.same
+    assert table.fronts.has_same_points
 
 
 def test_a_column_that_another_command_added_is_told(folders, tmp_path):
@@ -419,7 +422,7 @@ def test_a_column_that_another_command_added_is_told(folders, tmp_path):
     found = compare(folders[0], tmp_path)
     assert found.only_in_a == ("scene.toml",)
     table = found.by_table["pareto.parquet"]
-    assert (table.columns_in_b, len(table.changed), table.same) == (("proof",), 0, False)
+    assert (table.columns_in_b, len(table.changed), table.has_same_designs) == (("proof",), 0, False)
 
 
 @pytest.mark.parametrize("suffix", [".parquet", ".csv"])

@@ -20,11 +20,11 @@ from camopt import BadInput, Scene, animate, find_scene
 from camopt.cli.main import main
 from camopt.model.mechanisms import MECHANISMS
 from camopt.scene.problem.problem import resolve_design
-from camopt.show.drawing.animation import moving_svg
-from camopt.show.drawing.bodies import FRAME_ANGLES, FRAMES, TURN_TIME
+from camopt.show.drawing.animated_figure import DISC_SIZE, SHOWN_PANELS, draw_animated_figure
+from camopt.show.drawing.animation import animated_svg
 from camopt.show.drawing.frames import ffmpeg, write_mp4
+from camopt.show.drawing.moving_bodies import FRAME_ANGLES, FRAMES, TURN_TIME
 from camopt.show.drawing.picture import Picture
-from camopt.show.drawing.stage import DISC_SIZE, SHOWN_PANELS, set_stage
 from camopt.show.drawing.style import canvas
 
 G = "{http://www.w3.org/2000/svg}"
@@ -44,8 +44,8 @@ def staged(name):
     """What is drawn, where it goes, and the SVG file made of it."""
     picture = Picture(SCENES[name], resolve_design(SCENES[name]))
     with canvas(None, DISC_SIZE) as figure:
-        stage = set_stage(figure, picture)
-        return picture, stage, ElementTree.fromstring(moving_svg(stage))
+        stage = draw_animated_figure(figure, picture)
+        return picture, stage, ElementTree.fromstring(animated_svg(stage))
 
 
 def turning(name):
@@ -114,15 +114,15 @@ def test_the_contact_is_on_the_turned_profile_and_on_the_follower(name):
     start = travel.trace - float(problem.design.roller_radius[0]) * travel.normal
     for dot in contact.axes.lines:  # a knife edge has none
         assert dot.get_xydata()[0] @ [1, 1j] == pytest.approx(start[0])
-    touched = contact.moved(start)[0]
-    profile = cam.moved(np.concatenate([curves.profile[0] for curves in picture.curves]))
+    touched = contact.positions(start)[0]
+    profile = cam.positions(np.concatenate([curves.profile[0] for curves in picture.curves]))
     assert np.abs(profile - touched).min(axis=0).max() < 0.01 * float(problem.design.size[0])  # a sample is near
     if SCENES[name].follower.contact == "flat":
         blade = next(patch for patch in follower.axes.patches if patch.get_zorder() == 5.0).get_xy() @ [1, 1j]
-        first, second = follower.moved(blade[:2])
+        first, second = follower.positions(blade[:2])
         np.testing.assert_allclose(((touched - first) * (second - first).conj()).imag, 0.0, atol=1e-9)
     if SCENES[name].follower.contact == "knife":
-        np.testing.assert_allclose(follower.moved(start)[0], touched, atol=1e-9)
+        np.testing.assert_allclose(follower.positions(start)[0], touched, atol=1e-9)
 
 
 def test_a_groove_passes_under_its_roller():
@@ -133,7 +133,7 @@ def test_a_groove_passes_under_its_roller():
         here = problem.setup.mechanism.travel(problem.design, problem.programme, FRAME_ANGLES % (2 * np.pi)).trace
         turned = np.where(FRAME_ANGLES[-1] == FRAME_ANGLES, 2 * np.pi * problem.design.size[0], 0.0)
         at = here + turned  # the turn after it
-        centre = follower.moved(here[:1])[0]
+        centre = follower.positions(here[:1])[0]
         np.testing.assert_allclose(at + surface.path, centre, atol=1e-9)
         (group,) = [group for group in root.iter(f"{G}g") if group.get("id") == "body-0"]
         paths = [path for path in group.iter(f"{G}path") if "fill: none" in path.get("style", "")]
@@ -158,8 +158,8 @@ TRAINS = {
 def test_the_svg_moves_the_links_of_a_train_as_tool_and_follower_move(scene):
     """From the numbers of the file: the slide goes as far as the tool, and the crank turns with the arm."""
     with canvas(None, DISC_SIZE) as figure:
-        stage = set_stage(figure, Picture(scene, resolve_design(scene)))
-        root = ElementTree.fromstring(moving_svg(stage))
+        stage = draw_animated_figure(figure, Picture(scene, resolve_design(scene)))
+        root = ElementTree.fromstring(animated_svg(stage))
     groups = {group.get("id"): group for group in root.iter(f"{G}g")}
     places = range(3, len(stage.bodies) - 2 * len(SHOWN_PANELS))  # between cam and follower, and the cursors
     moved = [[*groups[f"body-{place}"].iter(f"{G}animateTransform")] for place in places]
@@ -204,7 +204,7 @@ def test_the_command_writes_a_gif_whose_first_frame_is_the_picture_without_motio
             image.seek(frame)
             shown.append(np.asarray(image.convert("RGB"), float))
     with canvas(None, DISC_SIZE) as figure:
-        set_stage(figure, Picture(find_scene("two-pauses"), resolve_design(find_scene("two-pauses"))))
+        draw_animated_figure(figure, Picture(find_scene("two-pauses"), resolve_design(find_scene("two-pauses"))))
         figure.set_dpi(100)
         figure.canvas.draw()
         still = np.asarray(figure.canvas.buffer_rgba())[..., :3].astype(float)

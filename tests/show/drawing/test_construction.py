@@ -15,7 +15,7 @@ from support.references import WORKED
 from camopt import BadInput, Scene, evaluate, find_scene, plot
 from camopt.model.mechanisms.geometry import cam_curves
 from camopt.show.drawing.construction.answers import peak_answers
-from camopt.show.drawing.construction.displacement import BY_LAW, DiagramScale, construct_laws
+from camopt.show.drawing.construction.displacement import CONSTRUCTION_BY_LAW, DiagramScale, construct_laws
 from camopt.show.drawing.construction.inversion import Inversion
 
 SHEET = 1e-6  # of the width of the sheet: what may be lost on the way to the file
@@ -120,7 +120,7 @@ def test_the_file_alone_shows_the_construction_of_a_worked_cam(name, tmp_path): 
 
 
 def random_turn(random, most):
-    law = [random.choice([*BY_LAW, "modified-sine", "poly345"]) for _ in range(2)]
+    law = [random.choice([*CONSTRUCTION_BY_LAW, "modified-sine", "poly345"]) for _ in range(2)]
     angles = [random.uniform(60, 120), random.uniform(0, 50), random.uniform(60, 120)]
     lift, names = random.uniform(0.2, 1.0) * most, ("rise", "dwell", "return", "dwell")
     segments = [
@@ -210,7 +210,7 @@ def scene_has_corner(picture):
 
 
 @pytest.mark.parametrize("parts", [4, 6, 8, 12, 24])
-@pytest.mark.parametrize("law", BY_LAW)
+@pytest.mark.parametrize("law", CONSTRUCTION_BY_LAW)
 def test_each_construction_gives_the_ordinates_of_its_law(law, parts):
     """Against the equations of the lectures, on rises and returns between any levels."""
     equations = {

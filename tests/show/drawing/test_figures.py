@@ -16,7 +16,7 @@ from camopt.scene.scene import Scene, find_scene
 from camopt.scene.sources import shipped_scenes
 from camopt.show.drawing.dynamics import dynamics_panels
 from camopt.show.drawing.loads import load_panels
-from camopt.show.drawing.panels import panels
+from camopt.show.drawing.panels import motion_panels
 from camopt.show.drawing.picture import Picture
 from camopt.show.exporting.cam_points import cam_points, write_points
 
@@ -311,7 +311,7 @@ def test_every_limit_on_the_curve_of_a_diagram_is_a_line_of_it() -> None:
     limits = {"velocity_max_rise_m_s": 1.0, "velocity_max_m_s": 2.0, "lift_change_max_mm_per_deg": 0.5}
     scene = loaded("roller", limits=limits)
     picture = Picture(scene, resolve(scene))
-    _, velocity, *_ = panels(picture)
+    _, velocity, *_ = motion_panels(picture)
     per_second = 200.0 * 6.0 * 1e-3
     assert [kinds for kinds, _ in velocity.limits].count(RISE) == 1
     assert sorted(bound for _, bound in velocity.limits) == pytest.approx(sorted([0.5 * per_second, 1.0, 2.0]))

@@ -20,11 +20,11 @@ from test_figures import LIMITED, LOADED, OTHERS, TITLES, load_diagrams, loaded,
 import camopt
 from camopt import BadInput, Scene, find_scene, plot, shipped_scenes
 from camopt.scene.problem.problem import resolve_design
-from camopt.show.drawing.labels import Label, around, settle
-from camopt.show.drawing.panels import panels
+from camopt.show.drawing.labels import Label, label_places, place_labels
+from camopt.show.drawing.panels import motion_panels
 from camopt.show.drawing.picture import Picture
 from camopt.show.drawing.style import COLOURS, DASHES, PALE_ALARM, SERIES, STILL_KINDS, canvas, pen_of
-from camopt.show.studies.accuracy import Costs
+from camopt.show.studies.accuracy import AccuracyCosts
 
 RISE_AND_FALL = [
     {"segment": "rise", "angle": 60, "lift": 1e4, "law": "cycloidal"},
@@ -207,7 +207,7 @@ def accuracy_rows(shift=0.0):
             for m, each in errors.items()
             for n, t, e in each
         ]
-    return Costs(find_scene("roller-1000rpm"), rows)
+    return AccuracyCosts(find_scene("roller-1000rpm"), rows)
 
 
 @pytest.mark.one_in(2)
@@ -267,7 +267,7 @@ def test_a_label_is_clear_of_all_the_width_of_a_line(several):
             axes.add_collection(LineCollection([ends, ends], linewidths=[16.0, 1.0]))
         else:
             axes.plot(*ends.T, linewidth=16.0)
-        settle(figure, [Label(axes, "8", (0.5, 0.5), around([4.0, 12.0]), {})])
+        place_labels(figure, [Label(axes, "8", (0.5, 0.5), label_places([4.0, 12.0]), {})])
     texts, colours = drawn(figure)
     assert [text.get_text() for text, _ in texts].count("8") == 1
     assert crossed(texts, colours) == []
@@ -304,7 +304,7 @@ def test_the_thin_line_is_the_curvature_of_the_left_flank(contact):
     """That of the drawn flanks: by how much three points of each turn, per length."""
     scene = Scene.from_dict(cam_with(contact))
     picture = Picture(scene, resolve_design(scene))
-    (panel,) = (each for each in panels(picture) if each.title == "Curvature of the flanks")
+    (panel,) = (each for each in motion_panels(picture) if each.title == "Curvature of the flanks")
     assert panel.note.startswith("thin: left flank")
     assert panel.other is not None
     names = [flank.name for flank in picture.problem.setup.mechanism.flanks]

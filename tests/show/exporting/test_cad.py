@@ -23,11 +23,11 @@ from camopt import BadInput, Scene, evaluate, export, find_scene, shipped_scenes
 from camopt.model.mechanisms.geometry import cam_curves
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.exporting import shapes, step, stl
-from camopt.show.exporting.exported import Workpiece
-from camopt.show.exporting.groove import carved, undercut_at
+from camopt.show.exporting.groove import undercut_radius, workpiece_groove
 from camopt.show.exporting.solid import solid_of
-from camopt.show.exporting.step import text
-from camopt.show.exporting.stl import is_watertight, read_triangles, volume
+from camopt.show.exporting.step import step_text
+from camopt.show.exporting.stl import enclosed_volume, is_watertight, read_triangles
+from camopt.show.exporting.workpiece import Workpiece
 
 CHORD = 0.001
 KEYWAY = {"keyway_width": 4, "keyway_depth": 1.8, "keyway_angle": 37}
@@ -61,7 +61,7 @@ EDGES = {
 
 
 def kinds(solid):
-    return {BRepAdaptor_Curve(TopoDS.Edge(edge)).GetType() for edge in shapes.parts(solid, shapes.EDGE)}
+    return {BRepAdaptor_Curve(TopoDS.Edge(edge)).GetType() for edge in shapes.subshapes(solid, shapes.EDGE)}
 
 
 def read_back(path):
@@ -92,7 +92,7 @@ def furthest(points, lines):
 
 def rim(solid, height, beyond, count):
     """Points on the edges of a solid at a height that are further than a radius from the axis, edge by edge."""
-    curves = [BRepAdaptor_Curve(TopoDS.Edge(edge)) for edge in shapes.parts(solid, shapes.EDGE)]
+    curves = [BRepAdaptor_Curve(TopoDS.Edge(edge)) for edge in shapes.subshapes(solid, shapes.EDGE)]
     ends = [[curve.Value(u) for u in (curve.FirstParameter(), curve.LastParameter())] for curve in curves]
     there = [
         curve
@@ -125,8 +125,8 @@ def test_a_disc_read_back_is_whole_as_large_as_green_says_and_within_the_chord_b
     assert kinds(solid) == EDGES[curves]
     length = np.abs(np.diff(true)).sum()
     expected = 16 * enclosed(true) + 14 * pi * 12**2 - 30 * hole(PLATE)
-    assert abs(shapes.volume_of(solid) - expected) <= 16 * length * off + 1e-7 * expected
-    measured = shapes.measures(solid)
+    assert abs(shapes.shape_volume(solid) - expected) <= 16 * length * off + 1e-7 * expected
+    measured = shapes.shape_measures(solid)
     assert {key: told.about[key] for key in ("faces", "edges")} == {
         key: measured[key] for key in ("faces", "edges")
     }
@@ -163,7 +163,9 @@ def test_volumes_of_plate_hub_bore_and_keyway_add_up(part, tmp_path):
     inside = hole(sizes) if "bore" in sizes else 0.0
     expected = plate * enclosed(true) + (whole - plate) * pi / 4 * sizes["hub_diameter"] ** 2 - whole * inside
     assert told.about["volume_mm3"] == pytest.approx(expected, rel=2e-5)
-    assert shapes.volume_of(read_back(tmp_path / "cam.step")) == pytest.approx(told.about["volume_mm3"], rel=1e-9)
+    assert shapes.shape_volume(read_back(tmp_path / "cam.step")) == pytest.approx(
+        told.about["volume_mm3"], rel=1e-9
+    )
 
 
 @settings(max_examples=8, phases=[Phase.explicit, Phase.generate])
@@ -186,7 +188,7 @@ def test_any_part_that_goes_together_is_a_solid(thickness, bore, share, depth, a
     found = solid_of(work_of(scene), 0.01, "arcs")
     area = enclosed(true_profile(scene, 5001))
     expected = thickness * area + longer * pi / 4 * hub["hub_diameter"] ** 2 - (thickness + longer) * hole(part)
-    assert shapes.volume_of(found.shape) == pytest.approx(expected, rel=1e-3)
+    assert shapes.shape_volume(found.shape) == pytest.approx(expected, rel=1e-3)
 
 
 def furthest_from_axis(scene, points):
@@ -195,7 +197,7 @@ def furthest_from_axis(scene, points):
     From where the follower puts it as the cam turns. On the wall of a groove both are the same.
     """
     problem, angles = resolve_design(scene), np.linspace(0.0, 2 * pi, 60_001)
-    lift, y = problem.programme.lift, problem.programme.at(angles)[0]
+    lift, y = problem.programme.lift, problem.programme.motion_at(angles)[0]
     arm, apart = scene.follower.arm_length, scene.follower.roller_spacing or 0.0
     half = np.arcsin(apart / 2 / arm) if arm else apart / 2
     rollers = []
@@ -215,7 +217,7 @@ def furthest_from_axis(scene, points):
 
 def walls(solid):
     """The B-spline surfaces of a solid, each with the ends of both of its parameters."""
-    for each in shapes.parts(solid, shapes.FACE):
+    for each in shapes.subshapes(solid, shapes.FACE):
         surface = BRep_Tool.Surface_s(TopoDS.Face(each))
         if isinstance(surface, Geom_BSplineSurface):
             yield surface, surface.Bounds()
@@ -246,14 +248,14 @@ def test_a_groove_read_back_is_whole_and_touches_its_roller_at_every_depth(name,
 @pytest.mark.parametrize("name", GROOVES)
 def test_the_true_wall_is_on_the_solid(name, tmp_path):
     work = work_of(GROOVES[name])
-    solid, groove = solid_of(work, CHORD, "arcs"), carved(work)
+    solid, groove = solid_of(work, CHORD, "arcs"), workpiece_groove(work)
     middle = work.part.thickness / 2 - (0.0 if work.problem.setup.angular else work.problem.programme.lift / 2)
     for sector in groove.sectors():
         for side in (-1.0, 1.0):
             angles = np.linspace(sector.start, sector.end, 4)[1:-1]
             places = groove.wall(sector.span, angles, np.array([groove.inner + 0.3, groove.outer - 0.7]), side)
             for x, y, z in groove.points(places).reshape(-1, 3).tolist():
-                vertex = shapes.vertex((x, y, z + middle))
+                vertex = shapes.make_vertex((x, y, z + middle))
                 assert BRepExtrema_DistShapeShape(vertex, solid.shape).Value() <= CHORD
 
 
@@ -269,7 +271,7 @@ def test_the_groove_of_a_small_cam_is_undercut_at_its_bottom_alone(tmp_path):
     scene = GROOVES["groove-ccw"].replace(**{"cam.mean_radius": 30, "part.bore": 5})
     deep = scene.replace(**{"part.groove_depth": 40})
     assert not evaluate(deep.replace(outputs=["undercut"]))["undercut"]
-    assert undercut_at(carved(work_of(deep))) < 30
+    assert undercut_radius(workpiece_groove(work_of(deep))) < 30
     with pytest.raises(BadInput, match=r"part.groove_depth = 40.0: must be smaller: at the radius .* cut away"):
         step.write(work_of(deep), tmp_path / "cam.step")
     assert not list(tmp_path.iterdir())
@@ -287,7 +289,7 @@ def test_triangles_of_a_disc_are_watertight_and_within_the_chord(name, tmp_path)
     true = true_profile(scene)
     expected = 16 * enclosed(true) + 14 * pi * 12**2 - 30 * hole(PLATE)
     surface = 16 * np.abs(np.diff(true)).sum() + 14 * 24 * pi + 30 * 12 * pi
-    assert abs(volume(triangles) - expected) <= CHORD * surface
+    assert abs(enclosed_volume(triangles) - expected) <= CHORD * surface
     corners = triangles.reshape(-1, 3)
     profile = corners[(corners[:, 2] == 0.0) & (np.hypot(*corners.T[:2]) > 12.5)][:, :2]
     assert furthest(profile, [np.column_stack([true.real, true.imag])]) <= 1e-5
@@ -339,7 +341,7 @@ def plain(words):
 
 @given(st.text(st.characters(exclude_categories=["Cs", "Cc"], exclude_characters="'\\")))
 def test_any_name_can_be_read_in_a_file(words):
-    written = text(words).ToCString()
+    written = step_text(words).ToCString()
     assert written.isascii()
     assert plain(written) == words
 

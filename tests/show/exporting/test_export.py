@@ -17,10 +17,10 @@ from support.curves import furthest, true_points
 from camopt import BadInput, Scene, cam_points, export, find_scene
 from camopt.cli.main import main
 from camopt.scene.problem.problem import resolve_design
-from camopt.show.exporting.endings import ENDINGS
-from camopt.show.exporting.exported import Workpiece
-from camopt.show.exporting.groove import carved
-from camopt.solve.contour.curve import curves_of
+from camopt.show.exporting.file_types import FILE_TYPES
+from camopt.show.exporting.groove import workpiece_groove
+from camopt.show.exporting.workpiece import Workpiece
+from camopt.solve.contour.curve import disc_curves
 
 PART = {"thickness": 12, "bore": 20, "keyway_width": 6, "keyway_depth": 2.8, "hub_diameter": 34, "hub_length": 20}
 
@@ -31,7 +31,7 @@ def scene_of(name):
 
 def true_curve(scene, name, cutter_radius=None):
     problem = resolve_design(scene)
-    return true_points(problem, curves_of(problem, cutter_radius)[name].distance)
+    return true_points(problem, disc_curves(problem, cutter_radius)[name].distance)
 
 
 def drawn(document, layer):
@@ -159,7 +159,7 @@ NEEDED = {".nc": MILLED, ".mpf": MILLED, ".h": MILLED, ".p": {"cutter_radius": 5
 
 
 @pytest.mark.one_in(5)
-@pytest.mark.parametrize("suffix", ENDINGS)
+@pytest.mark.parametrize("suffix", FILE_TYPES)
 def test_the_same_cam_gives_the_same_file(tmp_path, suffix):
     scene = find_scene("valve-rod-radial")
     files = [tmp_path / f"{k}{suffix}" for k in range(2)]
@@ -245,7 +245,7 @@ def test_the_command_tells_what_it_proved(tmp_path, monkeypatch, capsys):
 def test_a_development_that_is_the_mirror_image_of_the_solid_says_so(rotation, tmp_path):
     """From outside, with the lift upwards, angles about the axis grow to the right, as cam angles in a file."""
     scene = scene_of("groove").replace(**{"cam.rotation": rotation, "part.groove_depth": 5.0})
-    solid = carved(Workpiece(scene, resolve_design(scene)))
+    solid = workpiece_groove(Workpiece(scene, resolve_design(scene)))
     grow = np.diff(solid.polar(np.array([0.0, 0.1])))[0] > 0.0
     told = [note for note in export(scene, tmp_path / "cam.svg").notes if "as seen from inside" in note]
     assert len(told) == (0 if grow else 1)

@@ -15,10 +15,10 @@ from support.curves import furthest, true_points
 import camopt
 from camopt import BadInput, Scene, cam_points, evaluate, export, find_scene
 from camopt.scene.problem.problem import resolve_design
-from camopt.show.exporting.exported import Workpiece
-from camopt.show.exporting.groove import WALL_SIDES, carved
-from camopt.show.exporting.program import DIALECTS
-from camopt.solve.contour.curve import curves_of, cylinder_ends
+from camopt.show.exporting.groove import WALL_SIDES, workpiece_groove
+from camopt.show.exporting.program import CONTROL_DIALECTS
+from camopt.show.exporting.workpiece import Workpiece
+from camopt.solve.contour.curve import cylinder_ends, disc_curves
 
 CAMS = [
     ("valve-rod-radial", "climb"),
@@ -29,7 +29,7 @@ CAMS = [
 
 
 def test_each_control_has_an_interpreter():
-    assert set(CONTROLS) == set(DIALECTS)
+    assert set(CONTROLS) == set(CONTROL_DIALECTS)
 
 
 @cache
@@ -37,7 +37,7 @@ def wanted(name):
     """The scene, and points of the path of a cutter of 5 mm and of the profile, which the dialects share."""
     scene = Scene.from_dict(cam_with(name)) if name in CONTACTS else find_scene(name)
     problem = resolve_design(scene)
-    curves = curves_of(problem, 5.0)
+    curves = disc_curves(problem, 5.0)
     return scene, *(as_cut(scene, true_points(problem, curves[each].distance)) for each in ("cutter", "profile"))
 
 
@@ -47,7 +47,7 @@ def as_cut(scene, points):
 
 
 @pytest.mark.one_in(10)
-@pytest.mark.parametrize("control", DIALECTS)
+@pytest.mark.parametrize("control", CONTROL_DIALECTS)
 @pytest.mark.parametrize(("name", "direction"), CAMS)
 def test_a_program_cuts_the_profile(tmp_path, control, name, direction):
     scene, true, profile = wanted(name)
@@ -78,7 +78,7 @@ def test_a_program_cuts_the_profile(tmp_path, control, name, direction):
 
 
 @pytest.mark.one_in(4)
-@pytest.mark.parametrize("control", DIALECTS)
+@pytest.mark.parametrize("control", CONTROL_DIALECTS)
 def test_arcs_of_a_large_radius_are_lines_within_the_chord(tmp_path, control):
     scene, file = find_scene("valve-rod-radial"), tmp_path / "cam.nc"
     export(scene, file, control=control, **NC)
@@ -88,7 +88,7 @@ def test_arcs_of_a_large_radius_are_lines_within_the_chord(tmp_path, control):
     assert 0 < machine.arcs < most
     closed = np.concatenate(machine.cuts[0].moves[2:-2])
     problem = resolve_design(scene)
-    true = as_cut(scene, true_points(problem, curves_of(problem, 5.0)["cutter"].distance))
+    true = as_cut(scene, true_points(problem, disc_curves(problem, 5.0)["cutter"].distance))
     off = max(furthest(closed, true), furthest(true, closed))
     assert off <= found.curves["cutter"].deviation_mm + 2e-5
     assert found.curves["cutter"].deviation_mm <= max(0.001, 5.0 * 10.0**-machine.decimals)
@@ -154,7 +154,7 @@ TURNED = {"A": ("X", "Z", -1.0), "C": ("Z", "X", 1.0)}
 
 
 @pytest.mark.one_in(4)
-@pytest.mark.parametrize("control", DIALECTS)
+@pytest.mark.parametrize("control", CONTROL_DIALECTS)
 @pytest.mark.parametrize("rotary", TURNED)
 @pytest.mark.parametrize("name", GROOVES)
 def test_a_program_of_four_axes_cuts_the_walls_of_a_groove(tmp_path, control, rotary, name):
@@ -176,7 +176,7 @@ def test_a_program_of_four_axes_cuts_the_walls_of_a_groove(tmp_path, control, ro
     even = np.linspace(degrees[0], degrees[-1], 7201)  # all axes of a move are even in each other
     high, beside = (np.interp(even, degrees, each) for each in (along_cam, across_cam))
     ways = np.pi / 2 + np.radians(even)  # of the cutter, round the cam
-    groove = carved(Workpiece(scene, resolve_design(scene)))
+    groove = workpiece_groove(Workpiece(scene, resolve_design(scene)))
     low = cylinder_ends(resolve_design(scene), scene.part.thickness)[0]
     allowed = found.curves["cutter"].deviation_mm
     assert allowed <= (0.005 if control == "fanuc" else 0.001)
@@ -210,7 +210,7 @@ def test_a_program_of_a_rib_goes_round_each_flank_in_the_place_of_its_roller(tmp
     lowest = states[states[:, 2] == states[:, 2].min()]
     assert lowest[0, 2] == pytest.approx(outer - height)
     rib, low = (
-        carved(Workpiece(scene, resolve_design(scene))),
+        workpiece_groove(Workpiece(scene, resolve_design(scene))),
         cylinder_ends(resolve_design(scene), scene.part.thickness)[0],
     )
     turns = np.split(lowest, np.flatnonzero(np.abs(np.diff(lowest[:, 0])) > roller) + 1)
@@ -239,7 +239,7 @@ def test_walls_are_apart_by_roller_and_clearance(tmp_path, name):
     """In the curves, and as the radius of the cutter that takes the place of the roller."""
     scene = find_scene(name).replace(**{"drive.clearance": 0.06})
     half = scene.follower.roller_radius + 0.03
-    walls = [curve.distance for at, curve in curves_of(resolve_design(scene)).items() if at.startswith("profile")]
+    walls = [curve.distance for at, curve in disc_curves(resolve_design(scene)).items() if at.startswith("profile")]
     assert sorted(walls) == pytest.approx([-half, half])
     assert export(scene, tmp_path / "cam.nc", cutter_radius=half, feed=200.0).curves
     with pytest.raises(BadInput, match=f"at most {half:g} mm"):
@@ -296,7 +296,7 @@ def test_a_wheel_that_follows_the_table_touches_the_profile(tmp_path, name):
     np.testing.assert_allclose(centre - lift, centre.min(), atol=2e-6)
     problem = resolve_design(scene)
     wheel = centre * 1j * np.exp(-1j * problem.design.sense * np.radians(angle))
-    profile = true_points(problem, curves_of(problem)["profile"].distance, 200_001)
+    profile = true_points(problem, disc_curves(problem)["profile"].distance, 200_001)
     distance = cKDTree(np.column_stack([profile.real, profile.imag])).query(
         np.column_stack([wheel.real, wheel.imag])
     )[0]
@@ -359,7 +359,7 @@ def test_points_are_proved_and_come_back(tmp_path, suffix):
     assert all(0.002 < curve.deviation_mm <= 0.01 for curve in close.curves.values())
     steps = export(scene, tmp_path / f"b{suffix}", step=2.5)
     assert steps.about == {"points": 145}
-    true = true_points(resolve_design(scene), curves_of(resolve_design(scene))["profile"].distance)
+    true = true_points(resolve_design(scene), disc_curves(resolve_design(scene))["profile"].distance)
     points = cam_points(scene, step=2.5)
     line = points["profile_x_mm"] + 1j * points["profile_y_mm"]
     measured = furthest(true, line)

@@ -10,12 +10,12 @@ from support.pairs import centres, nearest, pair, profiles, yoke
 from support.solids import enclosed, extents, hole, section, solids_in
 
 from camopt import BadInput, MeasuredProfile, Scene, cam_points, evaluate, export, find_scene, inspect_pair
-from camopt.model.effects import Case
+from camopt.model.effects import EvaluationBlock
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.exporting import shapes
 from camopt.show.exporting.stl import is_watertight, read_triangles
-from camopt.solve.contour.curve import discs_of
-from camopt.solve.verdicts.running import run_effects
+from camopt.solve.contour.curve import cam_discs
+from camopt.solve.verdicts.effect_runs import run_effects
 
 RNG_SEED = 12
 DENSE = np.linspace(0.0, 2.0 * np.pi, 20001)[:-1]
@@ -40,7 +40,7 @@ def test_both_discs_of_a_drawing_are_in_one_frame(scene, tmp_path):
 def test_points_of_the_second_disc_are_a_roller_radius_from_its_pitch_curve(scene):
     """Along the normal out of the steel; and they are where the roller of the rigid follower is."""
     problem, points = resolve_design(scene), cam_points(scene, np.arange(0.0, 360.0, 7.0))
-    radius = float(problem.setup.mechanism.further[0].seen(problem.design).roller_radius[0])
+    radius = float(problem.setup.mechanism.further_contacts[0].local_designs(problem.design).roller_radius[0])
 
     def curve(name):
         return points[f"second_{name}_x"] + 1j * points[f"second_{name}_y"]
@@ -56,8 +56,8 @@ def test_points_of_the_second_disc_are_a_roller_radius_from_its_pitch_curve(scen
 def test_each_disc_is_an_ordinary_cam_with_the_quantities_of_its_contact(scene):
     problem, names = resolve_design(scene), ("pressure_angle_max_deg", "profile_radius_min_mm", "outer_radius_mm")
     found = evaluate(scene.replace(outputs=["all"]))
-    for place, disc in zip(("first", "second"), discs_of(problem), strict=True):
-        alone = run_effects(Case(disc.problem.setup, disc.problem.programme, disc.problem.design), names)
+    for place, disc in zip(("first", "second"), cam_discs(problem), strict=True):
+        alone = run_effects(EvaluationBlock(disc.problem.setup, disc.problem.programme, disc.problem.design), names)
         for name in names:
             assert alone.column(name)[0] == pytest.approx(found[f"{place}_{name}"], rel=1e-8)
 
@@ -105,13 +105,15 @@ def test_both_contacts_touch_what_programs_cut_at_every_step_of_the_turn(kind, s
     for which, path in places:
         if kind == "breadth":
             sign, lift = (1.0, -1.0)[which], problem.programme.lift
-            y = problem.programme.at(angles)[0]
+            y = problem.programme.motion_at(angles)[0]
             face = problem.design.size[0] + (y if sign > 0.0 else lift - y)
             reached = [(path * turn.conjugate() / 1j).real.max() for turn in sign * turned]
             gaps = face + NC["cutter_radius"] - reached
         else:
             seen = centres(problem, angles)[which] * turned
-            radius = [problem.design, problem.setup.mechanism.further[0].seen(problem.design)][which].roller_radius
+            radius = [problem.design, problem.setup.mechanism.further_contacts[0].local_designs(problem.design)][
+                which
+            ].roller_radius
             away = shapely.distance(shapely.points(seen.real, seen.imag), ring(path))
             gaps = np.abs(away) - np.abs(radius - NC["cutter_radius"])
         assert np.abs(gaps).max() < off + 1e-5  # of the dense points
@@ -122,7 +124,7 @@ def test_points_of_both_discs_touch_their_rollers_at_every_step_of_the_turn(scen
     table, problem = np.genfromtxt(tmp_path / "pair.csv", delimiter=",", names=True), resolve_design(scene)
     angles = np.radians(np.arange(0.0, 360.0))
     turned = np.exp(-1j * problem.design.sense * angles)
-    second = problem.setup.mechanism.further[0].seen(problem.design)
+    second = problem.setup.mechanism.further_contacts[0].local_designs(problem.design)
     for which, design in enumerate((problem.design, second)):
         name = ("profile", "second_profile")[which]
         seen, line = centres(problem, angles)[which] * turned, table[f"{name}_x_mm"] + 1j * table[f"{name}_y_mm"]
@@ -153,8 +155,8 @@ def test_discs_of_a_pair_that_drives_a_slide_hold_its_arms_where_the_slide_is_as
     scene = Scene.from_dict({**feed, "motion": moves, "train": [stage]})
     problem, degrees = resolve_design(scene), np.arange(0.0, 360.0)
     alone = resolve_design(Scene.from_dict({"cam": feed["cam"], "motion": moves, "follower": SLIDES}))
-    swung = on_crank(alone.programme.at(np.radians(degrees))[0], 160.0, 220.0, -150.0, -110.0)
-    assert np.abs(problem.programme.at(np.radians(degrees))[0] - swung).max() < 1e-12
+    swung = on_crank(alone.programme.motion_at(np.radians(degrees))[0], 160.0, 220.0, -150.0, -110.0)
+    assert np.abs(problem.programme.motion_at(np.radians(degrees))[0] - swung).max() < 1e-12
     told, names = export(scene, tmp_path / "pair.csv"), ("profile", "second_profile")
     table = np.genfromtxt(tmp_path / "pair.csv", delimiter=",", names=True)
     turned = np.exp(-1j * problem.design.sense * np.radians(degrees))
@@ -184,7 +186,7 @@ def test_an_assembly_has_both_profiles_a_gap_apart_on_one_bore(scene, part, tmp_
     profiles_ = [np.append(each, each[0]) for each in profiles(resolve_design(scene), DENSE)]
     hub = np.pi * (part.get("hub_diameter", 0.0) / 2) ** 2 * (40 - 24) if "hub_diameter" in part else 0.0
     through = 40 if "hub_diameter" in part else 24
-    volume = sum(shapes.volume_of(each) for each in solids)
+    volume = sum(shapes.shape_volume(each) for each in solids)
     assert volume == pytest.approx(12 * sum(map(enclosed, profiles_)) + hub - through * hole(part), rel=2e-5)
     heights = [height for each in solids for height in extents(each)[2]]
     assert (min(heights), max(heights)) == pytest.approx((0.0, 40.0 if "hub_diameter" in part else 27.0), abs=1e-5)
@@ -232,7 +234,7 @@ def test_a_program_cuts_the_solid_that_lies_as_it_says(disc, tmp_path):
     top = 27.0 if disc == 1 else 0.0
     for point in around(machine, told.curves["cutter"].elements)[::1999]:
         x, z = (point.real, top - 6.0) if disc == 1 else (-point.real, 6.0)
-        away = BRepExtrema_DistShapeShape(shapes.vertex((x, point.imag, z)), solid).Value()
+        away = BRepExtrema_DistShapeShape(shapes.make_vertex((x, point.imag, z)), solid).Value()
         assert away == pytest.approx(5.0, abs=0.0025)
 
 

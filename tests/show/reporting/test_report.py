@@ -12,7 +12,7 @@ import pytest
 import camopt
 from camopt.cli.main import main
 from camopt.scene.problem.problem import resolve_design
-from camopt.show.reporting.report import MOST_CAMS
+from camopt.show.reporting.report import MOST_PAGE_CAMS
 
 HOSTILE = "</script><script>alert(1)</script> \"quotes\" 'and' <b>&amp;</b> ünï \u2028"
 
@@ -147,7 +147,7 @@ def test_a_sweep_of_too_many_rows_is_thinned_and_says_so(swept, tmp_path, monkey
 @pytest.mark.parametrize(
     ("what", "told"),
     [
-        (["two-pauses"] * (MOST_CAMS + 1), "at most 4 cams"),
+        (["two-pauses"] * (MOST_PAGE_CAMS + 1), "at most 4 cams"),
         ([], "cams, or tables"),
         (3.5, "a result of camopt"),
         ("no-such-scene", "no-such-scene"),
@@ -266,7 +266,7 @@ def test_of_many_laws_the_smallest_cams_are_shown(tmp_path, without_files):
     for page in pages:
         sizes = [cam["sizes"]["size"] for cam in data_of(page)["cams"]]
         assert sizes == sorted(sizes)
-        assert len(sizes) == MOST_CAMS
+        assert len(sizes) == MOST_PAGE_CAMS
         assert f"The 4 smallest of {len(laws)} cams" in page.read_text(encoding="utf-8")
 
 

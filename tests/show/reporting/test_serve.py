@@ -26,10 +26,10 @@ from camopt.core.kernels import compile
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.reporting import search
 from camopt.show.reporting.controls import controls_of, scene_of_settings
-from camopt.show.reporting.sections import signed
-from camopt.show.reporting.server import MOST_BYTES, MOST_STRANGERS, serving
-from camopt.show.reporting.session import Session, answer_to
-from camopt.solve.tolerances.batch import yield_of
+from camopt.show.reporting.sections import signed_text
+from camopt.show.reporting.server import MOST_BYTES, MOST_UNKNOWN_CONNECTIONS, open_server
+from camopt.show.reporting.session import Session, answer_request
+from camopt.solve.tolerances.batch import yield_of_cams
 
 MOVES = {
     "two-pauses": {"cam.base_radius": 41.0},
@@ -64,9 +64,9 @@ def texts(answer):
 def test_each_answer_is_that_of_the_library(name):
     session, values = session_of(name), MOVES[name]
     moved = next((key for key in values if key.startswith("motion.")), "")
-    scene = scene_of_settings(session.scene, session.own, values, moved)
+    scene = scene_of_settings(session.scene, session.own_values, values, moved)
     cam = camopt.evaluate(scene)
-    quick, proved = (answer_to(session, what, asking(values, moved=moved)) for what in ("move", "settle"))
+    quick, proved = (answer_request(session, what, asking(values, moved=moved)) for what in ("move", "settle"))
     for answer in (quick, proved):
         assert answer["values"].items() >= values.items()
         assert answer["cam"]["steepest"] == pytest.approx(cam["pressure_angle_max_deg"], rel=1e-7)
@@ -76,7 +76,9 @@ def test_each_answer_is_that_of_the_library(name):
     verdicts = camopt.certify(scene)
     held = set(verdicts.values()) == {"held"}
     assert [line[0].startswith("Feasible") for line in (quick["lines"][0], proved["lines"][0])] == [held, held]
-    assert texts(proved) >= {signed(value) for key, value in cam.items() if value and key.endswith(("_mm", "_deg"))}
+    assert texts(proved) >= {
+        signed_text(value) for key, value in cam.items() if value and key.endswith(("_mm", "_deg"))
+    }
     found = {row[0].text.replace(" ", "_"): row[1].text for row in quick["limits"]["rows"]}
     assert {
         limit: verdict for limit, verdict in found.items() if verdict != "undecided"
@@ -89,7 +91,7 @@ def test_of_a_cam_that_cannot_be_put_together_nothing_else_is_said():
     scene = camopt.find_scene("oscillating-roller").replace(follower=face, limits={"face_reach": 90.0})
     asked = asking({"motion.3.angle": 336.0}, moved="motion.3.angle")
     for what in ("move", "settle"):
-        answer = answer_to(Session(scene, None), what, asked)
+        answer = answer_request(Session(scene, None), what, asked)
         assert answer["cam"] == {"exists": False}
         assert answer["lines"][0].text == "Not feasible: assembly."
         assert [(row[0].text, row[1].text) for row in answer["limits"]["rows"]] == [("assembly", "broken")]
@@ -148,9 +150,9 @@ def test_the_yield_follows_a_slider_and_is_that_of_a_batch(tmp_path, name, given
     assert batch.held.share < 1.0
     told = next(line for line in lines if line.startswith("Of 256 cams drawn"))
     assert f"{100.0 * batch.held.share:.4g} % hold the limits ({100.0 * batch.held.low:.4g} to" in told
-    assert yield_of(scene, problem, 256) == batch.held
+    assert yield_of_cams(scene, problem, 256) == batch.held
     with_no_limit = scene.replace(limits={}, tolerances={"profile": 0.01})
-    assert yield_of(with_no_limit, resolve_design(with_no_limit), 256) is None
+    assert yield_of_cams(with_no_limit, resolve_design(with_no_limit), 256) is None
 
 
 def test_sliders_are_in_the_units_that_are_shown(tmp_path):
@@ -166,9 +168,9 @@ def test_sliders_are_in_the_units_that_are_shown(tmp_path):
         )
         assert law.shown_unit == ""
         assert ">base radius<small>, in</small>" in session.page()
-        start = answer_to(session, "settle", asking({}))["values"]
+        start = answer_request(session, "settle", asking({}))["values"]
         assert session.scene_of(asking(start)) == scene
-        moved = answer_to(session, "settle", asking({**start, name: 2.5}))
+        moved = answer_request(session, "settle", asking({**start, name: 2.5}))
     assert moved["values"][name] == 2.5
     cam = camopt.evaluate(scene.replace(**{name: 63.5}))
     assert moved["cam"]["steepest"] == pytest.approx(cam["pressure_angle_max_deg"], rel=1e-7)
@@ -177,7 +179,7 @@ def test_sliders_are_in_the_units_that_are_shown(tmp_path):
 @given(st.sampled_from(["two-pauses", "rocker-valve"]), st.integers(1, 4), st.floats(0.0, 360.0))
 @settings(max_examples=20)
 def test_other_segments_make_room_for_the_one_that_is_moved(name, place, angle):
-    scene, own = session_of(name).scene, session_of(name).own
+    scene, own = session_of(name).scene, session_of(name).own_values
     key, before = f"motion.{place}.angle", np.array([segment.angle for segment in scene.motion])
     expected = before * (360.0 - angle) / (360.0 - before[place - 1])
     expected[place - 1] = angle
@@ -208,7 +210,7 @@ def test_other_segments_make_room_for_the_one_that_is_moved(name, place, angle):
     ],
 )
 def test_a_bad_value_is_told_with_its_key_and_nothing_else(values, key, text):
-    answer = answer_to(session_of(), "move", asking(values, moved=next(iter(values))))
+    answer = answer_request(session_of(), "move", asking(values, moved=next(iter(values))))
     (mistake, *_) = answer["mistakes"]
     assert [*answer] == ["mistakes"]
     assert mistake["key"].startswith(key)
@@ -220,7 +222,7 @@ JSONS = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=6), inner, max_size=3),
     max_leaves=6,
 )
-KEYS = [*session_of().own]
+KEYS = [*session_of().own_values]
 
 
 @given(
@@ -236,7 +238,7 @@ KEYS = [*session_of().own]
 )
 @settings(max_examples=60)
 def test_whatever_is_asked_is_answered_or_refused_in_words(asked):
-    answer = answer_to(session_of(), "move", asked)
+    answer = answer_request(session_of(), "move", asked)
     json.dumps(answer, allow_nan=False)
     assert ("mistakes" in answer) != ("cam" in answer)
 
@@ -244,13 +246,13 @@ def test_whatever_is_asked_is_answered_or_refused_in_words(asked):
 def test_what_is_saved_is_the_scene_that_is_shown(tmp_path):
     session = session_of(folder=tmp_path)
     asked = asking({"cam.base_radius": 47.0, "law_rise": "cycloidal"}, name="my cam-1.toml")
-    assert answer_to(session, "save", asked) == {"saved": str(tmp_path / "my cam-1.toml")}
+    assert answer_request(session, "save", asked) == {"saved": str(tmp_path / "my cam-1.toml")}
     assert camopt.Scene.from_toml(tmp_path / "my cam-1.toml") == session.scene_of(asked)
     before = (tmp_path / "my cam-1.toml").read_bytes()
     other = {**asked, "values": {"cam.base_radius": 48.0}}
-    assert answer_to(session, "save", other) == {"exists": "my cam-1.toml"}
+    assert answer_request(session, "save", other) == {"exists": "my cam-1.toml"}
     assert (tmp_path / "my cam-1.toml").read_bytes() == before
-    assert "saved" in answer_to(session, "save", {**other, "overwrite": True})
+    assert "saved" in answer_request(session, "save", {**other, "overwrite": True})
     assert camopt.find_scene(tmp_path / "my cam-1.toml").cam.base_radius == 48.0
 
 
@@ -268,7 +270,7 @@ def test_nothing_is_written_but_a_plain_file_in_the_folder(name, tmp_path):
     target.write_text("mine", encoding="utf-8")
     (folder / "link.toml").symlink_to(target)
     before = sorted(tmp_path.rglob("*"))
-    answer = answer_to(session_of(folder=folder), "save", asking({}, name=name, overwrite=True))
+    answer = answer_request(session_of(folder=folder), "save", asking({}, name=name, overwrite=True))
     assert "mistakes" in answer
     assert sorted(tmp_path.rglob("*")) == before
     assert target.read_text(encoding="utf-8") == "mine"
@@ -277,13 +279,13 @@ def test_nothing_is_written_but_a_plain_file_in_the_folder(name, tmp_path):
 def test_the_page_of_a_report_is_that_of_the_scene_shown(tmp_path):
     session, asked = session_of("flat-reciprocating"), asking({"cam.base_radius": 47.0})
     expected = camopt.report(session.scene_of(asked), tmp_path / "cam.html").read_text(encoding="utf-8")
-    answer = answer_to(session, "report", asked)
+    answer = answer_request(session, "report", asked)
     assert answer == {"name": "Flat-faced-reciprocating-follower.html", "text": expected}
 
 
 def test_the_smallest_cam_is_that_of_optimise():
     scene = camopt.find_scene("knife-300rpm-offset")
-    found, best = search.found_by(scene), camopt.optimise(scene).best
+    found, best = search.find_smallest_cam(scene), camopt.optimise(scene).best
     assert found["scene"] == best.scene.to_dict()
     assert "proved" in found["told"]
 
@@ -296,7 +298,7 @@ def test_the_smallest_cam_is_that_of_optimise():
     ],
 )
 def test_why_there_is_no_smallest_cam(changes, why):
-    assert why in search.found_by(camopt.find_scene("knife-300rpm-radial").replace(**changes))["why"]
+    assert why in search.find_smallest_cam(camopt.find_scene("knife-300rpm-radial").replace(**changes))["why"]
 
 
 @pytest.fixture
@@ -308,7 +310,7 @@ def _plainly(monkeypatch):
 @contextmanager
 def served(name, folder):
     told = []
-    with serving(camopt.find_scene(name), folder, told=told.append) as server:
+    with open_server(camopt.find_scene(name), folder, told=told.append) as server:
         thread = Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
         try:
@@ -323,9 +325,9 @@ def served(name, folder):
 def test_a_scene_whose_size_is_to_be_found_opens_with_its_smallest_cam(tmp_path):
     changes = {"cam.base_radius": None, "search": {"law": ["cycloidal"]}}
     scene, told = camopt.find_scene("roller-1000rpm").replace(**changes), []
-    with serving(scene, tmp_path, told=told.append) as server:
+    with open_server(scene, tmp_path, told=told.append) as server:
         best = camopt.optimise(scene).best
-        assert server.session.own["cam.base_radius"] == best["base_radius_mm"]
+        assert server.session.own_values["cam.base_radius"] == best["base_radius_mm"]
     assert told == ["The scene leaves sizes to be found; the page opens with its smallest cam."]
 
 
@@ -461,14 +463,14 @@ def test_strangers_make_room_for_each_other_and_leave_the_page_alone(server):
             assert page.getresponse().read()
             connection = page.sock
             strangers += [
-                socket.create_connection(("127.0.0.1", server.server_port)) for _ in range(MOST_STRANGERS)
+                socket.create_connection(("127.0.0.1", server.server_port)) for _ in range(MOST_UNKNOWN_CONNECTIONS)
             ]
             assert page.sock is connection
         assert request(server, "POST", f"/{server.token}/move", QUESTION)[0] == 200
-        for gone in strangers[:-MOST_STRANGERS]:
+        for gone in strangers[:-MOST_UNKNOWN_CONNECTIONS]:
             gone.settimeout(20)
             assert gone.recv(1) == b""
-        assert len(server.strangers) <= MOST_STRANGERS
+        assert len(server.strangers) <= MOST_UNKNOWN_CONNECTIONS
         head = f"GET /{server.token}/ HTTP/1.1\r\nHost: 127.0.0.1:{server.server_port}\r\n\r\n"
         strangers[-1].sendall(head.encode())
         assert strangers[-1].recv(12) == b"HTTP/1.1 200"
@@ -504,17 +506,17 @@ def test_a_search_ends_with_a_server_that_is_killed(tmp_path):
 
 def test_the_process_of_a_search_watches_its_server(monkeypatch):
     seen = []
-    monkeypatch.setattr(search, "end_with_parent", lambda: seen.append("watched"))
-    monkeypatch.setattr(search, "found_by", lambda scene: seen.append("searched"))
+    monkeypatch.setattr(search, "exit_with_parent", lambda: seen.append("watched"))
+    monkeypatch.setattr(search, "find_smallest_cam", lambda scene: seen.append("searched"))
     monkeypatch.setattr(signal, "signal", lambda *_: None)
     ours, theirs = Pipe()
-    search._work(camopt.find_scene("two-pauses").to_dict(), "two-pauses", theirs)
+    search._run_search(camopt.find_scene("two-pauses").to_dict(), "two-pauses", theirs)
     assert seen == ["watched", "searched"]
     assert ours.recv() is None
 
 
 def test_a_search_is_called_off():
-    slow = search.Background()
+    slow = search.BackgroundSearch()
     answers = []
     thread = Thread(target=lambda: answers.append(slow.run(camopt.find_scene("roller-1000rpm"))))
     thread.start()
@@ -643,7 +645,7 @@ def test_a_slider_moves_the_picture_and_all_that_is_said(browser, server):
         cam = camopt.evaluate(camopt.find_scene("two-pauses").replace(**{"cam.base_radius": 44.0}))
         assert f"{cam['pressure_angle_max_rise_deg']:.4g}°" in page.locator("header").text_content()
         cells = page.locator("#sections td").all_text_contents()
-        assert signed(cam["pressure_angle_max_deg"]) in cells
+        assert signed_text(cam["pressure_angle_max_deg"]) in cells
         assert page.input_value("#control-1") == "44"
         page.click("#start")
         page.wait_for_selector("html[data-state=proved]")

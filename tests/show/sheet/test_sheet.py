@@ -19,17 +19,17 @@ from support.sheets import faults_of
 
 from camopt import BadInput, Scene, cam_points, evaluate, export, find_scene, shipped_scenes
 from camopt.scene.problem.problem import resolve_design
-from camopt.show.sheet.cam import TrueCam
 from camopt.show.sheet.developed import DevelopedView
 from camopt.show.sheet.front_view import FrontView
-from camopt.show.sheet.marks import LARGE, MEDIUM, THICK, Line, Words, decimal, fitted_words, width_of
-from camopt.show.sheet.notes import texts_of
-from camopt.show.sheet.paper import A3, A4, fields, scale_name, scales, title_block
-from camopt.show.sheet.points_table import printed, table
-from camopt.show.sheet.ring import ring, spread_apart, unrolled
-from camopt.show.sheet.section import section
+from camopt.show.sheet.languages import GERMAN, with_decimal_sign
+from camopt.show.sheet.marks import LARGE, MEDIUM, THICK, Line, Words, decimal_text, fitted_words, width_of
+from camopt.show.sheet.notes import note_texts
+from camopt.show.sheet.paper import A3, A4, block_fields, paper_scales, scale_name, title_block
+from camopt.show.sheet.points_table import points_table, table_columns
+from camopt.show.sheet.ring import ring_marks, spread_directions, unroll_directions
+from camopt.show.sheet.section import section_marks
 from camopt.show.sheet.sheet import sheet_of
-from camopt.show.sheet.words import GERMAN, with_sign
+from camopt.show.sheet.true_cam import TrueCam
 
 PLATE = find_scene("valve-rod-radial")
 CYLINDER = find_scene("feeder-with-stop")
@@ -124,12 +124,14 @@ STEADY = [name for name, scene in SCENES.items() if "constant-velocity" in {s.se
 def test_segments_are_those_of_the_scene(name):
     """Each with its own angle; a stretch at constant velocity is called so, a move by the way that it goes."""
     scene = SCENES[name]
-    expected = sorted(decimal(segment.angle, 2) for segment in scene.motion)
+    expected = sorted(decimal_text(segment.angle, 2) for segment in scene.motion)
     assert sorted(angle for _, angle in ring_of(name)) == expected
     found = Counter((kind, angle) for kind, angle in ring_of(name))
     kinds = {"rise", "return", "dwell", "constant-velocity"}
     told = Counter(
-        (s.segment.replace("-", " "), decimal(s.angle, 2)) for s in scene.motion if s.segment in kinds and s.angle
+        (s.segment.replace("-", " "), decimal_text(s.angle, 2))
+        for s in scene.motion
+        if s.segment in kinds and s.angle
     )
     assert told - found == Counter()
     steady = sum(s.segment == "constant-velocity" for s in scene.motion)
@@ -174,18 +176,18 @@ def test_what_is_asked_of_a_tool_is_not_said_of_the_follower(language):
         if language == "en"
         else ["Anstieg"] * 3 + ["Rückgang"] * 3 + ["Rast"]
     )
-    (note,) = (text for text in texts_of(found.cam) if " 9;" in text)
+    (note,) = (text for text in note_texts(found.cam) if " 9;" in text)
     follower = cam_points(scene, step=0.5)["displacement_mm"].max()
-    assert [decimal(follower) in note, note.count("0.01396 mm/°"), note.count("−0.01396")] == [True, 2, 1]
+    assert [decimal_text(follower) in note, note.count("0.01396 mm/°"), note.count("−0.01396")] == [True, 2, 1]
     whole = " ".join(mark.text for mark in found.marks if isinstance(mark, Words))
-    assert " ".join(with_sign(note, language).split()) in whole
+    assert " ".join(with_decimal_sign(note, language).split()) in whole
     assert ("0,01396" in whole) == (language == "de")
 
 
 @pytest.mark.parametrize("name", CHECKED)
 def test_no_note_is_cut(name):
     whole = "".join(mark.text for mark in sheet(name).marks if isinstance(mark, Words)).replace(" ", "")
-    assert [text for text in texts_of(sheet(name).cam) if text.replace(" ", "") not in whole] == []
+    assert [text for text in note_texts(sheet(name).cam) if text.replace(" ", "") not in whole] == []
 
 
 @pytest.mark.one_in(3)
@@ -215,7 +217,7 @@ def test_a_cutter_is_not_told_where_no_flank_is_hollow():
     radius = brentq(lambda radius: 1 / hollow(radius) - 1e-5 if np.isfinite(hollow(radius)) else -1e-5, 25.0, 100.0)
     said = {
         each: " ".join(
-            texts_of(
+            note_texts(
                 TrueCam(
                     scene.replace(**{"cam.base_radius": each}),
                     resolve_design(scene.replace(**{"cam.base_radius": each})),
@@ -234,7 +236,7 @@ def test_a_section_has_no_line_inside_its_metal():
     part = PLATE.whole_part
     outline = TrueCam(PLATE, resolve_design(PLATE)).curve("profile")
     plate, hub = part.thickness, part.hub_diameter / 2
-    for mark in section([outline], part, 1.0):
+    for mark in section_marks([outline], part, 1.0):
         if isinstance(mark, Line) and mark.pen == THICK and np.all(mark.points.real == plate):
             assert np.abs(mark.points.imag).min() >= hub
 
@@ -267,7 +269,7 @@ def test_each_german_text_has_the_places_of_the_english_one():
 
 
 def test_a_mass_has_four_digits():
-    (mass,) = re.findall(r"mass ([\d.]+) kg", " ".join(texts_of(TrueCam(CYLINDER, resolve_design(CYLINDER)))))
+    (mass,) = re.findall(r"mass ([\d.]+) kg", " ".join(note_texts(TrueCam(CYLINDER, resolve_design(CYLINDER)))))
     exact = evaluate(CYLINDER.replace(outputs=["cam_mass_kg"]))["cam_mass_kg"]
     assert mass == f"{exact:.4g}" != f"{exact:.6g}"
 
@@ -275,10 +277,10 @@ def test_a_mass_has_four_digits():
 def test_what_holds_elsewhere_is_noted():
     more = {"general_tolerances": "ISO 2768-mK", "edges": [-0.3, 0.2], "other_roughness": 6.3}
     scene = PLATE.replace(**{"cam.shaft_diameter": PART["bore"], "part": {**PART, **more}})
-    first = next(iter(texts_of(TrueCam(scene, resolve_design(scene)))))
+    first = next(iter(note_texts(TrueCam(scene, resolve_design(scene)))))
     for words in ("General tolerances ISO 2768-mK.", "ISO 13715: outer -0.3, inner +0.2.", "surfaces Ra 6.3."):
         assert words in first
-    block = fields(
+    block = block_fields(
         scene.replace(**{"part.hardness": "60 HRC", "part.case_depth": "0.8"}).whole_part, "", "1:1", "A4", "1/1"
     )
     assert "60 HRC, CHD 0.8" in [each.value for each in block]
@@ -288,10 +290,10 @@ def test_what_holds_elsewhere_is_noted():
 def test_limits_that_are_broken_are_noted_first(language):
     scene = PLATE.replace(**{"limits.pressure_angle": 5, "part.language": language})
     cam, value = TrueCam(scene, resolve_design(scene)), evaluate(scene)["pressure_angle_max_deg"]
-    first = next(texts_of(cam))
+    first = next(note_texts(cam))
     assert f"pressure angle return {value:.6g} deg (≤ 5 deg)" in first
-    assert first.startswith(cam.say("Breaks limits of its design: {}.")[:14])
-    assert "Breaks" not in next(texts_of(TrueCam(PLATE, resolve_design(PLATE))))
+    assert first.startswith(cam.translate("Breaks limits of its design: {}.")[:14])
+    assert "Breaks" not in next(note_texts(TrueCam(PLATE, resolve_design(PLATE))))
 
 
 def test_boxes_of_the_title_block_have_keys(tmp_path):
@@ -302,7 +304,7 @@ def test_boxes_of_the_title_block_have_keys(tmp_path):
     text = re.sub(r"(?m)^designer", "date_of_issue = 2026-11-25\ndesigner", file.read_text())
     file.write_text(text)
     scene = find_scene(str(file))
-    named = {each.name: each.value for each in fields(scene.whole_part, scene.name, "1:1", "A4", "1/1")}
+    named = {each.name: each.value for each in block_fields(scene.whole_part, scene.name, "1:1", "A4", "1/1")}
     boxes = ("Approved by", "Legal owner", "Rev.", "Created by", "Date of issue")
     assert [named[box] for box in boxes] == [*given.values(), "2026-11-25"]
     assert faults_of(sheet_of(TrueCam(scene, resolve_design(scene)))) == []
@@ -313,7 +315,7 @@ def test_a_groove_is_located_from_the_lower_face():
     """Its middle at cam angle 0, from the cylinder's end that is lower in the developed view."""
     points = cam_points(CYLINDER, np.arange(0.0, 360.0, 0.05))["pitch_y_mm"]
     middle = (points.min() + points.max()) / 2
-    assert decimal(points[0] - middle + CYLINDER.part.thickness / 2) in texts("feeder-with-stop")
+    assert decimal_text(points[0] - middle + CYLINDER.part.thickness / 2) in texts("feeder-with-stop")
 
 
 @pytest.mark.parametrize("turn", [0.0, 40.0, 90.0])
@@ -369,39 +371,39 @@ def test_a_groove_is_cut_no_wider_than_its_roller():
 def test_names_that_have_no_room_round_the_ring_are_left_out():
     ends = np.linspace(0.0, 2 * pi, 121)
     segments = [("rise 3°", float(a), float(b)) for a, b in pairwise(ends)]
-    assert not any(isinstance(mark, Words) for mark in ring(segments, 40.0))
-    assert sum(isinstance(mark, Words) for mark in ring(segments[:40], 40.0)) == 40
+    assert not any(isinstance(mark, Words) for mark in ring_marks(segments, 40.0))
+    assert sum(isinstance(mark, Words) for mark in ring_marks(segments[:40], 40.0)) == 40
 
 
 def expected(scene):
     """The dimensions that a drawing has to have, from the scene and from quantities."""
     cam, part = scene.cam, scene.whole_part
     if cam.form == "disc":
-        yield f"R{decimal(cam.base_radius - (scene.drive.clearance or 0.0) / 2)}"
+        yield f"R{decimal_text(cam.base_radius - (scene.drive.clearance or 0.0) / 2)}"
         largest = evaluate(scene.replace(outputs=["outer_radius_mm"]))["outer_radius_mm"]
-        yield from (f"R{decimal(largest)}" for _ in range(1) if largest > cam.base_radius)
+        yield from (f"R{decimal_text(largest)}" for _ in range(1) if largest > cam.base_radius)
     else:
-        yield f"{decimal(2 * pi * cam.mean_radius)} (2π · R{decimal(cam.mean_radius)})"
-        yield f"{decimal(2 * scene.follower.roller_radius)} {part.groove_fit or ''}".strip()
+        yield f"{decimal_text(2 * pi * cam.mean_radius)} (2π · R{decimal_text(cam.mean_radius)})"
+        yield f"{decimal_text(2 * scene.follower.roller_radius)} {part.groove_fit or ''}".strip()
         yield from (
-            f"Ø{decimal(2 * cam.mean_radius + depth)} {part.outer_fit or ''}".strip()
+            f"Ø{decimal_text(2 * cam.mean_radius + depth)} {part.outer_fit or ''}".strip()
             for depth in (part.groove_depth,)
             if depth
         )
         chamfers = [part.groove_chamfer] if part.groove_chamfer else []
-        yield from (f"Edges of the groove chamfered {decimal(chamfer)} × 45°." for chamfer in chamfers)
+        yield from (f"Edges of the groove chamfered {decimal_text(chamfer)} × 45°." for chamfer in chamfers)
     shown = ("thickness", "hub_length", "groove_depth")
-    yield from (decimal(value) for key in shown if (value := getattr(part, key)))
+    yield from (decimal_text(value) for key in shown if (value := getattr(part, key)))
     yield from (
-        f"{decimal(part.keyway_width)} {part.keyway_fit or ''}".strip() for _ in range(1) if part.keyway_width
+        f"{decimal_text(part.keyway_width)} {part.keyway_fit or ''}".strip() for _ in range(1) if part.keyway_width
     )
     if part.bore:
-        yield f"Ø{decimal(part.bore)} {part.bore_fit or ''}".strip()
+        yield f"Ø{decimal_text(part.bore)} {part.bore_fit or ''}".strip()
         more = " +0.2" if part.keyway_fit else ""  # of widths from 8 to 32 mm
-        over = [f"{decimal(part.bore + depth)}{more}" for depth in (part.keyway_depth,) if depth]
+        over = [f"{decimal_text(part.bore + depth)}{more}" for depth in (part.keyway_depth,) if depth]
         yield from over if cam.form == "cylindrical" or part.thickness else (f"Bore and keyway: {o}." for o in over)
-    yield from (f"Ø{decimal(across)}" for across in (part.hub_diameter, part.outer_diameter) if across)
-    yield from (decimal(2 * part.profile_tolerance, 4) for _ in range(1) if part.profile_tolerance)
+    yield from (f"Ø{decimal_text(across)}" for across in (part.hub_diameter, part.outer_diameter) if across)
+    yield from (decimal_text(2 * part.profile_tolerance, 4) for _ in range(1) if part.profile_tolerance)
     yield from (f"Ra {part.roughness:g}" for _ in range(1) if part.roughness)
 
 
@@ -462,7 +464,7 @@ def test_a_heading_has_room_over_its_columns():
     """The words over x and y, in both languages: within the columns that they are over."""
     for language in ("en", "de"):
         cam = TrueCam(CYLINDER.replace(**{"part.language": language}), resolve_design(CYLINDER))
-        marks = table(printed(cam, 10.0), 1)
+        marks = points_table(table_columns(cam, 10.0), 1)
         (words,) = (m for m in marks if isinstance(m, Words) and m.text in ("roller centre", "Rollenmitte"))
         lines = sorted({m.points[0].real for m in marks if isinstance(m, Line) and np.ptp(m.points.real) == 0})
         right = max(m.points.real.max() for m in marks if isinstance(m, Line))
@@ -600,7 +602,7 @@ def test_text_is_as_wide_as_it_is_taken_for(page):
 @given(st.lists(st.floats(0, 6.28), min_size=1, max_size=40), st.floats(1e-3, 0.1))
 def test_names_are_spread_as_far_as_needed_and_no_further(turns, apart):
     wanted = np.sort(turns)
-    found = spread_apart(wanted, apart)
+    found = spread_directions(wanted, apart)
     assert np.all(np.diff(found) >= apart * (1 - 1e-9) - 1e-12)
     assert found.mean() == pytest.approx(wanted.mean(), abs=1e-9)
     if wanted.size > 1 and np.diff(wanted).min() >= apart:
@@ -609,7 +611,7 @@ def test_names_are_spread_as_far_as_needed_and_no_further(turns, apart):
 
 @given(st.lists(st.floats(-20, 20), min_size=1, max_size=30))
 def test_names_begin_past_the_widest_gap(turns):
-    names, found = unrolled([(turn, str(k)) for k, turn in enumerate(turns)])
+    names, found = unroll_directions([(turn, str(k)) for k, turn in enumerate(turns)])
     assert np.all(np.diff(found) >= 0)
     assert 2 * pi - (found[-1] - found[0]) >= np.diff(found).max(initial=0.0) - 1e-9
     for name, turn in zip(names, found, strict=True):
@@ -633,7 +635,7 @@ def test_a_text_fits_where_it_is_put(text, width, lines):
 def test_a_title_block_holds_any_text(given_texts):
     part = PLATE.part.model_copy(update=given_texts)
     marks = title_block(part, part.name, "1:1", "A3", "1/1")
-    places = fields(part, part.name, "1:1", "A3", "1/1")
+    places = block_fields(part, part.name, "1:1", "A3", "1/1")
     for mark in (mark for mark in marks if isinstance(mark, Words) and width_of(mark.text, mark.height)):
         low, high = mark.corners[0], mark.corners[2]
         assert any(
@@ -647,7 +649,7 @@ def test_a_title_block_holds_any_text(given_texts):
 
 @given(st.floats(1e-3, 1e5))
 def test_small_cams_are_enlarged_and_no_others(size):
-    first = next(scales(size))
+    first = next(paper_scales(size))
     assert first >= 1.0
     assert (first == 1.0) == (size >= 40.0)
     assert size * first >= 40.0 - 1e-9
@@ -658,7 +660,7 @@ def test_small_cams_are_enlarged_and_no_others(size):
     ("value", "text"), [(25.0, "25"), (1.23456, "1.235"), (-2.5, "−2.5"), (-1e-9, "0"), (20000.0, "20000")]
 )
 def test_numbers_have_no_more_decimals_than_they_need(value, text):
-    assert decimal(value) == text
+    assert decimal_text(value) == text
 
 
 def test_the_frame_is_that_of_the_standard():
@@ -693,16 +695,16 @@ def test_lines_of_angles_lead_to_the_ends_of_the_arcs_of_the_profile(offset):
     top = np.angle(points[np.abs(points) > np.abs(points).max() - 1e-3])
     middle = np.angle(np.exp(1j * top).sum())
     ends = np.sort(np.angle(np.exp(1j * (top - middle))))[[0, -1]]
-    joints = np.sort(np.angle(np.exp(1j * (np.array(view.joints[1:3]) - middle))))
+    joints = np.sort(np.angle(np.exp(1j * (np.array(view.touch_directions[1:3]) - middle))))
     assert joints == pytest.approx(ends, abs=0.05)
     assert np.ptp(joints) == pytest.approx(np.radians(80), abs=1e-9)
-    aside = np.degrees(cam.asides)
+    aside = np.degrees(cam.ray_offsets)
     turned = np.degrees(
         np.arctan2(offset, np.sqrt(53**2 - 12**2)) - np.arctan2(offset, np.sqrt(53**2 - 12**2) + 20)
     )
     assert np.abs(aside) == pytest.approx([0, *[abs(turned) if offset else 0] * 2, 0], abs=1e-6)
-    feet = sorted(np.angle(mark.points[0]) for mark in view._rays())
-    assert feet == pytest.approx(sorted(np.angle(np.exp(1j * np.array(view.joints)))))
+    feet = sorted(np.angle(mark.points[0]) for mark in view._ray_lines())
+    assert feet == pytest.approx(sorted(np.angle(np.exp(1j * np.array(view.touch_directions)))))
     noted = " ".join(
         mark.text for mark in sheet_of(TrueCam(scene, resolve_design(scene))).marks if isinstance(mark, Words)
     )

@@ -19,13 +19,13 @@ from test_sheet import sorted_columns
 from camopt import Scene, evaluate, export, find_scene
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.sheet.callouts import MARK_LENGTH
-from camopt.show.sheet.cam import TrueCam
 from camopt.show.sheet.developed import DevelopedView
 from camopt.show.sheet.front_view import FrontView
 from camopt.show.sheet.marks import CHAIN, HIDDEN, THICK, Line, Words
-from camopt.show.sheet.notes import texts_of
+from camopt.show.sheet.notes import note_texts
 from camopt.show.sheet.sheet import sheets_of
-from camopt.show.sheet.two_contacts import apart
+from camopt.show.sheet.true_cam import TrueCam
+from camopt.show.sheet.two_contacts import contact_distance
 
 PART = {"thickness": 16, "disc_gap": 5, "hub_diameter": 50, "hub_length": 48, "bore": 25, "profile_tolerance": 0.01}
 FEED = find_scene("press-feed-by-pair")
@@ -127,9 +127,9 @@ def test_the_section_has_both_plates_their_gap_and_the_hub():
 def test_the_rollers_move_as_far_as_the_profiles_are_off(name):
     """Each roller on a profile that is larger by the tolerance, as shapely grows it; the angle, or distance."""
     scene, problem = SCENES[name], resolve_design(SCENES[name])
-    second = problem.setup.mechanism.further[0].seen(problem.design)
+    second = problem.setup.mechanism.further_contacts[0].local_designs(problem.design)
     tolerance, turns = 0.01, angles_of(45)
-    found = apart(TrueCam(scene.replace(**{"part.profile_tolerance": tolerance}), problem)).varies
+    found = contact_distance(TrueCam(scene.replace(**{"part.profile_tolerance": tolerance}), problem)).variation
     grown = [shape(points).buffer(tolerance, quad_segs=64) for points in profiles(problem, angles_of(7200))]
     radii = [float(d.roller_radius[0]) for d in (problem.design, second)]
     pivot = float(problem.design.centre_distance[0])
@@ -148,7 +148,7 @@ def test_the_rollers_move_as_far_as_the_profiles_are_off(name):
 
 
 def test_the_notes_of_a_pair_have_what_its_follower_is_and_how_it_is_inspected():
-    told = " ".join(texts_of(sheets("feed")[1].cam))
+    told = " ".join(note_texts(sheets("feed")[1].cam))
     for words in (
         "Disc 1: for an oscillating follower with a roller Ø32, arm 110",
         "Disc 2: for an oscillating follower with a roller Ø32, arm 100",
@@ -161,14 +161,14 @@ def test_the_notes_of_a_pair_have_what_its_follower_is_and_how_it_is_inspected()
     assert "may be lost" not in told
     thin = FEED.replace(**{"part.profile_tolerance": 0.01})
     assert "the interference may be lost: clearance up to 0.0018°" in " ".join(
-        texts_of(sheets_of(thin, resolve_design(thin))[0].cam)
+        note_texts(sheets_of(thin, resolve_design(thin))[0].cam)
     )
     hubless = FEED.replace(**{"part.hub_diameter": None, "part.hub_length": None, "part.number": "SF-1"})
     loose = TrueCam(hubless, resolve_design(hubless)).sheets
     assert [each.part.number for each in loose] == ["SF-1/1", "SF-1/2"]
     assert [each.title for each in loose] == [f"{FEED.part.name}, disc {k}" for k in (1, 2)]
     assert {each.cam.title for each in sheets("feed")} == {FEED.part.name}  # of one part
-    assert "from the same timing mark, which each disc has." in " ".join(texts_of(loose[0]))
+    assert "from the same timing mark, which each disc has." in " ".join(note_texts(loose[0]))
     both = evaluate(hubless.replace(outputs=["solid"]))["cam_mass_kg"]
     assert sum(each.mass for each in loose) == pytest.approx(both, rel=1e-9)
 
@@ -203,7 +203,7 @@ def test_both_rollers_stay_on_their_flanks_of_a_dxf_as_the_assembly_turns(name, 
     told = export(scene, tmp_path / "pair.dxf")
     space = ezdxf.readfile(tmp_path / "pair.dxf").modelspace()
     turns = angles_of(48)
-    second = problem.setup.mechanism.further[0].seen(problem.design)
+    second = problem.setup.mechanism.further_contacts[0].local_designs(problem.design)
     for place, (layer, design) in enumerate((("PROFILE", problem.design), ("SECOND_PROFILE", second))):
         (line,) = space.query(f'LWPOLYLINE[layer=="{layer}"]')
         edge = shapely.MultiLineString([ends_of(each) for each in line.virtual_entities()])
@@ -221,19 +221,19 @@ def test_the_breadth_of_a_yoke_is_dimensioned_with_its_tolerance(name):
     scene, problem = YOKES[name], resolve_design(YOKES[name])
     (sheet,) = sheets_of(scene, problem)
     cam, turns = sheet.cam, angles_of(7200)
-    found, points = apart(cam), cam.curves_at(turns).pitch
+    found, points = contact_distance(cam), cam.curves_at(turns).pitch
     if name == "flat":
         directions = np.exp(1j * angles_of(12))[:, None]
         sizes = np.ptp((points * directions.conj()).real, axis=1)
-        assert found.varies == pytest.approx(0.02)
+        assert found.variation == pytest.approx(0.02)
     else:
         sizes = np.abs(points - np.roll(points, 3600))
-        assert 0.02 < found.varies < 0.03
+        assert 0.02 < found.variation < 0.03
     assert np.ptp(sizes) < 1e-4
     assert found.value == pytest.approx(sizes.mean(), abs=1e-4)
     assert faults_of(sheet) == []
     assert texts(sheet.marks).count(found.nominal) == 1
-    told = " ".join(texts_of(cam))
+    told = " ".join(note_texts(cam))
     kind = "two flat faces" if name == "flat" else "two rollers Ø16"
     assert f"For a yoke with {kind}." in told
     assert told.count(found.nominal) == 1
@@ -263,13 +263,13 @@ def test_a_rib_has_one_sheet_with_both_flanks_and_rollers(name):
         assert np.abs(table[f"y{number}"] - centre.imag).max() < 6e-4
     view, angles = DevelopedView(sheet.cam, 1.0), np.linspace(-0.5, 7.0, 20001)
     edges = rib_flanks(problem, angles)
-    for gap, turn in zip(view._cut_grooves, view._cut_turns, strict=True):
+    for gap, turn in zip(view._section_gaps, view._section_angles, strict=True):
         x = turn % (2 * np.pi) * problem.design.size[0]
         true = [np.interp(x, edge.real, edge.imag) - view.ends[0] for edge in edges[::-1]]
         assert gap == pytest.approx(true, abs=5e-3)
     if name == "nozzles":
         assert {"30", "16", "Ø224", "Ø256"} <= set(texts(sheet.marks))
-        told = " ".join(texts_of(sheet.cam))
+        told = " ".join(note_texts(sheet.cam))
         for words in (
             "two rollers Ø30, 60 apart",
             "60, made 59.96 for an interference of 0.04",
@@ -292,7 +292,7 @@ def test_a_rib_on_a_disc_has_one_sheet_with_both_flanks_and_rollers(motion):
         assert np.abs(radius - np.abs(centre)).max() < 6e-4
         off = np.degrees(np.angle(centre / 1j * np.exp(1j * problem.design.sense * np.radians(turned))))
         assert np.abs(off).max() < 6e-4
-    told = " ".join(texts_of(sheet.cam))
+    told = " ".join(note_texts(sheet.cam))
     assert "Centres of rollers 1, outside of the rib, and 2, within it." in told
     front = FrontView(sheet.cam, 1.0)
     edges = rib_flanks(problem, np.linspace(0.0, 2.0 * np.pi, 20_001))[::-1]
@@ -309,10 +309,10 @@ def test_a_groove_is_dimensioned_by_its_fit_and_its_clearance_is_noted(tmp_path)
     assert faults_of(sheet) == []
     assert {"12 F8", "9"} <= set(texts(sheet.marks))
     assert texts(sheet.marks).count("C") == 2 + 2  # the frame, the face, and the zones of the paper
-    assert "Clearance of the roller Ø12 in its groove 0.02, from 0.016 to 0.043." in " ".join(texts_of(sheet.cam))
+    assert "Clearance of the roller Ø12 in its groove 0.02, from 0.016 to 0.043." in " ".join(note_texts(sheet.cam))
     loose = SHUTTER.replace(**{"part.groove_fit": None, "drive.clearance": 0.03})
     other = TrueCam(loose, resolve_design(loose))
-    assert "Ø12 in its groove 0.03, from −0.01 to 0.07." in " ".join(texts_of(other))
+    assert "Ø12 in its groove 0.03, from −0.01 to 0.07." in " ".join(note_texts(other))
     (note,) = (note for note in export(loose, tmp_path / "b.pdf").notes if "clearance" in note)
     assert (
         note

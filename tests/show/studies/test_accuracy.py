@@ -49,7 +49,7 @@ SCENES = {
 def _few_designs(monkeypatch):
     monkeypatch.setattr(accuracy.subjects, "DESIGN_COUNT", 128)
     for module in (accuracy.subjects, accuracy.table):
-        monkeypatch.setattr(module, "REFERENCED", 4)
+        monkeypatch.setattr(module, "REFERENCE_COUNT", 4)
     monkeypatch.setattr(accuracy.table, "TIMED_RUNS", 1)
 
 
@@ -75,7 +75,7 @@ def test_enclosures_keep_their_promise_for_every_mechanism(name):
 @pytest.fixture
 def twice_as_many(monkeypatch):
     """The arithmetic of 100 digits, in place of 50."""
-    monkeypatch.setattr(accuracy.digits, "DIGITS", 2 * accuracy.digits.DIGITS)
+    monkeypatch.setattr(accuracy.digits, "DECIMAL_DIGITS", 2 * accuracy.digits.DECIMAL_DIGITS)
     accuracy.digits.arithmetic.cache_clear()
     yield
     accuracy.digits.arithmetic.cache_clear()
@@ -110,7 +110,7 @@ def test_sampling_is_the_best_of_the_samples_and_polish_the_vertex_of_a_parabola
     sampled_extremes(f, count, table, questions, False, plain)
     sampled_extremes(f, count, table, questions, True, polished)
     stroke = np.repeat([0, 1, 2, 3], np.diff([0, 30, 43, 70, 90]))
-    y = turn.at(np.linspace(0, 2 * np.pi, 90, endpoint=False))
+    y = turn.motion_at(np.linspace(0, 2 * np.pi, 90, endpoint=False))
     asked = (stroke == 2) | (kinds == ALL_STROKES)
     beyond = 0
     for i in range(count):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from camopt import BadInput, evaluate
-from camopt.show.studies.exercise import KINDS, LAWS, make_exercise
+from camopt.show.studies.exercise import EXERCISE_KINDS, LAW_WORDS, make_exercise
 
 EQUATIONS = {
     "uniform": lambda x: x,
@@ -79,7 +79,7 @@ def inner_angles(scene):
 
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", EXERCISE_KINDS)
 def test_the_cam_of_an_exercise_can_be_made(kind, seed):
     text, scene = make_exercise(kind, seed)
     found = evaluate(scene)
@@ -111,7 +111,7 @@ def test_the_cam_of_an_exercise_can_be_made(kind, seed):
     given = {*scene.cam.model_dump().values(), *scene.follower.model_dump().values()}
     assert {n for n in given if isinstance(n, float) and n} <= numbers
     assert {n for move in scene.motion for n in (move.angle, move.lift or move.angle)} <= numbers
-    assert [text.count(LAWS[move.law]) > 0 for move in scene.motion if move.law] == [True, True]
+    assert [text.count(LAW_WORDS[move.law]) > 0 for move in scene.motion if move.law] == [True, True]
     assert all(n == round(2 * n) / 2 for n in numbers)
 
 

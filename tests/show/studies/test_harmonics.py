@@ -39,7 +39,7 @@ def by_quadrature(scene, order, derivative):
         for low, high in pairwise(breaks):
             half = stroke.angle * (high - low) / 2
             angles = stroke.start + stroke.angle * (low + high) / 2 + half * nodes
-            waves = programme.at(angles)[derivative] * np.exp(-1j * order * angles)
+            waves = programme.motion_at(angles)[derivative] * np.exp(-1j * order * angles)
             found += half * np.sum(weights * waves)
     return found / np.pi
 
@@ -81,7 +81,7 @@ def test_the_mean_square_of_a_motion_is_that_of_its_harmonics():
     scene = turn("cycloidal", "poly345")
     found = harmonics(scene, 2000)
     angles = (np.arange(200_000) + 0.5) / 200_000 * 2 * np.pi
-    whole = np.mean(resolve(scene).programme.tool.at(angles)[0] ** 2)
+    whole = np.mean(resolve(scene).programme.tool.motion_at(angles)[0] ** 2)
     assert found.mean**2 + np.sum(found.displacement**2) / 2 == pytest.approx(whole, rel=1e-9)
 
 

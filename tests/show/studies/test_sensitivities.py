@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 import camopt
-from camopt.core.numerics.curves import curve
+from camopt.core.numerics.curves import value_and_slope
 from camopt.core.numerics.interval import Interval
 from camopt.core.quantities import NUMBER_COLUMNS
-from camopt.model.effects import EFFECTS, Case
-from camopt.model.effects.peak import Times
+from camopt.model.effects import EFFECTS, EvaluationBlock
+from camopt.model.effects.peak import Multiple
 from camopt.model.mechanisms import FIELDS
-from camopt.scene.problem.problem import exactly, resolve_design
-from camopt.solve.smallest.enclosure import rounded, sloped_boxes
+from camopt.scene.problem.problem import at_rounding_error, resolve_design
+from camopt.solve.smallest.enclosure import sloped_boxes, state_with_rounding
 
 VALVE = camopt.find_scene("exhaust-valve").replace(
     **{
@@ -97,17 +97,17 @@ def test_what_is_infinite_has_no_derivative():
 
 def test_peaks_change_as_their_curves_do_at_their_cam_angles(found):
     """The envelope theorem, with slopes by the chain rule (``numerics.sloped``)."""
-    problem = exactly(resolve_design(found.scene))
+    problem = at_rounding_error(resolve_design(found.scene))
     keys = [*dict.fromkeys(key for _, key in found)]
     numbers = {key: problem.setup.given[key] for key in keys if key in NUMBER_COLUMNS}
-    setup, design = problem.freed(numbers).setup, problem.design
+    setup, design = problem.with_free_numbers(numbers).setup, problem.design
     design = design.with_values({key: np.array([float(value)]) for key, value in numbers.items()})
     free = [key if key in NUMBER_COLUMNS else FIELDS[key.partition(".")[2]] for key in keys]
     box = design.with_values({name: Interval(value, value) for name, value in design.values.items()})
-    compared, case = 0, Case(setup, problem.programme, design)
+    compared, case = 0, EvaluationBlock(setup, problem.programme, design)
     for effect in EFFECTS.values():
         for name, peak in effect.peaks(setup).items():
-            if type(peak.scale) is not Times or name not in found.quantities or len(peak.curves) > 1:
+            if type(peak.scale) is not Multiple or name not in found.quantities or len(peak.curves) > 1:
                 continue
             ((make, kinds),) = peak.curves
             if not hasattr(make(design, problem.programme), "_fields") or not np.isfinite(found.quantities[name]):
@@ -115,9 +115,9 @@ def test_peaks_change_as_their_curves_do_at_their_cam_angles(found):
             extreme = case.extremes(make, [(kinds, peak.goal)], located=True)
             designs, _ = sloped_boxes(box, design, free, 1)
             sides = []  # of a jump
-            for angle in problem.programme.one_sided(extreme.where, kinds).reshape(2, 1):
-                state = rounded(problem.programme.state(angle), problem.programme)
-                sides.append(curve(make(designs, problem.programme), ..., state)[0])
+            for angle in problem.programme.one_sided_angles(extreme.where, kinds).reshape(2, 1):
+                state = state_with_rounding(problem.programme.state(angle), problem.programme)
+                sides.append(value_and_slope(make(designs, problem.programme), ..., state)[0])
             value = min(sides, key=lambda side: abs(abs(side.at.low[0]) - abs(extreme.value[0, 0])))
             sign = np.sign(found.quantities[name]) * np.sign(value.at.low[0])
             slopes = peak.scale.factor * sign * 0.5 * (value.slopes.low + value.slopes.high)[:, 0]

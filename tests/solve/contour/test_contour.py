@@ -13,10 +13,10 @@ from support.depth import covering, times
 
 from camopt import BadInput, Scene, cam_points, find_scene, shipped_scenes
 from camopt.scene.problem.problem import resolve_design
-from camopt.solve.contour.curve import curve_of, curves_of
+from camopt.solve.contour.curve import disc_curves, offset_curve
 from camopt.solve.contour.deviation import deviation_bound
-from camopt.solve.contour.follow import FITS, biarcs, check_kind, fitted, follow
 from camopt.solve.contour.path import ArcPath
+from camopt.solve.contour.path_fitting import FITTERS, biarcs, check_path_options, fit_path, fit_unproved_path
 
 SCENES = [*shipped_scenes(), *CONTACTS]
 
@@ -37,7 +37,7 @@ def kind_of(name):
 
 
 def profile_of(problem):
-    return next(curve for name, curve in curves_of(problem).items() if name.startswith("profile"))
+    return next(curve for name, curve in disc_curves(problem).items() if name.startswith("profile"))
 
 
 def dense(path, count):
@@ -55,7 +55,7 @@ def dense(path, count):
     return found.T.ravel()
 
 
-CASES = [(name, kind) for kind in FITS for name in SCENES]
+CASES = [(name, kind) for kind in FITTERS for name in SCENES]
 
 
 @pytest.mark.one_in(5)
@@ -64,7 +64,7 @@ def test_the_path_is_as_near_as_it_is_proved_to_be(name, kind):
     """Both ways, measured on dense points; and the bound is not much more than that."""
     problem = problem_of(name)
     curve = profile_of(problem)
-    path, proved = follow(curve, kind, 0.005)
+    path, proved = fit_path(curve, kind, 0.005)
     assert proved <= 0.005
     true, made = true_points(problem, curve.distance), dense(path, 2 + 60_000 // len(path))
     chord = 1e-5  # what straight lines between so many points leave out
@@ -74,17 +74,17 @@ def test_the_path_is_as_near_as_it_is_proved_to_be(name, kind):
         assert measured >= 0.6 * proved - chord
 
 
-@pytest.mark.parametrize(("kind", "order"), [(kind, fit.order) for kind, fit in FITS.items()])
+@pytest.mark.parametrize(("kind", "order"), [(kind, fit.order) for kind, fit in FITTERS.items()])
 def test_elements_grow_with_the_root_of_the_deviation(kind, order):
     curve = profile_of(problem_of("roller"))
-    few, many = (len(fitted(curve, kind, tolerance)) for tolerance in (1e-2, 1e-5))
+    few, many = (len(fit_unproved_path(curve, kind, tolerance)) for tolerance in (1e-2, 1e-5))
     assert many / few == pytest.approx(10 ** (3 / order), rel=0.25)
 
 
 @pytest.mark.parametrize("name", ["three-arc-valve", "tangent-cam", "eccentric-rocker"])
 def test_a_profile_of_arcs_and_lines_comes_back_as_those(name):
     problem = problem_of(name)
-    path, _ = follow(profile_of(problem), "arcs", 1e-4)
+    path, _ = fit_path(profile_of(problem), "arcs", 1e-4)
     radii = {float(f"{1 / k:.6g}") if abs(k) > 1e-9 else inf for k in -problem.design.sense * path.curvatures}
     given_radii = {*problem.profile}
     assert given_radii <= radii
@@ -92,7 +92,7 @@ def test_a_profile_of_arcs_and_lines_comes_back_as_those(name):
 
 @pytest.mark.parametrize("name", ["roller", "flat", "spherical"])
 def test_the_mirrored_cam_has_the_mirrored_path(name):
-    paths = [follow(profile_of(problem_of(name, **{"cam.rotation": way}))).path for way in ("ccw", "cw")]
+    paths = [fit_path(profile_of(problem_of(name, **{"cam.rotation": way}))).path for way in ("ccw", "cw")]
     one, other = (path.vertices for path in paths)
     np.testing.assert_allclose(other, -one.conjugate(), atol=1e-9)
     np.testing.assert_allclose(paths[1].bulges, -paths[0].bulges, atol=1e-9)
@@ -100,7 +100,7 @@ def test_the_mirrored_cam_has_the_mirrored_path(name):
 
 @pytest.mark.parametrize("name", ["roller", "arm", "swinging-face"])
 def test_arcs_join_with_one_tangent(name):
-    path, _ = follow(profile_of(problem_of(name)))
+    path, _ = fit_path(profile_of(problem_of(name)))
     starts, ends = path.tangents
     assert np.abs(np.append(starts[1:], starts[0]) - ends).max() < 1e-9
 
@@ -109,17 +109,17 @@ def test_a_bound_that_is_too_small_is_never_given():
     """A path moved by a known distance is off by that, at least where it moves across."""
     problem = problem_of("roller")
     curve = profile_of(problem)
-    path, proved = follow(curve)
+    path, proved = fit_path(curve)
     for shift in (0.01, 0.01j):
         moved = ArcPath(path.vertices + shift, path.bulges, path.angles, path.spans)
         assert 0.01 - proved <= deviation_bound(curve, moved) <= 0.03
 
 
 def test_the_rotating_arc_of_a_dwell_is_one_arc():
-    path, _ = follow(curve_of(problem_of("roller"), 0.0))
+    path, _ = fit_path(offset_curve(problem_of("roller"), 0.0))
     dwells = [k for k, stroke in enumerate(problem_of("roller").programme.strokes) if stroke.law is None]
     assert len(dwells) == 2
-    curve = curve_of(problem_of("roller"), 0.0)
+    curve = offset_curve(problem_of("roller"), 0.0)
     for k, span in enumerate(curve.spans):
         if span.stroke.law is None:
             assert path.spans.count(k) == 1
@@ -143,7 +143,7 @@ def test_biarcs_have_the_points_and_tangents_given(heading, end):
 )
 def test_what_cannot_be_followed_is_said(kind, chord):
     with pytest.raises(BadInput, match=r"one of arcs, spline, polyline|from 1e-06 to 10 mm"):
-        check_kind(kind, chord)
+        check_path_options(kind, chord)
 
 
 @settings(max_examples=times(12, deep=300))
@@ -151,13 +151,13 @@ def test_what_cannot_be_followed_is_said(kind, chord):
     contact=st.sampled_from(sorted(CONTACTS)),
     law=st.sampled_from(["cycloidal", "harmonic", "poly345", "modified-sine", "parabolic"]),
     rotation=st.sampled_from(["ccw", "cw"]),
-    kind=st.sampled_from(sorted(FITS)),
+    kind=st.sampled_from(sorted(FITTERS)),
     chord=st.floats(1e-4, 0.05),
 )
 def test_random_cams_are_followed(contact, law, rotation, kind, chord):
     problem = resolve_design(Scene.from_dict(cam_with(contact, law, rotation=rotation)))
-    for curve in curves_of(problem).values():
-        path, proved = follow(curve, kind, chord)
+    for curve in disc_curves(problem).values():
+        path, proved = fit_path(curve, kind, chord)
         assert proved <= chord
         points = dense(path, 3)
         sample = true_points(problem, curve.distance, 4001)
@@ -178,8 +178,8 @@ def test_series_give_the_points_that_the_library_gives():
         middle = (span.start + span.end) / 2
         expansion = curve.expansion([span], np.array([middle - 1e-3]), np.array([middle + 1e-3]))
         for t in (-1e-3, 0.0, 1e-3):
-            x, y = (sum(c * t**k for k, c in enumerate(terms.terms)) for terms in expansion.here)
+            x, y = (sum(c * t**k for k, c in enumerate(terms.terms)) for terms in expansion.at_middles)
             true = curve.points(span, np.array([middle + t]))
             assert np.abs(x + 1j * y - true).max() < 1e-9
-            low, high = expansion.over[0].terms[3].low, expansion.over[0].terms[3].high
-            assert low <= expansion.here[0].terms[3] <= high
+            low, high = expansion.over_stretches[0].terms[3].low, expansion.over_stretches[0].terms[3].high
+            assert low <= expansion.at_middles[0].terms[3] <= high

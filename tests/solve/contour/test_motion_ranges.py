@@ -8,7 +8,7 @@ from support.balls.ball import precisely
 from support.balls.motion import exact_motion, motion_at
 
 from camopt.model.motion.programme import Programme
-from camopt.solve.contour.curve import motion_over, spans_of
+from camopt.solve.contour.curve import enclose_motion, smooth_spans
 
 POINTS = 3
 """Of each stretch, its ends among them."""
@@ -28,14 +28,14 @@ def missed(seed, stretches):
     ]
     segments = [(kind, angle, by, law) for angle, (kind, by, law) in zip(angles, kinds, strict=True)]
     programme = Programme.from_segments(segments, angular=False, laws=own.EVERY)
-    exact, spans = exact_motion(programme), [*spans_of(programme)]
+    exact, spans = exact_motion(programme), [*smooth_spans(programme)]
     which = rng.integers(0, len(spans), stretches)
     chosen = [spans[k] for k in which]
     start, end = (np.array([getattr(span, name) for span in chosen]) for name in ("start", "end"))
     middle = start + (end - start) * rng.uniform(0.0, 1.0, stretches)
     reach = (end - start) * 10.0 ** rng.uniform(-9.0, 0.0, stretches)
     lows, highs = np.maximum(middle - reach, start), np.minimum(middle + reach, end)
-    rows, wrong = motion_over(programme, chosen, lows, highs), 0
+    rows, wrong = enclose_motion(programme, chosen, lows, highs), 0
     pieces = [(stroke, piece, begin) for stroke, begin in _begun(exact) for piece in stroke.pieces or (None,)]
     for k, span in enumerate(which):
         stroke, piece, begin = pieces[span]

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from camopt.core.numerics.stable import exact_sum
+from camopt.core.numerics.stable_functions import exact_sum
 from camopt.solve.front import curve_numbers
 
 STEPS = np.arange(12.0)
@@ -24,8 +24,8 @@ STEPS = np.arange(12.0)
 )
 def test_curves_are_numbered_as_fractions_are(sizes, rollers, keys):
     sums, rests = (each.ravel() for each in exact_sum(sizes, rollers[:, None]))
-    assert len(curve_numbers._keys(sums, rests)) == keys
-    first, which = curve_numbers._alike(SimpleNamespace(size=sums, roller_radius=rests), "roller_radius")
+    assert len(curve_numbers._sort_keys(sums, rests)) == keys
+    first, which = curve_numbers._unique_curves(SimpleNamespace(size=sums, roller_radius=rests), "roller_radius")
     exact = [Fraction(size) + Fraction(roller) for roller in rollers.tolist() for size in sizes.tolist()]
     distinct = sorted(set(exact))
     assert which.tolist() == [distinct.index(each) for each in exact]

@@ -18,26 +18,26 @@ from support.depth import times
 from camopt import Scene, evaluate, find_scene, load, sweep
 from camopt.core.engines.threads import Threads
 from camopt.core.numerics import dominance
-from camopt.core.numerics.dominance import Dominators, Known
+from camopt.core.numerics.dominance import Dominators, PointTree
 from camopt.core.quantities import QUANTITIES
-from camopt.model.effects import Case, offered
+from camopt.model.effects import EvaluationBlock, available_quantities
 from camopt.scene.problem.limits import LOAD_LIMITS
 from camopt.scene.problem.problem import resolve
 from camopt.scene.problem.rows import concatenate_rows
-from camopt.scene.problem.space import space_of
+from camopt.scene.problem.space import grid_space
 from camopt.solve.front import curve_numbers as numbering
 from camopt.solve.front import curve_verdicts, front_search, plan
-from camopt.solve.front.blocks import Blocks, gathered
-from camopt.solve.front.box_bounds import BoxBounds, all_bounded, is_bounded
+from camopt.solve.front.blocks import SpaceBlocks, gather_batches
+from camopt.solve.front.box_bounds import BoxBounds, are_all_bounded, is_bounded
 from camopt.solve.front.curve_numbers import curve_numbers
-from camopt.solve.front.curve_verdicts import CurveVerdicts, curves_tell_all
+from camopt.solve.front.curve_verdicts import CurveVerdicts, curves_decide_limits
 from camopt.solve.front.front_search import FrontSearch
 from camopt.solve.front.grid_boxes import Grid
 from camopt.solve.front.pareto import LARGEST_COST, non_dominated, row_costs
-from camopt.solve.front.plan import column_names, compared_names, with_objectives
-from camopt.solve.verdicts import screening
-from camopt.solve.verdicts.judging import evaluate_with_effort
-from camopt.solve.verdicts.running import run_effects
+from camopt.solve.front.plan import comparison_columns, sweep_columns, with_objectives
+from camopt.solve.verdicts import feasible_filter
+from camopt.solve.verdicts.effect_runs import run_effects
+from camopt.solve.verdicts.limit_verdicts import evaluate_with_effort
 
 SPREAD = {"base_radius": 0.5, "mean_radius": 0.5, "roller_radius": 0.4, "face_radius": 0.4, "arm_length": 0.2}
 SWINGING_FACE = "swinging-face"
@@ -78,7 +78,7 @@ def mechanism(contact):
     dynamics = None if CONTACTS[contact]["motion"] == "oscillating" else GUIDED
     scene = Scene.from_dict(cam_with(contact, "poly345", dynamics, materials=WORN))
     setup = resolve(scene).setup
-    names = [name for name in offered(setup) if QUANTITIES[name].kind is float]
+    names = [name for name in available_quantities(setup) if QUANTITIES[name].kind is float]
     return scene, [(name, sign) for name in names for sign in (1.0, -1.0) if is_bounded(name, sign, setup)]
 
 
@@ -123,21 +123,21 @@ def limits_of(cam, rng):
 def streamed(space, names, size, write, kept=True):
     """What is seen of a space that is swept block by block."""
     numbers = curve_numbers(space)
-    own = not (kept or numbers) and curves_tell_all(space.problem, frozenset(names))
-    blocks = Blocks(space, names, numbers, kept=kept, size=size, own=own)
-    batches = Threads(2).in_order(lambda numbers: blocks.batch(*numbers), range(len(blocks)))
-    return gathered(space, batches, size, write, lambda done, total: None)
+    own = not (kept or numbers) and curves_decide_limits(space.problem, frozenset(names))
+    blocks = SpaceBlocks(space, names, numbers, kept=kept, size=size, own=own)
+    batches = Threads(2).in_order(lambda numbers: blocks.evaluate_block(*numbers), range(len(blocks)))
+    return gather_batches(space, batches, size, write, lambda done, total: None)
 
 
 def both(scene, few, together=50):
     """The front by a full sweep and that by boxes, and what the search knows of its work."""
     problem = with_objectives(resolve(scene))
-    assert all_bounded(problem)
-    space, names = space_of(problem), column_names(problem)
+    assert are_all_bounded(problem)
+    space, names = grid_space(problem), sweep_columns(problem)
     full = streamed(space, names, 32768, lambda rows: None)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(front_search, "FEW_DESIGNS", few)
-        patch.setattr(front_search, "TOGETHER", together)
+        patch.setattr(front_search, "BOUNDED_AT_ONCE", together)
         found = FrontSearch(space, names, 1, None).run()
     return full, found, len(space)
 
@@ -177,10 +177,10 @@ def repeating(scene):
 def judged_alone(space, names):
     """How many designs can be assembled, and the feasible ones, each judged by the plain path."""
     found = []
-    for problem, first, last in space.parts():
+    for problem, first, last in space.problem_ranges():
         designs = space.designs(np.arange(first, last))
-        designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
-        found.append(evaluate_with_effort(problem, designs, frozenset(names))[0].only(names))
+        designs = designs.take(problem.setup.mechanism.can_assemble(designs, problem.programme))
+        found.append(evaluate_with_effort(problem, designs, frozenset(names))[0].select_columns(names))
     rows = concatenate_rows(found)
     return rows.count, rows.take(rows.column("feasible").astype(bool))
 
@@ -198,23 +198,23 @@ def test_a_sweep_finds_what_the_plain_path_finds_of_each_design(contact, seed, b
     if plain and rounded(contact):
         scene = scene.replace(limits=plain_limits(contact))
     problem = with_objectives(resolve(scene))
-    space, names = space_of(problem), column_names(problem)
+    space, names = grid_space(problem), sweep_columns(problem)
     existing, expected = judged_alone(space, names)
     front = non_dominated(expected, problem.objectives)
     for worth, kept in ((1.0, True), (1.0, False), (np.inf, False)):
         rows = []
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(numbering, "AT_ONCE", 16)
-            patch.setattr(numbering, "WORTH", worth)
-            patch.setattr(screening, "MANY", 0)
-            found = streamed(space, names if kept else compared_names(problem), block, rows.append, kept)
+            patch.setattr(numbering, "CURVES_AT_ONCE", 16)
+            patch.setattr(numbering, "LEAST_SHARING", worth)
+            patch.setattr(feasible_filter, "MANY_DESIGNS", 0)
+            found = streamed(space, names if kept else comparison_columns(problem), block, rows.append, kept)
         assert (found.existing, found.feasible) == (existing, expected.count)
         if kept:
             same_rows(front, found.front)
             same_rows(expected, concatenate_rows(rows))
         else:  # the half-width is that of the columns which are there
-            alike = set(compared_names(problem)) - {"relative_half_width"}
-            same_rows(front.only(alike), found.front.only(alike))
+            alike = set(comparison_columns(problem)) - {"relative_half_width"}
+            same_rows(front.select_columns(alike), found.front.select_columns(alike))
 
 
 @pytest.mark.one_in(6)
@@ -227,12 +227,12 @@ def test_curves_that_designs_share_change_no_bit(contact, seed, block):
     if contact == SWINGING_FACE:  # else they share none
         scene = scene.replace(limits={"curvature_radius": 1.0 + seed % 30})
     problem = with_objectives(resolve(scene))
-    space, names, tables = space_of(problem), column_names(problem), []
+    space, names, tables = grid_space(problem), sweep_columns(problem), []
     for at_once, worth in ((4, 1.0), (4096, np.inf)):
         rows = []
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(numbering, "AT_ONCE", at_once)
-            patch.setattr(numbering, "WORTH", worth)
+            patch.setattr(numbering, "CURVES_AT_ONCE", at_once)
+            patch.setattr(numbering, "LEAST_SHARING", worth)
             shared = curve_numbers(space) is not None
             found = streamed(space, names, block, rows.append)
         tables.append((shared, found.existing, found.effort, found.reached, concatenate_rows(rows)))
@@ -247,9 +247,9 @@ def test_no_curve_is_lost_where_threads_begin_a_motion_together(monkeypatch):
     scene = find_scene("roller-1000rpm")
     search = {"base_radius": [144.0, 145.0, 146.0, 160.0], "roller_radius": [14.0, 15.0, 16.0, 17.0]}
     problem = with_objectives(resolve(scene.replace(search=search)))
-    monkeypatch.setattr(numbering, "AT_ONCE", 3)
-    monkeypatch.setattr(numbering, "WORTH", 1.0)
-    space, names = space_of(problem), column_names(problem)
+    monkeypatch.setattr(numbering, "CURVES_AT_ONCE", 3)
+    monkeypatch.setattr(numbering, "LEAST_SHARING", 1.0)
+    space, names = grid_space(problem), sweep_columns(problem)
     curves = CurveVerdicts(space, problem, curve_numbers(space), frozenset(names))
     together = Barrier(2)
 
@@ -265,7 +265,7 @@ def test_no_curve_is_lost_where_threads_begin_a_motion_together(monkeypatch):
         """The rows of four designs, from one on."""
         _, _, surely, _, perhaps = curves.verdicts(first, first + 4, every=True)
         assert not len(perhaps)
-        return curves.feasible(surely, frozenset(names))
+        return curves.feasible_rows(surely, frozenset(names))
 
     expected = [feasible(alone, first) for first in (0, 12)]
     assert all(rows.count for rows in expected)
@@ -297,17 +297,22 @@ def test_no_design_of_a_box_costs_less_than_its_bound(contact, seed):
     scene, objectives = mechanism(contact)
     search = search_of(axes_of(scene, rng, 4), rng, some_of(objectives, rng, 8))
     problem = resolve(scene.replace(search=search, limits={}, outputs=None))
-    space = space_of(problem)
+    space = grid_space(problem)
     grid, problem = Grid(space), space.problems[0]
     assume(grid.free)
-    boxes = grid.whole(len(problem.objectives)).take(slice(0, 1))
-    while rng.random() < 0.8 and np.any(boxes.counts > 1):
-        boxes = boxes.take(boxes.counts > 1)
-        boxes = boxes.halved(np.argmax((boxes.high - boxes.low) * rng.random(boxes.low.shape), axis=1))
-    looked = BoxBounds(problem, grid.free).look(grid.designs(boxes))
-    designs, home = space.designs(grid.numbers(boxes)), np.repeat(np.arange(len(boxes)), boxes.counts)
-    exists = problem.setup.mechanism.exists(designs, problem.programme)
-    rows = run_effects(Case(problem.setup, problem.programme, designs.take(exists)), problem.needed)
+    boxes = grid.whole_boxes(len(problem.objectives)).take(slice(0, 1))
+    while rng.random() < 0.8 and np.any(boxes.design_counts > 1):
+        boxes = boxes.take(boxes.design_counts > 1)
+        boxes = boxes.halve_boxes(np.argmax((boxes.high - boxes.low) * rng.random(boxes.low.shape), axis=1))
+    looked = BoxBounds(problem, grid.free).bound_costs(grid.box_designs(boxes))
+    designs, home = (
+        space.designs(grid.numbers_in_boxes(boxes)),
+        np.repeat(np.arange(len(boxes)), boxes.design_counts),
+    )
+    exists = problem.setup.mechanism.can_assemble(designs, problem.programme)
+    rows = run_effects(
+        EvaluationBlock(problem.setup, problem.programme, designs.take(exists)), problem.required_quantities
+    )
     costs = row_costs(rows, problem.objectives)
     assert np.all(looked.costs[home[exists]] <= costs)
 
@@ -370,8 +375,10 @@ def test_what_a_sweep_of_the_front_alone_tells(ties, tmp_path):
 def test_the_front_of_a_large_space_is_found_by_boxes(ties, tmp_path, monkeypatch):
     """With the same tables: that of the designs which are kept has those on the front."""
     usual = sweep(ties, tmp_path / "usual", keep="pareto")
-    tied = space_of(resolve(ties))
-    cost = (Blocks(tied, (), curve_numbers(tied)).curves + plan.A_DESIGN * len(tied)) / len(tied.problems)
+    tied = grid_space(resolve(ties))
+    cost = (SpaceBlocks(tied, (), curve_numbers(tied)).curve_count + plan.DESIGN_COST * len(tied)) / len(
+        tied.problems
+    )
     monkeypatch.setattr(plan, "BOXES_OF_ONE", cost)  # the jerk is that of the motion
     boxes, same = (sweep(ties, tmp_path / name, keep=name) for name in ("pareto", "front-only"))
     assert replace(same, files=boxes.files) == boxes
@@ -390,7 +397,7 @@ def test_the_front_of_a_large_space_is_found_by_boxes(ties, tmp_path, monkeypatc
 @pytest.mark.parametrize("name", ["pressure_angle_max_deg", "pressure_angle_max_at_deg", "relative_half_width"])
 def test_an_objective_that_boxes_do_not_bound_is_swept_as_usual(ties, name):
     scene = ties.replace(**{"search.minimise": ["base_radius_mm"], "search.maximise": [name]})
-    assert not all_bounded(resolve(scene))
+    assert not are_all_bounded(resolve(scene))
     usual, alone = sweep(scene, keep="pareto"), sweep(scene, keep="front-only")
     assert alone.decided_by_boxes == 0
     assert (alone.feasible, alone.front) == (usual.feasible, usual.front)
@@ -429,7 +436,7 @@ def test_dominators_are_those_of_the_definition(seed):
 def test_points_that_come_in_parts_dominate_as_all_of_them_do(seed):
     rng = np.random.default_rng(seed)
     values, many = [0.0, 1.0, 2.0, 3.5, LARGEST_COST], rng.integers(1, 5)
-    known, seen = Known(many), np.empty((0, many))
+    known, seen = PointTree(many), np.empty((0, many))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(dominance, "COMPARED_AT_ONCE", 4)
         for _ in range(rng.integers(1, 8)):

@@ -90,13 +90,13 @@ def brute_force(rows, costs):
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("keep", ["pareto", "all"])
 def test_a_front_is_the_one_of_all_rows(case, keep, tmp_path, monkeypatch):
-    monkeypatch.setattr(plan, "boxes_are_sooner", lambda asked: True)
+    monkeypatch.setattr(plan, "boxes_are_faster", lambda asked: True)
     scene = BASE.replace(quantities=COMPACT, **CASES[case])
     found = sweep(scene, out=tmp_path / "found", keep=keep)
     sweep(scene, out=tmp_path / "all", keep="all")
     rows, front = load(tmp_path / "all" / "designs.parquet"), load(tmp_path / "found" / "pareto.parquet")
     left = rows[rows["feasible"]]
-    if scene.limits.given.get("mine"):
+    if scene.limits.bounds_by_key.get("mine"):
         assert 0 < len(left) < len(rows)
         assert set(rows[rows["mine"] > 1700]["violated"].str.contains("mine")) == {True}
         assert (left["mine"] <= 1700).all()

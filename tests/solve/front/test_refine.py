@@ -8,16 +8,16 @@ import pytest
 from support.depth import times
 
 from camopt import find_scene, load, optimise, sweep
-from camopt.core.numerics.clock import now
+from camopt.core.numerics.clock import clock_seconds
 from camopt.core.storage.manifest import MANIFEST
-from camopt.scene.problem.problem import exactly, resolve
-from camopt.scene.problem.rows import Rows
-from camopt.scene.problem.space import space_of
+from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.rows import DesignRows
+from camopt.scene.problem.space import grid_space
 from camopt.solve.front import pattern_search, refine
-from camopt.solve.front.certified import certify_table
 from camopt.solve.front.pareto import row_costs
-from camopt.solve.front.pattern_search import PatternSearch, by_closed_form, by_search
-from camopt.solve.smallest.smallest import smallest
+from camopt.solve.front.pattern_search import PatternSearch, search_by_pattern, smallest_by_closed_form
+from camopt.solve.front.table_certificate import certify_table
+from camopt.solve.smallest.smallest import solve_smallest_cam
 
 LEVELS = 12
 PLAIN = {
@@ -92,7 +92,7 @@ def of(*names):
 
 
 def rows_of(table):
-    return Rows({name: table[name].to_numpy() for name in table}, len(table))
+    return DesignRows({name: table[name].to_numpy() for name in table}, len(table))
 
 
 def costs_of(rows, result):
@@ -104,10 +104,10 @@ def test_the_smallest_cams_share_the_time_of_a_search(monkeypatch):
     asked = []
 
     def timed(problem, bounds, until):
-        asked.append(until - now())
-        return smallest(problem, bounds, until)
+        asked.append(until - clock_seconds())
+        return solve_smallest_cam(problem, bounds, until)
 
-    monkeypatch.setattr(refine, "smallest", timed)
+    monkeypatch.setattr(refine, "solve_smallest_cam", timed)
     laws = {"search.law": ["harmonic", "cycloidal"], "search.roller_radius": None}
     sweep(ROLLER.replace(**laws))
     first, second = (left / refine.SECONDS for left in asked)
@@ -132,11 +132,11 @@ def test_a_refined_front_is_no_worse_than_the_grid(swept):
 def test_no_allowed_design_nearby_lowers_the_objective(swept):
     """Ten thousand designs about each of a few rows, at distances from 1e-4 to a tenth of each range."""
     result, rows, _ = swept
-    problem = exactly(resolve(result.scene))
+    problem = at_rounding_error(resolve(result.scene))
     free, random = refine.free_ranges(problem), np.random.default_rng(0)
     objective = "base_radius_mm" if "base_radius_mm" in result.scene.search.minimise else "pressure_angle_max_deg"
     few = rows.take(np.linspace(0, rows.count - 1, 7).astype(int))
-    for each, _, designs in space_of(problem).designs_of(few):
+    for each, _, designs in grid_space(problem).designs_of_rows(few):
         pattern = PatternSearch(each, free, objective)
         ceilings, held = pattern.costs(designs)
         assert held.all()
@@ -147,7 +147,7 @@ def test_no_allowed_design_nearby_lowers_the_objective(swept):
                 getattr(many, field)[:] = np.clip(getattr(many, field) + reach * (high - low), low, high)
             costs, held = pattern.costs(many)
             allowed = held & np.all(costs <= ceilings[i], axis=1)
-            column = pattern.column(objective)
+            column = pattern.objective_index(objective)
             assert costs[allowed, column].min(initial=np.inf) > ceilings[i, column] * (1 - 1e-6)
 
 
@@ -205,12 +205,12 @@ def test_few_points_of_a_front_are_asked_for(tmp_path):
 @of("closed form")
 def test_the_search_finds_what_the_closed_form_proves(swept):
     result, _, grid = swept
-    problem = exactly(resolve(result.scene))
-    for each, _, designs in islice(space_of(problem).designs_of(grid), times(1, deep=3)):
+    problem = at_rounding_error(resolve(result.scene))
+    for each, _, designs in islice(grid_space(problem).designs_of_rows(grid), times(1, deep=3)):
         pattern = PatternSearch(each, refine.free_ranges(problem), "base_radius_mm")
         ceilings, held = pattern.costs(designs)
-        proved, settled = by_closed_form(pattern, designs, ceilings)
-        found = by_search(pattern, designs, ceilings)
+        proved, settled = smallest_by_closed_form(pattern, designs, ceilings)
+        found = search_by_pattern(pattern, designs, ceilings)
         assert held.all()
         assert settled.all()
         assert np.all(proved.size <= designs.size)
@@ -292,7 +292,7 @@ def test_rows_of_three_objectives_stay_spread(tmp_path, monkeypatch):
         }
     )
     many = sweep(scene, out=tmp_path / "many", keep="pareto")
-    monkeypatch.setattr(refine, "_ways", lambda pattern, decided: [pattern])
+    monkeypatch.setattr(refine, "_searches_in_turn", lambda pattern, decided: [pattern])
     assert sweep(scene, out=tmp_path / "few", keep="pareto").pareto < many.pareto
     names = scene.search.minimise
     grid, found = (

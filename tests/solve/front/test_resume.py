@@ -18,12 +18,12 @@ from camopt.core.mistakes import BadInput, Stopped
 from camopt.core.storage.manifest import manifest_of
 from camopt.core.storage.publishing import publication
 from camopt.solve.front import estimate, store
-from camopt.solve.front.blocks import merged
-from camopt.solve.front.certified import certify_table
-from camopt.solve.front.estimate import Estimate, check_room, estimated, size_in_words
+from camopt.solve.front.blocks import merge_batches
+from camopt.solve.front.estimate import SweepEstimate, bytes_in_words, check_room, estimate_sweep
 from camopt.solve.front.plan import sweep_plan
-from camopt.solve.front.store import BrokenBatch, batch_files, interrupted_question, read_batch, write_batch
+from camopt.solve.front.store import BrokenBatch, batch_files, interrupted_key, read_batch, write_batch
 from camopt.solve.front.sweep import sweep
+from camopt.solve.front.table_certificate import certify_table
 
 LAWS = ["harmonic", "cycloidal"]
 SEARCH = {"base_radius": {"start": 30, "stop": 149, "step": 1}, "offset": {"start": 0, "stop": 18, "step": 2}}
@@ -121,7 +121,7 @@ def test_another_error_has_a_note_of_what_is_kept(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("camopt.solve.front.every_cam.compared_rows", full)
+    monkeypatch.setattr("camopt.solve.front.certified_front.report_rows", full)
     with pytest.raises(OSError, match="No space") as trouble:
         run(tmp_path)
     assert trouble.value.__notes__ == [
@@ -145,7 +145,7 @@ def test_an_interrupted_refinement_evaluates_no_block_again(tmp_path):
 
 
 def test_a_sweep_that_is_shorter_than_a_second_keeps_nothing(tmp_path, monkeypatch):
-    monkeypatch.setattr(store, "now", lambda: 0.0)  # however busy the machine is
+    monkeypatch.setattr(store, "clock_seconds", lambda: 0.0)  # however busy the machine is
     monkeypatch.setattr(store, "write_batch", None)
     run(tmp_path)
 
@@ -232,10 +232,12 @@ def test_a_sweep_goes_on_to_the_same_rows_from_whatever_is_whole(fault, kept, tm
             chosen.rename(folder / kept[2].name.replace("blocks-00000000", "blocks-00000001"))
         case "of another sweep":
             other = sweep_plan(SCENE.replace(**{"cam.rpm": 900}), "all", BLOCK)
-            write_batch(other.blocks.batch(2), other.row_quantities, folder)
+            write_batch(other.blocks.evaluate_block(2), other.row_quantities, folder)
         case "twice":
             asked = sweep_plan(SCENE, "feasible", BLOCK)
-            three = merged([asked.blocks.batch(number) for number in (1, 2, 3)], asked.problem.objectives)
+            three = merge_batches(
+                [asked.blocks.evaluate_block(number) for number in (1, 2, 3)], asked.problem.objectives
+            )
             write_batch(three, asked.row_quantities, folder)
         case "no question":
             (folder / "question.json").unlink()
@@ -247,7 +249,9 @@ def test_a_sweep_goes_on_to_the_same_rows_from_whatever_is_whole(fault, kept, tm
 
 def test_a_batch_is_the_same_from_its_file(tmp_path):
     asked = sweep_plan(SCENE.replace(**{"limits.pressure_angle": None}), "all", BLOCK)
-    batch = merged([asked.blocks.batch(n) for n in (11, 12)], asked.problem.objectives)  # of two laws
+    batch = merge_batches(
+        [asked.blocks.evaluate_block(n) for n in (11, 12)], asked.problem.objectives
+    )  # of two laws
     write_batch(batch, asked.row_quantities, tmp_path)
     ((blocks, path),) = batch_files(tmp_path.iterdir())
     again = read_batch(path, asked)
@@ -257,7 +261,7 @@ def test_a_batch_is_the_same_from_its_file(tmp_path):
     for name in ("kept", "front", "best"):
         ours, theirs = getattr(batch, name), getattr(again, name)
         assert ours.count == theirs.count
-        for column in asked.names:
+        for column in asked.table_columns:
             assert np.array_equal(ours.column(column), theirs.column(column)), column
 
 
@@ -300,7 +304,7 @@ def test_parts_may_lie_anywhere(tmp_path, whole):
 
 
 def test_an_interrupted_part_goes_on(tmp_path, at_once, monkeypatch):
-    monkeypatch.setattr("camopt.solve.front.plan.BLOCK", BLOCK)
+    monkeypatch.setattr("camopt.solve.front.plan.BLOCK_SIZE", BLOCK)
     monkeypatch.setattr("camopt.solve.front.parts.sweep_plan", lambda scene, keep: sweep_plan(scene, keep, BLOCK))
     told = []
     with pytest.raises(Stopped, match=r"[67]00 of 1,200 designs are done"):
@@ -345,7 +349,7 @@ def test_parts_are_not_merged_into_a_folder_with_another_interrupted_sweep(tmp_p
         sweep(SCENE.replace(**{"cam.rpm": 900}), tmp_path / "out", block=BLOCK, progress=stopped(1200))
     with pytest.raises(BadInput, match="must be another folder: an interrupted sweep is kept in this one"):
         camopt.merge([tmp_path / "parts"], tmp_path / "out")
-    assert interrupted_question(tmp_path / "out", "sweep")
+    assert interrupted_key(tmp_path / "out", "sweep")
     with pytest.raises(Stopped, match=KEPT):
         run(tmp_path / "same", progress=stopped(1200))
     camopt.merge([tmp_path / "parts"], tmp_path / "same")
@@ -356,7 +360,7 @@ def test_an_interrupt_while_tables_are_finished_says_what_is_kept(tmp_path, monk
     def interrupt(self):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("camopt.solve.tables.writing.TableWriter.finish", interrupt)
+    monkeypatch.setattr("camopt.solve.tables.table_writers.TableWriter.finish", interrupt)
     with pytest.raises(KeyboardInterrupt, match=r"interrupted; 2,[0-9]00 of 2,400 designs are done and kept"):
         run(tmp_path)
 
@@ -399,14 +403,17 @@ def test_a_part_that_does_not_exist(part, message, tmp_path):
 def test_a_long_sweep_is_foreseen(tmp_path, monkeypatch):
     monkeypatch.setattr(estimate, "LEAST_BLOCKS", 8)
     asked = sweep_plan(SCENE, "feasible", 3 * BLOCK)  # in smaller blocks there is little else than heads of files
-    found = estimated(asked, asked.numbers(), Threads(2), 2, tmp_path)
+    found = estimate_sweep(asked, asked.part_blocks(), Threads(2), 2, tmp_path)
     run(tmp_path)
     table = (tmp_path / "designs.parquet").stat().st_size
     assert found.designs == 2400
     assert 0.0 < found.seconds < 600.0
-    assert 0.1 * table < found.table < 10.0 * table  # small files are mostly not rows
-    assert estimated(asked, asked.numbers(1, 4), Threads(2), 2, tmp_path) is None
-    assert estimated(sweep_plan(SCENE, "pareto", BLOCK), asked.numbers(), Threads(2), 2, tmp_path).table == 0
+    assert 0.1 * table < found.table_bytes < 10.0 * table  # small files are mostly not rows
+    assert estimate_sweep(asked, asked.part_blocks(1, 4), Threads(2), 2, tmp_path) is None
+    assert (
+        estimate_sweep(sweep_plan(SCENE, "pareto", BLOCK), asked.part_blocks(), Threads(2), 2, tmp_path).table_bytes
+        == 0
+    )
 
 
 def test_the_time_and_the_room_are_told_first(tmp_path, monkeypatch):
@@ -420,15 +427,15 @@ def test_the_time_and_the_room_are_told_first(tmp_path, monkeypatch):
 
 def test_a_sweep_without_room_does_not_start(tmp_path):
     with pytest.raises(OSError, match="about 144 GB are needed and 63 GB are free; to keep the Pareto front alone"):
-        check_room(Estimate(3_300_000_000, 3300.0, 72e9, 63e9), tmp_path)
-    check_room(Estimate(3_300_000_000, 3300.0, 30e9, 63e9), tmp_path)
+        check_room(SweepEstimate(3_300_000_000, 3300.0, 72e9, 63e9), tmp_path)
+    check_room(SweepEstimate(3_300_000_000, 3300.0, 30e9, 63e9), tmp_path)
 
 
 @pytest.mark.parametrize(
     ("size", "words"), [(0.0, "0 B"), (999.0, "999 B"), (12_300.0, "12.3 kB"), (72e9, "72 GB"), (5e16, "5e+04 TB")]
 )
 def test_sizes_in_words(size, words):
-    assert size_in_words(size) == words
+    assert bytes_in_words(size) == words
 
 
 # ------------------------------------------------------------------------------------------------ the command line
@@ -455,7 +462,7 @@ def test_resume_refuses_another_question(tmp_path, command):
     assert command("sweep", "--resume", "--out", "out", "--rpm", "900")[2] == (
         "camopt: --resume: goes on with the sweep in out, which differs in cam.rpm\n"
     )
-    assert interrupted_question(tmp_path / "out", "sweep")
+    assert interrupted_key(tmp_path / "out", "sweep")
 
 
 def test_parts_on_the_command_line(tmp_path, command, whole):
@@ -525,7 +532,7 @@ def test_a_sweep_that_is_done_is_given_back_as_it_was(what, keep, tmp_path, monk
     scene, told = SMALL.replace(**QUESTIONS[what]), []
     first = sweep(scene, tmp_path, keep=keep, tell=told.append)
     before = {path: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
-    monkeypatch.setattr("camopt.solve.front.sweep.result_of", never)
+    monkeypatch.setattr("camopt.solve.front.sweep.sweep_result", never)
     again = sweep(scene, tmp_path, keep=keep, block=50, tell=told.append)
     assert told == [DONE.format(tmp_path)]
     assert (first.already_done, again.already_done) == (False, True)
@@ -613,7 +620,7 @@ def test_an_interrupted_sweep_of_another_question_stays_where_the_result_is_done
     with pytest.raises(Stopped, match=KEPT):
         sweep(other, done.folder, block=BLOCK, progress=stopped(1200))
     assert done()
-    assert "rpm = 900.0" in interrupted_question(done.folder, "sweep").scene
+    assert "rpm = 900.0" in interrupted_key(done.folder, "sweep").scene
 
 
 def test_a_requeued_array_of_parts_evaluates_nothing(tmp_path, command, monkeypatch):
@@ -621,7 +628,7 @@ def test_a_requeued_array_of_parts_evaluates_nothing(tmp_path, command, monkeypa
     array = [("sweep", "own.toml", "--part", f"{number}/5", "--out", "parts", "--json") for number in range(1, 6)]
     first = [command(*each) for each in array]
     merged = command("merge", "parts", "--json")
-    monkeypatch.setattr("camopt.solve.front.parts.gathered", never)
+    monkeypatch.setattr("camopt.solve.front.parts.gather_batches", never)
     for number, each in enumerate(array, 1):
         code, out, err = command(*each)
         assert (code, out) == first[number - 1][:2] == (0, out)

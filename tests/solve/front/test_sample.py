@@ -10,7 +10,7 @@ from camopt import BadInput, evaluate_designs, find_scene, load, sweep
 from camopt.cli.main import main
 from camopt.scene.choices import StepRange
 from camopt.scene.problem.problem import resolve
-from camopt.scene.problem.sample import SAMPLERS, searched_space
+from camopt.scene.problem.sample import SAMPLERS, sweep_space
 from camopt.scene.problem.variables import Variable
 
 FREE = {
@@ -87,9 +87,7 @@ def test_a_sample_is_the_same_however_it_is_cut(samples, sampler, block, workers
 
 @pytest.mark.parametrize("sampler", SAMPLERS)
 def test_a_seed_decides_the_designs(sampler):
-    sizes = [
-        searched_space(resolve(sampled(20, sampler, seed=seed))).drawn["offset"].tolist() for seed in (0, 0, 1)
-    ]
+    sizes = [sweep_space(resolve(sampled(20, sampler, seed=seed))).drawn["offset"].tolist() for seed in (0, 0, 1)]
     assert sizes[0] == sizes[1] != sizes[2]
 
 
@@ -122,7 +120,7 @@ def test_a_sample_of_grooves_is_the_same_whatever_is_kept(tmp_path):
 
 def test_a_sample_has_each_value_of_a_list_as_often():
     def drawn(choice, shares):
-        return Variable("", "size", "", "", choice=choice).values_at(shares)
+        return Variable("", "size", "", "", choice=choice).values_at_shares(shares)
 
     shares = SAMPLERS["sobol"](1, 1024, 3)[:, 0]
     found, counts = np.unique(drawn((5.0, 8.0, 8.0, 20.0), shares), return_counts=True)

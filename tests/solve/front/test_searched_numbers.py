@@ -29,22 +29,22 @@ from camopt.cli.main import main
 from camopt.core.numerics.extremes import extremes
 from camopt.core.quantities import QUANTITIES, number_quantities
 from camopt.core.storage.tables import read_table
-from camopt.model.effects import case, offered
+from camopt.model.effects import available_quantities, effect
 from camopt.scene.problem.problem import resolve
-from camopt.scene.problem.sample import searched_space
+from camopt.scene.problem.sample import sweep_space
+from camopt.scene.problem.scene_notes import unused_value_notes
 from camopt.scene.problem.settings import MOST_SETTINGS
-from camopt.scene.problem.unused import unused
-from camopt.scene.sizes import SEARCHED
+from camopt.scene.sizes import SEARCH_SIZES
 from camopt.scene.tables import Cam, Dynamics, Materials
 from camopt.solve.front import front_search
-from camopt.solve.front.certified import certify_table
+from camopt.solve.front.table_certificate import certify_table
 
 TABLES = {"cam": Cam, "follower.dynamics": Dynamics, "materials": Materials}
 NUMBERS = {
     f"{table}.{key}"
     for table, model in TABLES.items()
     for key, hint in get_type_hints(model, include_extras=True).items()
-    if key in model.model_fields and key not in {*SEARCHED, *model.read_as} and "float" in str(hint)
+    if key in model.model_fields and key not in {*SEARCH_SIZES, *model.read_as} and "float" in str(hint)
 }
 """The keys of all numbers of the scene that are no sizes, as the tables declare them."""
 VALVE = find_scene("exhaust-valve").replace(
@@ -83,7 +83,7 @@ def question(contact, seed):
     rng = np.random.default_rng(seed)
     scene, numbers = loaded(contact)
     given_sizes = [*scene.cam, *scene.follower]
-    sizes = {key: value for key, value in given_sizes if key in SEARCHED and value}
+    sizes = {key: value for key, value in given_sizes if key in SEARCH_SIZES and value}
     own = {**numbers, **sizes}
     free = [str(key) for key in rng.permutation([*numbers])[: rng.integers(1, 3)]]
     free += [str(key) for key in rng.permutation([*sizes])[: rng.integers(0, 2)]]
@@ -94,7 +94,7 @@ def question(contact, seed):
         low, high = own[key] * (1.0 - 0.1 * rng.random()), own[key] * (1.0 + 0.1 * rng.random())
         values = rng.permutation([low, high])[: rng.integers(1, 3)].tolist()
         search[f"search.{key}"] = values if rng.random() < 0.5 else {"start": low, "stop": high, "step": high - low}
-    offers = [name for name in offered(resolve(scene).setup) if QUANTITIES[name].kind is float]
+    offers = [name for name in available_quantities(resolve(scene).setup) if QUANTITIES[name].kind is float]
     names = [name for name in offers if is_deep() or QUANTITIES[name].effect != "surface"]
     angular = scene.follower.motion == "oscillating"
     search["search.minimise"] = [number_quantities(angular=angular, tool_turns=angular)[free[0]]]
@@ -121,8 +121,8 @@ def test_each_row_is_what_evaluate_says_of_the_scene_with_its_numbers(
     scene, out = question(contact, seed), tmp_path_factory.mktemp("swept")
     swept = sweep(scene, out, keep="all", workers=workers, block=block)
     designs, front = load(out / "designs.parquet"), load(out / "pareto.parquet")
-    assert len(designs) + swept.impossible == swept.designs == len(searched_space(resolve(scene)))
-    columns = {each.key: each.quantity for each in resolve(scene).choices.numbers}
+    assert len(designs) + swept.impossible == swept.designs == len(sweep_space(resolve(scene)))
+    columns = {each.key: each.quantity for each in resolve(scene).search_space.numbers}
     for key, name in columns.items():
         choice = scene.search.numbers[key]
         within = (choice.start, choice.stop) if not isinstance(choice, tuple) else (min(choice), max(choice))
@@ -154,7 +154,7 @@ def test_a_sweep_is_the_sweeps_of_all_settings_together(more, tmp_path):
     scene = VALVE.replace(**more)
     swept, feasible = sweep(scene, tmp_path), 0
     rows = load(tmp_path / "designs.parquet")
-    columns = {each.key: each.quantity for each in resolve(scene).choices.numbers}
+    columns = {each.key: each.quantity for each in resolve(scene).search_space.numbers}
     for values, some in rows.groupby(list(columns.values())):
         one = scene.replace(**dict(zip(columns, values, strict=True)))
         found = [evaluate(scene_of(rows, row)) for row in some.index[:1]]
@@ -288,8 +288,8 @@ def test_numbers_that_no_design_has_are_mistakes(column, message):
 
 def test_numbers_that_nothing_uses_are_named():
     scene = find_scene("exhaust-valve").replace(**{"search.follower.dynamics.preload": [1, 2]})
-    assert unused(scene) == ["preload: not used without follower.dynamics.mass"]
-    assert unused(VALVE) == []
+    assert unused_value_notes(scene) == ["preload: not used without follower.dynamics.mass"]
+    assert unused_value_notes(VALVE) == []
 
 
 @pytest.mark.parametrize("value", [-1.0, 1e300, float("inf"), float("nan")])
@@ -381,7 +381,7 @@ def test_numbers_that_cannot_be_searched_are_mistakes(changes, message):
 def test_many_springs_ask_the_kernels_as_often_as_few(monkeypatch):
     """Numbers are arrays of the designs, as sizes are: no search of extremes is for one setting alone."""
     asked = []
-    monkeypatch.setattr(case, "extremes", lambda *given: asked.append(given[1]) or extremes(*given))
+    monkeypatch.setattr(effect, "extremes", lambda *given: asked.append(given[1]) or extremes(*given))
     limited = VALVE.replace(
         **{"limits.torque": 500, "limits.side_thrust": 5000, "search.follower": None, "search.minimise": None}
     )

@@ -13,9 +13,9 @@ from camopt import QUANTITIES, BadInput, Scene, evaluate, find_scene, load, opti
 from camopt.core.engines import threads as threads_engine
 from camopt.core.engines.threads import Threads
 from camopt.scene.problem.problem import resolve
-from camopt.scene.problem.rows import Rows
-from camopt.scene.problem.space import space_of
-from camopt.solve.front.compared import binding_limits, next_smaller_cams, to_compare
+from camopt.scene.problem.rows import DesignRows
+from camopt.scene.problem.space import grid_space
+from camopt.solve.front.reported_rows import active_limits_of, next_smaller_cams, with_evaluated_columns
 
 SMALL = {
     "search.base_radius": {"start": 30, "stop": 90, "step": 4},
@@ -38,15 +38,15 @@ def tables(scene, tmp_path_factory):
 
 
 def test_the_space_is_indexed_not_materialised(scene):
-    space = space_of(resolve(scene))
+    space = grid_space(resolve(scene))
     assert len(space) == 3 * 2 * 7 * 16
     expected = list(product([5, 20], range(-10, 25, 5), range(30, 94, 4)))
-    designs = space.designs(np.arange(space.designs_each))
+    designs = space.designs(np.arange(space.designs_per_problem))
     found = list(zip(designs.roller_radius, designs.offset, designs.size, strict=True))
     assert found == expected
     fine = {"start": 0, "stop": 100, "step": 1e-4}
     huge = scene.replace(**{"search.base_radius": {"start": 1, "stop": 900, "step": 1e-4}, "search.offset": fine})
-    assert len(space_of(resolve(huge))) > 1e13
+    assert len(grid_space(resolve(huge))) > 1e13
 
 
 def test_every_row_is_what_evaluate_says(scene, tables):
@@ -157,10 +157,10 @@ def test_what_holds_rows_is_what_their_next_smaller_cams_exceed(scene, tables):
     sizes = ["law_rise", "roller_radius_mm", "offset_mm", "base_radius_mm"]
     violated = {tuple(row): of for *row, of in designs[[*sizes, "violated"]].itertuples(index=False)}
     assert len(violated) == len(designs)
-    rows = Rows({name: designs[name].to_numpy() for name in designs}, len(designs))
-    space = space_of(resolve(scene))
+    rows = DesignRows({name: designs[name].to_numpy() for name in designs}, len(designs))
+    space = grid_space(resolve(scene))
     inside, smaller = next_smaller_cams(space, rows)
-    held = binding_limits(rows.count, inside, *to_compare(space, frozenset(smaller.columns), smaller))
+    held = active_limits_of(rows.count, inside, *with_evaluated_columns(space, frozenset(smaller.columns), smaller))
     for (*of_law, base), by in zip(designs[sizes].itertuples(index=False), held, strict=True):
         smaller = violated.get((*of_law, base - 4), None if base > 30 else "edge of the space")
         if smaller is not None:  # it can be assembled
@@ -220,7 +220,7 @@ def test_nothing_feasible_names_the_nearest_miss(scene):
 def test_the_nearest_miss_of_many_designs_is_that_of_some_blocks(scene, monkeypatch):
     hopeless = scene.replace(**{"limits.pressure_angle": 5, "limits.pressure_angle_return": 5})
     exact = sweep(hopeless, block=50)
-    monkeypatch.setattr("camopt.solve.front.compared.MOST_LOOKED_AT", exact.designs // 2)
+    monkeypatch.setattr("camopt.solve.front.reported_rows.MOST_MISS_DESIGNS", exact.designs // 2)
     some = sweep(hopeless, block=50)
     assert some.nearest_miss["violated"] == exact.nearest_miss["violated"]
     assert some.nearest_miss["pressure_angle_max_deg"] >= exact.nearest_miss["pressure_angle_max_deg"]
@@ -266,8 +266,8 @@ def test_rise_and_return_laws_vary_on_their_own(scene):
 @pytest.mark.parametrize("ready", [False, True])
 def test_the_first_block_of_a_sweep_is_worked_on_where_an_interrupt_ends_it(ready, monkeypatch):
     """While it compiled kernels in a thread of its own, an interrupt was answered after all of them."""
-    monkeypatch.setattr(threads_engine, "READY", ["some kernel"] if ready else [])
-    space, threads = space_of(resolve(find_scene("roller-1000rpm"))), []
+    monkeypatch.setattr(threads_engine, "READY_KERNELS", ["some kernel"] if ready else [])
+    space, threads = grid_space(resolve(find_scene("roller-1000rpm"))), []
     work = lambda blocks: threads.append(current_thread()) or blocks[0]  # noqa: E731
     found = Threads(2).in_order(work, [*space.blocks(40_000)])
     assert list(found) == list(space.blocks(40_000))

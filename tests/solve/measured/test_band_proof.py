@@ -8,8 +8,8 @@ from support.balls.laws import pieces_of
 
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.spline import SplineLaw
-from camopt.solve.measured.band_proof import prove_band
-from camopt.solve.measured.reading import MeasuredPoints
+from camopt.solve.measured.band_certificate import certify_band
+from camopt.solve.measured.measured_points import MeasuredPoints
 
 DEGREE, SAMPLES = 5, 40
 
@@ -61,7 +61,7 @@ def wrong(seed):
     off = [motion_of(programme, exact(angle)) - arb(float(lift)) for angle, lift in zip(angles, lifts, strict=True)]
     largest = max((abs(each) for each in off), key=lambda each: float(each.mid()))
     for share, held in ((1e-12, True), (-1e-12, False)):
-        found = prove_band(programme, points, 0.0, 0.0, float(largest) * (1.0 + share))
+        found = certify_band(programme, points, 0.0, 0.0, float(largest) * (1.0 + share))
         if found.held is not held or not largest <= found.largest * (1 + 1e-15):
             return f"{seed}: the band is {held}"
         if any(abs(arb(one) - each) > 1e-15 for one, each in zip(found.at_points, off, strict=True)):

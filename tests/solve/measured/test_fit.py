@@ -22,29 +22,29 @@ from fits import Part, along, cycloidal, dwell_file, random_file, read_dwells
 from camopt import BadInput, Scene, Unmet, Unsolved
 from camopt.cli.main import main
 from camopt.model.motion import LAWS
-from camopt.model.motion.programme import Programme, law_peaks, peak
+from camopt.model.motion.programme import Programme, derivative_peak, law_peaks
 from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.problem.problem import resolve
 from camopt.solve.measured import dwell_likelihood, least_jerk
-from camopt.solve.measured.band_proof import prove_band
+from camopt.solve.measured.band_certificate import certify_band
 from camopt.solve.measured.columns import TableColumns
-from camopt.solve.measured.dwell_likelihood import ORDERS, SIZES, FlatWindow, read_dwell
+from camopt.solve.measured.dwell_likelihood import INTEGRAL_ORDERS, INTEGRAL_SIZES, FlatWindow, read_dwell
 from camopt.solve.measured.fit import fit
 from camopt.solve.measured.least_jerk import (
     LEVELLING,
-    Node,
-    Room,
-    freest,
+    AllowedDeviation,
+    OutlineNode,
     least_band,
-    nodes_of,
-    shaped,
+    least_jerk_curve,
+    least_jerk_motion,
+    outline_nodes,
     spline_strokes,
 )
-from camopt.solve.measured.noise import band_factor, errors_of, noise_of, outliers, rms_factor
-from camopt.solve.measured.one_sided import one_sided
-from camopt.solve.measured.outline import LIKELY, Dwell, TurningPoint, read_outline
-from camopt.solve.measured.reading import angle_from, read_points
-from camopt.solve.measured.smoothing import CAUTION, FREEST, WEIGHTS, smoothed
+from camopt.solve.measured.measured_points import angle_from, read_points
+from camopt.solve.measured.noise import band_factor, find_outliers, point_errors, point_noise, rms_factor
+from camopt.solve.measured.one_sided_stretches import one_sided_stretches
+from camopt.solve.measured.outline import LIKELY_DROP, Dwell, TurningPoint, read_outline
+from camopt.solve.measured.smoothing import JERK_WEIGHTS, MOST_FREEDOM_SHARE, TRACE_FACTOR, smoothing_spline
 from camopt.solve.measured.spline_chain import SplineChain
 
 CAM = {"cam": {"form": "disc", "base_radius": 20.0}, "follower": {"motion": "translating", "contact": "flat"}}
@@ -70,7 +70,7 @@ def turn_of(segments, law="cycloidal"):
 def measured(segments=LOBE, law="cycloidal", angles=DEGREES, noise=0.0, seed=1, shift=0.0):
     """Points of a turn whose 0 is at a measured angle, with normal errors."""
     programme = turn_of(segments, law)
-    lifts = programme.at(np.radians(np.mod(angles - shift, 360.0)))[0]
+    lifts = programme.motion_at(np.radians(np.mod(angles - shift, 360.0)))[0]
     return np.column_stack([angles, lifts + np.random.default_rng(seed).normal(0.0, 1.0, angles.size) * noise])
 
 
@@ -100,7 +100,7 @@ def test_a_law_is_found_again(law, noise):
     assert kinds(fitted) == ["dwell", "rise", "return", "dwell"]
     true = turn_of(LOBE, law)
     for name, order, within in (("acceleration", 2, WITHIN[noise][0]), ("jerk", 3, WITHIN[noise][1])):
-        assert fitted.after[name] == pytest.approx(peak(true, order, ALL_STROKES), rel=within), name
+        assert fitted.after[name] == pytest.approx(derivative_peak(true, order, ALL_STROKES), rel=within), name
 
 
 CASES = [(law, noise) for law in LAWS for noise in (0.001, 0.01, 0.05)]
@@ -112,14 +112,14 @@ def test_the_noise_is_found_and_the_band_held_for_every_law(law, noise):
     rows = measured(law=law, noise=noise, seed=7)
     fitted = fit(rows, CAM)
     assert fitted.noise == pytest.approx(noise, rel=0.25)
-    normal, largest = fitted.noise * band_factor(360), errors_of(points_of(rows)).largest
+    normal, largest = fitted.noise * band_factor(360), point_errors(points_of(rows)).largest
     assert fitted.band == (normal if largest <= normal else min(1.5 * largest, 3.5 * normal)) or law in CORNERED
     assert fitted.deviation.held
     assert fitted.deviation.largest <= fitted.band
     assert fitted.least_jerk_rms <= fitted.jerk_rms
     programme = resolve(fitted.scene).programme
     assert programme.jumps == ()
-    off = programme.at(np.radians(np.mod(rows[:, 0] - fitted.start, 360.0)))[0] + fitted.zero - rows[:, 1]
+    off = programme.motion_at(np.radians(np.mod(rows[:, 0] - fitted.start, 360.0)))[0] + fitted.zero - rows[:, 1]
     assert fitted.left_out == ()
     np.testing.assert_allclose(off, fitted.deviation.at_points, rtol=0, atol=1e-12)
 
@@ -144,14 +144,16 @@ def test_segments_are_those_that_were_measured(name, shift):
     assert [k for k in whole if k != "dwell"] == [k for k in expected if k != "dwell"] or name == "two lobes"
     assert sorted(set(found)) == sorted(set(expected))
     assert sum(segment.angle for segment in fitted.scene.motion) == pytest.approx(360.0, abs=1e-9)
-    assert fitted.after["acceleration"] == pytest.approx(peak(turn_of(TURNS[name]), 2, ALL_STROKES), rel=0.05)
+    assert fitted.after["acceleration"] == pytest.approx(
+        derivative_peak(turn_of(TURNS[name]), 2, ALL_STROKES), rel=0.05
+    )
     assert fitted.deviation.held
 
 
 def test_a_valve_with_ramps():
     """The shipped bucket tappet: ramps of 0.08 mm, constant velocity, flanks; measured with 1 µm of noise."""
     programme = resolve(camopt.find_scene("bucket-valve")).programme
-    lifts = programme.at(np.radians(DEGREES))[0] + np.random.default_rng(2).normal(0.0, 0.001, 360)
+    lifts = programme.motion_at(np.radians(DEGREES))[0] + np.random.default_rng(2).normal(0.0, 0.001, 360)
     fitted = fit(np.column_stack([DEGREES, np.round(lifts, 4)]), camopt.find_scene("bucket-valve"))
     assert kinds(fitted) == ["rise", "return", "dwell"]
     true = camopt.evaluate(camopt.find_scene("bucket-valve"))
@@ -160,8 +162,8 @@ def test_a_valve_with_ramps():
     assert fitted.before["acceleration"] > 1.05 * fitted.after["acceleration"]
     at = np.radians(np.arange(360.0) - 0.5)
     off = (
-        resolve(fitted.scene).programme.at(np.mod(at - np.radians(fitted.start), 2 * np.pi))[0]
-        - programme.at(np.mod(at, 2 * np.pi))[0]
+        resolve(fitted.scene).programme.motion_at(np.mod(at - np.radians(fitted.start), 2 * np.pi))[0]
+        - programme.motion_at(np.mod(at, 2 * np.pi))[0]
     )
     assert np.abs(off + fitted.zero).max() < 2.0 * fitted.band
 
@@ -196,7 +198,7 @@ def test_an_arm_in_degrees():
     assert fitted.scene.follower.motion == "oscillating"
     assert fitted.unit == "deg"
     assert camopt.evaluate(fitted.scene)["acceleration_max_rad_s2"] == fitted.after["acceleration"]
-    true = peak(turn_of(LOBE), 2, ALL_STROKES) * np.radians(1.0) * (10.0 * np.pi) ** 2
+    true = derivative_peak(turn_of(LOBE), 2, ALL_STROKES) * np.radians(1.0) * (10.0 * np.pi) ** 2
     assert fitted.after["acceleration"] == pytest.approx(true, rel=0.05)
     assert fitted.least_jerk_rms <= fitted.jerk_rms <= 1.1 * fitted.least_jerk_rms
 
@@ -220,7 +222,7 @@ def test_any_turn_is_fitted_within_its_band(data, shift, noise, step):
     fitted = fit(rows, CAM)
     assert fitted.deviation.held
     programme = resolve(fitted.scene).programme
-    assert programme.at(np.linspace(0.0, 2 * np.pi, 999)[:-1])[0].min() >= -1e-12
+    assert programme.motion_at(np.linspace(0.0, 2 * np.pi, 999)[:-1])[0].min() >= -1e-12
     assert fitted.least_jerk_rms <= fitted.jerk_rms
 
 
@@ -236,10 +238,10 @@ def test_the_optimum_of_no_band_is_the_spline_through_the_points():
     nodes, weights = np.polynomial.legendre.leggauss(6)
     half = np.diff(x)[:, None] / 2
     least = float(np.sum(half * weights * jerk(x[:-1, None] + half * (1 + nodes)) ** 2))
-    found = freest(points_of(rows), Room(1e-7))
+    found = least_jerk_curve(points_of(rows), AllowedDeviation(1e-7))
     assert found.square == pytest.approx(least, rel=1e-4)
     at = np.linspace(0.0, 359.0, 500)
-    np.testing.assert_allclose(found.at(at), spline(np.radians(at)), rtol=0, atol=1e-5)
+    np.testing.assert_allclose(found.lifts_at(at), spline(np.radians(at)), rtol=0, atol=1e-5)
 
 
 def by_differences(points, band, parts):
@@ -257,7 +259,7 @@ def by_differences(points, band, parts):
 
 def test_the_optimum_is_that_of_differences_in_the_limit():
     points, band = points_of(measured(angles=np.arange(0.0, 360.0, 10.0), noise=0.01)), 0.03
-    least = freest(points, Room(band)).square
+    least = least_jerk_curve(points, AllowedDeviation(band)).square
     errors = [abs(by_differences(points, band, parts) / least - 1.0) for parts in (2, 4, 8)]
     assert errors[-1] < 0.01
     assert all(after < before / 2.5 for before, after in pairwise(errors))  # as h²
@@ -266,10 +268,10 @@ def test_the_optimum_is_that_of_differences_in_the_limit():
 def test_the_optimum_has_multipliers():
     """y⁽⁵⁾ jumps only at points on the edge of the band, and pulls the motion from there towards the middle."""
     points, band = points_of(measured(angles=np.arange(0.0, 360.0, 10.0), noise=0.02)), 0.05
-    found = freest(points, Room(band))
-    off = found.at(points.angles) - points.lifts
+    found = least_jerk_curve(points, AllowedDeviation(band))
+    off = found.lifts_at(points.angles) - points.lifts
     fifth = BSpline(found.chain.knots, found.coefficients, 5).derivative(5)
-    knots = np.array([*found.chain.inner])
+    knots = np.array([*found.chain.inner_knots])
     jumps = fifth(knots + 1e-9) - fifth(knots - 1e-9)
     large = np.abs(jumps) > 1e-3 * np.abs(jumps).max()
     assert 5 < large.sum() < knots.size
@@ -282,10 +284,13 @@ def test_the_optimum_has_multipliers():
 def test_the_optimum_of_a_root_mean_square_is_the_smoothing_spline():
     """Reinsch: y⁽⁵⁾ jumps at each point in proportion to what the motion is off it by."""
     points = points_of(measured(angles=np.arange(0.0, 360.0, 10.0), noise=0.02))
-    found = freest(points, Room(10.0, 0.015))
-    off = found.at(points.angles) - points.lifts
+    found = least_jerk_curve(points, AllowedDeviation(10.0, 0.015))
+    off = found.lifts_at(points.angles) - points.lifts
     assert np.sqrt(np.mean(off**2)) == pytest.approx(0.015, rel=1e-5)
-    fifth, knots = BSpline(found.chain.knots, found.coefficients, 5).derivative(5), np.array(found.chain.inner)
+    fifth, knots = (
+        BSpline(found.chain.knots, found.coefficients, 5).derivative(5),
+        np.array(found.chain.inner_knots),
+    )
     jumps = fifth(knots + 1e-9) - fifth(knots - 1e-9)
     factor = (jumps @ off[1:]) / (off[1:] @ off[1:])
     np.testing.assert_allclose(jumps, factor * off[1:], rtol=0, atol=5e-3 * np.abs(jumps).max())
@@ -311,8 +316,11 @@ def test_peaks_are_levelled_among_errors(levelling, monkeypatch):
     """As another programme of the same question says; and a band that is a tolerance has the least jerk alone."""
     segments = [("rise", 150.0, 8.0, "{}"), ("return", 210.0, 8.0, "{}")]
     rows = measured(segments, "modified-trapezoid", np.arange(0.0, 360.0, 10.0), noise=0.03)
-    points, room, none = points_of(rows), Room(0.1, 0.03), np.empty(0, dtype=np.intp)
-    nodes, jerk = (Node(0.0, 0.0, none, 0.0), Node(150.0, 150.0, none, 8.0)), freest(points, room).jerk
+    points, room, none = points_of(rows), AllowedDeviation(0.1, 0.03), np.empty(0, dtype=np.intp)
+    nodes, jerk = (
+        (OutlineNode(0.0, 0.0, none, 0.0), OutlineNode(150.0, 150.0, none, 8.0)),
+        least_jerk_curve(points, room).rms_jerk,
+    )
 
     def rough(motion, weight):
         total, lift = 0.0, motion.nodes[1].level - motion.nodes[0].level
@@ -323,26 +331,29 @@ def test_peaks_are_levelled_among_errors(levelling, monkeypatch):
         return total
 
     monkeypatch.setattr(least_jerk, "LEVELLING", levelling)
-    tolerance, found = shaped(points, nodes, Room(0.1), jerk), shaped(points, nodes, room, jerk)
+    tolerance, found = (
+        least_jerk_motion(points, nodes, AllowedDeviation(0.1), jerk),
+        least_jerk_motion(points, nodes, room, jerk),
+    )
     expected = levelled_by_differences(points, room, jerk, 150.0, levelling)
     assert rough(found, levelling) == pytest.approx(expected, rel=1e-3)
     monkeypatch.setattr(least_jerk, "LEVELLING", 0.0)
-    gentlest = shaped(points, nodes, room, jerk)
+    gentlest = least_jerk_motion(points, nodes, room, jerk)
     assert rough(gentlest, levelling) > 1.002 * expected
     assert rough(gentlest, 0.0) < rough(found, 0.0) < 1.03 * rough(gentlest, 0.0)
-    assert rough(shaped(points, nodes, Room(0.1), jerk), 0.0) == rough(tolerance, 0.0)
+    assert rough(least_jerk_motion(points, nodes, AllowedDeviation(0.1), jerk), 0.0) == rough(tolerance, 0.0)
 
 
 def test_a_chain_integrates_what_it_differentiates():
     chain = SplineChain((0.1, 0.25, 0.5, 0.55, 0.9))
     jerk = np.random.default_rng(5).normal(size=chain.count - 3)
-    c = chain.integrated(jerk, (1.0, -2.0, 3.0))
+    c = chain.integrate_jerk(jerk, (1.0, -2.0, 3.0))
     spline = BSpline(chain.knots, c[0], 5)
     x = np.linspace(0.0, 1.0, 50)[:-1]
     for order in range(4):
-        np.testing.assert_allclose(chain.at(x, order) @ c[order], spline(x, order), atol=1e-10)
-    moved = chain.brought_to(jerk, (1.0, -2.0, 3.0), np.array([4.0, 0.0, -1.0]))
-    assert [c[-1] for c in chain.integrated(moved, (1.0, -2.0, 3.0))[:-1]] == pytest.approx([4.0, 0.0, -1.0])
+        np.testing.assert_allclose(chain.value_matrix(x, order) @ c[order], spline(x, order), atol=1e-10)
+    moved = chain.adjust_jerk(jerk, (1.0, -2.0, 3.0), np.array([4.0, 0.0, -1.0]))
+    assert [c[-1] for c in chain.integrate_jerk(moved, (1.0, -2.0, 3.0))[:-1]] == pytest.approx([4.0, 0.0, -1.0])
 
 
 # ----------------------------------------------------------------------------------------------------- proofs
@@ -353,7 +364,9 @@ def test_the_distance_from_the_lines_is_that_of_samples():
     fitted = fit(rows, CAM)
     dense = np.linspace(0.0, 360.0, 100_001)[:-1]
     line = np.interp(dense, [*rows[:, 0], 360.0], [*rows[:, 1], rows[0, 1]])
-    motion = resolve(fitted.scene).programme.at(np.radians(np.mod(dense - fitted.start, 360.0)))[0] + fitted.zero
+    motion = (
+        resolve(fitted.scene).programme.motion_at(np.radians(np.mod(dense - fitted.start, 360.0)))[0] + fitted.zero
+    )
     largest = np.abs(motion - line).max()
     assert largest <= fitted.deviation.between <= 1.05 * largest
     assert fitted.deviation.largest <= fitted.deviation.between
@@ -365,8 +378,8 @@ def test_a_band_that_is_not_held_is_not_proved():
     programme, points = resolve(fitted.scene).programme, points_of(rows)
     largest = fitted.deviation.largest
     for band, held in ((largest * (1 + 1e-12), True), (largest * (1 - 1e-12), False)):
-        assert prove_band(programme, points, fitted.start, fitted.zero, band).held is held
-    assert not prove_band(programme, points, fitted.start + 1.0, fitted.zero, fitted.band).held
+        assert certify_band(programme, points, fitted.start, fitted.zero, band).held is held
+    assert not certify_band(programme, points, fitted.start + 1.0, fitted.zero, fitted.band).held
 
 
 # ----------------------------------------------------------------------------------------- noise and outliers
@@ -396,7 +409,7 @@ def test_outliers_near_each_other_are_found():
         rows, rng = measured(noise=0.005, seed=seed), np.random.default_rng(seed)
         wrong = rng.choice(360, 8, replace=False)
         rows[wrong, 1] += rng.choice([-0.2, 0.2], 8)
-        found = outliers(points_of(rows), noise_of(points_of(rows)))
+        found = find_outliers(points_of(rows), point_noise(points_of(rows)))
         missed += len({*wrong} - {*found})
         extra += len({*found} - {*wrong})
     assert missed <= 0.06 * 160
@@ -409,7 +422,7 @@ def test_points_of_several_turns():
     assert fitted.noise == pytest.approx(0.005, rel=0.1)
     assert fitted.points.angles.size == 1080
     assert fitted.deviation.held
-    assert fitted.after["acceleration"] == pytest.approx(peak(turn_of(LOBE), 2, ALL_STROKES), rel=0.03)
+    assert fitted.after["acceleration"] == pytest.approx(derivative_peak(turn_of(LOBE), 2, ALL_STROKES), rel=0.03)
 
 
 UNUSUAL = {
@@ -424,7 +437,7 @@ UNUSUAL = {
 def test_unusual_angles(name):
     fitted = fit(measured(angles=UNUSUAL[name], noise=0.003), CAM)
     assert kinds(fitted) == ["dwell", "rise", "return", "dwell"]
-    assert fitted.after["acceleration"] == pytest.approx(peak(turn_of(LOBE), 2, ALL_STROKES), rel=0.05)
+    assert fitted.after["acceleration"] == pytest.approx(derivative_peak(turn_of(LOBE), 2, ALL_STROKES), rel=0.05)
     assert fitted.jerk_rms < 1.1 * fitted.least_jerk_rms
 
 
@@ -436,7 +449,7 @@ def test_errors_that_are_not_normal_have_a_wider_band():
     assert fitted.band > 1.4 * band_factor(360) * fitted.noise
     assert kinds(fitted) == ["dwell", "rise", "return", "dwell"]
     assert fitted.price < 1.2
-    assert fitted.after["acceleration"] == pytest.approx(peak(turn_of(LOBE), 2, ALL_STROKES), rel=0.1)
+    assert fitted.after["acceleration"] == pytest.approx(derivative_peak(turn_of(LOBE), 2, ALL_STROKES), rel=0.1)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -444,8 +457,8 @@ def test_a_corner_or_a_rounded_lift_is_no_outlier(law):
     rows = measured(law=law)
     for digits in (3, 4) if law in CORNERED else (2, 3, 4):
         points = points_of(np.column_stack([rows[:, 0], np.round(rows[:, 1], digits)]))
-        assert noise_of(points) >= 10.0**-digits / 12**0.5
-        assert outliers(points, noise_of(points)) == []
+        assert point_noise(points) >= 10.0**-digits / 12**0.5
+        assert find_outliers(points, point_noise(points)) == []
 
 
 def test_the_usual_band_leaves_all_points_in_it_nineteen_times_of_twenty():
@@ -465,10 +478,10 @@ def test_the_root_mean_square_is_that_of_the_noise():
     """A band alone is filled; with the root mean square of the noise the errors stay errors."""
     rows = measured(noise=0.02)
     fitted = fit(rows, CAM)
-    assert fitted.deviation_rms == pytest.approx(errors_of(points_of(rows)).rms, rel=1e-3)
+    assert fitted.deviation_rms == pytest.approx(point_errors(points_of(rows)).rms, rel=1e-3)
     assert fitted.noise < fitted.deviation_rms <= fitted.noise * rms_factor(360)
     assert fit(rows, CAM, band=fitted.band).deviation_rms > 1.3 * fitted.deviation_rms
-    true = peak(turn_of(LOBE), 2, ALL_STROKES)
+    true = derivative_peak(turn_of(LOBE), 2, ALL_STROKES)
     assert abs(fitted.after["acceleration"] / true - 1.0) < 0.03
 
 
@@ -519,7 +532,7 @@ def by_the_spectrum(lifts):
     orders = np.arange(1, waves.size)
     aliases = sum((2 * np.pi * np.abs(orders + j * count)) ** -6.0 for j in range(-50, 51))
     twice = np.where(2 * orders == count, 1.0, 2.0)
-    for weight in WEIGHTS:
+    for weight in JERK_WEIGHTS:
         kept = np.concatenate([[1.0], 1.0 / (1.0 + weight / count / aliases)])
         yield np.fft.irfft(waves * (1.0 - kept), count), 1.0 + float(twice @ kept[1:])
 
@@ -527,19 +540,19 @@ def by_the_spectrum(lifts):
 @pytest.mark.parametrize("noise", [0.005, 0.05])
 def test_the_smoothing_spline_is_that_of_its_spectrum(noise):
     points = points_of(measured(angles=np.arange(0.0, 360.0, 3.0), noise=noise))
-    found = smoothed(points)
-    splines = [each for each in by_the_spectrum(points.lifts) if each[1] <= FREEST * 120]
-    off, freedom = min(splines, key=lambda each: (each[0] @ each[0]) / (120 - CAUTION * each[1]) ** 2)
-    np.testing.assert_allclose(found.off, off, rtol=0, atol=1e-5 * noise)
+    found = smoothing_spline(points)
+    splines = [each for each in by_the_spectrum(points.lifts) if each[1] <= MOST_FREEDOM_SHARE * 120]
+    off, freedom = min(splines, key=lambda each: (each[0] @ each[0]) / (120 - TRACE_FACTOR * each[1]) ** 2)
+    np.testing.assert_allclose(found.residuals, off, rtol=0, atol=1e-5 * noise)
     assert found.freedom == pytest.approx(freedom, rel=1e-6)
-    np.testing.assert_allclose(found.drawn, freedom / 120, rtol=1e-6)
+    np.testing.assert_allclose(found.leverages, freedom / 120, rtol=1e-6)
 
 
 def test_errors_are_within_their_root_mean_square_nineteen_times_of_twenty():
     """Those of each file themselves, not of all files with its noise; found to 1.5 %."""
     files = [random_file(seed) for seed in range(1000, 1012)]
     true = np.array([np.sqrt(np.mean(file.errors**2)) for file in files])
-    found = [errors_of(points_of(file.rows)) for file in files]
+    found = [point_errors(points_of(file.rows)) for file in files]
     assert np.sum([each.rms for each in found] >= true) >= 10
     ratios = np.array([each.noise for each in found]) / true
     assert np.abs(ratios - 1.0).max() < 0.06
@@ -552,12 +565,12 @@ def test_stretches_on_one_side_are_those_of_every_stretch():
     off = rng.normal(size=60)
     off[10:18] += 5.0
     off[[57, 58, 59, 0, 1]] -= 6.0
-    (first, second) = one_sided(off, 1.0)
+    (first, second) = one_sided_stretches(off, 1.0)
     assert (first.first, first.last) == (10, 17)
     assert first.mean == pytest.approx(off[10:18].mean())
     assert (second.first, second.last, second.points) == (57, 1, 5)
     assert second.mean < -5.0
-    assert all(one_sided(rng.normal(size=720), 1.0) == [] for _ in range(50))
+    assert all(one_sided_stretches(rng.normal(size=720), 1.0) == [] for _ in range(50))
 
 
 def test_a_stretch_on_one_side_is_told_with_its_angles():
@@ -574,14 +587,14 @@ def test_a_stretch_on_one_side_is_told_with_its_angles():
 def test_a_solver_that_fails_is_given_other_units(monkeypatch):
     """As it does for one in ten files of 20,000 rows."""
     points, answers = points_of(measured(angles=np.arange(0.0, 360.0, 10.0), noise=0.02)), ["solver_error"] * 2
-    expected = freest(points, Room(0.05)).square
+    expected = least_jerk_curve(points, AllowedDeviation(0.05)).square
     solve = least_jerk.solve
     monkeypatch.setattr(least_jerk, "solve", lambda problem: answers.pop() if answers else solve(problem))
-    assert freest(points, Room(0.05)).square == pytest.approx(expected, rel=1e-4)
+    assert least_jerk_curve(points, AllowedDeviation(0.05)).square == pytest.approx(expected, rel=1e-4)
     assert answers == []
     monkeypatch.setattr(least_jerk, "solve", lambda _: "solver_error")
     with pytest.raises(Unsolved, match="it says solver error"):
-        freest(points, Room(0.05))
+        least_jerk_curve(points, AllowedDeviation(0.05))
 
 
 def test_a_band_that_is_narrow_for_the_noise_is_told():
@@ -705,7 +718,7 @@ def test_the_gain_of_a_dwell_is_that_of_normal_densities(monkeypatch):
     off, some = lifts - np.median(lifts[inside]), 2.0 * noise / np.sqrt(inside.sum())
 
     def covariances(x, largest, order):
-        for size in SIZES:
+        for size in INTEGRAL_SIZES:
             yield np.eye(x.size) + (size * largest / noise) ** 2 * integral_of_noise(x, order)
 
     def density(covariance, rest):
@@ -714,7 +727,7 @@ def test_the_gain_of_a_dwell_is_that_of_normal_densities(monkeypatch):
     def side(x, part, level):
         if not x.size:
             return 0.0
-        every = (each for m in ORDERS for each in covariances(x, np.abs(part).max(), m))
+        every = (each for m in INTEGRAL_ORDERS for each in covariances(x, np.abs(part).max(), m))
         return max(density(each, (part - level) / noise) for each in every)
 
     def resting(start, end):
@@ -742,7 +755,7 @@ def test_the_gain_of_a_dwell_is_that_of_normal_densities(monkeypatch):
     edges, price = np.linspace(8.0, 32.0, 7), np.log(angles.size) / 2.0
     resting_between = {(a, b): resting(a, b) for k, a in enumerate(edges) for b in edges[k:]}
     (start, end), most = max(((k, v) for k, v in resting_between.items() if k[0] < k[1]), key=lambda each: each[1])
-    without = [resting_between[a, a] for a in edges] + [max(free(m)) - (m - 2) * price for m in ORDERS[1:]]
+    without = [resting_between[a, a] for a in edges] + [max(free(m)) - (m - 2) * price for m in INTEGRAL_ORDERS[1:]]
     assert (found.start, found.end) == (start, end)
     assert found.gain == pytest.approx(most - price - max(without), abs=1e-6)
 
@@ -753,7 +766,7 @@ def test_the_gain_of_a_dwell_is_that_of_normal_densities(monkeypatch):
 def test_dwells_end_before_the_motion_begins_and_little_earlier():
     for law in ("cycloidal", "poly345", "modified-sine"):
         points = points_of(measured(law=law, noise=0.002))
-        (dwell, turn) = read_outline(points, 0.008, 0.008, 0.002, LIKELY, None)[0]
+        (dwell, turn) = read_outline(points, 0.008, 0.008, 0.002, LIKELY_DROP, None)[0]
         assert isinstance(dwell, Dwell)
         assert isinstance(turn, TurningPoint)
         assert dwell.start == pytest.approx(181.5, abs=2.0)
@@ -767,7 +780,7 @@ def test_each_point_is_in_a_dwell_or_in_a_stroke(start, end, whole):
     points = points_of(measured())
     start, end = (round(angle, 0 if whole else 4) for angle in (start, end))
     inside = np.flatnonzero(angle_from(start - 1e-9, points.angles) <= end - start + 2e-9)
-    nodes = [Node(start, end, inside, 0.0), Node(120.0, 120.0, np.empty(0, dtype=int), 8.0)]
+    nodes = [OutlineNode(start, end, inside, 0.0), OutlineNode(120.0, 120.0, np.empty(0, dtype=int), 8.0)]
     places = np.concatenate([*(stroke.places for stroke in spline_strokes(points, nodes)), inside])
     assert sorted(places) == list(range(360))
 
@@ -790,12 +803,16 @@ def test_a_lift_of_less_than_two_bands_is_no_motion():
 
 def test_knots_are_apart_and_strokes_have_all_points():
     points = points_of(measured(noise=0.01))
-    nodes = nodes_of(points, read_outline(points, 0.04, 0.04, 0.01, LIKELY, None)[0], freest(points, Room(0.04)))
+    nodes = outline_nodes(
+        points,
+        read_outline(points, 0.04, 0.04, 0.01, LIKELY_DROP, None)[0],
+        least_jerk_curve(points, AllowedDeviation(0.04)),
+    )
     strokes = spline_strokes(points, nodes)
     places = np.concatenate([*(s.places for s in strokes), *(node.places for node in nodes)])
     assert sorted(places) == list(range(360))
     for stroke in strokes:
-        assert np.diff([0.0, *stroke.chain.inner, 1.0]).min() > 0.3 / stroke.angle
+        assert np.diff([0.0, *stroke.chain.inner_knots, 1.0]).min() > 0.3 / stroke.angle
 
 
 # ---------------------------------------------------------------------------------------------------- refusals
@@ -814,11 +831,15 @@ def test_what_cannot_be_held_is_told_with_its_rows():
     ):
         fit(corner, CAM, band=1e-4)
     points = points_of(measured(noise=0.01))
-    nodes = nodes_of(points, read_outline(points, 0.04, 0.04, 0.01, LIKELY, None)[0], freest(points, Room(0.04)))
+    nodes = outline_nodes(
+        points,
+        read_outline(points, 0.04, 0.04, 0.01, LIKELY_DROP, None)[0],
+        least_jerk_curve(points, AllowedDeviation(0.04)),
+    )
     least, places = least_band(points, nodes, JERK)
-    assert shaped(points, nodes, Room(0.99 * least), JERK) is None
-    assert shaped(points, nodes, Room(1.01 * least), JERK) is not None
-    others = points.without(places)
+    assert least_jerk_motion(points, nodes, AllowedDeviation(0.99 * least), JERK) is None
+    assert least_jerk_motion(points, nodes, AllowedDeviation(1.01 * least), JERK) is not None
+    others = points.drop_places(places)
     again = [node._replace(places=np.flatnonzero(np.isin(others.rows, points.rows[node.places]))) for node in nodes]
     assert least_band(others, again, JERK)[0] < least
 
@@ -905,7 +926,7 @@ def test_free_laws_keep_a_dwell_that_was_measured():
     scene = fit(lobe_with_a_dwell(20.0, 0.002), {**CAM, "limits": {"curvature_radius": 1.0}}).scene
     motion = resolve(camopt.synthesise(scene.replace(**{"synthesis.pieces": 12})).scene).programme
     rise, dwell = (np.radians(segment.angle) for segment in scene.motion[:2])
-    lifts = motion.at(rise + dwell * np.linspace(0.01, 0.99, 50))[0]
+    lifts = motion.motion_at(rise + dwell * np.linspace(0.01, 0.99, 50))[0]
     np.testing.assert_allclose(lifts, scene.motion[0].lift, rtol=1e-12)
 
 

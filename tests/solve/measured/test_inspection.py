@@ -12,7 +12,7 @@ from camopt.core.mistakes import BadInput
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.solve.tolerances.errors import BORE as BORE_KEY
-from camopt.solve.tolerances.errors import BORE_WAY, flat
+from camopt.solve.tolerances.errors import BORE_DIRECTION, flat_errors
 from camopt.solve.tolerances.real_cam import RealCam
 
 SIZE, BORE, WAVE, ORDER, TURNED = 0.004, 0.012 - 0.005j, 0.003, 9, 40.0
@@ -67,7 +67,7 @@ def test_the_error_of_a_cut_cam_is_that_of_a_follower_put_on_it(contact, rotatio
     phase = _beyond(found, sense)
     assert abs(phase) < 1e-3
     for theta in np.linspace(0.2, 6.0, 12):
-        exact = highest(scene, dense, theta - phase, sense) - problem.programme.at(np.array([theta]))[0, 0]
+        exact = highest(scene, dense, theta - phase, sense) - problem.programme.motion_at(np.array([theta]))[0, 0]
         near = np.interp(np.degrees(theta), *_sorted(found.angles, found.errors), period=360.0)
         assert near == pytest.approx(exact, abs=3e-4)
     assert found.noise == pytest.approx(0.0002, rel=0.15)
@@ -98,8 +98,8 @@ def test_a_cam_that_is_off_its_axis_moves_an_arm_as_exact_contact_says(contact):
     cam = (points["profile_x_mm"] + 1j * points["profile_y_mm"] + bore) * np.exp(1j * np.radians(ahead))
     found = camopt.inspect(camopt.MeasuredProfile(np.column_stack([cam.real, cam.imag]), "xy"), scene, aligned=True)
     ways = np.angle(bore) + problem.design.sense * angles
-    errors = {BORE_KEY: np.full(angles.size, abs(bore)), BORE_WAY: ways, "phase": np.radians(ahead)}
-    exact = RealCam(problem).touch(flat(errors), angles)
+    errors = {BORE_KEY: np.full(angles.size, abs(bore)), BORE_DIRECTION: ways, "phase": np.radians(ahead)}
+    exact = RealCam(problem).contact_error(flat_errors(errors), angles)
     largest = np.degrees(np.abs(exact.error).max())
     assert abs(found.error) == pytest.approx(largest, rel=2e-3)
     assert found.phase_deg == pytest.approx(ahead, abs=2e-3)
@@ -167,7 +167,7 @@ def test_a_cam_that_is_none_of_the_drawing_and_a_phase_are_told():
     assert "behind the angles of the points by 0.0" in aligned.table().note
     assert aligned.not_counted == ("follower.offset",)
     phase = {each.key: each for each in aligned.used}["phase"]
-    slope = resolve_design(ROLLER).programme.at(np.radians([aligned.at_deg]))[1, 0]
+    slope = resolve_design(ROLLER).programme.motion_at(np.radians([aligned.at_deg]))[1, 0]
     assert phase.moves == pytest.approx(np.radians(aligned.phase_deg) * slope, rel=0.01)
     mirrored = camopt.inspect(with_noise(behind.conj()), ROLLER)
     assert (aligned.far, mirrored.far) == (False, True)

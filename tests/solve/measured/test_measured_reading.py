@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from camopt import BadInput
 from camopt.model.motion import LAWS
 from camopt.solve.measured.columns import TableColumns
-from camopt.solve.measured.reading import angle_from, read_points
+from camopt.solve.measured.measured_points import angle_from, read_points
 from camopt.solve.measured.workbook import workbook_rows
 
 ANGLES = np.arange(0.0, 360.0, 5.0)

@@ -12,8 +12,8 @@ import camopt
 from camopt import BadInput, MeasuredProfile, Scene, cam_points, find_scene, inspect_pair
 from camopt.cli.main import main
 from camopt.scene.problem.problem import resolve_design
-from camopt.show.sheet.cam import TrueCam
-from camopt.show.sheet.two_contacts import apart
+from camopt.show.sheet.true_cam import TrueCam
+from camopt.show.sheet.two_contacts import contact_distance
 
 DEGREES = np.arange(0.0, 360.0, 1.0)
 NAMES = ("profile", "second_profile")
@@ -73,7 +73,7 @@ def test_what_is_allowed_is_what_the_sheet_says(name):
     points = cam_points(scene, DEGREES)
     given = [points[f"{each}_x_mm"] + 1j * points[f"{each}_y_mm"] for each in names if f"{each}_x_mm" in points]
     found = inspect_pair(list(map(read_as, given)), scene)
-    sheet = apart(TrueCam(scene, resolve_design(scene)))
+    sheet = contact_distance(TrueCam(scene, resolve_design(scene)))
     assert found.allowed == pytest.approx(sheet.varies, rel=1e-3)
     assert found.within
     assert f"± {found.allowed:.6g} {found.unit}" in found.table().rows[0][1].text
@@ -84,7 +84,7 @@ def held(scene, cut, which, theta):
     """How far a roller of the follower goes from where it is drawn until it rests on a dense profile, mm (rad)."""
     problem = resolve_design(scene)
     at = centres(problem, np.array([theta]))[which][0] * np.exp(-1j * problem.design.sense * theta)
-    second = problem.setup.mechanism.further[0].seen(problem.design)
+    second = problem.setup.mechanism.further_contacts[0].local_designs(problem.design)
     radius = float((problem.design, second)[which].roller_radius[0])
     turn, c = np.exp(-1j * problem.design.sense * theta), float(problem.design.centre_distance[0])
     ring, way = shapely.linearrings(np.column_stack([cut.real, cut.imag])), (1.0, -1.0)[which]
@@ -191,7 +191,7 @@ def test_a_disc_that_is_turned_against_the_other_has_no_error_of_its_profile(ali
     problem, turned = resolve_design(scene), 0.01
     cut = second * np.exp(1j * problem.design.sense * np.radians(turned))
     found = inspect_pair([read_as(first), read_as(cut)], scene, aligned=aligned)
-    slopes = problem.programme.at(np.radians(DEGREES))[1]
+    slopes = problem.programme.motion_at(np.radians(DEGREES))[1]
     assert found.turned == pytest.approx(turned, abs=1e-5)
     assert max(each.used[0].found for each in found.discs) < 1e-4
     assert [each.waves for each in found.discs] == [(), ()]

@@ -34,11 +34,11 @@ from camopt import BadInput, MeasuredProfile, Scene, Unmet
 from camopt.cli.main import main
 from camopt.model.mechanisms.geometry import cam_curves
 from camopt.scene.problem.problem import resolve
-from camopt.solve.measured.columns import POLAR_TABLE, XY, TableColumns
+from camopt.solve.measured.columns import POLAR_TABLE, XY_TABLE, TableColumns
 from camopt.solve.measured.fit import fit
+from camopt.solve.measured.measured_points import read_points
 from camopt.solve.measured.noise import band_factor
-from camopt.solve.measured.profile import base_radius, touching
-from camopt.solve.measured.reading import read_points
+from camopt.solve.measured.profile import base_radius_at, contacts_at_points
 
 DATA = Path(__file__).parents[2] / "data" / "measured"
 FOLLOWERS = {
@@ -88,7 +88,7 @@ def curve_of(problem):
 
 def displacement(fitted, angles):
     """The fitted motion at measured cam angles (deg), above its lowest."""
-    return resolve(fitted.scene).programme.at(np.radians(np.mod(angles - fitted.start, 360.0)))[0]
+    return resolve(fitted.scene).programme.motion_at(np.radians(np.mod(angles - fitted.start, 360.0)))[0]
 
 
 DEGREES = np.arange(360.0)
@@ -108,12 +108,12 @@ def test_where_a_follower_touches_is_the_inverse_of_what_it_makes(follower, rota
     strokes = [{"segment": kind, "angle": 180.0, "lift": lift, "law": law} for kind in ("rise", "return")]
     problem, rest = problem_of(follower, rotation, base, strokes), problem_of(follower, rotation, 50.0)
     angles = np.array(data.draw(st.lists(st.floats(0.0, 6.28), min_size=1, max_size=5)))
-    found = touching(rest, *curve_of(problem)(angles))
+    found = contacts_at_points(rest, *curve_of(problem)(angles))
     assert found.possible.all()
     np.testing.assert_allclose(np.exp(1j * found.angles), np.exp(1j * angles), atol=1e-12)
-    lowest = touching(rest, *curve_of(problem)(np.zeros(1))).positions
-    np.testing.assert_allclose(found.positions - lowest, problem.programme.at(angles)[0], atol=1e-11)
-    assert base_radius(rest, float(lowest[0])) == pytest.approx(base, abs=1e-11)
+    lowest = contacts_at_points(rest, *curve_of(problem)(np.zeros(1))).positions
+    np.testing.assert_allclose(found.positions - lowest, problem.programme.motion_at(angles)[0], atol=1e-11)
+    assert base_radius_at(rest, float(lowest[0])) == pytest.approx(base, abs=1e-11)
 
 
 def eccentric_by_mpmath(follower, sense, radius, away, angle):
@@ -147,7 +147,7 @@ def test_an_eccentric_in_50_digits(follower, rotation):
     """A circle off the axis has exact points and normals, and each follower a position on it without derivatives."""
     problem, away, radius = problem_of(follower, rotation), 7 + 3j, 52.0
     normals = np.exp(1j * np.linspace(0.1, 6.2, 24))
-    found = touching(problem, away + radius * normals, normals)
+    found = contacts_at_points(problem, away + radius * normals, normals)
     exact = [
         eccentric_by_mpmath(FOLLOWERS[follower], -SENSES[rotation], mpmath.mpf(radius), mpmath.mpc(away), angle)
         for angle in found.angles
@@ -186,7 +186,7 @@ def test_the_lift_of_each_follower_is_found_again(cam, probe):
     scale = np.radians(1.0) if fitted.unit == "deg" else 1.0
     lifts = (
         scale * (seen.lifts - seen.lifts.min())
-        - problem.programme.at(np.mod(np.radians(seen.angles) + SENSES[rotation] * 0.7, 2 * np.pi))[0]
+        - problem.programme.motion_at(np.mod(np.radians(seen.angles) + SENSES[rotation] * 0.7, 2 * np.pi))[0]
     )
     assert np.abs(lifts).max() < 2e-6 * (problem.programme.lift or 1.0)
     assert fitted.profile.unreached.size == 0
@@ -250,8 +250,8 @@ def test_units_and_forms_are_the_same_profile(tmp_path):
     path = tmp_path / "cam.csv"
     path.write_text("\n".join(["no;Y [inch];X [inch]", *(f"1;{p.imag / 25.4};{p.real / 25.4}" for p in z)]))
     seen = [
-        read_points(path, TableColumns(lift_unit="inch", kind=XY)),
-        read_points(xy(centres), TableColumns(kind=XY)),
+        read_points(path, TableColumns(lift_unit="inch", kind=XY_TABLE)),
+        read_points(xy(centres), TableColumns(kind=XY_TABLE)),
         read_points(np.column_stack([np.pi / 2 - np.angle(centres), np.abs(centres)]), TableColumns(angle_unit="rad", kind=POLAR_TABLE)),
     ]  # fmt: skip
     for other in seen[1:]:
@@ -280,7 +280,9 @@ def test_polar_angles_are_cam_angles_whichever_way_the_cam_turns(follower, rotat
         in_the_plane(follower, rotation, probe)[1], DEGREES - SENSES[rotation] * np.degrees(0.7)
     )
     np.testing.assert_allclose(displacement(polar, DEGREES), in_plane, rtol=0, atol=1e-3)
-    np.testing.assert_allclose(in_plane, problem_of(follower, rotation).programme.at(TURN)[0], rtol=0, atol=0.01)
+    np.testing.assert_allclose(
+        in_plane, problem_of(follower, rotation).programme.motion_at(TURN)[0], rtol=0, atol=0.01
+    )
 
 
 FORMS = ("polar", "xy")
@@ -317,7 +319,7 @@ def test_a_step_of_distances_is_a_step_of_angles():
 def test_distances_of_a_probe_like_the_roller_are_the_lift():
     """A radial roller that is as round as the probe is where the ball was: the fit is that of the distances."""
     follower = {"motion": "translating", "contact": "roller", "roller_radius": 3.0}
-    lifts = problem_of(follower).programme.at(TURN)[0] + 0.003 * np.random.default_rng(1).normal(size=360)
+    lifts = problem_of(follower).programme.motion_at(TURN)[0] + 0.003 * np.random.default_rng(1).normal(size=360)
     rows = np.column_stack([DEGREES, 63.0 + lifts])
     one = fit(MeasuredProfile(rows, "polar", 3.0), cam_of(follower), band=0.013)
     other = fit(rows, cam_of(follower, base_radius=one.scene.cam.base_radius), band=0.013)
@@ -403,7 +405,7 @@ def test_a_change_of_the_profile_lifts_by_no_more_than_that_over_the_cosine(offs
         return points + delta * np.tanh(wave)[:, None].ravel() * normals, normals
 
     angles = np.radians(np.arange(0.0, 360.0, 15.0))
-    tangent = (problem.programme.at(angles)[1] - offset) / touched_lift(curve, angles, 6.0, offset)
+    tangent = (problem.programme.motion_at(angles)[1] - offset) / touched_lift(curve, angles, 6.0, offset)
     change = touched_lift(moved, angles, 6.0, offset) - touched_lift(curve, angles, 6.0, offset)
     assert (np.abs(change) <= 1.01 * delta * np.hypot(1.0, tangent) + 1e-6).all()
 

@@ -8,17 +8,17 @@ import pytest
 from support.loaded_scenes import random_scene
 
 from camopt import Scene
-from camopt.core.numerics import LARGEST, evaluating
+from camopt.core.numerics import LARGEST, curve_kernels
 from camopt.core.numerics.extremes import search_curve
-from camopt.model.effects import Case
+from camopt.model.effects import EvaluationBlock
 from camopt.model.effects.loads import contact_load
 from camopt.model.motion.stroke import ALL_STROKES
-from camopt.scene.problem.problem import exactly, resolve
-from camopt.scene.problem.space import boxes_of
+from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.space import search_boxes
 from camopt.solve.smallest.branch_and_bound import BoxSearch
-from camopt.solve.smallest.result import gap_of
-from camopt.solve.smallest.smallest import smallest
-from camopt.solve.verdicts.screening import feasible
+from camopt.solve.smallest.result import allowed_gap
+from camopt.solve.smallest.smallest import solve_smallest_cam
+from camopt.solve.verdicts.feasible_filter import feasible_designs
 
 MOST_BOXES = {
     43: 50_000,  # knife on an arm, three free sizes: two peaks of the side thrust hold it; 375,000 did not prove it
@@ -30,12 +30,12 @@ MOST_BOXES = {
 @pytest.mark.parametrize("seed", [43, pytest.param(45, marks=pytest.mark.long)])
 def test_few_boxes_prove_the_smallest_cam(seed, monkeypatch):
     monkeypatch.setattr(BoxSearch, "most_boxes", MOST_BOXES[seed])
-    problem = exactly(resolve(Scene.from_dict(random_scene(seed)[1])))
-    (bounds,) = boxes_of(problem)
-    found = smallest(problem, bounds)
-    assert found.proved
-    assert feasible(problem, found.design)[0]
-    assert not np.any(feasible(problem, smaller_than(found.design, bounds)))
+    problem = at_rounding_error(resolve(Scene.from_dict(random_scene(seed)[1])))
+    (bounds,) = search_boxes(problem)
+    found = solve_smallest_cam(problem, bounds)
+    assert found.is_proved
+    assert feasible_designs(problem, found.design)[0]
+    assert not np.any(feasible_designs(problem, smaller_than(found.design, bounds)))
 
 
 def smaller_than(design, bounds):
@@ -45,18 +45,20 @@ def smaller_than(design, bounds):
     step = 10.0 ** rng.uniform(-9, -1, count)
     free = [name for name, (low, high) in bounds.items() if name != "size" and high > low]
     sizes = {n: np.clip(near.sizes[n] * (1.0 + step * rng.uniform(-1, 1, count)), *bounds[n]) for n in free}
-    return replace(near, **sizes, size=near.size - gap_of(design) - near.size * step * rng.uniform(0, 1, count))
+    return replace(
+        near, **sizes, size=near.size - allowed_gap(design) - near.size * step * rng.uniform(0, 1, count)
+    )
 
 
 def test_what_has_no_bound_is_not_looked_at_to_the_last_part(monkeypatch):
     """The load of a mushroom on an undercut flank has none over half a stroke: 83,000 parts were looked at."""
-    problem = exactly(resolve(Scene.from_dict(random_scene(129)[1])))
+    problem = at_rounding_error(resolve(Scene.from_dict(random_scene(129)[1])))
     undercut = replace(problem.design, size=np.array([25.8107]), roller_radius=np.array([66.365]))
-    parts, looked_at = [], evaluating.part_jets
-    monkeypatch.setattr(evaluating, "part_jets", lambda *given: parts.append(1) or looked_at(*given))
+    parts, looked_at = [], curve_kernels.part_jets
+    monkeypatch.setattr(curve_kernels, "part_jets", lambda *given: parts.append(1) or looked_at(*given))
     plain = getattr(search_curve, "py_func", search_curve)
     monkeypatch.setattr("camopt.core.numerics.extremes.search_curve", plain)
-    found = Case(problem.setup, problem.programme, undercut).extremes(
+    found = EvaluationBlock(problem.setup, problem.programme, undercut).extremes(
         partial(contact_load, problem.setup), [(ALL_STROKES, LARGEST)]
     )
     assert np.isinf(found.width).all()

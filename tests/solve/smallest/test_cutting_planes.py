@@ -15,16 +15,16 @@ from camopt import Scene
 from camopt.model.mechanisms import Designs, cylindrical_oscillating, oscillating, oscillating_flat
 from camopt.model.motion.programme import JUMP_SIDE, Programme
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE
-from camopt.scene.problem.problem import exactly, resolve
-from camopt.scene.problem.space import boxes_of
+from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.space import search_boxes
 from camopt.solve.smallest import cutting_planes
 from camopt.solve.smallest.branch_and_bound import BoxSearch, branch_and_bound
 from camopt.solve.smallest.closed_form import least_size
-from camopt.solve.smallest.cutting_planes import by_cutting_planes
+from camopt.solve.smallest.cutting_planes import cutting_plane_optimum
 from camopt.solve.smallest.linear_forms import ARM_FORM, FACE_FORM
-from camopt.solve.smallest.result import GAP, gap_of
-from camopt.solve.smallest.smallest import smallest
-from camopt.solve.verdicts.screening import feasible
+from camopt.solve.smallest.result import RELATIVE_GAP, allowed_gap
+from camopt.solve.smallest.smallest import solve_smallest_cam
+from camopt.solve.verdicts.feasible_filter import feasible_designs
 
 SYMMETRIC = ("cycloidal", "poly345", "modified-sine", "harmonic", "parabolic")
 LENGTHS = {"base_radius", "mean_radius", "roller_radius", "arm_length", "centre_distance", "face_offset"}
@@ -74,7 +74,7 @@ MADE = {
     cylindrical_oscillating.MECHANISM.name: groove,
 }
 FORMS = {
-    each.name: cutting_planes.FORMS[each.pressure]
+    each.name: cutting_planes.LINEAR_FORMS[each.pressure]
     for each in (oscillating.MECHANISM, oscillating_flat.MECHANISM, cylindrical_oscillating.MECHANISM)
 }
 """By mechanism: the cam and follower of a scene, from shares of the ranges of its sizes."""
@@ -82,8 +82,8 @@ FORMS = {
 
 def asked(raw):
     """The question of a scene, and its one box of sizes."""
-    problem = exactly(resolve(Scene.from_dict(raw)))
-    bounds = boxes_of(problem)[0]
+    problem = at_rounding_error(resolve(Scene.from_dict(raw)))
+    bounds = search_boxes(problem)[0]
     return problem, {**bounds, "size": (least_size(problem, bounds), bounds["size"][1])}
 
 
@@ -184,7 +184,7 @@ def test_a_point_gives_its_sizes_back_and_lies_in_their_ranges(name, share):
     for key, value in form.sizes(point, design.roller_radius[0]).items():
         assert value == pytest.approx(design.sizes[key][0], rel=1e-12, abs=1e-12 * np.linalg.norm(point))
     bounds["size"] = (design.size[0], inf)
-    assert np.min(form.ranges(problem.programme, bounds) @ [*point, -1.0]) >= -1e-12 * np.linalg.norm(point)
+    assert np.min(form.range_planes(problem.programme, bounds) @ [*point, -1.0]) >= -1e-12 * np.linalg.norm(point)
 
 
 SPANS = st.tuples(st.floats(0.5, 2.0), st.sampled_from([0.0, 1e-6, 1e-3, 0.3, 1.5]))
@@ -209,8 +209,10 @@ def test_no_sampled_point_within_some_planes_is_smaller_than_the_least(form, spa
     planes[:, 3] *= 0.0 if form is ARM_FORM else rng.choice([0.0, 0.4])
     planes[: count // 3, 2] *= rng.choice([0.0, 1.0])
     planes /= np.linalg.norm(planes[:, :3], axis=1, keepdims=True)
-    planes = np.concatenate([form.ranges(SimpleNamespace(lift=float(rng.uniform(0.05, 1.0))), bounds), planes])
-    point = form.least(planes, bounds)
+    planes = np.concatenate(
+        [form.range_planes(SimpleNamespace(lift=float(rng.uniform(0.05, 1.0))), bounds), planes]
+    )
+    point = form.least_point(planes, bounds)
     angle, far, long = (rng.uniform(*ends, 20000) for ends in ((-pi / 2, pi), ring, lengths))
     far[::3], far[1::6], long[::4], long[1::8] = ring[0], ring[1], lengths[0], lengths[1]
     if point is not None:
@@ -233,22 +235,22 @@ def test_no_sampled_point_within_some_planes_is_smaller_than_the_least(form, spa
 def test_no_sampled_design_undercuts_the_floor(name, seed):
     """The cam holds its limits and lies in its ranges; where none is said to exist, no sampled one does."""
     problem, bounds = asked(drawn(name, seed))
-    cut, rng = by_cutting_planes(problem, bounds), np.random.default_rng(seed)
+    cut, rng = cutting_plane_optimum(problem, bounds), np.random.default_rng(seed)
     design = cut.design
     if design is not None:
-        assert feasible(problem, design)[0]
+        assert feasible_designs(problem, design)[0]
         assert all(low <= design.sizes[key][0] <= high for key, (low, high) in bounds.items())
-        assert design.size[0] <= cut.floor + gap_of(design)
+        assert design.size[0] <= cut.floor + allowed_gap(design)
     top = min(
-        cut.floor * (1.0 - GAP),
+        cut.floor * (1.0 - RELATIVE_GAP),
         2.0 * sum(bounds[key][1] for key in ("centre_distance", "arm_length", "face_offset")),
     )
     designs = sampled(problem, bounds, top, design, rng)
-    assert not feasible(problem, designs).any()
+    assert not feasible_designs(problem, designs).any()
 
 
 def test_the_drawn_scenes_have_cams_and_have_none():
-    cuts = {name: [by_cutting_planes(q, b) for q, b in _drawn(name)] for name in FORMS}
+    cuts = {name: [cutting_plane_optimum(q, b) for q, b in _drawn(name)] for name in FORMS}
     for name, found in cuts.items():
         assert sum(cut.design is not None for cut in found) >= 4, name
     assert sum(cut.floor == inf for found in cuts.values() for cut in found) >= 4
@@ -264,16 +266,16 @@ def test_boxes_find_the_same_cam_with_and_without_the_floor(name, monkeypatch):
     monkeypatch.setattr(BoxSearch, "most_boxes", 5000)
     compared = 0
     for problem, bounds in _drawn(name):
-        cut = by_cutting_planes(problem, bounds)
+        cut = cutting_plane_optimum(problem, bounds)
         if cut.design is None or compared == times(2, deep=16):
             continue
         alone = branch_and_bound(problem, bounds)
         helped = branch_and_bound(problem, bounds, cut.floor)
         assert alone.design.size[0] >= cut.floor
-        assert helped.proved
-        assert helped.design.size[0] == pytest.approx(cut.design.size[0], abs=2 * gap_of(cut.design))
-        if alone.proved:
-            assert alone.design.size[0] == pytest.approx(cut.design.size[0], abs=2 * gap_of(cut.design))
+        assert helped.is_proved
+        assert helped.design.size[0] == pytest.approx(cut.design.size[0], abs=2 * allowed_gap(cut.design))
+        if alone.is_proved:
+            assert alone.design.size[0] == pytest.approx(cut.design.size[0], abs=2 * allowed_gap(cut.design))
             compared += 1
     assert compared >= 2
 
@@ -299,7 +301,7 @@ def longer_by(value, factor):
 def test_a_scene_with_longer_lengths_has_a_larger_cam(name, factor):
     for seed in range(16):
         raw = drawn(name, seed)
-        one, other = (by_cutting_planes(q, b) for q, b in (asked(raw), asked(scaled(raw, factor))))
+        one, other = (cutting_plane_optimum(q, b) for q, b in (asked(raw), asked(scaled(raw, factor))))
         assert (one.design is None) == (other.design is None)
         assert other.floor == pytest.approx(factor * one.floor, rel=1e-7)
 
@@ -319,9 +321,9 @@ def test_a_turn_run_backwards_has_the_same_cam(name):
         raw = drawn(name, seed)
         raw["limits"].pop("pressure_angle_return", None)
         raw["limits"].setdefault("pressure_angle", 40.0)
-        one, other = (by_cutting_planes(q, b) for q, b in (asked(raw), asked(backwards(raw))))
+        one, other = (cutting_plane_optimum(q, b) for q, b in (asked(raw), asked(backwards(raw))))
         assert (one.design is None) == (other.design is None)
-        assert other.floor == pytest.approx(one.floor, rel=2 * GAP)
+        assert other.floor == pytest.approx(one.floor, rel=2 * RELATIVE_GAP)
 
 
 # Corners of the motion, and ends of ranges
@@ -351,13 +353,13 @@ def test_a_limit_of_one_stroke_says_nothing_about_the_next_one(limits, rest, rot
     sizes = np.arange(20.5, 70.0, 0.01)
     fixed = {key: np.full(sizes.size, low) for key, (low, _) in bounds.items()}
     scan = Designs(**{**fixed, "size": sizes}, sense=problem.design.sense)
-    least = sizes[feasible(problem, scan)][0]
+    least = sizes[feasible_designs(problem, scan)][0]
     assert least > sizes[0]
     for answer in (
-        smallest(problem, bounds),
+        solve_smallest_cam(problem, bounds),
         branch_and_bound(problem, bounds),
     ):
-        assert answer.proved
+        assert answer.is_proved
         assert least - 0.01 <= answer.design.size[0] <= least
 
 
@@ -368,7 +370,7 @@ def test_angles_beside_a_jump_stay_in_strokes_of_their_kinds(kinds, rest):
     programme = Programme.from_segments([*segments, ("return", 180.0, 5.0, "uniform")], angular=True)
     allowed = [s for s in programme.strokes if s.kind & kinds]
     ends = [end for s in allowed for end in (s.start, s.end)] or [1.0]
-    beside = programme.one_sided(np.array([*ends, *np.linspace(0.1, 6.0, 9)]), kinds)
+    beside = programme.one_sided_angles(np.array([*ends, *np.linspace(0.1, 6.0, 9)]), kinds)
     assert beside.shape == (2 if allowed else 0, len(ends) + 9)
     for angle in beside.ravel():
         assert any(s.start <= angle <= s.end for s in allowed)
@@ -391,7 +393,7 @@ def test_a_range_of_the_cam_itself_holds_to_the_last_digit(name, seed):
 
     def found(start, stop):
         problem, bounds = asked({**raw, "search": {key: {"start": start, "stop": stop}}})
-        answer = smallest(problem, bounds)
+        answer = solve_smallest_cam(problem, bounds)
         assert answer.design is None or start <= answer.design.size[0] <= stop
         return answer.design
 
@@ -400,8 +402,8 @@ def test_a_range_of_the_cam_itself_holds_to_the_last_digit(name, seed):
     for less in (1e-15, 1e-14, 1e-13, 1e-12, 1e-10):
         found(1.0, size * (1.0 - less))
     for more in (0.0, 1e-15, 1e-13, 1e-12, 0.1, 0.3):
-        assert found(size * (1.0 + more), 500.0).size[0] <= size * (1.0 + more) + gap_of(smallest_cam)
-    assert found(1.0, size).size[0] == pytest.approx(size, abs=gap_of(smallest_cam))
+        assert found(size * (1.0 + more), 500.0).size[0] <= size * (1.0 + more) + allowed_gap(smallest_cam)
+    assert found(1.0, size).size[0] == pytest.approx(size, abs=allowed_gap(smallest_cam))
     assert found(1.0, size - 1e-6) is None
 
 
@@ -412,9 +414,9 @@ def test_an_arm_that_leans_by_the_limit_at_rest_has_no_groove(half, rotation):
     raw = {**MADE[cylindrical_oscillating.MECHANISM.name]([0.5, 0.5]), "motion": turn(2.0 * half)}
     raw["cam"]["rotation"] = rotation
     problem, bounds = asked({**raw, "limits": {"pressure_angle": float(half)}})
-    cut = by_cutting_planes(problem, bounds)
+    cut = cutting_plane_optimum(problem, bounds)
     assert cut.design is None
     assert cut.floor > 1e5
     problem, bounds = asked({**raw, "limits": {"pressure_angle": half + 1.0}})
-    cut = by_cutting_planes(problem, bounds)
-    assert feasible(problem, cut.design)[0]
+    cut = cutting_plane_optimum(problem, bounds)
+    assert feasible_designs(problem, cut.design)[0]

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from camopt import certify, evaluate, evaluate_designs, find_scene, optimise, prices
-from camopt.scene.problem.problem import exactly, resolve
-from camopt.scene.problem.settings import freed_of
-from camopt.solve.smallest.freedom import Freedom
-from camopt.solve.smallest.sized import sized
+from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.settings import problem_with_free_numbers
+from camopt.solve.smallest.complete_scene import with_all_sizes
+from camopt.solve.smallest.free_variables import FreeVariables
 
 TRAIN = {"mass": 0.8, "spring_rate": 59, "preload": 300}
 VALVE = find_scene("exhaust-valve").replace(
@@ -112,8 +112,10 @@ def test_a_spring_is_found_with_the_angles_of_the_segments():
 def test_a_spring_that_only_the_search_has_is_that_of_the_smallest_cam(found):
     """For serve and effects, which show one cam."""
     open_ = SEARCHED.replace(**{SPRING: None})
-    assert sized(open_).follower.dynamics.spring_rate == pytest.approx(found.best["spring_rate_N_per_mm"], rel=1e-6)
-    assert sized(VALVE) is VALVE
+    assert with_all_sizes(open_).follower.dynamics.spring_rate == pytest.approx(
+        found.best["spring_rate_N_per_mm"], rel=1e-6
+    )
+    assert with_all_sizes(VALVE) is VALVE
 
 
 def test_a_number_below_0_is_taken_as_it_is():
@@ -122,10 +124,10 @@ def test_a_number_below_0_is_taken_as_it_is():
         **{"follower.dynamics": {"mass": 0.5, "preload": 80.0, "load": -25.0}, "limits.normal_force": 900.0},
         search={"follower": {"dynamics": {"load": {"start": -30, "stop": -20}}}, "law": ["cycloidal"]},
     )
-    problem = freed_of(exactly(resolve(loaded)))
+    problem = problem_with_free_numbers(at_rounding_error(resolve(loaded)))
     cam = replace(problem, design=problem.design.with_values({"follower.dynamics.load": np.array([-25.0])}))
-    freedom = Freedom.of(cam)
-    found = freedom.excesses(cam.limits, np.zeros((1, freedom.directions.shape[1])))[:, 0]
+    freedom = FreeVariables.from_problem(cam)
+    found = freedom.excesses_at_steps(cam.limits, np.zeros((1, freedom.directions.shape[1])))[:, 0]
     expected = evaluate_designs(loaded, {"base_radius_mm": [loaded.cam.base_radius]})
     assert found == pytest.approx([expected[f"excess_{each.name}"][0] for each in cam.limits], rel=1e-9)
 

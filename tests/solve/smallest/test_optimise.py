@@ -15,12 +15,12 @@ from support.smallest_cams import CASES, VALVE, scene, size_of
 from camopt import BadInput, Scene, evaluate, find_scene, optimise
 from camopt.model.mechanisms import Designs
 from camopt.model.motion import LAWS
-from camopt.model.motion.programme import span
+from camopt.model.motion.programme import weighted_range
 from camopt.model.motion.stroke import DWELL, RETURN, RISE
-from camopt.scene.problem.limits import unset_limits
-from camopt.scene.problem.problem import exactly, resolve
-from camopt.solve.verdicts.judging import evaluate_rows
-from camopt.solve.verdicts.screening import feasible
+from camopt.scene.problem.limits import unset_build_limits
+from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.solve.verdicts.feasible_filter import feasible_designs
+from camopt.solve.verdicts.limit_verdicts import evaluate_rows
 
 
 @pytest.mark.parametrize(("law", "radius"), [("cycloidal", 82.5472265), ("harmonic", 60.1387819)])
@@ -47,7 +47,7 @@ def test_limits_that_are_not_set_and_can_hold_the_cam_are_named():
     yoke = find_scene("pump-of-constant-breadth")
     asked = [yoke, yoke.replace(limits={"hub_wall": 5}), find_scene("two-pauses").replace(limits={})]
     problems = map(resolve, asked)
-    assert [unset_limits(each.limits, each.setup) for each in problems] == [
+    assert [unset_build_limits(each.limits, each.setup) for each in problems] == [
         ["hub_wall"],
         ["curvature_radius", "contact_stress"],
         ["pressure_angle", "curvature_radius", "hub_wall"],
@@ -75,7 +75,7 @@ def test_free_offset_gives_the_vertex_of_the_pressure_lines():
 @pytest.mark.parametrize("name", CASES)
 def test_no_grid_finds_a_smaller_cam(name):
     """The optimum is feasible, and a fine grid of smaller sizes (and free sizes) holds no feasible design."""
-    problem = exactly(resolve(CASES[name]))
+    problem = at_rounding_error(resolve(CASES[name]))
     result = optimise(CASES[name])
     best = result.best
     assert best is not None, result.obstacles
@@ -91,7 +91,7 @@ def test_no_grid_finds_a_smaller_cam(name):
         if choice is not None:
             sizes[field] = rng.uniform(choice.start, choice.stop, count)
     grid = Designs(**sizes, sense=problem.design.sense)
-    smaller = feasible(problem, grid)
+    smaller = feasible_designs(problem, grid)
     assert not smaller.any(), grid.size[smaller].min()
 
 
@@ -116,14 +116,14 @@ def test_a_scene_in_other_units_of_length_has_the_same_cam_and_proof(name, scale
 @pytest.mark.parametrize("name", ["pressure binds, offset free", "curvature binds, offset free", "roller free"])
 def test_never_larger_than_scipy_finds(name):
     """Differential evolution on size with a penalty; feasibility by the same limits."""
-    problem, case = exactly(resolve(CASES[name])), CASES[name]
+    problem, case = at_rounding_error(resolve(CASES[name])), CASES[name]
     best = size_of(optimise(case).best)
     free = [key for key in ("offset", "roller_radius") if getattr(case.search, key) is not None]
 
     def cost(x):
         sizes = {n: np.full(x.shape[1], v[0]) for n, v in problem.design.sizes.items()}
         sizes |= {"size": x[0]} | dict(zip(free, x[1:], strict=True))
-        held = feasible(problem, Designs(**sizes, sense=problem.design.sense))
+        held = feasible_designs(problem, Designs(**sizes, sense=problem.design.sense))
         return np.where(held, 0.0, 1e3) + x[0]
 
     bounds = [(1.0, 200.0)] + [(getattr(case.search, k).start, getattr(case.search, k).stop) for k in free]
@@ -149,10 +149,10 @@ def test_a_dense_scan_of_sizes_finds_the_same_least_radius(law, lift, radius):
     motion = [{**s, **({"lift": lift, "law": law} if "lift" in s else {})} for s in VALVE]
     sizes = {"follower.roller_radius": 10, "follower.offset": 4}
     case = scene(motion=motion, **sizes, limits={"curvature_radius": radius})
-    problem = exactly(resolve(case))
+    problem = at_rounding_error(resolve(case))
     fixed = {n: np.full(6000, v[0]) for n, v in problem.design.sizes.items()}
     radii = np.linspace(0.05, 300, 6000)
-    held = feasible(problem, Designs(**{**fixed, "size": radii}, sense=problem.design.sense))
+    held = feasible_designs(problem, Designs(**{**fixed, "size": radii}, sense=problem.design.sense))
     scanned = radii[np.argmax(held)]
     assert scanned - 0.051 < size_of(optimise(case).best) <= scanned + 1e-9
 
@@ -201,10 +201,10 @@ def test_the_closed_form_holds_its_limits_and_touches_one(law, limit, other, ris
     assert best["binding"]
     lead = -best["offset_mm"]  # cw
     s0 = np.sqrt(best["prime_radius_mm"] ** 2 - lead**2)
-    problem = exactly(resolve(case))
+    problem = at_rounding_error(resolve(case))
     for tangent, kinds in ((tan(radians(limit)), RISE | DWELL), (tan(radians(other)), RETURN)):
-        rises = span(problem.programme, (-tangent, 1.0), kinds)[1]
-        falls = -span(problem.programme, (tangent, 1.0), kinds)[0]
+        rises = weighted_range(problem.programme, (-tangent, 1.0), kinds)[1]
+        falls = -weighted_range(problem.programme, (tangent, 1.0), kinds)[0]
         assert lead + tangent * s0 >= rises - 1e-9 * lift
         assert -lead + tangent * s0 >= falls - 1e-9 * lift
 
@@ -235,7 +235,7 @@ def test_default_scene_names_its_laws_best_first():
 
 
 def test_limits_are_judged_on_every_row_the_same_way():
-    problem = exactly(resolve(CASES["pressure binds, offset free"]))
+    problem = at_rounding_error(resolve(CASES["pressure binds, offset free"]))
     rows = evaluate_rows(problem, problem.design, frozenset())
     assert rows.records()[0]["feasible"] is False
 
@@ -259,7 +259,7 @@ def test_the_lengths_of_followers_that_swing_are_searched_whole(name):
     case, ranges = FREED[name]
     ends = {f"search.{key}": {"start": a, "stop": b} for key, (a, b) in ranges.items()}
     freed = CASES[case].replace(**ends)
-    best, problem = optimise(freed).best, exactly(resolve(freed))
+    best, problem = optimise(freed).best, at_rounding_error(resolve(freed))
     assert best["proved"]
     rng, count, least, centre = np.random.default_rng(0), 20000, np.inf, None
     spans = {**ranges, "size": (0.0, 1.5 * size_of(best))}
@@ -269,7 +269,7 @@ def test_the_lengths_of_followers_that_swing_are_searched_whole(name):
             near = rng.uniform(a, b, count) if centre is None else rng.normal(centre[field], width * (b - a), count)
             sizes[field] = np.clip(near, a, b)
         cloud = Designs(**sizes, sense=problem.design.sense)
-        cloud = cloud.take(feasible(problem, cloud))
+        cloud = cloud.take(feasible_designs(problem, cloud))
         if len(cloud) and cloud.size.min() < least:
             least = cloud.size.min()
             centre = {n: v[cloud.size.argmin()] for n, v in cloud.sizes.items()}
@@ -283,7 +283,7 @@ def test_when_time_is_over_nobody_looks_for_reasons(monkeypatch):
     def never(*arguments):
         raise AssertionError("a reason is looked for")
 
-    monkeypatch.setattr("camopt.solve.smallest.optimise.reason", never)
+    monkeypatch.setattr("camopt.solve.smallest.optimise.find_infeasibility", never)
     found = optimise(find_scene("roller-1000rpm").replace(**{"limits.pressure_angle": 3}), seconds=1e-9)
     assert all(
         why.startswith("pressure_angle") and why.endswith("(not proved)") for why in found.obstacles.values()

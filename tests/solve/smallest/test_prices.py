@@ -16,7 +16,7 @@ from camopt import BadInput, Scene, evaluate, find_scene, optimise, prices, ship
 from camopt.core.quantities import motion_quantity
 from camopt.scene.problem.limits import LOAD_LIMITS, limited_quantity
 from camopt.scene.problem.problem import resolve
-from camopt.solve.smallest.multipliers import _least, _least_left
+from camopt.solve.smallest.multipliers import _fit_multipliers, _least_price
 
 STEP = 2e-4  # relative, of a bound: its square is far below what prices are held to
 QUICK = 1e-3  # seconds: no cam is sought without a limit
@@ -348,11 +348,11 @@ def test_seconds_are_a_number_above_0(seconds):
 def test_one_limit_on_the_size_alone_is_as_scipy_has_it(slope, column, room):
     one, goal, by = np.array([[column]]), np.array([0.5]), np.array([slope])
     twice = np.hstack([one, one])  # any other shape is scipy's
-    (weight,), left = _least_left(one, goal)
-    weights, also = _least_left(twice, goal)
+    (weight,), left = _fit_multipliers(one, goal)
+    weights, also = _fit_multipliers(twice, goal)
     assert (weight, left) == (pytest.approx(weights.sum()), pytest.approx(also))
     if left <= room:
-        assert _least(by, one, goal, room) == pytest.approx(_least(np.repeat(by, 2), twice, goal, room))
+        assert _least_price(by, one, goal, room) == pytest.approx(_least_price(np.repeat(by, 2), twice, goal, room))
 
 
 def test_prices_are_a_mapping_and_a_result():

@@ -5,8 +5,8 @@ import pytest
 from support.pairs import pair
 
 from camopt import Scene, certify, evaluate, optimise
-from camopt.scene.problem.problem import exactly, resolve
-from camopt.solve.verdicts.screening import feasible
+from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.solve.verdicts.feasible_filter import feasible_designs
 
 STEP = 0.05  # mm
 MOTIONS = ("translating", "oscillating")
@@ -24,10 +24,10 @@ def bounded(seed, **search):
 @pytest.mark.parametrize("seed", range(40))
 def test_a_dense_scan_finds_the_same_smallest_pair(seed):
     scene = bounded(seed)
-    problem, best = exactly(resolve(scene)), optimise(scene).best
+    problem, best = at_rounding_error(resolve(scene)), optimise(scene).best
     sizes = np.arange(STEP, 120.0, STEP)
     designs = problem.design.take(np.zeros(sizes.size, dtype=int)).with_values({"size": sizes})
-    held = feasible(problem, designs)
+    held = feasible_designs(problem, designs)
     if best is None:
         assert not held.any()
         return
@@ -48,7 +48,7 @@ def test_no_pair_with_free_sizes_is_smaller(seed):
     ends = {"start": 70, "stop": 88} if swings else {"start": -6, "stop": 9}
     own = "arm_length" if swings else "offset"
     scene = bounded(seed, **{own: ends, f"drive.{own}": ends})
-    problem, best = exactly(resolve(scene)), optimise(scene, seconds=20).best
+    problem, best = at_rounding_error(resolve(scene)), optimise(scene, seconds=20).best
     size, rng, count = best["base_radius_mm"], np.random.default_rng(seed), 40_000
     again = evaluate(scene.replace(search=None, **best_sizes(best, own)))
     assert again["feasible"]
@@ -57,7 +57,7 @@ def test_no_pair_with_free_sizes_is_smaller(seed):
         own: rng.uniform(ends["start"], ends["stop"], count),
         f"second_{own}": rng.uniform(ends["start"], ends["stop"], count),
     }
-    assert not feasible(problem, problem.design.take(np.zeros(count, dtype=int)).with_values(drawn)).any()
+    assert not feasible_designs(problem, problem.design.take(np.zeros(count, dtype=int)).with_values(drawn)).any()
 
 
 def best_sizes(best, own):
@@ -123,12 +123,12 @@ def test_the_smallest_pair_with_sizes_of_both_discs_is_that_of_a_scan():
     radii = {"start": 5, "stop": 150}
     search = {"base_radius": radii, "offset": {"start": -6, "stop": 9}, "drive.base_radius": radii}
     scene = Scene.from_dict({**scene, "limits": limits, "search": search})
-    problem, best = exactly(resolve(scene)), optimise(scene).best
+    problem, best = at_rounding_error(resolve(scene)), optimise(scene).best
     size = max(best["base_radius_mm"], best["second_base_radius_mm"])
     assert best["proved"]
     grid = np.meshgrid(np.arange(size - 1.0, size + 0.2, 0.1), np.arange(-6.0, 9.01, 0.1), indexing="ij")
     sizes, offsets = (each.ravel() for each in grid)
     drawn = {"size": sizes, "second_size": sizes, "offset": offsets}
-    held = feasible(problem, problem.design.take(np.zeros(sizes.size, dtype=int)).with_values(drawn))
+    held = feasible_designs(problem, problem.design.take(np.zeros(sizes.size, dtype=int)).with_values(drawn))
     assert not held[sizes < size].any()
     assert held[sizes > size].any()

@@ -8,13 +8,13 @@ from support.depth import times
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene, optimise, prices
 from camopt.model.mechanisms import Designs
-from camopt.scene.problem.problem import exactly, resolve
-from camopt.scene.problem.settings import freed_of
-from camopt.scene.problem.space import boxes_of
-from camopt.solve.smallest.boxes import Boxes
-from camopt.solve.smallest.result import Smallest
-from camopt.solve.smallest.smallest_train import BestTrain, TrainBoxes
-from camopt.solve.verdicts.screening import feasible
+from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.settings import problem_with_free_numbers
+from camopt.scene.problem.space import search_boxes
+from camopt.solve.smallest.boxes import DesignBoxes
+from camopt.solve.smallest.result import SmallestCam
+from camopt.solve.smallest.smallest_train import TrainBoxSearch, TrainOptimum
+from camopt.solve.verdicts.feasible_filter import feasible_designs
 
 SLIDE, VALVE, PRESS = (
     find_scene(name) for name in ("slide-by-bell-crank", "valve-with-rocker", "press-ram-by-four-bar")
@@ -75,26 +75,28 @@ QUESTIONS = {
 PROVED = [name for name in QUESTIONS if name != "four-bar"]
 
 
-def search_of(scene: Scene) -> TrainBoxes:
-    problem = freed_of(exactly(resolve(scene)))
-    return TrainBoxes(problem, boxes_of(problem)[0], BestTrain(problem, Smallest(None, 0.0)), np.inf)
+def search_of(scene: Scene) -> TrainBoxSearch:
+    problem = problem_with_free_numbers(at_rounding_error(resolve(scene)))
+    return TrainBoxSearch(problem, search_boxes(problem)[0], TrainOptimum(problem, SmallestCam(None, 0.0)), np.inf)
 
 
-def feasible_cams(search: TrainBoxes, count: int) -> list[dict[str, float]]:
+def feasible_cams(search: TrainBoxSearch, count: int) -> list[dict[str, float]]:
     """Feasible cams of random trains: their free numbers by field."""
     rng, found = np.random.default_rng(5), []
-    ends = search.ends()
+    ends = search.search_ends()
     for _ in range(count):
-        numbers = {key: float(rng.uniform(*ends[key])) for key in search.deciding}
+        numbers = {key: float(rng.uniform(*ends[key])) for key in search.motion_fields}
         problem = search.problem.with_numbers(numbers)
-        if problem.setup.mechanism.is_apart:
+        if problem.setup.mechanism.has_no_assembly:
             continue
         sizes = 10.0 ** rng.uniform(0.7, 2.4, 60)
         free = {
-            name: rng.uniform(*ends[name], 60) for name in ends if name != "size" and name not in search.deciding
+            name: rng.uniform(*ends[name], 60)
+            for name in ends
+            if name != "size" and name not in search.motion_fields
         }
         designs: Designs = problem.design.with_values({**free, "size": sizes})
-        held = np.flatnonzero(feasible(problem.without_last, designs))
+        held = np.flatnonzero(feasible_designs(problem.without_deferred_limits, designs))
         for k in held[np.argsort(sizes[held])][:2]:
             found.append({**numbers, **{n: float(v[k]) for n, v in free.items()}, "size": float(sizes[k])})
     return found
@@ -108,16 +110,16 @@ def test_no_box_loses_a_feasible_cam(name):
     cams = feasible_cams(search, times(6, deep=100))
     assert len(cams) > 3
     for cam in cams:
-        search.limits.added = rng.uniform(0.0, 2 * np.pi, 9).tolist()
+        search.limits.added_angles = rng.uniform(0.0, 2 * np.pi, 9).tolist()
         for _ in range(4):
             ends = {}
-            for key, (low, high) in search.ends().items():
+            for key, (low, high) in search.search_ends().items():
                 low, high = (low, min(high, 300.0)) if key == "size" else (low, high)
                 width = (high - low) * 10.0 ** rng.uniform(-4.0, 0.0)
                 start = cam[key] - rng.uniform() * width
                 ends[key] = (max(start, low), min(start + width, high)) if high > low else (low, high)
-            boxes = Boxes.one(ends, 10.0, search.problem.choices.variables)
-            left = search.cut(boxes)
+            boxes = DesignBoxes.single_box(ends, 10.0, search.problem.search_space.variables)
+            left = search.contract_by_limits(boxes)
             assert len(left) == 1
             for key in boxes.free:
                 assert left.low[key][0] <= cam[key] <= left.high[key][0]
@@ -138,11 +140,11 @@ def test_no_linkage_of_a_dense_scan_has_a_smaller_cam(name):
     """Every linkage of a grid, and near the best, by the search for one linkage, which knows nothing of others."""
     scene = QUESTIONS[name]
     best, search = optimise(scene, seconds=300.0).best, search_of(scene)
-    size, ends = best[search.problem.size_name], search.ends()
+    size, ends = best[search.problem.size_name], search.search_ends()
     assert best["proved"]
     assert best["gap_mm"] <= 1e-9 * (size + best.get("roller_radius_mm", 0.0))
     assert evaluate(best.scene)["feasible"]
-    keys = list(search.deciding)
+    keys = list(search.motion_fields)
     own = dict(zip(keys, (best.scene.numbers([key])[key] for key in keys), strict=True))
     count = times(3, deep=21)
     grid = product(*(np.linspace(*ends[key], count) for key in keys))

@@ -12,18 +12,18 @@ from support.smallest_cams import ANGLES, BASE, CASES, FREE, OFFSET, scene, size
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise, sweep
 from camopt.model.mechanisms import SIZE_FIELDS, Designs
-from camopt.model.motion.programme import span
+from camopt.model.motion.programme import weighted_range
 from camopt.model.motion.stroke import RETURN, RISE
-from camopt.scene.problem.problem import exactly, resolve
-from camopt.solve.smallest.boxes import Boxes
+from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.solve.smallest.boxes import DesignBoxes
 from camopt.solve.smallest.closed_form import least_size
-from camopt.solve.smallest.optimise import boxes_of
-from camopt.solve.smallest.result import Smallest
-from camopt.solve.smallest.smallest import small, smallest
+from camopt.solve.smallest.optimise import search_boxes
+from camopt.solve.smallest.result import SmallestCam
+from camopt.solve.smallest.smallest import solve_small_cam, solve_smallest_cam
 from camopt.solve.smallest.smallest_turn import convex_floor
-from camopt.solve.smallest.turn_boxes import TurnSearch
-from camopt.solve.smallest.turns import BestTurn, SegmentAngles
-from camopt.solve.verdicts.screening import feasible
+from camopt.solve.smallest.turn_boxes import TurnBoxSearch
+from camopt.solve.smallest.turns import SegmentAngles, TurnOptimum
+from camopt.solve.verdicts.feasible_filter import feasible_designs
 
 
 def put_back(case, best):
@@ -42,17 +42,17 @@ def put_back(case, best):
 def test_no_turn_of_a_grid_has_a_smaller_cam(name):
     """Every turn of a grid by the search at given angles, which knows nothing of other turns."""
     case = FREE[name]
-    best, problem = optimise(case).best, exactly(resolve(case))
+    best, problem = optimise(case).best, at_rounding_error(resolve(case))
     turns = SegmentAngles(problem, (None, None))
     box, total = turns.box, turns.scene_angles.sum()
     assert best["proved"]
     assert sum(best["angles_deg"]) == pytest.approx(360.0, rel=1e-14)
-    near = best["angles_deg"][turns.freed[0]] + np.array([-0.1, -1e-3, 1e-3, 0.1])
+    near = best["angles_deg"][turns.freed_segments[0]] + np.array([-0.1, -1e-3, 1e-3, 0.1])
     sizes = []
     for angle in np.clip(
         [*np.linspace(box.low[0], box.high[0], times(3, deep=40)), *near], box.low[0], box.high[0]
     ):
-        answer = smallest(turns.problem_of(np.array([angle, total - angle])), boxes_of(problem)[0])
+        answer = solve_smallest_cam(turns.problem_of(np.array([angle, total - angle])), search_boxes(problem)[0])
         sizes.append(np.inf if answer.design is None else answer.design.size[0])
     assert size_of(best) <= min(sizes) + 1e-7
     assert size_of(best) - best["gap_mm"] <= min(sizes)
@@ -67,27 +67,29 @@ def test_the_rest_at_the_lowest_may_vanish(law):
     motion = [{**each, **({"law": law, "lift": 20} if "law" in each else {})} for each in BASE["motion"]]
     ranges = {**ANGLES, "search.angle_dwell": {"start": 0, "stop": 160}}
     case = scene(motion=motion, **ranges, limits={"pressure_angle": 40, "curvature_radius": 30})
-    best, problem = optimise(case).best, exactly(resolve(case))
+    best, problem = optimise(case).best, at_rounding_error(resolve(case))
     turns = SegmentAngles(problem, (None, None))
     assert best["angles_deg"][3] == 0.0
     sizes = []
     for rise, fall in ((160, 160), (140, 150)):
-        turn = turns.programme(np.array([rise, 360.0 - rise - fall, fall, 0.0]))
-        sizes.append(smallest(problem.with_programme(turn), boxes_of(problem)[0]).size)
+        turn = turns.programme_of(np.array([rise, 360.0 - rise - fall, fall, 0.0]))
+        sizes.append(solve_smallest_cam(problem.with_programme(turn), search_boxes(problem)[0]).size)
     assert size_of(best) <= min(sizes) * (1.0 + 1e-8)
     assert size_of(best) < 29.0
-    rests = turns.programme(np.array([159.9, 40.0, 159.9, 0.2]))
-    assert least_size(problem.with_programme(rests), boxes_of(problem)[0]) == 30.0
+    rests = turns.programme_of(np.array([159.9, 40.0, 159.9, 0.2]))
+    assert least_size(problem.with_programme(rests), search_boxes(problem)[0]) == 30.0
 
 
 def test_rise_against_return_is_where_two_monotone_functions_cross():
     """A radial cam: each stroke needs the larger radius the shorter it is, so the optimum is a root."""
     case = scene(**ANGLES, **{"limits.pressure_angle": 38})
-    turns = SegmentAngles(exactly(resolve(case)), (None, None))
+    turns = SegmentAngles(at_rounding_error(resolve(case)), (None, None))
 
     def needed(rise, kinds, limit, sign):
         weights = (-tan(radians(limit)), sign)
-        return span(turns.programme(np.array([rise, 210.0 - rise])), weights, kinds)[1] / tan(radians(limit))
+        return weighted_range(turns.programme_of(np.array([rise, 210.0 - rise])), weights, kinds)[1] / tan(
+            radians(limit)
+        )
 
     def difference(rise):
         return needed(rise, RISE, 38, 1.0) - needed(rise, RETURN, 30, -1.0)
@@ -156,16 +158,19 @@ MANY = {
 @pytest.mark.parametrize("name", MANY)
 def test_no_turn_of_a_few_has_a_smaller_cam(name):
     """Turns drawn at random and turns near the best one, each with a small cam of its own."""
-    problem, best = exactly(resolve(MANY[name])), optimise(MANY[name]).best
+    problem, best = at_rounding_error(resolve(MANY[name])), optimise(MANY[name]).best
     assert best["proved"]
     assert sum(best["angles_deg"]) == pytest.approx(360.0, rel=1e-14)
     turns, rng = SegmentAngles(problem, (None, None)), np.random.default_rng(1)
-    own, box = np.array(best["angles_deg"])[list(turns.freed)], turns.box
+    own, box = np.array(best["angles_deg"])[list(turns.freed_segments)], turns.box
     shares = rng.uniform(size=(times(4, deep=100), own.size))
     near = (own - box.low) / (box.high - box.low) + rng.normal(size=shares.shape) * 1e-3
     for share in (*shares, *np.clip(near, 0.0, 1.0)):
-        turn = turns.programme(turns.at(share, box))
-        assert small(problem.with_programme(turn), boxes_of(problem)[0]).size >= size_of(best) - best["gap_mm"]
+        turn = turns.programme_of(turns.turn_at_shares(share, box))
+        assert (
+            solve_small_cam(problem.with_programme(turn), search_boxes(problem)[0]).size
+            >= size_of(best) - best["gap_mm"]
+        )
     assert evaluate(put_back(MANY[name], best))["feasible"]
 
 
@@ -173,11 +178,11 @@ def feasible_cams(turns, ends, count=400):
     """Sizes and angles (by name, arrays) of random feasible cams: some turns, each with random sizes."""
     problem, rng, found = turns.problem, np.random.default_rng(2), []
     for _ in range(times(8, deep=25)):
-        freed = turns.at(rng.uniform(size=len(turns.freed)), turns.box)
+        freed = turns.turn_at_shares(rng.uniform(size=len(turns.freed_segments)), turns.box)
         sizes = {name: low + (high - low) * rng.uniform(size=count) for name, (low, high) in ends.items()}
         designs = Designs(**{name: sizes[name] for name in SIZE_FIELDS}, sense=problem.design.sense)
-        designs = designs.take(feasible(turns.problem_of(freed), designs))
-        angles = {f"angle {i}": np.full(len(designs), a) for i, a in zip(turns.freed, freed, strict=True)}
+        designs = designs.take(feasible_designs(turns.problem_of(freed), designs))
+        angles = {f"angle {i}": np.full(len(designs), a) for i, a in zip(turns.freed_segments, freed, strict=True)}
         found.append({**designs.sizes, **angles})
     return {name: np.concatenate([each[name] for each in found]) for name in found[0]}
 
@@ -186,13 +191,13 @@ def feasible_cams(turns, ends, count=400):
 @pytest.mark.parametrize("name", [*FREE, *MANY])
 def test_no_box_loses_a_feasible_cam(name):
     """Random boxes around random feasible cams: what is left of each still holds its cam."""
-    problem = exactly(resolve((FREE | MANY)[name]))
+    problem = at_rounding_error(resolve((FREE | MANY)[name]))
     turns, rng = SegmentAngles(problem, (None, None)), np.random.default_rng(3)
-    search = TurnSearch(turns, boxes_of(problem)[0], BestTurn(Smallest(None, 0.0), turns.scene_angles))
-    ends = search.ends()
+    search = TurnBoxSearch(turns, search_boxes(problem)[0], TurnOptimum(SmallestCam(None, 0.0), turns.scene_angles))
+    ends = search.search_ends()
     low, high = ends["size"]
     cams = feasible_cams(turns, {**ends, "size": (low, min(high, 10.0 * (low + 30.0)))})
-    boxes = Boxes.one({**ends, "size": (low, min(high, 1e4))}, 10.0)
+    boxes = DesignBoxes.single_box({**ends, "size": (low, min(high, 1e4))}, 10.0)
     cams = {name: cams[name] for name in boxes.free}
     count = cams["size"].size
     assert count > 50
@@ -201,8 +206,8 @@ def test_no_box_loses_a_feasible_cam(name):
     below = {n: np.maximum(cams[n] - shares[n] * widths[n], boxes.low[n]) for n in boxes.free}
     above = {n: np.minimum(cams[n] + (1.0 - shares[n]) * widths[n], boxes.high[n]) for n in boxes.free}
     for number in range(0, count, max(1, count // times(12, deep=200))):
-        one = boxes.narrowed(*({n: end[n][[number]] for n in boxes.free} for end in (below, above)), boxes.side)
-        left = search.cut(search.possible(one))
+        one = boxes.with_ends(*({n: end[n][[number]] for n in boxes.free} for end in (below, above)), boxes.side)
+        left = search.contract_by_limits(search.possible_boxes(one))
         assert len(left) == 1
         for n in boxes.free:
             assert left.low[n][0] <= cams[n][number] <= left.high[n][0]
@@ -290,10 +295,10 @@ def test_whatever_the_ranges_they_are_right_or_told(ranges):
     if turns is None:
         assert told
     else:
-        middle = turns.at(np.full(len(turns.freed), 0.5), turns.box)
+        middle = turns.turn_at_shares(np.full(len(turns.freed_segments), 0.5), turns.box)
         assert np.all(middle >= turns.box.low - 1e-9)
         assert np.all(middle <= turns.box.high + 1e-9)
-        assert sum(turns.angles(middle)) == pytest.approx(360.0, rel=1e-12)
+        assert sum(turns.all_angles(middle)) == pytest.approx(360.0, rel=1e-12)
 
 
 def test_a_sweep_leaves_angles_to_optimise():

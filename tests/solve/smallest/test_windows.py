@@ -10,15 +10,15 @@ from hypothesis import strategies as st
 from support.depth import times
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise
-from camopt.core.numerics.clock import now
-from camopt.scene.problem.problem import exactly, resolve
-from camopt.scene.problem.space import boxes_of
-from camopt.solve.smallest.cutting_planes import by_cutting_planes
-from camopt.solve.smallest.first_look import nearest_miss
-from camopt.solve.smallest.reasons import rounded_up
-from camopt.solve.smallest.smallest import smallest
+from camopt.core.numerics.clock import clock_seconds
+from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.space import search_boxes
+from camopt.solve.smallest.cutting_planes import cutting_plane_optimum
+from camopt.solve.smallest.grid_search import find_nearest_miss
+from camopt.solve.smallest.infeasibility import round_size_up
+from camopt.solve.smallest.smallest import solve_smallest_cam
 from camopt.solve.verdicts.certify import certify_limits
-from camopt.solve.verdicts.judging import bound_excesses, evaluate_rows
+from camopt.solve.verdicts.limit_verdicts import bound_excesses, evaluate_rows
 
 STEEL = {"cam": "steel", "follower": "steel", "face_width": 10}
 TURN = [
@@ -112,13 +112,13 @@ def test_windows_are_found_or_proved_absent(name, place, narrowness, lift, there
     """A scan of sizes, dense around the window, is the referee."""
     radius, width = 10.0**place, 10.0**-narrowness
     scene = window_of(name, radius, width, lift, there)
-    problem = exactly(resolve(scene))
-    (bounds,) = boxes_of(problem)
-    answer = smallest(problem, bounds)
+    problem = at_rounding_error(resolve(scene))
+    (bounds,) = search_boxes(problem)
+    answer = solve_smallest_cam(problem, bounds)
     near, far = np.linspace(1 - 2 * width, 1 + 2 * width, 1601) * radius, np.geomspace(1e-2, 1e4, 1200)
     sizes = np.unique(np.concatenate([near, far]))
     held = judged_at(problem, sizes).column("feasible")
-    assert answer.proved
+    assert answer.is_proved
     assert answer.size <= np.min(sizes[held], initial=inf) * (1 + 1e-9)
     if answer.design is None:
         assert not judged_at(problem, answer.nearest.size).column("feasible")[0]
@@ -201,7 +201,7 @@ def test_a_reason_that_all_choices_share_is_told_once_with_the_smallest_cam():
     assert least[8] < least[4]
     assert reason == (
         "pressure_angle, pressure_angle_return, within the range of base_radius (5 to 7 mm); "
-        f"the smallest feasible cam has {rounded_up(least[8]):.6g} mm, where roller_radius = 8"
+        f"the smallest feasible cam has {round_size_up(least[8]):.6g} mm, where roller_radius = 8"
     )
 
 
@@ -218,19 +218,19 @@ def test_reasons_that_differ_are_told_with_the_choices_that_they_are_of():
 def test_a_cam_that_the_closed_form_puts_beyond_the_range_is_proved_without_a_search(monkeypatch):
     scene = two_rollers({"pressure_angle": 10}, [4], {"start": 5, "stop": 7})
     problem = resolve(scene)
-    (bounds,) = boxes_of(problem)
+    (bounds,) = search_boxes(problem)
     monkeypatch.setattr(
         "camopt.solve.smallest.branch_and_bound.BoxSearch.bisect", lambda *_: pytest.fail("searched")
     )
-    answer = smallest(problem, bounds)
+    answer = solve_smallest_cam(problem, bounds)
     assert answer.design is None
-    assert answer.proved
+    assert answer.is_proved
     assert answer.nearest is not None
 
 
 @given(st.floats(1e-6, 1e8))
 def test_a_size_told_in_six_digits_is_no_smaller(size):
-    told = float(f"{rounded_up(size):.6g}")
+    told = float(f"{round_size_up(size):.6g}")
     assert size * (1 - 1e-8) <= told <= size * (1 + 1.01e-5)
 
 
@@ -249,11 +249,11 @@ def test_out_of_time_the_best_so_far_is_told_with_its_gap():
 
 def test_what_time_leaves_of_a_search_is_a_lower_bound():
     """However early it stops."""
-    problem = exactly(resolve(bucket({"contact_stress": 90})))
-    (bounds,) = boxes_of(problem)
-    least = smallest(problem, bounds).size
+    problem = at_rounding_error(resolve(bucket({"contact_stress": 90})))
+    (bounds,) = search_boxes(problem)
+    least = solve_smallest_cam(problem, bounds).size
     for seconds in (0.0, 1e-3, 1e-2, 3e-2):
-        answer = smallest(problem, bounds, now() + seconds)
+        answer = solve_smallest_cam(problem, bounds, clock_seconds() + seconds)
         assert answer.floor <= least <= answer.size
 
 
@@ -267,25 +267,25 @@ def test_out_of_time_without_a_design_nothing_is_called_proved():
 def test_a_proof_stops_in_time():
     scene = find_scene("roller-1000rpm")
     most = evaluate(scene.replace(limits=None))["pressure_angle_max_deg"]
-    problem = exactly(resolve(scene.replace(limits={"pressure_angle": most * (1.0 + 1e-9)})))
-    whole, cut = (certify_limits(problem, problem.design, until) for until in (inf, now()))
+    problem = at_rounding_error(resolve(scene.replace(limits={"pressure_angle": most * (1.0 + 1e-9)})))
+    whole, cut = (certify_limits(problem, problem.design, until) for until in (inf, clock_seconds()))
     assert (whole["pressure_angle"], cut["pressure_angle"]) == ("held", "undecided")
 
 
 def test_the_nearest_miss_is_looked_for_as_long_as_there_is_time():
-    problem = exactly(resolve(bucket({"contact_stress": 80, "sliding_speed": 1.5})))
-    (bounds,) = boxes_of(problem)
-    near, start = nearest_miss(problem, bounds, problem.design), problem.design
-    assert nearest_miss(problem, bounds, start, now()) is start
+    problem = at_rounding_error(resolve(bucket({"contact_stress": 80, "sliding_speed": 1.5})))
+    (bounds,) = search_boxes(problem)
+    near, start = find_nearest_miss(problem, bounds, problem.design), problem.design
+    assert find_nearest_miss(problem, bounds, start, clock_seconds()) is start
     worst = [bound_excesses(problem, design, frozenset()).outer.max() for design in (near, start)]
     assert worst[0] < worst[1]
 
 
 def test_cutting_planes_stop_in_time_with_a_size_that_no_cam_undercuts():
     scene = find_scene("oscillating-roller").replace(limits={"pressure_angle": 35}, search=None)
-    problem = exactly(resolve(scene))
-    (bounds,) = boxes_of(problem)
-    whole, cut = by_cutting_planes(problem, bounds), by_cutting_planes(problem, bounds, now())
+    problem = at_rounding_error(resolve(scene))
+    (bounds,) = search_boxes(problem)
+    whole, cut = cutting_plane_optimum(problem, bounds), cutting_plane_optimum(problem, bounds, clock_seconds())
     assert cut.design is None
     assert 0.9 * whole.floor < cut.floor < whole.floor
 

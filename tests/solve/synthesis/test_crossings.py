@@ -8,12 +8,12 @@ import pytest
 from camopt import Scene, evaluate, prices, synthesise
 from camopt.core.mistakes import BadInput, Unmet
 from camopt.scene.problem.problem import resolve
-from camopt.solve.synthesis.convex import convex
+from camopt.solve.synthesis.convex_model import build_convex_model
 from camopt.solve.synthesis.crossing_jerk import crossing_jerk
 from camopt.solve.synthesis.crossings import with_crossings
-from camopt.solve.synthesis.demand import tightened
-from camopt.solve.synthesis.from_scene import demand_of
+from camopt.solve.synthesis.problem_from_scene import synthesis_problem
 from camopt.solve.synthesis.spline_motion import SplineMotion
+from camopt.solve.synthesis.synthesis_problem import tighten_limits
 
 GAP, RPM = 0.05, 300
 OMEGA = RPM * np.pi / 30
@@ -59,12 +59,12 @@ def test_free_laws_land_softly_and_no_motion_has_less_jerk_there():
 @pytest.mark.long
 def test_the_place_is_that_of_a_scan_where_the_window_is_not_all():
     """Wide windows: the jerk is low all along them, and the best place is where the motion has room for it."""
-    demand = demand_of(grooved(30.0, **{"synthesis.pieces": 12}))
+    demand = synthesis_problem(grooved(30.0, **{"synthesis.pieces": 12}))
     placed, bound = with_crossings(demand)
 
     def reached(x):
-        asked = replace(demand, crossings=(demand.crossing(0, x, x),))
-        return convex(tightened(asked, 1e-7), SplineMotion).solve()
+        asked = replace(demand, crossings=(demand.stroke_crossing(0, x, x),))
+        return build_convex_model(tighten_limits(asked, 1e-7), SplineMotion).solve()
 
     rise, _ = placed.crossings
     scanned = [reached(x) for x in np.arange(0.3, 0.6, 0.025)]

@@ -14,16 +14,16 @@ from support.depth import times
 from camopt import BadInput, Scene, Unmet, certify, evaluate, find_scene, frontier, synthesise
 from camopt.model.effects.vibration import vibration
 from camopt.model.motion.programme import Programme
-from camopt.model.motion.segments import GivenSegment
+from camopt.model.motion.segments import MotionSegment
 from camopt.scene.problem.problem import resolve
-from camopt.solve.synthesis.cams import programme_with
-from camopt.solve.synthesis.from_scene import demand_of
-from camopt.solve.synthesis.iterate import cleaned, moving
+from camopt.solve.synthesis.cams import programme_with_laws
+from camopt.solve.synthesis.iterate import free_motions, without_solver_error
+from camopt.solve.synthesis.problem_from_scene import synthesis_problem
 from camopt.solve.synthesis.relaxation import RelaxedMotion
 from camopt.solve.synthesis.solver import SOLVED, solve
 from camopt.solve.synthesis.stroke_motion import DerivativeRange, Sizes
-from camopt.solve.synthesis.symmetry import mirrored
-from camopt.solve.synthesis.synthesise import solved
+from camopt.solve.synthesis.symmetry import find_mirror_strokes
+from camopt.solve.synthesis.synthesise import solve_free_laws
 
 MOVES = (
     "belt-matching",
@@ -84,7 +84,7 @@ def test_the_states_that_a_scene_asks_for_are_met_and_stretches_keep_their_veloc
         if not one.is_free:
             assert np.allclose(at_first[number], at_last[number], rtol=1e-12, atol=1e-12)
             continue
-        for asked in one.asked(before.strokes[0].low):
+        for asked in one.required_conditions(before.strokes[0].low):
             values = other.motion(np.linspace(asked.start, asked.end, 101))[asked.order]
             room = 1e-9 * max(np.abs(at_first[:, asked.order]).max(), np.abs(values).max())
             assert asked.low - room <= values.min()
@@ -98,7 +98,7 @@ def test_a_scene_with_free_moves_is_read_again_and_asks_the_same(name):
     scene, result = free(name, "acceleration")
     again = Scene.from_dict(tomllib.loads(result.scene.to_toml()))
     assert evaluate(again) == evaluate(result.scene)
-    first, second = (demand_of(each) for each in (scene, again))
+    first, second = (synthesis_problem(each) for each in (scene, again))
     assert [c.key for c in first.conditions] == [c.key for c in second.conditions]
     assert first.zero == pytest.approx(second.zero, abs=1e-9)
 
@@ -119,7 +119,7 @@ def test_the_least_mean_square_jerk_is_that_of_the_scenes_own_polynomials(name):
         scene = scene.replace(motion=laws)
     programme, seconds = resolve(scene).programme, 60 / scene.cam.rpm
     angles = (np.arange(720_000) + 0.5) * 2 * pi / 720_000
-    own = sqrt(np.mean(programme.at(angles)[3] ** 2)) * (2 * pi / seconds) ** 3 / 1e3
+    own = sqrt(np.mean(programme.motion_at(angles)[3] ** 2)) * (2 * pi / seconds) ** 3 / 1e3
     result = synthesise(scene)
     assert result.objective == pytest.approx(own, rel=1e-4)  # what is given up for the gentlest jerk
     assert own * (1 - 1e-5) <= result.bound * (1 + 1e-5) <= own * (1 + 2e-5)
@@ -182,7 +182,7 @@ def test_a_symmetric_motion_is_its_own_mirror_image(name):
     scene = scene.replace(**{"synthesis.symmetric": True, "synthesis.pieces": 16, "synthesis.minimise": "jerk"})
     programme = resolve(synthesise(scene).scene).programme
     away = np.radians(np.linspace(0.3, 179.7, 777))
-    there, back = (programme.at(np.mod(radians(middle) + side * away, 2 * pi)) for side in (1, -1))
+    there, back = (programme.motion_at(np.mod(radians(middle) + side * away, 2 * pi)) for side in (1, -1))
     for order in range(3):
         room = 1e-8 * np.abs(there[order]).max()
         assert np.allclose(there[order], (-1) ** order * back[order], rtol=0, atol=room)
@@ -199,11 +199,11 @@ def test_a_turn_and_its_reverse_have_mirror_images_wherever_it_starts(half, star
     levels = [level for _, level in half]
     ends = [*levels, *reversed([0, *levels[:-1]])]
     rows = [
-        GivenSegment("move", angle, to=end) for (angle, _), end in zip([*half, *reversed(half)], ends, strict=True)
+        MotionSegment("move", angle, to=end) for (angle, _), end in zip([*half, *reversed(half)], ends, strict=True)
     ]
     start %= len(rows)
     turned = Programme.from_segments([*rows[start:], *rows[:start]], angular=False).strokes
-    places = mirrored(turned)
+    places = find_mirror_strokes(turned)
     assert places is not None
     for stroke, place in zip(turned, places, strict=True):
         assert stroke.angle == pytest.approx(turned[place].angle)
@@ -220,7 +220,7 @@ def test_a_smooth_motion_gives_up_a_share_of_its_objective_for_less_variation_of
     found = []
     for smooth in (0.0, 0.01, 0.1):
         result = synthesise(scene.replace(**{"synthesis.smooth": smooth}))
-        jerk = resolve(result.scene).programme.at(angles)[3]
+        jerk = resolve(result.scene).programme.motion_at(angles)[3]
         found.append((result.objective, np.abs(np.diff(jerk)).sum()))
         assert evaluate(result.scene)["feasible"]
         assert result.objective <= found[0][0] * (1 + smooth + 1e-3)
@@ -256,15 +256,15 @@ def test_the_residual_vibration_of_moves_is_linear_in_their_coefficients(name):
         scene = find_scene(name)
     train = TRAIN | {"follower.dynamics.natural_frequency": 6.1 * scene.cam.rpm / 60}
     scene = scene.replace(**train, **{"synthesis.minimise": "residual_vibration", "synthesis.pieces": 8})
-    demand = demand_of(scene)
-    model, start, _ = solved(demand)
+    demand = synthesis_problem(scene)
+    model, start, _ = solve_free_laws(demand)
     random = np.random.default_rng(5)
     noisy = [c + 0.05 * random.normal(size=c.size) for c in start.coefficients]
-    found = start._replace(coefficients=cleaned(demand, noisy))
-    for motion, coefficients in zip(moving(model), found.coefficients, strict=True):
+    found = start._replace(coefficients=without_solver_error(demand, noisy))
+    for motion, coefficients in zip(free_motions(model), found.coefficients, strict=True):
         motion.coefficients.value = coefficients
-    programme = programme_with(demand, found)
-    wanted = vibration(programme, *demand.train).residual
+    programme = programme_with_laws(demand, found)
+    wanted = vibration(programme, *demand.train_frequency_and_damping).residual
     assert model.unit * float(model.objective.value) == pytest.approx(wanted, rel=1e-6)
 
 
@@ -298,7 +298,7 @@ def own(place=0, table=None, **keys):
 
 def test_a_move_with_a_law_of_its_own_is_that_spline():
     x = np.linspace(0, 1, 50)
-    motion = resolve(own()).programme.at(x * radians(100))
+    motion = resolve(own()).programme.motion_at(x * radians(100))
     assert np.allclose(motion[0], 10 * (3 * x**2 - 2 * x**3), rtol=1e-14, atol=1e-14)
 
 
@@ -346,7 +346,7 @@ def test_free_laws_of_free_laws_hold_the_same_limits():
     scene, result = free("belt-matching", "acceleration")
     again = synthesise(result.scene)
     assert again.objective == pytest.approx(result.objective, rel=1e-4)
-    assert demand_of(result.scene).ranges == demand_of(scene).ranges
+    assert synthesis_problem(result.scene).ranges == synthesis_problem(scene).ranges
 
 
 def test_what_free_moves_cannot_do_is_said():
@@ -391,7 +391,7 @@ def test_lift_area_and_face_diameter_are_limits_of_the_programme(minimise):
     assert evaluate(asked)["feasible"]
     found = synthesise(asked)
     angles = np.deg2rad((np.arange(36000) + 0.5) / 100)
-    y = resolve(found.scene).programme.at(angles)[0]
+    y = resolve(found.scene).programme.motion_at(angles)[0]
     assert found.design["feasible"]
     assert (y - y.min()).sum() / 100 >= 0.998 * area * (1 - 1e-6)
     loose = synthesise(own.replace(**{"synthesis.minimise": minimise}))
@@ -410,7 +410,7 @@ def test_moves_of_the_largest_lift_area_are_no_worse_than_the_scenes_own_within_
     found = synthesise(own.replace(**limited))
     lost = []
     for scene in (found.scene, own):
-        y = resolve(scene).programme.at(np.deg2rad((np.arange(36000) + 0.5) / 100))[0]
+        y = resolve(scene).programme.motion_at(np.deg2rad((np.arange(36000) + 0.5) / 100))[0]
         lost.append(360 * resolve(own).programme.lift - (y - y.min()).sum() / 100)
     assert found.design["feasible"]
     assert found.objective == pytest.approx(lost[0], rel=1e-6)
@@ -434,17 +434,17 @@ def test_the_area_of_a_motion_lies_where_its_values_at_nodes_say(order, law):
     scene = turn(rise, *rest, {"segment": "dwell", "angle": 60}).replace(
         **{"synthesis.rest": 1 if order < 3 else 2}
     )
-    demand = demand_of(scene)
+    demand = synthesis_problem(scene)
     stroke, sizes = demand.strokes[0], Sizes(cp.Variable(), cp.Variable(), cp.Variable())
     largest = np.abs(stroke.motion(stroke.start + stroke.angle * np.linspace(0, 1, 100001))[order]).max()
-    bound = largest / demand.scale
+    bound = largest / demand.motion_unit
     motion = RelaxedMotion(9, demand, stroke, {order: [DerivativeRange(-bound, bound)]}, sizes)
     x = np.linspace(0, 1, 10)
-    y, v, a, _ = stroke.motion(stroke.start + x * stroke.angle) / demand.scale
+    y, v, a, _ = stroke.motion(stroke.start + x * stroke.angle) / demand.motion_unit
     known = [(motion.y, y), (motion.v, v * stroke.angle), (motion.a, a * stroke.angle**2)]
     fixed = [cp.abs(unknown - value) <= 1e-9 for unknown, value in known[: 3 if order == 3 else 2]]
     constraints = motion.constraints + fixed
-    ends = [cp.Problem(goal(motion.area()), constraints) for goal in (cp.Minimize, cp.Maximize)]
+    ends = [cp.Problem(goal(motion.lift_area()), constraints) for goal in (cp.Minimize, cp.Maximize)]
     assert [solve(end) for end in ends] == [SOLVED] * 2
     least, most = (end.value for end in ends)
     half = stroke.angle / 2

@@ -10,20 +10,20 @@ from support.pictures import faults_of
 
 from camopt import BadInput, Frontier, Scene, certify, evaluate, find_scene, frontier, load, plot, synthesise
 from camopt.cli.main import main
-from camopt.cli.terminal import show
+from camopt.cli.terminal import print_sections
 from camopt.core.mistakes import Unmet
 from camopt.scene.synthesis import AXIS_TERMS
 from camopt.show.pictures.frontier import AXIS_NAMES
 from camopt.solve.smallest.optimise import optimise
 from camopt.solve.synthesis import frontier as searches
 from camopt.solve.synthesis.axis_minimiser import AxisMinimiser
-from camopt.solve.synthesis.cams import within
+from camopt.solve.synthesis.cams import motion_holds_limits
 from camopt.solve.synthesis.ceilings import ceilings_of
 from camopt.solve.synthesis.files import write_frontier
-from camopt.solve.synthesis.from_scene import demand_of
-from camopt.solve.synthesis.frontier import _checked, _ends
+from camopt.solve.synthesis.frontier import _axis_ends, _check_axes
+from camopt.solve.synthesis.problem_from_scene import synthesis_problem
 from camopt.solve.synthesis.solver import CompiledProgramme
-from camopt.solve.synthesis.units import unit_of
+from camopt.solve.synthesis.term_units import term_unit
 
 COARSE = {
     "synthesis.pieces": 20,
@@ -93,7 +93,7 @@ def excludes(found, row):
 )
 def test_no_certified_cam_lies_where_no_motion_is_said_to_be(name, changes, axes, monkeypatch):
     """Few points leave wide gaps between bounds; the cams of other points fall between them."""
-    monkeypatch.setattr("camopt.solve.synthesis.frontier._ends", cache(_ends))
+    monkeypatch.setattr("camopt.solve.synthesis.frontier._axis_ends", cache(_axis_ends))
     scene = find_scene(name).replace(**{"search.law": ["poly345"], **changes})
     coarse, fine = (frontier(scene, axes, points=n, workers=1) for n in (3, 5))
     cams = [*coarse.rows, *fine.rows, *(row for row in (*coarse.known, *fine.known) if row["within"])]
@@ -125,8 +125,8 @@ def test_a_law_is_within_its_own_peaks(name, law):
             segment | ({"lift": lift} if "lift" in segment else {})
             for segment in find_scene(name).to_dict()["motion"]
         ]
-        demand = demand_of(find_scene(name).replace(motion=motion, **peaks))
-        assert within(demand, demand.problem.with_laws(law, law))
+        demand = synthesis_problem(find_scene(name).replace(motion=motion, **peaks))
+        assert motion_holds_limits(demand, demand.problem.follower_motion_with_laws(law, law))
 
 
 def test_the_picture_of_a_frontier(found, tmp_path):
@@ -173,7 +173,7 @@ def test_the_end_of_a_term_is_what_synthesise_finds(case):
     """Whatever decides; both hold the peaks of poly345, since neither minimises an acceleration."""
     name, changes = ENDS[case]
     scene = find_scene(name).replace(**{"synthesis.pieces": 12, **changes})
-    end = AxisMinimiser(scene, ("size", "velocity"), "size", ()).at({}).row
+    end = AxisMinimiser(scene, ("size", "velocity"), "size", ()).minimise_at({}).row
     single = synthesise(scene)
     assert end["size"] == single.objective
     assert end["local"] == (not single.convex)
@@ -215,7 +215,7 @@ def test_the_printed_table_has_units_and_no_column_of_zeros(capsys):
         **{"synthesis.pieces": 8, "search": {"law": ["cycloidal"]}, "limits": {"pressure_angle": 30}}
     )
     found = frontier(knife, points=2, workers=2)
-    show(*found.sections())
+    print_sections(*found.sections())
     printed = capsys.readouterr().out
     head = [line for line in printed.splitlines()[:8] if "mm" in line]
     assert [word for word in head[0].split() if word != "law"] == ["mm", "m/s²", "mm", "mm"]
@@ -253,12 +253,12 @@ def test_the_picture_names_axes_as_the_table_does(found):
 def test_units_of_terms_are_those_of_the_quantities(scene):
     slow = scene.replace(**{"cam.rpm": None})
     swung = find_scene("oscillating-roller")
-    every = {term: (unit_of(term, scene), unit_of(term, slow), unit_of(term, swung)) for term in AXIS_TERMS}
+    every = {term: (term_unit(term, scene), term_unit(term, slow), term_unit(term, swung)) for term in AXIS_TERMS}
     assert every["jerk"] == every["jerk_rms"] == ("m/s³", "mm/rad³", "deg/rad³")
     assert every["size"] == ("mm", "mm", "mm")
     assert every["lost_lift_area"] == ("mm·deg", "mm·deg", "deg·deg")
     assert every["residual_vibration"] == ("mm", "mm", "deg")
-    assert unit_of("power_peak_W", swung) == "W"
+    assert term_unit("power_peak_W", swung) == "W"
 
 
 def test_three_axes_and_quantities(scene):
@@ -353,15 +353,15 @@ def test_steps_from_a_motion_within_its_bounds_stay_there_and_are_few(monkeypatc
         materials={"cam": "steel", "follower": "steel", "face_width": 10},
         outputs=["force"],
     )
-    scene, axes = _checked(scene, ("size", "torque_peak_N_m"))  # calls for sizes and torque too
-    gentle = AxisMinimiser(scene, axes, axes[1], ("size",)).at({"size": 248.0}, bounded=False)
+    scene, axes = _check_axes(scene, ("size", "torque_peak_N_m"))  # calls for sizes and torque too
+    gentle = AxisMinimiser(scene, axes, axes[1], ("size",)).minimise_at({"size": 248.0}, bounded=False)
     least, solved = AxisMinimiser(scene, axes, "size", axes[1:]), []
     value = {axes[1]: gentle.row[axes[1]] * (1 + 3e-4)}
-    ceilings = ceilings_of(least._demand(value))
+    ceilings = ceilings_of(least._problem_with_held(value))
     solve = CompiledProgramme.solve
     monkeypatch.setattr(CompiledProgramme, "solve", lambda *given: solved.append(given) or solve(*given))
-    reached = least.steps.run(gentle.laws, ceilings)
-    assert least.steps._levels(reached, ceilings, ())[0] <= 1.0
+    reached = least.convex_steps.find_local_optimum(gentle.laws, ceilings)
+    assert least.convex_steps._highest_levels(reached, ceilings, ())[0] <= 1.0
     assert reached.height < gentle.laws.height
     assert len(solved) <= 8
 
@@ -370,7 +370,7 @@ def test_the_residual_vibration_of_the_programme_is_the_effects(loaded):
     """The value of the convex programme, at its own coefficients, is that of the cam's response."""
     finer = loaded.replace(**{"synthesis.pieces": 8})
     least = AxisMinimiser(finer, ("residual_vibration", "size"), "residual_vibration", ("size",))
-    found = least.at({"size": 40.0})
+    found = least.minimise_at({"size": 40.0})
     assert least.optimum > 1e-3
     assert found.row["residual_vibration_max_mm"] == pytest.approx(least.optimum, rel=1e-3)
     assert found.row["size"] <= 40.0 * (1 + 1e-9)
@@ -471,16 +471,16 @@ def test_a_frontier_of_nothing(scene):
 def test_a_long_frontier_is_told_beforehand(monkeypatch, kinds, workers, clock, told):
     """What has passed, and each round of the searches to come as long as one of the last kind."""
     times, found = iter([0.0, 0.0, *clock]), []
-    monkeypatch.setattr(searches, "now", lambda: next(times))
-    foreseen = searches.Foresight(kinds, workers, found.append)
+    monkeypatch.setattr(searches, "clock_seconds", lambda: next(times))
+    foreseen = searches.SearchTimeEstimate(kinds, workers, found.append)
     for _ in clock:
-        foreseen.kind_done()
+        foreseen.finish_kind()
     ends = "in all; fewer points take less"
     assert found == [f"{count} more searches for a motion, about {time} {ends}" for count, time in told]
 
 
 def test_it_is_told_before_the_first_point(monkeypatch):
-    monkeypatch.setattr(searches, "LONG", 0.0)
+    monkeypatch.setattr(searches, "LONG_SECONDS", 0.0)
     events = []
     coarse = find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
     frontier(coarse, points=2, workers=1, progress=lambda done, _: events.append(done), tell=events.append)

@@ -8,11 +8,11 @@ from support.depth import times
 
 from camopt import Scene, evaluate, find_scene, optimise, synthesise
 from camopt.core.mistakes import BadInput
-from camopt.core.numerics.curves import curve
+from camopt.core.numerics.curves import value_and_slope
 from camopt.core.numerics.state import State
-from camopt.model.mechanisms.pairs import half_turns
+from camopt.model.mechanisms.pairs import half_turn_misfit
 from camopt.scene.problem.problem import resolve
-from camopt.solve.synthesis.linear_constraints import floors_of
+from camopt.solve.synthesis.linear_constraints import linear_constraints_of
 
 RISE = {"segment": "rise", "angle": 120, "lift": 20, "law": "cycloidal"}
 TURN = [
@@ -53,14 +53,16 @@ def ribbed(rotation):
 def test_linear_limits_of_both_contacts_are_those_of_their_pressure_angles(scene, y, y1, size, offset):
     problem = resolve(scene)
     design = problem.design.with_values({"size": np.array([size]), "offset": np.array([offset])})
-    (contact,) = problem.setup.mechanism.further
+    (contact,) = problem.setup.mechanism.further_contacts
     state = State(y, y1, 0.0, 0.0)
-    first = curve(problem.setup.mechanism.pressure(design, problem.programme), 0, state)[0]
-    second = curve(contact.mechanism.pressure(contact.seen(design), problem.programme), 0, state)[0]
+    first = value_and_slope(problem.setup.mechanism.pressure(design, problem.programme), 0, state)[0]
+    second = value_and_slope(
+        contact.mechanism.pressure(contact.local_designs(design), problem.programme), 0, state
+    )[0]
     lead, height = float(design.lead[0]), float(problem.setup.mechanism.start(design)[0])
     values = [
         f.displacement * y + f.velocity * y1 + f.lead * lead + f.height * height + f.constant
-        for f in floors_of(problem)
+        for f in linear_constraints_of(problem)
     ]
     room = np.tan(np.radians(30)) - max(abs(first), abs(second))
     assert len(values) == 4
@@ -85,7 +87,7 @@ def test_free_laws_of_a_yoke_are_the_same_in_both_halves_of_the_turn():
         **{"synthesis": {"pieces": 10, "minimise": "jerk"}, "limits.contact_stress": 900}
     )
     found = synthesise(pump)
-    assert half_turns(resolve(found.scene).programme).off < 1e-12
+    assert half_turn_misfit(resolve(found.scene).programme).off < 1e-12
     assert found.bound <= found.objective
     moves = [{"segment": "move", "angle": 100, "to": 12, "through": [{"angle": 50, "position": 7}]}]
     moves += [{"segment": "dwell", "angle": 30}, {"segment": "move", "angle": 50, "to": 9}]
@@ -102,7 +104,7 @@ def test_free_laws_of_a_yoke_are_the_same_in_both_halves_of_the_turn():
     )
     assert [(each.segment, each.to) for each in yoke.motion[3:]] == [("move", 9.0), ("dwell", None), ("move", 12.0)]
     assert yoke.motion[3].through[0].position == 14.0
-    assert half_turns(resolve(synthesise(yoke).scene).programme).off < 1e-12
+    assert half_turn_misfit(resolve(synthesise(yoke).scene).programme).off < 1e-12
 
 
 def test_a_yoke_can_be_given_half_a_turn():

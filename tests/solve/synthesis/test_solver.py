@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import sparse
 
-from camopt.solve.synthesis.solver import NO_SOLUTION, SOLVED, CompiledProgramme, failed, solve
+from camopt.solve.synthesis.solver import INFEASIBLE_STATUSES, SOLVED, CompiledProgramme, failure_message, solve
 
 
 @given(st.integers(0, 10**6))
@@ -27,12 +27,12 @@ def test_a_compiled_programme_with_rows_is_that_of_cvxpy(seed):
     compiled = CompiledProgramme(cp.Problem(cp.Minimize(goal), constraints), [y, x])
     for _ in range(3):
         room.value = rng.uniform(0.1, 2.0, 2)
-        compiled.take_parameters()
+        compiled.compile_parameters()
         rows = rng.normal(size=(5, 6))
         most = rows @ np.concatenate([inside[:2], inside]) + rng.uniform(0.0, 1.0, 5)
         assert compiled.solve(sparse.csr_array(rows), most) == SOLVED
         ours = compiled.value, x.value, y.value, compiled.row_multipliers
-        compiled.give_values()
+        compiled.unpack_values()
         duals = [each.dual_value for each in constraints]
         limits = [*constraints, rows @ cp.hstack([y, x]) <= most]
         theirs = cp.Problem(cp.Minimize(goal), limits)
@@ -47,11 +47,11 @@ def test_a_compiled_programme_with_rows_is_that_of_cvxpy(seed):
 def test_rows_that_nothing_holds_are_said():
     x = cp.Variable()
     compiled = CompiledProgramme(cp.Problem(cp.Minimize(x), [x >= 2.0]), [x])
-    compiled.take_parameters()
-    assert compiled.solve(sparse.csr_array([[1.0]]), np.array([1.0])) in NO_SOLUTION
+    compiled.compile_parameters()
+    assert compiled.solve(sparse.csr_array([[1.0]]), np.array([1.0])) in INFEASIBLE_STATUSES
     assert compiled.solve(sparse.csr_array([[1.0]]), np.array([3.0])) == SOLVED
     assert (compiled.value, x.value) == (pytest.approx(2.0), pytest.approx(2.0))
-    assert solve(cp.Problem(cp.Minimize(x), [x >= 2.0, x <= 1.0])) in NO_SOLUTION
+    assert solve(cp.Problem(cp.Minimize(x), [x >= 2.0, x <= 1.0])) in INFEASIBLE_STATUSES
 
 
 def test_a_solver_that_fails_has_a_status_and_a_message(monkeypatch):
@@ -61,4 +61,4 @@ def test_a_solver_that_fails_has_a_status_and_a_message(monkeypatch):
     monkeypatch.setattr(cp.Problem, "solve", fail)
     x = cp.Variable()
     status = solve(cp.Problem(cp.Minimize(x), [x >= 2.0]))
-    assert failed(status) == "the convex solver found no solution (it says solver error)"
+    assert failure_message(status) == "the convex solver found no solution (it says solver error)"

@@ -19,30 +19,30 @@ from scipy.optimize import linprog
 from support.depth import times
 from support.pictures import drawn, faults_of
 
-import camopt.solve.synthesis.convex
+import camopt.solve.synthesis.convex_model
 from camopt import BadInput, Scene, Unmet, Unsolved, evaluate, find_scene, optimise, plot
 from camopt.cli.main import main
 from camopt.core.numerics import LARGEST_MAGNITUDE
 from camopt.model.motion import LAWS
-from camopt.model.motion.programme import Programme, law_peaks, peak, root_mean_square, span
+from camopt.model.motion.programme import Programme, derivative_peak, law_peaks, root_mean_square, weighted_range
 from camopt.model.motion.stroke import ALL_STROKES, RISE, Stroke
 from camopt.scene.problem.problem import resolve
 from camopt.scene.synthesis import AXIS_TERMS, SynthesisSettings
 from camopt.solve.front.sweep import sweep
-from camopt.solve.synthesis.cams import known_laws, scene_with_laws, smallest_cams
-from camopt.solve.synthesis.ceilings import Sampled, ceilings_of, samples
-from camopt.solve.synthesis.compare import known_laws_of
-from camopt.solve.synthesis.convex import convex
-from camopt.solve.synthesis.from_scene import default_peaks, demand_of
-from camopt.solve.synthesis.iterate import Iterate, cleaned, moving
-from camopt.solve.synthesis.ramps import lost_ramps
+from camopt.solve.synthesis.cams import scene_with_laws, smallest_cams, smallest_known_cams
+from camopt.solve.synthesis.ceilings import SampledCeilings, ceilings_of, stroke_samples
+from camopt.solve.synthesis.convex_model import build_convex_model
+from camopt.solve.synthesis.iterate import Iterate, free_motions, without_solver_error
+from camopt.solve.synthesis.known_law_cams import known_laws_of
+from camopt.solve.synthesis.law_infeasibility import no_cam_error
+from camopt.solve.synthesis.problem_from_scene import default_peaks, synthesis_problem
+from camopt.solve.synthesis.ramps import ramps_in_words
 from camopt.solve.synthesis.relaxation import RelaxedMotion
-from camopt.solve.synthesis.solver import SOLVER_ENDS, solve
+from camopt.solve.synthesis.solver import SOLVED_STATUSES, solve
 from camopt.solve.synthesis.spline_motion import SplineMotion
-from camopt.solve.synthesis.splines import Splines, elevated
-from camopt.solve.synthesis.synthesise import bound_of, solved, synthesise
-from camopt.solve.synthesis.unmet import no_cam
-from camopt.solve.tables.cells import number
+from camopt.solve.synthesis.splines import Splines, elevate_degree
+from camopt.solve.synthesis.synthesise import relaxation_bound, solve_free_laws, synthesise
+from camopt.solve.tables.cells import number_text
 from camopt.solve.verdicts.certify import certify
 
 MOTION = [
@@ -100,7 +100,7 @@ def free(scene):
 
 
 def span_of(programme, order, kinds=ALL_STROKES):
-    return span(programme, (0.0,) * order + (1.0,), kinds)
+    return weighted_range(programme, (0.0,) * order + (1.0,), kinds)
 
 
 def sound(result):
@@ -117,7 +117,7 @@ def sound(result):
     assert not [jump for jump in programme.jumps if jump.order <= rest]
     for stroke in programme.strokes:
         if stroke.law:
-            least, largest = span(Programme((stroke,)), (1.0,), ALL_STROKES)
+            least, largest = weighted_range(Programme((stroke,)), (1.0,), ALL_STROKES)
             assert min(stroke.low, stroke.high) - 1e-12 * 50 <= least
             assert largest <= max(stroke.low, stroke.high) + 1e-12 * 50
     return found
@@ -204,8 +204,8 @@ def test_units_of_the_objective_and_any_speed(speed):
 
 def test_no_bound_is_below_zero():
     """A knife edge under a limit that hardly matters: the least size is next to nothing."""
-    demand = demand_of(made(KNIFE, limits__pressure_angle=89))
-    assert 0.0 <= bound_of(demand) < 1.0
+    demand = synthesis_problem(made(KNIFE, limits__pressure_angle=89))
+    assert 0.0 <= relaxation_bound(demand) < 1.0
 
 
 def test_the_gentlest_laws_are_the_quintic():
@@ -266,12 +266,12 @@ def objective(scene, programme, weights):
     """By sums over a fine grid of the motion's panels: neither spans nor Gauss's rule."""
     omega = scene.cam.rpm * pi / 30
     angles = (np.arange(36000) + 0.5) * (2 * pi / 36000)
-    values = programme.at(angles)
+    values = programme.motion_at(angles)
     knots = [
         s.start + s.angle * np.unique(getattr(s.law, "knots", (0.0, 1.0))) for s in programme.strokes if s.law
     ]  # accelerations bend there, and jerks jump
     beside = np.concatenate([angles, *knots, *(np.subtract(each, 1e-9) for each in knots)])
-    densely = programme.at(beside % (2 * pi))
+    densely = programme.motion_at(beside % (2 * pi))
     total = weights.get("size", 0.0) * smallest_size(scene, *densely[:3])
     for order, name in enumerate(("velocity", "acceleration", "jerk"), start=1):
         per = omega**order / 1e3
@@ -286,22 +286,22 @@ def test_no_motion_passes_the_bound(case):
     """Of any motion within the ranges, the values at the nodes hold every inequality of the relaxation."""
     scene, laws = case
     programme = resolve(scene).programme.with_laws(*laws)
-    demand = demand_of(scene)
-    relaxed = convex(demand, partial(RelaxedMotion, 12))
+    demand = synthesis_problem(scene)
+    relaxed = build_convex_model(demand, partial(RelaxedMotion, 12))
     angles = [stroke.start + stroke.angle * np.linspace(0, 1, 13) for stroke in demand.strokes]
     fixed = []
     for stroke, motion, at in zip(programme.strokes, relaxed.motions, angles, strict=True):
         if stroke.is_free:
-            x, change = (at - stroke.start) / stroke.angle, (stroke.high - stroke.low) / demand.scale
+            x, change = (at - stroke.start) / stroke.angle, (stroke.high - stroke.low) / demand.motion_unit
             s = stroke.law
             for unknown, value, room in (
-                (motion.y, stroke.low / demand.scale + change * s.displacement(x), 1e-7),
+                (motion.y, stroke.low / demand.motion_unit + change * s.displacement(x), 1e-7),
                 (motion.v, change * s.velocity(x), 1e-7),
                 (motion.a, change * s.acceleration(x), 1e-6),
             ):
                 fixed.append(cp.abs(unknown - value) <= room)
     at_nodes = cp.Problem(cp.Minimize(relaxed.objective), relaxed.constraints + fixed)
-    assert solve(at_nodes) in SOLVER_ENDS
+    assert solve(at_nodes) in SOLVED_STATUSES
     true = objective(scene, programme, dict(scene.synthesis.minimise))
     assert relaxed.unit * at_nodes.value <= true * (1 + 1e-4)
     least = relaxed.solve()
@@ -312,10 +312,10 @@ def test_no_motion_passes_the_bound(case):
 @pytest.mark.parametrize("base", [ROLLER, FLAT, GROOVE], ids=["roller", "flat", "groove"])
 @pytest.mark.parametrize("minimise", ["size", "jerk"])
 def test_the_bound_grows_with_the_panels_and_stays_below_free_laws(base, minimise):
-    demand = demand_of(made(base, synthesis__minimise=minimise))
-    bounds = [convex(demand, partial(RelaxedMotion, panels)).solve() for panels in (4, 8, 16, 32, 64)]
+    demand = synthesis_problem(made(base, synthesis__minimise=minimise))
+    bounds = [build_convex_model(demand, partial(RelaxedMotion, panels)).solve() for panels in (4, 8, 16, 32, 64)]
     assert all(after >= before * (1 - 1e-6) for before, after in pairwise(bounds))
-    assert bounds[-1] <= solved(demand)[2]
+    assert bounds[-1] <= solve_free_laws(demand)[2]
 
 
 def least_on_grid(acceleration, jerk, panels, cost):
@@ -357,12 +357,12 @@ def test_what_no_motion_holds_is_said_and_what_one_holds_is_not():
     assert least == pytest.approx(0.4298, abs=1e-3)
     assert largest == pytest.approx(1 - least, abs=1e-9)
     beyond, inside = (made(synthesis__points=[[60, 50 * least + off]]) for off in (-0.3, 0.3))
-    assert bound_of(demand_of(beyond)) == inf
-    assert bound_of(demand_of(inside)) < inf
+    assert relaxation_bound(synthesis_problem(beyond)) == inf
+    assert relaxation_bound(synthesis_problem(inside)) < inf
     with pytest.raises(Unmet, match="no motion whatever"):
         synthesise(beyond)
-    assert bound_of(demand_of(made(synthesis__peak_acceleration=4, synthesis__rest=1))) < inf
-    assert bound_of(demand_of(made(synthesis__peak_acceleration=3.9, synthesis__rest=1))) == inf
+    assert relaxation_bound(synthesis_problem(made(synthesis__peak_acceleration=4, synthesis__rest=1))) < inf
+    assert relaxation_bound(synthesis_problem(made(synthesis__peak_acceleration=3.9, synthesis__rest=1))) == inf
 
 
 def test_a_stroke_of_a_hundredth_of_a_degree_has_a_bound_below_its_cam():
@@ -384,12 +384,12 @@ def test_the_residual_vibration_of_coefficients_is_that_of_the_response(motion, 
     """Linear in the coefficients: any motion has what the sum over its coefficients says."""
     train = {"natural_frequency": frequency + 1 / 3, "damping_ratio": damping}
     asked = made(motion=motion, follower__dynamics=train, synthesis__pieces=8)
-    demand = demand_of(asked)
-    model = convex(replace(demand, objective={"residual_vibration": 1.0}), SplineMotion)
+    demand = synthesis_problem(asked)
+    model = build_convex_model(replace(demand, objective={"residual_vibration": 1.0}), SplineMotion)
     random = np.random.default_rng(4)
-    each = [np.sort(random.random(demand.splines.count)) for _ in moving(model)]
-    found = Iterate(0.0, 1.0, cleaned(demand, each))
-    for stroke, coefficients in zip(moving(model), found.coefficients, strict=True):
+    each = [np.sort(random.random(demand.splines.count)) for _ in free_motions(model)]
+    found = Iterate(0.0, 1.0, without_solver_error(demand, each))
+    for stroke, coefficients in zip(free_motions(model), found.coefficients, strict=True):
         stroke.coefficients.value = coefficients
     scene = scene_with_laws(asked, demand, found).replace(outputs=["vibration"])
     wanted = evaluate(scene)["residual_vibration_max_mm"]
@@ -401,7 +401,7 @@ def test_the_least_residual_vibration_is_the_effects_own():
     calm = free(scene.replace(**{"cam.base_radius": 53.0}))
     assert calm.bound == 0.0
     assert calm.objective == sound(calm)["residual_vibration_max_mm"]
-    least = solved(demand_of(scene.replace(**{"cam.base_radius": 53.0})))[2]
+    least = solve_free_laws(synthesis_problem(scene.replace(**{"cam.base_radius": 53.0})))[2]
     assert least > 0.01
     assert calm.objective == pytest.approx(least, rel=1e-3)
     smallest = free(made(**TRAIN))
@@ -445,14 +445,16 @@ def test_bernstein_coefficients_are_those_of_the_spline(splines, order):
     wanted = BSpline(splines.knots, coefficients, splines.degree)(x) if order == 0 else wanted
     parts = 2 * splines.pieces
     for up in (0, order):
-        rows = splines.bernstein(order)
-        rows = elevated(rows, splines.degree - order, up) @ coefficients
+        rows = splines.bernstein_matrix(order)
+        rows = elevate_degree(rows, splines.degree - order, up) @ coefficients
         peer = BPoly(rows.reshape(parts, -1).T, np.linspace(0, 1, parts + 1))
         np.testing.assert_allclose(peer(x), wanted, atol=1e-9 * np.abs(wanted).max())
-        repeated = np.setdiff1d(np.arange(rows.size), splines.fresh(order, splines.degree - order + up))
+        repeated = np.setdiff1d(np.arange(rows.size), splines.distinct_rows(order, splines.degree - order + up))
         np.testing.assert_allclose(rows[repeated], rows[repeated - 1], atol=1e-9 * np.abs(wanted).max())
         assert repeated.size == parts - (1 if order <= splines.continuity else splines.pieces)
-    np.testing.assert_allclose(splines.at(x, order) @ coefficients, wanted, atol=1e-9 * np.abs(wanted).max())
+    np.testing.assert_allclose(
+        splines.value_matrix(x, order) @ coefficients, wanted, atol=1e-9 * np.abs(wanted).max()
+    )
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])
@@ -460,7 +462,7 @@ def test_root_mean_squares_by_a_fine_sum(order):
     result = free(made())
     programme = resolve(result.scene).programme
     angles = (np.arange(200000) + 0.5) * (2 * pi / 200000)
-    fine = np.sqrt(np.mean(programme.at(angles)[order] ** 2))
+    fine = np.sqrt(np.mean(programme.motion_at(angles)[order] ** 2))
     assert root_mean_square(programme, order) == pytest.approx(fine, rel=1e-5)
 
 
@@ -537,7 +539,7 @@ def test_every_limit_holds_over_the_whole_turn(name):  # noqa: C901
             for order, verb in enumerate((law.velocity, law.acceleration, law.jerk), start=1):
                 assert order > asked.rest or verb(ends).tolist() == [0.0, 0.0]
     for angle, y in asked.points:
-        assert programme.at(np.array([radians(angle)]))[0, 0] == pytest.approx(y, abs=1e-5)
+        assert programme.motion_at(np.array([radians(angle)]))[0, 0] == pytest.approx(y, abs=1e-5)
     if name == "one size":
         assert result.scene.cam.base_radius == 60
     if name == "own size":
@@ -633,39 +635,43 @@ LOADED = {
 @pytest.mark.parametrize("base", [ROLLER, SPHERE, GROOVE, FLAT], ids=["roller", "sphere", "groove", "flat"])
 def test_planes_are_tangent_to_the_curves_of_limits(base):
     """Whatever the curve: against its values a little away, in the motion and the sizes together."""
-    demand = demand_of(Scene.from_dict(base).replace(**LOADED, **{"synthesis.pieces": 6}))
-    ceilings, random, unit = ceilings_of(demand), np.random.default_rng(2), demand.scale
+    demand = synthesis_problem(Scene.from_dict(base).replace(**LOADED, **{"synthesis.pieces": 6}))
+    ceilings, random, unit = ceilings_of(demand), np.random.default_rng(2), demand.motion_unit
     for stroke in demand.strokes:
-        sampled = Sampled(demand, stroke)
+        sampled = SampledCeilings(demand, stroke)
         orders = np.arange(4)[:, None]
-        state = unit * random.uniform(0.3, 0.7, (4, samples(demand, stroke).size)) / stroke.angle**orders
+        state = unit * random.uniform(0.3, 0.7, (4, stroke_samples(demand, stroke).size)) / stroke.angle**orders
         away = random.normal(size=state.shape) / stroke.angle**orders
         sizes, aside = np.array([4.0, 90.0]), random.normal(size=2)
-        planes = sampled.planes(ceilings, state, tuple(sizes))
+        planes = sampled.tangent_planes(ceilings, state, tuple(sizes))
         assert len(planes.values) == sum(1 + (c.goal == LARGEST_MAGNITUDE) for c in ceilings)
         risen = np.einsum("kcn,kn->cn", planes.motion, away) + planes.lead * aside[0] + planes.height * aside[1]
         step, ends = 1e-4, []
         for k in (-step, step):
-            ends.append(sampled.values(ceilings, state + k * unit * away, tuple(sizes + k * unit * aside)))
+            ends.append(
+                sampled.ratios_to_bounds(ceilings, state + k * unit * away, tuple(sizes + k * unit * aside))
+            )
         slopes = (ends[1] - ends[0]) / (2 * step)
         np.testing.assert_allclose(risen, slopes, rtol=1e-5, atol=1e-5 * np.abs(slopes).max())
 
 
 def test_values_of_ceilings_by_hand():
     """The pitch curvature and the torque from their textbook formulas."""
-    demand = demand_of(made(VALVE, synthesis__pieces=6))
+    demand = synthesis_problem(made(VALVE, synthesis__pieces=6))
     (curvature,) = ceilings_of(demand)
     assert curvature.factor(demand.problem.design).item() == 23
     stroke = demand.strokes[0]
     y, y1, y2, _ = state = np.random.default_rng(2).uniform(1, 20, (4, 288))
     a, w = 50 + y, y1 - 7
     kappa = (a**2 + w * (2 * y1 - 7) - a * y2) / np.hypot(a, w) ** 3
-    np.testing.assert_allclose(Sampled(demand, stroke).values([curvature], state, (7.0, 50.0))[0], 23 * kappa)
-    demand = demand_of(made(follower__dynamics=DYNAMICS, limits__torque=200, synthesis__pieces=6))
+    np.testing.assert_allclose(
+        SampledCeilings(demand, stroke).ratios_to_bounds([curvature], state, (7.0, 50.0))[0], 23 * kappa
+    )
+    demand = synthesis_problem(made(follower__dynamics=DYNAMICS, limits__torque=200, synthesis__pieces=6))
     (ceiling,) = [c for c in ceilings_of(demand) if c.goal == LARGEST_MAGNITUDE]
     omega = 1000 * pi / 30
     torque = (0.5e-3 * omega**2 * y2 + 30 * y + 3000) * y1
-    found = Sampled(demand, stroke).values([ceiling], state, (7.0, 50.0))
+    found = SampledCeilings(demand, stroke).ratios_to_bounds([ceiling], state, (7.0, 50.0))
     np.testing.assert_allclose(found, [torque / 200e3, -torque / 200e3])
 
 
@@ -683,10 +689,10 @@ def test_a_limit_on_torque_is_held_by_the_motion():
 @pytest.mark.parametrize("motion", [STRAIGHT_DOWN, NO_DWELL, SEVERAL], ids=["down", "no dwell", "several"])
 def test_a_solvers_error_at_a_joint_is_no_jump(motion):
     asked = made(motion=motion)
-    demand = demand_of(asked)
-    found = solved(demand)[1]
+    demand = synthesis_problem(asked)
+    found = solve_free_laws(demand)[1]
     random = np.random.default_rng(3)
-    noisy = cleaned(demand, [c + 1e-8 * random.normal(size=c.size) for c in found.coefficients])
+    noisy = without_solver_error(demand, [c + 1e-8 * random.normal(size=c.size) for c in found.coefficients])
     scene = scene_with_laws(asked, demand, found._replace(coefficients=noisy))
     assert not resolve(scene).programme.jumps
 
@@ -765,7 +771,7 @@ def test_a_size_that_nothing_limits_stays_where_the_objective_is_another():
     assert result.design["base_radius_mm"] == 80
     assert result.gap < 1e-5
     assert result.peaks["free-rise"]["peak_velocity"] == pytest.approx(1.875, rel=1e-3)
-    known = known_laws(made(limits=None, synthesis__minimise="jerk_rms"))
+    known = smallest_known_cams(made(limits=None, synthesis__minimise="jerk_rms"))
     assert {row["base_radius_mm"] for row in known.values()} == {80}
 
 
@@ -820,7 +826,7 @@ JUNK = st.recursive(
 def test_junk_is_bad_input_or_a_demand(junk):
     demand, told = None, []
     try:
-        demand = demand_of(Scene.from_dict(ROLLER | {"synthesis": junk}))
+        demand = synthesis_problem(Scene.from_dict(ROLLER | {"synthesis": junk}))
     except BadInput as error:
         told = [mistake.key for mistake in error.mistakes]
     assert all(key.startswith("synthesis.") for key in told)
@@ -896,7 +902,7 @@ def test_a_picture_of_no_known_kind_is_bad_input_and_nothing_is_written(run, tmp
 
 
 def test_a_solver_that_fails_is_said(run, monkeypatch):
-    monkeypatch.setattr(camopt.solve.synthesis.convex, "solve", lambda programme: "solver_error")
+    monkeypatch.setattr(camopt.solve.synthesis.convex_model, "solve", lambda programme: "solver_error")
     code, out, err = run(ROLLER)
     assert (code, out) == (4, "")
     assert "solver" in err
@@ -944,26 +950,26 @@ def test_what_keeps_a_cam_from_being_larger_is_named_with_what_is_by_default():
             "synthesis": {"minimise": "acceleration"},
         }
     )
-    demand, own = demand_of(scene), smallest_cams(scene)
+    demand, own = synthesis_problem(scene), smallest_cams(scene)
     least = own.best["base_radius_mm"]
     assert least > 21.5
-    why = str(no_cam(scene, demand, [own]))
-    assert f"cam.base_radius (base_radius_mm = {number(least)} was reached, at most 21.5 mm is allowed)" in why
+    why = str(no_cam_error(scene, demand, [own]))
+    assert f"cam.base_radius (base_radius_mm = {number_text(least)} was reached, at most 21.5 mm is allowed)" in why
     assert "a larger cam.base_radius, or a range in [search]" in why
     moves = resolve(scene).programme
-    jerk = 1.25 * peak(moves, 3, ALL_STROKES) * (3000 * pi / 30) ** 3 / 1e3
-    assert f"by default laws have jerk of at most {number(jerk)} m/s³" in why
+    jerk = 1.25 * derivative_peak(moves, 3, ALL_STROKES) * (3000 * pi / 30) ** 3 / 1e3
+    assert f"by default laws have jerk of at most {number_text(jerk)} m/s³" in why
     asked = scene.replace(**{"limits.jerk": 2e7})
     known = known_laws_of(asked)
-    assert known.beyond == {"own moves": "cam.base_radius of at most 21.5 mm"}
+    assert known.broken_limits == {"own moves": "cam.base_radius of at most 21.5 mm"}
     assert evaluate(known.rows["own moves"].scene)["feasible"]  # of its own size
-    assert "by default" not in str(no_cam(asked, demand_of(asked), [own]))
+    assert "by default" not in str(no_cam_error(asked, synthesis_problem(asked), [own]))
 
 
 def test_known_laws_are_those_of_the_search_and_the_scenes_own():
-    assert list(known_laws(made(search__law=["poly345"]))) == ["poly345"]
-    assert set(known_laws(made(search__law=["cycloidal"]))) == {"cycloidal", "poly345"}
-    assert set(known_laws(made())) <= set(LAWS)
+    assert list(smallest_known_cams(made(search__law=["poly345"]))) == ["poly345"]
+    assert set(smallest_known_cams(made(search__law=["cycloidal"]))) == {"cycloidal", "poly345"}
+    assert set(smallest_known_cams(made())) <= set(LAWS)
 
 
 ASKED = {"motion": [segment | ({"law": "cycloidal"} if "law" in segment else {}) for segment in MOTION]}
@@ -973,7 +979,7 @@ SMOOTH = {"synthesis__peak_jerk": "modified-sine", "synthesis__peak_acceleration
 def test_free_laws_are_compared_with_the_best_known_law_within_the_same_limits_and_with_the_scenes_own():
     """The caps of acceleration and jerk here let the scene's own law through, and others that make smaller cams."""
     known = known_laws_of(made(ROLLER | ASKED, search__law=["poly4567", "modified-sine"], **SMOOTH))
-    assert known.own == "cycloidal"
+    assert known.own_law == "cycloidal"
     assert {law: row["within"] for law, row in known.rows.items()} == {
         "modified-sine": True, "cycloidal": True, "poly4567": False,
     }  # fmt: skip
@@ -988,7 +994,7 @@ def test_free_laws_are_compared_with_the_best_known_law_within_the_same_limits_a
 
 def test_the_scenes_own_law_is_the_best_where_it_is_better():
     known = known_laws_of(made(search__law=["cycloidal"]))  # the caps are those of 3-4-5
-    assert (known.own, known.best) == ("poly345", "poly345")
+    assert (known.own_law, known.best) == ("poly345", "poly345")
 
 
 def test_a_law_that_breaks_a_limit_is_never_drawn_as_the_one_before():
@@ -996,7 +1002,7 @@ def test_a_law_that_breaks_a_limit_is_never_drawn_as_the_one_before():
     known = known_laws_of(scene.replace(motion=[s | ({"law": "parabolic"} if "law" in s else {}) for s in MOTION]))
     assert known.best == "cycloidal"
     known = known_laws_of(made(search__law=["harmonic"], synthesis__peak_jerk=55, synthesis__peak_acceleration=7))
-    assert (known.own, known.best) == ("poly345", None)
+    assert (known.own_law, known.best) == ("poly345", None)
     result = synthesise(made(search__law=["harmonic"], synthesis__peak_jerk=55, synthesis__peak_acceleration=7))
     figure = plot(result, known=known)
     assert faults_of(figure) == []
@@ -1024,8 +1030,8 @@ def test_default_peaks_are_those_that_the_demand_holds():
     scene = made()
     peaks = default_peaks(scene)
     assert peaks == pytest.approx({"peak_acceleration": 10 / 3**0.5, "peak_jerk": 60.0})
-    given = demand_of(scene.replace(**{f"synthesis.{name}": value for name, value in peaks.items()}))
-    assert given.ranges == demand_of(scene).ranges
+    given = synthesis_problem(scene.replace(**{f"synthesis.{name}": value for name, value in peaks.items()}))
+    assert given.ranges == synthesis_problem(scene).ranges
     assert list(default_peaks(scene, ("size", "acceleration"))) == ["peak_jerk"]
     assert default_peaks(made(limits__jerk=1e6)) == {}
 
@@ -1055,7 +1061,7 @@ def test_a_ramp_that_a_free_law_does_not_keep_is_told(steady):
     rows = [{"segment": word, "angle": 120, "lift": 20, "law": "own"} for word in ("rise", "return")]
     motion = [*rows, {"segment": "dwell", "angle": 120}]
     laws = {"own": {"scca": [0.3, 0.3, 0.4 - steady, *([steady] if steady else [])]}}
-    told = list(lost_ramps(find_scene("roller-1000rpm").replace(motion=motion, laws=laws)))
+    told = list(ramps_in_words(find_scene("roller-1000rpm").replace(motion=motion, laws=laws)))
     ends = [float(text) for line in told for text in re.findall(r"[\d.]+(?= to| deg)", line)]
     assert ends == (pytest.approx([45, 75, 165, 195], abs=0.5) if steady else [])
 

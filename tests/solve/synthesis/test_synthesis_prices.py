@@ -14,10 +14,10 @@ from test_synthesis import DYNAMICS, VALVE, free, made
 from camopt import Unmet, Unsolved, find_scene, prices, synthesise
 from camopt.cli.main import main
 from camopt.scene.problem.problem import resolve
-from camopt.solve.synthesis.convex import convex
-from camopt.solve.synthesis.demand import tightened
-from camopt.solve.synthesis.from_scene import by_offset, default_peaks, demand_of
+from camopt.solve.synthesis.convex_model import build_convex_model
+from camopt.solve.synthesis.problem_from_scene import default_peaks, split_by_offset, synthesis_problem
 from camopt.solve.synthesis.spline_motion import SplineMotion
+from camopt.solve.synthesis.synthesis_problem import tighten_limits
 
 COARSE = find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
 CASES = {
@@ -72,7 +72,10 @@ def with_bound(case, key, value):
 @cache
 def least(case):
     """The least objective of the convex programmes of a scene."""
-    return min(convex(tightened(d, 1e-7), SplineMotion).solve() for d in by_offset(demand_of(case)))
+    return min(
+        build_convex_model(tighten_limits(d, 1e-7), SplineMotion).solve()
+        for d in split_by_offset(synthesis_problem(case))
+    )
 
 
 @pytest.mark.one_in(8)
@@ -95,7 +98,7 @@ def test_what_has_no_price_may_change_a_little(name):
     """Of the limits on pressure angles and motions: with another bound the objective is the same."""
     case = CASES[name]
     costly = {price.key for price in priced(name)}
-    limits = {limit.key for limit in resolve(case).limits if limit.asked and limit.claims} - costly
+    limits = {limit.key for limit in resolve(case).limits if limit.set_by_scene and limit.constraints} - costly
     for key in limits - {"limits.curvature_radius"}:
         eased = case.replace(**{key: 1.001 * case.numbers([key])[key]})
         assert least(eased) == pytest.approx(least(case), rel=1e-6)

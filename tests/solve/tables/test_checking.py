@@ -18,7 +18,7 @@ from camopt.cli.exits import BAD_INPUT, FILE_TROUBLE
 from camopt.cli.main import main
 from camopt.core.storage.manifest import manifest_of
 from camopt.core.storage.tables import read_table
-from camopt.solve.front.certified import certify_table
+from camopt.solve.front.table_certificate import certify_table
 
 SEARCH = {"search.offset": [10], "search.roller_radius": [5], "search.law": ["harmonic", "cycloidal"]}
 FILES = ("designs.parquet", "manifest.json", "pareto.parquet", "scene.toml")
@@ -243,7 +243,7 @@ def test_a_disk_that_fails_is_told(result, monkeypatch):
     def failing(path):
         raise OSError(5, "Input/output error", os.fspath(path))
 
-    monkeypatch.setattr("camopt.solve.tables.checking.regular_file", failing)
+    monkeypatch.setattr("camopt.solve.tables.file_checks.regular_file", failing)
     assert states(result) == {**dict.fromkeys(FILES, "unreadable"), "manifest.json": "whole"}
     assert main(["check", str(result)]) == FILE_TROUBLE
 

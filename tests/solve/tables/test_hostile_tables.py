@@ -13,11 +13,11 @@ from support.depth import times
 
 import camopt
 from camopt import BadInput, Scene, find_scene, sweep
-from camopt.cli.exits import BAD_INPUT, FILE_TROUBLE, INTERNAL
+from camopt.cli.exits import BAD_INPUT, FILE_TROUBLE, INTERNAL_ERROR
 from camopt.cli.main import main
 from camopt.core.storage.publishing import publication
 from camopt.core.storage.tables import read_table, write_table
-from camopt.solve.front.certified import certify_table
+from camopt.solve.front.table_certificate import certify_table
 
 CHANGES = {
     "search.base_radius": [60, 100],
@@ -59,7 +59,7 @@ def test_a_hostile_table_is_refused_in_a_line(table, certified):
     for what, made in islice(hostile.tables(table), 0, None, times(4, deep=1)):
         code, told, same = certified(made())
         tried += 1
-        assert code != INTERNAL, (what, told)
+        assert code != INTERNAL_ERROR, (what, told)
         assert "\n" not in told, (what, told)
         assert same == (code in (BAD_INPUT, FILE_TROUBLE)), what
         if what in NO_DESIGNS or (" as " in what and not what.endswith("as string")):

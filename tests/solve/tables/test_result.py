@@ -14,14 +14,14 @@ from support.plain import not_plain
 import camopt
 from camopt import Design, find_scene
 from camopt.cli.main import main
-from camopt.cli.terminal import print_result, show
+from camopt.cli.terminal import print_result, print_sections
 from camopt.show.comparing.compare import Comparison
 from camopt.show.reporting.listings import list_keys, list_laws, list_scenes
-from camopt.show.studies.accuracy import Costs
+from camopt.show.studies.accuracy import AccuracyCosts
 from camopt.show.studies.cost_report import cost_report
 from camopt.show.studies.spectrum import spectra_of
-from camopt.solve.front.certified import TableCertificate
-from camopt.solve.tables.result import NUMERIC, Branch, Cell, Listing, Result, Table, plain
+from camopt.solve.front.table_certificate import TableCertificate
+from camopt.solve.tables.result import NUMERIC, Branch, Cell, Listing, Result, Table, to_json_values
 
 SCENE = find_scene("two-pauses").replace(
     search={"base_radius": [60, 70], "law": ["cycloidal", "poly345"], "minimise": ["base_radius_mm"]},
@@ -72,7 +72,9 @@ def results(tmp_path_factory):
         camopt.construct(SCENE, 4),
         cost_report(SCENE),
         spectra_of(SCENE),
-        Costs(SCENE, [{"quantity": "q", "method": "m", "setting": 1.0, "ns_per_design": 3.0, "error_max": 4.0}]),
+        AccuracyCosts(
+            SCENE, [{"quantity": "q", "method": "m", "setting": 1.0, "ns_per_design": 3.0, "error_max": 4.0}]
+        ),
         TableCertificate(["held", "broken"]),
         list_keys("cam"),
         camopt.sensitivities(SCENE),
@@ -156,7 +158,10 @@ def test_infinite_numbers_are_none_and_named():
     assert document["value"] is None
     assert document["unbounded"] == ["value"]
     assert document["inner"] == [{"value": None, "name": "a", "array": [1.0, None], "unbounded": ["value"]}]
-    assert plain({"value": inf, "unbounded": {"value": "why"}}) == {"value": None, "unbounded": {"value": "why"}}
+    assert to_json_values({"value": inf, "unbounded": {"value": "why"}}) == {
+        "value": None,
+        "unbounded": {"value": "why"},
+    }
 
 
 def test_a_result_that_is_less_exact_than_asked_ends_with_4(capsys):
@@ -178,7 +183,7 @@ def test_lists_are_results(made, capsys):
     found = made()
     assert isinstance(found, Listing)
     assert len(found.to_pandas()) == len(found.records)
-    show(*found.sections())
+    print_sections(*found.sections())
     assert found.records[0]["title"].split()[0] in capsys.readouterr().out
 
 
@@ -201,10 +206,10 @@ def test_results_of_many_numbers_show_a_line_of_them():
 
 def test_a_table_is_text():
     lines = str(
-        Table.of("Some", ["name", Cell("lift\nmm", NUMERIC)], [["a", "1.5"], ["longer", "12"]], "Told.")
+        Table.from_texts("Some", ["name", Cell("lift\nmm", NUMERIC)], [["a", "1.5"], ["longer", "12"]], "Told.")
     ).split("\n")
     assert lines == ["Some", "name    lift mm", "a           1.5", "longer       12", "Told."]
-    assert str(Table.of("Empty", ["", ""], [])) == "Empty"
+    assert str(Table.from_texts("Empty", ["", ""], [])) == "Empty"
 
 
 def test_the_samples_of_a_batch_are_a_frame():

@@ -7,14 +7,14 @@ import pytest
 
 from camopt import evaluate, find_scene, optimise, sweep
 from camopt.cli.main import main
-from camopt.cli.terminal import show
+from camopt.cli.terminal import print_sections
 from camopt.core.quantities import QUANTITIES
 from camopt.scene.problem.problem import resolve
 from camopt.show.drawing.picture import four_digits
-from camopt.show.reporting.sections import limits_sheet, signed
-from camopt.show.sheet.marks import decimal as sheet_number
-from camopt.solve.tables.cells import number, quantity
-from camopt.solve.tables.designs import bounds_shown, columns_of, is_nothing, with_law
+from camopt.show.reporting.sections import limits_sheet, signed_text
+from camopt.show.sheet.marks import decimal_text as sheet_number
+from camopt.solve.tables.cells import number_text, quantity_text
+from camopt.solve.tables.designs import bounds_shown, columns_of, is_zero_column, with_law
 from camopt.solve.tables.result import ABOUT, NUMERIC, VALUE, Cell, Table, table_of
 
 ZEROS = [
@@ -53,12 +53,12 @@ def shown(capsys, scene, *command):
 
 @pytest.mark.parametrize(("name", "value", "text"), ZEROS)
 def test_what_rounding_leaves_of_zero_is_shown_as_zero(name, value, text):
-    assert quantity(name, value) == text
+    assert quantity_text(name, value) == text
 
 
 @pytest.mark.parametrize("value", [0.0, -0.0])
 def test_zero_has_no_sign(value):
-    assert (number(value), signed(value), four_digits(value), sheet_number(value)) == ("0", "0", "0", "0")
+    assert (number_text(value), signed_text(value), four_digits(value), sheet_number(value)) == ("0", "0", "0", "0")
 
 
 @pytest.mark.parametrize("beyond", [0.0, 1e-12, -1e-12, 1e-3, -1e-3])
@@ -82,7 +82,7 @@ def test_sentences_are_no_longer_than_a_line(capsys):
     assert max(map(len, text.splitlines())) <= 100
     sentence = QUANTITIES["pressure_angle_max_at_deg"].sentence
     assert all(word in text.split() for word in sentence.split())
-    show("word " * 60, "x" * 150)
+    print_sections("word " * 60, "x" * 150)
     assert max(map(len, capsys.readouterr().out.splitlines()[:-1])) <= 100
 
 
@@ -91,7 +91,7 @@ def test_no_cell_of_a_table_is_cut_on_a_narrow_screen(capsys, monkeypatch):
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     monkeypatch.setenv("COLUMNS", "56")
     rows = [{"bound": "limits.pressure_angle", "price": "−0.8901 mm per deg", "then held by": "limits.hub_wall"}]
-    show(table_of("What each bound costs", rows, rows[0]))
+    print_sections(table_of("What each bound costs", rows, rows[0]))
     text = capsys.readouterr().out
     assert all(word in text for pair in rows[0].items() for word in pair)
     assert "…" not in text
@@ -129,7 +129,7 @@ def test_no_column_is_zero_whatever_the_design(name):
     row = evaluate(scene)
     zero = {"roller_radius_mm"} if name.startswith("knife") else {n for n in row if n.startswith("pressure_angle")}
     assert {n for n in row if n != "offset_mm" and n in row and not isinstance(row[n], (str, bool))
-            and is_nothing(scene.search.sizes, n, [row])} == zero  # fmt: skip
+            and is_zero_column(scene.search.sizes, n, [row])} == zero  # fmt: skip
     assert zero
     assert not zero & set(columns_of(resolve(scene), [row]))
 
@@ -171,13 +171,13 @@ def test_a_miss_shows_each_value_beside_its_limit(capsys):
 
 @pytest.mark.parametrize("width", [40, 80, 130])
 def test_nothing_is_cut_off_at_any_width(capsys, monkeypatch, width):
-    monkeypatch.setattr("camopt.cli.terminal.room_across", lambda: width)
+    monkeypatch.setattr("camopt.cli.terminal.row_width", lambda: width)
     laws = ["modified-trapezoid", "cycloidal"]
     rows = [
         {"law": law, "base_radius_mm": 43.75, "binding": "pressure_angle, pressure_angle_return"} for law in laws
     ]
     title = "A title that is longer than its table, and than a narrow screen"
-    show(table_of(title, rows, ["law", "base_radius_mm", "binding"], {"base_radius_mm": "≥ 20"}))
+    print_sections(table_of(title, rows, ["law", "base_radius_mm", "binding"], {"base_radius_mm": "≥ 20"}))
     text = capsys.readouterr().out
     assert title in text
     for word in (*laws, "43.75", "≥ 20", "pressure_angle,", "pressure_angle_return"):
@@ -193,6 +193,6 @@ def test_no_word_is_cut_off_where_several_columns_wrap(capsys, monkeypatch, widt
         Cell(text, kind)
         for text, kind in zip(("key", "lift", "value", "about"), ("", NUMERIC, VALUE, ABOUT), strict=True)
     ]
-    show(Table.of("title", heads, [["motion.1.law", "12.5", words, words]]))
+    print_sections(Table.from_texts("title", heads, [["motion.1.law", "12.5", words, words]]))
     text = capsys.readouterr().out
     assert all(text.count(word) == 2 for word in words.split())

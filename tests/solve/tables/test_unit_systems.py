@@ -30,26 +30,33 @@ from camopt import (
     tolerance,
 )
 from camopt.cli.main import main
-from camopt.core.quantities import OF_STAGE, QUANTITIES
-from camopt.core.quantities.unit_systems import CUSTOMARY, FACTOR, computed, shown, shown_unit, system_shown
+from camopt.core.quantities import QUANTITIES, STAGE_NUMBER_KEYS
+from camopt.core.quantities.unit_systems import (
+    CUSTOMARY,
+    UNIT_FACTOR,
+    from_shown_unit,
+    shown_system,
+    shown_unit,
+    to_shown_unit,
+)
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.drawing.figures import shown_panels
 from camopt.show.drawing.picture import Picture
-from camopt.show.exporting.cam_points import COLUMN_NOTES, FORM
-from camopt.show.exporting.program import DIALECTS
-from camopt.show.sheet.cam import TrueCam
+from camopt.show.exporting.cam_points import COLUMN_NOTES, FORM_COLUMNS
+from camopt.show.exporting.program import CONTROL_DIALECTS
 from camopt.show.sheet.marks import Words
 from camopt.show.sheet.sheet import sheet_of
-from camopt.solve.contour.curve import curves_of
-from camopt.solve.synthesis.compare import known_laws_of
+from camopt.show.sheet.true_cam import TrueCam
+from camopt.solve.contour.curve import disc_curves
 from camopt.solve.synthesis.files import write_comparison
-from camopt.solve.tables.cells import shown_name, suffix_of
+from camopt.solve.synthesis.known_law_cams import known_laws_of
+from camopt.solve.tables.cells import shown_column_name, suffix_of
 
 PINT = UnitRegistry()
 UNITS = sorted(
     {quantity.unit for quantity in QUANTITIES.values()}
-    | {each.column_unit(turns=turns) for each in OF_STAGE.values() for turns in (False, True)}
-    | {unit for unit, _ in (*COLUMN_NOTES.values(), *FORM.values())}
+    | {each.column_unit(turns=turns) for each in STAGE_NUMBER_KEYS.values() for turns in (False, True)}
+    | {unit for unit, _ in (*COLUMN_NOTES.values(), *FORM_COLUMNS.values())}
     | {"mm/min", "mm³", "kg/m³"}
 )
 INTO_PINT = {
@@ -135,11 +142,13 @@ def inch():
 
 @pytest.mark.parametrize("unit", UNITS)
 def test_every_unit_of_a_quantity_has_its_counterpart(unit, inch):
-    assert {name for name, _ in FACTOR.findall(unit)} <= {*CUSTOMARY} | AS_IN_MM
-    assert back(shown(1.0, unit), shown_unit(unit), unit) == pytest.approx(1.0, rel=1e-12)
-    assert computed(shown(np.array([3.0, -2.0]), unit), unit) == pytest.approx([3.0, -2.0], rel=1e-15)
+    assert {name for name, _ in UNIT_FACTOR.findall(unit)} <= {*CUSTOMARY} | AS_IN_MM
+    assert back(to_shown_unit(1.0, unit), shown_unit(unit), unit) == pytest.approx(1.0, rel=1e-12)
+    assert from_shown_unit(to_shown_unit(np.array([3.0, -2.0]), unit), unit) == pytest.approx(
+        [3.0, -2.0], rel=1e-15
+    )
     with shown_in("mm"):
-        assert (shown(1.5, unit), shown_unit(unit)) == (1.5, unit)
+        assert (to_shown_unit(1.5, unit), shown_unit(unit)) == (1.5, unit)
 
 
 @pytest.mark.parametrize("name", QUANTITIES)
@@ -147,18 +156,18 @@ def test_a_name_says_the_unit_in_which_its_number_is_shown(name, inch):
     unit = QUANTITIES[name].unit
     assert not unit or f"_{name}".endswith(suffix_of(unit))
     if not unit or unit == shown_unit(unit):
-        assert shown_name(name) == name
+        assert shown_column_name(name) == name
         return
-    assert shown_name(name) == name.removesuffix(suffix_of(unit)) + suffix_of(shown_unit(unit))
+    assert shown_column_name(name) == name.removesuffix(suffix_of(unit)) + suffix_of(shown_unit(unit))
 
 
 def test_units_are_those_of_the_process_and_come_back():
     with shown_in("inch"):
-        assert system_shown() == "inch"
+        assert shown_system() == "inch"
         with shown_in("mm"):
-            assert system_shown() == "mm"
-        assert system_shown() == "inch"
-    assert system_shown() == "mm"
+            assert shown_system() == "mm"
+        assert shown_system() == "inch"
+    assert shown_system() == "mm"
     with pytest.raises(BadInput, match="mm or inch"), shown_in("feet"):
         pass
 
@@ -177,7 +186,7 @@ def test_the_table_of_a_design_has_the_same_numbers(name):
     for row, other in zip(table.rows, plain.rows, strict=True):
         quantity, unit = other[0].text, row[2].text
         known = found[quantity]
-        assert unit == "" or not {each for each, _ in FACTOR.findall(unit)} & {*CUSTOMARY}
+        assert unit == "" or not {each for each, _ in UNIT_FACTOR.findall(unit)} & {*CUSTOMARY}
         if not isinstance(known, float):
             assert row[1:] == other[1:]
             continue
@@ -217,9 +226,9 @@ def test_diagrams_have_the_same_curves_peaks_and_limits(name):
         for peak in panel.peaks:
             if peak.text[-1:].isdigit():
                 assert number_in(peak.text) == pytest.approx(peak.value, rel=1e-3, abs=1e-12)
-        if panel.at:
+        if panel.value_at:
             angles = np.linspace(0.1, 6.0, 5)
-            assert panel.at(angles) == pytest.approx(one * other.at(angles), rel=1e-12, nan_ok=True)
+            assert panel.value_at(angles) == pytest.approx(one * other.value_at(angles), rel=1e-12, nan_ok=True)
 
 
 METRIC = re.compile(r"(?<![\w.])(mm|MPa|GPa|N|N·m|m/s|m/s²|kg|µm|W|J)(?![\w.])")
@@ -256,7 +265,7 @@ def run(capsys, *arguments):
 def test_the_option_and_the_variable_ask_for_inch_and_json_stays(capsys, monkeypatch):
     plain = run(capsys, "evaluate", "roller-1000rpm")[1]
     asked = run(capsys, "evaluate", "roller-1000rpm", "--units", "inch")[1]
-    assert system_shown() == "mm"
+    assert shown_system() == "mm"
     assert run(capsys, "evaluate", "roller-1000rpm")[1] == plain != asked
     document = run(capsys, "evaluate", "roller-1000rpm", "--json")[1]
     monkeypatch.setenv("CAMOPT_UNITS", "inch")
@@ -367,7 +376,7 @@ def test_a_drawing_in_inch_says_so_and_is_the_same_cam(tmp_path, curves):
 
 
 @pytest.mark.one_in(3)
-@pytest.mark.parametrize("control", DIALECTS)
+@pytest.mark.parametrize("control", CONTROL_DIALECTS)
 def test_a_program_in_inch_cuts_the_profile(tmp_path, control, inch):
     """What the machine's interpreter makes of it, in mm, lies on the path of the cutter."""
     scene = find_scene("valve-rod-radial")
@@ -377,13 +386,13 @@ def test_a_program_in_inch_cuts_the_profile(tmp_path, control, inch):
     inches, metric = {"siemens": ("G70", "G71"), "heidenhain": ("INCH", "MM")}.get(control, ("G20", "G21"))
     assert re.search(rf"\b{inches}\b", text)
     assert not re.search(rf"\b{metric}\b|\bmm\b", text)
-    machine = CONTROLS[control](re.sub(rf"\b{inches}\b", metric, text), DIALECTS[control].decimals + 1)
+    machine = CONTROLS[control](re.sub(rf"\b{inches}\b", metric, text), CONTROL_DIALECTS[control].decimals + 1)
     cut = machine.cuts[-1]
     assert [each.depth for each in machine.cuts] == pytest.approx([-0.25, -0.5])
     assert {*cut.feeds} == {10.0}
     closed = -25.4 * np.concatenate(cut.moves[2:-2]).conjugate()  # its hub is below: from behind
     problem = resolve_design(scene)
-    true = true_points(problem, curves_of(problem, 5.0)["cutter"].distance)
+    true = true_points(problem, disc_curves(problem, 5.0)["cutter"].distance)
     off = max(furthest(closed, true), furthest(true, closed))
     assert off <= found.curves["cutter"].deviation_mm + 5e-5
     assert found.curves["cutter"].deviation_mm <= 5 * 25.4 * 10.0**-machine.decimals

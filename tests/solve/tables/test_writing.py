@@ -7,16 +7,16 @@ import pyarrow.parquet as pq
 import pytest
 
 from camopt.core.quantities import QUANTITIES
-from camopt.scene.problem.rows import Rows
-from camopt.solve.tables.table import RowGroups
-from camopt.solve.tables.writing import table_file
+from camopt.scene.problem.rows import DesignRows
+from camopt.solve.tables.table import RowGroupWriter
+from camopt.solve.tables.table_writers import table_file
 
 NAMES = ("base_radius_mm",)
 COLUMNS = [QUANTITIES[name] for name in NAMES]
 
 
 def rows(*values):
-    return Rows({NAMES[0]: np.array(values)}, len(values))
+    return DesignRows({NAMES[0]: np.array(values)}, len(values))
 
 
 def test_batches_are_written_in_their_order(tmp_path, monkeypatch):
@@ -35,7 +35,7 @@ def test_trouble_of_the_thread_names_its_own_table_and_leaves_none(tmp_path, mon
     def full(self, *_):
         raise OSError(ENOSPC, "no room")
 
-    monkeypatch.setattr(RowGroups, method, full)
+    monkeypatch.setattr(RowGroupWriter, method, full)
     paths = [tmp_path / f"{name}.parquet" for name in ("designs", "pareto")]
 
     def write():

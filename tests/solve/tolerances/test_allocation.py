@@ -9,9 +9,9 @@ import pytest
 
 import camopt
 from camopt.core.mistakes import BadInput
-from camopt.scene.iso286 import deviations
+from camopt.scene.iso286 import limit_deviations
 from camopt.scene.problem.problem import resolve_design
-from camopt.solve.tolerances.response import Responses
+from camopt.solve.tolerances.response import ToolResponse
 from tests.solve.tolerances.test_tolerance import scene_of
 
 GIVEN = {"follower.roller_radius": "h6", "follower.offset": {"plus": 0.03, "minus": 0.01}, "phase": 0.02}
@@ -29,7 +29,7 @@ def test_no_set_of_grades_that_keeps_the_distance_is_cheaper(contact, given, wit
     for grades in product(FOUR, repeat=len(found.tolerances)):
         changes = {}
         for each, grade in zip(found.tolerances, grades, strict=True):
-            of_base = deviations(f"js{grade}", 140.0).upper
+            of_base = limit_deviations(f"js{grade}", 140.0).upper
             named = f"{each.named.rstrip('0123456789')}{grade}"
             changes[f"tolerances.{each.key}"] = of_base if each.key == "profile" else named
         bound = camopt.tolerance(scene.replace(**changes)).worst_case.bound
@@ -64,7 +64,7 @@ def test_the_grades_of_followers_held_from_both_sides_are_the_cheapest_too(name,
     body = scene.cam.base_radius or scene.cam.mean_radius
     for tried in product(grades, repeat=len(asked)):
         named = {
-            key: deviations(f"js{grade}", 2 * body).upper if key == "profile" else f"h{grade}"
+            key: limit_deviations(f"js{grade}", 2 * body).upper if key == "profile" else f"h{grade}"
             for key, grade in zip(asked, tried, strict=True)
         }
         of = camopt.tolerance(scene.replace(**{f"tolerances.{key}": each for key, each in named.items()}))
@@ -76,7 +76,7 @@ def test_the_grades_of_followers_held_from_both_sides_are_the_cheapest_too(name,
     assert set(asked) == set(only) or not only
     assert found.worst_case.bound <= within
     if name.startswith("bottle"):
-        loose = camopt.tolerance(scene.replace(**{"tolerances.profile": deviations("js7", 2 * body).upper}))
+        loose = camopt.tolerance(scene.replace(**{"tolerances.profile": limit_deviations("js7", 2 * body).upper}))
         assert loose.worst_case.bound <= within
         assert next(each for each in loose.plays if each.what == "interference").least < 0.0
 
@@ -87,14 +87,14 @@ def test_grades_cost_no_less_than_the_best_widths_of_reciprocal_cost():
     scene = scene_of("offset-roller", given={"follower.offset": "js7", "profile": 0.02})
     problem, within = resolve_design(scene), 0.05
     widths = {
-        "follower.offset": {grade: deviations(f"js{grade}", 11.0).upper for grade in range(5, 13)},
-        "profile": {grade: deviations(f"js{grade}", 140.0).upper for grade in range(5, 13)},
+        "follower.offset": {grade: limit_deviations(f"js{grade}", 11.0).upper for grade in range(5, 13)},
+        "profile": {grade: limit_deviations(f"js{grade}", 140.0).upper for grade in range(5, 13)},
     }
     price = {"follower.offset": 0.01, "profile": 0.03}
     costs = {key: {grade: price[key] / t for grade, t in each.items()} for key, each in widths.items()}
     found = camopt.allocate(scene, within, costs=costs)
-    answers = Responses(problem, np.linspace(0.01, 6.27, 400))
-    c = np.abs([answers.to_size("offset")[0], answers.to_profile[0]])
+    answers = ToolResponse(problem, np.linspace(0.01, 6.27, 400))
+    c = np.abs([answers.size_response("offset")[0], answers.profile_response[0]])
     t, b = cp.Variable(2, pos=True), np.array([*price.values()])
     best = cp.Problem(cp.Minimize(cp.sum(cp.multiply(b, cp.inv_pos(t)))), [c.T @ t <= within]).solve()
     one = c[:, c.sum(axis=0).argmax()]

@@ -5,7 +5,12 @@ import pytest
 
 import camopt
 from camopt.scene.problem.problem import resolve_design
-from camopt.solve.tolerances.bound import BoundSearch, box_of, first_parts, late
+from camopt.solve.tolerances.bound_search import (
+    BoundSearch,
+    coordinate_box,
+    missing_bound_reason,
+    whole_panel_parts,
+)
 
 ENDS = {"size": (-0.1, 0.2), "offset": (-0.3, 0.1), "bore_eccentricity": (0.0, 0.05)}
 WAY = {"bore_eccentricity_way": (-np.pi, np.pi)}
@@ -13,12 +18,12 @@ WAY = {"bore_eccentricity_way": (-np.pi, np.pi)}
 
 def search(quantity, ends, **more):
     problem = resolve_design(camopt.find_scene("bucket-valve"))
-    return BoundSearch(problem, quantity, ends, box_of(ends), **more)
+    return BoundSearch(problem, quantity, ends, coordinate_box(ends), **more)
 
 
 def most(quantity, ends, sides=(1.0,), gap=1e-6, until=np.inf):
     of = search(quantity, ends)
-    return of.run(first_parts(of.problem, of.box, sides=sides), -np.inf, gap, until)
+    return of.run(whole_panel_parts(of.problem, of.box, sides=sides), -np.inf, gap, until)
 
 
 def test_the_bound_of_errors_that_are_not_monotone_and_of_a_direction_is_their_most():
@@ -31,11 +36,11 @@ def test_the_bound_of_errors_that_are_not_monotone_and_of_a_direction_is_their_m
     exact = 0.075**2 + 0.3**2 + 0.05
     found = most(quantity, ENDS | WAY)
     assert exact - 1e-9 <= found.high <= exact * (1.0 + 1.1e-6)
-    assert found.found <= exact
-    assert found.cam["offset"] == -0.3
-    assert found.cam["size"] == pytest.approx(0.075, abs=1e-3)
-    assert found.cam["bore_eccentricity"] == pytest.approx(0.05)
-    assert found.cam["bore_eccentricity_way"] == pytest.approx(np.arctan2(-0.8, 0.6), abs=1e-3)
+    assert found.witness_value <= exact
+    assert found.witness["offset"] == -0.3
+    assert found.witness["size"] == pytest.approx(0.075, abs=1e-3)
+    assert found.witness["bore_eccentricity"] == pytest.approx(0.05)
+    assert found.witness["bore_eccentricity_way"] == pytest.approx(np.arctan2(-0.8, 0.6), abs=1e-3)
 
 
 def test_the_turn_is_cut_where_a_quantity_is_the_most():
@@ -55,6 +60,6 @@ def test_a_coarse_gap_is_kept_and_why_there_is_no_bound_is_said():
     fine, coarse = (most(quantity, {"size": (-0.4, 0.4)}, gap=gap).high for gap in (1e-6, 0.1))
     assert fine <= coarse <= 1.1 * fine
     assert most(quantity, {"size": (-0.4, 0.4)}, until=-np.inf).high == np.inf
-    assert late(fine, 9.0, np.inf) == ""
-    assert late(np.inf, 9.0, np.inf) == "the tolerances are too large for it"
-    assert late(np.inf, 9.0, -np.inf) == "the time of 9 s was over"
+    assert missing_bound_reason(fine, 9.0, np.inf) == ""
+    assert missing_bound_reason(np.inf, 9.0, np.inf) == "the tolerances are too large for it"
+    assert missing_bound_reason(np.inf, 9.0, -np.inf) == "the time of 9 s was over"

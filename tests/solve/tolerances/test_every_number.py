@@ -13,19 +13,19 @@ from support.trains import exact
 
 import camopt
 from camopt.core.mistakes import BadInput
-from camopt.model.effects.motion import scale
-from camopt.model.motion.driven import tool_position
+from camopt.model.effects.motion import motion_scale
+from camopt.model.motion.tool_drive import tool_position
 from camopt.model.trains import TRAIN_STAGES
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.scene.train import CARRIED
+from camopt.scene.train import CARRIED_KEYS
 from camopt.solve.tolerances import dwells_and_passages, worst_case
-from camopt.solve.tolerances.drawn_cams import drawn
-from camopt.solve.tolerances.errors import error_ends, flat, off_by
-from camopt.solve.tolerances.margins import Box
+from camopt.solve.tolerances.error_samples import sample_errors
+from camopt.solve.tolerances.errors import contact_errors, error_ranges, flat_errors
+from camopt.solve.tolerances.margins import ToleranceBox
 from camopt.solve.tolerances.real_cam import RealCam, follower_start
-from camopt.solve.tolerances.response import Responses
-from camopt.solve.tolerances.turn import TurnErrors, variances
+from camopt.solve.tolerances.response import ToolResponse
+from camopt.solve.tolerances.turn_errors import TurnErrors, variances
 from tests.solve.tolerances.test_tolerance import TRAINS, scene_of
 
 STAGES = {
@@ -78,16 +78,21 @@ def test_tools_of_links_that_are_off_are_where_their_closed_loops_are():
     for number in range(times(6, 300)):
         stage = [*STAGES][number % len(STAGES)]
         scene, problem = driven(stage)
-        ends = error_ends(scene, problem)
+        ends = error_ranges(scene, problem)
         shares = rng.choice([0.0, 1.0], len(ends)) if number % 2 else rng.uniform(size=len(ends))
         errors = {k: low + x * (high - low) for (k, (low, high)), x in zip(ends.items(), shares, strict=True)}
         place = np.array([rng.uniform(0.1, 6.1)])
-        found, still = RealCam(problem).touch(flat(errors), place), RealCam(problem).touch({}, place)
+        found, still = (
+            RealCam(problem).contact_error(flat_errors(errors), place),
+            RealCam(problem).contact_error({}, place),
+        )
         own = {key: each for key, each in errors.items() if not key.startswith("train")}
         train = problem.setup.train
         at = [float(train.follower_at(tool_position(problem.programme, each))[0]) for each in (place, found.angle)]
-        y, y1, *_ = problem.programme.at(place)
-        rest = problem.setup.mechanism.rest(problem.design, problem.programme.lift, y, y1, off_by(flat(own)))
+        y, y1, *_ = problem.programme.motion_at(place)
+        rest = problem.setup.mechanism.shifted_contact(
+            problem.design, problem.programme.lift, y, y1, contact_errors(flat_errors(own))
+        )
         with mp.workdps(40):
             stands = closed(scene, problem, at[0] + float(rest.moved[0]), errors)
             known = float(stands - closed(scene, problem, at[1]))
@@ -95,8 +100,8 @@ def test_tools_of_links_that_are_off_are_where_their_closed_loops_are():
         assert abs(still.error[0]) < 1e-12
         if is_deep() or stage in QUICK:
             bound = bound_of(stage).bound
-            assert abs(known) * scale(problem.setup, 0) <= bound
-            most = max(most, abs(known) * scale(problem.setup, 0) / bound)
+            assert abs(known) * motion_scale(problem.setup, 0) <= bound
+            most = max(most, abs(known) * motion_scale(problem.setup, 0) / bound)
     assert most > (0.3 if is_deep() else 0.0)
     for stage in QUICK:
         found = bound_of(stage)
@@ -111,11 +116,11 @@ def test_answers_to_links_are_the_slopes_of_their_closed_loops(stage):
     """The displacement in 40 digits; velocity and acceleration by differences over cam angles."""
     scene, problem = driven(stage)
     step, angles = 1e-4, np.array([0.9, 0.9 - 1e-4, 0.9 + 1e-4, 2.0])
-    answers, start = Responses(problem, angles), follower_start(problem)
+    answers, start = ToolResponse(problem, angles), follower_start(problem)
     for key in (key for key in scene.tolerances.numbers if key.startswith("train")):
-        found = answers.to_number(key)
+        found = answers.number_response(key)
         for place in (0, 3):
-            y = float(problem.programme.at(angles)[0][place]) + start
+            y = float(problem.programme.motion_at(angles)[0][place]) + start
             with mp.workdps(40):
                 ends = [closed(scene, problem, y, {key: side * mp.mpf(MP_STEP)}) for side in (1, -1)]
                 known = float((ends[0] - ends[1]) / (2 * mp.mpf(MP_STEP)))
@@ -159,16 +164,20 @@ def test_every_key_of_every_stage_is_among_them():
     for name, stage in TRAIN_STAGES.items():
         rows = [{**row, **CARRIED_BY[moves], **more} for _, row, moves, more in ALL_KEYS if row["stage"] == name]
         assert set().union(*rows) >= {*stage.needs, *stage.others} - {"crossed"}
-    assert set().union(*({**CARRIED_BY[moves], **more} for *_, moves, more in ALL_KEYS)) >= {*CARRIED}
+    assert set().union(*({**CARRIED_BY[moves], **more} for *_, moves, more in ALL_KEYS)) >= {*CARRIED_KEYS}
 
 
 @pytest.mark.one_in(9)
 @pytest.mark.parametrize(("contact", "row", "moves", "more"), ALL_KEYS)
 def test_every_key_of_every_stage_may_have_a_tolerance(contact, row, moves, more, command, tmp_path, monkeypatch):
     """Of sizes that are not round, by each command that reads tolerances."""
-    for room, name in ((worst_case, "GAP"), (worst_case, "RATE_GAP"), (dwells_and_passages, "GAP")):
+    for room, name in (
+        (worst_case, "DISPLACEMENT_GAP"),
+        (worst_case, "RATE_GAP"),
+        (dwells_and_passages, "WOBBLE_GAP"),
+    ):
         monkeypatch.setattr(room, name, 0.1)
-    monkeypatch.setattr(dwells_and_passages, "GAPS", (0.1, 10.0))
+    monkeypatch.setattr(dwells_and_passages, "PASSAGE_GAPS", (0.1, 10.0))
     rng, file = np.random.default_rng(57), tmp_path / "cam.toml"
     numbers = {
         key: each for key, each in {**row, **more, **CARRIED_BY[moves]}.items() if key not in ("stage", "crossed")
@@ -184,7 +193,7 @@ def test_every_key_of_every_stage_may_have_a_tolerance(contact, row, moves, more
     told = json.loads(out)
     assert status == 0
     assert told["worst_case"]["bound"] > abs(told["worst_case"]["error"]) > 0.0
-    assert set(told["worst_case"]["errors"]) == {key for key in given if key[8:] not in CARRIED}
+    assert set(told["worst_case"]["errors"]) == {key for key in given if key[8:] not in CARRIED_KEYS}
     assert command("timing", file)[0] == 0
 
 
@@ -294,7 +303,7 @@ def test_limits_of_all_trains_within_their_tolerances_are_proved():
     """No cam of random trains is worse than the worst one; its value is where the verdict changes."""
     given, rng = {"train.1.crank": 0.3, "train.1.coupler": 0.2}, np.random.default_rng(7)
     scene = camopt.find_scene("slide-by-bell-crank").replace(limits={"pressure_angle": 26}, tolerances=given)
-    margins = {each.limit: each for each in Box.of(scene, resolve_design(scene)).margins}
+    margins = {each.limit: each for each in ToleranceBox.from_scene(scene, resolve_design(scene)).margins}
     (margin, undercut) = (margins[name] for name in ("pressure_angle", "undercut"))
     assert (margin.verdict, undercut.verdict) == ("held", "held")
     assert 0.0 < margin.gap < 1e-6
@@ -306,7 +315,7 @@ def test_limits_of_all_trains_within_their_tolerances_are_proved():
         assert values[undercut.quantity] >= undercut.worst - undercut.gap
     for share, verdict in ((1.0 + 1e-8, "held"), (1.0 - 1e-8, "broken")):
         other = scene.replace(**{"limits.pressure_angle": margin.worst * share})
-        found = Box.of(other, resolve_design(other)).margins
+        found = ToleranceBox.from_scene(other, resolve_design(other)).margins
         assert {each.limit: each.verdict for each in found}["pressure_angle"] == verdict
 
 
@@ -358,13 +367,13 @@ def test_errors_of_one_batch_go_together(one, other):
         given["train.1.input_arm"] |= {"plus": 0.0, "minus": 0.0}
     scene = camopt.find_scene("valve-with-rocker").replace(tolerances=given)
     problem = resolve_design(scene)
-    found = TurnErrors(scene, problem).at(np.array([0.8, 1.2]))
-    off = drawn(scene, problem.nominal, 2**15, 4)
-    errors = sum(np.outer(off[each.key], each.answer[0]) for each in found)
+    found = TurnErrors(scene, problem).contributions_at(np.array([0.8, 1.2]))
+    off = sample_errors(scene, problem.nominal_numbers, 2**15, 4)
+    errors = sum(np.outer(off[each.key], each.response[0]) for each in found)
     np.testing.assert_allclose(errors.var(axis=0), variances(found, 0).sum(axis=0), rtol=0.01)
-    np.testing.assert_allclose(errors.mean(axis=0), sum(each.middle[0] for each in found), atol=1e-5)
+    np.testing.assert_allclose(errors.mean(axis=0), sum(each.mean[0] for each in found), atol=1e-5)
     if not (one or other):
-        first, second = (each.answer[0] * sigma for each, sigma in zip(found, (0.02 / 3, 0.025 / 3), strict=True))
+        first, second = (each.response[0] * sigma for each, sigma in zip(found, (0.02 / 3, 0.025 / 3), strict=True))
         known = first**2 + second**2 + 2 * np.sqrt(0.8 * 0.5) * first * second
         np.testing.assert_allclose(variances(found, 0).sum(axis=0), known, rtol=1e-9)
         assert np.corrcoef(*off.values())[0, 1] == pytest.approx(np.sqrt(0.4), abs=0.01)

@@ -9,13 +9,13 @@ from support.cams import STEEL, cam_with
 import camopt
 from camopt.core.numerics import LARGEST
 from camopt.core.numerics.curves import Linear
-from camopt.model.effects import Case
+from camopt.model.effects import EvaluationBlock
 from camopt.model.motion.stroke import ALL_STROKES
-from camopt.scene.problem.claims import Claim, Plain
-from camopt.scene.problem.problem import exactly, resolve_design
+from camopt.scene.problem.constraints import ConstantBound, Constraint
+from camopt.scene.problem.problem import at_rounding_error, resolve_design
 from camopt.scene.scene import Scene
-from camopt.solve.verdicts.claim_boxes import over_box
-from camopt.solve.verdicts.running import run_effects
+from camopt.solve.verdicts.constraint_boxes import constraint_over_box
+from camopt.solve.verdicts.effect_runs import run_effects
 
 LIMITS = {"pressure_angle": 40, "curvature_radius": 2, "contact_stress": 3000, "contact_force_min": 1, "torque": 60}
 WIDE = {
@@ -41,7 +41,7 @@ def scene_of(contact):
 def test_no_cam_within_the_tolerances_is_worse_than_the_worst_cam(contact):
     """Of 300 cams inside, on the sides and at the corners; and the scene of the worst cam has the worst value."""
     scene, rng = scene_of(contact), np.random.default_rng(4)
-    found, problem = camopt.tolerance(scene), exactly(resolve_design(scene))
+    found, problem = camopt.tolerance(scene), at_rounding_error(resolve_design(scene))
     keys = list(found.margins[0].sizes)
     fields = [key.partition(".")[2].replace("face_radius", "roller_radius") for key in keys]
     shares = rng.uniform(size=(300, len(keys)))
@@ -56,8 +56,10 @@ def test_no_cam_within_the_tolerances_is_worse_than_the_worst_cam(contact):
     for limit, margin in zip(problem.limits, found.margins, strict=True):
         if not margin.quantity:
             continue
-        columns = run_effects(Case(problem.setup, problem.programme, designs), limit.needs).columns
-        seen = np.array([np.broadcast_to(columns[name], 300) for name in limit.shown])
+        columns = run_effects(
+            EvaluationBlock(problem.setup, problem.programme, designs), limit.required_quantities
+        ).columns
+        seen = np.array([np.broadcast_to(columns[name], 300) for name in limit.shown_quantities])
         seen = np.abs(seen).max(axis=0) if len(seen) > 1 else seen[0]
         side = -1.0 if margin.relation in ("≥", ">") else 1.0
         assert margin.gap is not None, margin
@@ -65,14 +67,17 @@ def test_no_cam_within_the_tolerances_is_worse_than_the_worst_cam(contact):
         assert (side * (seen - margin.worst)).max() <= margin.gap, margin
         assert margin.verdict == ("held" if side * (margin.worst - margin.bound) <= 0.0 else "broken"), margin
         alone = resolve_design(found.worst_cam(margin.limit))
-        there = run_effects(Case(exactly(alone).setup, alone.programme, alone.design), limit.needs).columns
-        worst = max(abs(float(np.ravel(there[name])[0])) for name in limit.shown)
+        there = run_effects(
+            EvaluationBlock(at_rounding_error(alone).setup, alone.programme, alone.design),
+            limit.required_quantities,
+        ).columns
+        worst = max(abs(float(np.ravel(there[name])[0])) for name in limit.shown_quantities)
         assert worst == pytest.approx(abs(margin.worst), rel=1e-11)
 
 
 def test_a_cam_inside_the_box_that_is_worse_than_all_corners_is_found():
     """A curve that is highest at an offset which is no corner, and not the middle."""
-    problem = exactly(resolve_design(scene_of("offset-roller")))
+    problem = at_rounding_error(resolve_design(scene_of("offset-roller")))
 
     def hill(designs, programme):
         off = np.square(designs.offset - 11.3) + np.square(designs.roller_radius - 14.1)
@@ -80,13 +85,13 @@ def test_a_cam_inside_the_box_that_is_worse_than_all_corners_is_found():
         return Linear(1.0 + none, none, none, -off)
 
     lift, ends = problem.programme.lift, {"offset": (10.5, 12.5), "roller_radius": (13.6, 14.4)}
-    claim = Claim(hill, ALL_STROKES, LARGEST, Plain(lift - 1e-6))
-    found = over_box(problem, claim, problem.design, ends)
+    constraint = Constraint(hill, ALL_STROKES, LARGEST, ConstantBound(lift - 1e-6))
+    found = constraint_over_box(problem, constraint, problem.design, ends)
     assert found.verdict == "broken"
     assert abs(found.witness.offset[0] - 11.3) < 2e-3
     assert abs(found.witness.roller_radius[0] - 14.1) < 2e-3
-    claim = claim._replace(bound=Plain(lift + 1e-9))
-    assert over_box(problem, claim, problem.design, ends).verdict == "held"
+    constraint = constraint._replace(bound=ConstantBound(lift + 1e-9))
+    assert constraint_over_box(problem, constraint, problem.design, ends).verdict == "held"
 
 
 def test_the_verdict_changes_where_the_worst_cam_meets_the_bound():

@@ -14,7 +14,7 @@ from support.trains import exact
 import camopt
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.solve.tolerances.drawn_cams import LargestErrors, drawn
+from camopt.solve.tolerances.error_samples import LargestErrorSearch, sample_errors
 from tests.solve.tolerances.test_response import SIZES
 from tests.solve.tolerances.test_response import scene_of as plain_of
 from tests.solve.tolerances.test_tolerance import TRAINS, scene_of
@@ -52,7 +52,7 @@ def test_motions_are_those_of_exact_contact_in_40_digits(contact, rotation):
     plain = plain_of(contact, rotation)
     scene = Scene.from_dict({**plain, "tolerances": given_of(contact)})
     problem = resolve_design(scene)
-    off, cams = drawn(scene, problem.nominal, PLACES.size, 5), RealCams(problem, waves=9)
+    off, cams = sample_errors(scene, problem.nominal_numbers, PLACES.size, 5), RealCams(problem, waves=9)
     for order in range(3):
         moved = cams.motion(off, PLACES, order)
         for cam, theta in enumerate(moved.angle.terms[0]):
@@ -67,7 +67,7 @@ def test_at_the_tool_motions_are_those_of_closed_loops(contact):
     stage = {"crossed": False, **TRAINS[contact]} if contact == "arm" else TRAINS[contact]
     scene = scene_of(contact, given={"follower.roller_radius": 0.05, "phase": 0.1}, train=[stage])
     problem = resolve_design(scene)
-    off, cams = drawn(scene, problem.nominal, 3, 1), RealCams(problem)
+    off, cams = sample_errors(scene, problem.nominal_numbers, 3, 1), RealCams(problem)
     alone = replace(cams, problem=replace(problem, setup=replace(problem.setup, train=None)))
     follower = alone.motion(off, PLACES, 0).tool.terms[0]
     start = problem.programme.strokes[0].low  # of the follower, where its train starts
@@ -84,15 +84,15 @@ def test_the_largest_error_of_a_cam_is_that_of_a_scan_over_cam_angles(contact, l
     """At 21,000 cam angles, dense near joints, at each of which the place of contact is found by itself."""
     scene = scene_of(contact, law, given_of(contact) | {"waves": 4})
     problem = resolve_design(scene)
-    off = drawn(scene, problem.nominal, 6, 2)
-    found = LargestErrors(RealCams(problem, 4), tuple(off))
+    off = sample_errors(scene, problem.nominal_numbers, 6, 2)
+    found = LargestErrorSearch(RealCams(problem, 4), tuple(off))
     near = np.add.outer(found._joints, np.outer([-1, 1], np.logspace(-8, -3, 100)).ravel()).ravel()
     angles = np.concatenate([np.linspace(0.0, 2 * np.pi, 20_001)[:-1] + 1e-5, near])
     for order in range(3):
-        most = found.of_motion(off, order).error
+        most = found.largest_motion_errors(off, order).error
         for cam, value in enumerate(most):
             one = {key: np.full(angles.size, each[cam]) for key, each in off.items()}
-            scanned = np.abs(found.cams.errors(one, found._touched(one, angles), order)).max()
+            scanned = np.abs(found.real_cam.motion_errors(one, found._contact_places(one, angles), order)).max()
             assert scanned * (1 - 0.01) <= value <= scanned * (1 + 1e-3)
 
 
@@ -125,7 +125,7 @@ def test_shares_of_the_variance_are_those_of_the_first_order_and_yields_those_of
     for key, size in (("profile", 0.02), ("bore_eccentricity", 0.02)):
         off[key] = rng.normal(0.0, size / 3, cams) + 1j * rng.normal(0.0, size / 3, cams)
     off["phase"] = rng.normal(0.0, np.radians(0.05) / 3, cams)
-    values = np.degrees(LargestErrors(RealCams(problem, 9), tuple(off)).of_motion(off, 0).error)
+    values = np.degrees(LargestErrorSearch(RealCams(problem, 9), tuple(off)).largest_motion_errors(off, 0).error)
     for share, value in ((0.5, batch.errors[0].median), (0.95, batch.errors[0].of_95)):
         low, high = stats.binom.interval(0.9999, cams, share)
         assert low <= np.count_nonzero(values <= value) <= high
@@ -137,7 +137,7 @@ def test_a_dwell_wobbles_no_more_than_the_worst_case_says():
         camopt.sample_cams(scene, cams=2**10),
         max(each.change for each in camopt.tolerance(scene).dwells),
     )
-    off = drawn(scene, resolve_design(scene).nominal, 2**10, 0)["bore_eccentricity"]
+    off = sample_errors(scene, resolve_design(scene).nominal_numbers, 2**10, 0)["bore_eccentricity"]
     assert batch.errors[3].worst <= worst * np.abs(off).max() / 0.02 * (1 + 1e-9)
     stroke = resolve_design(scene).programme.strokes[3]
     angles = np.linspace(stroke.start, stroke.end, 500)[:, None]

@@ -8,7 +8,7 @@ from support.recontact import displacement
 
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.solve.tolerances.response import Responses
+from camopt.solve.tolerances.response import ToolResponse
 
 SIZES = {
     "knife": ("offset",),
@@ -29,12 +29,12 @@ DIGITS, STEP, APART = 40, 1e-12, 1e-5
 def answered(answers, key):
     """What the package says."""
     if key.startswith("bore"):
-        return answers.to_bore[key == "bore y"]
+        return answers.bore_responses[key == "bore y"]
     if key == "profile":
-        return answers.to_profile
+        return answers.profile_response
     if key in ("phase", "face_tilt"):
-        return answers.to_number(key)
-    return answers.to_size("roller_radius" if "radius" in key else key)
+        return answers.number_response(key)
+    return answers.size_response("roller_radius" if "radius" in key else key)
 
 
 def off(key, size):
@@ -54,7 +54,7 @@ def scene_of(contact, rotation):
 def test_answers_are_those_of_exact_contact_in_40_digits(contact, key, rotation):
     """The displacement, and its slopes by the cam angle, by differences of errors of 1e-12 mm (rad) either way."""
     scene, angles = scene_of(contact, rotation), np.array([0.7, 2.2, 3.1, 5.0])
-    found = answered(Responses(resolve_design(Scene.from_dict(scene)), angles), key)
+    found = answered(ToolResponse(resolve_design(Scene.from_dict(scene)), angles), key)
     with mp.workdps(DIGITS):
         for place, theta in enumerate(map(mp.mpf, angles.tolist())):
 
@@ -80,7 +80,7 @@ def test_answers_are_those_of_exact_contact_in_40_digits(contact, key, rotation)
 def test_what_is_left_out_is_of_second_order(contact, key):
     """Errors of 20 µm (0.2 mrad) are off by four times what those of 10 µm are, and those by less than 0.05 µm."""
     scene, theta = scene_of(contact, "ccw"), mp.mpf(0.7)
-    first = answered(Responses(resolve_design(Scene.from_dict(scene)), np.array([0.7])), key)[0, 0]
+    first = answered(ToolResponse(resolve_design(Scene.from_dict(scene)), np.array([0.7])), key)[0, 0]
     with mp.workdps(DIGITS):
         nominal = displacement(scene, {}, theta)
         rest = [

@@ -8,13 +8,13 @@ from support.cams import cam_with
 
 import camopt
 from camopt.core.mistakes import BadInput
-from camopt.model.effects import Case
-from camopt.scene.problem.problem import exactly, resolve, resolve_design
-from camopt.scene.problem.zones import all_moved
+from camopt.model.effects import EvaluationBlock
+from camopt.scene.problem.problem import at_rounding_error, resolve, resolve_design
+from camopt.scene.problem.tolerance_zones import designs_with_errors
 from camopt.scene.scene import Scene
-from camopt.solve.front.certified import certify_table
-from camopt.solve.verdicts.judging import excesses
-from camopt.solve.verdicts.running import run_effects
+from camopt.solve.front.table_certificate import certify_table
+from camopt.solve.verdicts.effect_runs import run_effects
+from camopt.solve.verdicts.limit_verdicts import excesses
 
 GIVEN = {
     "roller": ({"offset": 0.2, "roller_radius": 0.1}, {"pressure_angle": 30, "curvature_radius": 2}),
@@ -40,13 +40,15 @@ def scene_of(contact, tolerances=None, **more):
 
 def worst_excess(scene):
     """Of a dense scan of all cams within the tolerances: corners, sides and insides."""
-    problem = exactly(resolve_design(scene))
+    problem = at_rounding_error(resolve_design(scene))
     spans = {field: np.linspace(zone.lower, zone.upper, STEPS) for field, zone in problem.zones.items()}
     offs = [dict(zip(spans, values, strict=True)) for values in itertools.product(*spans.values())]
-    cams = all_moved(problem.design, offs)
-    limits = problem.without_last.limits
-    needs = frozenset(name for limit in limits for name in limit.needs)
-    return excesses(limits, run_effects(Case(problem.setup, problem.programme, cams), needs).columns, cams).max()
+    cams = designs_with_errors(problem.design, offs)
+    limits = problem.without_deferred_limits.limits
+    needs = frozenset(name for limit in limits for name in limit.required_quantities)
+    return excesses(
+        limits, run_effects(EvaluationBlock(problem.setup, problem.programme, cams), needs).columns, cams
+    ).max()
 
 
 def assert_smallest(scene):
@@ -181,7 +183,7 @@ def test_free_angles_are_proved_of_every_cam_with_its_own_train():
         {"segment": "return", "angle": 130, "lift": 60, "law": "modified-sine"},
         {"segment": "dwell", "angle": 50},
     ])  # fmt: skip
-    z, z1, *_ = resolve_design(longest).programme.tool.at(np.linspace(0.0, np.pi, 400_001))
+    z, z1, *_ = resolve_design(longest).programme.tool.motion_at(np.linspace(0.0, np.pi, 400_001))
     exact = ((z1 / np.tan(np.radians(25.0)) - z) / 1.98).max() - 13.0
     assert best["base_radius_mm"] == pytest.approx(exact, rel=1e-8)
     assert (best["proved"], best["every_cam"]) == (True, "held")

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import camopt
-from camopt.scene.problem.problem import exactly, resolve_design
-from camopt.scene.problem.zones import all_moved, of_train
+from camopt.scene.problem.problem import at_rounding_error, resolve_design
+from camopt.scene.problem.tolerance_zones import designs_with_errors, train_entries
 from camopt.solve.synthesis.ceilings import ceilings_of
-from camopt.solve.synthesis.from_scene import demand_of
+from camopt.solve.synthesis.problem_from_scene import synthesis_problem
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
-from camopt.solve.synthesis.synthesise import solved
+from camopt.solve.synthesis.synthesise import solve_free_laws
 from camopt.solve.synthesis.through_train import follower_states
-from camopt.solve.tolerances.margins import limited
+from camopt.solve.tolerances.margins import evaluate_limits
 
 GIVEN = {
     "slide-by-bell-crank": {"train.1.crank": 0.1, "train.1.coupler": 0.1, "follower.roller_radius": 0.02},
@@ -33,16 +33,16 @@ def asked(name, tolerances=None, **more):
 
 def worst_excess(scene, steps=STEPS):
     """Over all limits, of a dense scan of all cams and trains within the tolerances: corners, sides and insides."""
-    problem = exactly(resolve_design(scene))
+    problem = at_rounding_error(resolve_design(scene))
     spans = {field: np.linspace(zone.lower, zone.upper, steps) for field, zone in problem.zones.items()}
-    trains = of_train(spans)
+    trains = train_entries(spans)
     own = {field: each for field, each in spans.items() if field not in trains}
     offs = [dict(zip(own, values, strict=True)) for values in itertools.product(*own.values())]
     worst = []
     for values in itertools.product(*trains.values()):
-        numbers = {key: problem.nominal[key] + by for key, by in zip(trains, values, strict=True)}
+        numbers = {key: problem.nominal_numbers[key] + by for key, by in zip(trains, values, strict=True)}
         each = problem.with_numbers(numbers)
-        worst.append(limited(each, each.limits, all_moved(each.design, offs))[0].max())
+        worst.append(evaluate_limits(each, each.limits, designs_with_errors(each.design, offs))[0].max())
     return max(worst)
 
 
@@ -101,7 +101,7 @@ def test_a_linkage_between_the_corners_that_is_the_worst_has_to_hold_the_limits_
     scene = scene.replace(**{"search.base_radius": {"start": 20.37, "stop": 20.39, "step": 0.01}})
     swept = camopt.sweep(scene)  # done again where the proof refutes what the corners hold
     assert (swept.best["poly4567"]["base_radius_mm"], swept.every_cam) == (20.39, {"held": 1})
-    monkeypatch.setattr("camopt.solve.front.every_cam.EXCHANGES", 0)
+    monkeypatch.setattr("camopt.solve.front.certified_front.SWEEP_EXCHANGES", 0)
     assert camopt.sweep(scene).every_cam == {"broken": 2, "held": 1}
 
 
@@ -131,14 +131,14 @@ def test_free_laws_of_the_tool_hold_the_limits_with_every_ratio():
 def test_convex_steps_look_at_the_motion_of_each_train():
     """What free laws of the tool make of the follower of a train that is off, against the motion of that train."""
     scene = asked("slide-by-bell-crank", {"train.1.crank": 1, "follower.roller_radius": 0.1})
-    demand = demand_of(scene)
-    steps = SequentialConvex(solved(demand)[0], ceilings_of(demand))
-    cams = {id(each.sampled.problem) for each in steps.blocks}
+    demand = synthesis_problem(scene)
+    steps = SequentialConvex(solve_free_laws(demand)[0], ceilings_of(demand))
+    cams = {id(each.ceilings.problem) for each in steps.blocks}
     assert len(cams) == 3  # nominal, and both ends of the crank
     for block in steps.blocks:
-        sampled, problem = block.sampled, block.sampled.problem
-        motion = demand.problem.programme.tool.at(sampled.angles)[:4]
-        exact = problem.programme.at(sampled.angles)[:4]
+        sampled, problem = block.ceilings, block.ceilings.problem
+        motion = demand.problem.programme.tool.motion_at(sampled.angles)[:4]
+        exact = problem.programme.motion_at(sampled.angles)[:4]
         np.testing.assert_allclose(follower_states(problem, demand.zero, motion), exact, rtol=0.0, atol=1e-9)
 
 

@@ -12,12 +12,12 @@ from support.real_cams import RealCams
 import camopt
 from camopt.core.mistakes import BadInput
 from camopt.core.numerics.taylor import Taylor
-from camopt.model.effects.motion import scale
-from camopt.model.motion.driven import tool_position
+from camopt.model.effects.motion import motion_scale
+from camopt.model.motion.tool_drive import tool_position
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.solve.tolerances.response import Responses
-from camopt.solve.tolerances.turn import TurnErrors, band, worst
+from camopt.solve.tolerances.response import ToolResponse
+from camopt.solve.tolerances.turn_errors import TurnErrors, root_sum_square_magnitude, worst_case_magnitude
 from camopt.solve.tolerances.worst_case import worst_search
 
 GIVEN = {
@@ -48,10 +48,10 @@ def test_the_largest_is_that_of_a_dense_scan(contact, order):
     given = own.get(contact, {"profile": 0.02, "waves": 9, "phase": 0.03})
     turn = turn_errors(scene_of(contact, given=given))
     angles = np.linspace(0.0, 2 * np.pi, 200_001)[:-1]
-    for total in (worst, band):
+    for total in (worst_case_magnitude, root_sum_square_magnitude):
         found, scanned = (
-            total(turn.at(np.array([turn.highest(total, order)])), order)[0],
-            total(turn.at(angles), order),
+            total(turn.contributions_at(np.array([turn.angle_of_largest_total(total, order)])), order)[0],
+            total(turn.contributions_at(angles), order),
         )
         assert found >= scanned.max() * (1.0 - 1e-12)
         assert found == pytest.approx(scanned.max(), rel=1e-4)  # which has no side of a jump
@@ -62,12 +62,12 @@ def test_no_errors_within_their_zones_are_worse_than_the_worst_case_and_a_corner
     scene, rng = scene_of(given={**GIVEN, "profile": None, "waves": None}), np.random.default_rng(5)
     turn = turn_errors(scene)
     angles = np.linspace(0.01, 6.2, 40)
-    answers, found = Responses(turn.problem, angles), turn.at(angles)
+    answers, found = ToolResponse(turn.problem, angles), turn.contributions_at(angles)
     lengths = [
-        answers.to_size("roller_radius"),
-        answers.to_size("offset"),
-        answers.to_number("phase"),
-        *answers.to_bore,
+        answers.size_response("roller_radius"),
+        answers.size_response("offset"),
+        answers.number_response("phase"),
+        *answers.bore_responses,
     ]
     low = np.array([-0.013 / 2, -0.01, -np.radians(0.04)])  # h6 of a diameter of 28 mm
     high = np.array([0.0, 0.03, np.radians(0.04)])
@@ -76,11 +76,11 @@ def test_no_errors_within_their_zones_are_worse_than_the_worst_case_and_a_corner
         for _ in range(500):
             way, distance = rng.uniform(0, 2 * np.pi), 0.015 * rng.uniform() ** 0.1
             errors = [*rng.uniform(low, high), distance * np.cos(way), distance * np.sin(way)]
-            assert (np.abs(errors @ terms) <= worst(found, order) * (1 + 1e-12)).all()
+            assert (np.abs(errors @ terms) <= worst_case_magnitude(found, order) * (1 + 1e-12)).all()
         ends = np.maximum(low[:, None] * terms[:3], high[:, None] * terms[:3])
         below = np.maximum(-low[:, None] * terms[:3], -high[:, None] * terms[:3])
         corner = np.maximum(ends.sum(axis=0), below.sum(axis=0)) + 0.015 * np.hypot(*terms[3:])
-        np.testing.assert_allclose(worst(found, order), corner, rtol=1e-12)
+        np.testing.assert_allclose(worst_case_magnitude(found, order), corner, rtol=1e-12)
 
 
 def test_no_profile_within_its_zone_and_waves_is_worse_and_a_cosine_is_as_bad():
@@ -88,7 +88,7 @@ def test_no_profile_within_its_zone_and_waves_is_worse_and_a_cosine_is_as_bad():
     zone, n, rng = 0.02, 12, np.random.default_rng(8)
     turn = turn_errors(scene_of(given={"profile": zone, "waves": n}))
     angles = np.linspace(0.0, 6.28, 90)
-    answer, found = Responses(turn.problem, angles).to_profile, turn.at(angles)
+    answer, found = ToolResponse(turn.problem, angles).profile_response, turn.contributions_at(angles)
     orders, dense = np.arange(n + 1), np.linspace(0, 2 * np.pi, 4001)
 
     def motion(waves):
@@ -101,12 +101,12 @@ def test_no_profile_within_its_zone_and_waves_is_worse_and_a_cosine_is_as_bad():
         waves = (rng.normal(size=n + 1) + 1j * rng.normal(size=n + 1)) * rng.choice([0.0, 1.0], n + 1)
         most = np.abs((waves @ np.exp(1j * np.outer(orders, dense))).real).max() * 1.0001 + 1e-9
         for order, value in enumerate(motion(zone / most * waves)):
-            assert (np.abs(value) <= worst(found, order)).all()
+            assert (np.abs(value) <= worst_case_magnitude(found, order)).all()
     turned = [motion(zone * np.eye(n + 1)[n] * np.exp(1j * phase)) for phase in np.linspace(0, 2 * np.pi, 721)]
     reached = [np.max([np.abs(each[order]) for each in turned], axis=0) for order in range(3)]
     for order in range(2):
-        np.testing.assert_allclose(worst(found, order), reached[order], rtol=1e-4)
-    assert (worst(found, 2) <= 1.1 * reached[2]).all()
+        np.testing.assert_allclose(worst_case_magnitude(found, order), reached[order], rtol=1e-4)
+    assert (worst_case_magnitude(found, 2) <= 1.1 * reached[2]).all()
 
 
 def test_a_band_is_that_of_random_cams():
@@ -122,18 +122,22 @@ def test_a_band_is_that_of_random_cams():
     }
     turn, rng, count = turn_errors(scene_of("arm", given=given)), np.random.default_rng(2), 40_000
     angles = np.linspace(0.1, 6.0, 12)
-    answers = Responses(turn.problem, angles)
+    answers = ToolResponse(turn.problem, angles)
     drawn = {
         "roller_radius": rng.normal(0, 0.02 / 3.6, count),
         "arm_length": rng.uniform(-0.02, 0.02, count),
         "centre_distance": rng.triangular(-0.02, 0, 0.02, count),
     }
     for order in range(3):
-        errors = sum(np.outer(values, answers.to_size(name)[order]) for name, values in drawn.items())
-        found = turn.at(angles)
+        errors = sum(np.outer(values, answers.size_response(name)[order]) for name, values in drawn.items())
+        found = turn.contributions_at(angles)
         deviation = np.sqrt(sum(each.deviation[order] ** 2 for each in found))
         np.testing.assert_allclose(errors.std(axis=0), deviation, rtol=0.02)
-        np.testing.assert_allclose(band(found, order), np.minimum(3 * deviation, worst(found, order)), rtol=1e-12)
+        np.testing.assert_allclose(
+            root_sum_square_magnitude(found, order),
+            np.minimum(3 * deviation, worst_case_magnitude(found, order)),
+            rtol=1e-12,
+        )
 
 
 TRAINS = {
@@ -150,15 +154,15 @@ def test_at_the_tool_an_error_is_what_comes_through_the_train(contact):
     step = off = 1e-5
     angles = 0.7 + step * np.arange(-2, 3)
     tool, own = (
-        Responses(each, angles) for each in (problem, replace(problem, setup=replace(problem.setup, train=None)))
+        ToolResponse(each, angles) for each in (problem, replace(problem, setup=replace(problem.setup, train=None)))
     )
     at = train.follower_at(tool_position(problem.programme, angles))
-    moved = [train.tool(Taylor([at + side * off * own.to_profile[0]])).terms[0] for side in (1, -1)]
+    moved = [train.tool(Taylor([at + side * off * own.profile_response[0]])).terms[0] for side in (1, -1)]
     answer = (moved[0] - moved[1]) / (2 * off)
-    np.testing.assert_allclose(tool.to_profile[0], answer, rtol=1e-8)
-    assert tool.to_profile[1, 2] == pytest.approx((answer[3] - answer[1]) / (2 * step), rel=1e-4, abs=1e-5)
-    z1 = problem.programme.tool.at(angles)[1]
-    np.testing.assert_allclose(tool.to_number("phase")[0], z1, rtol=1e-9)
+    np.testing.assert_allclose(tool.profile_response[0], answer, rtol=1e-8)
+    assert tool.profile_response[1, 2] == pytest.approx((answer[3] - answer[1]) / (2 * step), rel=1e-4, abs=1e-5)
+    z1 = problem.programme.tool.motion_at(angles)[1]
+    np.testing.assert_allclose(tool.number_response("phase")[0], z1, rtol=1e-9)
 
 
 def test_a_jump_of_the_motion_makes_its_error_infinite_with_a_reason():
@@ -198,9 +202,9 @@ def test_a_dwell_wobbles_as_much_as_the_displacement_changes_in_it(contact):
         turn.problem.programme.strokes[1::2], camopt.tolerance(turn.scene).dwells, strict=True
     ):
         angles = np.linspace(stroke.start + 1e-9, stroke.start + stroke.angle - 1e-9, 200)
-        first, second = Responses(turn.problem, angles).to_bore
+        first, second = ToolResponse(turn.problem, angles).bore_responses
         swings = [0.02 * np.ptp(first[0] * np.cos(w) + second[0] * np.sin(w)) for w in np.linspace(0, np.pi, 361)]
-        assert dwell.change == pytest.approx(scale(turn.problem.setup, 0) * max(swings), rel=1e-3)
+        assert dwell.change == pytest.approx(motion_scale(turn.problem.setup, 0) * max(swings), rel=1e-3)
 
 
 def test_waves_wobble_in_a_dwell_no_more_than_a_cosine():
@@ -305,7 +309,7 @@ def test_tolerances_that_lose_the_cam_are_told_with_what_is_allowed(scene, given
         size = float(allowed)
         assert most is None or size == pytest.approx(most, rel=0.01)
         smaller = worst_search(turn_errors(scene.replace(tolerances={key: 0.99 * size})))
-        assert np.isfinite(smaller.highest(smaller.first())).all()
+        assert np.isfinite(smaller.largest_error(smaller.nearly_worst_errors())).all()
     else:
         assert allowed.endswith("% of these")
         assert 0.0 < float(allowed.split()[0]) < 100.0

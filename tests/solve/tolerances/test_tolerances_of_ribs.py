@@ -9,10 +9,10 @@ from support.real_cams import PairCams
 from support.ribs import centres, flanks, rib
 
 import camopt
-from camopt.model.effects.answers import SECOND, errors_at
+from camopt.model.effects.error_response import SECOND_CONTACT_SUFFIX, errors_by_contact
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.solve.tolerances.response import PairResponses
+from camopt.solve.tolerances.response import PairResponse
 
 MOTIONS = ("translating", "oscillating")
 TURN = np.linspace(-0.6, 2.0 * np.pi + 0.6, 40_001)
@@ -21,15 +21,15 @@ WAY = "bore_eccentricity_way"
 CASES = {
     "spacing": {"follower.roller_spacing": 0.05},
     "arm": {"follower.arm_length": -0.04},
-    "rollers": {"follower.roller_radius": 0.02, f"follower.roller_radius{SECOND}": -0.01},
-    "flank": {f"profile{SECOND}": 0.03},
+    "rollers": {"follower.roller_radius": 0.02, f"follower.roller_radius{SECOND_CONTACT_SUFFIX}": -0.01},
+    "flank": {f"profile{SECOND_CONTACT_SUFFIX}": 0.03},
     "bore": {"bore_eccentricity": 0.05, WAY: 0.8},
     "phase": {"phase": 1e-3},
     "all": {
         "follower.roller_spacing": 0.02,
         "follower.roller_radius": -0.02,
         "profile": 0.02,
-        f"profile{SECOND}": -0.01,
+        f"profile{SECOND_CONTACT_SUFFIX}": -0.01,
         "bore_eccentricity": 0.03,
         WAY: 2.5,
         "phase": -5e-4,
@@ -57,7 +57,7 @@ def cut(motion):
 def stands(motion, errors, place, theta):
     """The displacement of a follower whose roller touches its flank, by trial."""
     problem = problem_of(motion)
-    design, lift, key = problem.design, problem.programme.lift, SECOND if place else ""
+    design, lift, key = problem.design, problem.programme.lift, SECOND_CONTACT_SUFFIX if place else ""
     points, normal = cut(motion)[place]
     ahead, side = errors.get("phase", 0.0), -1.0 if place else 1.0
     bore = errors.get("bore_eccentricity", 0.0) * np.cos(errors.get(WAY, 0.0) + design.sense * (theta + ahead))
@@ -78,7 +78,7 @@ def stands(motion, errors, place, theta):
             centre = pivot - design.sense * l * np.cos(a) + 1j * l * np.sin(a)
         return line.distance(shapely.Point(centre.real, centre.imag)) - radius
 
-    y = float(problem.programme.at(np.array([theta]))[0][0])
+    y = float(problem.programme.motion_at(np.array([theta]))[0][0])
     size = 0.2 / (design.arm_length[0] if problem.setup.angular else 1.0)
     low, high = y - size, y + size
     short = room(low)
@@ -99,7 +99,7 @@ def test_both_contacts_are_where_rollers_rest_on_flanks_that_are_off(motion, cas
     off, apart = PairCams(problem).at(errors, ANGLES)
     size = problem.design.arm_length[0] if problem.setup.angular else 1.0
     for place, theta in enumerate(ANGLES):
-        y = float(problem.programme.at(ANGLES)[0][place])
+        y = float(problem.programme.motion_at(ANGLES)[0][place])
         first, second = stands(motion, errors, 0, theta) - y, y - stands(motion, errors, 1, theta)
         assert off[place] * size == pytest.approx((first - second) / 2 * size, abs=2e-6)
         assert apart[place] * size == pytest.approx((first + second) * size, abs=2e-6)
@@ -108,14 +108,14 @@ def test_both_contacts_are_where_rollers_rest_on_flanks_that_are_off(motion, cas
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_first_order_is_the_slope_of_what_both_rollers_do_exactly(motion):
     problem, step = problem_of(motion), 1e-5
-    answers = PairResponses(problem, ANGLES)
+    answers = PairResponse(problem, ANGLES)
     arm = ("follower.arm_length",) if problem.setup.angular else ()
     for tolerance in ("follower.roller_spacing", "follower.roller_radius", "profile", "phase", *arm):
-        for key, at in errors_at(problem.setup.mechanism, tolerance).items():
+        for key, at in errors_by_contact(problem.setup.mechanism, tolerance).items():
             off, apart = (np.array(each) / step for each in PairCams(problem).at({key: step}, ANGLES))
-            np.testing.assert_allclose(answers.to(at)[0], off, rtol=1e-4, atol=1e-6)
-            np.testing.assert_allclose(answers.apart(at), apart, rtol=1e-4, atol=1e-5)
-    for way, (one, other) in zip((0.0, np.pi / 2), answers.bores, strict=True):
+            np.testing.assert_allclose(answers.error_response(at)[0], off, rtol=1e-4, atol=1e-6)
+            np.testing.assert_allclose(answers.separation_response(at), apart, rtol=1e-4, atol=1e-5)
+    for way, (one, other) in zip((0.0, np.pi / 2), answers.bore_responses, strict=True):
         off, apart = PairCams(problem).at({"bore_eccentricity": step, WAY: way}, ANGLES)
         np.testing.assert_allclose((one - other)[0] / 2, off / step, atol=1e-5)
         np.testing.assert_allclose((one + other)[0], apart / step, atol=1e-5)
@@ -128,12 +128,12 @@ def filler(**given):
 def test_a_rib_of_a_follower_that_translates_has_its_closed_forms():
     """tan β = y'/R: half of what both flanks are off by, over cos β; their sum holds the rollers apart."""
     problem = resolve_design(filler(profile=0.01))
-    slope = np.abs(problem.programme.at(np.linspace(0.0, 6.283, 20_001))[1]).max() / 120.0
+    slope = np.abs(problem.programme.motion_at(np.linspace(0.0, 6.283, 20_001))[1]).max() / 120.0
     secant = np.hypot(1.0, slope)
     found = camopt.tolerance(filler(profile=0.01, bore_eccentricity=0.02, **{"follower.roller_spacing": 0.003}))
     shares = found.errors[0].shares
     assert found.errors[0].worst == pytest.approx(0.01 * secant + 0.02 * slope, rel=1e-6)
-    assert (shares["profile"], shares[f"profile{SECOND}"]) == pytest.approx((0.005 * secant,) * 2)
+    assert (shares["profile"], shares[f"profile{SECOND_CONTACT_SUFFIX}"]) == pytest.approx((0.005 * secant,) * 2)
     assert shares["follower.roller_spacing"] == pytest.approx(0.0, abs=1e-12)
     spacing, interference, preload, _ = found.plays
     assert spacing[2:] == pytest.approx((60.0, 60.0 - 0.02 * secant - 0.003, 60.0 + 0.02 * secant + 0.003))
@@ -162,9 +162,9 @@ def test_a_batch_of_ribs_has_the_variances_of_first_order_and_none_is_beyond_the
 EVERY = {
     "follower.roller_spacing": 0.02,
     "follower.roller_radius": -0.02,
-    f"follower.roller_radius{SECOND}": 0.01,
+    f"follower.roller_radius{SECOND_CONTACT_SUFFIX}": 0.01,
     "profile": 0.02,
-    f"profile{SECOND}": -0.01,
+    f"profile{SECOND_CONTACT_SUFFIX}": -0.01,
     "bore_eccentricity": 0.03,
     WAY: 2.5,
     "phase": -5e-4,
@@ -200,13 +200,13 @@ def test_both_contacts_of_a_rib_on_a_disc_are_where_rollers_rest(motion, more):
 
     found = []
     for place, (points, nominal) in enumerate(zip(flanks(problem, turn), centres(problem, turn), strict=True)):
-        key = SECOND if place else ""
+        key = SECOND_CONTACT_SUFFIX if place else ""
         cut = points + errors[f"profile{key}"] * (nominal - points) / sizes["roller_radius"]
         ring = shapely.LinearRing(np.column_stack([cut.real, cut.imag]))
         radius = sizes["roller_radius"] + errors[f"follower.roller_radius{key}"]
         moved = []
         for theta in ANGLES:
-            y = float(problem.programme.at(np.array([theta]))[0][0])
+            y = float(problem.programme.motion_at(np.array([theta]))[0][0])
             low, high = (y + side * 0.3 / (l or 1.0) for side in (-1.0, 1.0))
             for _ in range(26):
                 middle = 0.5 * (low + high)

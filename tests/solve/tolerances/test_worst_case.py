@@ -13,11 +13,18 @@ from support.recontact import displacement
 
 import camopt
 from camopt.core.numerics.taylor import Taylor
-from camopt.model.effects.motion import scale
+from camopt.model.effects.motion import motion_scale
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.solve.tolerances import worst_case
-from camopt.solve.tolerances.errors import BORE, BORE_WAY, error_ends, flat, off_by, off_of
+from camopt.solve.tolerances.errors import (
+    BORE,
+    BORE_DIRECTION,
+    contact_errors,
+    error_ranges,
+    errors_at_places,
+    flat_errors,
+)
 from camopt.solve.tolerances.real_cam import RealCam
 from tests.solve.tolerances.test_response import DIGITS, SIZES, scene_of
 
@@ -31,14 +38,14 @@ def random_errors(rng, contact, size=0.02):
     angles = {
         key: rng.uniform(-5, 5) * TENTH for key in ("phase", *SIZES[contact]) if key in ("phase", "face_tilt")
     }
-    way = {} if contact.startswith("groove") else {BORE_WAY: rng.uniform(-3, 3)}
+    way = {} if contact.startswith("groove") else {BORE_DIRECTION: rng.uniform(-3, 3)}
     return {**lengths, **angles, "profile": rng.uniform(-size, size), BORE: rng.uniform(-size, size), **way}
 
 
 def exact_error(scene, errors, place, theta):
     """The error at a cam angle by re-contact in 40 digits, of a cam that is touched at a place, mm or rad."""
     tables, known = scene.to_dict(), {key.removeprefix("follower."): each for key, each in errors.items()}
-    way, sense = known.pop(BORE_WAY, None), 1 if tables["cam"].get("rotation", "ccw") == "ccw" else -1
+    way, sense = known.pop(BORE_DIRECTION, None), 1 if tables["cam"].get("rotation", "ccw") == "ccw" else -1
     turned = (
         theta + errors["phase"] if way is None else place
     )  # of the cam where the direction is that of the ground
@@ -55,7 +62,7 @@ def test_where_a_follower_rests_is_its_exact_contact_in_40_digits(contact, rotat
     problem = resolve_design(scene)
     for place in (0.4, 1.7, 2.4, 3.5, 5.9):
         errors = random_errors(rng, contact)
-        found = RealCam(problem).touch(flat(errors), np.array([place]))
+        found = RealCam(problem).contact_error(flat_errors(errors), np.array([place]))
         assert found.error[0] == pytest.approx(exact_error(scene, errors, place, found.angle[0]), abs=1e-13)
 
 
@@ -63,12 +70,14 @@ def test_where_a_follower_rests_is_its_exact_contact_in_40_digits(contact, rotat
 def test_where_a_follower_rests_has_the_slopes_of_its_series(contact):
     """By differences of the numbers themselves, of a motion that is known as a series."""
     problem = resolve_design(Scene.from_dict(scene_of(contact, "ccw")))
-    errors = flat(random_errors(np.random.default_rng(1), contact))
+    errors = flat_errors(random_errors(np.random.default_rng(1), contact))
     step, places = 1e-4, 1.1 + 1e-4 * np.arange(-1, 2)
-    y, y1, y2, y3 = problem.programme.at(places)
+    y, y1, y2, y3 = problem.programme.motion_at(places)
     mechanism, lift = problem.setup.mechanism, problem.programme.lift
-    numbers = mechanism.rest(problem.design, lift, y, y1, off_by(errors))
-    series = mechanism.rest(problem.design, lift, Taylor([y, y1, y2 / 2]), Taylor([y1, y2, y3 / 2]), off_by(errors))
+    numbers = mechanism.shifted_contact(problem.design, lift, y, y1, contact_errors(errors))
+    series = mechanism.shifted_contact(
+        problem.design, lift, Taylor([y, y1, y2 / 2]), Taylor([y1, y2, y3 / 2]), contact_errors(errors)
+    )
     for near, found in zip(numbers, series, strict=True):
         np.testing.assert_allclose(found.terms[0], near, rtol=1e-13, atol=1e-16)
         slopes = (near[2] - near[0]) / (2 * step), (near[2] - 2 * near[1] + near[0]) / step**2
@@ -101,18 +110,21 @@ def test_no_cam_exceeds_the_bound_and_the_worst_cam_nearly_has_it(contact, law):
     """By 200,000 cams, half of them at corners, at random places, and a local search from the worst of them."""
     scene, rng = toleranced(contact, law), np.random.default_rng(2)
     found, problem = camopt.tolerance(scene).worst_case, resolve_design(scene)
-    unit, zones = scale(problem.setup, 0), error_ends(scene, problem)
+    unit, zones = motion_scale(problem.setup, 0), error_ranges(scene, problem)
     ends = np.array([*zones.values()])
     assert 0.0 <= found.gap <= 2e-5 * found.bound
     assert abs(found.bound - camopt.tolerance(scene).errors[0].worst) < 1e-4
 
     def errors(x, places):
-        return np.abs(RealCam(problem).touch(flat(dict(zip(zones, x.T, strict=True))), places).error) * unit
+        return (
+            np.abs(RealCam(problem).contact_error(flat_errors(dict(zip(zones, x.T, strict=True))), places).error)
+            * unit
+        )
 
     x = ends[:, 0] + rng.uniform(size=(200_000, len(ends))) * (ends[:, 1] - ends[:, 0])
     x[100_000:] = np.where(rng.uniform(size=(100_000, len(ends))) < 0.5, ends[:, 0], ends[:, 1])
-    if BORE_WAY in zones:
-        x[:, [*zones].index(BORE_WAY)] = rng.uniform(-np.pi, np.pi, 200_000)
+    if BORE_DIRECTION in zones:
+        x[:, [*zones].index(BORE_DIRECTION)] = rng.uniform(-np.pi, np.pi, 200_000)
     places = rng.uniform(0.0, 2 * np.pi, 200_000)
     sampled = errors(x, places)
     assert sampled.max() <= found.bound
@@ -132,10 +144,10 @@ def test_the_worst_cam_has_its_error_by_exact_contact_in_40_digits(contact):
     known = {key.removeprefix("follower."): each for key, each in found.errors.items()}
     known |= {key: np.radians(known[key]) for key in ("phase", "face_tilt") if key in known}
     with mp.workdps(DIGITS):
-        known["bore"] = known.pop(BORE) * mp.expj(np.radians(known.pop(BORE_WAY)))
+        known["bore"] = known.pop(BORE) * mp.expj(np.radians(known.pop(BORE_DIRECTION)))
         theta = mp.mpf(np.radians(found.at_deg))
         exact = displacement(tables, known, theta) - displacement(tables, {}, theta)
-    assert found.error == pytest.approx(float(exact) * scale(resolve_design(scene).setup, 0), abs=1e-11)
+    assert found.error == pytest.approx(float(exact) * motion_scale(resolve_design(scene).setup, 0), abs=1e-11)
 
 
 def test_random_cams_within_their_tolerances_are_within_the_bound():
@@ -147,12 +159,12 @@ def test_random_cams_within_their_tolerances_are_within_the_bound():
         scene = toleranced(contact, str(law), str(rotation), 10 ** rng.uniform(-3, -1.5))
         problem, bound = resolve_design(scene), camopt.tolerance(scene).worst_case.bound
         shares = rng.choice([0.0, 1.0], 9) if number % 2 else rng.uniform(size=9)
-        ends = error_ends(scene, problem)
+        ends = error_ranges(scene, problem)
         errors = {k: low + x * (high - low) for (k, (low, high)), x in zip(ends.items(), shares, strict=False)}
         place = rng.uniform(0.1, 6.1)
-        found = RealCam(problem).touch(flat(errors), np.array([place]))
+        found = RealCam(problem).contact_error(flat_errors(errors), np.array([place]))
         exact = exact_error(scene, errors, place, found.angle[0])
-        unit = scale(problem.setup, 0)
+        unit = motion_scale(problem.setup, 0)
         assert abs(found.error[0] - exact) < 1e-12
         assert abs(exact) * unit <= bound
         most = max(most, abs(exact) * unit / bound)
@@ -169,12 +181,12 @@ def test_where_the_velocity_jumps_no_bound_is_proved_and_it_is_said():
 def test_why_no_bound_is_proved_and_a_bound_that_is_far_above_are_said(monkeypatch):
     given = {"follower": {"offset": 0.01}, "profile": 0.05}
     scene = camopt.find_scene("roller-1000rpm").replace(tolerances=given)
-    monkeypatch.setattr(worst_case, "GAP", 1e-2)
+    monkeypatch.setattr(worst_case, "DISPLACEMENT_GAP", 1e-2)
     found = camopt.tolerance(scene)
     above = found.worst_case.gap / abs(found.worst_case.error)
     assert 1e-3 < above < 1e-2
     assert f"The bound is {100 * above:.2g} % above it." in found.table().note
-    monkeypatch.setattr(worst_case, "SECONDS", -1.0)
+    monkeypatch.setattr(worst_case, "DISPLACEMENT_SECONDS", -1.0)
     found = camopt.tolerance(scene)
     assert np.isinf(found.worst_case.bound)
     assert found.reason.startswith(
@@ -200,7 +212,9 @@ def test_the_errors_told_of_the_worst_cam_are_those_of_a_motion_that_is_as_far_o
     scene = Scene.from_dict({**scene_of(contact, "ccw"), "tolerances": given})
     worst, problem = camopt.tolerance(scene).worst_case, resolve_design(scene)
     places = np.linspace(0.0, 2 * np.pi, 20_001)[:-1]
-    errors = scale(problem.setup, 0) * RealCams(problem).errors(off_of(worst.errors, places.size), places, 0)
+    errors = motion_scale(problem.setup, 0) * RealCams(problem).errors(
+        errors_at_places(worst.errors, places.size), places, 0
+    )
     assert np.abs(errors).max() == pytest.approx(abs(worst.error), rel=1e-6)
     assert errors[np.abs(errors).argmax()] * worst.error > 0.0
     again = camopt.tolerance(camopt.tolerance(scene).worst_motion()).worst_case  # the cam as a scene

@@ -11,12 +11,12 @@ from support.real_cams import cams_of
 from support.recontact import displacement
 
 import camopt
-from camopt.model.effects.motion import scale
+from camopt.model.effects.motion import motion_scale
 from camopt.scene.problem.problem import resolve_design
-from camopt.show.studies.timing import _asked
+from camopt.show.studies.timing import _passage_events
 from camopt.solve.tolerances import dwells_and_passages
-from camopt.solve.tolerances.errors import BORE, BORE_WAY, ends_of
-from camopt.solve.tolerances.turn import TurnErrors
+from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, contact_error_ranges
+from camopt.solve.tolerances.turn_errors import TurnErrors
 from camopt.solve.tolerances.worst_case import worst_search
 from tests.solve.tolerances.test_response import DIGITS
 from tests.solve.tolerances.test_worst_case import toleranced
@@ -31,9 +31,9 @@ def passages(scene):
     turn = TurnErrors(scene.toleranced, resolve_design(scene))
     of, unit = worst_search(turn), turn.problem.programme.tool.unit
     return [
-        dwells_and_passages._worst(of, each, end, np.inf)
-        for each in _asked(passage, unit)
-        for end in dwells_and_passages.ENDS
+        dwells_and_passages._worst_passage(of, each, end, np.inf)
+        for each in _passage_events(passage, unit)
+        for end in dwells_and_passages.PASSAGE_DIRECTIONS
     ]
 
 
@@ -43,17 +43,21 @@ def test_no_cam_passes_beyond_the_bound(kind):
     """By 10,000 cams, half of them at corners, by exact contact at each bound."""
     scene, rng, count = cam_of(kind), np.random.default_rng(5), 10_000
     problem = resolve_design(scene)
-    zones, cams, programme = ends_of(scene.toleranced, problem), cams_of(problem, 0), problem.programme.tool
+    zones, cams, programme = (
+        contact_error_ranges(scene.toleranced, problem),
+        cams_of(problem, 0),
+        problem.programme.tool,
+    )
     share = rng.uniform(size=(count, len(zones)))
     share[count // 2 :] = rng.integers(0, 2, (count - count // 2, len(zones)))
     off = {key: low + x * (high - low) for (key, (low, high)), x in zip(zones.items(), share.T, strict=True)}
     off[BORE] = off[BORE] * np.exp(2j * np.pi * rng.uniform(size=count))
-    off.pop(BORE_WAY, None)
+    off.pop(BORE_DIRECTION, None)
     for found in passages(scene)[:: 1 if is_deep() else 3]:
         angles = np.full(count, radians(found.bound_deg))
         error = cams.errors(off, cams.touched(off, angles), 0)
-        side = dwells_and_passages.SIDES[found.passage, found.end]
-        above = side * (programme.at(angles[:1])[0] + error - found.lift * programme.unit)
+        side = dwells_and_passages.PASSAGE_SIDES[found.passage, found.end]
+        above = side * (programme.motion_at(angles[:1])[0] + error - found.lift * programme.unit)
         assert above.max() <= 1e-13
         assert above.max() > -0.5 * np.ptp(error)  # not far from it
         assert 0.0 < found.gap_deg < 2e-5 * abs(found.found_deg - angle_of(scene, found))
@@ -68,12 +72,12 @@ def angle_of(scene, found):
 @pytest.mark.parametrize("contact", ["offset-roller", "arm", "flat", "groove-arm"])
 def test_the_first_and_the_last_cam_are_at_the_lift_by_exact_contact_in_40_digits(contact):
     scene = toleranced(contact)
-    tables, unit = scene.to_dict(), scale(resolve_design(scene).setup, 0)
+    tables, unit = scene.to_dict(), motion_scale(resolve_design(scene).setup, 0)
     for found in passages(scene)[:: 1 if contact == "offset-roller" or is_deep() else 3]:
         known = {key.removeprefix("follower."): each for key, each in found.errors.items()}
         known |= {key: np.radians(known[key]) for key in ("phase", "face_tilt") if key in known}
         with mp.workdps(DIGITS):
-            known["bore"] = known.pop(BORE) * mp.expj(np.radians(known.pop(BORE_WAY)))
+            known["bore"] = known.pop(BORE) * mp.expj(np.radians(known.pop(BORE_DIRECTION)))
             exact = unit * displacement(tables, known, mp.mpf(np.radians(found.found_deg)))
         assert float(exact) == pytest.approx(found.lift, abs=1e-10)
 
@@ -101,7 +105,7 @@ def test_a_passage_that_some_cam_does_not_make_and_one_without_a_proof_are_told(
     assert {each.gap_deg for each in low if np.isinf(each.bound_deg)} == {0.0}
     out = command("timing", "uniform-knife-offset", "--set", "tolerances.profile=0.01")[1]
     assert "No bound is known where it is infinite: the velocity of the motion jumps." in out
-    monkeypatch.setattr(dwells_and_passages, "SECONDS", -1.0)
+    monkeypatch.setattr(dwells_and_passages, "MOTION_PROOF_SECONDS", -1.0)
     found = json.loads(command("timing", "bucket-valve", "--set", "tolerances.profile=0.01", "--json")[1])["worst"]
     assert {(each["bound_deg"], each["unproved"]) for each in found} == {(None, "the time of -1 s was over")}
 

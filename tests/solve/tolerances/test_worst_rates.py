@@ -11,12 +11,12 @@ from support.real_cams import RealCams, cams_of
 from support.recontact import displacement
 
 import camopt
-from camopt.core.numerics.stretches import over_stretch
-from camopt.model.effects.motion import scale
+from camopt.core.numerics.stretches import stretch_ranges
+from camopt.model.effects.motion import motion_scale
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.solve.tolerances.errors import BORE, BORE_WAY, is_way, off_of, way_of
-from camopt.solve.tolerances.turn import TurnErrors
+from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, direction_key, errors_at_places, is_direction
+from camopt.solve.tolerances.turn_errors import TurnErrors
 from camopt.solve.tolerances.worst_case import worst_search
 from tests.solve.tolerances.test_recontact import slope
 from tests.solve.tolerances.test_worst_case import DIGITS, KINDS, toleranced
@@ -39,28 +39,32 @@ def real_off(search, errors, places, turned):
     for key, each in errors.items():
         if key == BORE:
             there = turns if search.problem.setup.mechanism.body.developed else places
-            found[key] = each * np.exp(1j * (errors[BORE_WAY] - sense * there))
-        elif key.startswith("profile") and not is_way(key):
+            found[key] = each * np.exp(1j * (errors[BORE_DIRECTION] - sense * there))
+        elif key.startswith("profile") and not is_direction(key):
             at = [
-                search.place_of(way_of(key), {k: e[j] for k, e in errors.items()}, p) for j, p in enumerate(places)
+                search.profile_place(direction_key(key), {k: e[j] for k, e in errors.items()}, p)
+                for j, p in enumerate(places)
             ]
-            found[key] = each * np.exp(1j * (search.cam.waves * np.array(at) - errors[way_of(key)]))
-        elif not is_way(key):
+            found[key] = each * np.exp(1j * (search.cam.waves * np.array(at) - errors[direction_key(key)]))
+        elif not is_direction(key):
             found[key] = each
     return found
 
 
 def exact(search, errors, places):
     """The errors of a motion by exact re-contact."""
-    turned = search.contact(errors, places).angle - places
+    turned = search.contact_error(errors, places).angle - places
     cams = cams_of(search.problem, search.cam.waves)
     return cams.errors(real_off(search, errors, places, turned), places, search.order)
 
 
 def random_errors(search, rng, count):
     """Half of them at corners."""
-    inside = {key: rng.uniform(*ends, count) for key, ends in search.ends.items()}
-    outside = {key: each if is_way(key) else rng.choice(search.ends[key], count) for key, each in inside.items()}
+    inside = {key: rng.uniform(*ends, count) for key, ends in search.error_ranges.items()}
+    outside = {
+        key: each if is_direction(key) else rng.choice(search.error_ranges[key], count)
+        for key, each in inside.items()
+    }
     return {key: np.concatenate([inside[key], outside[key]]) for key in inside}
 
 
@@ -72,7 +76,7 @@ def test_errors_of_rates_are_those_of_exact_re_contact(contact):
     for order in (1, 2):
         search, rng = search_of(scene, order), np.random.default_rng(4)
         errors, places = random_errors(search, rng, 20), rng.uniform(0.1, 6.1, 40)
-        found, known = search.contact(errors, places).error, exact(search, errors, places)
+        found, known = search.contact_error(errors, places).error, exact(search, errors, places)
         np.testing.assert_allclose(found, known, rtol=0, atol=1e-10 * np.abs(known).max())
 
 
@@ -83,17 +87,20 @@ def test_errors_of_rates_are_those_of_exact_re_contact(contact):
 def test_no_cam_exceeds_the_bounds_of_rates_and_the_worst_cam_nearly_has_them(contact, law, order):
     """By 20,000 cams, half of them at corners, and a local search from the worst of them."""
     search, rng = search_of(with_waves(contact, law), order), np.random.default_rng(order)
-    found, unit = search.run(), scale(search.problem.setup, order)
+    found, unit = search.run(), motion_scale(search.problem.setup, order)
     errors, places = random_errors(search, rng, 10_000), rng.uniform(0.0, 2 * np.pi, 20_000)
     sampled = np.abs(exact(search, errors, places)) * unit
     assert sampled.max() <= found.bound
-    best, keys = int(sampled.argmax()), [*search.ends]
+    best, keys = int(sampled.argmax()), [*search.error_ranges]
 
     def worse(values):
         at = np.array([values[-1]])
-        return -abs(search.error({key: np.array([v]) for key, v in zip(keys, values, strict=False)}, at)[0]) * unit
+        return (
+            -abs(search.motion_errors({key: np.array([v]) for key, v in zip(keys, values, strict=False)}, at)[0])
+            * unit
+        )
 
-    ends = [(-np.inf, np.inf) if is_way(key) else search.ends[key] for key in keys]
+    ends = [(-np.inf, np.inf) if is_direction(key) else search.error_ranges[key] for key in keys]
     start = [*(errors[key][best] for key in keys), places[best]]
     climbed = optimize.minimize(
         worse, start, bounds=[*ends, (start[-1] - 0.2, start[-1] + 0.2)], method="Nelder-Mead"
@@ -110,15 +117,15 @@ def test_the_worst_cams_have_their_rates_by_exact_contact_in_40_digits(contact):
     tables, setup = scene.to_dict(), resolve_design(scene).setup
     for order in (1, 2):
         found = search_of(scene, order).run()
-        known = {key.removeprefix("follower."): each for key, each in found.errors.items() if not is_way(key)}
+        known = {key.removeprefix("follower."): each for key, each in found.errors.items() if not is_direction(key)}
         known |= {key: np.radians(known[key]) for key in ("phase", "face_tilt") if key in known}
         with mp.workdps(DIGITS):
             for key, name in ((BORE, "bore"), ("profile", "profile")):
-                known[name] = known.pop(key) * mp.expj(np.radians(found.errors[way_of(key)]))
+                known[name] = known.pop(key) * mp.expj(np.radians(found.errors[direction_key(key)]))
             known["waves"] = WAVES
             theta = mp.mpf(np.radians(found.at_deg))
             exactly = [slope(lambda at, e=e: displacement(tables, e, at), theta, order) for e in (known, {})]
-        assert found.error == pytest.approx(float(exactly[0] - exactly[1]) * scale(setup, order), rel=1e-6)
+        assert found.error == pytest.approx(float(exactly[0] - exactly[1]) * motion_scale(setup, order), rel=1e-6)
 
 
 def test_a_phase_alone_moves_a_motion_along():
@@ -126,14 +133,14 @@ def test_a_phase_alone_moves_a_motion_along():
     scene = toleranced("flat", "poly345").replace(tolerances={"phase": 0.1})
     bounds, programme = camopt.tolerance(scene).worst_cases, resolve_design(scene).programme
     theta = np.linspace(0.0, 2 * np.pi, 100_001)
-    before, after = (programme.at(np.mod(theta + way, 2 * np.pi)) for way in (0.0, np.radians(0.1)))
+    before, after = (programme.motion_at(np.mod(theta + way, 2 * np.pi)) for way in (0.0, np.radians(0.1)))
     for order in range(3):
-        most = np.abs(after[order] - before[order]).max() * scale(resolve_design(scene).setup, order)
+        most = np.abs(after[order] - before[order]).max() * motion_scale(resolve_design(scene).setup, order)
         assert abs(bounds[order].error) == pytest.approx(most, rel=1e-3)
         assert most <= bounds[order].bound <= most * 1.012
     jumping = toleranced("flat", "parabolic").replace(tolerances={"phase": 0.1})
     found, problem = camopt.tolerance(jumping), resolve_design(jumping)
-    largest = max(abs(each.size) for each in problem.programme.jumps) * scale(problem.setup, 2)
+    largest = max(abs(each.size) for each in problem.programme.jumps) * motion_scale(problem.setup, 2)
     assert abs(found.worst_cases[2].error) == pytest.approx(largest, rel=1e-9)
     assert largest <= found.worst_cases[2].bound <= 1.0012 * largest
     assert "a cam that is late or early has the whole jump for an error" in found.table().note
@@ -148,10 +155,10 @@ def test_two_contacts_have_bounds_of_rates(name, order):
     """By exact re-contact of random cams at corners."""
     given = {"bore_eccentricity": 0.02, "profile": 0.01, "waves": 7}
     search = search_of(camopt.find_scene(name).replace(part={}, limits={}, tolerances=given), order)
-    rng, found, unit = np.random.default_rng(1), search.run(), scale(search.problem.setup, order)
+    rng, found, unit = np.random.default_rng(1), search.run(), motion_scale(search.problem.setup, order)
     errors, places = random_errors(search, rng, 100), rng.uniform(0.1, 6.1, 200)
     known = exact(search, errors, places)
-    np.testing.assert_allclose(search.error(errors, places), known, rtol=0, atol=1e-9 * np.abs(known).max())
+    np.testing.assert_allclose(search.motion_errors(errors, places), known, rtol=0, atol=1e-9 * np.abs(known).max())
     assert np.abs(known).max() * unit <= found.bound
     assert found.gap <= 0.12 * found.bound
 
@@ -172,16 +179,16 @@ def test_a_bound_of_a_pair_counts_jumps_with_cams_whose_contacts_have_passed_the
         "disc_phase": 0.02,
     }
     search = search_of(feed.replace(part={}, tolerances=tolerances, motion=motion), order)
-    most = abs(search.highest(search.first())[1])
-    assert search.bound(most, gap, np.inf).high <= most * (1.0 + gap)
+    most = abs(search.largest_error(search.nearly_worst_errors())[1])
+    assert search.prove_bound(most, gap, np.inf).high <= most * (1.0 + gap)
     rng, cams = np.random.default_rng(order), 20_000
     ends = {
         key: rng.uniform(-0.2, 1.2, cams).clip(0.0, 1.0) * (high - low) + low
-        for key, (low, high) in search.ends.items()
+        for key, (low, high) in search.error_ranges.items()
     }
     jumps = rng.choice([each.at for each in search.jumps], cams)
-    places = search.cam.within(jumps + rng.normal(0.0, 2e-4, cams))
-    tried = np.abs(search.error(ends, places)).max()
+    places = search.cam.angles_in_turn(jumps + rng.normal(0.0, 2e-4, cams))
+    tried = np.abs(search.motion_errors(ends, places)).max()
     assert 0.7 * most < tried < most * (1.0 + gap)
 
 
@@ -192,10 +199,10 @@ def test_stretches_hold_the_motion_at_their_angles():
     panel = rng.integers(0, table.half_width.size, size)
     low = rng.uniform(-1.5, 1.5, size) * table.half_width[panel]
     high = low + rng.uniform(size=size) ** 3 * 6.0 * table.half_width[panel]
-    found = over_stretch(table, panel, low, high)
+    found = stretch_ranges(table, panel, low, high)
     for share in np.linspace(0.0, 1.0, 11):
         at = np.mod(table.centre[panel] + low + share * (high - low), 2 * np.pi)
-        for order, value in enumerate(programme.at(at)):
+        for order, value in enumerate(programme.motion_at(at)):
             room = 1e-12 * np.abs(value).max()
             assert np.all((found.ranges[order].low - room <= value) & (value <= found.ranges[order].high + room))
     jumps = np.array([each.at for each in programme.jumps])
@@ -228,8 +235,10 @@ def test_the_errors_told_of_the_worst_cams_are_those_of_motions_that_are_as_far_
     scene = with_waves("groove-arm", "cycloidal")
     problem, places = resolve_design(scene), np.linspace(0.0, 2 * np.pi, 5_001)[:-1]
     for order, worst in enumerate(camopt.tolerance(scene).worst_cases[1:], start=1):
-        off = off_of(worst.errors, places.size)
-        known = np.abs(RealCams(problem, WAVES).errors(off, places, order)).max() * scale(problem.setup, order)
+        off = errors_at_places(worst.errors, places.size)
+        known = np.abs(RealCams(problem, WAVES).errors(off, places, order)).max() * motion_scale(
+            problem.setup, order
+        )
         assert known == pytest.approx(abs(worst.error), rel=1e-4)
 
 
@@ -240,7 +249,7 @@ def test_the_command_tells_the_bounds_of_rates(command, tmp_path):
     cases = json.loads(said)["worst_cases"]
     for each, name in zip(cases, ("motion", "motion-velocity", "motion-acceleration"), strict=True):
         cam = camopt.find_scene(tmp_path / "worst" / f"worst-{name}.toml")  # its phase is that of one part
-        assert cam.tolerances.spread["phase"].values == (each["errors"]["phase"],)
+        assert cam.tolerances.number_and_angle_tolerances["phase"].values == (each["errors"]["phase"],)
     assert [each["name"] for each in cases] == ["displacement", "velocity", "acceleration"]
     assert all(abs(each["error"]) <= each["bound"] for each in cases)
     assert Scene.from_dict(with_waves("knife").to_dict()).tolerances.waves == WAVES

@@ -10,14 +10,14 @@ from support.real_cams import cams_of
 from support.recontact import displacement
 
 import camopt
-from camopt.model.effects.motion import scale
+from camopt.model.effects.motion import motion_scale
 from camopt.model.motion.stroke import DWELL
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.solve.tolerances import dwells_and_passages
 from camopt.solve.tolerances.dwells_and_passages import WobbleSearch
-from camopt.solve.tolerances.errors import BORE, BORE_WAY, ends_of
-from camopt.solve.tolerances.turn import TurnErrors
+from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, contact_error_ranges
+from camopt.solve.tolerances.turn_errors import TurnErrors
 from camopt.solve.tolerances.worst_case import worst_search
 from tests.solve.tolerances.test_response import DIGITS
 from tests.solve.tolerances.test_worst_case import toleranced
@@ -48,13 +48,17 @@ def test_no_cam_wobbles_more_than_the_bound_and_the_worst_cam_nearly_does(kind):
     """By 20,000 cams, half of them at corners, at two random places of the arc each, and a local search."""
     scene, rng, count = cam_of(kind), np.random.default_rng(2), 20_000
     (stroke, found), problem = first_of(scene), resolve_design(scene)
-    zones, cams, unit = ends_of(scene.toleranced, problem), cams_of(problem, 0), scale(problem.setup, 0)
+    zones, cams, unit = (
+        contact_error_ranges(scene.toleranced, problem),
+        cams_of(problem, 0),
+        motion_scale(problem.setup, 0),
+    )
     profiles = [key for key in zones if key.startswith("profile")]
-    ends = np.array([*(zones[key] for key in zones if key != BORE_WAY), *(zones[key] for key in profiles)])
+    ends = np.array([*(zones[key] for key in zones if key != BORE_DIRECTION), *(zones[key] for key in profiles)])
     assert 0.0 <= found.gap <= 2e-4 * found.bound
 
     def wobbles(x, places):
-        keys = [key for key in zones if key != BORE_WAY]
+        keys = [key for key in zones if key != BORE_DIRECTION]
         high = dict(zip(keys, x.T, strict=False))
         if BORE in high:  # in the frame of the cam
             high[BORE] = high[BORE] * np.exp(1j * x[:, -1])
@@ -85,11 +89,11 @@ def test_the_worst_cam_of_a_dwell_has_its_places_by_exact_contact_in_40_digits(c
         def place(errors, theta):
             known = {key.removeprefix("follower."): each for key, each in errors.items()}
             known |= {key: np.radians(known[key]) for key in ("phase", "face_tilt") if key in known}
-            known["bore"] = known.pop(BORE) * mp.expj(np.radians(known.pop(BORE_WAY)))
+            known["bore"] = known.pop(BORE) * mp.expj(np.radians(known.pop(BORE_DIRECTION)))
             return displacement(tables, known, mp.mpf(np.radians(theta)))
 
         exact = place(found.errors, found.highest_deg) - place(found.errors | found.at_lowest, found.lowest_deg)
-    assert found.change == pytest.approx(float(exact) * scale(resolve_design(scene).setup, 0), abs=1e-10)
+    assert found.change == pytest.approx(float(exact) * motion_scale(resolve_design(scene).setup, 0), abs=1e-10)
 
 
 def dwelling(contact, angle, tolerances):
@@ -149,7 +153,7 @@ def test_the_command_tells_the_bound_of_a_dwell_and_its_worst_cam(command, tmp_p
     assert "with profile 0.01 mm, lowest at" in out
     (found,) = json.loads(command("tolerance", file, "--json")[1])["dwells"]
     assert found["worst_case"]["bound"] > found["worst_case"]["change"] > 0.0399999
-    monkeypatch.setattr(dwells_and_passages, "SECONDS", -1.0)
+    monkeypatch.setattr(dwells_and_passages, "MOTION_PROOF_SECONDS", -1.0)
     late = camopt.tolerance(Scene.from_toml(file))
     assert np.isinf(late.dwells[0].worst_case.bound)
     assert "No bound is proved of the dwell from 150 to 210 deg: the time of -1 s was over." in late.table().note

@@ -10,10 +10,10 @@ from support.balls.proof import verdicts_in_balls
 from camopt import evaluate, find_scene, shipped_scenes
 from camopt.core.mistakes import BadInput
 from camopt.core.quantities import QUANTITIES
-from camopt.model.effects import offered
+from camopt.model.effects import available_quantities
 from camopt.scene.problem.problem import resolve_design
 from camopt.solve.verdicts.certify import certify_limits
-from camopt.solve.verdicts.words import UNDECIDED
+from camopt.solve.verdicts.verdict_words import UNDECIDED
 
 MARGINS = 1e-9, 1e-12
 NEARLY_ZERO = 1e-9
@@ -25,7 +25,9 @@ def reached(name):
     """The scene without limits, and what its cam reaches of each quantity that a limit bounds."""
     scene = find_scene(name).replace(limits=None, search=None)
     names = [
-        each for each in offered(resolve_design(scene).setup) if each in QUANTITIES and QUANTITIES[each].relation
+        each
+        for each in available_quantities(resolve_design(scene).setup)
+        if each in QUANTITIES and QUANTITIES[each].relation
     ]
     found = evaluate(scene.replace(outputs=names))
     return scene, {each: found[each] for each in names if NEARLY_ZERO < abs(found[each]) < np.inf}

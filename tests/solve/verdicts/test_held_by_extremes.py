@@ -1,4 +1,4 @@
-"""Verdicts of claims from extremes of their curves, against the quantities that limits compare with bounds."""
+"""Verdicts of constraints from extremes of their curves, against the quantities that limits compare with bounds."""
 
 from dataclasses import replace
 
@@ -7,14 +7,14 @@ import pytest
 
 from camopt import find_scene
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
-from camopt.model.effects import Case
-from camopt.model.effects.known import NOTHING_KNOWN
+from camopt.model.effects import EvaluationBlock
+from camopt.model.effects.known_extremes import NOTHING_KNOWN
 from camopt.model.motion.stroke import DWELL, RETURN, RISE
-from camopt.scene.problem.claims import together
+from camopt.scene.problem.constraints import merge_stroke_kinds
 from camopt.scene.problem.problem import resolve
-from camopt.scene.problem.sample import searched_space
-from camopt.solve.verdicts.judging import evaluate_rows
-from camopt.solve.verdicts.screening import held_by_extremes, with_extremes
+from camopt.scene.problem.sample import sweep_space
+from camopt.solve.verdicts.feasible_filter import holds_by_extremes, with_extremes
+from camopt.solve.verdicts.limit_verdicts import evaluate_rows
 
 SEARCH = {"search.base_radius": {"start": 40, "stop": 160, "step": 8}, "search.offset": [-20, 0, 20]}
 KINDS = ("rise", "dwell", "return")
@@ -25,7 +25,7 @@ def problem_of(**limits: float):
     scene = find_scene("roller-1000rpm").replace(
         **SEARCH, **{f"limits.{key}": value for key, value in limits.items()}
     )
-    space = searched_space(resolve(scene.replace(**{"search.law": ["cycloidal"]})))
+    space = sweep_space(resolve(scene.replace(**{"search.law": ["cycloidal"]})))
     return space.problem, space.problem.setup.mechanism.pitch(space.designs(np.arange(len(space))))
 
 
@@ -33,14 +33,16 @@ def problem_of(**limits: float):
     "limits", [{"pressure_angle": 30.0}, {"pressure_angle": 25.0, "pressure_angle_return": 40.0}]
 )
 @pytest.mark.parametrize("apart", [(), (RISE, RETURN, DWELL)])
-def test_claims_are_held_where_their_quantities_hold_the_bounds(limits, apart):
+def test_constraints_are_held_where_their_quantities_hold_the_bounds(limits, apart):
     problem, designs = problem_of(**limits)
-    case = Case(problem.setup, problem.programme, designs)
-    claims = together(claim for limit in problem.limits_of_pitch for claim in limit.claims)
-    assert len(claims) == len(limits)
-    known = with_extremes(case, claims, [(claims[0].curve, kinds) for kinds in apart])
-    assert len(known.found[claims[0].curve]) == (3 if apart else len(limits))
-    possible, held = held_by_extremes(known, claims, case)
+    case = EvaluationBlock(problem.setup, problem.programme, designs)
+    constraints = merge_stroke_kinds(
+        constraint for limit in problem.pitch_curve_limits for constraint in limit.constraints
+    )
+    assert len(constraints) == len(limits)
+    known = with_extremes(case, constraints, [(constraints[0].curve, kinds) for kinds in apart])
+    assert len(known.by_curve[constraints[0].curve]) == (3 if apart else len(limits))
+    possible, held = holds_by_extremes(known, constraints, case)
     names = [f"pressure_angle_max_{kind}_deg" for kind in KINDS]
     rows = evaluate_rows(problem, designs, frozenset(names))
     bounds = {"rise": 30.0, "dwell": 30.0, "return": 30.0} if len(limits) == 1 else {"rise": 25.0, "return": 40.0}
@@ -57,9 +59,11 @@ def test_a_design_at_its_bound_is_neither_held_nor_broken():
         evaluate_rows(problem, one, frozenset({"pressure_angle_max_deg"})).column("pressure_angle_max_deg")[0]
     )
     problem, _ = problem_of(pressure_angle=angle, pressure_angle_return=angle)
-    claims = together(claim for limit in problem.limits_of_pitch for claim in limit.claims)
-    case = Case(problem.setup, problem.programme, one)
-    possible, held = held_by_extremes(with_extremes(case, claims, ()), claims, case)
+    constraints = merge_stroke_kinds(
+        constraint for limit in problem.pitch_curve_limits for constraint in limit.constraints
+    )
+    case = EvaluationBlock(problem.setup, problem.programme, one)
+    possible, held = holds_by_extremes(with_extremes(case, constraints, ()), constraints, case)
     assert possible[0]
     assert not held[0]
 
@@ -67,15 +71,15 @@ def test_a_design_at_its_bound_is_neither_held_nor_broken():
 @pytest.mark.parametrize("goal", [LARGEST, LEAST, LARGEST_MAGNITUDE])
 def test_what_is_known_of_parts_of_a_turn_is_known_of_all_of_it(goal):
     problem, designs = problem_of(pressure_angle=30.0)
-    case, curve = Case(problem.setup, problem.programme, designs), problem.setup.mechanism.pressure
+    case, curve = EvaluationBlock(problem.setup, problem.programme, designs), problem.setup.mechanism.pressure
     questions, whole = [(RISE | DWELL, goal), (RETURN, goal)], (RISE | DWELL | RETURN, goal)
-    known = NOTHING_KNOWN.with_answers(curve, questions, case.extremes(curve, questions))
-    found, expected = known.answers(curve, [whole]), case.extremes(curve, [whole])
+    known = NOTHING_KNOWN.with_extremes(curve, questions, case.extremes(curve, questions))
+    found, expected = known.find_extremes(curve, [whole]), case.extremes(curve, [whole])
     np.testing.assert_array_equal(found.value, expected.value)
     assert np.all(np.abs(found.width) <= 1e-9 * np.abs(found.value))
-    assert known.answer(curve, (RISE, goal)) is None
-    assert known.answers(curve, [whole, (RISE, goal)]) is None
-    some = known.take(np.array([3, 1])).answer(curve, (RETURN, goal))
+    assert known.find_extreme(curve, (RISE, goal)) is None
+    assert known.find_extremes(curve, [whole, (RISE, goal)]) is None
+    some = known.take(np.array([3, 1])).find_extreme(curve, (RETURN, goal))
     np.testing.assert_array_equal(some.value, case.extremes(curve, questions).value[1, [3, 1]])
-    again = replace(case, known=known).extremes(curve, [whole])
+    again = replace(case, known_extremes=known).extremes(curve, [whole])
     np.testing.assert_array_equal(again.value, expected.value)

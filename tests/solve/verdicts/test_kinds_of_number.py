@@ -17,7 +17,7 @@ from camopt.core.numerics import LARGEST, LEAST
 from camopt.core.numerics.interval import Interval
 from camopt.core.quantities import (
     AT_LEAST,
-    DERIVATIVES,
+    DERIVATIVE_UNITS,
     QUANTITIES,
     RMS_ORDERS,
     STROKE_WORDS,
@@ -26,22 +26,22 @@ from camopt.core.quantities import (
     motion_quantity,
 )
 from camopt.core.quantities.limit_keys import LIMIT_KEYS
-from camopt.model.effects import EFFECTS, Case, offered
+from camopt.model.effects import EFFECTS, EvaluationBlock, available_quantities
 from camopt.model.effects.peak import BodyRadiusPlus
 from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.limits import Limits
-from camopt.scene.problem.claims import CLAIM_SIDES, Claim, Plain
+from camopt.scene.problem.constraints import CONSTRAINT_SIDES, ConstantBound, Constraint
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.limits import LOAD_LIMITS, limited_quantity
 from camopt.scene.problem.limits import PART_LIMITS as PART_KEYS
-from camopt.scene.problem.problem import exactly, resolve
+from camopt.scene.problem.problem import at_rounding_error, resolve
 from camopt.scene.synthesis import SynthesisSettings
-from camopt.solve.smallest.enclosure import claims_on_size, examined, means_on_size
+from camopt.solve.smallest.enclosure import constraints_on_size, enclose_limits, mean_constraints_on_size
 from camopt.solve.synthesis import ceilings
-from camopt.solve.synthesis.from_scene import demand_on
 from camopt.solve.synthesis.linear_constraints import is_linear
+from camopt.solve.synthesis.problem_from_scene import problem_from_settings
 from camopt.solve.verdicts.certify import certify_limits
-from camopt.solve.verdicts.words import BROKEN, HELD
+from camopt.solve.verdicts.verdict_words import BROKEN, HELD
 
 NEAR = 1e-9
 ELASTIC = {
@@ -58,7 +58,7 @@ RIBBED = {"rib_height": 8, "bore": 30, "keyway_width": 8, "keyway_depth": 3.3}
 WITHOUT_SPEED = (
     {
         motion_quantity(derivative, stroke, angular=angular, timed=False)
-        for derivative, stroke, angular in product(DERIVATIVES, STROKE_WORDS, (False, True))
+        for derivative, stroke, angular in product(DERIVATIVE_UNITS, STROKE_WORDS, (False, True))
     }
     | {
         motion_mean(derivative, angular=angular, timed=False)
@@ -160,13 +160,15 @@ def asked(contact, key):
 def quantities(contact):
     """Every quantity of the cam that a limit bounds."""
     limits = [asked(contact, key) for other, key in PAIRS if other == contact]
-    return evaluate(scene_of(contact).replace(outputs=sorted({name for limit in limits for name in limit.shown})))
+    return evaluate(
+        scene_of(contact).replace(outputs=sorted({name for limit in limits for name in limit.shown_quantities}))
+    )
 
 
 def reached(contact, key):
     """What the cam reaches of the quantities that a limit bounds."""
     limit, cam = asked(contact, key), quantities(contact)
-    values = [cam[name] for name in limit.shown]
+    values = [cam[name] for name in limit.shown_quantities]
     if limit.name in QUANTITIES:
         return values[0]
     return min(values) if limit.relation == "≥" else max(map(abs, values))
@@ -219,8 +221,10 @@ def in_ranges(problem):
     """Of a box without width."""
     sizes = {name: Interval(value, value) for name, value in problem.design.sizes.items()}
     box = problem.design.with_values(sizes)
-    found = examined(problem, [*claims_on_size(problem), *means_on_size(problem)], box, ["size"])
-    assert bool(found.empty[0]) != bool(found.level[0])
+    found = enclose_limits(
+        problem, [*constraints_on_size(problem), *mean_constraints_on_size(problem)], box, ["size"]
+    )
+    assert bool(found.empty[0]) != bool(found.within_rounding[0])
     return bool(found.empty[0])
 
 
@@ -228,29 +232,35 @@ def in_ranges(problem):
 class Bent(Limit):
     """A limit that says one thing of a curve."""
 
-    claim: Claim = None
+    constraint: Constraint = None
 
     def excess(self, columns, designs):
         return np.zeros(len(designs))
 
     @property
-    def claims(self):
-        return (self.claim,)
+    def constraints(self):
+        return (self.constraint,)
 
 
 @pytest.mark.parametrize("side", ENDS)
-@pytest.mark.parametrize("goal", CLAIM_SIDES)
+@pytest.mark.parametrize("goal", CONSTRAINT_SIDES)
 def test_a_factor_counts_for_every_goal(goal, side, monkeypatch):
     """A bound on κ·(R_r + 3 mm), above and below: the profile of this cam has concave flanks."""
-    problem = exactly(resolve(scene_of("roller")))
-    claim = Claim(problem.setup.mechanism.curvature, ALL_STROKES, goal, Plain(1.0), BodyRadiusPlus(3.0))
-    extreme = (
-        Case(problem.setup, problem.programme, problem.design).extremes(claim.curve, [(ALL_STROKES, goal)]).value
+    problem = at_rounding_error(resolve(scene_of("roller")))
+    constraint = Constraint(
+        problem.setup.mechanism.curvature, ALL_STROKES, goal, ConstantBound(1.0), BodyRadiusPlus(3.0)
     )
-    value = (extreme[0] * claim.factor(problem.design)).item()
+    extreme = (
+        EvaluationBlock(problem.setup, problem.programme, problem.design)
+        .extremes(constraint.curve, [(ALL_STROKES, goal)])
+        .value
+    )
+    value = (extreme[0] * constraint.factor(problem.design)).item()
     outwards = 1.0 if (side == "held") == (goal != LEAST) else -1.0
-    claim = claim._replace(bound=Plain(value + outwards * NEAR * abs(value)))
-    problem = replace(problem, limits=(Bent("bent", claim.bound.number, problem.setup, claim=claim),))
+    constraint = constraint._replace(bound=ConstantBound(value + outwards * NEAR * abs(value)))
+    problem = replace(
+        problem, limits=(Bent("bent", constraint.bound.number, problem.setup, constraint=constraint),)
+    )
     assert in_balls(problem, "bent") == in_ranges(problem) == (side == "broken")
     assert in_planes(problem, "bent", monkeypatch) == (side == "broken")
 
@@ -258,44 +268,51 @@ def test_a_factor_counts_for_every_goal(goal, side, monkeypatch):
 @pytest.mark.parametrize("contact", CAMS)
 def test_no_factor_is_below_zero(contact):
     design = resolve(scene_of(contact)).design
-    for claim in (each for limit in limits_of(contact).values() for each in limit.claims):
-        assert np.all(np.asarray(claim.factor(design)) >= 0.0)
+    for constraint in (each for limit in limits_of(contact).values() for each in limit.constraints):
+        assert np.all(np.asarray(constraint.factor(design)) >= 0.0)
 
 
-def test_only_claims_with_one_kind_of_factor_are_compared():
+def test_only_constraints_with_one_kind_of_factor_are_compared():
     curve = resolve(scene_of("roller")).setup.mechanism.curvature
-    wide, narrow = (Claim(curve, ALL_STROKES, LARGEST, Plain(1.0), BodyRadiusPlus(radius)) for radius in (2.0, 5.0))
-    plain = Claim(curve, ALL_STROKES, LARGEST, Plain(0.1))
-    assert wide.comparable == narrow.comparable != plain.comparable
+    wide, narrow = (
+        Constraint(curve, ALL_STROKES, LARGEST, ConstantBound(1.0), BodyRadiusPlus(radius)) for radius in (2.0, 5.0)
+    )
+    plain = Constraint(curve, ALL_STROKES, LARGEST, ConstantBound(0.1))
+    assert wide.comparison_key == narrow.comparison_key != plain.comparison_key
     assert narrow.strictness > wide.strictness
-    assert wide._replace(bound=Plain(2.0)).comparable != wide.comparable
+    assert wide._replace(bound=ConstantBound(2.0)).comparison_key != wide.comparison_key
 
 
-def worst_angles(problem, claim):
-    """Just before and after where each side of a claim is worst."""
-    case = Case(problem.setup, problem.programme, problem.design)
-    goals = [(claim.kinds, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
-    return problem.programme.one_sided(case.extremes(claim.curve, goals).where, claim.kinds).ravel()
+def worst_angles(problem, constraint):
+    """Just before and after where each side of a constraint is worst."""
+    case = EvaluationBlock(problem.setup, problem.programme, problem.design)
+    goals = [(constraint.kinds, LARGEST if side > 0.0 else LEAST) for side in constraint.sides]
+    return problem.programme.one_sided_angles(
+        case.extremes(constraint.curve, goals).where, constraint.kinds
+    ).ravel()
 
 
 def sizes_of(demand):
     """The lead and the height of the problem's own design."""
     problem, design = demand.problem, demand.problem.design
-    height = problem.setup.mechanism.start(design) if demand.traced else design.size + demand.roller
+    height = problem.setup.mechanism.start(design) if demand.has_trace_point else design.size + demand.roller
     return float(design.lead[0]), float(height[0])
 
 
-def over_samples(demand, claim, monkeypatch):
+def over_samples(demand, constraint, monkeypatch):
     """By how much the curves of convex steps are over their bounds; samples are the worst cam angles."""
-    angles, programme = worst_angles(demand.problem, claim), demand.problem.programme
+    angles, programme = worst_angles(demand.problem, constraint), demand.problem.programme
     for stroke in demand.strokes:
         x = (angles - stroke.start) / stroke.angle
         x = x[(x >= 0.0) & (x <= 1.0)]
         if not x.size:
             continue
         monkeypatch.setattr(ceilings, "samples", lambda *_, at=x: at)
-        state = programme.at(stroke.start + stroke.angle * x)
-        yield from ceilings.Sampled(demand, stroke).values([claim], state, sizes_of(demand)).ravel() - 1.0
+        state = programme.motion_at(stroke.start + stroke.angle * x)
+        yield from (
+            ceilings.SampledCeilings(demand, stroke).ratios_to_bounds([constraint], state, sizes_of(demand)).ravel()
+            - 1.0
+        )
 
 
 def below_planes(demand, name):
@@ -304,7 +321,7 @@ def below_planes(demand, name):
     for floor in (each for each in demand.floors if each.name == name):
 
         def over(angle, f=floor):
-            y, y1, y2, _ = demand.problem.programme.at(np.atleast_1d(angle))
+            y, y1, y2, _ = demand.problem.programme.motion_at(np.atleast_1d(angle))
             moved = f.displacement * y + f.velocity * y1 + f.acceleration * y2
             return np.squeeze(moved + f.lead * lead + f.height * height + f.constant)
 
@@ -317,9 +334,9 @@ def below_planes(demand, name):
 
 def in_planes(problem, key, monkeypatch):
     """Over the samples of convex steps, or below the linear limits."""
-    demand = demand_on(problem, SynthesisSettings())
+    demand = problem_from_settings(problem, SynthesisSettings())
     limit = next(each for each in problem.limits if each.name == key)
-    over = [v for c in limit.claims if not is_linear(problem, c) for v in over_samples(demand, c, monkeypatch)]
+    over = [v for c in limit.constraints if not is_linear(problem, c) for v in over_samples(demand, c, monkeypatch)]
     return any(excess > 0.0 for excess in (*over, *below_planes(demand, key)))
 
 
@@ -333,17 +350,17 @@ def test_a_limit_is_decided_alike_on_either_side_of_its_bound(contact, key, side
     bound = value + eased * NEAR * abs(value) if near else 1.0
     scene, broken = scene_of(contact, key, bound), outwards * (value - bound) > 0.0
     assert broken == (side == "broken") or not near
-    problem = exactly(resolve(scene))
+    problem = at_rounding_error(resolve(scene))
     problem = replace(problem, limits=tuple(each for each in problem.limits if each.name == key))
     assert in_doubles(scene, key) == broken
     assert in_balls(problem, key) == broken
-    if limit.mean is not None and not limit.is_of_motion:
+    if limit.mean_constraint is not None and not limit.is_of_motion:
         assert in_ranges(problem) == broken
-    elif limit.claims and not limit.is_of_motion:
+    elif limit.constraints and not limit.is_of_motion:
         assert in_ranges(problem) == broken
         # free laws drive no tool, and no second contact
         assert contact in WITH_MORE or in_planes(problem, key, monkeypatch) == broken
-    elif limit.implies is not None and contact not in WITH_MORE:
+    elif limit.least_contact_force is not None and contact not in WITH_MORE:
         assert in_planes(problem, key, monkeypatch) == broken
 
 
@@ -352,7 +369,7 @@ def test_bounds_on_derivatives_by_the_cam_angle_need_no_speed(contact):
     still = Scene.from_dict(cam_with(contact, "poly345")).replace(**{"cam.rpm": None, "search": None})
     cam = evaluate(still)
     names = WITHOUT_SPEED & {*cam}
-    assert len(names) == len(DERIVATIVES) * (len(STROKE_WORDS) - 1) + len(RMS_ORDERS)
+    assert len(names) == len(DERIVATIVE_UNITS) * (len(STROKE_WORDS) - 1) + len(RMS_ORDERS)
     for name in names:
         for share in (1 + NEAR, 1 - NEAR):
             scene = still.replace(limits={name: cam[name] * share})
@@ -367,19 +384,37 @@ def test_a_short_key_and_the_name_of_its_quantity_say_the_same(contact):
     limits = limits_of(contact)
     for key in limits.keys() & {*LOAD_LIMITS, *PART_KEYS}:
         short, long = limits[key], limits[limited_quantity(key, resolve(scene_of(contact)).setup)]
-        assert [c._replace(curve=None) for c in short.claims] == [c._replace(curve=None) for c in long.claims]
-        same = (short.needs, short.shown, short.relation, short.implies, short.least_size, short.most_size)
-        assert same == (long.needs, long.shown, long.relation, long.implies, long.least_size, long.most_size)
+        assert [c._replace(curve=None) for c in short.constraints] == [
+            c._replace(curve=None) for c in long.constraints
+        ]
+        same = (
+            short.required_quantities,
+            short.shown_quantities,
+            short.relation,
+            short.least_contact_force,
+            short.least_size,
+            short.most_size,
+        )
+        assert same == (
+            long.required_quantities,
+            long.shown_quantities,
+            long.relation,
+            long.least_contact_force,
+            long.least_size,
+            long.most_size,
+        )
 
 
 @pytest.mark.parametrize("contact", CAMS)
 def test_every_quantity_that_is_a_peak_or_a_mean_is_limited_here(contact):
     setup = resolve(scene_of(contact)).setup
     names = {name for effect in EFFECTS.values() for name in (*effect.peaks(setup), *effect.means(setup))}
-    names &= {name for name in offered(setup) if QUANTITIES[name].relation}
+    names &= {name for name in available_quantities(setup) if QUANTITIES[name].relation}
     assert len(names) > 20
     assert names <= {limited_quantity(key, setup) for key in limits_of(contact)}
-    decided = {name for name in names if limits_of(contact)[name].claims or limits_of(contact)[name].mean}
+    decided = {
+        name for name in names if limits_of(contact)[name].constraints or limits_of(contact)[name].mean_constraint
+    }
     assert decided == names
 
 

@@ -6,7 +6,7 @@ import pytest
 import camopt
 from camopt.scene.problem.problem import resolve_design
 from camopt.solve.tolerances import margins
-from camopt.solve.tolerances.margins import Box
+from camopt.solve.tolerances.margins import ToleranceBox
 from camopt.solve.verdicts.limit_boxes import limit_over_box
 
 LEVER = "pusher-by-lever"
@@ -22,7 +22,7 @@ def scene_of(**limits):
 def means(problem, ratio, mass, rpm):
     """By the motion of the pusher z = r·y: T = z'·(m_f·z''/r² + m·z'' + F(z) + load + friction)."""
     angles = np.linspace(0.0, 2.0 * np.pi, 40_001)[:-1] + 1e-6
-    z, z1, z2, *_ = problem.programme.tool.at(angles)
+    z, z1, z2, *_ = problem.programme.tool.motion_at(angles)
     omega = rpm * np.pi / 30.0
     load = np.interp(np.degrees(angles), *LOAD)
     force = 1e-3 * omega**2 * z2 * (mass / ratio**2 + 1.2) + 0.4 * z + 35.0 + load + 4.0 * np.sign(z1)
@@ -34,7 +34,7 @@ def means(problem, ratio, mass, rpm):
 def found():
     scene = scene_of(**dict.fromkeys(NAMES, 1e4))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(margins, "TRAIN_SECONDS", 60.0)  # 1 s of CPU, on machines that do other things too
+        patch.setattr(margins, "TRAIN_MARGIN_SECONDS", 60.0)  # 1 s of CPU, on machines that do other things too
         return resolve_design(scene), {each.limit: each for each in camopt.tolerance(scene).margins}
 
 
@@ -59,9 +59,9 @@ def test_no_cam_with_a_train_within_the_tolerances_has_a_mean_beyond_what_is_pro
 def test_the_verdict_on_a_mean_changes_where_the_worst_cam_meets_the_bound(found, share):
     name = NAMES[0]
     scene = scene_of(**{name: float(found[1][name].worst) * share})
-    box = Box.of(scene, resolve_design(scene))
+    box = ToleranceBox.from_scene(scene, resolve_design(scene))
     (limit,) = (each for each in box.problem.limits if each.name == name)
-    answer = limit_over_box(box.problem, limit, box.problem.design, box.ends)
+    answer = limit_over_box(box.problem, limit, box.problem.design, box.number_ranges)
     assert answer.verdict == ("held" if share > 1.0 else "broken")
 
 

@@ -24,7 +24,7 @@ from support.balls.curves import in_balls
 from support.balls.deciding import Largest
 from support.balls.laws import EXACT_BY_NAME, pieces_of
 from support.balls.motion import TurnPart, exact_motion
-from support.balls.proof import claim_verdict, sides_of
+from support.balls.proof import constraint_verdict, sides_of
 from support.cams import CONTACTS, GUIDED, WORN, cam_with
 from support.depth import covering, times
 from support.smallest_cams import BASE, CASES
@@ -36,12 +36,12 @@ from camopt.core.mistakes import BadInput
 from camopt.core.quantities import QUANTITIES
 from camopt.model.motion import LAWS
 from camopt.scene.problem.limits import LOAD_LIMITS
-from camopt.scene.problem.problem import exactly, resolve
-from camopt.scene.problem.space import space_of
-from camopt.solve.front.certified import certify_table
-from camopt.solve.verdicts.certify import certify_design, certify_limits, summary
-from camopt.solve.verdicts.judging import evaluate_rows, evaluate_with_effort
+from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.space import grid_space
+from camopt.solve.front.table_certificate import certify_table
+from camopt.solve.verdicts.certify import certify_design, certify_limits, verdict_of_design
 from camopt.solve.verdicts.limit_boxes import limit_over_box
+from camopt.solve.verdicts.limit_verdicts import evaluate_rows, evaluate_with_effort
 
 DATA = json.loads((Path(__file__).parents[2] / "data" / "reference.json").read_text())
 REFERENCE = {cam["id"]: cam for cam in DATA}
@@ -159,7 +159,7 @@ def test_proofs_agree_with_the_kernels(name, limits):
     assert {limit for limit, verdict in proofs.items() if verdict == "broken"} == set(
         filter(None, found["violated"].split(","))
     )
-    assert (summary(proofs) == "held") == found["feasible"]
+    assert (verdict_of_design(proofs) == "held") == found["feasible"]
 
 
 @pytest.mark.parametrize("name", ["roller-1000rpm", "two-pauses", "flat-reciprocating", "oscillating-roller"])
@@ -167,9 +167,9 @@ def test_an_optimum_is_proved_and_a_hair_smaller_is_refused(name):
     limits = {"pressure_angle": 35, "curvature_radius": 3}
     scene = find_scene(name).replace(limits=limits, search=None)
     best = optimise(scene).best["base_radius_mm"]
-    assert summary(certify(scene.replace(**{"cam.base_radius": best}))) == "held"
+    assert verdict_of_design(certify(scene.replace(**{"cam.base_radius": best}))) == "held"
     hair = 2e-7 if name == "oscillating-roller" else 1e-12 * (best + 30)  # where a search decides: its gap
-    assert summary(certify(scene.replace(**{"cam.base_radius": best - hair}))) == "broken"
+    assert verdict_of_design(certify(scene.replace(**{"cam.base_radius": best - hair}))) == "broken"
 
 
 def test_proofs_ask_for_no_ball_arithmetic():
@@ -225,9 +225,9 @@ def test_a_design_with_numbers_of_its_own_is_asked_for_no_limit_that_was_left_ou
         search={"base_radius": [60.0], "roller_radius": [10.0], "offset": [5.0], **rates},
         **{"follower.dynamics": {"mass": 0.8, "preload": 40.0}, "limits.contact_force_min": 40.0},
     )
-    space = space_of(resolve(scene))
-    problem, design = space.problem.without_last, space.designs(np.zeros(1, int))
-    alone, _ = problem.alone(design)
+    space = grid_space(resolve(scene))
+    problem, design = space.problem.without_deferred_limits, space.designs(np.zeros(1, int))
+    alone, _ = problem.absorb_design_numbers(design)
     assert [limit.name for limit in alone.limits] == [limit.name for limit in problem.limits]
     assert len(alone.limits) < len(resolve(scene).limits)
 
@@ -337,7 +337,10 @@ def test_a_verdict_at_freed_angles_is_that_of_the_scene_with_them(rest):
         names = frozenset({"feasible", "violated", "status"})
         rows, effort = evaluate_with_effort(here.with_programme(there.programme), here.design, names)
         assert effort.again == 1
-        assert rows.only(names).records() == evaluate_rows(there, there.design, names).only(names).records()
+        assert (
+            rows.select_columns(names).records()
+            == evaluate_rows(there, there.design, names).select_columns(names).records()
+        )
 
 
 @precisely()
@@ -373,10 +376,10 @@ def test_a_part_that_its_ball_decides_is_looked_at_once(monkeypatch):
     monkeypatch.delattr(TurnPart, "in_middle")
     limit = next(limit for limit in problem.limits if limit.name == "pressure_angle")
     motion, design = exact_motion(problem.programme), in_balls(problem.design)
-    for claim in limit.claims:
+    for constraint in limit.constraints:
         looked.clear()
-        assert claim_verdict(problem, claim, design, motion) == "held"
-        parts = [part for side in sides_of(claim, design, motion) for _, part in side.parts(motion)]
+        assert constraint_verdict(problem, constraint, design, motion) == "held"
+        parts = [part for side in sides_of(constraint, design, motion) for _, part in side.parts(motion)]
         assert 0 < len(looked) == sum(len(part.first) for part in parts)
 
 
@@ -483,7 +486,7 @@ def test_a_limit_that_a_corner_makes_infinite_is_broken_there(contact):
         if quantity in cam:
             lax = scene.replace(limits={name: 1e9 if QUANTITIES[quantity].side > 0.0 else 1e-9})
             (limit,) = (each for each in resolve(lax).limits if each.name == name)
-            if limit.infinite_at(resolve(lax).programme):
+            if limit.is_infinite_on_motion(resolve(lax).programme):
                 refused.append(name)
                 assert name in evaluate(lax)["violated"], name
     assert refused
@@ -494,6 +497,6 @@ def test_a_mean_is_decided_over_a_box_of_nothing(share):
     """The length of a groove, of a cam within tolerances that are none of its own: that ended in an IndexError."""
     scene = find_scene("barrel-traverse").replace(limits=None)
     length = evaluate(scene.replace(outputs=["groove_length_mm"]))["groove_length_mm"]
-    problem = exactly(resolve(scene.replace(limits={"groove_length_mm": length * share})))
+    problem = at_rounding_error(resolve(scene.replace(limits={"groove_length_mm": length * share})))
     (limit,) = (each for each in problem.limits if each.name == "groove_length_mm")
     assert limit_over_box(problem, limit, problem.design, {}).verdict == ("held" if share > 1.0 else "broken")

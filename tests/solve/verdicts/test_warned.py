@@ -118,7 +118,7 @@ def scene_of(*moves):
 def drawn(scene):
     """Positions of a turn at many cam angles, deg and as given: by its laws, from where the last move ends."""
     degrees = np.linspace(0.0, 360.0, 36_001)[:-1]
-    y = resolve(scene).programme.at(np.radians(degrees))[0]
+    y = resolve(scene).programme.motion_at(np.radians(degrees))[0]
     return degrees, y - y[0] + [row.to for row in scene.motion if row.to is not None][-1]
 
 

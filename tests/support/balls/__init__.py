@@ -1,1 +1,1 @@
-"""The oracle of proofs: the same claims in ball arithmetic of 200 bits (python-flint), with laws of its own."""
+"""The oracle of proofs: the same constraints in 200-bit ball arithmetic (python-flint), with its own laws."""

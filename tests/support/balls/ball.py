@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from flint import arb, arb_series, ctx
 
-from camopt.core.numerics.taylor import quotient, root
+from camopt.core.numerics.taylor import series_quotient, series_root
 
 PRECISION_BITS = 200
 MOST_TERMS = 16  # of series at most
@@ -41,12 +41,12 @@ class NoSeries(ArithmeticError):
 def _root(a: Any) -> Any:
     """√a of a number ≥ 0 whose ball may reach below 0; NaN for a ball wholly below 0."""
     if isinstance(a, arb_series):
-        return root(a)
+        return series_root(a)
     return arb(0).union(a.upper().sqrt()) if a.contains(0) else a.sqrt()
 
 
 def _divided(a: Any, b: Any) -> Any:
-    return quotient(a, b) if isinstance(b, arb_series) else a / b
+    return series_quotient(a, b) if isinstance(b, arb_series) else a / b
 
 
 def _sign(a: Any) -> Any:

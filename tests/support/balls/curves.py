@@ -14,7 +14,13 @@ from typing import Any
 import numpy as np
 from flint import arb
 
-from camopt.core.numerics.curves import COMPILED, curve, formula, further, further_formula
+from camopt.core.numerics.curves import (
+    CURVE_FORMULAS,
+    curve_derivatives,
+    derivative_formula,
+    pair_formula,
+    value_and_slope,
+)
 from camopt.core.numerics.state import Load, State, TrainForces
 from camopt.model.effects.peak import Derivative, NumberKind
 from camopt.model.mechanisms import Designs
@@ -57,7 +63,7 @@ def _values(made: Any, motion: list[Ball]) -> tuple[arb, arb]:
     if isinstance(made, Derivative):
         return motion[made.order].arb, motion[made.order + 1].arb
     y, y1, y2, y3, y4, *load = motion
-    value, slope = curve(made, ..., State(y, y1, y2, y3, LOADS[len(load)](*load), y4))
+    value, slope = value_and_slope(made, ..., State(y, y1, y2, y3, LOADS[len(load)](*load), y4))
     return as_arb(value), as_arb(slope)
 
 
@@ -74,9 +80,9 @@ class Close:
         return getattr(self.curve, name)
 
 
-@formula(Close)
+@pair_formula(Close)
 def close(f: Any, i: Any, at: State) -> tuple[Ball, Ball]:
-    value, slope = map(as_arb, curve(f.curve, i, at))
+    value, slope = map(as_arb, value_and_slope(f.curve, i, at))
     if not f.by:
         f.here = value
     elif slope.is_finite():
@@ -84,9 +90,9 @@ def close(f: Any, i: Any, at: State) -> tuple[Ball, Ball]:
     return Ball(value), Ball(slope)
 
 
-@further_formula(Close)
+@derivative_formula(Close)
 def further_close(f: Any, i: Any, at: State) -> tuple[Any, Any, Any, Any]:
-    return further(f.curve, i, at)
+    return curve_derivatives(f.curve, i, at)
 
 
 def _closely(made: Any, by: list[arb]) -> Any:
@@ -94,7 +100,7 @@ def _closely(made: Any, by: list[arb]) -> Any:
     if not hasattr(made, "_fields"):
         return made
     inner = type(made)(*(_closely(each, by) for each in made))
-    return Close(inner, by) if type(made) in COMPILED else inner
+    return Close(inner, by) if type(made) in CURVE_FORMULAS else inner
 
 
 def _numbers_in_balls(made: Any) -> Any:

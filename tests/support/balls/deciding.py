@@ -17,9 +17,9 @@ from typing import Any, NamedTuple
 
 from flint import arb
 
-from camopt.core.numerics.clock import now
-from camopt.model.motion.stroke import ALL_STROKES, INWARD, OUTWARD, RESTING, WAYS, ways_of
-from camopt.solve.verdicts.words import BROKEN, HELD, UNDECIDED
+from camopt.core.numerics.clock import clock_seconds
+from camopt.model.motion.stroke import ALL_STROKES, INWARD, OUTWARD, RESTING, WAYS, stroke_ways
+from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 from support.balls.ball import ball_between
 from support.balls.curves import ExactCurve
 from support.balls.motion import ExactMotion, ExactStroke, TurnPart
@@ -43,7 +43,7 @@ class Side(NamedTuple):
             return None
         if stroke.kind != ALL_STROKES or self.kinds & ALL_STROKES == ALL_STROKES:
             return self
-        return self._replace(kinds=self.kinds & WAYS | ways_of(self.kinds))
+        return self._replace(kinds=self.kinds & WAYS | stroke_ways(self.kinds))
 
     def applies(self, speed: Any) -> tuple[bool, bool]:
         """Whether it may apply, and whether it surely applies, to a motion with this y'."""
@@ -88,7 +88,7 @@ class Largest:
                 return BROKEN
             if not self._looks or self.most * factor <= bound:
                 return HELD
-            if now() > until or not self._closer():
+            if clock_seconds() > until or not self._closer():
                 break
         return UNDECIDED
 

@@ -14,13 +14,13 @@ from flint import arb, arb_poly, fmpq, fmpq_mat
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.model.motion import LAWS
-from camopt.model.motion.installed import EXACT_CLASSES, InstalledLaw
+from camopt.model.motion.derived_laws import MirroredLaw, SkewedLaw
+from camopt.model.motion.installed_laws import EXACT_CLASSES, InstalledLaw
 from camopt.model.motion.law import Law
 from camopt.model.motion.polynomial import PolynomialLaw
 from camopt.model.motion.profile_law import ProfileLaw
 from camopt.model.motion.scca import SCCALaw
 from camopt.model.motion.spline import SplineLaw
-from camopt.model.motion.turned import MirroredLaw, SkewedLaw
 from support.balls.ball import precisely
 from support.balls.driven import DrivenPiece
 from support.balls.profile import ProfilePiece, piece_on_profile

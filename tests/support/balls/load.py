@@ -51,7 +51,7 @@ class ThroughTrain:
         """S and I (``trains.carried``) about x as series by the cam angle, from that of the displacement."""
         loads = {joint: line.series(x, angle, follower)[0] for joint, line in self.loads}
         way = follower[1].sgn() if self.way is None else self.way
-        return list(self.load.of(self.train, follower + self.zero, way, loads))
+        return list(self.load.follower_load(self.train, follower + self.zero, way, loads))
 
 
 LoadPart = LoadLine | ThroughTrain

@@ -19,13 +19,13 @@ from typing import Any, cast
 
 from flint import arb, arb_series
 
-from camopt.core.numerics.clock import now
+from camopt.core.numerics.clock import clock_seconds
 from camopt.model.effects.mean import Mean
 from camopt.model.effects.peak import Derivative
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.programme import Programme
-from camopt.scene.problem.claims import MeanClaim
-from camopt.solve.verdicts.words import BROKEN, HELD, UNDECIDED
+from camopt.scene.problem.constraints import TurnMeanConstraint
+from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 from support.balls.ball import Ball, NoSeries, as_arb, precisely
 from support.balls.curves import BALL_NUMBERS, ExactCurve
 from support.balls.deciding import Side
@@ -99,7 +99,7 @@ class MeanOfPowers:
         """The mean of a quantity."""
         turn = cast(Programme, motion)
         if isinstance(derivative := mean.curves[0][0], Derivative):
-            motion = derivative.of(motion)
+            motion = derivative.source_motion(motion)
         return cls([(ExactCurve(make(design, turn)), kinds) for make, kinds in mean.curves], mean.power, motion)
 
     def enclosures(self, until: float = inf) -> Iterator[arb]:
@@ -111,7 +111,9 @@ class MeanOfPowers:
             yield found
             widths = [_width(ball) for _, ball in known]
             widest = max(widths)
-            done = widest <= MEAN_ERROR * float(abs(found).mid()) or len(known) > MEAN_PARTS or now() > until
+            done = (
+                widest <= MEAN_ERROR * float(abs(found).mid()) or len(known) > MEAN_PARTS or clock_seconds() > until
+            )
             if done:
                 return
             kept = [each for each, width in zip(known, widths, strict=True) if width * SMALLER < widest]
@@ -157,11 +159,11 @@ def _width(ball: arb) -> float:
 
 
 @precisely(DISPLACEMENT_TERMS)
-def mean_verdict(claim: MeanClaim, design: Designs, motion: ExactMotion, until: float = inf) -> str:
-    """The verdict on a limit's claim on a mean, for a design (in balls)."""
-    allowed, factor = claim.allowed(BALL_NUMBERS), as_arb(claim.factor(design))
-    for found in MeanOfPowers.of(claim.mean, design, motion).enclosures(until):
-        over = (found * factor - allowed) * claim.side
+def mean_verdict(constraint: TurnMeanConstraint, design: Designs, motion: ExactMotion, until: float = inf) -> str:
+    """The verdict on a limit's constraint on a mean, for a design (in balls)."""
+    allowed, factor = constraint.upper_bound(BALL_NUMBERS), as_arb(constraint.factor(design))
+    for found in MeanOfPowers.of(constraint.mean, design, motion).enclosures(until):
+        over = (found * factor - allowed) * constraint.side
         if over <= 0 or over > 0:
             return HELD if over <= 0 else BROKEN
     return UNDECIDED

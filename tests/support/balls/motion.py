@@ -9,10 +9,10 @@ from typing import NamedTuple, Self
 
 from flint import arb, arb_series
 
-from camopt.model.motion.driven import DrivenLaw
 from camopt.model.motion.load import ExternalLoad, TrainLoad
 from camopt.model.motion.programme import Programme
-from camopt.model.motion.stroke import Stroke, turned_kinds
+from camopt.model.motion.stroke import Stroke, reversed_kinds
+from camopt.model.motion.tool_drive import DrivenLaw
 from support.balls.ball import Ball, ball_between, precisely
 from support.balls.driven import DrivenPiece, follower_at, narrowed, train_in_balls
 from support.balls.laws import Stretch, stretches_of
@@ -55,7 +55,7 @@ class ExactMotion:
     load: ExternalLoad | TrainLoad | None
     highest: arb | None = None
     """Of the turn, where that may be inside a stroke."""
-    asked: "ExactMotion | None" = None
+    tool_programme: "ExactMotion | None" = None
     """The motion of the tool that the follower drives through a train, if there is one."""
     given_at_follower: bool = False
 
@@ -67,10 +67,10 @@ class ExactMotion:
     @property
     def tool(self) -> "ExactMotion":
         """The motion that is asked, as of a Programme."""
-        return self.asked or self
+        return self.tool_programme or self
 
     @property
-    def given(self) -> "ExactMotion":
+    def given_programme(self) -> "ExactMotion":
         """The motion that is given, as of a Programme."""
         return self if self.given_at_follower else self.tool
 
@@ -86,20 +86,20 @@ def exact_motion(programme: Programme) -> ExactMotion:
     """The turn of a programme, the numbers that it was made from taken as exact."""
     if programme.reverse_of is not None:
         return _reversed(exact_motion(programme.reverse_of), arb(programme.reverse_of.lift))
-    if programme.asked is None:
+    if programme.tool_programme is None:
         return _given_motion(programme, None if programme.load is None else LoadsInBalls(programme.load))
     if programme.given_at_follower:
         follower = _given_motion(programme, _loads_of_train(programme))
-        tool = replace(_driven(programme.asked, follower), asked=None)
-        return replace(follower, asked=tool, given_at_follower=True)
-    return _driven(programme, exact_motion(programme.asked))
+        tool = replace(_driven(programme.tool_programme, follower), tool_programme=None)
+        return replace(follower, tool_programme=tool, given_at_follower=True)
+    return _driven(programme, exact_motion(programme.tool_programme))
 
 
 def _reversed(motion: ExactMotion, lift: arb) -> ExactMotion:
     """The turn with the displacement lift − y, without loads and train."""
     turned = (
         each._replace(
-            kind=int(turned_kinds(each.kind)), low=lift - each.low, size=-each.size, change=-each.change, lines=()
+            kind=int(reversed_kinds(each.kind)), low=lift - each.low, size=-each.size, change=-each.change, lines=()
         )
         for each in motion.strokes
     )
@@ -144,7 +144,7 @@ def _driven(programme: Programme, tool: ExactMotion) -> ExactMotion:
         lines = loads.parts(stroke.kind, start, angle) if loads else ()
         strokes.append(ExactStroke(stroke.kind, pieces, asked.angle, level, arb(1), ends - begins, lines))
         level, start = level + ends - begins, start + angle
-    return ExactMotion(tuple(strokes), programme.load, asked=tool)
+    return ExactMotion(tuple(strokes), programme.load, tool_programme=tool)
 
 
 def _unit(stroke: Stroke) -> arb:

@@ -10,7 +10,15 @@ from typing import Any
 
 from flint import arb, arb_series
 
-from camopt.core.numerics.taylor import Direction, Taylor, angle_of, direction, quotient, root, slope_of
+from camopt.core.numerics.taylor import (
+    Direction,
+    Taylor,
+    angle_of,
+    direction,
+    series_quotient,
+    series_root,
+    series_slope,
+)
 from camopt.model.motion.profile_law import ProfileLaw
 from support.balls.ball import Ball, precisely
 
@@ -54,19 +62,19 @@ def piece_on_profile(law: ProfileLaw) -> ProfilePiece:
     return ProfilePiece(of_balls, law.turn * arb.pi() / 180, arb(0), arb(1))
 
 
-@root.register
+@series_root.register
 def _(series: arb_series) -> arb_series:
     """Term by term: flint's own is by Newton's method, with far wider terms over a wide ball."""
     found = Taylor([Ball(series[k]) for k in range(series.prec)]).root()
     return arb_series([term.arb for term in found.terms], series.prec)
 
 
-@quotient.register
+@series_quotient.register
 def _(a: arb_series, b: arb_series) -> arb_series:
     return a * b.inv()  # not known where b may be zero; divided by b, it would be an error
 
 
-@slope_of.register
+@series_slope.register
 def _(series: arb_series) -> arb_series:
     return series.derivative()
 

@@ -1,6 +1,6 @@
 """Verdicts in balls: whether a design holds its limits at every cam angle; ``camopt.certify`` has intervals.
 
-A limit is a claim that a curve stays below a bound, which ``deciding`` decides. The formulas are those of the
+A limit is a constraint that a curve stays below a bound, which ``deciding`` decides. The formulas are those of the
 mechanisms, run on balls; the laws are exact (``laws``).
 """
 
@@ -11,17 +11,17 @@ from math import inf, isinf
 from typing import Any, cast
 
 import support.balls.point_contact  # noqa: F401  what formulas do to balls at a point contact
-from camopt.core.numerics.clock import now
-from camopt.model.effects import Case
+from camopt.core.numerics.clock import clock_seconds
+from camopt.model.effects import EvaluationBlock
 from camopt.model.effects.peak import Derivative
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.programme import Programme
-from camopt.scene.problem.claims import Claim
+from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.limit import ASSEMBLY, Limit
-from camopt.scene.problem.problem import Problem, exactly
-from camopt.scene.problem.rows import Rows
-from camopt.solve.verdicts.running import run_effects
-from camopt.solve.verdicts.words import BROKEN, HELD, UNDECIDED, worst
+from camopt.scene.problem.problem import Problem, at_rounding_error
+from camopt.scene.problem.rows import DesignRows
+from camopt.solve.verdicts.effect_runs import run_effects
+from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED, worst_verdict
 from support.balls.ball import as_arb, precisely
 from support.balls.curves import BALL_NUMBERS, ExactCurve, in_balls
 from support.balls.deciding import Largest, Side, sign_of
@@ -43,32 +43,34 @@ def exact_turn(programme: Programme) -> ExactMotion:
     return replace(motion, highest=highest)
 
 
-def sides_of(claim: Claim, design: Designs, motion: ExactMotion) -> Iterator[Side]:
-    """The sides of a claim for a design (in balls)."""
-    curve = ExactCurve(claim.curve(design, cast(Programme, motion)))
-    return (Side(curve, claim.kinds, sign) for sign in claim.sides)
+def sides_of(constraint: Constraint, design: Designs, motion: ExactMotion) -> Iterator[Side]:
+    """The sides of a constraint for a design (in balls)."""
+    curve = ExactCurve(constraint.curve(design, cast(Programme, motion)))
+    return (Side(curve, constraint.kinds, sign) for sign in constraint.sides)
 
 
-def largest_of(claims: Iterable[Claim], design: Designs, motion: ExactMotion) -> Largest:
-    """What the curves of claims are at most, on all their sides, for a design (in balls)."""
+def largest_of(constraints: Iterable[Constraint], design: Designs, motion: ExactMotion) -> Largest:
+    """What the curves of constraints are at most, on all their sides, for a design (in balls)."""
     parts: list[tuple[Side, TurnPart]] = []
-    for claim in claims:
-        turn = claim.curve.of(motion) if isinstance(claim.curve, Derivative) else motion
-        for side in sides_of(claim, design, motion):
+    for constraint in constraints:
+        turn = constraint.curve.source_motion(motion) if isinstance(constraint.curve, Derivative) else motion
+        for side in sides_of(constraint, design, motion):
             parts += side.parts(turn)
     return Largest(parts)
 
 
-def claim_verdict(problem: Problem, claim: Claim, design: Designs, motion: ExactMotion, until: float = inf) -> str:
-    """The verdict on a claim for a design (in balls)."""
-    if on_arcs(problem, claim.curve):
-        return worst(_on_arcs(problem, claim, design))
-    return bounded(largest_of((claim,), design, motion), claim, design, until)
+def constraint_verdict(
+    problem: Problem, constraint: Constraint, design: Designs, motion: ExactMotion, until: float = inf
+) -> str:
+    """The verdict on a constraint for a design (in balls)."""
+    if on_arcs(problem, constraint.curve):
+        return worst_verdict(_on_arcs(problem, constraint, design))
+    return bounded(largest_of((constraint,), design, motion), constraint, design, until)
 
 
-def bounded(largest: Largest, claim: Claim, design: Designs, until: float = inf) -> str:
-    """The verdict on a claim for a design (in balls), from what its curves are at most."""
-    return largest.verdict(claim.allowed(BALL_NUMBERS), as_arb(claim.factor(design)), until)
+def bounded(largest: Largest, constraint: Constraint, design: Designs, until: float = inf) -> str:
+    """The verdict on a constraint for a design (in balls), from what its curves are at most."""
+    return largest.verdict(constraint.upper_bound(BALL_NUMBERS), as_arb(constraint.factor(design)), until)
 
 
 def on_arcs(problem: Problem, curve: Any) -> bool:
@@ -77,13 +79,13 @@ def on_arcs(problem: Problem, curve: Any) -> bool:
     return bool(problem.profile) and curve in (mechanism.curvature, mechanism.profile_radius)
 
 
-def _on_arcs(problem: Problem, claim: Claim, design: Designs) -> Iterator[str]:
+def _on_arcs(problem: Problem, constraint: Constraint, design: Designs) -> Iterator[str]:
     """The verdicts on the curvature of a cam that is given by its profile: on an arc it is constant.
 
     A limit is often just that of the sharpest arc, and is not divided by, so that this is seen.
     """
-    factor, allowed = as_arb(claim.factor(design)), claim.allowed(BALL_NUMBERS)
-    for side, radius in product(claim.sides, problem.profile):
+    factor, allowed = as_arb(constraint.factor(design)), constraint.upper_bound(BALL_NUMBERS)
+    for side, radius in product(constraint.sides, problem.profile):
         if isinf(radius):  # a line
             yield sign_of(-allowed)
         elif problem.setup.mechanism.flat_faced:
@@ -97,29 +99,29 @@ def _without_curves(
     problem: Problem, limit: Limit, design: Designs, exact: Designs, motion: ExactMotion, until: float
 ) -> str:
     """The verdict on a limit without curves: a crossing, a size, an integral, or one of the motion."""
-    if limit.decided:
-        broken = limit.decided(problem.setup, design, problem.programme)
+    if limit.decider:
+        broken = limit.decider(problem.setup, design, problem.programme)
         return UNDECIDED if broken is None else BROKEN if broken else HELD
-    if not is_integrated(limit.needs):
-        case = Case(exactly(problem).setup, problem.programme, design)
-        return _compared(limit, run_effects(case, limit.needs), design)
-    for rows in integrated_rows(problem, motion, design, exact, limit.needs):
+    if not is_integrated(limit.required_quantities):
+        case = EvaluationBlock(at_rounding_error(problem).setup, problem.programme, design)
+        return _compared(limit, run_effects(case, limit.required_quantities), design)
+    for rows in integrated_rows(problem, motion, design, exact, limit.required_quantities):
         found = _compared(limit, rows, design)
-        if found != UNDECIDED or now() > until:
+        if found != UNDECIDED or clock_seconds() > until:
             return found
     return UNDECIDED
 
 
-def _compared(limit: Limit, rows: Rows, design: Designs) -> str:
+def _compared(limit: Limit, rows: DesignRows, design: Designs) -> str:
     """The verdict on a limit from the enclosures of its quantities."""
-    outer, inner = (limit.excess(rows.shifted(share), design)[0] for share in (1.0, -1.0))
+    outer, inner = (limit.excess(rows.shifted_columns(share), design)[0] for share in (1.0, -1.0))
     return HELD if outer <= 0.0 else BROKEN if inner > 0.0 else UNDECIDED
 
 
 @precisely()
 def verdicts_in_balls(problem: Problem, design: Designs, until: float = inf) -> dict[str, str]:
     """The verdict on each limit for one design: held, broken or undecided, as at ``until`` (``clock.now``)."""
-    if not problem.setup.mechanism.exists(design, problem.programme)[0]:
+    if not problem.setup.mechanism.can_assemble(design, problem.programme)[0]:
         return {ASSEMBLY: BROKEN}
     try:
         motion = exact_turn(problem.programme)
@@ -128,14 +130,14 @@ def verdicts_in_balls(problem: Problem, design: Designs, until: float = inf) -> 
     exact = in_balls(design)
     verdicts: dict[str, str] = {}
     for limit in problem.limits:
-        found = [claim_verdict(problem, claim, exact, motion, until) for claim in limit.claims]
-        if (presumed := verdicts.get(limit.presumes, HELD)) != HELD:
+        found = [constraint_verdict(problem, constraint, exact, motion, until) for constraint in limit.constraints]
+        if (presumed := verdicts.get(limit.presumed_limit, HELD)) != HELD:
             found = [presumed]
-        elif limit.mean is not None:
-            found = [mean_verdict(limit.mean, exact, motion, until)]
-        elif not limit.claims:
+        elif limit.mean_constraint is not None:
+            found = [mean_verdict(limit.mean_constraint, exact, motion, until)]
+        elif not limit.constraints:
             found = [_without_curves(problem, limit, design, exact, motion, until)]
-        if limit.infinite_at(problem.programme):
+        if limit.is_infinite_on_motion(problem.programme):
             found = [BROKEN]
-        verdicts[limit.name] = worst(found)
+        verdicts[limit.name] = worst_verdict(found)
     return verdicts

@@ -18,12 +18,12 @@ import numpy as np
 from flint import arb, arb_series
 
 from camopt.core.quantities import QUANTITIES
-from camopt.model.effects import EFFECTS, Case
+from camopt.model.effects import EFFECTS, EvaluationBlock
 from camopt.model.effects.section import AREA, CENTROID, POLAR_MOMENT, PROFILE_LENGTH
 from camopt.model.mechanisms import Designs
-from camopt.scene.problem.problem import Problem, exactly
-from camopt.scene.problem.rows import Rows
-from camopt.solve.verdicts.running import extended
+from camopt.scene.problem.problem import Problem, at_rounding_error
+from camopt.scene.problem.rows import DesignRows
+from camopt.solve.verdicts.effect_runs import with_effect
 from support.balls.ball import as_arb, ball_between, precisely
 from support.balls.laws import Stretch
 from support.balls.motion import ExactMotion, ExactStroke
@@ -45,27 +45,27 @@ def is_integrated(names: tuple[str, ...]) -> bool:
 
 def integrated_rows(
     problem: Problem, motion: ExactMotion, design: Designs, exact: Designs, names: tuple[str, ...]
-) -> Iterator[Rows]:
+) -> Iterator[DesignRows]:
     """Proved enclosures of such quantities for one design (in doubles, and in balls), narrower each time.
 
     Nothing of grooves, and where the velocity jumps.
     """
     if not problem.setup.mechanism.body.bounded or problem.programme.corners:
         return
-    case = Case(exactly(problem).setup, problem.programme, design)
+    case = EvaluationBlock(at_rounding_error(problem).setup, problem.programme, design)
     for parts in STROKE_PARTS:
         rows = section_rows(problem, motion, exact, parts)
         if not all(np.isfinite(width) for width in rows.outward.values()):
             continue  # the parts are so wide that the contact may stand still in one
         if any(QUANTITIES[name].effect != INTEGRATED[0] for name in names):
-            rows = extended(rows, case, EFFECTS[INTEGRATED[1]], frozenset(names))
+            rows = with_effect(rows, case, EFFECTS[INTEGRATED[1]], frozenset(names))
         yield replace(
             rows, outward={n: w + ENCLOSURE_ERROR * np.abs(rows.columns[n]) for n, w in rows.outward.items()}
         )
 
 
 @precisely()
-def section_rows(problem: Problem, motion: ExactMotion, exact: Designs, parts: int) -> Rows:
+def section_rows(problem: Problem, motion: ExactMotion, exact: Designs, parts: int) -> DesignRows:
     """The quantities of the section as doubles below their balls, with outward widths that reach beyond them."""
     length, area, x, y, polar = _integrals(problem, motion, exact, parts)
     found = {
@@ -76,7 +76,7 @@ def section_rows(problem: Problem, motion: ExactMotion, exact: Designs, parts: i
     }
     low = {name: np.nextafter([float(ball.lower())], -np.inf) for name, ball in found.items()}
     high = {name: np.nextafter([float(ball.upper())], np.inf) for name, ball in found.items()}
-    return Rows(low, 1, {name: high[name] - low[name] for name in found})
+    return DesignRows(low, 1, {name: high[name] - low[name] for name in found})
 
 
 def _integrals(problem: Problem, motion: ExactMotion, exact: Designs, parts: int) -> list[arb]:

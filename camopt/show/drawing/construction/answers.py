@@ -9,7 +9,7 @@ from math import degrees, inf, pi
 
 import numpy as np
 
-from camopt.core.quantities.unit_systems import shown, shown_unit
+from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
 from camopt.model.motion.programme import law_peaks
 from camopt.show.drawing.construction.displacement import displacement_text
 from camopt.show.drawing.construction.inversion import Inversion
@@ -25,14 +25,14 @@ FORMULAS: dict[str, tuple[tuple[str, str], tuple[str, str]]] = {
 """By law, the largest velocity and acceleration: in letters, and with places for the numbers."""
 
 
-def answers(inversion: Inversion) -> list[str]:
+def answer_lines(inversion: Inversion) -> list[str]:
     """The lines of the answers: the angular velocity, then velocity and acceleration of each stroke."""
-    rpm, (omega, _) = inversion.picture.scene.cam.rpm, _speed(inversion.picture)
+    rpm, (omega, _) = inversion.picture.scene.cam.rpm, _cam_speed(inversion.picture)
     lines = [] if rpm is None else [f"ω = 2πN/60 = 2π × {rpm:g}/60 = {four_digits(omega)} rad/s"]
     return lines + [text for _, text in peak_answers(inversion)]
 
 
-def _speed(picture: Picture) -> tuple[float, str]:
+def _cam_speed(picture: Picture) -> tuple[float, str]:
     """The angular velocity of the cam, rad/s, and the unit of time; by the cam angle 1 and rad."""
     rpm = picture.scene.cam.rpm
     return (1.0, "rad") if rpm is None else (2.0 * pi * rpm / 60.0, "s")
@@ -43,18 +43,18 @@ def peak_answers(inversion: Inversion) -> list[tuple[float, str]]:
 
     There are none behind a train, where no law is the follower's.
     """
-    divisions = inversion.plan.divisions if inversion.problem.programme.asked is None else []
-    return [answer for division in divisions for answer in _of_stroke(inversion.picture, division)]
+    divisions = inversion.plan.divisions if inversion.problem.programme.tool_programme is None else []
+    return [answer for division in divisions for answer in _stroke_answers(inversion.picture, division)]
 
 
-def _of_stroke(picture: Picture, division: Division) -> Iterator[tuple[float, str]]:
+def _stroke_answers(picture: Picture, division: Division) -> Iterator[tuple[float, str]]:
     stroke = division.stroke
     if stroke is None or stroke.law is None:
         return
-    (omega, time), angular, length = _speed(picture), picture.problem.setup.angular, shown_unit("mm")
+    (omega, time), angular, length = _cam_speed(picture), picture.problem.setup.angular, shown_unit("mm")
     metres = time == "s" and length == "mm"
     travel = abs(stroke.high - stroke.low) * (1e-3 if metres and not angular else 1.0)
-    travel = travel if angular or metres else shown(travel, "mm")
+    travel = travel if angular or metres else to_shown_unit(travel, "mm")
     travel = degrees(travel) if angular and time == "rad" else travel
     base = ("rad" if time == "s" else "deg") if angular else "m" if metres else length
     peaks, ends = law_peaks(stroke.law), f"{division.start.letter}–{division.end.letter}"
@@ -76,11 +76,11 @@ def _of_stroke(picture: Picture, division: Division) -> Iterator[tuple[float, st
         yield value, f"{label}{symbols} = {numbers} = {four_digits(value)} {base}/{time}{power}"
 
 
-def given_motion(inversion: Inversion) -> str:
+def motion_in_words(inversion: Inversion) -> str:
     """The motion as a problem gives it: "rise 50 mm in 120°, dwell 30°, …"."""
     lines = []
     for name, start, end in inversion.plan.segments:
-        low, high = inversion.problem.programme.at(np.array([start, end]), 0)[0]
+        low, high = inversion.problem.programme.motion_at(np.array([start, end]), 0)[0]
         change = "" if name == "dwell" else f" {displacement_text(abs(high - low), inversion.angular)} in"
         lines.append(f"{name}{change} {four_digits(degrees(end - start))}°")
     return ", ".join(lines)

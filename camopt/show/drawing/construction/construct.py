@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.quantities.shown import Drawn
-from camopt.core.quantities.unit_systems import shown, shown_unit
+from camopt.core.quantities.display import Drawable
+from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
 from camopt.model.mechanisms.geometry import cam_curves
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
@@ -18,7 +18,7 @@ from camopt.solve.tables.result import NUMERIC, Cell, Result, Table
 
 
 @dataclass(frozen=True)
-class Construction(Result, Drawn):
+class Construction(Result, Drawable):
     """How a cam is constructed with ruler and compasses: its stations, step by step; ``plot`` draws it.
 
     Attributes
@@ -59,7 +59,9 @@ class Construction(Result, Drawn):
             np.array(each) for each in zip(*((s.angle, s.displacement) for s in stations), strict=True)
         )
         curves = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
-        points = (_pairs(each, inversion) for each in (inversion.point_at(angles, levels), curves.profile[0]))
+        points = (
+            _coordinate_pairs(each, inversion) for each in (inversion.point_at(angles, levels), curves.profile[0])
+        )
         unit = degrees(1.0) if inversion.angular else 1.0
         return [
             {
@@ -85,14 +87,14 @@ class Construction(Result, Drawn):
         heads = ["cam, deg", f"y, {'deg' if inversion.angular else length}", *pairs]
         rows = []
         for row in self.records():
-            y = row["displacement"] if inversion.angular else shown(row["displacement"], "mm")
+            y = row["displacement"] if inversion.angular else to_shown_unit(row["displacement"], "mm")
             numbers = [f"{row['cam_angle_deg']:.4g}", f"{round(y, 3) + 0.0:.3f}"]
             for first, second in (row["point"], row["profile"]):
-                other = shown(second, "mm") if inversion.is_developed else second
-                numbers += [f"{round(value, 3) + 0.0:.3f}" for value in (shown(first, "mm"), other)]
+                other = to_shown_unit(second, "mm") if inversion.is_developed else second
+                numbers += [f"{round(value, 3) + 0.0:.3f}" for value in (to_shown_unit(first, "mm"), other)]
             rows.append([row["station"], row["letter"], *(text.replace("-", "−") for text in numbers)])
         title = f"{self.scene.name}: stations of the construction"
-        return Table.of(title, ["", "", *(Cell(text, NUMERIC) for text in heads)], rows)
+        return Table.from_texts(title, ["", "", *(Cell(text, NUMERIC) for text in heads)], rows)
 
 
 def construct(scene: SceneSource, parts: int = USUAL_PARTS) -> Construction:
@@ -131,7 +133,7 @@ def construct(scene: SceneSource, parts: int = USUAL_PARTS) -> Construction:
     return found
 
 
-def _pairs(points: Any, inversion: Inversion) -> list[tuple[float, float]]:
+def _coordinate_pairs(points: Any, inversion: Inversion) -> list[tuple[float, float]]:
     """Radius (mm) and polar angle (deg, from 0 up to 360); of a developed surface x and y (mm)."""
     polar = np.abs(points), np.degrees(np.angle(points)) % 360.0
     columns = (points.real, points.imag) if inversion.is_developed else polar

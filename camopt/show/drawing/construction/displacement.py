@@ -12,9 +12,9 @@ import numpy as np
 
 from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.model.motion import LAWS
-from camopt.show.drawing.construction.shapes import Letter, Shape, Step, arc, circle, line
+from camopt.show.drawing.construction.shapes import Letter, PenLine, Step, arc_about, circle_about, line_through
 from camopt.show.drawing.construction.stations import Division, StationPlan
-from camopt.show.drawing.picture import four_digits, told
+from camopt.show.drawing.picture import four_digits, value_with_unit
 
 UP, DOWN, LEFT = pi / 2, -pi / 2, pi
 SAME_POINT = 1e-6  # mm on the paper
@@ -34,7 +34,7 @@ class LawConstruction(NamedTuple):
     """The construction of one stroke: its sentence, lines and letters, and the points that it gives (paper, mm)."""
 
     sentence: str
-    shapes: list[Shape]
+    shapes: list[PenLine]
     letters: list[Letter]
     points: ComplexArray
 
@@ -43,7 +43,7 @@ SMALL_LETTERS = " abcdefghijklmnopqrstuvwxyz"
 """a for 1, b for 2, …"""
 
 
-def _frame(scale: DiagramScale, division: Division) -> tuple[complex, complex, FloatArray, list[str]]:
+def _stroke_frame(scale: DiagramScale, division: Division) -> tuple[complex, complex, FloatArray, list[str]]:
     """Both ends of a stroke on the paper, the abscissae of its stations, and their numbers."""
     places = [scale.place(each.angle, each.displacement) for each in division.stations]
     return places[0], places[-1], np.real(places), [each.number for each in division.stations]
@@ -51,14 +51,14 @@ def _frame(scale: DiagramScale, division: Division) -> tuple[complex, complex, F
 
 def straight_line(scale: DiagramScale, division: Division) -> LawConstruction:
     """Uniform velocity: one straight line from end to end."""
-    start, end, x, _ = _frame(scale, division)
+    start, end, x, _ = _stroke_frame(scale, division)
     points = start + (end - start) * (x - x[0]) / (x[-1] - x[0])
     return LawConstruction("Uniform velocity: join both ends of the stroke by a straight line.", [], [], points)
 
 
 def semicircle(scale: DiagramScale, division: Division) -> LawConstruction:
     """Simple harmonic motion: horizontals from equal parts of a semicircle on the stroke."""
-    start, end, x, number = _frame(scale, division)
+    start, end, x, number = _stroke_frame(scale, division)
     count = len(number) - 1
     low, high = sorted((start.imag, end.imag))
     middle, radius = 1j * (low + high) / 2, (high - low) / 2
@@ -67,9 +67,9 @@ def semicircle(scale: DiagramScale, division: Division) -> LawConstruction:
     if start.imag > end.imag:
         on_circle = on_circle[::-1]
     points = x + 1j * on_circle.imag
-    shapes = [arc("semicircle", middle, middle + 1j * radius, pi, "construction")]
+    shapes = [arc_about("semicircle", middle, middle + 1j * radius, pi, "construction")]
     inner = range(1, count)
-    shapes += [line(f"projection-{number[k]}", (on_circle[k], points[k]), "projection") for k in inner]
+    shapes += [line_through(f"projection-{number[k]}", (on_circle[k], points[k]), "projection") for k in inner]
     rising = start.imag < end.imag
     names = [SMALL_LETTERS[k if rising else count - k] for k in inner]
     letters = [
@@ -87,16 +87,16 @@ def semicircle(scale: DiagramScale, division: Division) -> LawConstruction:
 
 def double_parabola(scale: DiagramScale, division: Division) -> LawConstruction:
     """Uniform acceleration and retardation: rays from both ends to equal parts of the middle vertical."""
-    start, end, x, number = _frame(scale, division)
+    start, end, x, number = _stroke_frame(scale, division)
     count = len(number) - 1
     half, middle = count // 2, (x[0] + x[-1]) / 2
     marks = middle + 1j * (start.imag + (end.imag - start.imag) * np.arange(count + 1) / count)
     feet = np.where(np.arange(count + 1) <= half, start, end)
     share = (x - feet.real) / (marks.real - feet.real)
     points = x + 1j * (feet.imag + share * (marks.imag - feet.imag))
-    shapes = [line(f"middle-{number[half]}", (marks[0], marks[-1]), "construction")]
+    shapes = [line_through(f"middle-{number[half]}", (marks[0], marks[-1]), "construction")]
     shapes += [
-        line(f"ray-{number[k]}", (foot, marks[k]), "projection")
+        line_through(f"ray-{number[k]}", (foot, marks[k]), "projection")
         for k in range(1, count)
         for foot in ((start, end) if k == half else (complex(feet[k]),))
     ]
@@ -113,7 +113,7 @@ def double_parabola(scale: DiagramScale, division: Division) -> LawConstruction:
 
 def generating_circle(scale: DiagramScale, division: Division) -> LawConstruction:
     """Cycloidal motion: parallels to the diagonal from the projected points of the circle that generates it."""
-    start, end, x, number = _frame(scale, division)
+    start, end, x, number = _stroke_frame(scale, division)
     count = len(number) - 1
     rising = end.imag > start.imag
     centre = start if rising else end
@@ -123,13 +123,13 @@ def generating_circle(scale: DiagramScale, division: Division) -> LawConstructio
     projected = centre.real + 1j * on_circle.imag
     points = x + 1j * (projected.imag + (end - start).imag / (end - start).real * (x - centre.real))
     shapes = [
-        circle(f"generating-circle-{number[-1]}", centre, radius, "construction"),
-        line(f"diagonal-{number[-1]}", (start, end), "construction"),
-        line(f"diameter-{number[-1]}", (centre - 1j * radius, centre + 1j * radius), "construction"),
+        circle_about(f"generating-circle-{number[-1]}", centre, radius, "construction"),
+        line_through(f"diagonal-{number[-1]}", (start, end), "construction"),
+        line_through(f"diameter-{number[-1]}", (centre - 1j * radius, centre + 1j * radius), "construction"),
     ]
     inner = range(1, count)
-    shapes += [line(f"across-{number[k]}", (on_circle[k], projected[k]), "projection") for k in inner]
-    shapes += [line(f"parallel-{number[k]}", (projected[k], points[k]), "projection") for k in inner]
+    shapes += [line_through(f"across-{number[k]}", (on_circle[k], projected[k]), "projection") for k in inner]
+    shapes += [line_through(f"parallel-{number[k]}", (projected[k], points[k]), "projection") for k in inner]
     letters = [
         Letter(SMALL_LETTERS[k], complex(on_circle[k]), float(np.angle(on_circle[k] - centre)), "note")
         for k in inner
@@ -153,7 +153,7 @@ def given_ordinates(scale: DiagramScale, division: Division) -> LawConstruction:
     return LawConstruction(f"Set off the ordinates of the table for {what}.", [], [], points)
 
 
-BY_LAW: dict[str, Callable[[DiagramScale, Division], LawConstruction]] = {
+CONSTRUCTION_BY_LAW: dict[str, Callable[[DiagramScale, Division], LawConstruction]] = {
     "uniform": straight_line,
     "harmonic": semicircle,
     "parabolic": double_parabola,
@@ -167,7 +167,7 @@ def construct_laws(plan: StationPlan, scale: DiagramScale) -> list[LawConstructi
     found = []
     for division in plan.divisions:
         law = division.stroke and division.stroke.law
-        known = BY_LAW.get(law.NAME) if law and plan.programme.asked is None else None
+        known = CONSTRUCTION_BY_LAW.get(law.NAME) if law and plan.programme.tool_programme is None else None
         found.append((known or given_ordinates)(scale, division))
     return found
 
@@ -175,15 +175,15 @@ def construct_laws(plan: StationPlan, scale: DiagramScale) -> list[LawConstructi
 def displacement_steps(plan: StationPlan, scale: DiagramScale) -> list[Step]:
     """The steps of the displacement diagram; its points are mm on the paper, from A."""
     constructed = construct_laws(plan, scale)
-    return [*_axes(plan, scale), *_laws(constructed), _curve(plan, scale, constructed)]
+    return [*_axis_steps(plan, scale), *_law_steps(constructed), _curve_step(plan, scale, constructed)]
 
 
 def displacement_text(displacement: float, angular: bool) -> str:
     """A displacement of the follower with its unit: a length, or an angle in degrees."""
-    return f"{four_digits(degrees(displacement))}°" if angular else told(displacement)
+    return f"{four_digits(degrees(displacement))}°" if angular else value_with_unit(displacement)
 
 
-def _axes(plan: StationPlan, scale: DiagramScale) -> list[Step]:
+def _axis_steps(plan: StationPlan, scale: DiagramScale) -> list[Step]:
     """The cam angle along, the stroke up, and the verticals of the stations."""
     ends = [scale.place(angle, 0.0) for _, angle in plan.edges]
     letters = [Letter(name, place, DOWN) for (name, _), place in zip(plan.edges, ends, strict=True)]
@@ -191,16 +191,19 @@ def _axes(plan: StationPlan, scale: DiagramScale) -> list[Step]:
         letters.append(Letter(f"{four_digits(degrees(end - start))}°", (place + after) / 2 - 5.5j, DOWN, "note"))
     lift = plan.programme.lift
     top, right, text = scale.place(0.0, lift), ends[-1], displacement_text(lift, plan.picture.problem.setup.angular)
-    frame = [line("axis-AY", (0.0, top), "axis"), line("rectangle", (top, top + right, right), "thin")]
+    frame = [
+        line_through("axis-AY", (0.0, top), "axis"),
+        line_through("rectangle", (top, top + right, right), "thin"),
+    ]
     stroke = [Letter("Y", top, LEFT), Letter(f"S = {text}", right + top / 2, 0.0, "note")]
     feet = [(each.number, scale.place(each.angle, 0.0)) for each in plan.stations]
-    verticals = [line(f"vertical-{number}", (foot, foot + top), "thin") for number, foot in feet]
+    verticals = [line_through(f"vertical-{number}", (foot, foot + top), "thin") for number, foot in feet]
     numbers = [Letter(number, foot, DOWN, "number") for number, foot in feet if number != "0"]
     divided = f"Divide each stroke into {plan.parts} equal parts, and draw a vertical at each point."
     return [
         Step(
             f"Draw AX = 360° to scale. Mark {plan.segment_words()}.",
-            [line("axis-AX", (0.0, right), "axis")],
+            [line_through("axis-AX", (0.0, right), "axis")],
             letters,
         ),
         Step(f"Draw AY = {text}, the stroke, and complete the rectangle.", frame, stroke),
@@ -208,7 +211,7 @@ def _axes(plan: StationPlan, scale: DiagramScale) -> list[Step]:
     ]
 
 
-def _laws(constructed: list[LawConstruction]) -> list[Step]:
+def _law_steps(constructed: list[LawConstruction]) -> list[Step]:
     """A step for each law; strokes with the same sentence share one, and points that they share have one letter."""
     steps: dict[str, Step] = {}
     for each in constructed:
@@ -223,17 +226,19 @@ def _laws(constructed: list[LawConstruction]) -> list[Step]:
     return list(steps.values())
 
 
-def _curve(plan: StationPlan, scale: DiagramScale, constructed: list[LawConstruction]) -> Step:
+def _curve_step(plan: StationPlan, scale: DiagramScale, constructed: list[LawConstruction]) -> Step:
     """The curve itself, exact, with the points that the constructions give."""
     angles = np.concatenate(plan.picture.pieces)
     heights = np.concatenate([motion[0] for motion in plan.picture.motion])
-    shapes = [Shape("displacement", scale.per_angle * angles + 1j * scale.per_displacement * heights, "curve")]
+    shapes = [PenLine("displacement", scale.per_angle * angles + 1j * scale.per_displacement * heights, "curve")]
     points = {
         station.letter: point
         for division, found in zip(plan.divisions, constructed, strict=True)
         for station, point in zip(division.stations, found.points.tolist(), strict=True)
     }
     feet = {each: scale.place(each.angle, 0.0) for each in plan.stations}
-    shapes += [line(f"ordinate-{s.number}", (foot, points[s.letter]), "ordinate") for s, foot in feet.items()]
+    shapes += [
+        line_through(f"ordinate-{s.number}", (foot, points[s.letter]), "ordinate") for s, foot in feet.items()
+    ]
     letters = [Letter(letter, point, UP) for letter, point in points.items()]
     return Step(f"{plan.curve_words}: the displacement diagram.", shapes, letters)

@@ -18,17 +18,25 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import ComplexArray
-from camopt.scene.problem.linkage import pivot_of, turning_of
+from camopt.scene.problem.linkage import follower_pivot, outward_turn_sense
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.show.drawing.cam import corner_arc, remaining
-from camopt.show.drawing.construction.shapes import ARC_POINTS, Letter, Shape, Step, arc, circle, line
+from camopt.show.drawing.cam import corner_arc, remaining_outline
+from camopt.show.drawing.construction.shapes import (
+    SHAPE_ARC_POINTS,
+    Letter,
+    PenLine,
+    Step,
+    arc_about,
+    circle_about,
+    line_through,
+)
 from camopt.show.drawing.construction.stations import Station, StationPlan
-from camopt.show.drawing.picture import Picture, four_digits, in_figures, told
+from camopt.show.drawing.picture import Picture, four_digits, length_in_digits, value_with_unit
 
 ANGLE_ARC = 0.72  # of the base radius: where the sizes of angles stand
-BEYOND = 0.12  # of the cam: how far tangents, radii and arcs are produced beyond the farthest station
-FACE_ROOM = 0.12  # of the base radius: how far a face reaches past what it touches
+OVERRUN_SHARE = 0.12  # of the cam: how far tangents, radii and arcs are produced beyond the farthest station
+FACE_MARGIN = 0.12  # of the base radius: how far a face reaches past what it touches
 
 
 class FinePicture(Picture):
@@ -98,25 +106,25 @@ class Inversion:
         return 0.0 if none else float(self.problem.design.offset[0])
 
     @cached_property
-    def _lowest(self) -> Any:
+    def _lowest_contact(self) -> Any:
         """The contact at displacement 0 and cam angle 0, at rest."""
         return self.mechanism.contact(self.problem.design, self.problem.programme.lift, *np.zeros((3, 1)))
 
     @property
     def lowest(self) -> complex:
         """The follower's point at its lowest, at cam angle 0, mm: the trace point, or the foot on a flat face."""
-        return complex(self._lowest.x[0], self._lowest.y[0])
+        return complex(self._lowest_contact.x[0], self._lowest_contact.y[0])
 
     @property
     def face(self) -> complex:
         """The direction of a flat face at its lowest, at cam angle 0."""
-        normal = complex(self._lowest.across[0], self._lowest.up[0])
+        normal = complex(self._lowest_contact.across[0], self._lowest_contact.up[0])
         return -1j * normal / abs(normal)
 
     @cached_property
     def pivot(self) -> complex:
         """The pivot of an arm at cam angle 0, mm; 0 of a follower that slides."""
-        return pivot_of(self.problem) if self.angular else 0j
+        return follower_pivot(self.problem) if self.angular else 0j
 
     def seen_from_cam(self, points: Any, angle: Any) -> Any:
         """Points of the ground frame as the cam has them at a cam angle (rad), mm."""
@@ -128,7 +136,7 @@ class Inversion:
         """A point of the follower, given at its lowest, after a displacement (mm or rad)."""
         if not self.angular:
             return point + 1j * displacement
-        return self.pivot + (point - self.pivot) * np.exp(1j * turning_of(self.problem) * displacement)
+        return self.pivot + (point - self.pivot) * np.exp(1j * outward_turn_sense(self.problem) * displacement)
 
     def point_at(self, angle: Any, displacement: Any) -> Any:
         """The follower's point at a displacement, seen from the cam, mm."""
@@ -143,12 +151,12 @@ class Inversion:
 
     def steps(self) -> list[Step]:
         """The steps of the profile; their points are mm of the cam, in its own frame."""
-        begin = [self._surface()] if self.is_developed else [*self._circles(), self._angles()]
-        found = [*begin, self._division(), self._guides(), self._ordinates(), self._pitch_curve()]
-        return [step for step in [*found, self._bodies(), self._profile()] if step is not None]
+        begin = [self._surface_step()] if self.is_developed else [*self._circle_steps(), self._angle_step()]
+        found = [*begin, self._division_step(), self._guide_step(), self._ordinate_step(), self._pitch_curve_step()]
+        return [step for step in [*found, self._follower_step(), self._profile_step()] if step is not None]
 
     @cached_property
-    def _free(self) -> complex:
+    def _free_direction(self) -> complex:
         """The direction of the middle of the longest dwell, or of the widest gap between stations, from O."""
         angles = np.array([each.angle for each in self.plan.stations])
         gaps = np.diff(np.append(angles, angles[0] + 2.0 * pi))
@@ -156,47 +164,54 @@ class Inversion:
         middle = self.seen_from_cam(self.lowest, angles[widest] + 0.5 * gaps[widest])
         return complex(middle / abs(middle))
 
-    def _named_circle(self, name: str, radius: float) -> tuple[Shape, Letter]:
+    def _named_circle(self, name: str, radius: float) -> tuple[PenLine, Letter]:
         """A circle about O, and its name where the drawing has most room."""
-        text = f"{name.replace('-', ' ')}, R {in_figures(radius)}"
-        return circle(name, 0.0, radius, "reference"), Letter(text, radius * self._free, phase(self._free), "note")
+        text = f"{name.replace('-', ' ')}, R {length_in_digits(radius)}"
+        return circle_about(name, 0.0, radius, "reference"), Letter(
+            text, radius * self._free_direction, phase(self._free_direction), "note"
+        )
 
-    def _circles(self) -> list[Step]:
+    def _circle_steps(self) -> list[Step]:
         """The base circle with the shaft; then the prime circle, and where the follower begins."""
         base, shaft, where = self.base, self.problem.setup.shaft_radius, "base circle"
         base_circle, name = self._named_circle("base-circle", base)
         shapes, letters = [base_circle], [Letter("O", 0.0, -pi / 4), name]
-        sentence = f"Draw the base circle: centre O, radius {told(base)}, the least radius of the cam."
+        sentence = f"Draw the base circle: centre O, radius {value_with_unit(base)}, the least radius of the cam."
         if shaft is not None:
-            shapes.append(circle("shaft", 0.0, shaft, "thin"))
-            letters.append(Letter(f"shaft, R {in_figures(shaft)}", -1j * shaft, -pi / 2, "note"))
-            sentence += f" The camshaft has a radius of {told(shaft)}."
+            shapes.append(circle_about("shaft", 0.0, shaft, "thin"))
+            letters.append(Letter(f"shaft, R {length_in_digits(shaft)}", -1j * shaft, -pi / 2, "note"))
+            sentence += f" The camshaft has a radius of {value_with_unit(shaft)}."
         steps, sentence = [Step(sentence, shapes, letters)], ""
-        named = list[tuple[Shape, Letter]]()
+        named = list[tuple[PenLine, Letter]]()
         if self.radius > 0.0:
             where = "prime circle"
             named.append(self._named_circle("prime-circle", base + self.radius))
-            sentence = f"Draw the prime circle: {told(base)} + {told(self.radius)} = {told(base + self.radius)}. "
+            sum_text = f"{value_with_unit(base)} + {value_with_unit(self.radius)}"
+            sentence = f"Draw the prime circle: {sum_text} = {value_with_unit(base + self.radius)}. "
         start, (mark, _) = self.lowest, self.plan.edges[0]
         letters = [Letter(mark, start, phase(start))]
         if self.angular:
-            distance, arm = abs(self.pivot), told(abs(self.pivot - start))
+            distance, arm = abs(self.pivot), value_with_unit(abs(self.pivot - start))
             named.append(self._named_circle("pivot-circle", distance))
             letters.append(Letter("A₁", self.pivot, phase(self.pivot)))
-            more = [line("arm", (self.pivot, start), "guide")]
+            more = [line_through("arm", (self.pivot, start), "guide")]
             sentence += (
-                f"Mark the pivot A₁ to the right of O, OA₁ = {told(distance)}, and draw the pivot circle "
-                "through it. "
+                f"Mark the pivot A₁ to the right of O, OA₁ = {value_with_unit(distance)}, "
+                "and draw the pivot circle through it. "
                 f"{mark} is on the {where}, above OA₁, with A₁{mark} = {arm}."
             )
         else:
-            side, apart = "right" if self.offset > 0 else "left", told(abs(self.offset))
+            side, apart = "right" if self.offset > 0 else "left", value_with_unit(abs(self.offset))
             axis = f"a vertical {apart} to the {side} of O, which touches it"
             axis = axis if self.offset else "a vertical through O"
             if self.offset:
                 named.append(self._named_circle("offset-circle", abs(self.offset)))
                 sentence += f"Draw the offset circle: radius {apart}. "
-            more = [line("follower-axis", (complex(self.offset), start + 1j * BEYOND * self.size), "reference")]
+            more = [
+                line_through(
+                    "follower-axis", (complex(self.offset), start + 1j * OVERRUN_SHARE * self.size), "reference"
+                )
+            ]
             sentence += (
                 f"Draw the follower's axis, {axis}. It cuts the "
                 f"{where} above O "
@@ -205,16 +220,19 @@ class Inversion:
         shapes, names = (list(each) for each in zip(*named, strict=True)) if named else ([], [])
         return [*steps, Step(sentence, [*shapes, *more], [*letters, *names])]
 
-    def _angles(self) -> Step:
+    def _angle_step(self) -> Step:
         """The angles of strokes and dwells about O, against the rotation of the cam."""
         (first, _), sense = self.plan.edges[0], self.problem.design.sense
         mark, name = (self.pivot, "A₁") if self.angular else (self.lowest, first)
-        shapes, letters = [self._way_round()], [Letter("follower", self._way_round().points[0], 0.0, "note")]
+        shapes, letters = (
+            [self._rotation_arrow()],
+            [Letter("follower", self._rotation_arrow().points[0], 0.0, "note")],
+        )
         for (letter, angle), (_, after) in pairwise(self.plan.edges):
             end = complex(self.seen_from_cam(mark, angle))
             about, turn = end / abs(end) * ANGLE_ARC * self.base, -sense * (after - angle)
-            shapes += [line(f"angle-{letter}", (0.0, end), "angle")]
-            shapes += [arc(f"angle-arc-{letter}", 0.0, about, turn * 0.98, "angle")]
+            shapes += [line_through(f"angle-{letter}", (0.0, end), "angle")]
+            shapes += [arc_about(f"angle-arc-{letter}", 0.0, about, turn * 0.98, "angle")]
             letters += [] if letter == first else [Letter(letter, end, phase(end))]
             middle, text = complex(about * np.exp(0.5j * turn)), f"{four_digits(degrees(after - angle))}°"
             letters.append(Letter(text, middle, phase(middle), "note"))
@@ -226,18 +244,18 @@ class Inversion:
         )
         return Step(sentence, shapes, letters)
 
-    def _way_round(self) -> Shape:
+    def _rotation_arrow(self) -> PenLine:
         """An arrow outside the cam: the way in which the follower goes round."""
         radius, turn = (
-            (self.size + self.radius) * (1.0 + 0.6 * BEYOND),
+            (self.size + self.radius) * (1.0 + 0.6 * OVERRUN_SHARE),
             -self.problem.design.sense * np.radians(24.0),
         )
-        shaft = arc("way-round", 0.0, radius * self._free, turn, "arrow").points
+        shaft = arc_about("way-round", 0.0, radius * self._free_direction, turn, "arrow").points
         tip, back = shaft[-1], 0.04 * radius * np.exp(1j * np.angle(shaft[-3] - shaft[-1]))
         head = [tip, tip + back * np.exp(0.4j), tip, tip + back * np.exp(-0.4j)]
-        return Shape("way-round", np.concatenate([shaft, head]), "arrow")
+        return PenLine("way-round", np.concatenate([shaft, head]), "arrow")
 
-    def _surface(self) -> Step:
+    def _surface_step(self) -> Step:
         """The developed surface of a cylinder."""
         around, known = 2.0 * pi * self.base, {each.letter for each in self.plan.stations}
         heights = np.concatenate([piece.pitch.imag for piece in self.picture.curves])
@@ -245,24 +263,26 @@ class Inversion:
         start, room = self.lowest, 0.1 * (high - low)
         corner, width, height = complex(start.real, low - room), around, 1j * (high - low + 2.0 * room)
         edge = (corner, corner + width, corner + width + height, corner + height, corner)
-        shapes = [line("development", edge, "axis"), line("base-line", (start, start + around), "reference")]
+        shapes = [
+            line_through("development", edge, "axis"),
+            line_through("base-line", (start, start + around), "reference"),
+        ]
         letters = [
             Letter(name, start + self.base * angle, -pi / 2) for name, angle in self.plan.edges if name not in known
         ]
         sentence = (
-            f"Develop the cylinder: 2π × {told(self.base)} = {told(around)} for 360°, and draw the base line "
-            "through A. "
+            f"Develop the cylinder: 2π × {value_with_unit(self.base)} = {value_with_unit(around)} for 360°, "
+            "and draw the base line through A. "
             f"On it mark {self.plan.segment_words()}."
         )
         if self.angular:
             pivots, side = self.pivot, "right" if self.pivot.real > start.real else "left"
-            shapes.append(line("line-of-pivots", (pivots, pivots + around), "reference"))
+            shapes.append(line_through("line-of-pivots", (pivots, pivots + around), "reference"))
             letters.append(Letter("A₁", pivots, 0.0))
             sentence += (
-                f" Draw the line of pivots {told(pivots.imag - start.imag)} above the base line, so that the "
-                "arm lies along "
-                f"it in the middle of its swing. The first pivot A₁ is {told(abs(pivots.real - start.real))} "
-                f"to the {side} of A."
+                f" Draw the line of pivots {value_with_unit(pivots.imag - start.imag)} above the base line, "
+                "so that the arm lies along it in the middle of its swing. "
+                f"The first pivot A₁ is {value_with_unit(abs(pivots.real - start.real))} to the {side} of A."
             )
         return Step(sentence, shapes, letters)
 
@@ -271,7 +291,7 @@ class Inversion:
         """The circle or line on which the follower's point begins."""
         return "base line" if self.is_developed else "prime circle" if self.radius > 0.0 else "base circle"
 
-    def _division(self) -> Step:
+    def _division_step(self) -> Step:
         """The numbers of the stations where ordinates begin, and of those of the pivot."""
         shapes, letters = [], []
         for each in self.plan.stations:
@@ -279,7 +299,7 @@ class Inversion:
             places = [("start", start, -pi / 2 if self.is_developed else phase(-start))]
             places += [("pivot", pivot, pi / 2 if self.is_developed else phase(pivot))] if self.angular else []
             for name, place, direction in places:
-                shapes.append(Shape(f"{name}-{each.number}", np.array([place]), "point"))
+                shapes.append(PenLine(f"{name}-{each.number}", np.array([place]), "point"))
                 letters += [] if each.number == "0" else [Letter(each.number, place, direction, "number")]
         pivots = "pivots 1, 2, 3 … on the " + ("line of pivots" if self.is_developed else "pivot circle")
         where = pivots if self.angular else f"1, 2, 3 … on the {self._first_line}"
@@ -287,11 +307,11 @@ class Inversion:
             f"Divide each stroke into {self.plan.parts} equal parts, as in the diagram: {where}.", shapes, letters
         )
 
-    def _guides(self) -> Step:
+    def _guide_step(self) -> Step:
         """The lines or arcs along which the follower's point moves at each station."""
-        shapes = [self._guide(each.number, each.angle) for each in self.plan.stations]
+        shapes = [self._guide_line(each.number, each.angle) for each in self.plan.stations]
         if self.angular:
-            arm = told(abs(self.pivot - self.lowest))
+            arm = value_with_unit(abs(self.pivot - self.lowest))
             sentence = (
                 f"About the pivots 1, 2, 3 … draw arcs of radius {arm}, to cut the {self._first_line} in 1, 2, 3 …"
             )
@@ -307,17 +327,17 @@ class Inversion:
             sentence = "Join O to 1, 2, 3 … and produce these radii outwards."
         return Step(sentence, shapes, [])
 
-    def _guide(self, number: str, angle: float) -> Shape:
-        reach, low = float(self.problem.programme.at(np.array([angle]), 0)[0, 0]), self.lowest
+    def _guide_line(self, number: str, angle: float) -> PenLine:
+        reach, low = float(self.problem.programme.motion_at(np.array([angle]), 0)[0, 0]), self.lowest
         if self.angular:
-            beyond = BEYOND * self.size / abs(self.pivot - low)
-            share = np.linspace(0.0, reach + beyond, ARC_POINTS)
-            return Shape(f"guide-{number}", np.asarray(self.point_at(angle, share)), "guide")
+            beyond = OVERRUN_SHARE * self.size / abs(self.pivot - low)
+            share = np.linspace(0.0, reach + beyond, SHAPE_ARC_POINTS)
+            return PenLine(f"guide-{number}", np.asarray(self.point_at(angle, share)), "guide")
         foot = low if self.is_developed else complex(self.offset)
-        end = low + 1j * (reach + BEYOND * self.size)
-        return Shape(f"guide-{number}", np.asarray(self.seen_from_cam(np.array([foot, end]), angle)), "guide")
+        end = low + 1j * (reach + OVERRUN_SHARE * self.size)
+        return PenLine(f"guide-{number}", np.asarray(self.seen_from_cam(np.array([foot, end]), angle)), "guide")
 
-    def _ordinates(self) -> Step:
+    def _ordinate_step(self) -> Step:
         """The displacements, set off from where the follower's point begins."""
         shapes, letters = [], []
         for each in self.plan.stations:
@@ -325,36 +345,36 @@ class Inversion:
                 self.point_at(each.angle, np.linspace(0.0, each.displacement, 61 if self.angular else 2))
             )
             end = complex(points[-1])
-            shapes += [Shape(f"set-off-{each.number}", points, "ordinate")]
-            shapes += [Shape(f"station-{each.number}", points[-1:], "station")]
+            shapes += [PenLine(f"set-off-{each.number}", points, "ordinate")]
+            shapes += [PenLine(f"station-{each.number}", points[-1:], "station")]
             known = not self.is_developed and each.letter in {name for name, _ in self.plan.edges}
             letters += [] if known else [Letter(each.letter, end, pi / 2 if self.is_developed else phase(end))]
         names = ", ".join(f"{each.number}{each.letter}" for each in self.plan.stations[1:4])
         arm = abs(self.pivot - self.lowest)
         arcs = (
-            f" as arcs: each is {told(arm)} × the angle × π/180, the whole stroke "
-            f"{told(arm * self.problem.programme.lift)} "
+            f" as arcs: each is {value_with_unit(arm)} × the angle × π/180, the whole stroke "
+            f"{value_with_unit(arm * self.problem.programme.lift)} "
             "(many books take chords)"
         )
         return Step(
             f"Set off {names} … from the displacement diagram{arcs if self.angular else ''}.", shapes, letters
         )
 
-    def _pitch_curve(self) -> Step | None:
+    def _pitch_curve_step(self) -> Step | None:
         """The curve through the stations; a flat face has none, and that of a knife edge is the profile."""
         if self.mechanism.flat_faced:
             return None
         pitch = self._close_curve(np.concatenate([piece.pitch for piece in self.picture.curves]))
         knife = self.radius == 0.0
         what = "the profile of the cam" if knife else "the pitch curve"
-        shape = Shape("profile" if knife else "pitch-curve", pitch, "curve" if knife else "pitch")
+        shape = PenLine("profile" if knife else "pitch-curve", pitch, "curve" if knife else "pitch")
         dwells = "" if self.is_developed else " In dwells it is an arc about O."
         return Step(f"{self.plan.curve_words}: {what}.{dwells}", [shape], [])
 
     def _close_curve(self, points: ComplexArray) -> ComplexArray:
         return points if self.is_developed else np.append(points, points[0])
 
-    def _wall(self, flank: int) -> ComplexArray:
+    def _flank_points(self, flank: int) -> ComplexArray:
         """A flank over the turn, with the arcs of the roller at corners of the pitch curve."""
         curves, radius = self.picture.curves, -self.mechanism.flanks[flank].side * self.radius
         before = [curves[-1], *curves[:-1]]
@@ -365,53 +385,53 @@ class Inversion:
         ]
         return np.concatenate(parts[1:] if self.is_developed else parts)
 
-    def _bodies(self) -> Step | None:
+    def _follower_step(self) -> Step | None:
         """Rollers, spherical faces or flat faces at the stations."""
         if self.mechanism.flat_faced:
-            return self._faces()
+            return self._flat_face_step()
         if self.radius == 0.0:
             return None
         shapes = [
-            circle(
+            circle_about(
                 f"roller-{each.number}", complex(self.point_at(each.angle, each.displacement)), self.radius, "body"
             )
             for each in self.plan.stations
         ]
         what = "the roller" if self.picture.scene.follower.contact == "roller" else "the spherical face"
-        return Step(f"Draw {what}, radius {told(self.radius)}, about each of these points.", shapes, [])
+        return Step(f"Draw {what}, radius {value_with_unit(self.radius)}, about each of these points.", shapes, [])
 
-    def _faces(self) -> Step:
+    def _flat_face_step(self) -> Step:
         shapes = []
-        half = FACE_ROOM * self.base + max(abs(self._reach(each)) for each in self.plan.stations)
+        half = FACE_MARGIN * self.base + max(abs(self._contact_distance(each)) for each in self.plan.stations)
         for each in self.plan.stations:
             point = complex(self.point_at(each.angle, each.displacement))
-            along = self._along_face(each)
-            shapes.append(line(f"face-{each.number}", (point - along * half, point + along * half), "body"))
+            along = self._face_direction_at(each)
+            shapes.append(line_through(f"face-{each.number}", (point - along * half, point + along * half), "body"))
         how = "inclined as the arm holds it" if self.angular else "square to its radius"
         return Step(f"Draw the face of the follower at each of these points, {how}.", shapes, [])
 
-    def _along_face(self, station: Station) -> complex:
+    def _face_direction_at(self, station: Station) -> complex:
         """The direction of a flat face at a station, seen from the cam."""
-        turned = self.face * np.exp(1j * turning_of(self.problem) * station.displacement * self.angular)
+        turned = self.face * np.exp(1j * outward_turn_sense(self.problem) * station.displacement * self.angular)
         return complex(self.seen_from_cam(turned, station.angle))
 
-    def _reach(self, station: Station) -> float:
+    def _contact_distance(self, station: Station) -> float:
         """How far along its face from the constructed point a flat face touches the cam, mm."""
         angle = np.array([station.angle])
         touched = self.mechanism.travel(self.problem.design, self.problem.programme, angle).trace
         gap = self.seen_from_cam(touched, angle) - self.point_at(angle, station.displacement)
-        return float((gap[0] * self._along_face(station).conjugate()).real)
+        return float((gap[0] * self._face_direction_at(station).conjugate()).real)
 
-    def _profile(self) -> Step | None:
+    def _profile_step(self) -> Step | None:
         """The curve that touches all rollers or faces; where it is undercut, what is left of the cam as well."""
         if self.radius == 0.0 and not self.mechanism.flat_faced:
             return None
         flanks = range(len(self.mechanism.flanks))
         shapes = []
         for k in flanks:
-            wall = self._close_curve(self._wall(k))
+            wall = self._close_curve(self._flank_points(k))
             name = "profile" if len(flanks) == 1 else f"profile-{self.mechanism.flanks[k].name}"
-            shapes.append(Shape(name, wall, "curve"))
+            shapes.append(PenLine(name, wall, "curve"))
         touched = "faces" if self.mechanism.flat_faced else "circles"
         sentence = f"Draw the curve that touches these {touched} from inside: the profile of the cam."
         if len(flanks) > 1:
@@ -419,5 +439,5 @@ class Inversion:
         if self.picture.undercut:
             sentence += " It crosses itself: the follower cuts away what lies outside the shaded area."
             if self.mechanism.body.bounded:
-                shapes.append(Shape("what-is-left", remaining(self.picture), "left"))
+                shapes.append(PenLine("what-is-left", remaining_outline(self.picture), "left"))
         return Step(sentence, shapes, [])

@@ -8,10 +8,10 @@ import numpy as np
 from camopt.core.numerics import ComplexArray
 
 CIRCLE_POINTS = 721
-ARC_POINTS = 61
+SHAPE_ARC_POINTS = 61
 
 
-class Shape(NamedTuple):
+class PenLine(NamedTuple):
     """A line of the drawing: its name, which is its id in an SVG file, its points (mm), and its pen."""
 
     name: str
@@ -32,23 +32,23 @@ class Step(NamedTuple):
     """One step of a construction: its sentence, and what it adds to the drawing."""
 
     sentence: str
-    shapes: list[Shape]
+    shapes: list[PenLine]
     letters: list[Letter]
 
 
-def line(name: str, points: Iterable[complex], pen: str = "thin") -> Shape:
+def line_through(name: str, points: Iterable[complex], pen: str = "thin") -> PenLine:
     """A line through points."""
-    return Shape(name, np.asarray(list(points), dtype=complex), pen)
+    return PenLine(name, np.asarray(list(points), dtype=complex), pen)
 
 
-def circle(name: str, centre: complex, radius: float, pen: str = "thin") -> Shape:
+def circle_about(name: str, centre: complex, radius: float, pen: str = "thin") -> PenLine:
     """A circle; its centre and all points are exact to rounding."""
-    return arc(name, centre, centre + radius, 2.0 * np.pi, pen, CIRCLE_POINTS)
+    return arc_about(name, centre, centre + radius, 2.0 * np.pi, pen, CIRCLE_POINTS)
 
 
-def arc(
-    name: str, centre: complex, start: complex, turn: float, pen: str = "thin", count: int = ARC_POINTS
-) -> Shape:
+def arc_about(
+    name: str, centre: complex, start: complex, turn: float, pen: str = "thin", count: int = SHAPE_ARC_POINTS
+) -> PenLine:
     """An arc from a point through an angle (rad, anticlockwise) about a centre."""
     turns = np.exp(1j * np.linspace(0.0, turn, count))
-    return Shape(name, np.asarray(centre + (start - centre) * turns), pen)
+    return PenLine(name, np.asarray(centre + (start - centre) * turns), pen)

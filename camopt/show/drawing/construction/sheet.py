@@ -9,43 +9,43 @@ import numpy as np
 from camopt.core.storage.files import checked_suffix
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.show.drawing import diagrams
-from camopt.show.drawing.cam import draw_sense
-from camopt.show.drawing.construction.answers import answers, given_motion
+from camopt.show.drawing.cam import draw_rotation
+from camopt.show.drawing.construction.answers import answer_lines, motion_in_words
 from camopt.show.drawing.construction.construct import Construction
 from camopt.show.drawing.construction.displacement import DiagramScale, displacement_steps
 from camopt.show.drawing.construction.inversion import Inversion
-from camopt.show.drawing.construction.shapes import Shape, Step
+from camopt.show.drawing.construction.shapes import PenLine, Step
 from camopt.show.drawing.figures import results_in_words, sizes_in_words
 from camopt.show.drawing.frames import write_still_gif
-from camopt.show.drawing.labels import Label, around, settle
-from camopt.show.drawing.panels import panels
+from camopt.show.drawing.labels import Label, label_places, place_labels
+from camopt.show.drawing.panels import motion_panels
 from camopt.show.drawing.picture import Picture, round_length
 from camopt.show.drawing.style import (
     ALARM,
     COLOURS,
     FAINT,
     FILL,
-    HEADING,
+    HEADING_SIZE,
     INK,
     MUTED,
     PITCH_COLOUR,
     REFERENCE_COLOUR,
-    SMALL,
-    TEXT,
+    SMALL_SIZE,
+    TEXT_SIZE,
     TITLE_SIZE,
     Figure,
     Target,
-    pages,
+    figure_pages,
 )
 from camopt.solve.tables.result import Table
 
-INCH = 25.4
+MM_PER_INCH = 25.4
 A3, A4 = (420.0, 297.0), (297.0, 210.0)  # mm, landscape
 TURN_WIDTH, STROKE_HEIGHT = 140.0, 42.0  # mm on the paper: 360° and the stroke of the displacement diagram
 MOST_ROWS = 30  # of a table that fits on the sheet
 COLUMN_ENDS = (4.0, 10.0, 36.0, 62.0, 90.0, 118.0, 148.0, 180.0)  # mm: right ends of the columns of the table
 DASHED, DOTTED = (0, (5, 2.5)), (0, (1.2, 1.6))
-PENS: dict[str, dict[str, Any]] = {
+PEN_STYLES: dict[str, dict[str, Any]] = {
     "thin": {"ec": FAINT, "lw": 0.6, "zorder": 1.5},
     "axis": {"ec": INK, "lw": 1.0, "zorder": 2},
     "angle": {"ec": FAINT, "lw": 0.7, "zorder": 1.5},
@@ -60,23 +60,23 @@ PENS: dict[str, dict[str, Any]] = {
     "arrow": {"ec": MUTED, "lw": 1.1, "zorder": 2.5},
     "left": {"fill": True, "fc": FILL, "ec": ALARM, "lw": 1.0, "zorder": 3.5},
 }
-MARKS: dict[str, dict[str, Any]] = {
+MARK_STYLES: dict[str, dict[str, Any]] = {
     "point": {"marker": "o", "ms": 1.8, "color": MUTED, "zorder": 5},
     "station": {"marker": "o", "ms": 3.0, "color": INK, "zorder": 5},
 }
 LETTER_STYLES: dict[str, dict[str, Any]] = {
-    "letter": {"fontsize": TEXT, "color": INK, "fontweight": "bold", "zorder": 6},
-    "number": {"fontsize": SMALL - 1.0, "color": MUTED, "zorder": 6},
-    "note": {"fontsize": SMALL - 1.0, "color": REFERENCE_COLOUR, "zorder": 6},
+    "letter": {"fontsize": TEXT_SIZE, "color": INK, "fontweight": "bold", "zorder": 6},
+    "number": {"fontsize": SMALL_SIZE - 1.0, "color": MUTED, "zorder": 6},
+    "note": {"fontsize": SMALL_SIZE - 1.0, "color": REFERENCE_COLOUR, "zorder": 6},
 }
-FROM_POINT = (3.0, 6.0, 10.0, 15.0, 21.0, 28.0)  # points: of a letter from its point
-STEPWISE = (".pdf", ".gif")
+LETTER_DISTANCES = (3.0, 6.0, 10.0, 15.0, 21.0, 28.0)  # points: of a letter from its point
+STEPWISE_SUFFIXES = (".pdf", ".gif")
 """Files with a page or a frame for each step."""
-NEW = ALARM
+NEW_STEP_COLOUR = ALARM
 """The colour of what a step adds, on its own page."""
 
 
-class Place(NamedTuple):
+class PaperArea(NamedTuple):
     """A rectangle on the paper, mm from the lower left corner."""
 
     left: float
@@ -85,56 +85,56 @@ class Place(NamedTuple):
     height: float
 
 
-Layout = dict[str, Place]
-BESIDE: Layout = {
-    "diagram": Place(14.0, 205.0, TURN_WIDTH + 46.0, STROKE_HEIGHT + 24.0),
-    "velocity": Place(44.0, 170.0, TURN_WIDTH, 26.0),
-    "acceleration": Place(44.0, 132.0, TURN_WIDTH, 26.0),
-    "answers": Place(14.0, 90.0, 186.0, 30.0),
-    "table": Place(14.0, 6.0, 180.0, 70.0),
-    "profile": Place(206.0, 74.0, 204.0, 196.0),
-    "steps": Place(206.0, 8.0, 204.0, 58.0),
+Layout = dict[str, PaperArea]
+LAYOUT_BESIDE: Layout = {
+    "diagram": PaperArea(14.0, 205.0, TURN_WIDTH + 46.0, STROKE_HEIGHT + 24.0),
+    "velocity": PaperArea(44.0, 170.0, TURN_WIDTH, 26.0),
+    "acceleration": PaperArea(44.0, 132.0, TURN_WIDTH, 26.0),
+    "answers": PaperArea(14.0, 90.0, 186.0, 30.0),
+    "table": PaperArea(14.0, 6.0, 180.0, 70.0),
+    "profile": PaperArea(206.0, 74.0, 204.0, 196.0),
+    "steps": PaperArea(206.0, 8.0, 204.0, 58.0),
 }
 """Of a disc cam: the profile on the right of all else."""
-BELOW: Layout = {
-    "diagram": Place(14.0, 205.0, TURN_WIDTH + 46.0, STROKE_HEIGHT + 24.0),
-    "velocity": Place(222.0, 236.0, TURN_WIDTH, 26.0),
-    "acceleration": Place(222.0, 196.0, TURN_WIDTH, 26.0),
-    "answers": Place(14.0, 68.0, 190.0, 30.0),
-    "table": Place(222.0, 6.0, 186.0, 92.0),
-    "profile": Place(14.0, 104.0, 392.0, 84.0),
-    "steps": Place(14.0, 6.0, 196.0, 60.0),
+LAYOUT_BELOW: Layout = {
+    "diagram": PaperArea(14.0, 205.0, TURN_WIDTH + 46.0, STROKE_HEIGHT + 24.0),
+    "velocity": PaperArea(222.0, 236.0, TURN_WIDTH, 26.0),
+    "acceleration": PaperArea(222.0, 196.0, TURN_WIDTH, 26.0),
+    "answers": PaperArea(14.0, 68.0, 190.0, 30.0),
+    "table": PaperArea(222.0, 6.0, 186.0, 92.0),
+    "profile": PaperArea(14.0, 104.0, 392.0, 84.0),
+    "steps": PaperArea(14.0, 6.0, 196.0, 60.0),
 }
 """Of a cylinder: the long development under the diagrams."""
-HEADING_PLACE, STEP_PLACE = Place(14.0, 278.0, 392.0, 12.0), Place(12.0, 185.0, 273.0, 18.0)
-DIAGRAM_PAGE, PROFILE_PAGE = Place(4.0, 30.0, 285.0, 120.0), Place(12.0, 8.0, 273.0, 172.0)
+HEADING_PLACE, STEP_PLACE = PaperArea(14.0, 278.0, 392.0, 12.0), PaperArea(12.0, 185.0, 273.0, 18.0)
+DIAGRAM_PAGE, PROFILE_PAGE = PaperArea(4.0, 30.0, 285.0, 120.0), PaperArea(12.0, 8.0, 273.0, 172.0)
 """On the pages of single steps."""
 
 
-class Page(NamedTuple):
+class PaperPage(NamedTuple):
     """A figure on a paper of a size in mm."""
 
     figure: Any
     paper: tuple[float, float]
 
-    def axes_at(self, place: Place) -> Any:
+    def axes_at(self, place: PaperArea) -> Any:
         """Axes at a place."""
         width, height = self.paper
         box = (place.left / width, place.bottom / height, place.width / width, place.height / height)
         return self.figure.add_axes(box)
 
-    def scaled_axes(self, place: Place, corner: complex, scale: float = 1.0) -> Any:
+    def scaled_axes(self, place: PaperArea, corner: complex, scale: float = 1.0) -> Any:
         """Axes without a frame on which a unit is ``scale`` mm of the paper, from a corner on."""
         axes, reach = self.axes_at(place), corner + complex(place.width, place.height) / scale
         axes.set(xlim=(corner.real, reach.real), ylim=(corner.imag, reach.imag))
         axes.set_axis_off()
         return axes
 
-    def write(self, place: Place, title: str, lines: Sequence[str], size: float) -> None:
+    def write(self, place: PaperArea, title: str, lines: Sequence[str], size: float) -> None:
         """A title and lines under it, broken at the width of the place."""
         letters = int(place.width / (0.19 * size))
         text = "\n".join(part for each in lines for part in wrap(each, letters, subsequent_indent="   "))
-        self.write_at(place.left, place.bottom + place.height, title, fontsize=HEADING, fontweight="bold")
+        self.write_at(place.left, place.bottom + place.height, title, fontsize=HEADING_SIZE, fontweight="bold")
         self.write_at(place.left, place.bottom + place.height - 5.0, text, fontsize=size, linespacing=1.3)
 
     def write_at(self, left: float, top: float, text: str, **style: Any) -> None:
@@ -147,26 +147,26 @@ def draw(construction: Construction, path: Target = None, steps: bool = False) -
     inversion = construction.inversion
     if steps:
         return _draw_pages(inversion, path)
-    picture, layout = inversion.picture, BELOW if inversion.is_developed else BESIDE
-    with pages(path, [(A3[0] / INCH, A3[1] / INCH)]) as (figure,):
-        page = Page(figure, A3)
-        given = f"Given:  {given_motion(inversion)};  {sizes_in_words(picture)}"
-        page.write(HEADING_PLACE, picture.scene.name, [given], TEXT)
-        diagram, profile = displacement_steps(inversion.plan, _scale(picture)), inversion.steps()
+    picture, layout = inversion.picture, LAYOUT_BELOW if inversion.is_developed else LAYOUT_BESIDE
+    with figure_pages(path, [(A3[0] / MM_PER_INCH, A3[1] / MM_PER_INCH)]) as (figure,):
+        page = PaperPage(figure, A3)
+        given = f"Given:  {motion_in_words(inversion)};  {sizes_in_words(picture)}"
+        page.write(HEADING_PLACE, picture.scene.name, [given], TEXT_SIZE)
+        diagram, profile = displacement_steps(inversion.plan, _diagram_scale(picture)), inversion.steps()
         labels = draw_steps(page.scaled_axes(layout["diagram"], -30.0 - 15.0j), diagram)
         rates = [page.axes_at(layout[name]) for name in ("velocity", "acceleration")]
-        shown = [panel.as_shown() for panel in panels(picture)[1:3]]
+        shown = [panel.in_shown_units() for panel in motion_panels(picture)[1:3]]
         labels += diagrams.draw_diagrams(rates, picture, shown, (), (1,))
         labels += _draw_profile(page, inversion, profile, layout["profile"])
-        page.write(layout["answers"], "Answers", [*answers(inversion), results_in_words(picture)], TEXT)
+        page.write(layout["answers"], "Answers", [*answer_lines(inversion), results_in_words(picture)], TEXT_SIZE)
         lines = [f"{number}. {step.sentence}" for number, step in enumerate([*diagram, *profile], start=1)]
-        page.write(layout["steps"], "Steps", lines, SMALL - 0.5)
+        page.write(layout["steps"], "Steps", lines, SMALL_SIZE - 0.5)
         _write_table(page, construction.table(), layout["table"])
-        settle(figure, labels)
+        place_labels(figure, labels)
     return figure
 
 
-def _scale(picture: Picture, factor: float = 1.0) -> DiagramScale:
+def _diagram_scale(picture: Picture, factor: float = 1.0) -> DiagramScale:
     lift = picture.problem.programme.lift
     return DiagramScale(factor * TURN_WIDTH / (2.0 * np.pi), factor * STROKE_HEIGHT / lift)
 
@@ -176,29 +176,31 @@ def draw_steps(axes: Any, steps: Sequence[Step], new: int | None = None) -> list
     labels = []
     for place, step in enumerate(steps):
         for shape in step.shapes:
-            _draw_shape(axes, shape, NEW if place == new else None)
+            _draw_shape(axes, shape, NEW_STEP_COLOUR if place == new else None)
         for letter in step.letters:
             style, point = dict(LETTER_STYLES[letter.pen]), (letter.point.real, letter.point.imag)
-            labels.append(Label(axes, letter.text, point, around(FROM_POINT, letter.direction), style, 1.0))
+            labels.append(
+                Label(axes, letter.text, point, label_places(LETTER_DISTANCES, letter.direction), style, 1.0)
+            )
     return sorted(labels, key=lambda label: len(label.text))
 
 
-def _draw_shape(axes: Any, shape: Shape, colour: str | None) -> None:
+def _draw_shape(axes: Any, shape: PenLine, colour: str | None) -> None:
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
-    if shape.pen in MARKS:
-        style = MARKS[shape.pen] | ({"color": colour} if colour else {})
+    if shape.pen in MARK_STYLES:
+        style = MARK_STYLES[shape.pen] | ({"color": colour} if colour else {})
         axes.plot(shape.points.real, shape.points.imag, ls="none", gid=shape.name, mew=0.0, **style)
         return
     path = Path(np.column_stack([shape.points.real, shape.points.imag]))
     path.should_simplify = False  # or points of a file would be off by a tenth of a pixel
-    style = {"fill": False} | PENS[shape.pen] | ({"ec": colour} if colour else {})
+    style = {"fill": False} | PEN_STYLES[shape.pen] | ({"ec": colour} if colour else {})
     axes.add_artist(PathPatch(path, gid=shape.name, **style))  # add_patch looks for limits, point by point
 
 
 def _draw_profile(
-    page: Page, inversion: Inversion, steps: list[Step], place: Place, new: int | None = None
+    page: PaperPage, inversion: Inversion, steps: list[Step], place: PaperArea, new: int | None = None
 ) -> list[Label]:
     """The profile at a round scale, with an arrow for the cam; steps after ``new`` have room, and are not drawn."""
     points = np.concatenate([shape.points for step in steps for shape in step.shapes])
@@ -207,9 +209,9 @@ def _draw_profile(
     scale = round_scale(min((place.width - room) / extent.real, (place.height - room) / extent.imag))
     corner = (low + high) / 2 - complex(place.width, place.height) / 2 / scale
     axes = page.scaled_axes(place, corner, scale)
-    sense = [] if inversion.is_developed else [draw_sense(axes, inversion.picture)]
+    sense = [] if inversion.is_developed else [draw_rotation(axes, inversion.picture)]
     ratio = f"{scale:g}:1" if scale >= 1.0 else f"1:{1.0 / scale:g}"
-    page.write_at(place.left, place.bottom + place.height, f"Scale {ratio}", fontsize=TEXT)
+    page.write_at(place.left, place.bottom + place.height, f"Scale {ratio}", fontsize=TEXT_SIZE)
     return [*sense, *draw_steps(axes, steps if new is None else steps[: new + 1], new)]
 
 
@@ -223,12 +225,12 @@ def round_scale(largest: float) -> float:
     )
 
 
-def _write_table(page: Page, table: Table, place: Place) -> None:
+def _write_table(page: PaperPage, table: Table, place: PaperArea) -> None:
     """The table by station; one that is too long for the sheet is left to the command's output."""
     rows = [table.heads, *(table.rows if len(table.rows) <= MOST_ROWS else [])]
     step = min(4.2, place.height / len(rows))
     for number, row in enumerate(rows):
-        style = {"fontsize": min(SMALL, step * 1.75), "color": INK if number else MUTED}
+        style = {"fontsize": min(SMALL_SIZE, step * 1.75), "color": INK if number else MUTED}
         for cell, right in zip(row, COLUMN_ENDS, strict=True):
             top = place.bottom + place.height - step * number
             page.write_at(place.left + right, top, cell.text, ha="right", **style)
@@ -236,12 +238,14 @@ def _write_table(page: Page, table: Table, place: Place) -> None:
 
 def _draw_pages(inversion: Inversion, path: Target) -> "Figure":
     """A page for each step; lines that the step adds are red."""
-    animated = path is not None and checked_suffix(path, "path", STEPWISE) == ".gif"
-    diagram, profile = displacement_steps(inversion.plan, _scale(inversion.picture, 1.5)), inversion.steps()
+    animated = path is not None and checked_suffix(path, "path", STEPWISE_SUFFIXES) == ".gif"
+    diagram, profile = displacement_steps(inversion.plan, _diagram_scale(inversion.picture, 1.5)), inversion.steps()
     every = [*diagram, *profile]
-    with pages(None if animated else path, [(A4[0] / INCH, A4[1] / INCH)] * len(every)) as figures:
+    with figure_pages(
+        None if animated else path, [(A4[0] / MM_PER_INCH, A4[1] / MM_PER_INCH)] * len(every)
+    ) as figures:
         for number, (figure, step) in enumerate(zip(figures, every, strict=True)):
-            page, new = Page(figure, A4), number - len(diagram)
+            page, new = PaperPage(figure, A4), number - len(diagram)
             page.write(
                 STEP_PLACE,
                 f"{number + 1}/{len(every)}  {inversion.picture.scene.name}",
@@ -252,7 +256,7 @@ def _draw_pages(inversion: Inversion, path: Target) -> "Figure":
                 labels = draw_steps(page.scaled_axes(DIAGRAM_PAGE, -46.0 - 30.0j), every[: number + 1], number)
             else:
                 labels = _draw_profile(page, inversion, profile, PROFILE_PAGE, new)
-            settle(figure, labels)
+            place_labels(figure, labels)
         if animated and path is not None:
             write_still_gif(figures, path)
     return figures[-1]

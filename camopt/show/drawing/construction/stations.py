@@ -17,17 +17,17 @@ from camopt.model.motion.stroke import DWELL, Stroke
 from camopt.show.drawing.picture import Picture, four_digits
 
 USUAL_PARTS, FEWEST_PARTS, MOST_PARTS = 6, 4, 24
-LETTERS = "ABCDEFGHJKLMNPUVWZ"
+STATION_LETTERS = "ABCDEFGHJKLMNPUVWZ"
 """Letters of stations: without I and O, and without those of the diagram (Q, R, S, T, X, Y).
 
 They come again as A₂, B₂ …: A₁ is the pivot of an arm.
 """
-DIVIDERS = "STRQ"
+DIVIDER_LETTERS = "STRQ"
 """Letters of cam angles at which a stroke or dwell ends while the follower is not at its lowest."""
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
-PRIMES = ("", "′", "″", "‴")
-FULL_TURN = 2.0 * pi
-SAME = 1e-9  # rad, and of the lift: places as near as that are the same
+PRIME_SIGNS = ("", "′", "″", "‴")
+TURN_ANGLE = 2.0 * pi
+EQUAL_PLACES = 1e-9  # rad, and of the lift: places as near as that are the same
 
 
 class Station(NamedTuple):
@@ -76,30 +76,34 @@ class StationPlan:
             raise BadInput([Mistake("camopt", "construction", parts, allowed)])
         self.picture, self.programme, self.parts = picture, picture.problem.programme, parts
 
-    def _legs(self) -> Iterator[tuple[float, float, Stroke | None]]:
+    def _stroke_ranges(self) -> Iterator[tuple[float, float, Stroke | None]]:
         """Start, end (rad) and stroke of each division: strokes by laws, and each rise and return of moves."""
         kept = [stroke for stroke in self.programme.strokes if not stroke.is_move]
         yield from ((stroke.start, stroke.end, stroke) for stroke in kept if stroke.kind != DWELL)
-        edges = [0.0, *(edge for stroke in kept for edge in (stroke.start, stroke.end)), FULL_TURN]
+        edges = [0.0, *(edge for stroke in kept for edge in (stroke.start, stroke.end)), TURN_ANGLE]
         for low, high in zip(edges[::2], edges[1::2], strict=True):  # between them there are moves
             for kind, start, end in self.picture.stretches:
                 ends = max(start, low), min(end, high)
-                if kind != DWELL and ends[1] - ends[0] > SAME:
+                if kind != DWELL and ends[1] - ends[0] > EQUAL_PLACES:
                     yield (*ends, None)
 
     @cached_property
     def divisions(self) -> list[Division]:
         """All strokes with their stations. Strokes that meet share the station between them."""
         found: list[Division] = []
-        letters = (f"{name}{k + 1}".translate(SUBSCRIPTS) if k else name for k in count() for name in LETTERS)
-        for number, (start, end, stroke) in enumerate(sorted(self._legs(), key=lambda leg: leg[0])):
-            prime = PRIMES[number] if number < len(PRIMES) else f"({number})"
+        letters = (
+            f"{name}{k + 1}".translate(SUBSCRIPTS) if k else name for k in count() for name in STATION_LETTERS
+        )
+        for number, (start, end, stroke) in enumerate(sorted(self._stroke_ranges(), key=lambda leg: leg[0])):
+            prime = PRIME_SIGNS[number] if number < len(PRIME_SIGNS) else f"({number})"
             angles = start + (end - start) * np.arange(self.parts + 1) / self.parts
             stations = []
-            for place, (angle, level) in enumerate(zip(angles, self.programme.at(angles, 0)[0], strict=True)):
-                if place == 0 and found and angle - found[-1].end.angle < SAME:
+            for place, (angle, level) in enumerate(
+                zip(angles, self.programme.motion_at(angles, 0)[0], strict=True)
+            ):
+                if place == 0 and found and angle - found[-1].end.angle < EQUAL_PLACES:
                     stations.append(found[-1].end)
-                elif found and angle > FULL_TURN - SAME and found[0].start.angle < SAME:
+                elif found and angle > TURN_ANGLE - EQUAL_PLACES and found[0].start.angle < EQUAL_PLACES:
                     stations.append(found[0].start._replace(angle=float(angle)))
                 else:
                     stations.append(Station(f"{place}{prime}", next(letters), float(angle), float(level)))
@@ -112,10 +116,10 @@ class StationPlan:
         found, at = list[tuple[str, float, float]](), 0.0
         for division in self.divisions:
             first, last = division.start, division.end
-            found += [("dwell", at, first.angle)] if first.angle > at + SAME else []
+            found += [("dwell", at, first.angle)] if first.angle > at + EQUAL_PLACES else []
             found.append(("rise" if last.displacement > first.displacement else "return", first.angle, last.angle))
             at = last.angle
-        return found if at > FULL_TURN - SAME else [*found, ("dwell", at, FULL_TURN)]
+        return found if at > TURN_ANGLE - EQUAL_PLACES else [*found, ("dwell", at, TURN_ANGLE)]
 
     @cached_property
     def stations(self) -> list[Station]:
@@ -130,14 +134,16 @@ class StationPlan:
         One at which the follower is at its lowest has the letter of its station, but not on the pivot circle of an
         arm. A turn that begins with a dwell begins at A₀.
         """
-        reserve = (f"{name}{k + 1}".translate(SUBSCRIPTS) if k else name for k in count() for name in DIVIDERS)
-        least = -1.0 if self.picture.problem.setup.angular else SAME * self.programme.lift
+        reserve = (
+            f"{name}{k + 1}".translate(SUBSCRIPTS) if k else name for k in count() for name in DIVIDER_LETTERS
+        )
+        least = -1.0 if self.picture.problem.setup.angular else EQUAL_PLACES * self.programme.lift
         lowest = {round(s.angle, 9): s.letter for s in self.stations if s.displacement <= least}
         inner = [start for _, start, _ in self.segments[1:]]
         return [
-            ("A" if self.divisions[0].start.angle < SAME else "A₀", 0.0),
+            ("A" if self.divisions[0].start.angle < EQUAL_PLACES else "A₀", 0.0),
             *((lowest.get(round(angle, 9)) or next(reserve), angle) for angle in inner),
-            ("X", FULL_TURN),
+            ("X", TURN_ANGLE),
         ]
 
     def segment_words(self, middle: str = "", first: str = "", last: str = "X") -> str:

@@ -4,6 +4,6 @@ Errors are of what a designer acts on, against the same formulas on numbers of 5
 few runs, compilation apart, one thread.
 """
 
-from camopt.show.studies.accuracy.table import ACCURACY, Costs, measure, write_accuracy
+from camopt.show.studies.accuracy.table import ACCURACY, AccuracyCosts, measure, write_accuracy
 
-__all__ = ["ACCURACY", "Costs", "measure", "write_accuracy"]
+__all__ = ["ACCURACY", "AccuracyCosts", "measure", "write_accuracy"]

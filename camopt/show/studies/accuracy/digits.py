@@ -8,7 +8,7 @@ import numpy as np
 
 from camopt.model.effects.peak import NumberKind
 
-DIGITS = 50
+DECIMAL_DIGITS = 50
 
 
 @cache
@@ -17,7 +17,7 @@ def arithmetic() -> Any:
     from mpmath import MPContext  # noqa: PLC0415, seldom needed
 
     context = MPContext()
-    context.dps = DIGITS
+    context.dps = DECIMAL_DIGITS
     return context
 
 
@@ -26,7 +26,7 @@ def digit_numbers() -> NumberKind:
     return NumberKind(arithmetic().mpf, lambda: +arithmetic().pi, arithmetic().tan)
 
 
-RULES: dict[np.ufunc, Callable[..., Any]] = {
+UFUNC_RULES: dict[np.ufunc, Callable[..., Any]] = {
     np.add: lambda a, b: a + b,
     np.subtract: lambda a, b: a - b,
     np.multiply: lambda a, b: a * b,
@@ -59,9 +59,9 @@ class Digits(np.lib.mixins.NDArrayOperatorsMixin):
         self.number = number
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
-        if method != "__call__" or kwargs or ufunc not in RULES:
+        if method != "__call__" or kwargs or ufunc not in UFUNC_RULES:
             return NotImplemented
-        return Digits(RULES[ufunc](*map(as_number, inputs)))
+        return Digits(UFUNC_RULES[ufunc](*map(as_number, inputs)))
 
     def __getitem__(self, index: Any) -> "Digits":
         return self

@@ -14,7 +14,7 @@ from camopt.core.numerics.sampling import sampled_extremes
 from camopt.model.motion.programme import Programme
 
 ANGLE_COUNTS = (36, 72, 180, 360, 720, 1800, 3600)
-POLISHED = (36, 72, 180, 360)
+POLISHED_COUNTS = (36, 72, 180, 360)
 RELATIVE_ERRORS = (1e-4, 1e-6, 1e-9, 1e-12)
 Extremal = tuple[FloatArray, FloatArray]
 """Values and half-widths, (questions, designs)."""
@@ -29,7 +29,7 @@ class Method:
     run: Callable[[Any, int, Programme, Any], Extremal]
 
 
-def sampled(angles: int, polish: bool = False) -> Method:
+def sampling_method(angles: int, polish: bool = False) -> Method:
     """Sampling, with a parabola through the peak or without."""
 
     def run(f: Any, count: int, programme: Programme, questions: Any) -> Extremal:
@@ -40,7 +40,7 @@ def sampled(angles: int, polish: bool = False) -> Method:
     return Method("sampling, polished" if polish else "sampling", angles, run)
 
 
-def enclosed(relative_error: float) -> Method:
+def enclosure_method(relative_error: float) -> Method:
     """Enclosures to a relative error."""
 
     def run(f: Any, count: int, programme: Programme, questions: Any) -> Extremal:
@@ -51,9 +51,9 @@ def enclosed(relative_error: float) -> Method:
 
 
 METHODS = (
-    *(sampled(angles) for angles in ANGLE_COUNTS),
-    *(sampled(angles, polish=True) for angles in POLISHED),
-    *(enclosed(relative_error) for relative_error in RELATIVE_ERRORS),
+    *(sampling_method(angles) for angles in ANGLE_COUNTS),
+    *(sampling_method(angles, polish=True) for angles in POLISHED_COUNTS),
+    *(enclosure_method(relative_error) for relative_error in RELATIVE_ERRORS),
 )
 
 
@@ -61,7 +61,7 @@ METHODS = (
 def sample_table(programme: Programme, angles: int) -> MotionTable:
     """A table whose nodes are even cam angles; only what sampling reads is filled in."""
     theta = np.linspace(0.0, 2 * np.pi, angles, endpoint=False)
-    motion = programme.at(theta).T.copy()
+    motion = programme.motion_at(theta).T.copy()
     ends = np.array([stroke.end for stroke in programme.strokes])
     stroke = np.minimum(np.searchsorted(ends, theta, side="right"), len(ends) - 1)
     counts = np.bincount(stroke, minlength=len(ends))

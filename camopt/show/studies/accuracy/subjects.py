@@ -11,15 +11,15 @@ from camopt.core.numerics import FloatArray
 from camopt.core.numerics.extremes import Extremes, Precision, extremes
 from camopt.model.effects.peak import Peak
 from camopt.model.mechanisms import Designs
-from camopt.scene.problem.limits import peak_of
-from camopt.scene.problem.problem import SINGLE_ERROR, Problem
-from camopt.scene.problem.sample import searched_space
+from camopt.scene.problem.limits import first_peak
+from camopt.scene.problem.problem import SINGLE_DESIGN_ERROR, Problem
+from camopt.scene.problem.sample import sweep_space
 from camopt.show.studies.accuracy.digits import Digits, arithmetic, as_number, digit_numbers
-from camopt.show.studies.accuracy.methods import Method, enclosed
+from camopt.show.studies.accuracy.methods import Method, enclosure_method
 from camopt.show.studies.accuracy.reference import EQUAL_DIGITS, extreme_near
 
 DESIGN_COUNT = 4096
-REFERENCED = 24  # designs with a reference in 50 digits
+REFERENCE_COUNT = 24  # designs with a reference in 50 digits
 SIZE_ROOM = 0.1  # relative, to both sides of a design's own size: where its smallest radius is looked for
 FIRST_STEP = 2.0**-27  # relative, of the secant in 50 digits
 QUANTITY_OF = {
@@ -38,7 +38,7 @@ class PeakSubject:
     problem: Problem
     peak: Peak
     designs: Designs
-    dear = 1
+    cost_factor = 1
 
     @property
     def sign(self) -> float:
@@ -52,10 +52,12 @@ class PeakSubject:
 
     def _extremes(self, designs: Designs) -> Extremes:
         """The extremes of designs in doubles."""
-        curve, questions = self._asked(designs)
-        return extremes(curve, len(designs), self.problem.programme.table, questions, Precision(SINGLE_ERROR, 1e-9))
+        curve, questions = self._curve_question(designs)
+        return extremes(
+            curve, len(designs), self.problem.programme.table, questions, Precision(SINGLE_DESIGN_ERROR, 1e-9)
+        )
 
-    def _asked(self, designs: Designs) -> tuple[Any, Any]:
+    def _curve_question(self, designs: Designs) -> tuple[Any, Any]:
         """The curve of designs, and the question about it."""
         ((make, kinds),) = self.peak.curves
         return make(designs, self.problem.programme), np.array([(kinds, self.peak.goal)])
@@ -68,7 +70,7 @@ class PeakSubject:
     def answer(self, method: Method, side: float = 0.0, designs: Designs | None = None) -> FloatArray:
         """What a method gives for each design; with ``side`` ±1 the far or the near end of what it proves."""
         designs = self.designs if designs is None else designs
-        curve, questions = self._asked(designs)
+        curve, questions = self._curve_question(designs)
         value, width = method.run(curve, len(designs), self.problem.programme, questions)
         return np.asarray(self.peak.scale.quantity(value[0] + side * self.sign * width[0], designs))
 
@@ -95,16 +97,16 @@ class RadiusSubject:
     bracketing root-finder (Chandrupatla's) asks the method at one size after another.
     """
 
-    of: PeakSubject
+    peak_subject: PeakSubject
     numbers: Any
     """Which of the designs of the peak."""
     name = "smallest radius"
     sign = 1.0
-    dear = 4
+    cost_factor = 4
 
     @cached_property
     def designs(self) -> Designs:
-        return self.of.designs.take(self.numbers)
+        return self.peak_subject.designs.take(self.numbers)
 
     @property
     def truth(self) -> FloatArray:
@@ -121,13 +123,15 @@ class RadiusSubject:
         size; samples know no error, and the bracket goes to 1e-9.
         """
         relative_error = 0.25 * method.setting if method.setting < 1.0 else 1e-9
-        used = enclosed(relative_error) if method.setting < 1.0 else method
-        limit = self.of.truth[self.numbers]
+        used = enclosure_method(relative_error) if method.setting < 1.0 else method
+        limit = self.peak_subject.truth[self.numbers]
 
         def excess(size: FloatArray, index: FloatArray) -> FloatArray:
             places = index.astype(int)
             sized = replace(self.designs.take(places), size=size)
-            return np.asarray(self.of.sign * (self.of.answer(used, side, sized) - limit[places]))
+            return np.asarray(
+                self.peak_subject.sign * (self.peak_subject.answer(used, side, sized) - limit[places])
+            )
 
         ends = tuple(each.size for each in self.ends)
         return find_root(excess, ends, args=(np.arange(len(self.designs)),), tolerances={"xrtol": relative_error})
@@ -139,10 +143,12 @@ class RadiusSubject:
             replace(self.designs, size=self.designs.size * share) for share in (1.0 - SIZE_ROOM, 1.0 + SIZE_ROOM)
         ]
 
-    def within_reach(self) -> Any:
+    def has_smallest_radius(self) -> Any:
         """Which designs have a smallest radius between their ends, both of which can be put together."""
-        exists = partial(self.of.problem.setup.mechanism.exists, programme=self.of.problem.programme)
-        return self.root(enclosed(SINGLE_ERROR)).success & np.logical_and(*map(exists, self.ends))
+        exists = partial(
+            self.peak_subject.problem.setup.mechanism.can_assemble, programme=self.peak_subject.problem.programme
+        )
+        return self.root(enclosure_method(SINGLE_DESIGN_ERROR)).success & np.logical_and(*map(exists, self.ends))
 
     def reference(self, number: int) -> float:
         """By a secant in 50 digits, to half of them.
@@ -153,20 +159,20 @@ class RadiusSubject:
             If the secant does not settle.
         """
         place, design = self.numbers[number], self.designs.take([number])
-        bound = self.of.peak.scale.extreme_at(float(self.of.truth[place]), digit_numbers())
+        bound = self.peak_subject.peak.scale.extreme_at(float(self.peak_subject.truth[place]), digit_numbers())
 
-        def beyond(size: Any) -> Any:
-            return self.of.in_digits(design, size) - bound
+        def limit_excess(size: Any) -> Any:
+            return self.peak_subject.in_digits(design, size) - bound
 
         one = arithmetic().mpf(float(design.size[0]))
         other = one * (1 + arithmetic().mpf(FIRST_STEP))
-        before, there = beyond(one), beyond(other)
+        before, there = limit_excess(one), limit_excess(other)
         for _ in range(5):
             step = there * (other - one) / (there - before)
             one, before, other = other, there, other - step
             if abs(step) < EQUAL_DIGITS * other:
                 return float(other)
-            there = beyond(other)
+            there = limit_excess(other)
         raise ArithmeticError(f"no smallest radius of {design} in 50 digits")
 
 
@@ -179,12 +185,14 @@ def subjects_of(problem: Problem) -> list[Subject]:
     found: list[Subject] = []
     radius: RadiusSubject | None = None
     for name in ("pressure angle", "curvature" if mechanism.curvature else "radius of curvature"):
-        peak = peak_of(QUANTITY_OF[name], problem.setup)
+        peak = first_peak(QUANTITY_OF[name], problem.setup)
         assert peak is not None
-        of = PeakSubject(name, problem, peak.either_way() if mechanism.two_sided else peak, designs)
+        of = PeakSubject(name, problem, peak.as_magnitude() if mechanism.two_sided else peak, designs)
         if np.all(np.abs(of.truth) > 0.0):  # a flat face that translates has no pressure angle
             found.append(of)
-            inside = None if radius else np.flatnonzero(RadiusSubject(of, np.arange(len(designs))).within_reach())
+            inside = (
+                None if radius else np.flatnonzero(RadiusSubject(of, np.arange(len(designs))).has_smallest_radius())
+            )
             if inside is not None and inside.size:
                 radius = RadiusSubject(of, inside[: DESIGN_COUNT // 4])
                 found.append(radius)
@@ -193,13 +201,13 @@ def subjects_of(problem: Problem) -> list[Subject]:
 
 def designs_of(problem: Problem, seed: int = 0) -> Designs:
     """Designs of the scene's space at random; without a space, its own design with sizes varied a little."""
-    rng, space = np.random.default_rng(seed), searched_space(problem)
+    rng, space = np.random.default_rng(seed), sweep_space(problem)
     count = 4 * DESIGN_COUNT  # some cannot be put together
-    if space.designs_each >= REFERENCED:
-        designs = space.designs(rng.integers(0, space.designs_each, count))
+    if space.designs_per_problem >= REFERENCE_COUNT:
+        designs = space.designs(rng.integers(0, space.designs_per_problem, count))
     else:
         share = {name: rng.uniform(0.9, 1.3, count) for name in ("size", "roller_radius", "offset")}
         plain = problem.design.sizes.items()
         sizes = {name: value * share.get(name, np.ones(count)) for name, value in plain}
         designs = problem.design.with_values(sizes)
-    return designs.take(problem.setup.mechanism.exists(designs, problem.programme)).take(slice(DESIGN_COUNT))
+    return designs.take(problem.setup.mechanism.can_assemble(designs, problem.programme)).take(slice(DESIGN_COUNT))

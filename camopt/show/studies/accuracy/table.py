@@ -17,41 +17,41 @@ from camopt.core.engines import Engine
 from camopt.core.engines.progress import Progress, report_progress
 from camopt.core.engines.threads import Threads
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import timed
-from camopt.core.quantities.shown import Drawn
+from camopt.core.numerics.clock import time_runs
+from camopt.core.quantities.display import Drawable
 from camopt.core.storage.tables import write_table
 from camopt.core.storage.version import VERSION
 from camopt.scene.problem.problem import resolve
-from camopt.scene.problem.settings import problems_of
+from camopt.scene.problem.settings import problems_by_motion
 from camopt.scene.scene import Scene
-from camopt.show.drawing.labels import Label, around, settle
+from camopt.show.drawing.labels import Label, label_places, place_labels
 from camopt.show.drawing.plot import plot
 from camopt.show.drawing.style import (
     FAINT,
-    HEADING,
+    HEADING_SIZE,
     INK,
     MUTED,
     PAGE_TITLE,
     SERIES,
-    SMALL,
+    SMALL_SIZE,
     Figure,
     Target,
+    add_grid,
     canvas,
-    dress,
 )
 from camopt.show.studies.accuracy.methods import METHODS
 from camopt.show.studies.accuracy.reference import EQUAL_DIGITS
-from camopt.show.studies.accuracy.subjects import REFERENCED, Subject, subjects_of
+from camopt.show.studies.accuracy.subjects import REFERENCE_COUNT, Subject, subjects_of
 from camopt.solve.tables.result import Result, Table, table_of
 
 ACCURACY = ("accuracy.parquet", "accuracy.png", "accuracy.svg")
 TIMED_RUNS = 3
-REFERENCE = "50 digits"
+REFERENCE_METHOD = "50 digits"
 BEYOND_LIMIT = 1e-9  # relative: how far beyond its limit a design is put, to see whether it is accepted
 
 
 @dataclass(frozen=True)
-class Costs(Result, Drawn):
+class AccuracyCosts(Result, Drawable):
     """What accuracy costs: a row for each quantity and method."""
 
     scene: Scene
@@ -75,7 +75,7 @@ class Costs(Result, Drawn):
         return {"scene": self.scene.name, "methods": self.methods}
 
 
-def measure(scene: Scene, progress: Progress | None = None, engine: Engine | None = None) -> Costs:
+def measure(scene: Scene, progress: Progress | None = None, engine: Engine | None = None) -> AccuracyCosts:
     """One row for each quantity and method: cost, error, and how it judges designs at the edge of their limit.
 
     Over the laws that ``[search]`` names, or else the scene's own. ``ns_per_design`` is their mean, all else their
@@ -85,29 +85,35 @@ def measure(scene: Scene, progress: Progress | None = None, engine: Engine | Non
     quantity that the size of the cam decides. Laws are measured one after the other, or each on a worker of an
     engine.
     """
-    found, count = [], len(problems_of(resolve(scene)))
-    measured = (engine or Threads(1)).in_order(partial(_measured, scene.to_toml()), range(count))
+    found, count = [], len(problems_by_motion(resolve(scene)))
+    measured = (engine or Threads(1)).in_order(partial(_measure_programmes, scene.to_toml()), range(count))
     for done, rows in enumerate(chain.from_iterable(measured), start=1):
         found += rows
         report_progress(progress, done, count)
-    return Costs(scene, _worst(found))
+    return AccuracyCosts(scene, _worst_rows(found))
 
 
-def _measured(scene: str, numbers: Sequence[int]) -> list[list[dict[str, Any]]]:
+def _measure_programmes(scene: str, numbers: Sequence[int]) -> list[list[dict[str, Any]]]:
     """The rows of some of the programmes of a scene."""
-    problems = problems_of(resolve(Scene.from_dict(tomllib.loads(scene))))
-    return [[row for subject in subjects_of(problems[number]) for row in _rows(subject)] for number in numbers]
+    problems = problems_by_motion(resolve(Scene.from_dict(tomllib.loads(scene))))
+    return [
+        [row for subject in subjects_of(problems[number]) for row in _subject_rows(subject)] for number in numbers
+    ]
 
 
-def _rows(subject: Subject) -> list[dict[str, Any]]:
+def _subject_rows(subject: Subject) -> list[dict[str, Any]]:
     """The rows of one quantity under one programme: 50 digits, which others are measured against, first."""
-    some, start = range(max(min(REFERENCED // subject.dear, len(subject.designs)), 1)), perf_counter()
+    some, start = range(max(min(REFERENCE_COUNT // subject.cost_factor, len(subject.designs)), 1)), perf_counter()
     expected = np.array([subject.reference(number) for number in some])
     spent, alike, none = perf_counter() - start, EQUAL_DIGITS, np.zeros(1, dtype=bool)
-    rows = [_row((subject.name, REFERENCE, alike), spent / len(some), np.array([alike]), alike, none, none)]
+    rows = [
+        _method_row(
+            (subject.name, REFERENCE_METHOD, alike), spent / len(some), np.array([alike]), alike, none, none
+        )
+    ]
     limit = subject.truth - subject.sign * BEYOND_LIMIT * np.abs(subject.truth)
     for method in METHODS:
-        value, seconds = timed(partial(subject.answer, method), TIMED_RUNS)
+        value, seconds = time_runs(partial(subject.answer, method), TIMED_RUNS)
         far, near = (
             (subject.answer(method, side) for side in (1.0, -1.0)) if method.setting < 1.0 else (value, value)
         )
@@ -115,11 +121,11 @@ def _rows(subject: Subject) -> list[dict[str, Any]]:
         errors = np.abs(value[: len(some)] / expected - 1.0)
         achieved = max(float(np.max(np.abs(end / value - 1.0))) for end in (far, near))
         asked = subject.name, method.name, method.setting
-        rows.append(_row(asked, seconds / len(value), errors, achieved, held, possible))
+        rows.append(_method_row(asked, seconds / len(value), errors, achieved, held, possible))
     return rows
 
 
-def _row(
+def _method_row(
     asked: tuple[str, str, float], seconds: float, errors: FloatArray, achieved: float, held: Any, possible: Any
 ) -> dict[str, Any]:
     """A row: what was asked is a quantity of a method at a setting."""
@@ -134,7 +140,7 @@ def _row(
     }
 
 
-def _worst(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def _worst_rows(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Rows of the same quantity, method and setting made one."""
     import pandas as pd
 
@@ -143,7 +149,7 @@ def _worst(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [{str(name): value for name, value in row.items()} for row in worst.to_dict("records")]
 
 
-def write_accuracy(costs: Costs, folder: str | os.PathLike[str]) -> list[Path]:
+def write_accuracy(costs: AccuracyCosts, folder: str | os.PathLike[str]) -> list[Path]:
     """Write the table and its pictures to a folder; the files."""
     out = Path(folder)
     out.mkdir(parents=True, exist_ok=True)
@@ -155,7 +161,7 @@ def write_accuracy(costs: Costs, folder: str | os.PathLike[str]) -> list[Path]:
     return files
 
 
-PENS: dict[str, dict[str, Any]] = {
+METHOD_PENS: dict[str, dict[str, Any]] = {
     "sampling": {"color": SERIES[1], "marker": "o"},
     "sampling, polished": {"color": SERIES[4], "marker": "s"},
     "enclosure": {"color": SERIES[0], "marker": "D"},
@@ -169,12 +175,12 @@ POINT_LABELS: dict[Any, str] = {
     **{("enclosure", 10.0**-k): f"asked for 1e-{k:02}" for k in (4, 6, 9, 12)},
 }
 LABEL_DISTANCES = (6.0, 12.0, 20.0, 30.0)  # points: of a label from its point
-FLOOR = 3e-17  # errors below a double's rounding are drawn there
+LEAST_ERROR_DRAWN = 3e-17  # errors below a double's rounding are drawn there
 EPSILON = 2.2e-16
 USUAL_ERROR = 1e-9  # the relative error of a scene that names none
 
 
-def draw(costs: "Costs", path: Target = None) -> "Figure":
+def draw(costs: "AccuracyCosts", path: Target = None) -> "Figure":
     """Draw what accuracy costs: the largest error of each method against its time, a diagram for each quantity."""
     rows = costs.methods
     names = list(dict.fromkeys(row["quantity"] for row in rows))
@@ -185,40 +191,40 @@ def draw(costs: "Costs", path: Target = None) -> "Figure":
         panels = figure.subplots(1, len(names), squeeze=False, sharey=True)[0]
         labels: list[Label] = []
         for axes, name in zip(panels, names, strict=True):
-            labels += _draw(axes, name, [row for row in rows if row["quantity"] == name])
+            labels += _draw_costs(axes, name, [row for row in rows if row["quantity"] == name])
         panels[0].set_ylabel("largest relative error, against 50 digits")
         handles = dict(zip(*reversed(panels[0].get_legend_handles_labels()), strict=True))
         figure.legend(handles.values(), handles, loc="outside lower center", ncols=len(handles))
-        settle(figure, labels)
+        place_labels(figure, labels)
     return figure
 
 
-def _draw(axes: Any, name: str, rows: list[dict[str, Any]]) -> list[Label]:
+def _draw_costs(axes: Any, name: str, rows: list[dict[str, Any]]) -> list[Label]:
     """One quantity; the labels of its points."""
     from matplotlib.ticker import EngFormatter
 
-    axes.set(xscale="log", yscale="log", xlabel="time for each design", ylim=(FLOOR / 3, 3.0))
+    axes.set(xscale="log", yscale="log", xlabel="time for each design", ylim=(LEAST_ERROR_DRAWN / 3, 3.0))
     axes.xaxis.set_major_formatter(EngFormatter("s"))
-    axes.set_title(f"{name}\n{_told(rows)}", loc="left", fontsize=HEADING)
-    axes.axhspan(FLOOR / 3, EPSILON, color=FAINT, alpha=0.2, lw=0)
-    axes.text(0.01, 0.01, "below a double's rounding", transform=axes.transAxes, fontsize=SMALL, color=MUTED)
+    axes.set_title(f"{name}\n{_usual_accuracy_text(rows)}", loc="left", fontsize=HEADING_SIZE)
+    axes.axhspan(LEAST_ERROR_DRAWN / 3, EPSILON, color=FAINT, alpha=0.2, lw=0)
+    axes.text(0.01, 0.01, "below a double's rounding", transform=axes.transAxes, fontsize=SMALL_SIZE, color=MUTED)
     labels = []
-    for method, pen in PENS.items():
+    for method, pen in METHOD_PENS.items():
         points = sorted((row for row in rows if row["method"] == method), key=lambda row: float(row["setting"]))
         times, errors = (
             [row["ns_per_design"] / 1e9 for row in points],
-            [max(row["error_max"], FLOOR) for row in points],
+            [max(row["error_max"], LEAST_ERROR_DRAWN) for row in points],
         )
         axes.plot(times, errors, "-", lw=1.4, ms=5, label=method, **pen)
         texts = [POINT_LABELS.get((method, row["setting"]), POINT_LABELS.get(method, "")) for row in points]
-        style, places = {"fontsize": SMALL, "color": pen["color"]}, around(LABEL_DISTANCES)
+        style, places = {"fontsize": SMALL_SIZE, "color": pen["color"]}, label_places(LABEL_DISTANCES)
         placed = zip(texts, zip(times, errors, strict=True), strict=True)
         labels += [Label(axes, text, at, places, style) for text, at in placed if text]
-    dress(axes)
+    add_grid(axes)
     return labels
 
 
-def _told(rows: list[dict[str, Any]]) -> str:
+def _usual_accuracy_text(rows: list[dict[str, Any]]) -> str:
     """What the usual accuracy takes, and how many samples that is; empty where it was not measured."""
     samples = sorted((row["ns_per_design"], row["setting"]) for row in rows if row["method"] == "sampling")
     found = [row["ns_per_design"] for row in rows if (row["method"], row["setting"]) == ("enclosure", USUAL_ERROR)]

@@ -1,0 +1,179 @@
+"""An external load that changes over the turn, for kernels: curves get it with the motion (``numerics.state``)."""
+
+from types import NoneType
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.core.kernels.compile import chosen_by_type, inline_in_kernels
+from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray, IndexArray, IntArray
+from camopt.core.numerics.jet import Jet
+from camopt.core.numerics.panels import derivatives, jets_over_part, jets_over_row
+from camopt.core.numerics.state import Load, TrainForces
+
+LOAD_ERRORS, ANGLE_ERRORS = (
+    8.0,
+    64.0,
+)  # errors of a load, in roundings of the largest; of its cam angles, in those of 1 rad
+
+
+class LoadTable(NamedTuple):
+    """An external load for the kernels, straight on each panel; sizes and rows as in a MotionTable."""
+
+    centre: FloatArray  # (P,) at u = 0
+    nodes: FloatArray  # (N, 2) load and slope by the cam angle
+    slope: FloatArray  # (P + G,)
+    low: FloatArray  # (P + G,) least load
+    high: FloatArray  # (P + G,) and the largest
+    error: FloatArray  # (P + G, 2) bounds of the error of load and slope
+
+
+class ForceTable(NamedTuple):
+    """A force on the panels; sizes and rows as in a MotionTable."""
+
+    coefficients: FloatArray
+    half_width: FloatArray
+    nodes: FloatArray
+    low: FloatArray
+    high: FloatArray
+    most: FloatArray
+    error: FloatArray
+
+
+class TrainLoadTable(NamedTuple):
+    """What a train brings to the follower, for the kernels."""
+
+    still: ForceTable  # its load, as at rest
+    carried: ForceTable  # the inertia of what it carries, by ω²
+
+
+def tabulated_load(
+    centre: FloatArray,
+    slope: FloatArray,
+    largest: float,
+    half_width: FloatArray,
+    first_panel: IntArray,
+    group: IntArray,
+) -> LoadTable:
+    """A load that is straight on each piece, from its values at the centres of panels and its slopes there.
+
+    Its rounding is that of the largest magnitude in the turn, and what rounding of cam angles makes of its slope.
+    """
+    rise = slope * half_width
+    low, high = centre - np.abs(rise), centre + np.abs(rise)
+    error = UNIT_ROUNDOFF * (LOAD_ERRORS * largest + ANGLE_ERRORS * np.abs(slope))
+    errors = np.transpose([error, error / half_width])
+    piece = np.repeat(np.arange(len(first_panel) - 1), np.diff(first_panel))
+    nodes = np.empty((len(centre) + len(first_panel) - 1, 2))
+    for side in (0, 1):
+        nodes[np.arange(len(centre)) + piece + side] = np.transpose([centre + (2 * side - 1) * rise, slope])
+    starts = np.flatnonzero(np.diff(group, prepend=-1))
+    return LoadTable(
+        centre,
+        nodes,
+        np.concatenate([slope, slope[starts]]),
+        np.concatenate([low, np.minimum.reduceat(low, starts)]),
+        np.concatenate([high, np.maximum.reduceat(high, starts)]),
+        np.vstack([errors, np.maximum.reduceat(errors, starts)]),
+    )
+
+
+ROW_FIELDS = ("low", "high", "most", "error")
+
+
+def _as_columns(force: ForceTable) -> ForceTable:
+    return force._replace(**{name: getattr(force, name).T[:, :, None] for name in ("nodes", *ROW_FIELDS)})
+
+
+def load_of_all_rows(load: LoadTable | TrainLoadTable) -> LoadTable | TrainLoadTable:
+    """The load as formulas take it for all rows or nodes at once, ``...``: numbers are columns, (rows, 1)."""
+    if isinstance(load, TrainLoadTable):
+        return TrainLoadTable(*map(_as_columns, load))
+    columns = {name: getattr(load, name)[:, None] for name in ("nodes", "slope", "low", "high")}
+    return load._replace(**columns, error=load.error.T[:, :, None])
+
+
+def load_of_some_rows(load: LoadTable | TrainLoadTable, rows: IndexArray) -> LoadTable | TrainLoadTable:
+    """The load on some panels or groups."""
+    if isinstance(load, TrainLoadTable):
+        return TrainLoadTable(
+            *(force._replace(**{name: getattr(force, name)[rows] for name in ROW_FIELDS}) for force in load)
+        )
+    return load._replace(**{name: getattr(load, name)[rows] for name in ("slope", "low", "high", "error")})
+
+
+def chosen_by_load(of_train):
+    """Mark what kernels make of a load, (load, row, place), and of that of a train; None without one."""
+
+    def register(function):
+        def load_function(load, row, place):
+            if load is None:
+                return None
+            return of_train(load, row, place) if isinstance(load, TrainLoadTable) else function(load, row, place)
+
+        @chosen_by_type(load_function)
+        def _choose(load, row, place):
+            if load is NoneType:
+                return lambda load, row, place: None
+            return of_train if load is TrainLoadTable else function
+
+        return load_function
+
+    return register
+
+
+def _train_forces(load, row, place):
+    u = place / load.still.half_width[row]
+    value, slope, _, _ = derivatives(load.still, row, u)
+    carried, carried_slope, _, _ = derivatives(load.carried, row, u)
+    return TrainForces(value, slope, carried, carried_slope)
+
+
+def _train_forces_at_node(load, row, place):
+    still, carried = load.still.nodes[row], load.carried.nodes[row]
+    return TrainForces(still[0], still[1], carried[0], carried[1])
+
+
+def _train_forces_over_row(load, row, place):
+    value, slope, _, _ = jets_over_row(load.still, row)
+    carried, carried_slope, _, _ = jets_over_row(load.carried, row)
+    return TrainForces(value, slope, carried, carried_slope)
+
+
+def _train_forces_over_part(load, row, place):
+    h = load.still.half_width[row]
+    value, slope, _, _ = jets_over_part(load.still, row, place[0] / h, place[1] / h)
+    carried, carried_slope, _, _ = jets_over_part(load.carried, row, place[0] / h, place[1] / h)
+    return TrainForces(value, slope, carried, carried_slope)
+
+
+@chosen_by_load(_train_forces)
+def load_on_panel(load, row, place):
+    """The load on a panel, ``place`` from its middle by the cam angle."""
+    return Load(load.centre[row] + load.slope[row] * place, load.slope[row])
+
+
+@chosen_by_load(_train_forces_at_node)
+def load_at_node(load, row, place):
+    """As ``loaded``, at a node."""
+    return Load(load.nodes[row, 0], load.nodes[row, 1])
+
+
+@chosen_by_load(_train_forces_over_row)
+def load_over_row(load, row, place):
+    """As ``loaded``, in jets over a whole panel or group."""
+    return load_jets(load, row, load.low[row], load.high[row])
+
+
+@chosen_by_load(_train_forces_over_part)
+def load_over_part(load, row, place):
+    """As ``loaded``, in jets over a part of a panel: ``place`` is (its middle, half its width) by the cam angle."""
+    value, room = load.centre[row] + load.slope[row] * place[0], abs(load.slope[row]) * place[1]
+    return load_jets(load, row, value - room, value + room)
+
+
+@inline_in_kernels
+def load_jets(load, row, low, high):
+    """Jets of load and slope."""
+    slope, error = load.slope[row], load.error[row]
+    return Load(Jet(low, high, error[0], abs(slope), 0.0, 0.0), Jet(slope, slope, error[1], 0.0, 0.0, 0.0))

@@ -1,0 +1,187 @@
+"""The search of one panel for the designs of a tile that may have their extreme there.
+
+Slopes at both ends and a bound of the third derivative say how far f'' may be from its mean. Where the curve is
+concave, its maximum is at an end or at a root of the slope, to which it is climbed (``climbing``); a panel that
+settles nothing is halved once for all designs, and its halves, if need be, for each design alone (``halving``).
+"""
+
+import numpy as np
+
+from camopt.core.kernels.address_calls import call
+from camopt.core.kernels.compile import called_by_kernels, inline_in_kernels
+from camopt.core.numerics.climbing import PanelPartEnds, allowed_gain, begin_climb, climb_all
+from camopt.core.numerics.halving import (
+    CLIMBS,
+    UNSETTLED,
+    classify_part,
+    classify_parts,
+    read_ends,
+    split_part,
+    write_ends,
+)
+from camopt.core.numerics.jet import larger
+
+
+@called_by_kernels
+def classify_panels(many, panel, half_width, ask, work):
+    """Settle a panel for its designs, or begin to climb, or open it; the numbers of climbs and of open designs."""
+    found, (left, right) = work.found, (work.sides[0], work.sides[1])
+    third, errors = work.bounds.third[panel], work.bounds.error[panel]
+    climbs = opened = np.int64(0)
+    for j in range(many):
+        i = work.chosen[j]
+        found.rounding[i] = max(found.rounding[i], errors[i] if errors[i] < np.inf else 0.0)
+        ends = PanelPartEnds(-1.0, 1.0, left[0, j], left[1, j], right[0, j], right[1, j])
+        enough = found.best[i] + allowed_gain(found.best[i], ask.relative_error, errors[i])
+        verdict, bound, concavity = classify_part(ends, third[i], half_width, enough)
+        if verdict == CLIMBS:
+            begin_climb(work.climbs, climbs, i, ends, half_width, concavity)
+            climbs += 1
+        elif verdict == UNSETTLED:
+            work.opened[opened] = i
+            for side in (left, right):
+                side[0, opened], side[1, opened] = side[0, j], side[1, j]
+            opened += 1
+        else:
+            found.top[i] = max(found.top[i], bound)
+    return climbs, opened
+
+
+@classify_panels.array_version
+def _classify_panels_in_python(many, panel, half_width, ask, work):
+    found, i, sides = work.found, work.chosen[:many], work.sides[:2, :, :many]
+    third, errors = work.bounds.third[panel, i], work.bounds.error[panel, i]
+    found.rounding[i] = larger(found.rounding[i], np.where(errors < np.inf, errors, 0.0))
+    enough = found.best[i] + allowed_gain(found.best[i], ask.relative_error, errors)
+    verdict, bound, concavity = classify_parts(
+        PanelPartEnds(-1.0, 1.0, *sides[0], *sides[1]), third, half_width, enough
+    )
+    climbing, opened = np.flatnonzero(verdict == CLIMBS), np.flatnonzero(verdict == UNSETTLED)
+    settled = np.flatnonzero((verdict != CLIMBS) & (verdict != UNSETTLED))
+    found.top[i[settled]] = larger(found.top[i[settled]], bound[settled])
+    ends = PanelPartEnds(-1.0, 1.0, *sides[0][:, climbing], *sides[1][:, climbing])
+    begin_climb(work.climbs, slice(climbing.size), i[climbing], ends, half_width, concavity[climbing])
+    work.opened[: opened.size], sides[:, :, : opened.size] = i[opened], sides[:, :, opened]
+    return climbing.size, opened.size
+
+
+@called_by_kernels
+def classify_halves(opened, climbs, panel, place, ask, work):
+    """As ``judge_panels``, the halves of open ones: how many climb by now, and how many parts are to be split.
+
+    ``place`` is (centre, half-width) of the panel.
+    """
+    found, (left, right, middle) = work.found, (work.sides[0], work.sides[1], work.sides[2])
+    third, errors = work.bounds.third[panel], work.bounds.error[panel]
+    parts = np.int64(0)
+    for j in range(opened):
+        i, value, slope = work.opened[j], middle[0, j], middle[1, j]
+        enough = found.best[i] + allowed_gain(found.best[i], ask.relative_error, errors[i])
+        if value > found.best[i]:
+            found.best[i], found.at[i] = value, place[0]
+        for half in range(2):
+            ends = PanelPartEnds(-1.0, 0.0, left[0, j], left[1, j], value, slope)
+            if half == 1:
+                ends = PanelPartEnds(0.0, 1.0, value, slope, right[0, j], right[1, j])
+            verdict, bound, concavity = classify_part(ends, third[i], place[1], enough)
+            if verdict == CLIMBS:
+                begin_climb(work.climbs, climbs, i, ends, place[1], concavity)
+                climbs += 1
+            elif verdict == UNSETTLED:
+                work.parts.design[parts] = i
+                write_ends(work.parts.ends[parts], ends)
+                parts += 1
+            else:
+                found.top[i] = max(found.top[i], bound)
+    return climbs, parts
+
+
+@called_by_kernels
+def split_open_parts(curve, first, many, panels, panel, ask, work):
+    """Split the parts that are open still, each alone."""
+    found, errors, parts = work.found, work.bounds.error[panel], work.parts
+    for k in range(many):
+        i = parts.design[k]
+        write_ends(parts.stack[0], read_ends(parts.ends[k]))
+        value, u, bound, blur = split_part(
+            curve, first + i, panels, panel, errors[i], ask, found.best[i], parts.stack
+        )
+        if value > found.best[i] + (blur if ask.blur < np.inf else 0.0):  # another look keeps what rounding ties
+            found.best[i], found.at[i] = value, panels.centre[panel] + panels.half_width[panel] * u
+        found.rounding[i], found.top[i] = max(found.rounding[i], blur), max(found.top[i], bound)
+
+
+@split_open_parts.array_version
+def _split_open_parts_in_python(curve, first, many, panels, panel, ask, work):
+    parts = zip((first + work.parts.design[:many]).tolist(), work.parts.ends[:many].tolist(), strict=True)
+    places = [(design, 0.5 * (low + high), 0.5 * (high - low)) for design, (low, high, *_) in parts]
+    if places:
+        foreseen = curve.prefetch_panel(panel, places)
+        curve = curve._replace(part=foreseen.part, point=foreseen.point)
+        split_open_parts.py_func(curve, first, many, panels, panel, ask, work)
+
+
+@called_by_kernels
+def restart_inexact_designs(count, precision, work):
+    """Restart the designs whose extreme is not as exact as asked; their number."""
+    found, many = work.found, np.int64(0)
+    for i in range(count):
+        width = max(found.top[i] - found.best[i], 0.0) + 2.0 * found.rounding[i]
+        work.again[many] = i
+        if width > precision.value * abs(found.best[i]):
+            found.top[i], found.rounding[i] = found.best[i], 0.0
+            many += 1
+    return many
+
+
+@restart_inexact_designs.array_version
+def _restart_inexact_designs_in_python(count, precision, work):
+    best, top, rounding = (each[:count] for each in (work.found.best, work.found.top, work.found.rounding))
+    again = np.flatnonzero(larger(top - best, 0.0) + 2.0 * rounding > precision.value * abs(best))
+    work.again[: again.size], top[again], rounding[again] = again, best[again], 0.0
+    return again.size
+
+
+@called_by_kernels
+def choose_open_designs(many, panel, node, ask, work):
+    """Find the blurred designs for which jets leave a panel open; their number."""
+    before, after, excess = work.values[node], work.values[node + 1], work.bounds.excess[panel]
+    left = np.int64(0)
+    for j in range(many):
+        i = work.again[j]
+        work.chosen[left] = i
+        left += max(ask.sign * before[i], ask.sign * after[i]) + excess[i] > work.found.best[i]
+    return left
+
+
+@inline_in_kernels
+def search_panel_again(curve, first, many, panels, panel, node, ask, work):
+    """Look at a panel again for blurred designs, in parts with rounding errors of their own.
+
+    A jet bounds the rounding error of a whole panel. Where a denominator comes near zero somewhere in it, that says
+    little of the place of the extreme.
+    """
+    left, right, parts = work.sides[0], work.sides[1], work.parts
+    many = choose_open_designs(many, panel, node, ask, work)
+    if many:
+        for side in range(2):
+            call(curve.node, (curve.made, node + side, ask.sign, first, work.chosen, many, work.sides[side]))
+        for j in range(many):
+            parts.design[j] = work.chosen[j]
+            write_ends(parts.ends[j], PanelPartEnds(-1.0, 1.0, left[0, j], left[1, j], right[0, j], right[1, j]))
+        split_open_parts(curve, first, many, panels, panel, ask, work)
+
+
+@inline_in_kernels
+def search_panel(curve, first, many, panels, panel, node, ask, work):
+    """Search one panel, from ``node`` to the next, for all designs in ``work.chosen``."""
+    place = (panels.centre[panel], panels.half_width[panel])
+    for side in range(2):
+        call(curve.node, (curve.made, node + side, ask.sign, first, work.chosen, many, work.sides[side]))
+    climbs, opened = classify_panels(many, panel, place[1], ask, work)
+    if opened:
+        there = (curve.made, panel, work.middle, ask.sign, first, work.opened, opened, work.sides[2])
+        call(curve.panel, there)
+        climbs, parts = classify_halves(opened, climbs, panel, place, ask, work)
+        split_open_parts(curve, first, parts, panels, panel, ask, work)
+    climb_all(curve, first, climbs, panels, panel, ask, work)

@@ -1,0 +1,293 @@
+"""Ranges with slopes: a formula over boxes of its arguments, and how it changes with each of them.
+
+A ``Sloped`` holds the range of a quantity over a box, its value at one point of the box, and intervals of its
+partial derivatives over the box. Formulas run on it as they run on numbers: every operation carries the derivatives
+along by the chain rule. By the mean value theorem
+
+    f(x) ∈ f(p) + Σ F_k·(x_k − p_k),    F_k ∋ ∂f/∂x_k over the box
+
+which narrows the range that interval arithmetic gives: what the range is too wide by falls with the square of the
+box's width. A quotient whose denominator may be 0 in the box stays a quotient (``Quotient``).
+
+Rounding is part of the ranges, of the slopes and of the value at the point, an interval too: every operation widens
+them by what it may lose, and a number that enters is taken to be right to GIVEN. An Interval enters as it is.
+
+Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 6.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import reduce
+from typing import Any, ClassVar
+
+import numpy as np
+
+from camopt.core.numerics import INPUT_ROUNDOFF, FloatArray
+from camopt.core.numerics.interval import (
+    INTERVAL_OPERANDS,
+    INTERVAL_RULES,
+    UNBOUNDED_ERRSTATE,
+    Interval,
+    as_interval,
+    widen,
+)
+
+ADD, MULTIPLY, NEGATE = (INTERVAL_RULES[each] for each in (np.add, np.multiply, np.negative))
+
+
+@dataclass(eq=False)  # and not frozen, as an Interval
+class SlopedInterval(np.lib.mixins.NDArrayOperatorsMixin):
+    """A quantity over n boxes of d variables."""
+
+    value: Interval
+    """Its range (n,)."""
+    at: Interval
+    """Its value at the point (n,)."""
+    slopes: Interval
+    """Partial derivatives (d, n)."""
+    span: Interval
+    """The box as seen from the point (d, n)."""
+    keeps_quotients: ClassVar[bool] = True
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        if method != "__call__" or kwargs or any(isinstance(x, Quotient) for x in inputs):
+            return NotImplemented
+        if ufunc not in PARTIALS or not all(isinstance(x, SLOPED_OPERANDS) for x in inputs):
+            return NotImplemented
+        if ufunc is np.true_divide and isinstance(inputs[1], SlopedInterval) and self.keeps_quotients:
+            touching = inputs[1].value.low <= 0.0
+            if np.any(touching):
+                a, b = as_sloped_interval(inputs[0], inputs[1]), inputs[1]
+                whole, one = Quotient(a, b).divide(), as_sloped_interval(1.0, b)
+                return Quotient(_select_sloped(touching, a, whole), _select_sloped(touching, b, one))
+        enter = as_interval if ufunc is np.power else _as_rounded_interval  # an exponent is exact
+        entered = [x if isinstance(x, SlopedInterval) else enter(x) for x in inputs]
+        ranges, points = ([of(x) for x in entered] for of in (range_of, value_at_point))
+        with np.errstate(**UNBOUNDED_ERRSTATE):
+            value, at = (INTERVAL_RULES[ufunc](*each) for each in (ranges, points))
+            return apply_chain_rule(value, at, list(zip(inputs, PARTIALS[ufunc](value, *ranges), strict=True)))
+
+    def with_enclosure(self, value: Interval, at: Interval, slopes: Interval) -> "SlopedInterval":
+        """Another quantity over the same boxes."""
+        return SlopedInterval(value, at, slopes, self.span)
+
+    def __getitem__(self, index: Any) -> "SlopedInterval":
+        return SlopedInterval(self.value[index], self.at[index], self.slopes[:, index], self.span[:, index])
+
+    @property
+    def size(self) -> int:
+        return self.value.size
+
+
+SLOPED_OPERANDS = (SlopedInterval, *INTERVAL_OPERANDS)
+
+
+@dataclass(eq=False)
+class LinkageInterval(SlopedInterval):
+    """A Sloped of a linkage: denominators may have either sign, and roots are those of what has to be positive."""
+
+    radicands: list[SlopedInterval] = field(default_factory=list)
+    """All of which a root was taken: where one is below 0 there is no such linkage."""
+    keeps_quotients: ClassVar[bool] = False
+
+    @classmethod
+    def from_interval(cls, number: SlopedInterval, radicands: list[SlopedInterval]) -> "LinkageInterval":
+        """A number of a linkage over boxes, with a list of radicands that all of its numbers share."""
+        return cls(number.value, number.at, number.slopes, number.span, radicands)
+
+    @property
+    def sloped_interval(self) -> SlopedInterval:
+        """As any other quantity of the boxes."""
+        return SlopedInterval(self.value, self.at, self.slopes, self.span)
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        if ufunc is np.sqrt:
+            self.radicands.append(self.sloped_interval)
+        return super().__array_ufunc__(ufunc, method, *inputs, **kwargs)
+
+    def with_enclosure(self, value: Interval, at: Interval, slopes: Interval) -> SlopedInterval:
+        """Another number of the linkage."""
+        return LinkageInterval(value, at, slopes, self.span, self.radicands)
+
+
+def range_of(x: Any) -> Interval:
+    """The range of a number, an array, an Interval or a Sloped."""
+    return x.value if isinstance(x, SlopedInterval) else _as_rounded_interval(x)
+
+
+def value_at_point(x: Any) -> Interval:
+    """The value of a number, an array, an Interval or a Sloped at the point."""
+    return x.at if isinstance(x, SlopedInterval) else _as_rounded_interval(x)
+
+
+def _as_rounded_interval(x: Any) -> Interval:
+    """A number or an array widened by its rounding error."""
+    return x if isinstance(x, Interval) else widen(as_interval(x))
+
+
+def apply_chain_rule(value: Interval, at: Interval, parts: Sequence[tuple[Any, Any]]) -> SlopedInterval:
+    """A function of some operands from its range, its value at the point, and (operand, partial derivative).
+
+    What is given is right to GIVEN, as after one operation.
+    """
+    sloped = [(operand, partial) for operand, partial in parts if isinstance(operand, SlopedInterval)]
+    like = sloped[0][0]
+    every = like.span.low.shape[1:]
+    with np.errstate(**UNBOUNDED_ERRSTATE):
+        slopes = reduce(
+            lambda a, b: widen(ADD(a, b)), [_scale_slopes(each, operand.slopes) for operand, each in sloped]
+        )
+        at = at if at.low.shape == every else ADD(at, as_interval(np.zeros(every)))
+        return narrow_by_mean_value(value, at, slopes, like)
+
+
+def narrow_by_mean_value(value: Interval, at: Interval, slopes: Interval, like: SlopedInterval) -> SlopedInterval:
+    """A quantity from its range, its value at the point and its slopes, which narrow the range."""
+    span, at, value = like.span, widen(at), widen(value)
+    with np.errstate(**UNBOUNDED_ERRSTATE):  # of the products of slopes and spans, which are around 0
+        least = np.minimum(slopes.low * span.high, slopes.high * span.low)
+        most = np.maximum(slopes.low * span.low, slopes.high * span.high)
+        rounding = INPUT_ROUNDOFF * np.add.reduce(np.maximum(-least, most))
+        low = np.fmax(value.low, at.low + np.add.reduce(least) - rounding)  # fmax: what is unknown narrows nothing
+        high = np.fmin(value.high, at.high + np.add.reduce(most) + rounding)
+    return like.with_enclosure(Interval(np.minimum(low, high), np.maximum(low, high)), at, slopes)
+
+
+def _scale_slopes(partial: Any, slopes: Interval) -> Interval:
+    """Slopes, each times a partial derivative; sums and differences have none but 1 and −1."""
+    if isinstance(partial, float) and partial in (1.0, -1.0):
+        return slopes if partial > 0.0 else NEGATE(slopes)
+    return widen(MULTIPLY(as_interval(partial), slopes))
+
+
+def box_variables(box: Sequence[Interval], point: Sequence[FloatArray]) -> list[SlopedInterval]:
+    """The variables themselves over boxes, seen from points in them."""
+    span = Interval(
+        np.array([side.low - p for side, p in zip(box, point, strict=True)]),
+        np.array([side.high - p for side, p in zip(box, point, strict=True)]),
+    )
+    ones = np.eye(len(box))[:, :, None] + np.zeros(span.low.shape)
+    return [
+        SlopedInterval(x, as_interval(p), as_interval(one), span)
+        for x, p, one in zip(box, point, ones, strict=True)
+    ]
+
+
+def _maximum_partial(a: Interval, b: Interval) -> Interval:
+    """The range of ∂max(a, b)/∂a: 1 where a is larger, 0 where b is."""
+    return Interval(np.where(a.low > b.high, 1.0, 0.0), np.where(a.high < b.low, 0.0, 1.0))
+
+
+def _sign_partial(a: Interval) -> Interval:
+    """The range of the derivative of sgn(a)."""
+    sure = (a.low > 0.0) | (a.high < 0.0) | (a.low == a.high)
+    return Interval(np.zeros_like(a.low), np.where(sure, 0.0, np.inf))
+
+
+def _arctan2_partials(value: Interval, y: Interval, x: Interval) -> tuple[Any, ...]:
+    square = y * y + x * x
+    return x / square, -y / square
+
+
+PARTIALS: dict[np.ufunc, Callable[..., tuple[Any, ...]]] = {
+    np.add: lambda v, a, b: (1.0, 1.0),
+    np.subtract: lambda v, a, b: (1.0, -1.0),
+    np.multiply: lambda v, a, b: (b, a),
+    np.true_divide: lambda v, a, b: (inverse := 1.0 / b, -v * inverse),
+    np.negative: lambda v, a: (-1.0,),
+    np.square: lambda v, a: (2.0 * a,),
+    np.power: lambda v, a, exponent: (exponent * INTERVAL_RULES[np.power](a, exponent - 1.0), 0.0),
+    np.sqrt: lambda v, a: (0.5 / v,),
+    np.sin: lambda v, a: (np.cos(a),),
+    np.cos: lambda v, a: (-np.sin(a),),
+    np.arcsin: lambda v, a: (1.0 / np.sqrt((1.0 - a) * (1.0 + a)),),
+    np.arctan2: _arctan2_partials,
+    np.maximum: lambda v, a, b: (_maximum_partial(a, b), _maximum_partial(b, a)),
+    np.minimum: lambda v, a, b: (_maximum_partial(b, a), _maximum_partial(a, b)),
+    np.absolute: lambda v, a: (np.sign(a),),
+    np.sign: lambda v, a: (_sign_partial(a),),
+}
+"""Partial derivatives of each operation, from its value and its operands, all Intervals."""
+
+
+@dataclass(frozen=True, eq=False)
+class Quotient(np.lib.mixins.NDArrayOperatorsMixin):
+    """above/below, where the range of ``below`` may reach 0 or less.
+
+    Of a design that can be assembled, is not undercut and does not jam every denominator in a formula is positive,
+    so that for it above/below ≤ b is the same as above ≤ b·below, which has no pole.
+    """
+
+    above: Any
+    below: Any
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        if method != "__call__" or kwargs:
+            return NotImplemented
+        if ufunc in FRACTIONS:
+            return Quotient(*FRACTIONS[ufunc](*(as_quotient(x) for x in inputs)))
+        return ufunc(*(x.divide() if isinstance(x, Quotient) else x for x in inputs))
+
+    def __getitem__(self, index: Any) -> "Quotient":
+        return Quotient(*(part if np.isscalar(part) else part[index] for part in (self.above, self.below)))
+
+    def divide(self) -> SlopedInterval:
+        """As a range, without bounds where the denominator may be 0."""
+        above, below = as_sloped_interval(self.above, self.below), as_sloped_interval(self.below, self.above)
+        value, at = above.value / below.value, above.at / below.at
+        partials = PARTIALS[np.true_divide](value, above.value, below.value)
+        return apply_chain_rule(value, at, list(zip((above, below), partials, strict=True)))
+
+
+def as_quotient(x: Any) -> Quotient:
+    return x if isinstance(x, Quotient) else Quotient(x, 1.0)
+
+
+def as_sloped_interval(x: Any, like: SlopedInterval) -> SlopedInterval:
+    """A constant with zero slopes over the boxes of another quantity."""
+    if isinstance(x, SlopedInterval):
+        return x
+    value = _as_rounded_interval(x) + as_interval(np.zeros(like.value.low.shape))
+    return like.with_enclosure(value, value, 0.0 * as_interval(np.ones(like.slopes.low.shape)))
+
+
+def hull_of(one: SlopedInterval, other: SlopedInterval, first: Any, second: Any) -> SlopedInterval:
+    """One of two forms of the same quantity; what encloses both, where it is not said which."""
+
+    def pick(a: Interval, b: Interval) -> Interval:
+        low, high = np.minimum(a.low, b.low), np.maximum(a.high, b.high)
+        return Interval(
+            np.where(first, a.low, np.where(second, b.low, low)),
+            np.where(first, a.high, np.where(second, b.high, high)),
+        )
+
+    value, at, slopes = (pick(getattr(one, n), getattr(other, n)) for n in ("value", "at", "slopes"))
+    return one.with_enclosure(value, at, slopes)
+
+
+def _fraction_power(a: Quotient, exponent: Quotient) -> tuple[Any, Any]:
+    """A positive fraction to the power of a number."""
+    over, under = (a.above, a.below) if exponent.above > 0.0 else (a.below, a.above)
+    size = abs(exponent.above)
+    return np.power(over, size), np.power(under, size)
+
+
+def _select_sloped(chosen: Any, a: SlopedInterval, b: SlopedInterval) -> SlopedInterval:
+    def pick(x: Interval, y: Interval) -> Interval:
+        return Interval(np.where(chosen, x.low, y.low), np.where(chosen, x.high, y.high))
+
+    return SlopedInterval(pick(a.value, b.value), pick(a.at, b.at), pick(a.slopes, b.slopes), a.span)
+
+
+FRACTIONS: dict[np.ufunc, Callable[..., tuple[Any, Any]]] = {
+    np.add: lambda a, b: (a.above * b.below + b.above * a.below, a.below * b.below),
+    np.subtract: lambda a, b: (a.above * b.below - b.above * a.below, a.below * b.below),
+    np.multiply: lambda a, b: (a.above * b.above, a.below * b.below),
+    np.true_divide: lambda a, b: (a.above * b.below, a.below * b.above),
+    np.negative: lambda a: (-a.above, a.below),
+    np.square: lambda a: (np.square(a.above), np.square(a.below)),
+    np.sqrt: lambda a: (np.sqrt(a.above), np.sqrt(a.below)),
+    np.power: _fraction_power,
+    np.absolute: lambda a: (np.absolute(a.above), a.below),
+}
+"""Operations on fractions: (above, below)."""

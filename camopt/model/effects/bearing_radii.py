@@ -1,0 +1,157 @@
+"""Bodies with which a line contact bears its load at every cam angle, for all designs that share a pitch curve.
+
+The load of the contact stress, N/R (``effects.loads``), is at most 1/share where R_r·(1 − κ·R_r) ≥ n, n = share·N,
+on a flank that κ > 0 bends towards the roller and that is not undercut. It is so at every cam angle if
+
+    M(u) ≤ √u,    M(u) = max(n + κ·u) over the turn,    u = R_r²
+
+Neither n nor κ depends on the roller. M is the largest of straight lines, and so convex, and √u is concave: a pitch
+curve has one range of rollers. From few values of M follows where it ends: M is below the chord of two of them, and
+beyond these above it. A straight line n + κ·u is below √u with the rollers
+
+    2·n/(1 + √d)  ≤  R_r  ≤  (1 + √d)/(2·κ),    d = 1 − 4·κ·n
+
+A flat face bears its load where ρ ≥ n: with bodies from the largest n − ρ on, ρ with a body of none.
+"""
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from math import sqrt
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import LARGEST, FloatArray
+from camopt.core.numerics.curves import curve_type
+from camopt.model.effects.effect import EvaluationBlock
+from camopt.model.effects.loads import flank_path_curvature, normal_curve
+from camopt.model.effects.peak import CLEAR_SHARE, Peak, RadiusRange, jumps_at_corners
+from camopt.model.effects.peak_columns import peak_extremes
+from camopt.model.mechanisms.design import Designs
+from camopt.model.motion.stroke import ALL_STROKES
+
+InverseAllowedLoad = Callable[[Designs], Any]
+"""The inverse of the load that designs are allowed."""
+
+
+@curve_type(loaded=True)
+def required_roller_radius(at, normal, curvature, share, bulge):
+    """n + κ·u [mm]; ``share`` is that of a force outward, ``bulge`` the sign of κ on the flank times u."""
+    return share * normal + bulge * curvature
+
+
+@curve_type(loaded=True)
+def required_face_radius(at, normal, radius, share):
+    """n − ρ of a flat face [mm]."""
+    return share * normal - radius
+
+
+def load_bearing_radii(
+    case: EvaluationBlock, share: InverseAllowedLoad, bodies: RadiusRange
+) -> tuple[RadiusRange, RadiusRange]:
+    """With which of some bodies the pitch curves of a case bear a load for certain, and with which they may.
+
+    Its designs are such that a point follows on their pitch curves; no guide rubs on the follower.
+    """
+    normal, shares = (
+        normal_curve(case.setup, case.designs, case.programme),
+        share(case.designs) + _design_zeros(case),
+    )
+    if case.setup.mechanism.flat_faced:
+        far, near = _enclose_largest(case, [_required_face_curve(case, normal, shares)], max(map(abs, bodies)))
+        return RadiusRange(least=far), RadiusRange(least=near)
+    flanks = case.setup.mechanism.flanks
+    paths = [flank_path_curvature(case.setup, case.designs, case.programme, flank) for flank in flanks]
+    radii, sides = _probe_radii(bodies), []
+    for radius in radii:
+        spread = radius**2 + _design_zeros(case)
+        curves = [
+            required_roller_radius(normal, path, flank.pressing * shares, flank.bulge * spread)
+            for flank, path in zip(flanks, paths, strict=True)
+        ]
+        sides.append(_enclose_largest(case, curves, radius))
+    most, least = zip(*sides, strict=True)
+    return _proved_radii(radii, most), _possible_radii(radii, most, least)
+
+
+def _probe_radii(bodies: RadiusRange) -> list[float]:
+    """The rollers at which M is found: the least, the largest, and their geometric mean."""
+    low, high = map(float, bodies)
+    return [low, sqrt(low * high), high] if low < high else [low]
+
+
+def _proved_radii(radii: Sequence[float], far: Sequence[FloatArray]) -> RadiusRange:
+    """The rollers with which M is surely low enough, from what it is no larger than: below chords."""
+    found = _sufficient_radii(radii, far)
+    for low, high, first, last in zip(radii, radii[1:], far, far[1:], strict=False):
+        found.append(
+            _radii_below_root(low, first, _chord_slope(low, first, high, last)).intersection(RadiusRange(low, high))
+        )
+    return _radius_hull(found)
+
+
+def _possible_radii(radii: Sequence[float], far: Sequence[FloatArray], near: Sequence[FloatArray]) -> RadiusRange:
+    """Those with which it may be, from what it is no less than, too: above chords that go on."""
+    found = _sufficient_radii(radii, near)
+    for i, (low, high) in enumerate(pairwise(radii)):
+        some = RadiusRange(low, high)
+        if i > 0:
+            slope = _chord_slope(radii[i - 1], far[i - 1], low, near[i])
+            some = some.intersection(_radii_below_root(low, near[i], slope))
+        if i + 2 < len(radii):
+            slope = _chord_slope(high, near[i + 1], radii[i + 2], far[i + 2])
+            some = some.intersection(_radii_below_root(high, near[i + 1], slope))
+        found.append(some)
+    return _radius_hull(found)
+
+
+def _sufficient_radii(radii: Sequence[float], values: Sequence[FloatArray]) -> list[RadiusRange]:
+    """Of each roller, itself where a value of M is low enough."""
+    return [
+        RadiusRange(radius, np.where(value <= radius, radius, -np.inf))
+        for radius, value in zip(radii, values, strict=True)
+    ]
+
+
+def _chord_slope(low: float, first: FloatArray, high: float, last: FloatArray) -> FloatArray:
+    """The slope by u of the straight line through two values of M."""
+    with np.errstate(invalid="ignore"):  # of infinite loads
+        return np.asarray((last - first) / (high**2 - low**2))
+
+
+def _radii_below_root(radius: float, value: FloatArray, slope: FloatArray) -> RadiusRange:
+    """The rollers with which the straight line through a value at one is at most √u; none if it is infinite."""
+    with np.errstate(all="ignore"):
+        start = value - slope * radius**2
+        root = np.sqrt(1.0 - 4.0 * slope * start)
+        least, most = 2.0 * start / (1.0 + root), (1.0 + root) / (2.0 * slope)
+    always, never = np.isnan(root) & (slope < 0.0), np.isnan(root) & ~(slope < 0.0)
+    return RadiusRange(
+        np.where(never, np.inf, np.where(always, -np.inf, least)),
+        np.where(never, -np.inf, np.where(slope > 0.0, most, np.inf)),
+    )
+
+
+def _radius_hull(ranges: Sequence[RadiusRange]) -> RadiusRange:
+    """The range over several ranges; none where all are empty."""
+    least, most = (np.array(np.broadcast_arrays(*ends)) for ends in zip(*ranges, strict=True))
+    some = least <= most
+    return RadiusRange(np.where(some, least, np.inf).min(axis=0), np.where(some, most, -np.inf).max(axis=0))
+
+
+def _enclose_largest(case: EvaluationBlock, curves: Sequence[Any], scale: float) -> tuple[FloatArray, FloatArray]:
+    """What the largest value of some curves is no more than, and no less, beside rounding."""
+    made = tuple((lambda *_, each=each: each, ALL_STROKES) for each in curves)
+    found = peak_extremes(case, Peak(made, LARGEST, jumps=jumps_at_corners))
+    finite = np.where(np.isfinite(found.value), np.abs(found.value), 0.0)
+    by = found.width + CLEAR_SHARE * (finite + scale)
+    return found.value + by, found.value - by
+
+
+def _required_face_curve(case: EvaluationBlock, normal: Any, shares: FloatArray) -> Any:
+    assert case.setup.mechanism.profile_radius is not None
+    return required_face_radius(normal, case.setup.mechanism.profile_radius(case.designs, case.programme), shares)
+
+
+def _design_zeros(case: EvaluationBlock) -> FloatArray:
+    return np.zeros(len(case.designs))

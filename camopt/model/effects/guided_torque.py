@@ -1,0 +1,83 @@
+"""The torque of a follower that rubs in its guide, as panel polynomials of one design.
+
+    T = F·y'/(1 − sgn(F·y')·μ·q·|tan β|)
+
+depends on the design, and is smooth between the cam angles where F, y' or tan β changes sign. The panels of the
+motion end where y' does. They are cut where F and y'' do, so that tan β = (y' − e)/s passes 0 at most once in a
+part, and where it does. On each part T is interpolated at Chebyshev points, to 1e-10 while the follower is not
+about to jam.
+"""
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import BISECTIONS, FloatArray
+from camopt.core.numerics.curves import value_of
+from camopt.core.numerics.piecewise import sign_changes
+from camopt.core.numerics.quadrature import chebyshev_projection
+from camopt.core.numerics.stable_functions import matrix_product
+from camopt.model.effects.effect import Setup
+from camopt.model.effects.effect_numbers import FollowerDynamics
+from camopt.model.effects.force import force_factors, force_series
+from camopt.model.effects.loads import friction_ways, torque_curve
+from camopt.model.effects.panel_parts import PanelParts, cut_panels, part_states
+from camopt.model.effects.panel_series import displacement_derivative
+from camopt.model.mechanisms.design import SIZE_FIELDS, Designs, Mechanism
+from camopt.model.motion.programme import Programme
+
+GUIDED_DEGREE = 20
+PanelCuts = tuple[tuple[int, float], ...]
+"""Panels, and u in them."""
+
+
+def smooth_parts(setup: Setup, design: Designs, programme: Programme) -> PanelParts:
+    """Parts of panels in each of which T is smooth."""
+    setup, design = setup.absorb_design_numbers(design)
+    sizes = tuple(float(size[0]) for size in design.sizes.values())
+    cuts = _sign_change_cuts(programme, setup.dynamics, setup.omega)
+    return _cut_smooth_parts(programme, cuts, setup.mechanism, sizes, design.sense)
+
+
+@lru_cache(maxsize=4096)
+def _cut_smooth_parts(
+    programme: Programme, cuts: PanelCuts, mechanism: Mechanism, sizes: tuple[float, ...], sense: float
+) -> PanelParts:
+    """The panels cut there, and where tan β changes sign."""
+    arrays: dict[str, Any] = {name: np.array([size]) for name, size in zip(SIZE_FIELDS, sizes, strict=True)}
+    design = Designs(**arrays, sense=sense)
+    parts, pressure = cut_panels(programme.table, cuts), mechanism.pressure(design, programme)
+
+    def lean(parts: PanelParts, u: FloatArray) -> FloatArray:
+        return np.asarray(np.sign(value_of(pressure, 0, part_states(programme, parts, u))))
+
+    turned = lean(parts, parts.low) * lean(parts, parts.high) < 0.0
+    between = parts.take(turned)
+    low, high, before = between.low, between.high, lean(between, between.low)
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        same = lean(between, middle) == before
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return cut_panels(programme.table, [*cuts, *zip(between.panel.tolist(), low.tolist(), strict=True)])
+
+
+@lru_cache(maxsize=64)
+def _sign_change_cuts(programme: Programme, dynamics: FollowerDynamics, omega: float) -> PanelCuts:
+    """Where F and y'' change sign, whatever the design: (panel, u)."""
+    force = force_series(programme, force_factors(dynamics, omega))[:, 0]
+    return *sign_changes(force), *sign_changes(displacement_derivative(programme.table, 2))
+
+
+def guided_torque(setup: Setup, design: Designs, programme: Programme) -> tuple[FloatArray, FloatArray]:
+    """T of one design, N·mm: half-widths of parts in rad (n,), and polynomials (powers, n)."""
+    table, (nodes, to_powers) = programme.table, chebyshev_projection(GUIDED_DEGREE)
+    parts = smooth_parts(setup, design, programme)
+    kinds = np.repeat(table.kind, np.diff(table.first_panel))[parts.panel]
+    values = np.zeros((nodes.size, parts.panel.size))
+    for way, chosen in friction_ways(setup):
+        here = (kinds & chosen) != 0
+        some = parts.take(here)
+        made = torque_curve(setup, design, programme, way)
+        values[:, here] = value_of(made, 0, part_states(programme, some, some.places_in_parts(nodes[:, None])))
+    return 0.5 * table.half_width[parts.panel] * (parts.high - parts.low), matrix_product(to_powers, values)

@@ -1,0 +1,158 @@
+"""Quantities of a scene's own: an expression over quantities that other effects find of each design.
+
+A value that is no finite number is infinite. The enclosure of a value is that of its expression over the enclosures
+of its quantities, by interval arithmetic with room for the rounding of each operation; where none of them has a
+width, the value is exact to rounding, as they are. That of a Python function has no enclosure.
+
+Source: Moore, Kearfott and Cloud, Introduction to Interval Analysis, ch. 5.
+"""
+
+from collections.abc import Callable, Mapping
+from functools import partial, reduce
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.interval import UNBOUNDED_ERRSTATE, Interval, as_interval
+from camopt.core.quantities.expression import DOUBLE_RULES, ExpressionRules
+from camopt.core.quantities.own_quantity import OWN_EFFECT, OwnQuantity
+from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock
+
+OPERATION_ROUNDING = 4.0 * np.finfo(float).eps
+"""What each operation may be off, relative."""
+LARGEST_EXPONENT = 1024.0
+"""Whole exponents up to which a base may be below 0."""
+
+
+def expression_effect(quantity: OwnQuantity, last: bool) -> Effect:
+    """The effect that computes a quantity of a scene's own."""
+    return Effect(
+        f"{OWN_EFFECT}.{quantity.name}",
+        lambda setup: (quantity.name,),
+        partial(_expression_column, quantity),
+        reads=lambda setup: quantity.reads,
+        last=last,
+    )
+
+
+def _expression_column(quantity: OwnQuantity, case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    columns: Mapping[str, Any] = {name: case.columns[name] for name in quantity.reads}
+    value = expression_values(quantity, columns, len(case.designs))
+    if quantity.call or not any(name in case.outward for name in columns):
+        return {quantity.name: value}
+    found = expression_range(
+        quantity, {n: column_enclosure(column, case.outward.get(n, 0.0)) for n, column in columns.items()}
+    )
+    with np.errstate(**UNBOUNDED_ERRSTATE):
+        width = np.maximum(found.high - value, value - found.low)
+        scale = np.fmax(np.abs(value), largest_term(quantity.tree, columns))
+    return {quantity.name: EnclosedValue(value, np.where(np.isfinite(value), width, 0.0), scale)}
+
+
+def expression_values(quantity: OwnQuantity, columns: Mapping[str, Any], count: int) -> FloatArray:
+    """The values of so many designs; infinite where the expression has no finite one."""
+    if quantity.call:
+        columns = {
+            name: np.broadcast_to(np.asarray(column, dtype=float), (count,)) for name, column in columns.items()
+        }
+    with np.errstate(all="ignore"):
+        value = np.asarray(quantity.tree.evaluate(columns), dtype=float) + np.zeros(count)
+    return np.where(np.isfinite(value), value, np.inf)
+
+
+def largest_term(tree: Any, columns: Mapping[str, Any]) -> Any:
+    """The largest magnitude of the terms of an expression, to which its error is relative where they cancel."""
+    match tree.rule:
+        case "+" | "-" | "min" | "max":
+            return reduce(np.maximum, (largest_term(part, columns) for part in tree.parts))
+        case "neg" | "abs":
+            return largest_term(tree.parts[0], columns)
+        case "*":
+            return largest_term(tree.parts[0], columns) * largest_term(tree.parts[1], columns)
+        case "/":
+            return largest_term(tree.parts[0], columns) / np.abs(tree.parts[1].evaluate(columns))
+        case "**":
+            power = largest_term(tree.parts[0], columns) ** tree.parts[1].evaluate(columns)
+            return np.fmax(np.abs(tree.evaluate(columns)), power)
+    return np.abs(tree.evaluate(columns))
+
+
+def expression_range(quantity: OwnQuantity, ranges: Mapping[str, Interval]) -> Interval:
+    """The range of values over ranges of the quantities that it reads."""
+    with np.errstate(**UNBOUNDED_ERRSTATE):
+        return as_interval(quantity.tree.evaluate(ranges, RANGE_RULES))
+
+
+def column_enclosure(column: Any, outward: Any) -> Interval:
+    """The enclosure of a quantity."""
+    far = column + np.where(np.isfinite(column), outward, 0.0)
+    return Interval(np.minimum(column, far), np.maximum(column, far))
+
+
+# ----------------------------------------------------------------------------------- expressions over intervals
+
+
+def _range_power(a: Interval, exponent: Interval) -> Interval:
+    """A base to a power: of any sign to a whole number, else of none below 0."""
+    number = float(exponent.low.flat[0]) if exponent.low.size else 0.0
+    same = np.all(exponent.low == number) and np.all(exponent.high == number)
+    if same and number == np.floor(number) and abs(number) <= LARGEST_EXPONENT:
+        return _range_whole_power(a, int(number))
+    low, high = np.maximum(a.low, 0.0), np.maximum(a.high, 0.0)
+    return _hull_of_ends([base**by for base in (low, high) for by in (exponent.low, exponent.high)])
+
+
+def _range_whole_power(a: Interval, number: int) -> Interval:
+    if number < 0:
+        return as_interval(1.0 / _range_whole_power(a, -number))
+    if number % 2:
+        return Interval(a.low**number, a.high**number)
+    return Interval(a.least_magnitude**number, a.largest_magnitude**number)
+
+
+def _range_tangent(a: Interval) -> Interval:
+    """Rising between its poles; without bounds across one."""
+    turn = [np.floor(end / np.pi + 0.5) for end in (a.low, a.high)]
+    across = ~(turn[0] == turn[1])
+    return Interval(np.where(across, -np.inf, np.tan(a.low)), np.where(across, np.inf, np.tan(a.high)))
+
+
+def _clip_to_one(a: Interval) -> Interval:
+    return Interval(np.clip(a.low, -1.0, 1.0), np.clip(a.high, -1.0, 1.0))
+
+
+def _falling_range(function: Callable[[Any], Any], a: Interval) -> Interval:
+    return Interval(function(a.high), function(a.low))
+
+
+def _hull_of_ends(ends: list[FloatArray]) -> Interval:
+    return Interval(reduce(np.fmin, ends), reduce(np.fmax, ends))
+
+
+RANGE_OVERRIDES: ExpressionRules = {
+    "**": _range_power,
+    "tan": _range_tangent,
+    "asin": lambda a: np.arcsin(_clip_to_one(a)),
+    "acos": lambda a: _falling_range(np.arccos, _clip_to_one(a)),
+    "radians": lambda a: Interval(np.radians(a.low), np.radians(a.high)),
+}
+"""What intervals have no rule of their own for, or a narrower one."""
+
+
+def _with_rounding(rule: Callable[..., Any]) -> Callable[..., Interval]:
+    """A rule with room for the rounding of its result; what has no bound is infinite."""
+
+    def rounded_rule(*parts: Any) -> Interval:
+        made = rule(*map(as_interval, parts))
+        room = OPERATION_ROUNDING * made.largest_magnitude
+        low, high = made.low - room, made.high + room
+        return Interval(np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high))
+
+    return rounded_rule
+
+
+RANGE_RULES: ExpressionRules = {
+    name: _with_rounding(RANGE_OVERRIDES.get(name, rule)) for name, rule in DOUBLE_RULES.items()
+}
+"""What operators and functions are on ranges."""

@@ -1,0 +1,39 @@
+"""What the motion and a few numbers of the scene decide, whatever the sizes: found once for equal numbers."""
+
+from collections.abc import Callable
+from functools import lru_cache, wraps
+from typing import Any
+
+import numpy as np
+
+from camopt.model.motion.programme import Programme
+
+SETTING_BLOCK = 256  # settings found together, which bounds the memory
+REMEMBERED_BLOCKS = 64  # answers: blocks of designs often have the settings of those before them
+
+
+def once_per_setting(find: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of a programme and numbers, or arrays (designs,) of them, found once for numbers that are equal.
+
+    What is decorated takes arrays (settings,), and gives an array, or a NamedTuple of arrays; of numbers it gives
+    numbers.
+    """
+
+    @lru_cache(maxsize=REMEMBERED_BLOCKS)
+    def find_settings(programme: Programme, numbers: bytes, settings: int) -> tuple[type | None, Any]:
+        table = np.frombuffer(numbers).reshape(-1, settings)
+        parts = [find(programme, *table[:, k : k + SETTING_BLOCK]) for k in range(0, settings, SETTING_BLOCK)]
+        columns = np.concatenate([np.atleast_2d(np.array(part)) for part in parts], axis=1)
+        return (type(parts[0]) if isinstance(parts[0], tuple) else None), columns
+
+    @wraps(find)
+    def by_design(programme: Programme, *numbers: Any) -> Any:
+        table = np.array(np.broadcast_arrays(*numbers), dtype=float)
+        settings, which = np.unique(table.reshape(len(table), -1), axis=1, return_inverse=True)
+        if not settings.size:
+            settings = np.full((len(table), 1), 0.5)  # of no design: any will do
+        kind, columns = find_settings(programme, settings.tobytes(), settings.shape[1])
+        values = columns[:, which.reshape(-1)] if table.ndim > 1 else columns[:, 0].tolist()
+        return kind(*values) if kind else values[0]
+
+    return by_design

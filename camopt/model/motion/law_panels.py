@@ -1,0 +1,112 @@
+"""Laws as panel polynomials (``numerics.piecewise``)."""
+
+from collections.abc import Iterable, Sequence
+from functools import lru_cache, singledispatch
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import polynomial
+
+from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray
+from camopt.core.numerics.panels import TABLE_DEGREE
+from camopt.core.numerics.piecewise import sign_changes
+from camopt.core.numerics.quadrature import chebyshev_projection, chebyshev_series
+from camopt.core.numerics.stable_functions import matrix_product
+from camopt.model.motion.law import Law, law_derivatives
+
+JERK_DEGREE = TABLE_DEGREE - 3
+SAME_BREAK = 1e-12  # of a stroke: a cut this near to a break is one but for rounding
+KEPT_JERK = 1e-14  # of a law's jerk: panels that leave out more of it are halved
+MOST_HALVINGS = 8  # at most
+JERK_NODES, JERK_TO_POWERS = chebyshev_projection(JERK_DEGREE)
+JERK_CHECK_NODES, TO_CHEBYSHEV = chebyshev_series(JERK_DEGREE + 4)
+
+
+def cut_breaks(breaks: tuple[float, ...], cuts: tuple[float, ...]) -> tuple[float, ...]:
+    """The breaks of a unit stroke, and further cuts of it, in order."""
+    return tuple(
+        sorted({*breaks, *(x for x in cuts if 0.0 < x < 1.0 and min(abs(x - b) for b in breaks) > SAME_BREAK)})
+    )
+
+
+def _piece_panels(
+    pieces: Iterable[tuple[float, ...]], counts: Iterable[int]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The lower ends, centres and half widths of the panels of pieces, by their ends."""
+    ends = [np.linspace(a, b, m + 1) for (a, b), m in zip(pieces, counts, strict=True)]
+    low = np.concatenate([e[:-1] for e in ends])
+    high = np.concatenate([e[1:] for e in ends])
+    return low, (low + high) / 2, (high - low) / 2
+
+
+class JerkCheck(NamedTuple):
+    """What was seen of the jerk on the panels of a piece."""
+
+    size: float
+    """The largest sum of the coefficients of its Chebyshev series."""
+    excess: float
+    """By how much what the table leaves out may be more than rounding of x makes of the jerk."""
+
+
+def _check_jerks(
+    law: Law, breaks: tuple[float, ...], counts: list[int], pieces: Sequence[int]
+) -> dict[int, JerkCheck]:
+    """What is seen of some pieces."""
+    _, centre, half = _piece_panels([breaks[k : k + 2] for k in pieces], [counts[k] for k in pieces])
+    series = np.abs(matrix_product(law.jerk(centre[:, None] + half[:, None] * JERK_CHECK_NODES), TO_CHEBYSHEV.T))
+    slope = matrix_product(series, np.arange(series.shape[1]) ** 2) / half
+    excess = series[:, JERK_DEGREE + 1 :].sum(axis=1) - UNIT_ROUNDOFF * slope
+    firsts = np.cumsum([0, *(counts[k] for k in pieces[:-1])])
+    rows = (np.maximum.reduceat(each, firsts).tolist() for each in (series.sum(axis=1), excess))
+    return dict(zip(pieces, map(JerkCheck, *rows), strict=True))
+
+
+def _fine_counts(law: Law, breaks: tuple[float, ...], counts: list[int]) -> list[int]:
+    """Numbers of panels of the pieces, doubled while the Chebyshev series of the jerk goes on beyond rounding."""
+    seen, coarse = dict[int, JerkCheck](), list(range(len(counts)))
+    for _ in range(MOST_HALVINGS):
+        seen |= _check_jerks(law, breaks, counts, coarse)
+        most = KEPT_JERK * max(each.size for each in seen.values())
+        coarse = [k for k, each in seen.items() if each.excess > most]
+        if not coarse:
+            break
+        counts = [2 * count if k in coarse else count for k, count in enumerate(counts)]
+    return counts
+
+
+@lru_cache(maxsize=256)
+def stroke_coefficients(
+    law: Law, panels: int, cuts: tuple[float, ...]
+) -> tuple[FloatArray, FloatArray, tuple[int, ...]]:
+    """A law as panel polynomials on the unit stroke.
+
+    The jerk is interpolated at Chebyshev points strictly inside each panel and integrated three times, with
+    the constants taken from the law at the panel's centre: so no derivative loses digits to differentiation.
+
+    Returns the coefficients (P, TABLE_DEGREE + 1) of s in powers of u, the panel ends (P + 1,), and the number of
+    panels in each piece. ``panels`` is the least number in a stroke; ``cuts`` are further ends of pieces.
+    """
+    breaks = cut_breaks(law.BREAKS, cuts)
+    counts = [max(1, round(panels * (b - a))) for a, b in pairwise(breaks)]
+    counts = _fine_counts(law, breaks, counts)
+    low, centre, half = _piece_panels(pairwise(breaks), counts)
+    series = matrix_product(law.jerk(centre[:, None] + half[:, None] * JERK_NODES), JERK_TO_POWERS.T)
+    for constant in reversed(law_derivatives(law, centre, 2)):
+        series = polynomial.polyint(series, axis=1) * half[:, None]
+        series[:, 0] = constant
+    series.flags.writeable = False
+    return series, np.append(low, 1.0), tuple(counts)
+
+
+@singledispatch
+@lru_cache(maxsize=256)
+def turning_points(law: Law, panels: int) -> tuple[float, ...]:
+    """Where a law turns back in a stroke: the roots of its velocity with a change of sign; none if monotone."""
+    series, ends, _ = stroke_coefficients(law, panels, ())
+    centre, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
+    velocity = polynomial.polyder(series.T) / half
+    turns = [centre[k] + half[k] * u for k, u in sign_changes(velocity)]
+    places = np.unique(np.array([*ends, *turns]))
+    signs = np.sign(np.diff(law.displacement(places)))
+    return tuple(float(x) for x in places[1:-1][signs[1:] != signs[:-1]])

@@ -1,0 +1,86 @@
+"""The joints of moves with their neighbours: velocity, acceleration and jerk there, and the motion between.
+
+A move ends with the derivatives that it was given, or else with those that the dwell or law after it starts with.
+It starts as what is before it ends. What is not given between two moves, or is given as a range, is as for the
+least jerk of all moves that follow each other (``run``).
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from itertools import pairwise
+
+import numpy as np
+
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.stable_functions import matrix_product
+from camopt.model.motion.law import Law
+from camopt.model.motion.move_run import MoveRun, solve_run, states_to_bernstein
+from camopt.model.motion.polynomial import PolynomialLaw
+from camopt.model.motion.segments import MOVE
+from camopt.model.motion.spline import SplineLaw
+from camopt.model.motion.stroke import Stroke
+
+
+def join_moves(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
+    """The strokes of a turn, each move with the motion that joins it to its neighbours.
+
+    Raises
+    ------
+    Contradiction
+        If no motion meets all that is asked of moves that follow each other, or none was found.
+    """
+    return _join_stroke_moves(tuple(strokes))
+
+
+@lru_cache(maxsize=256)  # a scene is checked, then resolved, and both need it
+def _join_stroke_moves(strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
+    found = list(strokes)
+    for places in _move_runs(strokes):
+        moves = [strokes[i] for i in places]
+        run = MoveRun(moves, strokes[places[0] - 1], strokes[(places[-1] + 1) % len(strokes)], strokes[0].low)
+        run, states = solve_run(run)
+        for i, move, (first, last) in zip(places, moves, run.spans, strict=True):
+            law = _move_law(states[first : last + 1], run.angles[first:last])
+            found[i] = replace(move, law=law)
+            if any(each.wanted and each.wanted[0] for each in moves):
+                found[i] = _place_move(found[i], moves[0].low, float(states[first, 0]), float(states[last, 0]))
+    return tuple(found)
+
+
+def _place_move(move: Stroke, start: float, before: float, after: float) -> Stroke:
+    """A move between heights above the start of its run."""
+    assert move.given
+    low, change = start + before * move.size, after - before
+    return replace(move, low=low, high=low + change * move.size, given=move.given._replace(change=change))
+
+
+def _move_runs(strokes: Sequence[Stroke]) -> Iterator[list[int]]:
+    """Runs of consecutive moves round the turn, by their places."""
+    count = len(strokes)
+    starts = [i for i, stroke in enumerate(strokes) if stroke.is_open and not strokes[i - 1].is_open]
+    if not starts and count and strokes[0].is_open:
+        starts = [0]
+    for start in starts:
+        run = [start]
+        while len(run) < count and strokes[(run[-1] + 1) % count].is_open:
+            run.append((run[-1] + 1) % count)
+        yield run
+
+
+def _move_law(states: FloatArray, angles: FloatArray) -> Law:
+    """The law of a move over x from 0 to 1, from the states at its cuts, with y relative to its start."""
+    from_start = states - states[0] * (np.arange(states.shape[1]) == 0)
+    if angles.size == 1:
+        powers = angles[0] ** np.arange(states.shape[1])
+        start, end = from_start * powers
+        return PolynomialLaw(MOVE, tuple(start.tolist()), tuple(end.tolist()))
+    degree = 2 * states.shape[1] - 1
+    coefficients = [0.0]
+    for angle, ends in zip(angles, pairwise(from_start), strict=True):
+        coefficients += matrix_product(states_to_bernstein(states.shape[1], angle), np.concatenate(ends))[
+            1:
+        ].tolist()
+    cuts = np.cumsum(angles)[:-1] / angles.sum()
+    knots = np.concatenate([np.zeros(degree + 1), np.repeat(cuts, degree), np.ones(degree + 1)])
+    return SplineLaw(MOVE, degree, tuple(knots.tolist()), tuple(coefficients))

@@ -1,0 +1,164 @@
+"""The position of a follower on an arc or a line of a cam that is given by its profile.
+
+Seen as in ``profile``, the cam stands still and the follower goes round it anticlockwise. Where it has turned by θ,
+the direction of an arc's centre C = m·e^{iγ}, or of a line's normal e^{iγ}, is behind it by δ = θ − γ. A trace
+point is on the arc with radius p = r + R_r about C, or on the line at distance D = d + R_r from the axis:
+
+    translating, lead e     s = m·cos δ ± √(p² − u²),  u = e + m·sin δ        s = (D + e·sin δ)/cos δ
+    oscillating, arm l      ψ = σ·arg B ± acos((b² + l² − p²)/(2·b·l))        ψ = acos((c·cos δ − D)/l) − σ·δ
+    translating face        R = r + m·cos δ
+    oscillating face, f     ψ = σ·arg B + asin((r − f)/b)
+
+with the vector from the centre to the pivot B = b·e^{i arg B} = c − m·e^{−iδ}, σ = 1 for a ccw cam and −1 for cw,
+and the sign that of p, which is negative in a hollow flank. These are the slider-crank, the four-bar linkage and
+the Scotch yoke that move as the follower does while it is on one arc. The formulas take numbers of any kind.
+
+Source: Norton, Design of Machinery, ch. 4 (position analysis of linkages); Rothbart, Cam Design Handbook, ch. 3.
+"""
+
+from dataclasses import dataclass
+from math import asin, cos, nan, pi, sin
+from typing import ClassVar, NamedTuple, Protocol
+
+from camopt.core.numerics.stable_functions import difference_of_squares_root, triangle_angle
+from camopt.core.numerics.taylor import Series, angle_of, direction, series_quotient, series_root
+from camopt.model.motion.profile import ProfileJoint, phase
+
+
+class JointPosition(NamedTuple):
+    """The position of a follower at a joint of the profile."""
+
+    turned: float
+    """By how much it has gone round, rad."""
+    position: float
+    """Its height above the axis, mm, or its angle at the pivot, rad."""
+    lead: float
+    """Above 0 where the cam drives it, as cos β; not a number where it cannot be."""
+
+
+class ProfileContact(Protocol):
+    """A follower in contact with a profile. Arcs have a radius and a distance of their centre, lines a distance."""
+
+    @property
+    def radius(self) -> float: ...
+    @property
+    def is_flat(self) -> bool: ...
+    def position_at_joint(self, joint: ProfileJoint) -> JointPosition: ...
+    def on_arc(self, radius: float, distance: float, angle: Series) -> Series: ...
+    def on_line(self, distance: float, angle: Series) -> Series: ...
+
+
+@dataclass(frozen=True)
+class TranslatingPoint:
+    """A knife edge, roller or spherical face of a radius, mm, and the lead of its axis."""
+
+    radius: float
+    eccentricity: float
+    is_flat: ClassVar[bool] = False
+
+    def position_at_joint(self, joint: ProfileJoint) -> JointPosition:
+        point, e = joint.point + self.radius * joint.normal, self.eccentricity
+        height = float(difference_of_squares_root(abs(point), e))
+        if not height > 0.0:
+            return JointPosition(nan, nan, nan)
+        turned = phase(point / complex(height, e))
+        return JointPosition(turned, height, cos(phase(joint.normal) - turned))
+
+    def on_arc(self, radius: float, distance: float, angle: Series) -> Series:
+        along, across = (each * distance for each in direction(angle))
+        u, side = across + self.eccentricity, _arc_side(radius)
+        return along + series_root(-((u - radius) * (u + radius))) * side
+
+    def on_line(self, distance: float, angle: Series) -> Series:
+        along, across = direction(angle)
+        return series_quotient(across * self.eccentricity + distance, along)
+
+
+@dataclass(frozen=True)
+class OscillatingPoint:
+    """A knife edge, roller or spherical face of a radius at the end of an arm, mm; the sense of the cam."""
+
+    radius: float
+    centre_distance: float
+    arm_length: float
+    sense: float
+    is_flat: ClassVar[bool] = False
+
+    def position_at_joint(self, joint: ProfileJoint) -> JointPosition:
+        point, c, l = joint.point + self.radius * joint.normal, self.centre_distance, self.arm_length  # noqa: E741
+        psi = float(triangle_angle(c, l, abs(point)))
+        if not 0.0 < psi < pi:
+            return JointPosition(nan, nan, nan)
+        arm = l * complex(cos(psi), self.sense * sin(psi))
+        turned = phase(point / (c - arm))
+        upwards = -1j * self.sense * arm / l
+        return JointPosition(turned, psi, cos(phase(joint.normal) - turned - phase(upwards)))
+
+    def on_arc(self, radius: float, distance: float, angle: Series) -> Series:
+        to_pivot, square, l = *_vector_to_pivot(self.centre_distance, distance, angle), self.arm_length  # noqa: E741
+        near = square + (l - radius) * (l + radius)
+        far = series_root(square * (4.0 * l * l) - near * near)
+        return to_pivot * self.sense + angle_of(near, far) * _arc_side(radius)
+
+    def on_line(self, distance: float, angle: Series) -> Series:
+        l = self.arm_length  # noqa: E741
+        along = direction(angle).cosine * self.centre_distance - distance
+        return angle_of(along, series_root(-((along - l) * (along + l)))) - angle * self.sense
+
+
+@dataclass(frozen=True)
+class TranslatingFace:
+    """A flat face square to the motion."""
+
+    radius: ClassVar[float] = 0.0
+    is_flat: ClassVar[bool] = True
+
+    def position_at_joint(self, joint: ProfileJoint) -> JointPosition:
+        return JointPosition(phase(joint.normal), (joint.point * joint.normal.conjugate()).real, 1.0)
+
+    def on_arc(self, radius: float, distance: float, angle: Series) -> Series:
+        return direction(angle).cosine * distance + radius
+
+    def on_line(self, distance: float, angle: Series) -> Series:
+        raise NotImplementedError("a flat face rests on a line at one cam angle only")
+
+
+@dataclass(frozen=True)
+class OscillatingFace:
+    """A flat face at a distance from its pivot, mm; the sense of the cam."""
+
+    centre_distance: float
+    face_offset: float
+    sense: float
+    radius: ClassVar[float] = 0.0
+    is_flat: ClassVar[bool] = True
+
+    def position_at_joint(self, joint: ProfileJoint) -> JointPosition:
+        sine = ((joint.point * joint.normal.conjugate()).real - self.face_offset) / self.centre_distance
+        if not abs(sine) < 1.0:
+            return JointPosition(nan, nan, nan)
+        psi = asin(sine)
+        turned = phase(joint.normal) + self.sense * (pi / 2 - psi)
+        face = complex(cos(psi), self.sense * sin(psi))
+        from_pivot = self.centre_distance - joint.point * complex(cos(turned), -sin(turned))
+        return JointPosition(turned, psi, (from_pivot * face.conjugate()).real)
+
+    def on_arc(self, radius: float, distance: float, angle: Series) -> Series:
+        to_pivot, square = _vector_to_pivot(self.centre_distance, distance, angle)
+        far = radius - self.face_offset
+        return to_pivot * self.sense + angle_of(series_root(square - far * far), square * 0.0 + far)
+
+    def on_line(self, distance: float, angle: Series) -> Series:
+        raise NotImplementedError("a flat face rests on a line at one cam angle only")
+
+
+def _vector_to_pivot(centre_distance: float, distance: float, angle: Series) -> tuple[Series, Series]:
+    """Angle and squared length of the vector from the centre of an arc to the pivot."""
+    along, across = (each * distance for each in direction(angle))
+    x = -along + centre_distance
+    return angle_of(x, across), x * x + across * across
+
+
+def _arc_side(radius: float) -> float:
+    """1 for an arc that is round, −1 for one that is hollow."""
+    return 1.0 if radius > 0.0 else -1.0

@@ -1,0 +1,87 @@
+"""A scene with mistakes as a typed one without its wrong values, for checks of what goes together."""
+
+from collections.abc import Collection, Mapping
+from functools import cache
+from math import nan
+from typing import Any, Literal, get_origin
+
+from pydantic import TypeAdapter, ValidationError
+
+from camopt.core.mistakes import BadInput
+from camopt.scene.choices import StepRange
+from camopt.scene.table_shapes import union_members
+from camopt.scene.tables import AnyTable, SceneTable, table_type_in
+
+OMITTED = object()
+
+
+def faultless_table(
+    model: type[AnyTable], given: Mapping[str, Any], wrong: Collection[str], place: str = ""
+) -> AnyTable:
+    """The typed table of a mapping, unchecked, but for the values of some keys.
+
+    A wrong number is not a number, a wrong word stays what it is, and any other wrong value is left out.
+    """
+    found: dict[str, Any] = {}
+    for name, field in model.model_fields.items():
+        table, value = table_type_in(_key_type(model, name)), OMITTED
+        if given.get(name) is not None:
+            value = _faultless_value(model, name, given[name], wrong, f"{place}{name}")
+        if value is OMITTED and field.is_required():
+            value = table and faultless_table(table, {}, wrong)
+        found |= {} if value is OMITTED else {name: value}
+    extra = given if model.model_config.get("extra") == "allow" else {}
+    return model.model_construct(**{**extra, **found})
+
+
+@cache
+def _key_type(model: type[SceneTable], name: str) -> Any:
+    return model.model_fields[name].rebuild_annotation()
+
+
+@cache
+def _type_adapter(model: type[SceneTable], name: str) -> TypeAdapter[Any]:
+    return TypeAdapter(_key_type(model, name))
+
+
+def _faultless_value(model: type[SceneTable], name: str, value: Any, wrong: Collection[str], key: str) -> Any:
+    """The typed value of a key of a table."""
+    kinds: list[Any] = [*union_members(_key_type(model, name))]
+    origins: set[Any] = {get_origin(kind) for kind in kinds}
+    table = table_type_in(_key_type(model, name))
+    if key in wrong:
+        words = str in kinds or Literal in origins
+        if StepRange in kinds and tuple not in origins:
+            return StepRange.model_construct(start=nan, stop=nan)  # a range is asked, whatever its ends
+        return nan if float in kinds else value if words and isinstance(value, str) else OMITTED
+    if table and isinstance(value, Mapping) and dict in origins:
+        named = {each: row if isinstance(row, Mapping) else {} for each, row in value.items()}
+        return {each: faultless_table(table, row, wrong, f"{key}.{each}.") for each, row in named.items()}
+    if table and isinstance(value, Mapping):
+        return faultless_table(table, value, wrong, f"{key}.")
+    if (
+        table
+        and isinstance(value, list)
+        and any(table_type_in(kind) for kind in kinds if get_origin(kind) is tuple)
+    ):
+        rows = [row if isinstance(row, Mapping) else {} for row in value]
+        return tuple(faultless_table(table, row, wrong, f"{key}.{k}.") for k, row in enumerate(rows, start=1))
+    try:
+        return _type_adapter(model, name).validate_python(_drop_wrong_keys(value, wrong, f"{key}."))
+    except (ValidationError, BadInput):
+        return value if isinstance(value, list) else OMITTED
+
+
+def _drop_wrong_keys(value: Any, wrong: Collection[str], place: str) -> Any:
+    """A value without the wrong keys of the mappings in it, and lists of which an item is wrong."""
+    if not isinstance(value, Mapping):
+        return value
+    kept = {name: each for name, each in value.items() if f"{place}{name}" not in wrong}
+    lists = [name for name, each in kept.items() if isinstance(each, list) and _has_wrong(wrong, f"{place}{name}.")]
+    return {
+        name: _drop_wrong_keys(each, wrong, f"{place}{name}.") for name, each in kept.items() if name not in lists
+    }
+
+
+def _has_wrong(wrong: Collection[str], place: str) -> bool:
+    return any(key.startswith(place) for key in wrong)

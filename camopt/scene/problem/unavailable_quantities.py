@@ -1,0 +1,84 @@
+"""Mistakes of scenes that ask for what their mechanism does not have, or for which they lack data."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from camopt.core.mistakes import Mistake, suggest_names
+from camopt.core.quantities import EVERYTHING, QUANTITIES
+from camopt.core.quantities.own_quantity import OWN_EFFECT
+from camopt.model.effects import Setup, available_quantities, find_quantity, missing_keys_by_quantity, preload
+from camopt.model.mechanisms.pairs import HALVES_HAVE_TO, SAME_HALVES, half_turn_misfit
+from camopt.model.motion.programme import Programme
+from camopt.scene.problem.limits import SINGLE_QUANTITY_KEYS, limited_quantity
+from camopt.scene.problem.rows import VERDICT_COLUMNS
+from camopt.scene.scene import Scene
+
+CONTACT_KEEPING_EFFECTS, CONTACT_KEEPING_QUANTITIES = ("force", "clearance"), ("contact_force_elastic_min_N",)
+"""Effects, and a quantity, that are of contacts kept by a spring or in a groove."""
+
+
+def unavailable_limits(scene: Scene, setup: Setup) -> list[Mistake]:
+    """Mistakes for limits on quantities that the mechanism does not have, or for which the scene lacks data."""
+    mistakes, offers, lacks = [], available_quantities(setup), missing_keys_by_quantity(setup)
+    for key, bound in scene.limits.bounds_by_key.items():
+        name = limited_quantity(key, setup)
+        if key in SINGLE_QUANTITY_KEYS and name not in offers:
+            why = f"needs {', '.join(lacks[name])}" if name in lacks else _unavailable_reason(name, setup)
+            mistakes.append(Mistake(scene.file, f"limits.{key}", bound, why, bare=True))
+    return mistakes
+
+
+def _unavailable_reason(name: str, setup: Setup) -> str:
+    """That a mechanism has no such quantity; of what keeps contact elsewhere, what does so in place of it."""
+    none = f"this mechanism has no {name}"
+    if not setup.mechanism.further_contacts or (
+        QUANTITIES[name].effect not in CONTACT_KEEPING_EFFECTS and name not in CONTACT_KEEPING_QUANTITIES
+    ):
+        return none
+    how = "neither contact lets go with enough preload"
+    return f"{none}: {how} (drive.interference, drive.stiffness), limits.{preload.PRELOAD_RATIO} = 1"
+
+
+def unavailable_outputs(scene: Scene, setup: Setup) -> list[Mistake]:
+    """Mistakes for quantities that the mechanism does not have, or lacks keys for; an objective is a number."""
+    offers, lacks = (*available_quantities(setup), *VERDICT_COLUMNS), missing_keys_by_quantity(setup)
+    numbers = tuple(name for name in offers if find_quantity(name, setup).kind is float)
+    effects = {find_quantity(name, setup).effect for name in (*offers, *lacks)}
+    named = {
+        "outputs": (scene.outputs, (*offers, *effects, EVERYTHING)),
+        "search.minimise": (scene.search.minimise, numbers),
+        "search.maximise": (scene.search.maximise, numbers),
+    }
+    mistakes = [*_uncomputable_own_quantities(scene, setup)]
+    for key, (names, allowed) in named.items():
+        for name in names:
+            if name in setup.own_quantities:
+                continue
+            if name in lacks:
+                needs = f"needs {', '.join(lacks[name])}"
+                mistakes.append(Mistake(scene.file, key, name, needs, bare=True))
+            elif name not in allowed:
+                known = suggest_names(name, [n for n in allowed if n in QUANTITIES or n in setup.own_quantities])
+                mistakes.append(Mistake(scene.file, key, name, f"a quantity of this scene; {known}"))
+    return mistakes
+
+
+def _uncomputable_own_quantities(scene: Scene, setup: Setup) -> Iterator[Mistake]:
+    """Mistakes for quantities of the scene's own that read what this mechanism has not, or lacks keys for."""
+    offers, lacks = available_quantities(setup), missing_keys_by_quantity(setup)
+    for name, own in setup.own_quantities.items():
+        for read in own.reads:
+            if read not in offers and read not in setup.own_quantities:
+                why = f"needs {', '.join(lacks[read])}" if read in lacks else "is no quantity of this mechanism"
+                value = scene.quantities[name].value
+                yield Mistake(scene.file, f"{OWN_EFFECT}.{name}", value, f"{read} {why}", bare=True)
+
+
+def yoke_motion_mistakes(scene: Scene, motion: Programme) -> list[Mistake]:
+    """A mistake if a yoke cannot move as asked."""
+    if not scene.mechanism.drive.one_disc or (found := half_turn_misfit(motion)).off <= SAME_HALVES * motion.lift:
+        return []
+    how = "The second half of the turn is the first with rises and returns exchanged, with the same angles and laws"
+    off = f"it is off by {found.off:.4g} mm at {np.degrees(found.at):.5g} deg"
+    return [Mistake(scene.file, "motion", None, f"{HALVES_HAVE_TO}; {off}. {how}", bare=True)]

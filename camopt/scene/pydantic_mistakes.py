@@ -1,0 +1,100 @@
+"""The errors of pydantic about the tables of a scene in plain words: one mistake for each key."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from camopt.core.mistakes import BadInput, Mistake, suggest_names
+
+LOCATION_TAGS = (
+    "range/",
+    "values/",
+    "constant/",
+    "file/",
+    "rows/",
+)  # parts of a location in pydantic's errors, no keys
+
+
+def mistakes_from_pydantic(
+    error: ValidationError, model: type[BaseModel], prefix: str, file: str = "scene"
+) -> list[Mistake]:
+    """Pydantic's errors as mistakes: one for each key, in plain words."""
+    found: dict[str, Mistake] = {}
+    for each in error.errors():
+        *tables, last = each["loc"] or LOCATION_TAGS[:1]
+        unknown = each["type"] == "extra_forbidden"  # then the last part is a key of the user, whatever it says
+        where = (
+            *(p for p in tables if p not in LOCATION_TAGS),
+            *([last] if unknown or last not in LOCATION_TAGS else []),
+        )
+        parts = [str(p + 1) if isinstance(p, int) else p for p in where]
+        key = ".".join([prefix, *parts] if prefix else parts)
+        within = each.get("ctx", {}).get("error")
+        if isinstance(within, BadInput):  # of a table inside this one, which gave its keys its own name
+            for mistake in within.mistakes:
+                name = ".".join([key, *mistake.key.split(".")[1:]])
+                found.setdefault(name, replace(mistake, file=file, key=name))
+        elif each["type"] != "too_short" or not each["input"]:  # a list of mistakes is not empty
+            found.setdefault(key, _mistake_from_error(each, str(last), model, key, file))
+    return list(found.values())
+
+
+def _mistake_from_error(each: Any, last: str, model: type[BaseModel], key: str, file: str) -> Mistake:
+    kind, value, context = each["type"], each["input"], each.get("ctx", {})
+    if kind == "extra_forbidden":
+        return Mistake(file, key, value, unknown_key(last, model), bare=True)
+    if kind == "missing":
+        return Mistake(file, key, None, "missing", bare=True)
+    if kind == "literal_error":
+        return Mistake(file, key, value, f"one of {context['expected']}")
+    if kind == "value_error":
+        return Mistake(file, key, value, str(context["error"]))
+    if kind == "too_long":
+        allowed = f"has {context['actual_length']:,} entries; at most {context['max_length']:,} are allowed"
+        return Mistake(file, key, None, allowed, bare=True)
+    words = {
+        "greater_than": "above",
+        "greater_than_equal": "at least",
+        "less_than": "below",
+        "less_than_equal": "at most",
+    }
+    if kind in words:
+        bound = next(iter(context.values()))
+        return Mistake(file, key, value, f"{words[kind]} {bound:g}")
+    plain = {
+        "finite_number": "a finite number",
+        "model_type": "a table",
+        "dict_type": "a table",
+        "model_attributes_type": "a table",
+        "tuple_type": "a list",
+        "string_type": "a text",
+        "string_unicode": "a text",
+        "too_short": "a list of at least one value",
+    }
+    return Mistake(file, key, value, plain.get(kind, each["msg"].lower()))
+
+
+def unknown_key(name: str, model: type[BaseModel], others: Iterable[str] = ()) -> str:
+    """What is said of a key that a table has not; it may have some ``others``."""
+    other = _only_key(name)
+    meant = f"did you mean {other}?" if other else suggest_names(name, (*model.model_fields, *others))
+    why = f"not a known key; {meant}"
+    if (
+        "." in name and name.partition(".")[0] in model.model_fields
+    ):  # what ``nest_dotted_keys`` could not put in place
+        why = "is given twice: leave out one of both"
+    return str(getattr(model, "elsewhere", {}).get(name, why))
+
+
+def _only_key(name: str) -> str | None:
+    """The only key of cam, follower and the like with such a last part; None if there is none, or several.
+
+    Not of what searches, nor of stages of a train, which have the follower's names again.
+    """
+    from camopt.scene.schema import SCENE_TABLES  # noqa: PLC0415  the schema imports the scene
+
+    tables = [place for place in SCENE_TABLES if place.split(".")[0] not in ("", "search", "synthesis", "train")]
+    keys = [f"{place}.{name}" for place in tables if name in SCENE_TABLES[place].model_fields]
+    return keys[0] if len(keys) == 1 else None

@@ -1,0 +1,82 @@
+"""A scene written as a file: the text that it came from, with the values that are others now.
+
+Who reads the new file finds the order, comments, units and spelling of the old one. Where that text can not be kept
+(it is gone, or another scene would come of it), the scene is written plainly.
+"""
+
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from camopt.core.mistakes import BadInput
+from camopt.core.storage.files import read_bytes, text_of, write_text
+from camopt.scene.scene import Scene, find_scene
+from camopt.scene.sources import shipped_scenes, shipped_toml
+
+LONGEST_TEXT = 100_000  # characters of a text whose order is kept: longer ones are tables of numbers
+
+
+def write_scene(path: Path, scene: Scene) -> None:
+    """Write a scene as TOML, with all that it takes from other files."""
+    write_text(path, text_of_scene(scene))
+
+
+def text_of_scene(scene: Scene) -> str:
+    """The scene as TOML text, in the order and with the comments of the file that it came from; an equal scene."""
+    with suppress(BadInput, OSError, ValueError, LookupError):  # tomlkit fails at some tables out of order
+        source = _source_text(scene.file)
+        if 0 < len(source) <= LONGEST_TEXT:
+            text = _update_text(source, find_scene(scene.file), scene)
+            if Scene.embedded(text, scene.file).to_dict() == scene.to_dict():
+                return text
+    return scene.to_toml()
+
+
+def _source_text(file: str) -> str:
+    """The text of the scene file, or of the shipped scene, of that name; empty if there is none."""
+    if file in shipped_scenes():
+        return shipped_toml(file)
+    return text_of(read_bytes(file)) if Path(file).suffix == ".toml" else ""
+
+
+def _update_text(source: str, before: Scene, after: Scene) -> str:
+    """The text of one scene with the values of another."""
+    import tomlkit  # noqa: PLC0415, most commands write no scene
+
+    document = tomlkit.parse(source)
+    old, new = before.to_dict(), after.to_dict()
+    document.setdefault("name", new["name"])
+    _update_table(document, old, new)
+    return tomlkit.dumps(document).rstrip("\n") + "\n"
+
+
+def _update_table(table: Any, old: Mapping[str, Any], new: Mapping[str, Any]) -> None:
+    """Give a table of a text the values of a mapping that are not those of another, and what it names of files."""
+    for key in [each for each in old if each not in new]:
+        table.pop(key, None)
+    for key, value in new.items():
+        before: Any = old.get(key)
+        written = table.get(key)
+        if isinstance(value, dict) and isinstance(before, dict) and isinstance(written, dict):
+            _update_table(written, before, value)
+        elif _are_rows(value) and _are_rows(before) and _are_rows(written) and len(value) == len(written):
+            for rows in zip(written, before, value, strict=True):
+                _update_table(*rows)
+        elif value != before or (isinstance(written, str) and isinstance(value, list)):
+            table[key] = _item_with_blank_line(value) if written is None else value
+
+
+def _item_with_blank_line(value: Any) -> Any:
+    """A value that is new in a text; a table with an empty line after it."""
+    import tomlkit  # noqa: PLC0415, as above
+
+    found = tomlkit.item(value)
+    if isinstance(value, dict):
+        found.add(tomlkit.nl())
+    return found
+
+
+def _are_rows(value: Any) -> bool:
+    """Whether a value is a list of tables."""
+    return isinstance(value, list) and bool(value) and all(isinstance(row, dict) for row in value)

@@ -1,0 +1,203 @@
+"""Scenes to start from: commented by what the code says of their keys, with more keys and tables switched off.
+
+A line that begins with ``#`` and a key, or with ``#[``, is switched off; without the ``#`` it counts.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import tomli_w
+
+from camopt.core.mistakes import BadInput, Mistake, suggest_names
+from camopt.core.quantities.key import NO_UNIT
+from camopt.model.mechanisms import MECHANISMS, Mechanism
+from camopt.model.mechanisms.elements import FLAT, Tip
+from camopt.model.motion import LAWS
+from camopt.scene.checks import GUIDE_KEYS
+from camopt.scene.scene import Scene, find_scene
+from camopt.scene.schema import SCENE_TABLES
+from camopt.scene.sources import shipped_scenes, shipped_toml
+from camopt.scene.table_places import TABLE_LISTS, is_angle, key_record, table_heading
+
+PURPOSES = {
+    "valve": "bucket-valve",
+    "rocker": "rocker-valve",
+    "feeder": "feeder-with-stop",
+    "press": "press-with-drift",
+    "lock-bolt": "indexing-overlap",
+    "belt": "belt-matching",
+    "barrel": "feeder-with-stop",
+}
+"""What a cam is for, each with the shipped scene of one."""
+PAIRINGS = {
+    f"{mechanism.body.form} {mechanism.motion.name}-{tip.name}": (mechanism, tip)
+    for mechanism in MECHANISMS.values()
+    for tip in mechanism.tips
+}
+"""The mechanisms, each with a tip of its follower, as options name them."""
+EXAMPLE_TURN = [
+    {"segment": "rise", "angle": 120, "lift": 10, "law": "cycloidal"},
+    {"segment": "dwell", "angle": 60},
+    {"segment": "return", "angle": 120, "lift": 10, "law": "cycloidal"},
+    {"segment": "dwell", "angle": 60},
+]
+EXAMPLE_SIZE = 40
+FLANK_HEIGHTS = ("groove_depth", "rib_height")
+
+
+def _key_examples(place: str, turns: bool = False) -> dict[str, Any]:
+    """The examples that the keys of a table have."""
+    found = {name: key_record(SCENE_TABLES[place], name) for name in SCENE_TABLES[place].model_fields}
+    return {name: record.example_of(turns=turns) for name, record in found.items() if record.example is not None}
+
+
+def minimal_scene_tables(mechanism: Mechanism, tip: Tip) -> dict[str, Any]:
+    """A cam with a follower of a kind, with its sizes and a motion alone."""
+    own = mechanism.follower_keys(tip)
+    return {
+        "cam": {"form": mechanism.body.form, mechanism.body.size: EXAMPLE_SIZE},
+        "follower": {
+            "motion": mechanism.motion.name,
+            "contact": tip.name,
+            **{key: value for key, value in _key_examples("follower").items() if key in own},
+        },
+        "motion": EXAMPLE_TURN,
+    }
+
+
+def example_tables(scene: Scene) -> dict[str, dict[str, Any]]:
+    """What each table of a scene may have besides."""
+    mechanism, tip = scene.mechanism, scene.tip
+    body, size = mechanism.body, getattr(scene.cam, mechanism.body.size)
+    laws = any(segment.law in LAWS for segment in scene.motion)
+    others = {
+        key for each in MECHANISMS.values() if each.motion != mechanism.motion for key in each.motion.dynamics
+    }
+    others |= {*GUIDE_KEYS} if mechanism.further_contacts else set()
+    drive_keys = (
+        mechanism.drive.keys if not mechanism.further_contacts else ()
+    )  # a preload is none with a clearance
+    dynamics = _key_examples("follower.dynamics", mechanism.motion.angular)
+    seen = {"face_reach": 80} if tip == FLAT else {"pressure_angle": 45}
+    bore = {} if scene.cam.shaft_diameter is None else {"bore": scene.cam.shaft_diameter}
+    sizes = {} if scene.profile else {body.size: {"start": size / 2, "stop": 3 * size, "step": 1}}
+    return {
+        "cam": _key_examples("cam"),
+        "follower.dynamics": {key: value for key, value in dynamics.items() if key not in others},
+        "drive": {"kind": mechanism.drive.name}
+        | {k: v for k, v in _key_examples("drive").items() if k in drive_keys},
+        "limits": {**seen, "curvature_radius": 1, "torque_rms_N_m": 50},
+        "search": {**sizes, **({"law": ["cycloidal", "poly345"]} if laws else {}), "minimise": f"{body.size}_mm"},
+        "synthesis": {"minimise": "acceleration"},
+        "materials": _key_examples("materials"),
+        "part": {
+            k: v for k, v in (_key_examples("part") | bore).items() if k not in FLANK_HEIGHTS or k in body.part
+        },
+        "accuracy": _key_examples("accuracy"),
+    }
+
+
+def starting_scene(name: str | None = None, form: str | None = None, follower: str | None = None) -> str:
+    """The text of a scene to start from, by a purpose or a shipped scene, or by a form of cam and its follower.
+
+    Raises
+    ------
+    BadInput
+        If there is no such name, or no such mechanism.
+    """
+    if name is not None and (form or follower):
+        raise BadInput([Mistake("camopt", "name", name, "belongs to no mechanism: give one of both", bare=True)])
+    if name is None:
+        data = {"name": "My cam", **minimal_scene_tables(*_mechanism_and_tip(form, follower))}
+        return _template_text(Scene.from_dict(data), data, [])
+    known = (*PURPOSES, *shipped_scenes())
+    if name not in known:
+        raise BadInput(
+            [Mistake("camopt", "name", name, f"a purpose or a shipped scene; {suggest_names(name, known)}")]
+        )
+    scene = find_scene(shipped := PURPOSES.get(name, name))
+    about = [line for line in shipped_toml(shipped).splitlines() if line.startswith("# ")]
+    return _template_text(scene, scene.to_dict(), about)
+
+
+def _mechanism_and_tip(form: str | None, follower: str | None) -> tuple[Mechanism, Tip]:
+    """The first mechanism of a form of cam and a follower, either of which may be left out."""
+    found = [pair for words, pair in PAIRINGS.items() if _matches_words(words.split(), form, follower)]
+    if not found:
+        named = " ".join(filter(None, (form, follower)))
+        raise BadInput([Mistake("camopt", "follower", named, f"a mechanism; {suggest_names(named, PAIRINGS)}")])
+    return next((pair for pair in found if pair[1].name == "roller"), found[0])
+
+
+def _matches_words(words: list[str], form: str | None, follower: str | None) -> bool:
+    return form in (None, words[0]) and follower in (None, words[1])
+
+
+def _template_text(scene: Scene, data: Mapping[str, Any], about: list[str]) -> str:
+    """A scene as text: its own tables in order, each with the keys that it may have besides."""
+    more = example_tables(scene)
+    lines = [*about, *HELP_LINES, f"name = {_inline(data['name'])}"]
+    for place, given in _tables_in_order(data):
+        own = {key: value for key, value in given.items() if f"{place}.{key}" not in SCENE_TABLES}
+        if own or place in more:
+            lines += ["", *_table_lines(place, own, more.get(place, {}), scene)]
+    return "\n".join(_drop_repeated_comments(lines)) + "\n"
+
+
+def _tables_in_order(data: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """The tables of a scene, and those that it may have besides, by where they stand, in the order of a file."""
+    yield "cam", data["cam"]
+    yield "follower", data["follower"]
+    yield "follower.dynamics", data["follower"].get("dynamics", {})
+    yield "drive", data.get("drive", {})
+    for kind in ("train", "motion", "profile"):
+        for row in data.get(kind, []):
+            yield kind, row
+            yield from ((f"{kind}.through", each) for each in row.get("through", []))
+    for name, law in data.get("laws", {}).items():
+        yield f"laws.{name}", law
+    for name in ("limits", "search", "synthesis", "materials", "part", "accuracy"):
+        yield name, data.get(name, {})
+
+
+HELP_LINES = [
+    "# A line that begins with # and a key, or with #[, is switched off: without the # it counts.",
+    "# camopt keys lists all keys; camopt evaluate FILE --plot cam.svg shows the cam.",
+]
+
+
+def _table_lines(place: str, own: Mapping[str, Any], more: Mapping[str, Any], scene: Scene) -> Iterator[str]:
+    """The lines of a table."""
+    known = "laws.NAME" if place.startswith("laws.") else place
+    yield ("" if own else "#") + (table_heading(place) if place in TABLE_LISTS else f"[{place}]")
+    for key in SCENE_TABLES[known].model_fields:
+        if key in own or key in more:
+            line = f"{key} = {_inline(own[key])}" if key in own else f"#{key} = {_inline(more[key])}"
+            record = key_record(SCENE_TABLES[known], key)
+            moved = scene.given_turns if place.startswith("motion") else scene.tool_turns
+            turns = scene.mechanism.motion.angular, moved, scene.straight_spring
+            unit = record.unit_of(turns=is_angle(f"{place}.{key}", *turns))
+            yield f"{line:<26}  # {'' if unit in ('', NO_UNIT) else f'{unit}: '}{record.sentence}"
+
+
+def _inline(value: Any) -> str:
+    """A value of TOML on one line."""
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{key} = {_inline(each)}' for key, each in value.items())} }}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_inline, value))}]"
+    return tomli_w.dumps({"value": value}).removeprefix("value = ").rstrip()
+
+
+def _drop_repeated_comments(lines: Iterable[str]) -> Iterator[str]:
+    """Lines of TOML, with a comment that was there before left out."""
+    told: set[str] = set()
+    for line in lines:
+        written, mark, comment = line.partition("  # ")
+        yield line if comment not in told or not mark else written.rstrip()
+        told.add(comment)
+
+
+def enable_all_lines(lines: Iterable[str]) -> str:
+    """A text with all that it has switched off."""
+    return "\n".join(line[1:] if line[:1] == "#" and line[1:2] not in (" ", ":", "") else line for line in lines)

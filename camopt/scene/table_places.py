@@ -1,0 +1,58 @@
+"""The tables of a scene by their place, and the records of their keys."""
+
+from functools import cache
+
+from camopt.core.quantities import NUMBER_KEYS, number_turns
+from camopt.core.quantities.key import Key
+from camopt.scene.choices import StepRange
+from camopt.scene.own_quantities import QuantityExpression
+from camopt.scene.tables import Dynamics, OwnLaw, ProfileElement, SceneTable, Segment, Through
+from camopt.scene.tolerances import Tolerance
+from camopt.scene.train import TrainStage
+
+TOP_TABLE = ""
+"""Where the keys before the first table of a scene stand."""
+TABLE_LISTS = ("motion", "motion.through", "train", "profile")
+"""Those of which a scene has several."""
+
+
+@cache
+def tables_by_place(scene: type[SceneTable]) -> dict[str, type[SceneTable]]:
+    """Every table by where it stands in a scene."""
+    own = {name: field.annotation for name, field in scene.model_fields.items()}
+    return {
+        TOP_TABLE: scene,
+        **{name: table for name, table in own.items() if isinstance(table, type) and issubclass(table, SceneTable)},
+        "follower.dynamics": Dynamics,
+        "motion": Segment,
+        "motion.through": Through,
+        "profile": ProfileElement,
+        "train": TrainStage,
+        "tolerances.KEY": Tolerance,
+        "laws.NAME": OwnLaw,
+        "quantities.NAME": QuantityExpression,
+        "search.KEY": StepRange,
+    }
+
+
+def table_heading(place: str) -> str:
+    """The heading of a table in a scene."""
+    return f"[[{place}]]" if place in TABLE_LISTS else f"[{place}]"
+
+
+def key_record(model: type[SceneTable], name: str) -> Key:
+    """The record of a key of a table."""
+    return next(each for each in model.model_fields[name].metadata if isinstance(each, Key))
+
+
+def without_table_prefix(key: str) -> str:
+    """The key of a number of the scene, of which another table says something."""
+    return key.removeprefix("search.").removeprefix("tolerances.")
+
+
+def is_angle(key: str, angular: bool, tool_turns: bool, straight: bool) -> bool:
+    """Whether the motion that a key is about is an angle: that of the follower for its loads, else of the tool."""
+    key = without_table_prefix(key)
+    if key in NUMBER_KEYS:
+        return number_turns(key, angular=angular, tool_turns=tool_turns, straight=straight)
+    return angular if key.startswith("follower.") else tool_turns

@@ -1,0 +1,105 @@
+"""Lists, tables and endless numbers where a scene has a word or a number: mistakes that are told before others."""
+
+from collections.abc import Hashable, Iterator, Mapping
+from types import UnionType
+from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
+
+from pydantic import TypeAdapter, ValidationError
+
+from camopt.core.mistakes import Mistake
+from camopt.scene.pydantic_mistakes import mistakes_from_pydantic
+from camopt.scene.table_places import TOP_TABLE
+from camopt.scene.tables import SceneTable, table_type_in
+
+TablesByPlace = Mapping[str, type[SceneTable]]
+"""The tables of a scene by their place (``tables_by_place``)."""
+
+
+LARGEST_INTEGER = 10**308
+"""Whole numbers above it are no floats."""
+
+
+class WrongShape(NamedTuple):
+    """A list, a table or an endless number where none belongs."""
+
+    place: str
+    holder: Any
+    """The table or the list that it is in."""
+    key: Any
+    """Its key, or its index."""
+    hint: Any
+    """The type of what belongs there."""
+
+
+def replace_wrong_shapes(tables: dict[str, Any], models: TablesByPlace, file: str) -> Iterator[Mistake]:
+    """Put an empty text in place of each list, table or endless number that a key cannot have; a mistake for each.
+
+    It changes ``tables`` itself. An empty text is as wrong there, and all readers and checks of a scene take texts.
+    """
+    for place, holder, key, hint in _wrong_shapes_in_table(tables, models[TOP_TABLE], "", models):
+        try:
+            TypeAdapter(hint).validate_python(holder[key])
+        except ValidationError as error:
+            yield mistakes_from_pydantic(error, SceneTable, place, file)[0]
+            holder[key] = ""
+
+
+def _wrong_shapes_in_table(
+    table: Mapping[str, Any], model: type[SceneTable], place: str, models: TablesByPlace, nested: bool = False
+) -> Iterator[WrongShape]:
+    """The misfits in a table; if it is ``nested``, also in tables in it whose names the model does not know."""
+    for key, value in table.items():
+        where = f"{place}.{key}".lstrip(".")
+        if key in model.model_fields and not _is_scalar(value):
+            hint = model.model_fields[key].rebuild_annotation()
+            yield from _wrong_shapes_in_value(WrongShape(where, table, key, hint), models)
+        elif nested and isinstance(value, Mapping):
+            yield from _wrong_shapes_in_table(value, model, where, models, nested)
+
+
+def _wrong_shapes_in_value(whole: WrongShape, models: TablesByPlace) -> Iterator[WrongShape]:
+    """A value itself, if its key takes no list or no table, or else the misfits in it."""
+    place, holder, key, hint = whole
+    value, members = holder[key], [*union_members(hint)]
+    if _is_scalar(value):
+        return
+    if isinstance(value, Mapping):
+        table = next((each for each in members if each is table_type_in(each)), None)
+        named = next((each for each in members if get_origin(each) is dict), None)
+        if table:
+            yield from _wrong_shapes_in_table(value, table, place, models)
+        elif named == dict[str, Any]:  # what search and tolerances have of numbers of other tables
+            yield from _wrong_shapes_in_table(
+                value, models[f"{place.partition('.')[0]}.KEY"], place, models, nested=True
+            )
+        elif named:
+            for name in value:
+                yield from _wrong_shapes_in_value(
+                    WrongShape(f"{place}.{name}", value, name, get_args(named)[1]), models
+                )
+        else:
+            yield whole
+        return
+    rows = next((each for each in members if get_origin(each) is tuple), None)
+    if rows is None or isinstance(value, int):
+        yield whole
+    elif isinstance(value, list) and table_type_in(row_hint := get_args(rows)[0]):
+        for index in range(len(value)):
+            yield from _wrong_shapes_in_value(WrongShape(f"{place}.{index + 1}", value, index, row_hint), models)
+
+
+def _is_scalar(value: Any) -> bool:
+    """Whether a value is a text, a switch, a date or a number that a float can hold."""
+    endless = isinstance(value, int) and abs(value) > LARGEST_INTEGER
+    return isinstance(value, Hashable) and not endless
+
+
+def union_members(hint: Any) -> Iterator[Any]:
+    """The types that a value may have."""
+    if get_origin(hint) is Annotated:
+        yield from union_members(get_args(hint)[0])
+    elif get_origin(hint) in (Union, UnionType):
+        for each in get_args(hint):
+            yield from union_members(each)
+    else:
+        yield hint

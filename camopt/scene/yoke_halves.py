@@ -1,0 +1,62 @@
+"""The second half of a turn in a yoke, from the first: y(θ + π) = h − y(θ) (``mechanisms.pairs``).
+
+A rise is a return half a turn later, with the same law. Positions p are s − p there, whatever the sum s is: here
+that of the lowest and the highest position of the first half, or its only one. A law of positions has no such other
+half: moves have none of their own here.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from camopt.core.quantities import DERIVATIVE_UNITS
+from camopt.model.mechanisms.elements import DRIVES
+from camopt.scene.law_forms import NEAR_END
+from camopt.scene.mapping import finite_number, segment_tables, value_at_key
+
+OPPOSITE_KIND = {"rise": "return", "return": "rise"}
+
+
+def read_half_turn(data: dict[str, Any]) -> None:
+    """Put the second half of a turn behind the first, where a yoke is given half a turn, in ``data`` itself."""
+    drive, rows = DRIVES.get(value_at_key(data, "drive.kind")), segment_tables(data)
+    angles = [finite_number(row.get("angle")) for row in rows]
+    known = [angle for angle in angles if angle is not None]
+    if drive is None or not drive.one_disc or len(known) < len(rows):
+        return
+    if abs(sum(known) - 180.0) <= 180.0 * NEAR_END:
+        given = [end for row in rows for end in _range_numbers(row.get("to"))]
+        total = min(given) + max(given) if len({*given}) > 1 else sum({*given})
+        data["motion"] = [*rows, *(_opposite_segment(row, total) for row in rows)]
+
+
+def _opposite_segment(row: Mapping[str, Any], total: float) -> dict[str, Any]:
+    """A segment that moves as much the other way."""
+    found = {**row, "segment": OPPOSITE_KIND.get(row.get("segment", ""), row.get("segment"))}
+    found |= {key: _opposite_value(total, row[key]) for key in ("to",) if row.get(key) is not None}
+    found |= {key: _opposite_value(0.0, row[key]) for key in DERIVATIVE_UNITS if row.get(key) is not None}
+    if row.get("through"):
+        found["through"] = [_opposite_condition(each, total) for each in row["through"]]
+    return found
+
+
+def _opposite_condition(condition: Mapping[str, Any], total: float) -> dict[str, Any]:
+    """A condition on the way of a move half a turn later."""
+    sums = {"angle": None, "position": total}
+    return {
+        key: _opposite_value(sums.get(key, 0.0), value) for key, value in condition.items() if value is not None
+    }
+
+
+def _opposite_value(total: float | None, value: Any) -> Any:
+    """What a number or a range is taken from a sum; without one it is half a turn later."""
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        ends = [_opposite_value(total, end) for end in value]
+        return ends if total is None else ends[::-1]
+    number = finite_number(value)
+    return value if number is None else number + 180.0 if total is None else total - number
+
+
+def _range_numbers(value: Any) -> list[float]:
+    """The numbers of a number or a range."""
+    each = value if isinstance(value, (list, tuple)) else [value]
+    return [number for end in each if (number := finite_number(end)) is not None]

@@ -1,0 +1,218 @@
+"""What is compared: the scenes and the tables of designs of a result, by name; a table is read column by column."""
+
+import os
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import singledispatch
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.numerics import BoolArray, FloatArray
+from camopt.core.quantities import QUANTITIES
+from camopt.core.storage.files import checked_path
+from camopt.core.storage.manifest import Manifest, manifest_of, result_paths, whole_result_file
+from camopt.core.storage.tables import ARROW_TYPES, SCENE_KEY, TableFile, no_table_error, table_facts
+from camopt.core.storage.tables import SCENE_KEY as SCENE_OF_TABLE
+from camopt.scene.design_rows import DERIVED_SIZES
+from camopt.scene.problem.variables import variables_of
+from camopt.scene.scene import RESULT_WORDS, Scene, scene_named
+from camopt.solve.front.pareto import is_non_dominated
+from camopt.solve.front.result import Sweep
+from camopt.solve.synthesis.files import KNOWN_FILE, SCENE_FILE, frontier_table
+from camopt.solve.synthesis.frontier_result import Frontier
+from camopt.solve.tables.designs import OPTIMUM, axes_of
+from camopt.solve.tables.table import scene_in
+
+LAW_COLUMN, SCENE_COLUMN, FREE_COLUMN = "law_rise", "scene", "free"
+"""Columns: one that every table of designs has; two that a frontier has."""
+
+
+@dataclass(frozen=True)
+class DesignTable:
+    """Designs and their quantities, a row each."""
+
+    name: str
+    scene: Scene
+    layout: pa.Schema
+    count: int
+    read: Callable[[list[str]], pa.Table]
+    """Some of its columns."""
+
+    @property
+    def names(self) -> list[str]:
+        """Its columns."""
+        return list(self.layout.names)
+
+    @property
+    def version(self) -> str:
+        """The version of camopt that wrote it."""
+        return str(table_facts(self.layout)["version"])
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The units of its columns."""
+        return {name: str(unit) for name, unit in table_facts(self.layout)["units"].items()}
+
+    def column(self, name: str) -> pa.Array:
+        """One column."""
+        return self.read([name]).column(name).combine_chunks()
+
+    def floats(self, name: str) -> FloatArray:
+        """One column of numbers; what is null is not a number."""
+        return np.asarray(self.column(name).to_numpy(zero_copy_only=False), dtype=float)
+
+    @property
+    def key(self) -> list[str]:
+        """The columns that make a design: laws, sizes and searched numbers; of a frontier the scene of its own."""
+        sizes = [name for name in self.names if name in QUANTITIES and QUANTITIES[name].effect == "sizes"]
+        return [*(name for name in sizes if name not in DERIVED_SIZES), *({SCENE_COLUMN} & {*self.names})]
+
+    def fixed_value(self, name: str) -> float | None:
+        """What all designs have of a number that is no column: that of the scene."""
+        keys = [each.key for each in variables_of(self.scene) if each.quantity == name]
+        return next(iter(self.scene.numbers(keys).values()), None)
+
+    @property
+    def objectives(self) -> dict[str, float]:
+        """The objectives, and what turns each into a cost; of a frontier its axes."""
+        axes = axes_of(self.names)
+        found = dict.fromkeys(axes, 1.0) if axes else self.scene.search.objectives
+        numbers = {field.name for field in self.layout if pa.types.is_floating(field.type)}
+        return found if {*found} <= numbers else {}
+
+    def front(self) -> FloatArray:
+        """The costs (points, objectives) of the feasible designs that no other betters."""
+        possible = self.front_candidates()
+        costs = np.column_stack([sign * self.floats(name)[possible] for name, sign in self.objectives.items()])
+        costs = costs[~np.isnan(costs).any(axis=1)]
+        return costs[is_non_dominated(costs)] if len(costs) else costs
+
+    def front_candidates(self) -> BoolArray:
+        """Which designs may be on the front: of a frontier those of free laws, which meet every limit."""
+        name = FREE_COLUMN if FREE_COLUMN in self.names else "feasible"
+        if name not in self.names:
+            return np.ones(self.count, dtype=bool)
+        return np.asarray(self.column(name).to_numpy(zero_copy_only=False), dtype=bool)
+
+
+def column_type(field: pa.Field) -> pa.DataType:
+    """The type that a column has in tables of designs: a quantity its own, others theirs."""
+    if field.name in QUANTITIES and not pa.types.is_null(field.type):
+        return ARROW_TYPES[QUANTITIES[field.name].kind]
+    return pa.string() if pa.types.is_large_string(field.type) else field.type
+
+
+def is_design_table(layout: pa.Schema) -> bool:
+    """Whether a table is one of designs: it has their laws, and the scene that was searched."""
+    return LAW_COLUMN in layout.names and bool((layout.metadata or {}).get(SCENE_KEY))
+
+
+SCENE_FILES = ("scene.toml", SCENE_FILE, KNOWN_FILE, OPTIMUM)
+"""The scenes in the folders that commands write."""
+ONE_SCENE, ONE_TABLE = "scene", "table"
+"""The names of those that are not in a folder."""
+
+
+@dataclass(frozen=True)
+class ComparedResult:
+    """One of two results."""
+
+    name: str
+    scenes: dict[str, Scene]
+    """Also those in the tables."""
+    tables: dict[str, DesignTable]
+    files: tuple[Path, ...] = ()
+    """Those of the tables."""
+
+
+@singledispatch
+def open_result(what: Any, stack: ExitStack) -> ComparedResult:
+    """The scenes and tables of a result; its files are open until the stack is left."""
+    frame = getattr(what, "attrs", None)
+    if frame is None:
+        allowed = "a path, a scene, a table of camopt, or what sweep or frontier gives"
+        raise BadInput([Mistake("camopt", "result", type(what).__name__, allowed)])
+    try:
+        table = pa.Table.from_pandas(what, preserve_index=False)
+        table = table.cast(pa.schema([field.with_type(column_type(field)) for field in table.schema]))
+    except (pa.ArrowException, ValueError) as trouble:
+        raise no_table_error("table", f"this is none: {str(trouble).splitlines()[0]}") from None
+    table = table.replace_schema_metadata({SCENE_OF_TABLE: str(frame.get("scene", ""))})
+    return _one_table_result(_checked_design_table("table", table.schema, table.num_rows, table.select))
+
+
+def _one_table_result(table: DesignTable, *files: Path) -> ComparedResult:
+    return ComparedResult(table.name, {ONE_SCENE: table.scene}, {ONE_TABLE: table}, files)
+
+
+def _checked_design_table(name: str, layout: pa.Schema, count: int, read: Any) -> DesignTable:
+    """A table of designs; BadInput if it is another."""
+    if not is_design_table(layout):
+        raise no_table_error(name, "this is not one of designs, with their laws and the scene that was searched")
+    for field in layout:
+        if layout.names.count(field.name) > 1:
+            raise no_table_error(name, f"this has the column {field.name} twice")
+        if field.type != column_type(field):
+            raise no_table_error(name, f"its column {field.name} has not the type {column_type(field)}")
+    return DesignTable(name, scene_in(layout, name), layout, count, read)
+
+
+def _file_table(name: str, file: TableFile) -> DesignTable:
+    return _checked_design_table(name, file.layout, file.count, file.read)
+
+
+@open_result.register
+def _open_scene(what: Scene, stack: ExitStack) -> ComparedResult:
+    return ComparedResult(what.name, {ONE_SCENE: what}, {})
+
+
+@open_result.register
+def _open_frontier(what: Frontier, stack: ExitStack) -> ComparedResult:
+    table = frontier_table(what)
+    return _one_table_result(
+        _checked_design_table(f"frontier of {what.scene.name}", table.schema, table.num_rows, table.select)
+    )
+
+
+@open_result.register
+def _open_sweep(what: Sweep, stack: ExitStack) -> ComparedResult:
+    if not what.files:
+        raise BadInput([Mistake("camopt", "result", None, "a sweep that wrote its tables: give it a folder, out")])
+    return _open_folder(what.files[0].parent, stack)
+
+
+@open_result.register(str)
+@open_result.register(os.PathLike)
+def _open_path(what: str | os.PathLike[str], stack: ExitStack) -> ComparedResult:
+    path = checked_path(what, "result")
+    if path.is_dir():
+        return _open_folder(path, stack)
+    if path.suffix == ".parquet":
+        return _one_table_result(_file_table(str(path), _open_table(path, stack)), path)
+    return ComparedResult(str(what), {ONE_SCENE: scene_named(str(what), "result", RESULT_WORDS)}, {})
+
+
+def _open_table(path: Path, stack: ExitStack, manifest: Manifest | None = None) -> TableFile:
+    return TableFile(path, stack.enter_context(whole_result_file(path, manifest)))
+
+
+def _open_folder(folder: Path, stack: ExitStack) -> ComparedResult:
+    """The tables of designs and the scenes in a folder, of one run: later ones do not change open files."""
+    manifest = manifest_of(folder)
+    files = {path.name: _open_table(path, stack, manifest) for path in result_paths(folder, "*.parquet", manifest)}
+    tables = {
+        name: _file_table(str(folder / name), file) for name, file in files.items() if is_design_table(file.layout)
+    }
+    scenes = {name: table.scene for name, table in tables.items()}
+    for path in (path for names in SCENE_FILES for path in result_paths(folder, names, manifest)):
+        with whole_result_file(path, manifest):
+            scenes[path.name] = Scene.from_toml(path)
+    if not scenes:
+        why = "a folder with scenes or tables of designs that a command wrote"
+        raise BadInput([Mistake("camopt", "result", str(folder), why)])
+    return ComparedResult(str(folder), scenes, tables, tuple(folder / name for name in tables))

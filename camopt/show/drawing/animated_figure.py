@@ -1,0 +1,186 @@
+"""What an animation shows: the cam turning under its follower, to scale, beside diagrams with cursors.
+
+A disc cam turns in its sense of rotation; of a cylindrical cam the developed surface moves past the follower.
+"""
+
+from math import ceil, floor, log10
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import ComplexArray
+from camopt.scene.problem.linkage import follower_pivot, outward_turn_sense
+from camopt.show.drawing import diagrams
+from camopt.show.drawing.cam import CROSS_POINTS, body_reach, draw_body, draw_centre, draw_strokes, frame_axes
+from camopt.show.drawing.figures import TEXT_SEPARATOR, sizes_in_words
+from camopt.show.drawing.follower import FollowerAxes, draw_follower
+from camopt.show.drawing.groove import draw_channel, draw_groove_follower, surface_colour, surface_ends
+from camopt.show.drawing.labels import place_labels
+from camopt.show.drawing.linkage import draw_fixed_parts, draw_member, sketch_points, train_sketch
+from camopt.show.drawing.moving_bodies import (
+    FRAME_ANGLES,
+    NO_ROTATION,
+    AnimatedFigure,
+    MovingBody,
+    Reading,
+    body_artists,
+)
+from camopt.show.drawing.panels import Panel, motion_panels
+from camopt.show.drawing.picture import Picture, draw_circle, draw_line, fill_area
+from camopt.show.drawing.second_contact import draw_second_contact, draw_second_disc
+from camopt.show.drawing.style import FAINT, INK, MUTED, SMALL_SIZE, TEXT_SIZE, TITLE_SIZE
+
+SHOWN_PANELS = (0, 2, 4)  # displacement, acceleration, pressure angle, of the six diagrams of a design
+DISC_SIZE, GROOVE_SIZE = (9.0, 5.4), (9.0, 6.0)  # inches
+CAM_AREA, PANEL_AREAS = (0.02, 0.05, 0.47, 0.82), [(0.57, 0.69 - 0.285 * k, 0.4, 0.165) for k in range(3)]
+GROOVE_AREA, AREAS_BELOW = (0.03, 0.42, 0.94, 0.42), [(0.06 + 0.32 * k, 0.1, 0.26, 0.2) for k in range(3)]
+"""Where things are, in shares of the figure: left, bottom, width, height."""
+LINE_LETTERS = 140  # letters of a line below the title
+
+
+def draw_animated_figure(figure: Any, picture: Picture) -> AnimatedFigure:
+    """Draw a design on an empty figure, as it is at cam angle 0."""
+    from matplotlib.transforms import Affine2D
+
+    developed = picture.problem.setup.mechanism.body.developed
+    name = picture.scene.name
+    figure.text(0.03, 0.955, name if len(name) <= 70 else f"{name[:69]}…", fontsize=TITLE_SIZE, fontweight="bold")
+    words = sizes_in_words(picture)
+    parts = words.split(TEXT_SEPARATOR)
+    middle = ceil(len(parts) / 2) if len(words) > LINE_LETTERS else len(parts)
+    lines = "\n".join(TEXT_SEPARATOR.join(line) for line in (parts[:middle], parts[middle:]) if line)
+    figure.text(0.03, 0.935, lines, fontsize=SMALL_SIZE, color=MUTED, va="top")
+    bodies = (_groove_bodies if developed else _disc_bodies)(figure, picture)
+    for body in bodies:
+        for artist in body_artists(body):
+            artist.set_clip_on(False)
+            artist.set_transform(Affine2D() + body.axes.transData)  # or what is off the axes now is left out
+    cursors, readings = _diagram_bodies(figure, picture, AREAS_BELOW if developed else PANEL_AREAS)
+    for body in (*bodies, *cursors):
+        body.axes.set_axis_off()
+    return AnimatedFigure(figure, [*bodies, *cursors], readings)
+
+
+def _disc_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
+    problem, size = picture.problem, picture.reach
+    ground, cam, follower, contact = (figure.add_axes(CAM_AREA) for _ in range(4))
+    draw_body(cam, picture)
+    draw_second_disc(cam, picture)
+    draw_circle(cam, float(problem.design.size[0]), color=MUTED, lw=0.8, zorder=2.5)
+    draw_centre(cam, picture, size)
+    draw_strokes(cam, picture)  # their angles, which would stand on their heads, are left out
+    spans = draw_follower(FollowerAxes(follower, ground, contact), picture.contacts[0], size)
+    spans += draw_second_contact(follower, picture)
+    body = _follower_body(follower, picture)
+    links, reach = _train_bodies(ground, picture, spans, size)
+    moved = [*(body.positions(span).ravel() for span in spans), *reach]
+    frame_axes(ground, np.concatenate([max(size, body_reach(picture)) * CROSS_POINTS, *moved]))
+    for axes in (cam, follower, contact, *(link.axes for link in links)):
+        axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim(), aspect="equal")
+    turning = MovingBody(cam, NO_ROTATION + 0j, problem.design.sense * FRAME_ANGLES)
+    travel = problem.setup.mechanism.travel(problem.design, problem.programme, FRAME_ANGLES % (2 * np.pi))
+    touched = travel.trace - problem.design.roller_radius[0] * travel.normal
+    return [turning, body, MovingBody(contact, touched - touched[0]), *links]
+
+
+def _groove_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
+    """The groove within a window of one turn, the follower in its middle."""
+    size, (low, high) = float(picture.problem.design.size[0]), surface_ends(picture)
+    half, around = np.pi * size, 2 * np.pi * size
+    surface, ground, follower = (figure.add_axes(GROOVE_AREA) for _ in range(3))
+    spans = draw_groove_follower(FollowerAxes(follower, ground, ground), picture)
+    body = _follower_body(follower, picture)
+    window = np.array([-half + 1j * low, half + 1j * high])
+    links, reach = _train_bodies(ground, picture, spans, size)
+    moved = [*(body.positions(span).ravel() for span in spans), *reach]
+    corner, unit = frame_axes(ground, np.concatenate([window, *moved]))
+    for axes in (follower, *(link.axes for link in links)):
+        axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim())
+    draw_line(ground, _rectangle_corners(-half, half, low, high), color=INK, lw=1.0)
+    (left, width), (bottom, height) = (
+        ((values[0] - start) / unit / inches, np.ptp(values) / unit / inches)
+        for values, start, inches in zip(
+            (window.real, window.imag), (corner.real, corner.imag), figure.get_size_inches(), strict=True
+        )
+    )
+    surface.set_position((GROOVE_AREA[0] + left, GROOVE_AREA[1] + bottom, width, height))
+    surface.set(xlim=(-half, half), ylim=(low, high))
+    fill_area(
+        surface,
+        _rectangle_corners(-around, 2 * around, low, high),
+        facecolor=surface_colour(picture),
+        lw=0,
+        zorder=1,
+    )
+    draw_channel(surface, picture, around)
+    for stroke in picture.problem.programme.strokes:
+        for turn in (-around, 0.0, around):
+            ends = size * stroke.start + turn + 1j * np.array([low, high])
+            draw_line(surface, ends, color=FAINT, lw=0.7, zorder=1.5)
+    moving = MovingBody(surface, -size * FRAME_ANGLES + 0j, windowed=True)
+    return [moving, MovingBody(ground, NO_ROTATION + 0j), body, *links]
+
+
+def _train_bodies(
+    ground: Any, picture: Picture, spans: list[ComplexArray], size: float
+) -> tuple[list[MovingBody], list[ComplexArray]]:
+    """The parts of the train, each on axes of its own above what stands still, and the points that they span."""
+    links = list[MovingBody]()
+    if (train := train_sketch(picture, spans, size)) is None:
+        return links, []
+    draw_fixed_parts(ground, train, size)
+    for member in train.members:
+        links.append(MovingBody(ground.figure.add_axes(ground.get_position()), member.at, member.turned))
+        draw_member(links[-1].axes, member, size)
+    return links, [sketch_points(train)]
+
+
+def _rectangle_corners(left: float, right: float, low: float, high: float) -> list[complex]:
+    return [complex(x, y) for x, y in ((left, low), (right, low), (right, high), (left, high), (left, low))]
+
+
+def _follower_body(axes: Any, picture: Picture) -> MovingBody:
+    """The follower as a body that moves along its guide or about its pivot."""
+    problem = picture.problem
+    rise = problem.programme.motion_at(FRAME_ANGLES % (2 * np.pi))[0] - picture.start_displacement
+    if not problem.setup.angular:
+        return MovingBody(axes, 1j * rise)
+    return MovingBody(axes, NO_ROTATION + follower_pivot(problem), outward_turn_sense(problem) * rise)
+
+
+def _diagram_bodies(figure: Any, picture: Picture, boxes: Any) -> tuple[list[MovingBody], list[Reading]]:
+    """Diagrams with cursors, and what they read; and the cam angle."""
+    every = [panel.in_shown_units() for panel in motion_panels(picture)]
+    shown, axes = [every[k] for k in SHOWN_PANELS], [figure.add_axes(box) for box in boxes]
+    labels = diagrams.draw_diagrams(axes, picture, shown, (), range(len(shown)))
+    bodies: list[MovingBody] = []
+    place = {"ha": "right", "fontsize": TEXT_SIZE, "color": INK}
+    angles = [f"cam angle {angle:.1f}°" for angle in np.degrees(FRAME_ANGLES)]
+    readings = [Reading(figure.text(boxes[-1][0] + boxes[-1][2], 0.02, angles[0], **place), angles)]
+    for each, panel in zip(axes, shown, strict=True):
+        each.set(xticks=range(0, 361, 90))
+        each.set_title("", loc="right")
+        cursors, reading = _cursor_bodies(figure, each, panel)
+        bodies += cursors
+        readings.append(reading)
+    place_labels(figure, labels)
+    return bodies, readings
+
+
+def _cursor_bodies(figure: Any, axes: Any, panel: Panel) -> tuple[tuple[MovingBody, MovingBody], Reading]:
+    """A line at the cam angle and a dot at the value there, above a diagram; what it reads."""
+    assert panel.value_at is not None
+    factor, _ = diagrams.power_of_ten(panel.values, panel.unit)
+    values = panel.value_at(FRAME_ANGLES % (2 * np.pi)) * factor
+    line_axes, dot_axes = (figure.add_axes(axes.get_position()) for _ in range(2))
+    for each in (line_axes, dot_axes):
+        each.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())
+    draw_line(line_axes, 1j * np.array(axes.get_ylim()), color=INK, lw=0.8, clip_on=False)
+    draw_line(dot_axes, [1j * values[0]], marker="o", ms=5, color=INK, mec="white", clip_on=False)
+    degrees, largest = np.degrees(FRAME_ANGLES), float(np.abs(values).max())
+    decimals = max(0, 3 - floor(log10(largest))) if largest else 0  # which give the largest one four digits
+    words = [f"{round(float(value), decimals) + 0.0:.{decimals}f}".replace("-", "−") for value in values]
+    style = {"ha": "right", "va": "bottom", "fontsize": TEXT_SIZE, "color": INK, "transform": axes.transAxes}
+    text = axes.text(1.0, 1.03, words[0], fontweight="bold", **style)
+    cursors = MovingBody(line_axes, degrees + 0j), MovingBody(dot_axes, degrees + 1j * (values - values[0]))
+    return cursors, Reading(text, words)

@@ -1,0 +1,184 @@
+"""What a page draws of one cam: its motion piece by piece, its sizes and its diagrams, as plain numbers."""
+
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import ComplexArray, FloatArray
+from camopt.scene.problem.linkage import linkage_sketch
+from camopt.scene.problem.problem import Problem
+from camopt.scene.scene import Scene
+from camopt.show.drawing.cam import remaining_outline
+from camopt.show.drawing.figures import shown_panels
+from camopt.show.drawing.linkage import sketch_points
+from camopt.show.drawing.moving_bodies import FRAME_ANGLES
+from camopt.show.drawing.panels import Panel
+from camopt.show.drawing.picture import STROKE_NAMES, Picture
+from camopt.show.drawing.second_contact import second_contact
+
+LARGEST_POWER = 300
+POWERS_OF_TEN = np.array([float(f"1e{power}") for power in range(-LARGEST_POWER, LARGEST_POWER + 1)])
+PAGE_DIGITS = 8  # significant: more than any screen shows, fewer than a double has
+
+
+def cam_data(picture: Picture) -> dict[str, Any]:
+    """One design: motion, shape and diagrams. Lengths in mm, cam angles in deg, displacements y in mm or rad."""
+    problem = picture.problem
+    if not picture.exists:
+        return {"exists": False}
+    first = picture.contacts[0]
+    pitch_point = not problem.setup.mechanism.flat_faced and picture.steepest_contact is first
+    return {
+        "exists": True,
+        **stroke_kind(picture.scene, problem),
+        "sizes": {name: page_number(values[0]) for name, values in problem.design.sizes.items()},
+        "motion": motion_pieces(picture),
+        "strokes": _stroke_data(problem),
+        "pitch_point": first.values["pressure_angle_max_at_deg"] if pitch_point else None,
+        "steepest": first.values["pressure_angle_max_deg"],
+        "undercut": picture.undercut,
+        "left": _undercut_outline(picture),
+        "panels": [_panel_data(panel) for panel in shown_panels(picture)],
+        "train": train_frames(picture),
+        "second": _second_contact_data(picture),
+    }
+
+
+def _second_contact_data(picture: Picture) -> dict[str, Any] | None:
+    """What a second contact adds to the picture: a disc, and parts of the follower as they are at y = 0."""
+    if (found := second_contact(picture, 0.0)) is None:
+        return None
+    return {
+        "outline": _point_coordinates(found.outline) if found.outline.size else None,
+        "solid": [_point_coordinates(each) for each in found.solid],
+        "lines": [_point_coordinates(each) for each in found.lines],
+    }
+
+
+def train_frames(picture: Picture) -> dict[str, Any] | None:
+    """The train beyond the follower, relative to where it is driven at y = 0, in positions all over the turn."""
+    problem = picture.problem
+    developed = problem.setup.mechanism.body.developed
+    size = problem.design.size[0] if developed else max(np.abs(each.pitch).max() for each in picture.curves)
+    at = 0j if problem.setup.angular else 1j * picture.start_displacement
+    if (sketch := linkage_sketch(problem, FRAME_ANGLES % (2 * np.pi), at, float(size))) is None:
+        return None
+    reach = sketch_points(sketch)
+    return {
+        "members": [
+            {
+                "shape": each.shape,
+                "points": _point_coordinates(each.points),
+                "at": _point_coordinates(each.at),
+                "turned": page_numbers(np.degrees(each.turned)),
+            }
+            for each in sketch.members
+        ],
+        "standing": [
+            {
+                "ground": each.ground,
+                "at": _point_coordinates(np.array([each.at])),
+                "way": _point_coordinates(np.array([each.way])),
+            }
+            for each in sketch.supports
+        ],
+        "reach": _point_coordinates(np.array([complex(f(reach.real), f(reach.imag)) for f in (np.min, np.max)])),
+    }
+
+
+def _point_coordinates(points: ComplexArray) -> list[list[float | None]]:
+    """The x and the y of points."""
+    return [page_numbers(points.real), page_numbers(points.imag)]
+
+
+def stroke_kind(scene: Scene, problem: Problem) -> dict[str, Any]:
+    """What decides the formulas: the kinds of cam, motion and contact, the sense of rotation, and the shaft.
+
+    Of a disc with a groove or a rib on its face also its diameter, as far as it is known.
+    """
+    body, diameter = problem.setup.mechanism.body, problem.setup.solid.outer_diameter
+    return {
+        "on_face": body.closed and not body.bounded,
+        "outer_diameter": diameter,
+        "form": scene.cam.form,
+        "moves": scene.follower.motion,
+        "contact": scene.follower.contact,
+        "sense": problem.design.sense,
+        "shaft": problem.setup.shaft_radius,
+        "rpm": scene.cam.rpm,
+    }
+
+
+def motion_pieces(picture: Picture) -> dict[str, Any]:
+    """The cam angles of each smooth piece, with y and dy/dθ there, and the lift: jumps stay between pieces."""
+    names = [STROKE_NAMES[kind] for kind in picture.kinds]
+    pieces = [
+        {
+            "kind": name,
+            "angle": page_numbers(np.degrees(angles)),
+            "y": page_numbers(moved[0]),
+            "slope": page_numbers(moved[1]),
+        }
+        for name, angles, moved in zip(names, picture.pieces, picture.motion, strict=True)
+    ]
+    return {"lift": page_number(picture.problem.programme.lift), "pieces": pieces}
+
+
+def _stroke_data(problem: Problem) -> list[dict[str, Any]]:
+    return [
+        {
+            "name": "move" if stroke.is_move else STROKE_NAMES[stroke.kind],
+            "kind": STROKE_NAMES.get(stroke.kind, "move"),
+            "law": stroke.law.NAME if stroke.law else "",
+            "start": page_number(np.degrees(stroke.start)),
+            "angle": page_number(np.degrees(stroke.angle)),
+        }
+        for stroke in problem.programme.strokes
+    ]
+
+
+def _undercut_outline(picture: Picture) -> list[list[float | None]] | None:
+    """The outline of an undercut disc cam: what its follower leaves of it."""
+    if not picture.undercut or not picture.problem.setup.mechanism.body.bounded:
+        return None
+    return _point_coordinates(remaining_outline(picture))
+
+
+def _panel_data(panel: Panel) -> dict[str, Any]:
+    return {
+        "title": panel.title,
+        "unit": panel.unit,
+        "values": [page_numbers(values) for values in panel.values],
+        "reference": panel.reference and [page_numbers(values) for values in panel.reference],
+        "other": panel.other and [page_numbers(values) for values in panel.other],
+        "peaks": [
+            {"angle": page_number(p.angle), "value": page_number(p.value), "text": p.text} for p in panel.peaks
+        ],
+        "limits": [
+            {"kinds": [name for kind, name in STROKE_NAMES.items() if kind & kinds], "bound": page_number(bound)}
+            for kinds, bound in panel.limits
+        ],
+        "impulses": [{"angle": page_number(angle), "size": page_number(size)} for angle, size in panel.impulses],
+        "bands": [[page_number(end) for end in band] for band in panel.bands],
+        "marks": [[page_number(number) for number in mark] for mark in panel.marks],
+        "span": panel.span and [page_number(end) for end in panel.span],
+        "note": panel.note,
+        "undercut": panel.alarm and [[bool(b) for b in bad] for bad in panel.alarm],
+    }
+
+
+def page_number(value: Any) -> float | None:
+    """A number of a page: finite, in few digits."""
+    return float(f"{float(value):.{PAGE_DIGITS}g}") if np.isfinite(value) else None
+
+
+def page_numbers(values: FloatArray) -> list[float | None]:
+    """An array of such numbers, all at once: a page has thousands, and a slider waits for them."""
+    values = np.asarray(values, dtype=float)
+    with np.errstate(all="ignore"):
+        power = PAGE_DIGITS - 1 - np.floor(np.log10(np.abs(values)))
+    usual = np.abs(power) <= LARGEST_POWER  # not so of 0, and of what is not finite
+    scale = POWERS_OF_TEN[np.where(usual, power, 0.0).astype(int) + LARGEST_POWER]
+    rounded = np.where(usual, np.rint(np.where(usual, values, 0.0) * scale) / scale, values)
+    return [value if isfinite(value) else None for value in rounded.tolist()]

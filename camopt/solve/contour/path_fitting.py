@@ -1,0 +1,322 @@
+"""Paths that follow a curve of the cam within a given deviation, with the proof: lines, tangent arcs, or cubics.
+
+Each replaces a stretch of the curve between two of its points. The deviation falls with the square, the cube and
+the fourth power of the length of the stretch, from which a few rounds find stretches that all deviate alike, and so
+the least number of them (equidistribution: de Boor, A Practical Guide to Splines, ch. 12).
+
+Two arcs that join with a common tangent and have the tangents t₀, t₁ at the points p₀, p₁ are a biarc. With control
+polygons of equal lengths d they meet half-way between p₀ + d·t₀ and p₁ − d·t₁, where
+
+    d = |v|²/(v·T + √((v·T)² + |v|²·|t₁ − t₀|²)),    v = p₁ − p₀,  T = t₀ + t₁
+
+Source: Bolton, Biarc curves, Computer-Aided Design 7 (1975); Meek and Walton, CAD 24 (1992).
+"""
+
+from collections.abc import Callable
+from math import isfinite
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.numerics import ComplexArray, FloatArray
+from camopt.solve.contour.curve import CamCurve, SmoothSpan
+from camopt.solve.contour.deviation import deviation_bound
+from camopt.solve.contour.path import ArcPath, CubicPath
+
+FIRST_STRETCHES, FIT_ROUNDS, END_HALVINGS = 8, 8, 40
+JOINT_STEPS = 8  # after which the curve is within rounding of a joint
+LEAST_JOINT_DISTANCE = 1e-300  # mm: less is none
+WIDEST_ARC = 3.0  # rad: an arc is no longer, so that its middle is on its own side of the cam
+CHECKED_SHARES = np.linspace(0.0, 1.0, 13)[1:-1, None]  # where a stretch is looked at
+ELEMENT_LIMIT = 1_000_000  # elements of a path
+SAME_CURVATURE = 1e-9  # relative difference of the curvatures of two arcs that are one
+SAME_VERTEX_ANGLE = 1e-12  # rad
+LEAST_RISE = 1e-9  # mm: an arc that rises less above its chord is a line
+
+StretchErrors = Callable[[FloatArray, FloatArray], FloatArray]
+"""How far the path is off over stretches, from their first to their last cam angles."""
+
+
+class Biarcs(NamedTuple):
+    """Pairs of tangent arcs: first, middle and last points, and the bulges of both."""
+
+    first: ComplexArray
+    joint: ComplexArray
+    last: ComplexArray
+    tangent: ComplexArray
+    """At the joint."""
+    bulges: tuple[FloatArray, FloatArray]
+
+
+def biarcs(p0: ComplexArray, t0: ComplexArray, p1: ComplexArray, t1: ComplexArray) -> Biarcs:
+    """The biarcs from points with unit tangents to points with unit tangents."""
+    v, both = p1 - p0, t0 + t1
+    along = (v * both.conjugate()).real
+    length = np.square(np.abs(v))
+    d = length / (along + np.sqrt(np.square(along) + length * np.square(np.abs(t1 - t0))))
+    joint = (p0 + p1 + d * (t0 - t1)) / 2
+    tangent = (v - d * both) / (2.0 * d)
+    bulges = np.tan(np.angle((joint - p0) / t0) / 2), np.tan(np.angle(t1 / (p1 - joint)) / 2)
+    return Biarcs(p0, joint, p1, tangent / np.abs(tangent), bulges)
+
+
+def distances_from_arcs(
+    points: ComplexArray, first: ComplexArray, last: ComplexArray, bulges: FloatArray
+) -> FloatArray:
+    """Distance of points from the circles of arcs, mm."""
+    turn = 2.0 * np.arctan(bulges)
+    chord = last - first
+    local = (points - first) * (np.exp(1j * turn) * chord.conjugate() / np.abs(chord))
+    curvature = 2.0 * np.sin(turn) / np.abs(chord)
+    height = local.imag - curvature / 2 * np.square(np.abs(local))
+    found: FloatArray = 2.0 * np.abs(height) / (1.0 + np.sqrt(np.maximum(1.0 - 2.0 * curvature * height, 0.0)))
+    return found
+
+
+def equal_error_angles(errors: StretchErrors, start: float, end: float, order: int, chord: float) -> FloatArray:
+    """Cam angles from start to end that divide it into stretches of about equal error, at most ``chord``.
+
+    BadInput if that takes more than ``ELEMENT_LIMIT``.
+    """
+    least = int(np.ceil((end - start) / WIDEST_ARC))
+    angles = np.linspace(start, end, max(FIRST_STRETCHES, least) + 1)
+    for attempt in range(FIT_ROUNDS):
+        need = np.maximum((errors(angles[:-1], angles[1:]) / chord) ** (1.0 / order), 1e-3)
+        if attempt and need.max() <= 1.0:
+            return angles
+        wanted = np.concatenate([[0.0], np.cumsum(need)])
+        count = max(least, int(np.ceil(wanted[-1] * (1.0 + 0.02 * attempt))))
+        _check_element_count(count, chord)
+        angles = np.interp(np.linspace(0.0, wanted[-1], count + 1), wanted, angles)
+        angles[0], angles[-1] = start, end
+    for _ in range(END_HALVINGS):
+        wide = errors(angles[:-1], angles[1:]) > chord
+        if not wide.any():
+            break
+        angles = np.sort(np.concatenate([angles, ((angles[:-1] + angles[1:]) / 2)[wide]]))
+        _check_element_count(angles.size, chord)
+    return angles
+
+
+def _check_element_count(count: int, chord: float) -> None:
+    if count > ELEMENT_LIMIT:
+        raise BadInput(
+            [Mistake("camopt", "chord", chord, f"larger: this one needs over {ELEMENT_LIMIT:,} elements")]
+        )
+
+
+class Fitter(NamedTuple):
+    """A kind of element that replaces stretches of a curve."""
+
+    order: int
+    """The power of the length of a stretch with which the deviation falls."""
+    errors: Callable[[CamCurve, SmoothSpan, FloatArray, FloatArray], FloatArray]
+    """How far the stretches from some cam angles to others are off, at the angles looked at, mm."""
+    path: Callable[[CamCurve, list[FloatArray]], "ArcPath | CubicPath"]
+    """From the cam angles where stretches of each span start and end."""
+
+
+def fit_unproved_path(curve: CamCurve, kind: str, chord: float) -> "ArcPath | CubicPath":
+    """A path of a kind of ``FITS`` whose error at the angles checked is at most ``chord`` (mm)."""
+    fitter = FITTERS[kind]
+    return fitter.path(curve, [_stretch_angles(fitter, curve, span, chord) for span in curve.spans])
+
+
+def _stretch_angles(fitter: Fitter, curve: CamCurve, span: SmoothSpan, chord: float) -> FloatArray:
+    return equal_error_angles(
+        lambda a, b: fitter.errors(curve, span, a, b), span.start, span.end, fitter.order, chord
+    )
+
+
+def _checked_angles(starts: FloatArray, ends: FloatArray) -> FloatArray:
+    """Cam angles at which stretches are checked, (angles, stretches)."""
+    return starts + (ends - starts) * CHECKED_SHARES
+
+
+def _line_errors(curve: CamCurve, span: SmoothSpan, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    first, last = curve.points(span, starts), curve.points(span, ends)
+    points = curve.points(span, _checked_angles(starts, ends))
+    return np.asarray(distances_from_arcs(points, first, last, np.zeros(starts.size)).max(axis=0))
+
+
+def _span_biarcs(curve: CamCurve, span: SmoothSpan, starts: FloatArray, ends: FloatArray) -> Biarcs:
+    t0, t1 = curve.tangents(span, starts), curve.tangents(span, ends)
+    return biarcs(curve.points(span, starts), t0, curve.points(span, ends), t1)
+
+
+def _biarc_errors(curve: CamCurve, span: SmoothSpan, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    pair, points = _span_biarcs(curve, span, starts, ends), curve.points(span, _checked_angles(starts, ends))
+    halves = zip((pair.first, pair.joint), (pair.joint, pair.last), pair.bulges, strict=True)
+    before, after = (distances_from_arcs(points, *half) for half in halves)
+    past = ((points - pair.joint) * pair.tangent.conjugate()).real > 0.0
+    return np.asarray(np.where(past, after, before).max(axis=0))
+
+
+def _hermite_cubics(curve: CamCurve, span: SmoothSpan, starts: FloatArray, ends: FloatArray) -> ComplexArray:
+    """Control points of the cubics with the curve's points and derivatives by the cam angle at the ends, (4, n)."""
+    (p0, v0, _), (p1, v1, _) = (curve.points_with_derivatives(span, angles) for angles in (starts, ends))
+    third = (ends - starts) / 3
+    return np.array([p0, p0 + v0 * third, p1 - v1 * third, p1])
+
+
+def _cubic_errors(curve: CamCurve, span: SmoothSpan, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    share = CHECKED_SHARES[:, None]
+    weights = (1 - share) ** 3, 3 * share * (1 - share) ** 2, 3 * share**2 * (1 - share), share**3
+    cubics = sum(w * p for w, p in zip(weights, _hermite_cubics(curve, span, starts, ends)[:, None], strict=True))
+    return np.asarray(
+        np.abs(curve.points(span, _checked_angles(starts, ends)) - cubics.reshape(CHECKED_SHARES.size, -1)).max(
+            axis=0
+        )
+    )
+
+
+def _fit_lines(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
+    points = [curve.points(span, each[:-1]) for span, each in zip(curve.spans, angles, strict=True)]
+    vertices = _with_last_vertex(curve, np.concatenate(points))
+    return ArcPath(vertices, np.zeros(vertices.size - 1), *_element_angles(angles))
+
+
+def lines_through(curve: CamCurve, angles: FloatArray) -> ArcPath:
+    """The lines through the curve's points at cam angles (rad) that rise.
+
+    Where a line passes from one span to another it has a vertex of its own, on the line beside the curve.
+    """
+    points = curve.evaluate_by_span(angles, curve.points)
+    inner = np.array([span.start for span in curve.spans[1:]])
+    apart = np.abs(inner[:, None] - angles).min(axis=1, initial=np.inf) > SAME_VERTEX_ANGLE
+    inner = inner[apart & (inner > angles[0]) & (inner < angles[-1])]
+    if inner.size:
+        line = np.searchsorted(angles, inner) - 1
+        first, along = points[line], np.diff(points)[line]
+        share = ((curve.evaluate_by_span(inner, curve.points) - first) * along.conjugate()).real / np.square(
+            np.abs(along)
+        )
+        points = np.concatenate([points, first + share * along])
+    places = np.concatenate([angles, inner])
+    order = np.argsort(places, kind="stable")
+    places, vertices = places[order], points[order]
+    spans = curve.span_numbers((places[:-1] + places[1:]) / 2)
+    pairs = np.stack([places[:-1], places[1:]], axis=1)
+    return ArcPath(vertices, np.zeros(vertices.size - 1), pairs, tuple(spans.tolist()))
+
+
+def _fit_arcs(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
+    """Both arcs of each pair, or one where they are the same."""
+    vertices, bulges, joints = [], [], []
+    for span, each in zip(curve.spans, angles, strict=True):
+        pair = _span_biarcs(curve, span, each[:-1], each[1:])
+        first, second = (np.arctan(b) for b in pair.bulges)
+        lengths = np.abs(pair.joint - pair.first), np.abs(pair.last - pair.joint)
+        bend = np.sin(2 * first) / lengths[0], np.sin(2 * second) / lengths[1]
+        one = np.abs(bend[0] - bend[1]) <= SAME_CURVATURE * np.maximum(np.abs(bend[0]), 1.0 / (lengths[0] * 1e3))
+        keep = np.stack([np.ones(one.size, dtype=bool), ~one], axis=1)
+        whole = np.stack([np.where(one, np.tan(first + second), pair.bulges[0]), pair.bulges[1]], axis=1)
+        chords = np.stack([np.abs(np.where(one, pair.last, pair.joint) - pair.first), lengths[1]], axis=1)
+        whole = np.where(np.abs(whole) * chords / 2 < LEAST_RISE, 0.0, whole)
+        middles = _joint_angles(curve, span, pair, each[:-1], each[1:])
+        vertices.append(np.stack([pair.first, pair.joint], axis=1)[keep])
+        bulges.append(whole[keep])
+        joints.append(np.append(np.stack([each[:-1], middles], axis=1)[keep], each[-1]))
+    return ArcPath(
+        _with_last_vertex(curve, np.concatenate(vertices)), np.concatenate(bulges), *_element_angles(joints)
+    )
+
+
+def _joint_angles(
+    curve: CamCurve, span: SmoothSpan, pair: Biarcs, starts: FloatArray, ends: FloatArray
+) -> FloatArray:
+    """The cam angles at which the curve passes the joints of biarcs, by false position between angles around them.
+
+    What an end that stays counts is halved each time (Dowell and Jarratt, BIT 11, 1971: the Illinois method).
+    ``scipy.optimize.elementwise`` finds the same, but its import takes longer than an export.
+    """
+
+    def distance_past_joint(angles: FloatArray) -> FloatArray:
+        return np.asarray(((curve.points(span, angles) - pair.joint) * pair.tangent.conjugate()).real)
+
+    low, high = starts, ends
+    before, after = distance_past_joint(low), distance_past_joint(high)
+    was = np.zeros(low.size)  # on which side the last angle was
+    for _ in range(JOINT_STEPS):
+        share = np.clip(before / np.minimum(before - after, -LEAST_JOINT_DISTANCE), 0.0, 1.0)
+        angle = low + share * (high - low)
+        there = distance_past_joint(angle)
+        beyond = there > 0.0
+        before = np.where(beyond, np.where(was > 0.0, before / 2, before), there)
+        after = np.where(beyond, there, np.where(was < 0.0, after / 2, after))
+        low, high = np.where(beyond, low, angle), np.where(beyond, angle, high)
+        was = np.where(beyond, 1.0, -1.0)
+    return np.asarray(angle)
+
+
+def _fit_cubics(curve: CamCurve, angles: list[FloatArray]) -> CubicPath:
+    cubics = [
+        _hermite_cubics(curve, span, each[:-1], each[1:]).T for span, each in zip(curve.spans, angles, strict=True)
+    ]
+    return CubicPath(np.concatenate(cubics), *_element_angles(angles))
+
+
+def _with_last_vertex(curve: CamCurve, vertices: ComplexArray) -> ComplexArray:
+    """Vertices with the last one added: for a closed curve the first again, bit for bit."""
+    last = curve.spans[-1]
+    return np.append(vertices, vertices[:1] if curve.is_closed else curve.points(last, np.array([last.end])))
+
+
+def _element_angles(angles: list[FloatArray]) -> tuple[FloatArray, tuple[int, ...]]:
+    """The pairs of cam angles of all elements, and their spans."""
+    pairs = [np.stack([each[:-1], each[1:]], axis=1) for each in angles]
+    return np.concatenate(pairs), tuple(k for k, each in enumerate(angles) for _ in each[1:])
+
+
+FITTERS = {
+    "arcs": Fitter(3, _biarc_errors, _fit_arcs),
+    "spline": Fitter(4, _cubic_errors, _fit_cubics),
+    "polyline": Fitter(2, _line_errors, _fit_lines),
+}
+"""By the name of the curves that paths are made of."""
+
+
+DEFAULT_CHORD = 0.001  # mm
+SHORTEST_CHORD, LONGEST_CHORD = 1e-6, 10.0  # mm: a nanometre; what nobody takes for a cam any more
+CHORD_AIM, SMALLER_AIM, PROOF_ROUNDS = (
+    0.95,
+    0.8,
+    6,
+)  # of the deviation asked for: what is aimed at, then if a proof needs more
+
+
+class FittedPath(NamedTuple):
+    """A path with its proved deviation, mm: no point of one is further from the other, path or curve."""
+
+    path: ArcPath | CubicPath
+    deviation: float
+
+
+def fit_path(curve: CamCurve, kind: str = "arcs", chord: float = DEFAULT_CHORD) -> FittedPath:
+    """The path of a kind of ``FITS`` that is proved to be within ``chord`` mm of a curve (``check_kind``).
+
+    Raises
+    ------
+    BadInput
+        For a chord that needs over a million elements.
+    """
+    aim = CHORD_AIM * chord
+    for _ in range(PROOF_ROUNDS):
+        path = fit_unproved_path(curve, kind, aim)
+        found = FittedPath(path, deviation_bound(curve, path, chord))
+        if found.deviation <= chord:
+            break
+        aim *= SMALLER_AIM
+    return found
+
+
+def check_path_options(kind: str, chord: float) -> None:
+    """BadInput for what users may not ask of ``follow``: another kind, or a chord outside 1e-6 to 10 mm."""
+    mistakes = []
+    if kind not in FITTERS:
+        mistakes.append(Mistake("camopt", "curves", kind, f"one of {', '.join(FITTERS)}"))
+    if not (isfinite(chord) and SHORTEST_CHORD <= chord <= LONGEST_CHORD):
+        mistakes.append(Mistake("camopt", "chord", chord, f"from {SHORTEST_CHORD:g} to {LONGEST_CHORD:g} mm"))
+    if mistakes:
+        raise BadInput(mistakes)

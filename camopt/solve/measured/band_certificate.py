@@ -1,0 +1,157 @@
+"""Deviation of a motion from measured points, proved: at each point, and from straight lines between them.
+
+The motion is that of the scene as it is written: its angles, lifts and coefficients are exact numbers, and so are
+the angles and lifts of the points. On each stretch between points and knots the distance from the line is a
+polynomial, which its Bernstein coefficients enclose. Angles are rational numbers. All else has DIGITS digits, of
+which ROOM leaves to rounding far more than it takes.
+"""
+
+from collections.abc import Iterator
+from decimal import Decimal, localcontext
+from fractions import Fraction
+from functools import cache
+from itertools import accumulate, pairwise
+from math import comb, inf, nextafter
+from typing import NamedTuple
+
+from camopt.model.motion.programme import Programme
+from camopt.model.motion.spline import SplineLaw
+from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints
+
+PROOF_DIGITS = 60
+PROOF_ROUNDING = Decimal("1e-40")
+"""Of the terms of a stretch: what rounding may hide, many times over."""
+
+
+class Deviation(NamedTuple):
+    """Deviations of a motion from points, in the unit of the lifts."""
+
+    held: bool
+    """Whether it is proved that no point is further away than the band."""
+    at_points: tuple[float, ...]
+    """Motion less lift at each point."""
+    largest: float
+    """No point is further away than that."""
+    between: float
+    """At no cam angle is the motion further than that from the straight lines between neighbouring points."""
+
+
+class _PolynomialSpan(NamedTuple):
+    """y = Σ cₖ·dᵏ from one cam angle to another (deg of the scene), with d from its start."""
+
+    start: Fraction
+    end: Fraction
+    powers: list[Decimal]
+
+    def powers_on_part(self, start: Fraction, end: Fraction) -> list[Decimal]:
+        """The powers of t on a part of it, t from 0 to 1."""
+        away, length, found = _to_decimal(start - self.start), _to_decimal(end - start), list(self.powers)
+        for low in range(len(found)):
+            for k in range(len(found) - 2, low - 1, -1):
+                found[k] += away * found[k + 1]
+        return _scale_powers(found, length)
+
+    @property
+    def rounding_error(self) -> Decimal:
+        """What rounding may hide of y; nothing where it is at rest, since levels have fewer digits."""
+        length, moves = _to_decimal(self.end - self.start), len(self.powers) > 1
+        return moves * PROOF_ROUNDING * sum(map(abs, _scale_powers(self.powers, length)), Decimal(0))
+
+
+def _scale_powers(powers: list[Decimal], length: Decimal) -> list[Decimal]:
+    """The powers of a variable that is ``length`` times as small."""
+    return [
+        c * scale
+        for c, scale in zip(
+            powers, accumulate(powers[1:], lambda by, _: by * length, initial=Decimal(1)), strict=True
+        )
+    ]
+
+
+def certify_band(programme: Programme, points: MeasuredPoints, start: float, zero: float, band: float) -> Deviation:
+    """The deviation of a motion from points; their angle ``start`` (deg) and lift ``zero`` are its 0 and 0."""
+    with localcontext(prec=PROOF_DIGITS):
+        return _deviation_of_spans(list(_programme_spans(programme)), points, start, zero, band)
+
+
+def _deviation_of_spans(
+    once: list[_PolynomialSpan], points: MeasuredPoints, start: float, zero: float, band: float
+) -> Deviation:
+    ahead = once[-1].end  # lines between points may go beyond the end of the turn
+    spans = once + [each._replace(start=ahead + each.start, end=ahead + each.end) for each in once]
+    first, turn = Fraction(start), Fraction(TURN_DEG)
+    found = sorted(
+        ((Fraction(a) - first) % turn, Decimal(y) - Decimal(zero), k)
+        for k, (a, y) in enumerate(zip(points.angles, points.lifts, strict=True))
+    )
+    at, most, between, number = [Decimal(0)] * len(found), Decimal(0), Decimal(0), 0
+    for (angle, lift, place), (after, following, _) in pairwise([*found, (found[0][0] + turn, *found[0][1:])]):
+        while spans[number].end < angle:
+            number += 1
+        at[place] = spans[number].powers_on_part(angle, angle)[0] - lift
+        most = max(most, abs(at[place]) + spans[number].rounding_error)
+        if after > angle:
+            between = max(between, *_line_distances(spans, number, (angle, lift), (after, following)))
+    held, largest = most <= Decimal(band), nextafter(float(most), inf)
+    beyond = nextafter(float(between + max(each.rounding_error for each in once)), inf)
+    return Deviation(held, tuple(map(float, at)), min(largest, band) if held else largest, beyond)
+
+
+def _to_decimal(value: Fraction) -> Decimal:
+    return Decimal(value.numerator) / Decimal(value.denominator)
+
+
+def _programme_spans(programme: Programme) -> Iterator[_PolynomialSpan]:
+    """The polynomials of a motion along its turn."""
+    angle, level = Fraction(0), Decimal(0)
+    for stroke in programme.strokes:
+        assert stroke.given is not None
+        length, change = Fraction(stroke.given.angle), Decimal(stroke.given.change)
+        if stroke.law is None:
+            yield _PolynomialSpan(angle, angle + length, [level])
+        else:
+            assert isinstance(stroke.law, SplineLaw)
+            for low, high, powers in _law_pieces(stroke.law):
+                scaled = [change * c for c in _scale_powers(powers, 1 / _to_decimal(length))]
+                yield _PolynomialSpan(angle + low * length, angle + high * length, [level + scaled[0], *scaled[1:]])
+        level, angle = level + change, angle + length
+
+
+def _law_pieces(law: SplineLaw) -> Iterator[tuple[Fraction, Fraction, list[Decimal]]]:
+    """The polynomial of each span between knots, in powers of the distance from its start (de Boor's algorithm)."""
+    knots, degree, zero = [Decimal(knot) for knot in law.knots], law.degree, Decimal(0)
+    for k in range(degree, len(law.coefficients)):
+        if not knots[k] < knots[k + 1]:
+            continue
+        found = [[Decimal(c)] for c in law.coefficients[k - degree : k + 1]]
+        for level in range(1, degree + 1):
+            for j in range(degree, level - 1, -1):
+                left, right = knots[k - degree + j], knots[k + 1 + j - level]
+                step = [b - a for a, b in zip(found[j - 1], found[j], strict=True)]
+                near, far = (knots[k] - left) / (right - left), 1 / (right - left)
+                moved = [near * a + far * b for a, b in zip([*step, zero], [zero, *step], strict=True)]
+                found[j] = [a + b for a, b in zip([*found[j - 1], zero], moved, strict=True)]
+        yield Fraction(law.knots[k]), Fraction(law.knots[k + 1]), found[degree]
+
+
+def _line_distances(
+    spans: list[_PolynomialSpan], number: int, low: tuple[Fraction, Decimal], high: tuple[Fraction, Decimal]
+) -> Iterator[Decimal]:
+    """Distances from the line between two points: Bernstein coefficients on each part of it."""
+    slope = (high[1] - low[1]) / _to_decimal(high[0] - low[0])
+    while spans[number].start < high[0]:
+        start, end = max(spans[number].start, low[0]), min(spans[number].end, high[0])
+        if end > start:
+            powers = spans[number].powers_on_part(start, end)
+            powers += [Decimal(0)] * (2 - len(powers))
+            powers[0] -= low[1] + slope * _to_decimal(start - low[0])
+            powers[1] -= slope * _to_decimal(end - start)
+            for row in _bernstein_from_powers(len(powers) - 1):
+                yield abs(sum((share * power for share, power in zip(row, powers, strict=False)), Decimal(0)))
+        number += 1
+
+
+@cache
+def _bernstein_from_powers(degree: int) -> list[list[Decimal]]:
+    """From the powers of a polynomial to its Bernstein coefficients."""
+    return [[_to_decimal(Fraction(comb(k, j), comb(degree, j))) for j in range(k + 1)] for k in range(degree + 1)]

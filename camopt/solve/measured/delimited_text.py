@@ -1,0 +1,94 @@
+"""Tables of numbers in text: any delimiter, decimal point or decimal comma, found out from the whole text.
+
+No library reads this: ``csv.Sniffer`` and the one of pandas look for a delimiter in a sample and know no decimal
+comma, and a table that is read with the wrong sign between its digits is numbers, only other ones. Here each way to
+read the text is tried on all of it, and the one that makes numbers of the most rows is taken.
+"""
+
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from camopt.solve.measured.number_table import TABLE_ROWS, NumberedRow, TableCell
+
+COMMENT = re.compile(r"\s*(#|%|//|!)")
+NUMBER_FORMS = {
+    ".": re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?"),
+    ",": re.compile(r"[+-]?(\d+(,\d+)?|,\d+)([eEdD][+-]?\d+)?"),
+}
+BLANKS = r"\s+"
+DELIMITERS = (r"\t", ";", r"\|", ",", BLANKS)
+DISTINCT_ANGLE_SHARE = 0.9  # of the angles of a table, at least
+MOST_LINES = 2 * TABLE_ROWS  # with comments and empty ones
+MOST_LINE_CHARACTERS = 2000  # characters
+
+
+class TextDialect(NamedTuple):
+    """A way to read numbers from a line."""
+
+    delimiter: str
+    decimal: str
+
+    def split_cells(self, line: str) -> list[TableCell]:
+        """The cells of a line, but for empty ones at its end."""
+        line = line.partition("#")[0].strip(None if self.delimiter == BLANKS else " \r\n")
+        found = [self._parse_cell(word.strip(" \t\"'\u00a0")) for word in re.split(self.delimiter, line)]
+        while found and found[-1] == "":
+            found.pop()
+        return found
+
+    def _parse_cell(self, word: str) -> TableCell:
+        word = word.replace("\u2212", "-")
+        if not NUMBER_FORMS[self.decimal].fullmatch(word):
+            return word
+        return float(re.sub("[dD]", "e", word.replace(",", ".")))
+
+    def read_rows(self, lines: Sequence[str]) -> list[NumberedRow]:
+        """The rows of some lines; comments and empty lines are none."""
+        found = (
+            (number, self.split_cells(line))
+            for number, line in enumerate(lines, start=1)
+            if not COMMENT.match(line)
+        )
+        return [NumberedRow(number, cells) for number, cells in found if cells]
+
+
+TEXT_DIALECTS = [TextDialect(mark, sign) for mark in DELIMITERS for sign in NUMBER_FORMS if mark != sign]
+
+
+def text_rows(text: str) -> list[NumberedRow]:
+    """The rows of a text, read in the way that makes numbers of the most of them.
+
+    A ValueError says if it has too many lines, or one that is too long.
+    """
+    lines = text.splitlines()
+    if len(lines) > MOST_LINES:
+        raise ValueError(f"has {len(lines)} lines; the most are {MOST_LINES}")
+    for number, line in enumerate(lines, start=1):
+        if len(line) > MOST_LINE_CHARACTERS:
+            raise ValueError(f"has {len(line)} characters in line {number}; the most are {MOST_LINE_CHARACTERS}")
+    return max((dialect.read_rows(lines) for dialect in TEXT_DIALECTS), key=_reading_score)
+
+
+def _reading_score(rows: list[NumberedRow]) -> tuple[int, int]:
+    """How many rows are numbers; of ways that are equal in it, one whose first column may be angles.
+
+    "1,25" in every line may be an angle and a lift, or a lift with a decimal comma.
+    """
+    numeric = [row.cells for row in rows if row.is_numeric]
+    if not numeric or min(map(len, numeric)) == 1:
+        return len(numeric), 1
+    return len(numeric), 2 if len({cells[0] for cells in numeric}) >= DISTINCT_ANGLE_SHARE * len(numeric) else 0
+
+
+def decode(data: bytes) -> str:
+    """Text of whatever program: UTF-8, UTF-16 with its mark, or Latin-1; a ValueError says what is no text."""
+    for mark, encoding in ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig")):
+        if data.startswith(mark):
+            return data.decode(encoding)
+    if b"\0" in data:
+        raise ValueError("is no text, and no workbook of Excel; save the table as CSV")
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")

@@ -1,0 +1,365 @@
+"""The result of a fit: a scene with the measured motion, and how it lies in the points."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from math import inf, radians, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.core.numerics import FloatArray
+from camopt.core.quantities import AT_FOLLOWER, DERIVATIVE_UNITS, QUANTITIES, displacement_unit, motion_quantity
+from camopt.core.quantities.display import Drawable
+from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.model.effects.motion import motion_scale
+from camopt.model.mechanisms.elements import OSCILLATING
+from camopt.model.motion.programme import derivative_peak, root_mean_square
+from camopt.model.motion.stroke import ALL_STROKES as EVERY_STROKE
+from camopt.scene.problem.problem import Problem, resolve
+from camopt.scene.scene import Scene
+from camopt.solve.measured.band_certificate import Deviation
+from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints, angle_from
+from camopt.solve.measured.noise import LEAST_BAND, band_factor
+from camopt.solve.measured.one_sided_stretches import OneSidedStretch, one_sided_stretches
+from camopt.solve.measured.outline import Doubt
+from camopt.solve.measured.profile import FollowedProfile
+from camopt.solve.tables.cells import number_text, with_unit
+from camopt.solve.tables.result import Result, Table, table_of
+
+JERK_ORDER = 3  # its order
+MOST_WARNED_ROWS = 6  # rows at most
+
+
+class OmittedPoint(NamedTuple):
+    """A point that the fit leaves out: its row, angle (deg), lift, and how far the motion is from it."""
+
+    row: int
+    angle: float
+    lift: float
+    deviation: float
+
+
+@dataclass(frozen=True)
+class Fit(Result, Drawable):
+    """The gentlest motion within a band of measured points, as a scene.
+
+    Lifts, noise, band and deviations are in mm, deg when oscillating.
+
+    Attributes
+    ----------
+    scene : Scene
+        The cam with the motion that was found.
+    points, outliers : Points
+        Those that it was fitted to, and those left out: ``angles``, ``lifts`` and ``rows`` of the file.
+    start : float
+        The measured angle (deg) at which the turn of the scene starts.
+    zero : float
+        The lift there, the lowest.
+    band : float
+        How far the motion may be from a point.
+    deviation : Deviation
+        How far it is: ``held`` (proved), ``at_points``, ``largest``, and ``between`` the points.
+    least_square : float
+        No motion as near to the points has less ∫ (y''')² dθ over the turn; θ in rad.
+    noise : float
+        The standard deviation of the points' errors, estimated from the points.
+    usual : bool
+        Whether the band comes from the noise.
+    profile : FollowedProfile or None
+        The profile that the points come from, if it was one: their lifts are then positions of the follower.
+    doubts : tuple of Doubt
+        Dwells where the points fit a motion without one too: ``start`` and ``end`` (deg, measured angles), whether
+        the motion ``rests`` there, and the ``segments`` of the other reading.
+
+    Examples
+    --------
+    >>> lifts = [0.0] * 60 + [5.0 * k**3 * (20 - k) ** 3 / 1e6 for k in range(21)] + [0.0] * 39
+    >>> cam = {"cam": {"form": "disc", "base_radius": 20}, "follower": {"motion": "translating", "contact": "flat"}}
+    >>> fitted = camopt.fit(lifts, cam, band=0.01)
+    >>> fitted.deviation.largest <= fitted.band, fitted.unit
+    (True, 'mm')
+    """
+
+    picture = "pictures.measured"
+    scene: Scene
+    points: MeasuredPoints
+    outliers: MeasuredPoints
+    start: float
+    zero: float
+    band: float
+    deviation: Deviation
+    least_square: float
+    noise: float = 0.0
+    usual: bool = False
+    profile: FollowedProfile | None = None
+    doubts: tuple[Doubt, ...] = ()
+
+    def __repr__(self) -> str:
+        away = f"{self.deviation.largest:.4g} from {self.points.angles.size} points"
+        return f"<Fit of {self.scene.name}: at most {away}, band {self.band:.4g}>"
+
+    @cached_property
+    def _problem(self) -> Problem:
+        return resolve(self.scene)
+
+    @property
+    def unit(self) -> str:
+        """The unit of the lifts."""
+        return displacement_unit(angular=self._problem.given_turns)
+
+    @property
+    def at_follower(self) -> bool:
+        """Whether, behind a train, the points are of the follower's motion and not of the tool's."""
+        return self._problem.programme.given_at_follower
+
+    def quantity(self, derivative: str) -> str:
+        """The quantity that a largest velocity, acceleration or jerk is."""
+        timed = self._problem.setup.omega is not None
+        part = AT_FOLLOWER if self.at_follower else ""
+        return motion_quantity(derivative, part, angular=self._problem.given_turns, timed=timed)
+
+    def scale(self, order: int) -> Any:
+        """From a derivative of the motion to the unit of its quantity."""
+        return motion_scale(self._problem.setup, order, at_follower=self.at_follower)
+
+    @property
+    def _lift_factor(self) -> float:
+        """From the unit of the lifts to that of a programme."""
+        return radians(1.0) if self._problem.given_turns else 1.0
+
+    def table(self) -> Table:
+        """The segments of the motion."""
+        segments = [{"law": "", **segment.model_dump(exclude_none=True)} for segment in self.scene.motion]
+        names, units = ["segment", "angle", "lift", "law"], {"angle": "deg", "lift": self.unit}
+        return table_of("The motion", segments, names, units=units)
+
+    def sections(self) -> Iterator[Table | str]:
+        """Deviations of the motion from the points, its segments, its peaks beside those of plain differences."""
+        unit, away = self.unit, self.deviation
+        lowest = f"its lowest {'position' if self.profile else 'lift'} is {with_unit(self.zero, unit)}"
+        count = f"{self.points.angles.size:,} points, noise {with_unit(self.noise, unit)}"
+        times = f" ({self.band / self.noise:.3g} times the noise)" if self.usual else ""
+        off = (
+            f"at most {with_unit(away.largest, unit)} away, root mean square {with_unit(self.deviation_rms, unit)}"
+        )
+        yield f"{self.scene.name}: {count}"
+        yield f"Band {with_unit(self.band, unit)}{times}, proved at every point: {off}."
+        yield f"From the straight lines between points it is nowhere further than {with_unit(away.between, unit)}."
+        yield f"The turn starts at the measured angle {self.start:g} deg; {lowest}."
+        if self.scene.train:
+            whose, other = ("follower", "tool") if self.at_follower else ("tool", "follower")
+            yield f"The lift is that of the {whose}; the train of the scene gives the motion of the {other}."
+        yield from self._profile_sections()
+        yield ""
+        yield self.table()
+        before = self.before
+        peaks = [
+            {
+                "largest": name,
+                "by differences": to_shown_unit(before[name], unit),
+                "of the motion": to_shown_unit(value, unit),
+                "unit": shown_unit(unit),
+            }
+            for name, value in self.after.items()
+            for unit in [QUANTITIES[self.quantity(name)].unit]
+        ]
+        yield table_of("Before and after", peaks, ["largest", "by differences", "of the motion", "unit"])
+        jerk = QUANTITIES[self.quantity("jerk")].unit
+        what = f"Root mean square of the jerk: {with_unit(self.jerk_rms, jerk)}"
+        least = number_text(to_shown_unit(self.least_jerk_rms, jerk))
+        yield f"{what}; no motion as near to the points has less than {least}."
+
+    def _profile_sections(self) -> Iterator[str]:
+        """How a profile was measured, whose lift it gives, how far its points are from the cam that was found."""
+        found = self._profile_record
+        if self.profile is None or found is None:
+            return
+        follower = self.scene.follower
+        numbers = {
+            key: with_unit(found[f"{key}_mm"], "mm") for key in ("base_radius", "distance_max", "distance_rms")
+        }
+        radius = with_unit(self.profile.probe, "mm")
+        probe = f"centres of a ball of {radius}" if self.profile.probe else "points on the profile itself"
+        off = f"{numbers['distance_max']}, root mean square {numbers['distance_rms']}"
+        yield f"Measured: {probe}; the lift is that of the follower: {follower.motion}, {follower.contact}."
+        yield f"Base radius {numbers['base_radius']}. From the profile of this cam the points are at most {off}."
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The warnings."""
+        return self.warnings
+
+    @property
+    def deviation_rms(self) -> float:
+        """The root mean square of what the motion is off the points by."""
+        return float(np.sqrt(np.mean(np.square(self.deviation.at_points))))
+
+    @cached_property
+    def distances(self) -> FloatArray:
+        """Distances of the points of a profile outside that of the scene, mm; empty for measured lifts.
+
+        Along its normal, from an outline of the scene's profile: what the fit itself does not use.
+        """
+        if self.profile is None:
+            return np.empty(0)
+        return self.profile.distances(self._problem, self.start, self.points.rows)
+
+    @property
+    def left_out(self) -> tuple[OmittedPoint, ...]:
+        """The points that are left out, by row."""
+        angles = np.radians(angle_from(self.start, self.outliers.angles))
+        off = self._problem.given_motion.motion_at(angles)[0] / self._lift_factor + self.zero - self.outliers.lifts
+        rows = zip(self.outliers.rows, self.outliers.angles, self.outliers.lifts, off, strict=True)
+        return tuple(sorted(OmittedPoint(int(row), float(a), float(y), float(d)) for row, a, y, d in rows))
+
+    @property
+    def jerk_rms(self) -> float:
+        """The root mean square of the jerk over the turn, in the unit of the scene's jerks."""
+        return float(root_mean_square(self._problem.given_motion, JERK_ORDER) * self.scale(JERK_ORDER))
+
+    @property
+    def least_jerk_rms(self) -> float:
+        """The least root mean square of the jerk of any motion as near to the points, without dwells and turns."""
+        return float(sqrt(self.least_square / radians(TURN_DEG)) * self._lift_factor * self.scale(JERK_ORDER))
+
+    @property
+    def price(self) -> float:
+        """Its root mean square of the jerk over the least one."""
+        return self.jerk_rms / self.least_jerk_rms if self.least_jerk_rms else inf
+
+    @property
+    def after(self) -> dict[str, float]:
+        """The largest velocity, acceleration and jerk of the motion."""
+        orders = {name: order for order, name in enumerate(DERIVATIVE_UNITS, start=1)}
+        programme = self._problem.given_motion
+        return {
+            name: derivative_peak(programme, order, EVERY_STROKE) * self.scale(order)
+            for name, order in orders.items()
+        }
+
+    @property
+    def before(self) -> dict[str, float]:
+        """The same by finite differences of the points."""
+        return {name: float(np.abs(rows[1]).max()) for name, rows in self.differences.items()}
+
+    @cached_property
+    def differences(self) -> Mapping[str, tuple[FloatArray, FloatArray]]:
+        """Velocity, acceleration and jerk by divided differences of the points: cam angles (deg) and values."""
+        angles, place = np.unique(angle_from(self.start, self.points.angles), return_inverse=True)
+        lifts = np.bincount(place, self.points.lifts) / np.bincount(place) * self._lift_factor
+        count, theta = angles.size, np.radians(angles)
+        found, rows, factor = {}, lifts, 1.0
+        around = np.concatenate([theta, theta[:JERK_ORDER] + radians(TURN_DEG)])
+        for order, name in enumerate(DERIVATIVE_UNITS, start=1):
+            rows = (np.roll(rows, -1) - rows) / (around[order : order + count] - theta)
+            factor *= order
+            middle = np.mean([around[k : k + count] for k in range(order + 1)], axis=0)
+            found[name] = np.degrees(middle) % TURN_DEG, rows * factor * self.scale(order)
+        return found
+
+    @property
+    def _normal_band(self) -> float:
+        """The band that normal errors take."""
+        return self.noise * band_factor(self.points.angles.size)
+
+    @cached_property
+    def one_sided(self) -> tuple[OneSidedStretch, ...]:
+        """The stretches of points that the motion is on one side of; none in a band that is room to use."""
+        wanted = self.usual or self.band < self._normal_band
+        if not wanted or self._normal_band < LEAST_BAND * float(np.ptp(self.points.lifts)):
+            return ()
+        return tuple(one_sided_stretches(np.array(self.deviation.at_points), self.noise))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader should know: a band that is narrow for the noise, points on one side or left out."""
+        found = []
+        if self.unit == OSCILLATING.unit and not self.points.unit_said:
+            most = with_unit(float(np.ptp(self.points.lifts)), self.unit)
+            found.append(f"the lifts are taken as angles, up to {most}; lift unit {self.unit} says that they are")
+        if self.band < self._normal_band:
+            noise, normal, band = (
+                with_unit(each, self.unit) for each in (self.noise, self._normal_band, self.band)
+            )
+            what = f"narrower than normal errors of the noise {noise} take ({normal})"
+            found.append(f"the band {band} is {what}: the motion may follow errors")
+        for doubt in self.doubts[:MOST_WARNED_ROWS]:
+            where, other = f"from {doubt.start:g} to {doubt.end:g} deg the points fit", ",".join(doubt.segments)
+            what = "a dwell too, which the motion has not: segments {} have it"
+            what = "no dwell as well as the one there: segments {} have none" if doubt.rests else what
+            found.append(f"{where} {what.format(other)}")
+        for stretch in self.one_sided[:MOST_WARNED_ROWS]:
+            first, last = self.points.angles[[stretch.first, stretch.last]]
+            side, mean = "above" if stretch.mean > 0.0 else "below", abs(stretch.mean)
+            how = f"{with_unit(mean, self.unit)} on average, {mean / self.noise:.2g} times the noise"
+            found.append(
+                f"from {first:g} to {last:g} deg the motion is {side} its {stretch.points} points by {how}"
+            )
+        if len(self.one_sided) > MOST_WARNED_ROWS:
+            found.append(
+                f"it is on one side of the points over {len(self.one_sided) - MOST_WARNED_ROWS} more stretches"
+            )
+        for each in self.left_out:
+            what = "position" if self.profile else "lift"
+            where = f"row {each.row} ({what} {with_unit(each.lift, self.unit)} at {each.angle:g} deg)"
+            found.append(f"{where} is left out: the motion is {with_unit(abs(each.deviation), self.unit)} away")
+        if self.profile is not None and self.profile.unreached.size:
+            rows = self.profile.unreached
+            named = ", ".join(map(str, rows[:MOST_WARNED_ROWS])) + (
+                " and others" if rows.size > MOST_WARNED_ROWS else ""
+            )
+            found.append(f"the follower does not reach {rows.size} points in hollows: rows {named}")
+        return tuple(found)
+
+    def _stretch_record(self, each: OneSidedStretch) -> dict[str, Any]:
+        first, last = self.points.angles[[each.first, each.last]]
+        return {
+            "from_deg": float(first),
+            "to_deg": float(last),
+            "points": each.points,
+            f"mean_{self.unit}": each.mean,
+        }
+
+    @property
+    def _profile_record(self) -> dict[str, Any] | None:
+        if self.profile is None:
+            return None
+        return {
+            "probe_radius_mm": self.profile.probe,
+            "base_radius_mm": self.scene.cam.base_radius,
+            "distance_max_mm": float(np.abs(self.distances).max()),
+            "distance_rms_mm": float(np.sqrt(np.mean(self.distances**2))),
+            "unreached_rows": self.profile.unreached.tolist(),
+        }
+
+    def document(self) -> dict[str, Any]:
+        """Plain numbers and texts, without the points."""
+        lengths = {
+            "noise": self.noise,
+            "band": self.band,
+            "deviation_max": self.deviation.largest,
+            "deviation_rms": self.deviation_rms,
+            "deviation_from_lines_max": self.deviation.between,
+            "zero": self.zero,
+        }
+        return {
+            "name": self.scene.name,
+            "points": int(self.points.angles.size),
+            **{f"{name}_{self.unit}": value for name, value in lengths.items()},
+            "band_over_noise": self.band / self.noise if self.usual else None,
+            "band_held": self.deviation.held,
+            "start_deg": self.start,
+            "jerk_rms": self.jerk_rms,
+            "least_jerk_rms": self.least_jerk_rms,
+            "before": {self.quantity(name): value for name, value in self.before.items()},
+            "after": {self.quantity(name): value for name, value in self.after.items()},
+            "profile": self._profile_record,
+            "dwells_in_doubt": [
+                {"from_deg": each.start, "to_deg": each.end, "rests": each.rests, "other_segments": each.segments}
+                for each in self.doubts
+            ],
+            "one_sided": [self._stretch_record(each) for each in self.one_sided],
+            "left_out": [each._asdict() for each in self.left_out],
+            "motion": [segment.model_dump(exclude_none=True) for segment in self.scene.motion],
+        }

@@ -1,0 +1,217 @@
+"""Points of a measured cam from a file, and how they lie on the turn."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import narwhals.stable.v2 as nw
+import numpy as np
+from numpy.typing import ArrayLike
+
+from camopt.core.mistakes import BadInput
+from camopt.core.numerics import ComplexArray, FloatArray, IntArray
+from camopt.core.storage.files import read_bytes
+from camopt.solve.measured.columns import (
+    LARGEST_MEASURED,
+    MM_PER_UNIT,
+    XY_TABLE,
+    TableColumns,
+    chosen_columns,
+    names_unit,
+)
+from camopt.solve.measured.delimited_text import decode, text_rows
+from camopt.solve.measured.number_table import NumberTable, file_mistake, number_table
+from camopt.solve.measured.workbook import WORKBOOK_STARTS, workbook_rows
+
+TURN_DEG = 360.0
+FEWEST_MEASURED = 12  # points
+ROWS_ALLOWED = "must be a path, or rows of an angle and a lift"
+CLOSED_COUNTS = (361, 721, 1441, 3601)
+"""Numbers of lifts in one column of which the last is the first of the next turn."""
+
+
+@dataclass(frozen=True)
+class MeasuredPoints:
+    """Measured points of one turn in the order of their cam angles.
+
+    ``angles`` in deg from 0 to 360 (each an exact number), ``lifts`` in mm (deg when oscillating), ``rows`` of the
+    file; ``step`` is what the lifts are rounded to, 0 if nothing shows that they are. Where no points are over more
+    than ``widest`` deg, some are missing.
+    """
+
+    file: str
+    angles: FloatArray
+    lifts: FloatArray
+    rows: IntArray
+    step: float
+    widest: float = 10.0
+    unit_said: bool = True
+    """Whether the unit of the lifts was given, or stands above them."""
+
+    def pick_places(self, places: Sequence[int]) -> "MeasuredPoints":
+        """Some of the points, by their places."""
+        chosen = np.sort(np.array(places, dtype=np.intp))
+        return replace(self, angles=self.angles[chosen], lifts=self.lifts[chosen], rows=self.rows[chosen])
+
+    def drop_places(self, places: Sequence[int]) -> "MeasuredPoints":
+        """The points but for some."""
+        return self.pick_places(np.setdiff1d(np.arange(self.rows.size), places).tolist())
+
+
+def angle_from(start: FloatArray | float, end: FloatArray | float) -> FloatArray:
+    """The angle from one cam angle forward to another, from 0 to less than a turn, deg."""
+    return np.mod(
+        np.mod(np.asarray(end) - start, TURN_DEG), TURN_DEG
+    )  # a little less than 0 is a turn, by rounding
+
+
+def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableColumns) -> MeasuredPoints:
+    """The points of a file (text or a workbook), or of an array of rows (angle, lift) or lifts.
+
+    Points of a profile have distances from the cam's axis in place of lifts. Of points x, y the angle is the one at
+    which a radial follower above the axis meets them, if the cam turns ccw.
+
+    Raises
+    ------
+    BadInput
+        With the row that is no point of a turn, and what is allowed there.
+    OSError
+        If the file cannot be read.
+    """
+    columns.check_options()
+    if isinstance(source, (str, os.PathLike)):
+        name = os.fsdecode(source)
+        data = _file_bytes(name)
+        if Path(name).suffix.lower() == ".s96":
+            raise file_mistake(
+                name, "file", None, "no description of .s96 is public; save the lifts as CSV, a row for each"
+            )
+        try:
+            rows = workbook_rows(data) if data.startswith(WORKBOOK_STARTS) else text_rows(decode(data))
+        except ValueError as trouble:
+            raise file_mistake(name, "file", None, str(trouble)) from None
+        table = number_table(name, rows)
+    else:
+        name = "points"
+        table = _table_of_array(name, source)
+    place, other = chosen_columns(name, table, columns)
+    lifts = table.numbers[:, other]
+    if place is None:
+        count = lifts.size - (lifts.size in CLOSED_COUNTS)
+        angles = np.arange(lifts.size, dtype=np.float64) * (columns.turn_angle / count)
+    else:
+        angles = table.numbers[:, place]
+    _check_numbers(name, table, {columns.kind.first: angles, columns.kind.second: lifts})
+    step, size, whole = _rounding_step(lifts), MM_PER_UNIT.get(columns.lift_unit, 1.0), columns.turn_angle
+    if columns.kind is XY_TABLE:
+        angles, lifts = _polar_coordinates(name, table, angles + 1j * lifts)
+        whole = TURN_DEG
+    _check_turn(name, table, angles, whole)
+    if lifts.max() == lifts.min():
+        what = "distance" if columns.kind is XY_TABLE else columns.kind.second
+        raise file_mistake(
+            name, f"row {table.rows[0]}", float(lifts[0]), f"all rows have this {what}: nothing moves"
+        )
+    turned = angle_from(0.0, angles * (TURN_DEG / whole))
+    order = np.argsort(turned, kind="stable")
+    said = names_unit(table.names[other])
+    return MeasuredPoints(name, turned[order], lifts[order] * size, table.rows[order], step * size, unit_said=said)
+
+
+def _file_bytes(name: str) -> bytes:
+    try:
+        return read_bytes(name)
+    except BadInput as error:
+        raise file_mistake(name, "file", None, f"must be {error.mistakes[0].allowed}") from None
+
+
+def _table_of_array(name: str, source: Any) -> NumberTable:
+    try:
+        columns = _named_columns(source)
+        numbers = np.array(source if columns is None else [np.array(each, dtype=float) for _, each in columns])
+        numbers = numbers.astype(float) if columns is None else numbers.T
+    except (TypeError, ValueError):
+        raise file_mistake(name, "rows", None, ROWS_ALLOWED) from None
+    numbers = numbers[:, None] if numbers.ndim == 1 else numbers
+    if numbers.ndim != 2 or not numbers.size:
+        raise file_mistake(name, "rows", None, ROWS_ALLOWED)
+    names = [""] * numbers.shape[1] if columns is None else [each for each, _ in columns]
+    return NumberTable(numbers, np.arange(1, len(numbers) + 1), tuple(names))
+
+
+def _named_columns(source: Any) -> list[tuple[str, Any]] | None:
+    """The columns of a mapping, a series or a table, with their names; None of an array.
+
+    An index of pandas is a column too: the first one beside a single column, or else the last one. An index that
+    only counts rows is none.
+    """
+    if isinstance(source, Mapping):
+        return [(str(name), values) for name, values in source.items()]
+    table = nw.from_native(source, pass_through=True, allow_series=True, eager_only=True)
+    if not isinstance(table, (nw.Series, nw.DataFrame)):
+        return None
+    series = [table] if isinstance(table, nw.Series) else [*table.iter_columns()]
+    found = [(each.name if isinstance(each.name, str) else "", each.to_numpy()) for each in series]
+    index = nw.maybe_get_index(table)
+    if index is None or (index.name is None and (len(found) > 1 or _counts_rows(index))):
+        return found
+    at_index = (index.name if isinstance(index.name, str) else "", index)
+    return [at_index, *found] if len(found) == 1 else [*found, at_index]
+
+
+def _counts_rows(index: Any) -> bool:
+    """Whether an index of pandas has the numbers 0, 1, 2, … that pandas gives rows without one."""
+    return type(index).__name__ == "RangeIndex" and (index.start, index.step) == (0, 1)
+
+
+# ----------------------------------------------------------------------------------------------------- points
+
+
+def _check_numbers(name: str, table: NumberTable, columns: Mapping[str, FloatArray]) -> None:
+    """Whether there are enough numbers, and none is absurd."""
+    for what, values in columns.items():
+        far = np.flatnonzero(~(np.abs(values) <= LARGEST_MEASURED))
+        if far.size:
+            raise file_mistake(
+                name,
+                f"row {table.rows[far[0]]}",
+                float(values[far[0]]),
+                f"the {what} must be within ±{LARGEST_MEASURED:g}",
+            )
+    if len(table.rows) < FEWEST_MEASURED:
+        raise file_mistake(name, "rows", len(table.rows), f"must be at least {FEWEST_MEASURED} points")
+
+
+def _check_turn(name: str, table: NumberTable, angles: FloatArray, turn: float) -> None:
+    """Whether angles are those of one turn."""
+    low, high = int(angles.argmin()), int(angles.argmax())
+    if angles[high] - angles[low] > turn * (1.0 + 1e-9):
+        across = f"the angles go from {angles[low]:g} (row {table.rows[low]}) to {angles[high]:g}, more than a turn"
+        hint = "give 720 as the turn if they are of a crankshaft" if turn == TURN_DEG else f"a turn is {turn:g}"
+        raise file_mistake(name, f"row {table.rows[high]}", float(angles[high]), f"{across}; {hint}")
+    if angles[high] == angles[low]:
+        raise file_mistake(name, f"row {table.rows[0]}", float(angles[0]), "all rows have this angle")
+
+
+def _polar_coordinates(name: str, table: NumberTable, points: ComplexArray) -> tuple[FloatArray, FloatArray]:
+    """Angles (deg, from 0 to a turn) and distances of points x + iy, which have to go round 0, 0."""
+    for place in np.flatnonzero(points == 0.0):
+        raise file_mistake(
+            name, f"row {table.rows[place]}", None, "is on the axis of the cam, which is at x = 0, y = 0"
+        )
+    angles = np.mod(TURN_DEG / 4.0 - np.degrees(np.angle(points)), TURN_DEG)
+    steps = np.diff(np.sort(angles), append=angles.min() + TURN_DEG)
+    if steps.max() >= TURN_DEG / 2.0:
+        what = f"do not go round the axis of the cam, which is at x = 0, y = 0: none over {steps.max():.4g} deg"
+        raise file_mistake(name, "points", None, what)
+    return angles, np.abs(points)
+
+
+def _rounding_step(lifts: FloatArray) -> float:
+    """The rounding of lifts: the largest power of ten that divides all; 0 if it is less than 1e-6."""
+    for digits in range(7):
+        if np.abs(lifts - np.round(lifts, digits)).max() <= 1e-12 * np.abs(lifts).max():
+            return float(10.0**-digits)
+    return 0.0

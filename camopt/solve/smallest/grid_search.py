@@ -1,0 +1,191 @@
+"""A first look at a box of designs: a coarse grid, and finer and finer ones around its best design.
+
+They look for the least excess, or the smallest feasible design. A search without proof.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.clock import clock_seconds
+from camopt.model.mechanisms.design import SIZE_FIELDS as SIZE_FIELDS
+from camopt.model.mechanisms.design import Designs, SizeBounds
+from camopt.scene.problem.problem import Problem
+from camopt.scene.tables import LARGEST_VALUE
+from camopt.solve.smallest.result import (
+    crossing_memory,
+    first_feasible_design,
+    free_discs,
+    is_provably_feasible,
+    largest_disc_sizes,
+)
+from camopt.solve.verdicts.feasible_filter import feasible_designs
+from camopt.solve.verdicts.limit_verdicts import bound_excesses, least_excess
+
+GRID_VALUES, FEW_GRID_VALUES = (
+    9,
+    4,
+)  # of a free size in the coarse grid; few where there is no feasible design to find
+GRID_SIZES = 800  # of the cam in the coarse grid
+GRID_BATCH = 512  # designs looked at together
+UNCOMPILED_DESIGNS, SMALL_BLOCK = (
+    2048,
+    64,
+)  # designs of a grid for which no kernel is compiled, and how many of them then
+ZOOM_STEPS = 7  # of a grid along each free size
+ZOOM_FACTOR = 2.5  # the factor from grid to grid
+NEAR_ZOOMS, CLOSE_ZOOMS = 12, 22  # grids: 1e-5 and 1e-9 of the first
+DesignChoice = Callable[[Designs, FloatArray], int]
+"""The best of some designs, by their excesses over the limits of all that have to hold them, (limits, designs)."""
+
+
+@dataclass(frozen=True)
+class GridOptimum:
+    """The smallest feasible design seen; without one the nearest to it, if any can be assembled."""
+
+    design: Designs | None
+    nearest: Designs | None = None
+    motion_infeasible: bool = False
+    """Whether some limit is exceeded whatever the sizes: the motion decides it, or its corners make it infinite."""
+
+
+def search_coarse_grid(
+    problem: Problem, bounds: SizeBounds, values: int = GRID_VALUES, until: float = inf
+) -> GridOptimum:
+    """The best designs of a coarse grid, with ``values`` of each free size but the cam's; ends after ``until``."""
+    points = coarse_grid(problem, bounds, problem.programme.lift, values)
+    points = points.take(problem.setup.mechanism.can_assemble(points, problem.programme))
+    points = points.take(np.argsort(largest_disc_sizes(points, free_discs(bounds)), kind="stable"))
+    crossings = crossing_memory(problem)
+    for block in _split_blocks(points, until):
+        found = first_feasible_design(problem, block, crossings, until)
+        if found is not None:
+            return GridOptimum(found)
+    if not len(points):
+        return GridOptimum(None)
+    seen = [bound_excesses(problem, block, frozenset(), until) for block in _split_blocks(points, until)]
+    excess, surely = (np.concatenate([getattr(each, side) for each in seen], axis=1) for side in ("outer", "inner"))
+    if _exceeds_at_any_size(problem, surely) or any(
+        _motion_breaks_limit(*other) for other in problem.all_variants(points.take([0]))
+    ):
+        return GridOptimum(None, points.take([least_excess(excess)]), motion_infeasible=True)
+    near = find_nearest_miss(problem, bounds, points.take([least_excess(excess)]), until)
+    return GridOptimum(near) if is_provably_feasible(problem, near, until) else GridOptimum(None, near)
+
+
+def spaced_sizes(low: Any, high: Any, scale: float, count: int) -> FloatArray:
+    """Sizes from low to high, (count, …), even up to a scale and geometric beyond."""
+    sizes = scale * np.sinh(np.linspace(np.arcsinh(low / scale), np.arcsinh(high / scale), count))
+    return np.asarray(np.clip(sizes, low, high))
+
+
+def size_scale(problem: Problem, bounds: SizeBounds, lift: float | None = None) -> float:
+    """A length of the order of the largest sizes of interest, mm.
+
+    Of a motion with another lift than that of the problem if one is given.
+    """
+    sizes = (ends for name, ends in bounds.items() if name in SIZE_FIELDS and name != "size")
+    lengths = [*(end for ends in sizes for end in ends), bounds["size"][0]]
+    return max([abs(length) for length in lengths] + [problem.programme.lift if lift is None else lift])
+
+
+def coarse_grid(problem: Problem, bounds: SizeBounds, lift: float, values: int) -> Designs:
+    """Sizes even near the least and geometric beyond, at a few values of each other free size."""
+    low, high = bounds["size"][0], largest_possible_size(problem, bounds)
+    scale = size_scale(problem, bounds, lift)
+    near = np.linspace(low, min(high, low + 20 * scale), GRID_SIZES // 2)
+    sizes = (
+        np.unique(np.concatenate([near, spaced_sizes(low, high, scale, GRID_SIZES // 2)]))
+        if high >= low
+        else near[:0]
+    )
+    others = {n: np.linspace(a, b, values if b > a else 1) for n, (a, b) in bounds.items() if n != "size"}
+    mesh = np.meshgrid(*others.values(), sizes[sizes > 0.0], indexing="ij")
+    fields = dict(zip([*others, "size"], (m.ravel() for m in mesh), strict=True))
+    return problem.design.with_values(fields)
+
+
+def largest_possible_size(problem: Problem, bounds: SizeBounds) -> float:
+    """The largest size worth a look: the given one, or what limits on it or the triangle of an arm allow."""
+    reach = bounds["centre_distance"][1] + bounds["arm_length"][1] + max(bounds["face_offset"][1], 0.0)
+    triangle = "centre_distance" in problem.setup.mechanism.sizes
+    of_limits = max(min((limit.most_size for limit in problem.limits), default=inf), bounds["size"][0])
+    return min(bounds["size"][1], of_limits, reach if triangle else inf, LARGEST_VALUE)
+
+
+def _split_blocks(points: Designs, until: float) -> Iterator[Designs]:
+    """The designs a block at a time; after ``until`` none but the first ``LOOK_BATCH``."""
+    size = SMALL_BLOCK if len(points) <= UNCOMPILED_DESIGNS else GRID_BATCH
+    for first in range(0, len(points), size):
+        if first >= GRID_BATCH and clock_seconds() > until:
+            return
+        yield points.take(slice(first, first + size))
+
+
+def _motion_breaks_limit(problem: Problem, design: Designs) -> bool:
+    """Whether a cam exceeds a limit by its motion alone."""
+    of_motion = replace(problem, limits=tuple(limit for limit in problem.limits if limit.is_of_motion))
+    return _exceeds_at_any_size(of_motion, bound_excesses(of_motion, design, frozenset()).inner)
+
+
+def _exceeds_at_any_size(problem: Problem, excess: FloatArray) -> bool:
+    for limit, over in zip(problem.limits, excess, strict=True):
+        if limit.is_of_motion and np.all(over > 0.0):
+            return True
+        if limit.required_quantities and problem.programme.corners and np.all(over == inf):
+            return True
+        if limit.is_infinite_on_motion(problem.programme):
+            return True
+    return False
+
+
+def find_nearest_miss(problem: Problem, bounds: SizeBounds, design: Designs, until: float = inf) -> Designs:
+    """A design that exceeds its limits less than the given one; the best so far after ``until`` (``clock.now``)."""
+    return _zoom_grids(problem, bounds, design, lambda designs, excess: least_excess(excess), NEAR_ZOOMS, until)
+
+
+def shrink_on_grids(
+    problem: Problem, bounds: SizeBounds, design: Designs, zooms: int = NEAR_ZOOMS, until: float = inf
+) -> Designs | None:
+    """A feasible design near the given one, which need not be feasible, as small as grids show; None if none is."""
+
+    discs = free_discs(bounds)
+
+    def smallest(designs: Designs, excess: FloatArray) -> int:
+        worst = np.max(excess, axis=0, initial=-inf)
+        size = np.where(worst <= 0.0, largest_disc_sizes(designs, discs), inf)
+        return int(np.lexsort((worst, size))[0])  # of one size the one with the most room
+
+    found = _zoom_grids(problem, bounds, design, smallest, zooms, until)
+    return found if feasible_designs(problem, found)[0] else None
+
+
+def _zoom_grids(
+    problem: Problem, bounds: SizeBounds, design: Designs, choice: DesignChoice, zooms: int, until: float = inf
+) -> Designs:
+    free = {name: ends for name, ends in bounds.items() if ends[1] > ends[0]}
+    spans = {name: (b - a) / 8 if np.isfinite(b - a) else inf for name, (a, b) in free.items()}
+    spans["size"] = min(spans.get("size", inf), float(design.prime_radius[0]) / 4)
+    for _ in range(zooms):
+        if clock_seconds() > until:
+            break
+        steps = [np.linspace(-1, 1, ZOOM_STEPS) * spans[name] for name in free]
+        mesh = [m.ravel() for m in np.meshgrid(*steps, indexing="ij")]
+        moved = {n: np.clip(design.values[n] + m, *free[n]) for n, m in zip(free, mesh, strict=True)}
+        ones = np.ones(mesh[0].size if mesh else 1)
+        points = design.with_values({n: moved.get(n, v * ones) for n, v in design.values.items()})
+        points = points.take(problem.setup.mechanism.can_assemble(points, problem.programme) & (points.size > 0.0))
+        if len(points):
+            every = [
+                bound_excesses(own, each, frozenset(), until).outer for own, each in problem.all_variants(points)
+            ]
+            excess = np.concatenate(every)
+            if clock_seconds() > until:  # not all is known
+                break
+            design = points.take([choice(points, excess)])
+        spans = {name: span / ZOOM_FACTOR for name, span in spans.items()}
+    return design

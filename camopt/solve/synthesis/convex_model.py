@@ -1,0 +1,266 @@
+"""The convex programme of a demand: sizes, motions of the strokes, limits and objective.
+
+What a motion is made of is left open. ``free`` makes it of splines, whose limits hold at every cam angle: its
+optimum is a cam. ``relaxation`` makes it of values at nodes that every motion has: its optimum is a bound.
+
+The motion is in units of the highest lift and sizes in those of ``SynthesisProblem.size_unit``, so that numbers are
+near 1.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from math import inf, pi, sqrt
+from typing import Any
+
+import cvxpy as cp
+
+from camopt.core.mistakes import Unsolved
+from camopt.model.motion.stroke import DWELL
+from camopt.solve.synthesis import residual
+from camopt.solve.synthesis.solver import (
+    INFEASIBLE,
+    INFEASIBLE_STATUSES,
+    SOLVED,
+    SOLVED_STATUSES,
+    failure_message,
+    solve,
+)
+from camopt.solve.synthesis.stroke_motion import (
+    DerivativeRange,
+    DerivativeRanges,
+    FixedMotion,
+    MotionFactory,
+    Sizes,
+    StrokeMotion,
+)
+from camopt.solve.synthesis.synthesis_problem import (
+    CROSSING_JERK,
+    LOST_AREA,
+    RMS_TERM_ORDERS,
+    TERM_ORDERS,
+    MeanConstraint,
+    SynthesisProblem,
+)
+
+
+@dataclass
+class ConvexModel:
+    """A convex programme and its parts."""
+
+    demand: SynthesisProblem
+    objective: cp.Expression
+    """The objective over ``unit``."""
+    constraints: list[cp.Constraint]
+    unit: float
+    """What the objective is divided by in the problem, so that it is near 1."""
+    sizes: Sizes
+    motions: list[StrokeMotion]
+    peak_variables: dict[str, cp.Variable]
+    """What bounds a derivative over the turn, in units of the lift: those that something asks for."""
+
+    @cached_property
+    def cvxpy_problem(self) -> cp.Problem:
+        """The programme itself."""
+        return cp.Problem(cp.Minimize(self.objective), self.constraints)
+
+    def solve(self) -> float:
+        """Solve it: the objective, in the units of the demand; infinite if nothing holds all limits.
+
+        Raises
+        ------
+        Unsolved
+            If the solver fails.
+        """
+        status = solve(self.cvxpy_problem)
+        if status in INFEASIBLE_STATUSES:
+            return inf
+        if status not in SOLVED_STATUSES:
+            raise Unsolved(failure_message(status))
+        return self.unit * float(self.cvxpy_problem.value)
+
+    @cached_property
+    def least_jerk_problem(self) -> tuple[cp.Problem, cp.Parameter]:
+        """The programme of the least mean square of the jerk, and the parameter that bounds the objective in it.
+
+        Of a smooth motion it is the least variation of the jerk, from stroke to stroke as well.
+        """
+        most = cp.Parameter()
+        if self.demand.smooth:
+            ends = [each.end_derivative(3, last) for each in self.motions for last in (False, True)]
+            joints = zip(ends[1::2], [*ends[2::2], ends[0]], strict=True)
+            jumps = [after - before for before, after in joints]
+            jerk = cp.norm1(
+                cp.hstack([*jumps, *(each for motion in self.motions for each in motion.jerk_variation())])
+            )
+        else:
+            jerk = _root_of_squares(self.motions, 3)
+        return cp.Problem(cp.Minimize(jerk), [*self.constraints, self.objective <= most]), most
+
+    def accepted_objective(self, least: float) -> float:
+        """An objective that is as good as the least: what a smooth motion may have."""
+        return least + self.demand.smooth * abs(least)
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the solver reached the residual asked."""
+        return self.cvxpy_problem.status in (SOLVED, INFEASIBLE)
+
+
+def build_convex_model(
+    demand: SynthesisProblem, make: MotionFactory, held: Mapping[str, Any] | None = None
+) -> ConvexModel:
+    """The programme of a demand with motions of one make.
+
+    ``held`` bounds further terms of the kind that an objective has, in their units, by numbers or parameters.
+    """
+    held = held or {}
+    sizes = Sizes(cp.Variable(), cp.Variable(), cp.Variable())
+    names = dict.fromkeys(
+        (*demand.objective, *held, *([] if demand.residual is None else [residual.RESIDUAL_TERM]))
+    )
+    largest = {name: cp.Variable() for name in names if name in (*TERM_ORDERS, CROSSING_JERK)}
+    motions = [
+        (make if stroke.is_free else FixedMotion)(
+            demand, stroke, _derivative_ranges(demand, number, largest), sizes
+        )
+        for number, stroke in enumerate(demand.strokes)
+    ]
+    lowest = _lowest_displacement(demand, motions)
+    terms = {name: _term_expression(demand, name, sizes, motions, lowest, largest) for name in names}
+    constraints = [each >= 0.0 for each in (sizes.height, *largest.values())]
+    constraints += _size_constraints(demand, sizes, lowest) + _joint_constraints(demand, motions)
+    for number, partner in enumerate(demand.mirror or ()):
+        if number <= partner:
+            motions[number].impose_mirror(motions[partner])
+    for crossing in demand.crossings if CROSSING_JERK in largest else ():
+        motions[crossing.stroke].impose_crossing(crossing, largest[CROSSING_JERK])
+        for end in demand.ranges[crossing.stroke].get(3, ()):  # with more of it there is no more allowed
+            constraints.append(largest[CROSSING_JERK] <= abs(end) / demand.motion_unit)
+    for one, other in demand.opposed_pairs:
+        motions[one].impose_sum(motions[other], demand.sum_of_starts(one, other))
+    for motion in motions:
+        constraints += motion.constraints
+    constraints += [terms[name] <= bound for name, bound in held.items()]
+    if demand.residual is not None:
+        constraints.append(terms[residual.RESIDUAL_TERM] / demand.residual <= 1.0)
+    constraints += [_mean_constraint(mean, motions, lowest, demand.motion_unit) for mean in demand.means]
+    unit = sum(weight * _term_magnitude(demand, name) for name, weight in demand.objective.items()) or 1.0
+    objective = sum((w / unit * terms[name] for name, w in demand.objective.items()), start=cp.Constant(0.0))
+    return ConvexModel(demand, objective, constraints, unit, sizes, motions, largest)
+
+
+def _derivative_ranges(demand: SynthesisProblem, number: int, largest: Mapping[str, Any]) -> DerivativeRanges:
+    """The ranges of a stroke's derivatives in units of the lift, its own and those over the turn."""
+    found: DerivativeRanges = {
+        TERM_ORDERS[name]: [DerivativeRange(-1.0, 1.0, variable)]
+        for name, variable in largest.items()
+        if name != CROSSING_JERK
+    }
+    for order, (low, high) in demand.ranges[number].items():
+        found.setdefault(order, []).append(DerivativeRange(low / demand.motion_unit, high / demand.motion_unit))
+    return found
+
+
+def _size_constraints(demand: SynthesisProblem, sizes: Sizes, lowest: Any) -> list[cp.Constraint]:
+    """The intervals of the sizes; the size is that where the follower is lowest."""
+    unit = demand.size_unit
+    height = sizes.height + demand.motion_unit / unit * lowest
+    found = [
+        cp.norm(cp.hstack([sizes.lead, height])) <= sizes.prime if demand.has_trace_point else sizes.prime >= height
+    ]
+    for size, (low, high) in ((sizes.lead, demand.lead), (sizes.prime, demand.prime)):
+        found += DerivativeRange(low / unit, high / unit).constraints(size)
+    return found
+
+
+def _lowest_displacement(demand: SynthesisProblem, motions: list[StrokeMotion]) -> Any:
+    """The displacement where the follower is lowest, if no position that is given need be."""
+    if demand.lowest_angle is None:
+        return 0.0
+    number, x = demand.stroke_place(demand.lowest_angle)
+    return motions[number].displacement_at(x)
+
+
+def _joint_constraints(demand: SynthesisProblem, motions: list[StrokeMotion]) -> list[cp.Constraint]:
+    """What holds where two strokes meet: rest beside a dwell, or else a motion as smooth as the demand says."""
+    found = []
+    for number, motion in enumerate(motions):
+        before, stroke, last = motions[number - 1], demand.strokes[number], demand.strokes[number - 1]
+        if not (stroke.is_free or last.is_free):
+            continue
+        if DWELL in (stroke.kind, last.kind):
+            motion.impose_rest(demand.rest, False)
+            before.impose_rest(demand.rest, True)
+            smooth = 0
+        else:
+            smooth = demand.continuity_at(last.end)
+        for order in range(0 if stroke.is_move or last.is_move else 1, smooth + 1):
+            end, start = before.end_derivative(order, True), motion.end_derivative(order, False)
+            if end is not None and start is not None:
+                found.append(end == start)
+    return found
+
+
+def _term_magnitude(demand: SynthesisProblem, name: str) -> float:
+    """What a term of the objective is of the order of, in its own unit."""
+    if name == "size":
+        return demand.size_unit
+    if name == LOST_AREA:
+        return demand.largest_area * demand.term_factors[name]
+    shortest = min(stroke.angle for stroke in demand.free_strokes)
+    if name == residual.RESIDUAL_TERM:
+        return (
+            demand.motion_unit
+            * demand.term_factors[name]
+            / (1.0 + (demand.train_frequency_and_damping[0] * shortest) ** 2)
+        )
+    order = {**TERM_ORDERS, **RMS_TERM_ORDERS, CROSSING_JERK: 3}[name]
+    return demand.motion_unit * demand.term_factors[name] / shortest**order
+
+
+def _term_expression(
+    demand: SynthesisProblem,
+    name: str,
+    sizes: Sizes,
+    motions: list[StrokeMotion],
+    lowest: Any,
+    largest: Mapping[str, cp.Variable],
+) -> cp.Expression:
+    """A term of the objective, in its own unit."""
+    if name == "size":
+        return demand.size_unit * sizes.prime - demand.roller
+    if name == residual.RESIDUAL_TERM:
+        return demand.term_factors[name] * _residual_vibration(motions)
+    factor = demand.motion_unit * demand.term_factors[name]
+    if name in largest:
+        return factor * largest[name]
+    if name == LOST_AREA:
+        return demand.largest_area * demand.term_factors[name] - factor * _lift_area_expression(motions, lowest)
+    return factor / sqrt(2.0 * pi) * _root_of_squares(motions, RMS_TERM_ORDERS[name])
+
+
+def _root_of_squares(motions: list[StrokeMotion], order: int) -> cp.Expression:
+    """√∮(y⁽ᵏ⁾)² dθ, or no more than that."""
+    return cp.norm(cp.hstack([each for motion in motions for each in motion.square_vectors(order)]))
+
+
+def _residual_vibration(motions: list[StrokeMotion]) -> cp.Expression:
+    """The residual vibration, mm or rad: the largest over dwells; 0 where a motion does not say what it adds."""
+    parts = [motion.residual_response() for motion in motions]
+    known = [part for part in parts if part]
+    if not known or any(part is None for part in parts):
+        return cp.Constant(0.0)
+    return cp.max(cp.hstack([cp.norm(sum(dwell)) for dwell in zip(*known, strict=True)]))
+
+
+def _mean_constraint(mean: MeanConstraint, motions: list[StrokeMotion], lowest: Any, unit: float) -> cp.Constraint:
+    """The limit on motions in a unit; ``lowest`` is the displacement from which the area counts."""
+    if mean.power == 1:
+        return mean.side * _lift_area_expression(motions, lowest) <= mean.side * 2.0 * pi * mean.bound / unit
+    return _root_of_squares(motions, mean.order) <= sqrt(2.0 * pi) * mean.bound / unit
+
+
+def _lift_area_expression(motions: list[StrokeMotion], lowest: Any) -> Any:
+    """∮y dθ from the lowest displacement, in units of the lift."""
+    return sum(motion.lift_area() for motion in motions) - 2.0 * pi * lowest

@@ -1,0 +1,46 @@
+"""Free laws beside the known ones, each on its smallest cam, and the best of those that hold the same limits."""
+
+from dataclasses import dataclass
+
+from camopt.scene.scene import Scene
+from camopt.solve.synthesis.cams import known_cam_row, law_names_of, own_law_names, smallest_known_cams
+from camopt.solve.synthesis.law_infeasibility import broken_keys_in_words
+from camopt.solve.synthesis.problem_from_scene import synthesis_problem
+from camopt.solve.synthesis.result_sentences import OWN_MOVES
+from camopt.solve.tables.designs import Design
+
+
+@dataclass(frozen=True)
+class KnownLawCams:
+    """The known laws of a scene, each on the smallest cam that its [limits] allow.
+
+    ``rows`` are the designs by law. Each has ``within`` (whether the motion holds all that free laws hold) and
+    ``objective`` (in its units). The scene's own laws have no row if no cam with them is feasible.
+    """
+
+    scene: Scene
+    rows: dict[str, Design]
+    broken_limits: dict[str, str]
+    """What each of those that are not ``within`` breaks."""
+
+    @property
+    def own_law(self) -> str | None:
+        """The key of the scene's own laws; None if no cam with them is feasible."""
+        return next((law for law, row in self.rows.items() if law_names_of(row) == own_law_names(self.scene)), None)
+
+    @property
+    def best(self) -> str | None:
+        """The key of the laws of the least objective within all limits; None if no known law holds them."""
+        within = {law: row["objective"] for law, row in self.rows.items() if row["within"]}
+        return min(within, key=lambda law: within[law], default=None)
+
+
+def known_laws_of(scene: Scene) -> KnownLawCams:
+    """The known laws of a scene that ``synthesise`` takes."""
+    demand = synthesis_problem(scene)
+    rows = {law or OWN_MOVES: known_cam_row(demand, row) for law, row in smallest_known_cams(scene).items()}
+    weights = demand.objective
+    for row in rows.values():
+        row["objective"] = sum(weight * row[name] for name, weight in weights.items())
+    beyond = {law: broken_keys_in_words(scene, demand, row) for law, row in rows.items() if not row["within"]}
+    return KnownLawCams(scene, rows, beyond)

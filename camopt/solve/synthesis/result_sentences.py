@@ -1,0 +1,125 @@
+"""The results of ``synthesise`` and ``frontier`` in sentences."""
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from camopt.scene.problem.problem import Problem, resolve
+from camopt.scene.scene import Scene
+from camopt.solve.synthesis.conditions import displacement_origin
+from camopt.solve.synthesis.problem_from_scene import MOVE_PEAK_FACTOR, default_peaks, objective_weights
+from camopt.solve.synthesis.term_units import objective_unit
+from camopt.solve.synthesis.through_train import constant_train_ratio
+from camopt.solve.tables.cells import with_unit
+
+if TYPE_CHECKING:
+    from camopt.solve.synthesis.known_law_cams import KnownLawCams
+    from camopt.solve.synthesis.synthesis_result import Synthesis
+
+OWN_MOVES = "own moves"
+"""The name of a scene's own moves, beside those of laws."""
+SHOWN_ZERO = 5e-4  # a share that is shown as 0.0%
+
+
+def bound_in_words(result: "Synthesis") -> str:
+    """The minimised value, the lower bound for any motion, and the gap between them."""
+    unit = objective_unit(result.asked)
+    what = f"Minimised: {with_unit(result.objective, unit)}."
+    if result.bound:
+        what += f" No motion at all can have less than {with_unit(result.bound, unit)} within the convex limits:"
+        what += f" a gap of {result.gap:.2%}."
+    elif result.bound is None and (why := _reason_for_no_bound(resolve(result.asked))):
+        what += f" There is no bound: {why}."
+    return what
+
+
+def size_limit_in_words(result: "Synthesis") -> str:
+    """That the scene's own size is the largest, where something else is minimised and [search] has none."""
+    problem = resolve(result.asked)
+    if "size" in problem.search_space.variables or "size" in objective_weights(result.asked.synthesis):
+        return ""
+    size = problem.setup.mechanism.body.size
+    own = with_unit(float(problem.design.size[0]), "mm")
+    words = f"The {size.replace('_', ' ')} may be at most that of the scene, {own}"
+    return f"{words}: search.{size} gives it a range."
+
+
+def local_optimum_in_words(result: "Synthesis") -> str:
+    """Why laws are no more than a local optimum."""
+    problem = resolve(result.asked)
+    if constant_train_ratio(problem) is None:
+        return "The limits of a cam behind a train whose ratio changes are not convex"
+    swung = problem.setup.angular
+    return "The limits of an oscillating follower are not convex" if swung else "Curvature or a load decides too"
+
+
+def _reason_for_no_bound(problem: Problem) -> str:
+    """What leaves no bound on the size, unless it is that the follower oscillates."""
+    if displacement_origin(problem).lowest_angle is not None:
+        return "the follower is lowest in a move, where the scene gives no position"
+    return (
+        ""
+        if constant_train_ratio(problem)
+        else "through a train whose ratio changes nothing convex bounds the size"
+    )
+
+
+def default_limits_in_words(scene: Scene, defaults: Mapping[str, float]) -> Iterator[str]:
+    """The limits that were taken by default."""
+    if not defaults:
+        return
+    kinds = {segment.segment for segment in scene.motion}
+    peaks = " and ".join(f"{name.replace('_', ' ')} {value:.6g}" for name, value in defaults.items())
+    limits = []
+    if kinds & {"rise", "return"}:
+        limits.append(f"the peaks of poly345 are the limits (for unit stroke and angle): {peaks}")
+    if "move" in kinds:
+        own = " and ".join(name.removeprefix("peak_") for name in defaults)
+        limits.append(f"moves may have {MOVE_PEAK_FACTOR:g} times the largest {own} of those of least jerk")
+    yield f"The scene limits neither acceleration nor jerk, so {'; '.join(limits)}."
+
+
+def broken_limits_in_words(beyond: Mapping[str, str]) -> str:
+    """What known laws break, with the names of those that break it where others break something else."""
+    laws: dict[str, list[str]] = {}
+    for law, broken in beyond.items():
+        laws.setdefault(broken, []).append(law)
+    if len(laws) == 1:
+        return next(iter(laws))
+    return "; ".join(f"{broken} ({', '.join(some)})" for broken, some in laws.items())
+
+
+def robust_in_words(design: Mapping[str, Any]) -> str:
+    """Whether every cam within the tolerances holds the limits, and what that costs; "" where it is not asked."""
+    if "every_cam" not in design:
+        return ""
+    told = f"The limits of every cam within the tolerances: {design['every_cam']}."
+    if "nominal_mm" not in design:
+        return told
+    less, nominal = with_unit(design["safety_mm"], "mm"), with_unit(design["nominal_mm"], "mm")
+    return f"{told} It is {less} larger for that: the nominal one alone would hold them at {nominal}."
+
+
+def best_known_in_words(result: "Synthesis", known: "KnownLawCams") -> str:
+    """The best known law that holds the same limits, and the scene's own."""
+    if known.best is None:
+        return "No known law meets all these limits."
+    value, unit = known.rows[known.best]["objective"], objective_unit(result.asked)
+    what = f"The best known law that meets the same limits is {known.best}: {with_unit(value, unit)}"
+    if known.best == OWN_MOVES:
+        what = f"The scene's own moves meet the same limits: {with_unit(value, unit)}"
+    share = 1.0 - result.objective / value if value else 0.0
+    less = f"{share:.1%} less" if share > -SHOWN_ZERO else f"{-share:.1%} more"
+    what += f"; the free laws need {less}." if value else "."
+    own = "" if known.own_law in (None, known.best) else f" The scene's own, {known.own_law}: "
+    return what + (own and f"{own}{with_unit(known.rows[str(known.own_law)]['objective'], unit)}.")
+
+
+def other_limits_in_words(scene: Scene, defaults: Mapping[str, float]) -> Iterator[str]:
+    """What ``synthesise`` limits by default for the same scene and a frontier does not, or the other way round."""
+    why = "An axis has no limit by default, and neither has what is minimised: synthesise, which minimises"
+    minimised, alone = " and ".join(objective_weights(scene.synthesis)), default_peaks(scene)
+    more, fewer = alone.keys() - defaults.keys(), defaults.keys() - alone.keys()
+    for peaks, words in ((more, "also limits"), (fewer, "does not limit")):
+        if peaks:
+            which = " and ".join(sorted(name.removeprefix("peak_") for name in peaks))
+            yield f"{why} {minimised}, {words} {which}."

@@ -1,0 +1,170 @@
+"""The result of a synthesis: free laws, the smallest cam for them, and how good they are."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from camopt.core.quantities.display import Drawable
+from camopt.model.motion import LAWS
+from camopt.model.motion.programme import LAW_PEAKS, law_peaks, peaks_inside
+from camopt.model.motion.segments import MOVE, MotionSegment
+from camopt.model.motion.spline import SplineLaw
+from camopt.scene import tables
+from camopt.scene.problem.problem import resolve
+from camopt.scene.scene import Scene
+from camopt.solve.smallest.price import Price, price_table
+from camopt.solve.synthesis.problem_from_scene import default_peaks
+from camopt.solve.synthesis.result_sentences import (
+    best_known_in_words,
+    bound_in_words,
+    broken_limits_in_words,
+    default_limits_in_words,
+    local_optimum_in_words,
+    robust_in_words,
+    size_limit_in_words,
+)
+from camopt.solve.synthesis.term_units import objective_unit
+from camopt.solve.tables.designs import Design, designs_table, with_law
+from camopt.solve.tables.result import Result, Table, to_json_values
+
+if TYPE_CHECKING:
+    from camopt.solve.synthesis.known_law_cams import KnownLawCams
+
+FREE_KINDS = ("rise", "return", MOVE)
+
+
+@dataclass(frozen=True)
+class Synthesis(Result, Drawable):
+    """New ("free") motion laws, the smallest cam for them, and how good they are.
+
+    Attributes
+    ----------
+    asked : Scene
+        What was given.
+    scene : Scene
+        The answer, with the new laws, the size and the offset.
+    design : Design
+        Its quantities, as from ``optimise``.
+    objective : float
+        What was minimised.
+    bound : float or None
+        No motion at all that meets the convex limits has an objective below; None if no bound was computed.
+    convex : bool
+        Whether the convex limits alone decide; if not, the laws are a local optimum.
+    known : KnownLawCams or None
+        The smallest cam of each known law, where it was computed, as the command does.
+    prices : list of Price or None
+        What ``camopt.prices`` finds, where it was computed, as the command does.
+
+    Examples
+    --------
+    >>> coarse = camopt.find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
+    >>> found = camopt.synthesise(coarse)
+    >>> found.bound <= found.objective, list(found.laws)
+    (True, ['free-rise', 'free-return'])
+    """
+
+    picture = "pictures.new_laws"
+    asked: Scene
+    scene: Scene
+    design: Design
+    objective: float
+    bound: float | None = None
+    convex: bool = True
+    known: "KnownLawCams | None" = None
+    prices: Sequence[Price] | None = None
+
+    def __repr__(self) -> str:
+        known = "" if self.gap is None else f", at most {self.gap:.2%} from the best of any motion"
+        return f"<Synthesis of {self.scene.name}: objective {self.objective:.6g}{known}>"
+
+    def table(self, known: Mapping[str, Mapping[str, Any]] | None = None) -> Table:
+        """The cam of the free laws, after those of known laws by name, if given; * for what breaks a limit."""
+        known = self.known.rows if known is None and self.known else known
+        every = [_row_with_law_names(row, law) for law, row in (known or {}).items()] + [
+            _row_with_law_names(self.design, "free moves")
+        ]
+        rows: list[dict[str, Any]] = []
+        for row in with_law(every):
+            star = {} if row.get("within", True) else {name: f"{row[name]} *" for name in ("law", "law_rise")}
+            rows.append({**row, **row_peaks(row, self), **star})
+        peaks = [name for name in rows[0] if name.startswith("peak_")]
+        title = f"{self.scene.name}: free laws" + (", and the smallest cam of each known law" if known else "")
+        return designs_table(title, resolve(self.scene), rows, [*peaks, "binding"])
+
+    def sections(self) -> Iterator[Table | str]:
+        """The cam of the free laws beside those of known laws, the bound, the gap, and what bounds cost."""
+        yield self.table()
+        if self.known and self.known.broken_limits:
+            yield f"* breaks what the free laws hold: {broken_limits_in_words(self.known.broken_limits)}"
+        yield from default_limits_in_words(self.asked, default_peaks(self.asked))
+        yield from filter(None, (size_limit_in_words(self), robust_in_words(self.design)))
+        if self.known:
+            yield best_known_in_words(self, self.known)
+        local = "" if self.convex else f" {local_optimum_in_words(self)}, so the laws are a local optimum."
+        yield bound_in_words(self) + local
+        if self.prices:
+            yield ""
+            yield price_table({"": self.prices}, ["bound", "as set", "price"], objective_unit(self.asked))
+
+    def document(self) -> dict[str, Any]:
+        """The design, its objective with the bound, known laws and prices."""
+        known, prices = self.known, self.prices
+        laws = {"known_laws": known.rows, "own_law": known.own_law, "best_known_law": known.best} if known else {}
+        return {
+            **to_json_values(self.design),
+            "objective": self.objective,
+            "bound": self.bound,
+            "gap": self.gap,
+            "convex": self.convex,
+            "peaks": self.peaks,
+            "default_peaks": default_peaks(self.asked),
+            **laws,
+            **({} if prices is None else {"prices": prices}),
+        }
+
+    @property
+    def half_width(self) -> float:
+        """The relative half-width of the design's enclosures."""
+        return float(self.design["relative_half_width"])
+
+    @property
+    def gap(self) -> float | None:
+        """The most that any other motion could improve, as a share of the objective; None without a bound."""
+        return None if self.bound is None else max(0.0, 1.0 - self.bound / self.objective)
+
+    @cached_property
+    def laws(self) -> dict[str, SplineLaw]:
+        """The free laws by name."""
+        names = free_law_names(self.scene.motion)
+        return {n: law for n, law in resolve(self.scene).laws.items() if n in names and isinstance(law, SplineLaw)}
+
+    @cached_property
+    def peaks(self) -> dict[str, dict[str, float | str]]:
+        """The peak factors of each free law of a rise or return, inside it: one that meets another has no dwells
+        around it.
+        """
+        moves = {segment.law for segment in self.scene.motion if segment.segment == MOVE}
+        unit = {name: law for name, law in self.laws.items() if name not in moves}
+        return {name: {**law_peaks(law), **peaks_inside(law)} for name, law in unit.items()}
+
+
+def row_peaks(row: Mapping[str, Any], result: Synthesis) -> dict[str, float]:
+    """The largest peak factors of a row's laws, known or free."""
+    peaks = {**{name: law_peaks(law) for name, law in LAWS.items()}, **result.peaks}
+    each = [peaks[n] for key in ("law_rise", "law_return") for n in row[key].split("+") if n in peaks]
+    return {name: max(float(peaks[name]) for peaks in each) for name in LAW_PEAKS if each}
+
+
+def _row_with_law_names(row: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """A row, with a name in place of the laws of rises and returns where it has neither."""
+    named = row["law_rise"] or row["law_return"]
+    return dict(row) if named else {**row, "law_rise": name, "law_return": name}
+
+
+def free_law_names(segments: Sequence[tables.Segment] | Sequence[MotionSegment]) -> list[str]:
+    """Names for the free laws of the rises, returns and moves of a turn, in order."""
+    kinds = [segment.segment for segment in segments if segment.segment in FREE_KINDS]
+    counts = [kinds[: n + 1].count(kind) for n, kind in enumerate(kinds)]
+    return [f"free-{k}-{n}" if kinds.count(k) > 1 else f"free-{k}" for k, n in zip(kinds, counts, strict=True)]

@@ -1,0 +1,118 @@
+"""Tables that grow by batches: a file that a thread of its own writes, beside the search, or rows in memory."""
+
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from camopt.core.quantities import Quantity
+from camopt.core.storage.files import attribute_errors_to, whole_file
+from camopt.scene.problem.rows import DesignRows
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from camopt.solve.tables.table import RowGroupWriter
+
+WAITING_BATCHES = 2  # batches of rows that wait in memory while another is written
+
+
+def import_table_module() -> Any:
+    """The module of tables on disk, which imports pyarrow when it is first needed."""
+    from camopt.solve.tables import table
+
+    return table
+
+
+@contextmanager
+def table_file(path: Path, quantities: Iterable[Quantity], scene: str) -> Iterator["TableWriter"]:
+    """A Parquet file of some quantities that grows by batches, and takes its final name only when whole."""
+    with whole_file(path) as partial, ExitStack() as open_file:
+        writer = TableWriter(path, partial, open_file, quantities, {"camopt_scene": scene})
+        with writer.thread:
+            yield writer
+            writer.finish()
+
+
+class TableWriter:
+    """Has rows written by a thread, which imports pyarrow: few wait in memory, errors come with the next."""
+
+    def __init__(
+        self,
+        path: Path,
+        partial: Path,
+        open_file: ExitStack,
+        quantities: Iterable[Quantity],
+        about: dict[str, str],
+    ) -> None:
+        self._path, self._partial, self._open_file = path, partial, open_file
+        self._quantities, self._about = tuple(quantities), about
+        self.thread = ThreadPoolExecutor(1)
+        self._writing: deque[Future[None]] = deque()
+        self._groups: RowGroupWriter | None = None
+        self._ended = False
+
+    def describe(self, key: str, text: str) -> None:
+        """Add something to the metadata, before the first rows."""
+        self._about[key] = text
+
+    def append(self, rows: DesignRows) -> None:
+        """Add rows."""
+        if rows.count:
+            self._submit(lambda: self._open_groups().append(rows))
+
+    def end(self) -> None:
+        """Take no more rows: those that fill no group are written while other work goes on."""
+        if not self._ended:
+            self._ended = True
+            self._submit(self._finish_file)
+
+    def finish(self) -> None:
+        """Wait until all is written."""
+        self.end()
+        self._wait_for(0)
+
+    def _submit(self, work: Callable[[], None]) -> None:
+        self._wait_for(WAITING_BATCHES)
+        self._writing.append(self.thread.submit(work))
+
+    def _wait_for(self, left: int) -> None:
+        with attribute_errors_to(self._path, self._partial):
+            while len(self._writing) > left:
+                self._writing.popleft().result()
+
+    def _open_groups(self) -> "RowGroupWriter":
+        if self._groups is None:
+            rows = import_table_module().row_groups(self._partial, self._quantities, self._about)
+            self._groups = self._open_file.enter_context(rows)
+        return self._groups
+
+    def _finish_file(self) -> None:
+        self._open_groups().finish()
+        self._open_file.close()
+
+
+class TableInMemory:
+    """Keeps rows of some quantities for pandas, where no file is written."""
+
+    def __init__(self, quantities: Iterable[Quantity], scene: str) -> None:
+        self._quantities, self._about, self._rows = tuple(quantities), {"camopt_scene": scene}, list[DesignRows]()
+
+    def describe(self, key: str, text: str) -> None:
+        """Add something to the metadata."""
+        self._about[key] = text
+
+    def append(self, rows: DesignRows) -> None:
+        """Add rows."""
+        if rows.count:
+            self._rows.append(rows.select_columns(each.name for each in self._quantities))
+
+    def end(self) -> None:
+        """Take no more rows."""
+
+    def to_pandas(self) -> "pd.DataFrame":
+        """The rows as ``load`` gives those of a file."""
+        frame: pd.DataFrame = import_table_module().frame_of_rows(self._rows, self._quantities, self._about)
+        return frame

@@ -1,0 +1,313 @@
+"""Whether every design of a box holds a constraint at every cam angle, decided by bisection of box and turn at
+once.
+
+The cam angle is one more variable of the box: over a part of a panel the motion is a range whose slopes by the cam
+angle are its own derivatives. The formula of a constraint, run on both with slopes (``numerics.sloped``), bounds
+its excess over the part. A part that surely holds it is done with; one point that surely breaks it is a witness;
+what is neither is cut, across the variable that changes the excess the most. Where the excess surely rises or falls
+with a variable, only that end of it is left.
+
+Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11 (monotonicity test).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import inf
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from camopt.core.numerics import FloatArray, IntArray
+from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.curves import value_of
+from camopt.core.numerics.interval import Interval, as_interval
+from camopt.core.numerics.load_tables import LoadTable, TrainLoadTable
+from camopt.core.numerics.motion_ranges import derivatives_over, slopes_by_angle
+from camopt.core.numerics.piecewise import MotionTable
+from camopt.core.numerics.sloped_interval import (
+    Quotient,
+    SlopedInterval,
+    as_quotient,
+    as_sloped_interval,
+    box_variables,
+    value_at_point,
+)
+from camopt.core.numerics.state import Load, State, TrainForces
+from camopt.model.effects.peak import Derivative, NumberKind
+from camopt.model.mechanisms import Designs
+from camopt.scene.problem.constraints import AnyConstraint, Constraint, TurnMeanConstraint
+from camopt.scene.problem.problem import Problem
+from camopt.solve.verdicts.arcs import arcs_verdict, is_on_arcs
+from camopt.solve.verdicts.mean_boxes import mean_excess, mean_verdict
+from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
+
+CONSTRAINT_PARTS_AT_ONCE, MOST_ROUNDS = 256, 100
+"""How many parts are cut at once, and how often."""
+CONSTRAINT_PART_CUTS = 8
+"""Of a part that is cut."""
+MEANS_AT_ONCE, MEAN_ROUNDS = 8, 3
+"""The same of means, of which each part is a turn."""
+LEAST_PART_SHARE = 2.0**-45
+"""Parts this narrow, of a panel or of the box, are not cut."""
+LARGEST_SLOPE = 1e300
+"""In place of a slope without bounds."""
+NumberRanges = Mapping[str, tuple[float, float]]
+"""Between which values sizes are, by field of ``Designs``; the others are those of a design."""
+
+
+def _point_interval(number: float) -> Interval:
+    """A number as an interval."""
+    return Interval(np.array([number]), np.array([number]))
+
+
+INTERVAL_NUMBERS = NumberKind(
+    _point_interval,
+    lambda: Interval(np.array([np.pi]), np.array([np.nextafter(np.pi, 4.0)])),
+    lambda angle: np.sin(angle) / np.cos(angle),
+)
+"""The kind of number, for bounds."""
+
+
+def excess_of(constraint: Constraint, side: FloatArray, found: Quotient, designs: Designs) -> Any:
+    """The excess over a side of a constraint, relative to the terms of the constraint: above 0 it does not hold."""
+    ranged, bound = isinstance(found.above, (Interval, SlopedInterval)), constraint.upper_bound()
+    value = side * found.above * constraint.factor(designs)
+    allowed = (constraint.upper_bound(INTERVAL_NUMBERS) if ranged else bound) * found.below
+    scale = sum(value_at_point(x).least_magnitude for x in (value, allowed))  # the largest may be infinite
+    return (value - allowed) / (scale if bound else scale + value_at_point(constraint.unit(designs)).high)
+
+
+class BoxVerdict(NamedTuple):
+    """Whether all designs of a box hold a constraint, and one that does not, if one is found."""
+
+    verdict: str
+    witness: Designs | None = None
+
+
+def constraint_over_box(
+    problem: Problem, constraint: AnyConstraint, design: Designs, ends: NumberRanges, until: float = inf
+) -> BoxVerdict:
+    """Whether all designs that differ from one by sizes between their ends hold a constraint.
+
+    Undecided after ``until`` (``clock.now``), and where a design may be one that cannot be assembled.
+    """
+    if not problem.programme.has_kinds(constraint.kinds):
+        return BoxVerdict(HELD)
+    if not ends and isinstance(constraint, Constraint) and is_on_arcs(problem, constraint):
+        return BoxVerdict(arcs_verdict(problem, constraint, design))
+    box = design.with_values({name: _range_interval(*each) for name, each in ends.items()})
+    for margin in problem.setup.mechanism.assembly_margins(box, problem.programme):
+        if not np.all(as_interval(margin).low > 0.0):
+            return BoxVerdict(UNDECIDED)
+    if isinstance(constraint, TurnMeanConstraint):
+        if not ends:
+            return BoxVerdict(mean_verdict(problem, constraint, design))
+        return MeanConstraintSearch(problem, constraint, design, tuple(ends), until).run(
+            whole_turn_parts(constraint, ends)
+        )
+    if isinstance(constraint.curve, Derivative):
+        return BoxVerdict(UNDECIDED)
+    return ConstraintSearch(problem, constraint, design, tuple(ends), until).run(
+        BoxParts.whole_panels(problem, constraint, ends)
+    )
+
+
+def _range_interval(low: float, high: float) -> Any:
+    return Interval(np.array([low]), np.array([high]))
+
+
+@dataclass(frozen=True)
+class BoxParts:
+    """Parts of panels, with parts of the box."""
+
+    panel: IntArray
+    side: FloatArray
+    """Of the constraint."""
+    low: FloatArray
+    """Of the place on the panel, from −1 to 1, and of each size (1 + sizes, parts)."""
+    high: FloatArray
+    whole: FloatArray
+    """Widths of the panel and of the box (1 + sizes, 1); 1 where it has none."""
+
+    @classmethod
+    def whole_panels(cls, problem: Problem, constraint: AnyConstraint, ends: NumberRanges) -> "BoxParts":
+        """Whole panels of the kinds of a constraint, with the whole box, for each side of it."""
+        return cls.from_panels(np.flatnonzero(problem.programme.panels_of(constraint.kinds)), constraint, ends)
+
+    @classmethod
+    def from_panels(cls, panels: IntArray, constraint: AnyConstraint, ends: NumberRanges) -> "BoxParts":
+        """Some whole panels with the whole box, for each side of a constraint."""
+        panel, side = (each.ravel() for each in np.meshgrid(panels, np.array(constraint.sides), indexing="ij"))
+        low, high = np.array([(-1.0, 1.0), *ends.values()]).T[..., None]
+        every = np.ones(panel.size)
+        return cls(panel, side, low * every, high * every, np.where(high > low, high - low, 1.0))
+
+    @property
+    def size(self) -> int:
+        return self.panel.size
+
+    def take(self, index: Any) -> "BoxParts":
+        return replace(
+            self, panel=self.panel[index], side=self.side[index], low=self.low[:, index], high=self.high[:, index]
+        )
+
+    def split_at_place(self, place: FloatArray) -> "BoxParts":
+        """With those parts cut in two that have a place of their panel, one for each, inside."""
+        inside = (self.low[0] < place) & (place < self.high[0])
+        before, after = np.where(inside, place, self.high[0]), place[inside]
+        low, high = np.hstack([self.low, self.low[:, inside]]), np.hstack([self.high, self.high[:, inside]])
+        low[0, self.size :], high[0, : self.size] = after, before
+        panel, side = (np.concatenate([each, each[inside]]) for each in (self.panel, self.side))
+        return replace(self, panel=panel, side=side, low=low, high=high)
+
+    def reduce_monotone(self, slopes: Interval) -> "BoxParts":
+        """With that end alone of each variable with which the excess surely rises or falls."""
+        rises, falls = slopes.low >= 0.0, slopes.high <= 0.0
+        return replace(
+            self, low=np.where(rises, self.high, self.low), high=np.where(falls & ~rises, self.low, self.high)
+        )
+
+    def cut_steepest(self, steepest: FloatArray) -> "BoxParts":
+        """Each part in some, across the variable that changes the excess the most; not what is narrow."""
+        width = (self.high - self.low) / self.whole
+        width = np.where(width > LEAST_PART_SHARE, width, 0.0)
+        steep = np.where(np.isfinite(steepest), steepest * self.whole, LARGEST_SLOPE)
+        which, every = (steep * width).argmax(axis=0), np.arange(self.size)
+        ends = np.linspace(self.low[which, every], self.high[which, every], CONSTRAINT_PART_CUTS + 1)
+        low, high = (
+            np.repeat(self.low[:, None], CONSTRAINT_PART_CUTS, axis=1),
+            np.repeat(self.high[:, None], CONSTRAINT_PART_CUTS, axis=1),
+        )
+        for number in range(CONSTRAINT_PART_CUTS):
+            low[which, number, every], high[which, number, every] = ends[number], ends[number + 1]
+        sides, shape = len(self.low), CONSTRAINT_PART_CUTS * self.size
+        return replace(
+            self,
+            panel=np.tile(self.panel, CONSTRAINT_PART_CUTS),
+            side=np.tile(self.side, CONSTRAINT_PART_CUTS),
+            low=low.reshape(sides, shape),
+            high=high.reshape(sides, shape),
+        )
+
+    @property
+    def is_narrow(self) -> Any:
+        """Which of them are not to be cut."""
+        return np.all(self.high - self.low <= LEAST_PART_SHARE * self.whole, axis=0)
+
+
+@dataclass(frozen=True)
+class ConstraintSearch:
+    """The search for a design of a box that breaks a constraint at a cam angle."""
+
+    problem: Problem
+    constraint: Any
+    """A constraint, or one on a mean."""
+    design: Designs
+    names: tuple[str, ...]
+    until: float
+    at_once: ClassVar[int] = CONSTRAINT_PARTS_AT_ONCE
+    rounds: ClassVar[int] = MOST_ROUNDS
+
+    def run(self, parts: BoxParts) -> BoxVerdict:
+        """Whether a part breaks the constraint, or none does: parts that exceed it the most come first."""
+        stack = [parts]
+        for _ in range(self.rounds):
+            if not stack:
+                return BoxVerdict(HELD)
+            parts = stack.pop()
+            with np.errstate(all="ignore"):
+                excess = self.excess(parts)
+            if np.any(excess.at.low > 0.0):
+                return BoxVerdict(BROKEN, self.middle_design(parts, int(np.argmax(excess.at.low))))
+            left = np.flatnonzero(~(excess.value.high <= 0.0))
+            left = left[np.argsort(excess.value.high[left], kind="stable")]  # what is not known comes last
+            if np.any(parts.is_narrow[left]) or clock_seconds() > self.until:
+                break
+            parts = parts.take(left).reduce_monotone(excess.slopes[:, left])
+            steepest = excess.slopes[:, left].largest_magnitude
+            for some in np.array_split(np.arange(left.size), -(-left.size // self.at_once) or 1):
+                stack += [parts.take(some).cut_steepest(steepest[:, some])] if some.size else []
+        return BoxVerdict(UNDECIDED)
+
+    def excess(self, parts: BoxParts) -> SlopedInterval:
+        """By how much designs of parts exceed the constraint."""
+        value, designs, angle = self.curve_over(parts)
+        return as_sloped_interval(excess_of(self.constraint, parts.side, as_quotient(value), designs), angle)
+
+    def curve_over(self, parts: BoxParts) -> tuple[Any, Designs, SlopedInterval]:
+        """The curve of the constraint over parts, and of what designs and cam angles it is."""
+        programme, middle = self.problem.programme, (parts.low + parts.high) / 2.0
+        half = programme.table.half_width[parts.panel]
+        place = Interval(parts.low[0] * half, parts.high[0] * half)
+        sides = [place, *(Interval(low, high) for low, high in zip(parts.low[1:], parts.high[1:], strict=True))]
+        angle, *sizes = box_variables(sides, [middle[0] * half, *middle[1:]])
+        designs = self.design.take(np.zeros(parts.size, dtype=int))
+        fixed: dict[str, Any] = {name: as_interval(each) for name, each in designs.sizes.items()}
+        designs = designs.with_values(fixed | dict(zip(self.names, sizes, strict=True)))
+        state = state_over(programme.table, parts.panel, middle[0], angle)
+        value = value_of(self.constraint.curve(designs, programme), ..., state)
+        return value.divide() if isinstance(value, Quotient) else value, designs, angle
+
+    def middle_design(self, parts: BoxParts, number: int) -> Designs:
+        """The design in the middle of a part."""
+        middle = (parts.low[1:, number] + parts.high[1:, number]) / 2.0
+        return self.design.with_values({n: np.array([v]) for n, v in zip(self.names, middle, strict=True)})
+
+
+class MeanConstraintSearch(ConstraintSearch):
+    """The search for a design of a box that breaks a constraint on a mean: parts are of the box alone."""
+
+    at_once: ClassVar[int] = MEANS_AT_ONCE
+    rounds: ClassVar[int] = MEAN_ROUNDS
+
+    def excess(self, parts: BoxParts) -> SlopedInterval:
+        _, inside, like = boxes_of_parts(self.design, self.names, parts)
+        ranges = {
+            name: Interval(*ends) for name, *ends in zip(self.names, parts.low[1:], parts.high[1:], strict=True)
+        }
+        found = mean_excess(self.problem, self.constraint, inside.with_values(ranges), inside, [*self.names])
+        rows = (np.vstack([np.zeros((1, parts.size)), end]) for end in (found.slopes.low, found.slopes.high))
+        return replace(found, slopes=Interval(*rows), span=like.span)
+
+
+def whole_turn_parts(constraint: TurnMeanConstraint, ends: NumberRanges) -> BoxParts:
+    """All of a turn at once, with the whole box."""
+    parts = BoxParts.from_panels(np.zeros(1, dtype=int), constraint, ends)
+    low, high = parts.low.copy(), parts.high.copy()
+    low[0] = high[0] = 0.0
+    return replace(parts, low=low, high=high)
+
+
+def boxes_of_parts(
+    design: Designs, names: tuple[str, ...], parts: BoxParts
+) -> tuple[Designs, Designs, SlopedInterval]:
+    """The designs of parts of a box, those in their middles, and what has the slopes of these parts."""
+    middle = (parts.low + parts.high) / 2.0
+    like, *sizes = box_variables([Interval(*ends) for ends in zip(parts.low, parts.high, strict=True)], [*middle])
+    every = design.take(np.zeros(parts.size, dtype=int))
+    boxes, inside = (dict(zip(names, each, strict=True)) for each in (sizes, middle[1:]))
+    return every.with_values(boxes), every.with_values(inside), like
+
+
+def state_over(table: MotionTable, panel: IntArray, u: FloatArray, angle: SlopedInterval) -> State:
+    """The state of the follower over parts of panels, with slopes by the cam angle from the panel's middle.
+
+    ``u`` is the middle of each part, as a share of half the panel.
+    """
+    y, y1, y2, y3, y4 = derivatives_over(table, panel, u, angle, 4)
+    return State(y, y1, y2, y3, _load_over(table, panel, u, angle), y4)
+
+
+def _load_over(table: MotionTable, panel: IntArray, u: FloatArray, angle: SlopedInterval) -> Any:
+    """What a load brings over parts of panels."""
+    load = table.load
+    if isinstance(load, LoadTable):
+        slope = Interval(*(load.slope[panel] + side * load.error[panel, 1] for side in (-1.0, 1.0)))
+        straight = angle * load.slope[panel] + Interval(
+            *(load.centre[panel] + side * load.error[panel, 0] for side in (-1.0, 1.0))
+        )
+        return Load(replace(straight, slopes=slopes_by_angle(angle, slope)), slope)
+    if isinstance(load, TrainLoadTable):
+        still, carried = (derivatives_over(force, panel, u, angle, 1) for force in load)
+        return TrainForces(*still, *carried)
+    return None

@@ -1,0 +1,214 @@
+"""Warnings: contact lost, a preload too small, stress at low speed, a steep groove, motion beyond what is asked."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from math import degrees, inf, isfinite
+from operator import attrgetter
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import polynomial
+
+from camopt.core.mistakes import Unmet
+from camopt.core.numerics.piecewise import sign_changes
+from camopt.core.quantities import displacement_unit
+from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.model.effects import EvaluationBlock, available_quantities
+from camopt.model.effects.hertz import STRESS
+from camopt.model.effects.preload import PRELOAD_RATIO
+from camopt.model.effects.pressure import BOTTOM_ANGLE
+from camopt.model.motion.move_joints import join_moves
+from camopt.model.motion.programme import Programme
+from camopt.model.motion.segments import start_position
+from camopt.model.motion.stroke import Stroke
+from camopt.scene.problem.problem import Problem
+from camopt.solve.tables.cells import with_unit
+from camopt.solve.verdicts.effect_runs import run_effects
+
+MEAN_ANGLES = {"pressure_angle_max_rise_deg", "pressure_angle_max_return_deg"}  # at the mean radius
+SLOW_SHARE = 1e-3  # of the speed of a cam: inertia is next to nothing
+NOTICED_SHARE = 1e-3  # of a stress: a difference that is told
+RIGID, ELASTIC = "contact_force_min_N", "contact_force_elastic_min_N"
+REACHED_SHARE = 1e-6  # of the lift: a motion this near to what was asked is there
+SIDE_NAMES = {1.0: "above", -1.0: "below"}
+
+
+def warnings_of(problem: Problem) -> tuple[str, ...]:
+    """Sentences on the problem's own design that its reader should know."""
+    told = (_warn_lost_contact, _warn_lost_preload, _warn_slow_stress, _warn_steep_groove, _warn_overshoot)
+    return tuple(sentence for each in told for sentence in each(problem))
+
+
+def _warn_lost_contact(problem: Problem) -> Iterator[str]:
+    """A warning if only a rigid train keeps contact, unless a limit on contact force says so already."""
+    setup = problem.setup
+    limited = any(ELASTIC in limit.required_quantities for limit in problem.limits)
+    if setup.mechanism.is_positive or limited or not {RIGID, ELASTIC}.issubset(available_quantities(setup)):
+        return
+    rigid, elastic = _design_quantities(problem, RIGID, ELASTIC)
+    if elastic <= 0.0 < rigid:
+        least = f"its least contact force is {_force_text(elastic)}" if isfinite(elastic) else "it is in resonance"
+        train = f"the elastic train (natural frequency {setup.dynamics.natural_frequency:g} Hz) loses contact"
+        ask = "limits.contact_force_elastic = 0 asks for contact"
+        yield f"{train}: {least}, that of a rigid one {_force_text(rigid)}; {ask}"
+
+
+def _warn_lost_preload(problem: Problem) -> Iterator[str]:
+    """A warning if two contacts have a preload with which one lets go, unless a limit says so already."""
+    if PRELOAD_RATIO not in available_quantities(problem.setup) or any(
+        PRELOAD_RATIO in limit.required_quantities for limit in problem.limits
+    ):
+        return
+    (ratio,) = _design_quantities(problem, PRELOAD_RATIO)
+    if ratio < 1.0:
+        least = f"the preload is {ratio:.4g} times the least with which neither contact lets go"
+        yield f"{least} at {problem.setup.rpm:g} rev/min; limits.{PRELOAD_RATIO} = 1 asks for that"
+
+
+def _warn_slow_stress(problem: Problem) -> Iterator[str]:
+    """A warning if only inertia keeps the contact stress within its limit: at low speed it exceeds it."""
+    setup = problem.setup
+    limits = [limit for limit in problem.limits if STRESS in limit.required_quantities]
+    if limits and setup.rpm is not None:  # of a knife edge it is known without
+        slow = replace(problem, setup=setup.with_numbers({"cam.rpm": setup.rpm * SLOW_SHARE}))
+        (slowly,), limit = _design_quantities(slow, STRESS), limits[0]
+        allowed = limit.bound * (1.0 + NOTICED_SHARE)
+        if slowly > allowed and (stress := _design_quantities(problem, STRESS)[0]) <= allowed:
+            at_speed = f"{_stress_text(stress)} at {setup.rpm:g} rev/min, where inertia relieves it"
+            beyond = f"is {_stress_text(slowly)} at low speed, above {limit.key} ({_stress_text(limit.bound)})"
+            yield f"the contact stress {beyond}, and {at_speed}"
+
+
+def _stress_text(value: float) -> str:
+    return f"{to_shown_unit(value, 'MPa'):.4g} {shown_unit('MPa')}"
+
+
+def _warn_steep_groove(problem: Problem) -> Iterator[str]:
+    """A warning if a groove is steeper at its bottom than the limit, which is one at the mean radius, allows."""
+    limits = [limit for limit in problem.limits if MEAN_ANGLES & {*limit.required_quantities}]
+    limited = any(BOTTOM_ANGLE in limit.required_quantities for limit in problem.limits)
+    if limits and not limited and BOTTOM_ANGLE in available_quantities(problem.setup):
+        (angle,), limit = _design_quantities(problem, BOTTOM_ANGLE), max(limits, key=attrgetter("bound"))
+        if angle > limit.bound:
+            foot = problem.setup.mechanism.body.foot
+            known = f"{limit.key} ({limit.bound:g} deg) is that at the mean radius"
+            ask = f"limits.{BOTTOM_ANGLE} = {limit.bound:g} limits it there"
+            yield f"the pressure angle at {foot} is {angle:.4g} deg: {known}; {ask}"
+
+
+def _design_quantities(problem: Problem, *names: str) -> list[float]:
+    """Quantities of the problem's own design."""
+    columns = run_effects(EvaluationBlock(problem.setup, problem.programme, problem.design), {*names}).columns
+    return [float(np.broadcast_to(columns[name], 1)[0]) for name in names]
+
+
+def _force_text(value: float) -> str:
+    return f"{to_shown_unit(value, 'N'):.4g} {shown_unit('N')}"
+
+
+class FarthestPoint(NamedTuple):
+    """The farthest point of a motion to one side, in mm (rad) from the base circle, and its cam angle."""
+
+    position: float
+    angle: float
+    stroke: int
+
+
+def _warn_overshoot(problem: Problem) -> Iterator[str]:
+    """Warnings on moves beyond every position asked, unless a given velocity causes that."""
+    programme = problem.given_motion
+    for side in (side for side in SIDE_NAMES if _exceeds_positions(programme, side)):
+        extreme, asked = farthest_point(programme, side), _farthest_given_position(programme, side)
+        if _has_given_velocity(programme, extreme.stroke):
+            continue
+        start = start_position(problem.segments) - programme.strokes[0].low / programme.unit
+        unit = displacement_unit(angular=problem.given_turns)
+        at, most = (with_unit(start + position / programme.unit, unit) for position in (extreme.position, asked))
+        reached = f"the motion goes to {at} at {degrees(extreme.angle):.4g}°"
+        stop = _overshoot_remedy(programme, side)
+        yield f"{reached}, {SIDE_NAMES[side]} every position asked ({most}); {stop}"
+
+
+def _exceeds_positions(programme: Programme, side: float) -> bool:
+    """Whether moves go to one side beyond every position asked."""
+    if not any(stroke.is_open for stroke in programme.strokes):
+        return False
+    beyond = side * (farthest_point(programme, side).position - _farthest_given_position(programme, side))
+    return beyond > REACHED_SHARE * programme.lift
+
+
+def _farthest_given_position(programme: Programme, side: float) -> float:
+    """The farthest position to one side that is asked for, or that a stroke without choice has at its ends."""
+    strokes = programme.strokes
+    asked = [side * end for stroke in strokes if not stroke.is_open for end in (stroke.low, stroke.high)]
+    for stroke in (each for each in strokes if each.is_open):
+        ends = (c.high if side > 0.0 else c.low for c in stroke.required_conditions(strokes[0].low) if c.order == 0)
+        asked += [side * end for end in ends if isfinite(end)]
+    return side * max(asked, default=-inf)
+
+
+def farthest_point(programme: Programme, side: float) -> FarthestPoint:
+    """The farthest position to one side: at an end of a panel, or where its slope changes sign."""
+    table = programme.table
+    series, panels = table.coefficients.T, range(table.centre.size)
+    places = [
+        *sign_changes(np.asarray(polynomial.polyder(series))),
+        *((panel, u) for panel in panels for u in (-1.0, 1.0)),
+    ]
+    positions = [float(polynomial.polyval(u, series[:, panel])) for panel, u in places]
+    best = int(np.argmax(side * np.array(positions)))
+    panel, u = places[best]
+    angle = float(table.centre[panel] + table.half_width[panel] * u)
+    starts = [stroke.start for stroke in programme.strokes]
+    return FarthestPoint(
+        positions[best], angle, int(np.searchsorted(starts, table.centre[panel], side="right")) - 1
+    )
+
+
+def _has_given_velocity(programme: Programme, number: int) -> bool:
+    """Whether a stroke must start or end with a velocity, as next to a stretch at constant velocity."""
+    strokes, stroke = programme.strokes, programme.strokes[number]
+    given = [
+        angle
+        for k, angle in ((number - 1, stroke.start), (number, stroke.end))
+        if not _has_free_end_velocity(strokes, k)
+    ]
+    moving = np.abs(stroke.motion(np.array(given))[1]) * stroke.angle
+    return bool(np.any(moving > REACHED_SHARE * programme.lift))
+
+
+def _has_free_end_velocity(strokes: Sequence[Stroke], number: int) -> bool:
+    """Whether the velocity at the end of a stroke is not given, between moves."""
+    stroke, following = strokes[number], strokes[(number + 1) % len(strokes)]
+    return stroke.is_open and following.is_open and (stroke.wanted or ())[1:2] in ((), (None,))
+
+
+def _overshoot_remedy(programme: Programme, side: float) -> str:
+    """The remedy that keeps the motion within the positions asked: rest at an end, or more positions."""
+    strokes, here = programme.strokes, farthest_point(programme, side).stroke
+    noses = [k for k in range(len(strokes)) if _turns_back(strokes[k], strokes[(k + 1) % len(strokes)])]
+    for some in ([here], [here - 1], noses):
+        ends = [strokes[k] for k in some if _has_free_end_velocity(strokes, k)]
+        if ends and _is_stopped_by_rest(programme, ends, side):
+            keys = " and ".join(f"{end.key}.velocity = 0" for end in ends)
+            return f"{keys} {'stops' if len(ends) == 1 else 'stop'} it"
+    return f"a position in {strokes[here].key}.through stops it"
+
+
+def _turns_back(stroke: Stroke, following: Stroke) -> bool:
+    """Whether the motion must turn back, or rest, where a stroke ends."""
+    return (stroke.high - stroke.low) * (following.high - following.low) <= 0.0
+
+
+def _is_stopped_by_rest(programme: Programme, ends: Sequence[Stroke], side: float) -> bool:
+    """Whether rest at the ends of given moves keeps the motion within the positions asked."""
+    strokes = [_with_rest_at_end(stroke) if stroke in ends else stroke for stroke in programme.strokes]
+    try:
+        return not _exceeds_positions(replace(programme, strokes=join_moves(strokes)).on_base_circle(), side)
+    except Unmet:  # what else is asked forbids it
+        return False
+
+
+def _with_rest_at_end(move: Stroke) -> Stroke:
+    position, _, *others = (*(move.wanted or ()), None, None)[:4]
+    return replace(move, wanted=(position, 0.0, *others))

@@ -1,0 +1,91 @@
+"""Effects on designs: those that are needed run in their order, each on the rows of those before it."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from camopt.model.effects import Effect, EvaluationBlock, Setup, plan_effects, setup_effects
+from camopt.model.effects.effect import EnclosedValue, no_columns
+from camopt.model.mechanisms import Designs
+from camopt.scene.problem.limit import Limit, quantities_of_limits
+from camopt.scene.problem.problem import Problem
+from camopt.scene.problem.rows import DesignRows, QuantityColumns
+
+
+def run_effects(case: EvaluationBlock, wanted: Iterable[str]) -> DesignRows:
+    """The wanted quantities of a block of designs."""
+    wanted, rows = frozenset(wanted), DesignRows({}, len(case.designs))
+    for effect, names in effect_plan(wanted, case.setup):
+        rows = with_effect(rows, case, effect, names)
+    return rows.select_columns(wanted)
+
+
+def columns_for(problem: Problem, limits: Iterable[Limit], designs: Designs) -> QuantityColumns:
+    """The quantities of designs that some limits call for."""
+    return run_effects(
+        EvaluationBlock(problem.setup, problem.programme, designs), quantities_of_limits(limits)
+    ).columns
+
+
+def effect_plan(wanted: frozenset[str], setup: Setup) -> list[tuple[Effect, frozenset[str]]]:
+    """The effects to run, each with the quantities to keep: those wanted, and those that another effect reads."""
+    effects = setup_effects(setup)
+    return [(effects[name], frozenset(names)) for name, names in plan_effects(wanted, setup).items()]
+
+
+def with_effect(rows: DesignRows, case: EvaluationBlock, effect: Effect, names: frozenset[str]) -> DesignRows:
+    """The rows of a case with some quantities of one more effect, which may read those that the rows have."""
+    return with_values_beyond_pitch(with_pitch_values(rows, case, effect, names), case, effect, names)
+
+
+def with_pitch_values(rows: DesignRows, case: EvaluationBlock, effect: Effect, names: frozenset[str]) -> DesignRows:
+    """The rows of a case with what one more effect finds of pitch curves, the same bits for all that share one."""
+    if effect.run_on_pitch is no_columns:
+        return rows
+    return with_curve_values(rows, replace(case, designs=case.setup.mechanism.pitch(case.designs)), effect, names)
+
+
+def with_curve_values(rows: DesignRows, case: EvaluationBlock, effect: Effect, names: frozenset[str]) -> DesignRows:
+    """The same of designs that are drawn by a point, one of each curve."""
+    return (
+        rows
+        if effect.run_on_pitch is no_columns
+        else with_quantities(rows, effect.run_on_pitch(case, names), names)
+    )
+
+
+def with_values_beyond_pitch(
+    rows: DesignRows, case: EvaluationBlock, effect: Effect, names: frozenset[str]
+) -> DesignRows:
+    """The rows of a case with what one more effect finds beyond that of pitch curves."""
+    if effect.run is no_columns:
+        return rows
+    return with_quantities(
+        rows, effect.run(replace(case, columns=rows.columns, outward=rows.outward), names), names
+    )
+
+
+def with_quantities(rows: DesignRows, found: dict[str, Any], wanted: frozenset[str]) -> DesignRows:
+    """Rows with the wanted ones of an effect's quantities."""
+    columns, outward, half_width = dict(rows.columns), dict(rows.outward), rows.half_width
+    widths = dict[int, tuple[Any, Any]]()  # the largest of those that refer to one scale
+    for name in (n for n in found if n in wanted):
+        columns[name] = found[name]
+        if isinstance(found[name], EnclosedValue):
+            columns[name], width, scale = found[name]
+            outward[name] = np.where(np.isinf(columns[name]), 0.0, width)  # ∞ − ∞ is no width
+            _, most = widths.get(id(scale), (scale, 0.0))
+            widths[id(scale)] = scale, np.maximum(most, np.abs(outward[name]))
+    for scale, width in widths.values():
+        half_width = np.maximum(half_width, _widths_over_scale(width, scale))
+    return DesignRows(columns, rows.count, outward, half_width)
+
+
+def _widths_over_scale(width: Any, scale: Any) -> Any:
+    """Widths relative to their scale; to 1 where that is 0, or infinite as they are."""
+    least, most = (of.reduce(scale, axis=None, initial=1.0) for of in (np.minimum, np.maximum))
+    if not 0.0 < least <= most < np.inf:
+        scale = np.where((scale > 0.0) & ~(np.isinf(scale) & np.isinf(width)), scale, 1.0)
+    return width / scale
