@@ -1,4 +1,4 @@
-"""The dynamics of a follower as plain numbers, in place of those that a scene gives (``effects.given``)."""
+"""The dynamics of a follower as plain numbers, in place of those of a scene (``effects.effect_numbers``)."""
 
 from typing import Any, NamedTuple
 

@@ -1,7 +1,7 @@
 """Real cams a second way: the motion as a curve (θ(φ), y(φ)), for comparison with ``tolerances.real_cam``.
 
 The point that a nominal follower touches at the cam angle φ is touched with the displacement y(φ) when the cam has
-turned to the angle θ(φ), both in closed form by each mechanism (``mechanisms.rest``). So
+turned to the angle θ(φ), both in closed form by each mechanism (``mechanisms.contact_errors``). So
 
     dy/dθ = y'/θ',    d²y/dθ² = (y'' − y'θ''/θ')/θ'²
 

@@ -47,7 +47,8 @@ POINTERS = None, None  # to what counts the references to an array
 
 
 def kind_of(value: Any) -> Any:
-    """The type of an argument: a ``Kind``, a ``Record``, or the ``Code`` of a kernel that is called by its address.
+    """The type of an argument: a ``ArgumentKind``, a ``Record``, or the ``Code`` of a kernel that is called by its
+    address.
 
     Raises
     ------

@@ -126,7 +126,7 @@ class PlainRun(local):
     work, most, weight = 0.0, np.inf, 1.0
 
     def count(self, values: float) -> None:
-        """Count the work of one formula for some values, or raise ``TooLong`` if that is more than it may do."""
+        """Count the work of one formula for some values; ``TooMuchWork`` if the run may not do that much."""
         self.work += self.weight * (FORMULA_CALL_WORK + values)
         if self.work > self.most:
             raise TooMuchWork
@@ -192,7 +192,7 @@ class KernelForMany(Kernel):
                 kernel.plain_work[kinds] += done
 
     def run_uncompiled(self, arguments: tuple[Any, ...], most: float) -> None:
-        """Run the function as it is written, or raise ``TooLong`` after so much work."""
+        """Run the function as it is written, or raise ``TooMuchWork`` after so much work."""
         PLAIN_RUN.work, PLAIN_RUN.most, PLAIN_RUN.weight = 0.0, most, curves_in(kind_of(arguments[0]))
         try:
             with np.errstate(all="ignore"):  # as machine code
@@ -261,6 +261,7 @@ def chosen_by_type(function: Callable[..., Any]) -> Callable[[Callable[..., Any]
 
 
 def overload_in_kernels(function: Callable[..., Any]) -> Any:
-    """Compile a function into each kernel that calls it, as ``inlined``; plain Python calls it without a detour."""
+    """Compile a function into each kernel that calls it, as ``inline_in_kernels``; plain Python calls it without a
+    detour."""
     chosen_by_type(function)(wraps(function)(lambda *kinds: function))
     return function

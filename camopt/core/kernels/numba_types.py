@@ -78,7 +78,7 @@ def _type_part(part, context):
 
 @cache
 def numba_type(kind: Any) -> Any:
-    """The numba type that a ``Kind``, a ``Record`` or a ``Code`` describes."""
+    """The numba type that a ``ArgumentKind``, a ``Record`` or a ``Code`` describes."""
     if isinstance(kind, Record):
         return types.BaseTuple.from_types(tuple(map(numba_type, kind.fields)), kind.owner)
     if isinstance(kind, Code):

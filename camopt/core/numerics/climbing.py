@@ -82,7 +82,7 @@ class ClimbGoal(NamedTuple):
 
 @inline_in_kernels
 def sign_range(goal):
-    """The signs of ``Ask`` that a goal needs: of (1, −1), first and last."""
+    """The signs of ``PeakQuery`` that a goal needs: of (1, −1), first and last."""
     return (1 if goal == LEAST else 0), (1 if goal == LARGEST else 2)
 
 

@@ -1,6 +1,6 @@
 """The functions compiled for each curve: its values, slopes and jets.
 
-The search for extremes is compiled once, and calls these functions by their address (``kernels.by_address``). So
+The search for extremes is compiled once, and calls these functions by their address (``kernels.address_calls``). So
 whatever is written here costs compile time for each curve, and whatever is written there does not.
 
 Uncompiled, several designs go through a formula together, as arrays, with the same bits; and it gives its value

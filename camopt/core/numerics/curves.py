@@ -4,7 +4,7 @@ A curve is a NamedTuple of arrays, one entry a design, and of curves that it is 
 ``side_thrust(along, pressure, arm, reach)``. Its formula gives its value for one design, from the state of the
 follower at one cam angle (``numerics.state``) and from the entries of the design: a plain function, whose signature
 is the record. Run on dual numbers (``numerics.dual``) it gives the slope by the cam angle too.
-What evaluates curves (``evaluating``) is written once, for any curve: numba compiles it anew for each NamedTuple
+What evaluates curves (``curve_kernels``) is written once, for any curve: numba compiles it anew for each NamedTuple
 type, so a formula costs what it would cost written inside the loop, and the compiled result is cached on disk.
 Names of curve types are unique in the package, because numba names machine code after them.
 

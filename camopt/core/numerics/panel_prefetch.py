@@ -41,7 +41,7 @@ class PanelCache:
         self.first = places  # looked at when one of them is asked for: often the whole panel settles them
 
     def part(self, made: Any, panel: int, middle: float, reach: float, design: int) -> PartBounds:
-        """As ``evaluating.part``."""
+        """As ``curve_kernels.part``."""
         place = (design, middle, reach)
         if reach == POINT_WIDTH:  # which is not halved
             PLAIN_RUN.count(JET_WORK)
@@ -51,7 +51,7 @@ class PanelCache:
         return self.bounds[place]
 
     def point(self, made: Any, panel: int, u: float, sign: float, design: int) -> tuple[float, float]:
-        """As ``evaluating.point``."""
+        """As ``curve_kernels.point``."""
         if (design, u) not in self.points:
             PLAIN_RUN.count(1)
             return self.curve.point(made, panel, u, sign, design)  # type: ignore[no-any-return]

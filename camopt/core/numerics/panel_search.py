@@ -67,7 +67,7 @@ def _classify_panels_in_python(many, panel, half_width, ask, work):
 
 @called_by_kernels
 def classify_halves(opened, climbs, panel, place, ask, work):
-    """As ``judge_panels``, the halves of open ones: how many climb by now, and how many parts are to be split.
+    """As ``classify_panels``, the halves of open ones: how many climb by now, and how many parts are to be split.
 
     ``place`` is (centre, half-width) of the panel.
     """

@@ -97,7 +97,7 @@ def columns_of_all_rows(table: MotionTable) -> MotionTable:
 
 
 def columns_of_rows(table: MotionTable, rows: IndexArray) -> MotionTable:
-    """As ``of_all_rows``, of some panels or groups."""
+    """As ``columns_of_all_rows``, of some panels or groups."""
     some = {name: getattr(table, name)[rows] for name in ("low", "high", "most", "error")}
     load = None if table.load is None else load_of_some_rows(table.load, rows)
     return columns_of_all_rows(table._replace(**some, load=load))

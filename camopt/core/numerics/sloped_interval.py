@@ -1,8 +1,8 @@
 """Ranges with slopes: a formula over boxes of its arguments, and how it changes with each of them.
 
-A ``Sloped`` holds the range of a quantity over a box, its value at one point of the box, and intervals of its
-partial derivatives over the box. Formulas run on it as they run on numbers: every operation carries the derivatives
-along by the chain rule. By the mean value theorem
+A ``SlopedInterval`` holds the range of a quantity over a box, its value at one point of the box, and intervals of
+its partial derivatives over the box. Formulas run on it as they run on numbers: every operation carries the
+derivatives along by the chain rule. By the mean value theorem
 
     f(x) ∈ f(p) + Σ F_k·(x_k − p_k),    F_k ∋ ∂f/∂x_k over the box
 

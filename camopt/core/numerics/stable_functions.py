@@ -94,7 +94,7 @@ def difference_of_squares_root(a: Any, b: Any, more: Any = 0.0) -> Any:
         a, b, more = as_interval(a), as_interval(b), as_interval(more)
         low = difference_of_squares_root(a.low, b.largest_magnitude, more.low)
         return widen(Interval(low, difference_of_squares_root(a.high, b.least_magnitude, more.high)))
-    whole, lost = exact_sum(a, more)  # each factor is a sum as of ``sum_of``
+    whole, lost = exact_sum(a, more)  # each factor is a sum as of ``compensated_sum``
     factors = (exact_sum(whole, term) for term in (-b, b))
     less, longer = (total + (lost + further) for total, further in factors)
     return np.sqrt(np.maximum(less * longer, 0.0))

@@ -1,8 +1,8 @@
 """How the motion answers to a small error of cam or follower, to first order: one formula for all errors.
 
 A real follower touches the point that a nominal one touches at the cam angle φ when the cam has turned on by τ, and
-stands further out by m then (``mechanisms.rest``). So it is off by m − (y(φ + τ) − y(φ)) at that cam angle, and to
-first order by
+stands further out by m then (``mechanisms.contact_errors``). So it is off by m − (y(φ + τ) − y(φ)) at that cam
+angle, and to first order by
 
     δ = m − y'·τ
 
@@ -10,7 +10,7 @@ with the derivatives of both by the error: the formula is run on numbers of two 
 by all errors.
 What is left out is of second order: below 0.05 µm for errors of 10 µm. Velocity and acceleration are those of the
 series of δ by the cam angle, which come of the motion's own. Of two contacts that are equally stiff, each with the
-error of its own motion, the follower is off by δ = (e₁ − e₂)/2 (``tolerances.two_contacts``).
+error of its own motion, the follower is off by δ = (e₁ − e₂)/2 (``tolerances.contact_notes``).
 
 A profile within ±t with at most n waves in a turn is a trigonometric polynomial δn of degree n. Its slopes are
 bounded by Bernstein's and Szegő's inequality, δn'² + n²·δn² ≤ n²·t², and the same of δn' with n·t: with the answer

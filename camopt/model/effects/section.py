@@ -91,7 +91,7 @@ def _section_scale(found: FloatArray) -> FloatArray:
 
 
 def _integration_arguments(case: EvaluationBlock, integrals: Any, scale: Any) -> tuple[Any, Any, int, float]:
-    """The arguments of ``by_orders``: designs are taken a block at a time, so that memory is bounded."""
+    """The arguments of ``integrate_by_orders``: designs are taken a block at a time, so that memory is bounded."""
 
     def integrate_designs(rule: GaussRule, index: Any) -> FloatArray:
         designs = case.designs.take(index)

@@ -19,8 +19,8 @@ The outer wall of a groove, C + R_r·n, is the same with −R_r, inside and outs
 are R_r + j/2 away, as those of a roller which is so large.
 
 With Δ = C(a) − C(b) the condition is 2·R_r·Δ·n(a) − |Δ|² > 0, one inequality for each pair of cam angles. Ranges
-with slopes (``numerics.sloped``) bound it over a box. The pair at which one design of the box overlaps the most
-moves little from box to box: Newton's method finds it from those that are known.
+with slopes (``numerics.sloped_interval``) bound it over a box. The pair at which one design of the box overlaps the
+most moves little from box to box: Newton's method finds it from those that are known.
 
 Source of how often a curve winds and turns: M. P. do Carmo, Differential Geometry of Curves and Surfaces, ch. 5-7.
 """
@@ -145,7 +145,7 @@ def _newton_step(found: FloatArray) -> FloatArray:
 def overlap(setup: Setup, designs: Designs, start: Any, angles: FloatArray, motion: Any, other: Any) -> Any:
     """(2·R_r·Δ·n(a) − |Δ|²)·|C'(a)| in mm³/rad. Numbers, ranges or ranges with slopes.
 
-    Of a wall the designs are those ``on_side`` of it. ``start`` is the height or angle at displacement 0,
+    Of a wall the designs are those ``wall_designs`` of it. ``start`` is the height or angle at displacement 0,
     ``angles`` are (..., 2) pairs (a, b) in rad, ``motion`` is (y, y') at a and ``other`` y at b. Vectors are in
     the ground frame at a.
     """

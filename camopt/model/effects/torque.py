@@ -13,7 +13,8 @@ up to a constant, the fluctuation of energy is ΔE = max W − min W and the fly
 A follower that rubs in its guide asks for more: T = G·y' with the force G that the cam gives along the motion
 (``effects.loads``), whose work over a turn is greater by what the guide takes. It depends on the design then; its
 extremes and means are found as those of other curves (``effects.peak``, ``effects.mean``), and its fluctuation from
-panel polynomials (``effects.guided``). It is infinite where the follower jams, and none of it is known at a corner.
+panel polynomials (``effects.guided_torque``). It is infinite where the follower jams, and none of it is known at a
+corner.
 
 At a corner of the motion y' passes from one value to the other at once: T is infinite, upwards where |y'| grows,
 downwards where it falls; W is not. With masses that a train carries, what depends on energy is infinite then too.

@@ -2,8 +2,8 @@
 
 A table's load is straight between its rows, and periodic.
 
-A train brings the loads and the inertia of what it carries, tabulated. S and I of ``trains.carried`` are functions
-of the cam angle, as the motion is. On each panel their slopes, which the series of the motion give, are
+A train brings the loads and the inertia of what it carries, tabulated. S and I of ``trains.carried_load`` are
+functions of the cam angle, as the motion is. On each panel their slopes, which the series of the motion give, are
 interpolated at Chebyshev points and integrated once; how far that is from the formulas in between, and rounding, is
 the error of the table.
 """

@@ -2,7 +2,7 @@
 
 A move ends with the derivatives that it was given, or else with those that the dwell or law after it starts with.
 It starts as what is before it ends. What is not given between two moves, or is given as a range, is as for the
-least jerk of all moves that follow each other (``run``).
+least jerk of all moves that follow each other (``move_run``).
 """
 
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,7 @@
 """The forces in the joints of a train, by the statics of its bodies.
 
 What a joint and all beyond it carry asks the link before it for a force Q (a moment) against its motion, by virtual
-work (``trains.carried``); Q times a share, which the position gives, is the force in each joint of that link:
+work (``trains.carried_load``); Q times a share, which the position gives, is the force in each joint of that link:
 
     coupler b of a crank    Q·b/√(b² − S²), and S/√(b² − S²)·Q across the slide    (``trains.crank``)
     coupler of a four-bar   Q/(c·sin(δ − ψ)), δ the coupler's angle               (``trains.four_bar``)

@@ -7,8 +7,8 @@ or of other numbers, whose derivatives are those of the motion. Proofs take as e
 the numbers of its start position, which are found and rounded.
 
 A link may be made from arrays, as many linkages with a formula for all, from ranges with slopes, which enclose all
-linkages of a box (``numerics.sloped.Placed``), or from series, by what is off of it. Of linkages among them that
-cannot be put together no number is known.
+linkages of a box (``numerics.sloped_interval.LinkageInterval``), or from series, by what is off of it. Of linkages
+among them that cannot be put together no number is known.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence

@@ -130,7 +130,7 @@ class Train:
         return tuple(np.sign(joint.ratio.terms[0]) for joint in self.joints(Taylor([0.0, 1.0])))
 
     def load_at_follower(self, follower: Series, ways: Sequence[Any], loads: Mapping[int, Series]) -> FollowerLoad:
-        """What it brings to the follower (``trains.carried``)."""
+        """What it brings to the follower (``trains.carried_load``)."""
         return sum_follower_load(self.joints(follower), self.carried, ways, loads)
 
     @cached_property

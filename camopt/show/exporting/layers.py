@@ -3,7 +3,7 @@
 Follower and train are there with the tool lowest, halfway and highest. Each position is a layer of its own, named
 by its cam angle, and so is what stands still. The cam of the plan is at cam angle 0; a line from its centre, or
 along the axis of a cylinder that is developed, shows where its line of cam angle 0 is then. Links are put one
-after the other (``problem.linkage``).
+after the other (``problem.train_sketch``).
 """
 
 from collections.abc import Iterator

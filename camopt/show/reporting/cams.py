@@ -61,7 +61,7 @@ class Chapter:
 def cams_page(cams: Sequence[ShownCam], title: str = "", told: Sequence[str] = ()) -> str:
     """The page of some cams: of one with its name as title, of several side by side at one scale.
 
-    ``told`` are sentences for the head of the page.
+    ``summary`` are sentences for the head of the page.
     """
     problems = [resolve_design(shown.scene) for shown in cams]
     found = [evaluate_design(shown.scene, problem) for shown, problem in zip(cams, problems, strict=True)]

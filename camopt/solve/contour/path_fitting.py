@@ -118,7 +118,7 @@ class Fitter(NamedTuple):
 
 
 def fit_unproved_path(curve: CamCurve, kind: str, chord: float) -> "ArcPath | CubicPath":
-    """A path of a kind of ``FITS`` whose error at the angles checked is at most ``chord`` (mm)."""
+    """A path of a kind of ``FITTERS`` whose error at the angles checked is at most ``chord`` (mm)."""
     fitter = FITTERS[kind]
     return fitter.path(curve, [_stretch_angles(fitter, curve, span, chord) for span in curve.spans])
 
@@ -294,7 +294,8 @@ class FittedPath(NamedTuple):
 
 
 def fit_path(curve: CamCurve, kind: str = "arcs", chord: float = DEFAULT_CHORD) -> FittedPath:
-    """The path of a kind of ``FITS`` that is proved to be within ``chord`` mm of a curve (``check_kind``).
+    """The path of a kind of ``FITTERS`` that is proved to be within ``chord`` mm of a curve
+    (``check_path_options``).
 
     Raises
     ------
@@ -312,7 +313,7 @@ def fit_path(curve: CamCurve, kind: str = "arcs", chord: float = DEFAULT_CHORD) 
 
 
 def check_path_options(kind: str, chord: float) -> None:
-    """BadInput for what users may not ask of ``follow``: another kind, or a chord outside 1e-6 to 10 mm."""
+    """BadInput for what users may not ask of ``fit_path``: another kind, or a chord outside 1e-6 to 10 mm."""
     mistakes = []
     if kind not in FITTERS:
         mistakes.append(Mistake("camopt", "curves", kind, f"one of {', '.join(FITTERS)}"))

@@ -80,7 +80,8 @@ def base_circle_position(problem: Problem, designs: Designs) -> FloatArray:
 
 
 def base_radius_at(problem: Problem, position: float) -> float:
-    """The base radius of a cam on whose base circle the follower has a position: the inverse of ``position_of``."""
+    """The base radius of a cam on whose base circle the follower has a position: the inverse of
+    ``base_circle_position``."""
     mechanism, design = problem.setup.mechanism, problem.design
     if mechanism.trace_point is not None:
         return float(np.hypot(*mechanism.trace_point(design, position))[0] - design.roller_radius[0])

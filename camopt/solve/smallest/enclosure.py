@@ -1,8 +1,8 @@
 """Boxes of designs: the proof that a box holds no feasible design, and the part of a box that may hold one.
 
 Every feasible design holds a limit at every cam angle. The formula of the limit at one angle, run on a box together
-with its slopes by the sizes (``numerics.sloped``), bounds the excess of all designs of the box. If that is above 0,
-the box is empty; if it is above 0 at one end of a size, that end is cut off.
+with its slopes by the sizes (``numerics.sloped_interval``), bounds the excess of all designs of the box. If that is
+above 0, the box is empty; if it is above 0 at one end of a size, that end is cut off.
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 8 (interval Newton).
 """

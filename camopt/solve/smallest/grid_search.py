@@ -118,7 +118,7 @@ def largest_possible_size(problem: Problem, bounds: SizeBounds) -> float:
 
 
 def _split_blocks(points: Designs, until: float) -> Iterator[Designs]:
-    """The designs a block at a time; after ``until`` none but the first ``LOOK_BATCH``."""
+    """The designs a block at a time; after ``until`` none but the first ``GRID_BATCH``."""
     size = SMALL_BLOCK if len(points) <= UNCOMPILED_DESIGNS else GRID_BATCH
     for first in range(0, len(points), size):
         if first >= GRID_BATCH and clock_seconds() > until:

@@ -53,7 +53,7 @@ def synthesis_problem(scene: Scene, objective: Mapping[str, float] | None = None
 def problem_from_settings(
     problem: Problem, asked: SynthesisSettings, objective: Mapping[str, float] | None = None
 ) -> SynthesisProblem:
-    """As ``demand_of``, of a scene already resolved and its ``[synthesis]``."""
+    """As ``synthesis_problem``, of a scene already resolved and its ``[synthesis]``."""
     objective = objective_weights(asked) if objective is None else dict(objective)
     _check_rest(problem, asked, objective)
     _check_peaks(problem, asked)

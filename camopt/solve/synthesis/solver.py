@@ -36,7 +36,7 @@ def solve(programme: cp.Problem) -> str:
 
 
 def failure_message(status: str) -> str:
-    """A message of a solver's status, which is none of ``SOLVER_ENDS``."""
+    """A message of a solver's status, which is none of ``SOLVED_STATUSES``."""
     return f"the convex solver found no solution (it says {status.replace('_', ' ')})"
 
 

@@ -108,7 +108,7 @@ class SynthesisProblem:
     """Everything that free laws have to hold, and what they minimise.
 
     Displacements are counted from the lowest that is given, where the motion may rest there: free moves do not go
-    below it. Else they are from the lowest of the scene's own motion, at the angle ``dip``.
+    below it. Else they are from the lowest of the scene's own motion, at the angle ``lowest_angle``.
     """
 
     problem: Problem

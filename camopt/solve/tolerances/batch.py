@@ -1,9 +1,9 @@
 """A batch of cams: how far the motions of those that are made are off, and how many hold the limits.
 
-Each cam has errors of its own, drawn as ``[tolerances]`` says (``tolerances.drawn_cams``), and every number is that
-of the cam itself, not of a linear model. The errors of its motion are those of the nominal profile, cut and put
-together so (``tolerances.real_cam``); the quantities of limits are those of a cam that was designed so. The share
-that holds the limits has the interval of Clopper and Pearson, which is that of independent draws: Sobol
+Each cam has errors of its own, drawn as ``[tolerances]`` says (``tolerances.error_samples``), and every number is
+that of the cam itself, not of a linear model. The errors of its motion are those of the nominal profile, cut and
+put together so (``tolerances.real_cam``); the quantities of limits are those of a cam that was designed so. The
+share that holds the limits has the interval of Clopper and Pearson, which is that of independent draws: Sobol
 points are more even than these.
 
 How much of the variance of a quantity q a size x explains, is S = Var(E[q | x]) / Var(q), from the means of q over

@@ -1,9 +1,9 @@
 """How far the tool of any cam within the tolerances moves while it should dwell: a bound and a witness.
 
-On the arc of a dwell y is constant, so that the exact place of a follower (``mechanisms.rest``) depends on nothing
-that changes along the arc but the direction of the bore's axis in the ground, which goes on with the cam by the
-angle a from one place to another, and the profile, which may be off otherwise there. All else that is off is the
-same at both places. What a cam wobbles is the difference of both exact places,
+On the arc of a dwell y is constant, so that the exact place of a follower (``mechanisms.contact_errors``) depends
+on nothing that changes along the arc but the direction of the bore's axis in the ground, which goes on with the cam
+by the angle a from one place to another, and the profile, which may be off otherwise there. All else that is off is
+the same at both places. What a cam wobbles is the difference of both exact places,
 
     Δ = f*(y + moved₁) − f*(y + moved₂)
 

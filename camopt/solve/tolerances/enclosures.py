@@ -5,7 +5,7 @@ Where the cam touches at φ + a in place of φ, with a as small as the errors,
     y⁽ᵏ⁾(φ + a) − y⁽ᵏ⁾(φ) ∈ a·y⁽ᵏ⁺¹⁾([φ, φ + a]),    ∂/∂a = y⁽ᵏ⁺¹⁾(φ + a),    ∂/∂φ = y⁽ᵏ⁺¹⁾(φ + a) − y⁽ᵏ⁺¹⁾(φ)
 
 with the ranges of the derivatives over stretches of the turn (``numerics.stretches``). Where y'' jumps between both
-angles, that of y'' is without the jump, which ``Jumped`` has.
+angles, that of y'' is without the jump, which ``JumpRanges`` has.
 
 A contact touches at θ = φ + turned(φ). The place φ + a that it touches at the cam angle φ + b is that of which
 

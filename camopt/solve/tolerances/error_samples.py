@@ -409,7 +409,7 @@ def _normal_quantile(zone: ToleranceZone, share: FloatArray) -> FloatArray:
 
 
 def exceed_tolerances(errors: CamErrors, ends: Mapping[str, tuple[float, float]]) -> BoolArray:
-    """Whether cams have an error outside of its tolerance, by the ends of each (``touching.error_ends``)."""
+    """Whether cams have an error outside of its tolerance, by the ends of each (``touching.error_ranges``)."""
     found = np.zeros(next(iter(errors.values())).size, dtype=bool)
     for key, value in errors.items():
         low, high = ends[key]

@@ -1,8 +1,8 @@
 """Real cams: where one that is off touches with a point, and how far its tool is off then.
 
 A cam that is off touches with the point φ at θ = φ + τ, where its follower stands at y(φ) + m
-(``mechanisms.rest``). Both are series in φ, so that its velocity is (y' + m')/(1 + τ') there. With a prime for the
-derivative by φ, and d_k = y⁽ᵏ⁾(θ) − y⁽ᵏ⁾(φ), by what the motion that is asked differs, the errors are
+(``mechanisms.contact_errors``). Both are series in φ, so that its velocity is (y' + m')/(1 + τ') there. With a
+prime for the derivative by φ, and d_k = y⁽ᵏ⁾(θ) − y⁽ᵏ⁾(φ), by what the motion that is asked differs, the errors are
 
     δ = m − d₀,    δ' = (m' − τ'·y'(θ) − d₁)/(1 + τ')
     δ'' = (m'' − τ''·(y'(θ) + δ') − τ'·(2 + τ')·y''(θ) − d₂)/(1 + τ')²
@@ -101,7 +101,7 @@ class RealCam:
 
     @property
     def second_motion_sign(self) -> float:
-        """What its own motion at the second contact is to e₂ (``effects.answers.back_of``)."""
+        """What its own motion at the second contact is to e₂ (``effects.error_response.back_of``)."""
         return second_motion_sign(self.problem.setup.mechanism)
 
     @property

@@ -62,7 +62,7 @@ class Contribution(NamedTuple):
     """Of the motion to an error that may be one of a batch."""
     batch: str | None = None
     batch_means: FloatArray = np.zeros(1)
-    """What errors of the batch have in common (``draw.shared_part``)."""
+    """What errors of the batch have in common (``draw.batch_mean_errors``)."""
     beyond_zone: tuple[FloatArray, FloatArray] = (np.zeros((RESPONSE_ORDERS, 1)), np.zeros((RESPONSE_ORDERS, 1)))
     """By how much values outside of the zone are below ``lower`` and above ``upper``."""
 

@@ -2,8 +2,8 @@
 
 The exact error of a cam in displacement, velocity or acceleration, the orders 0 to 2, is one formula of its errors
 and of the point that is touched (``tolerances.real_cam``). Run on ranges with slopes, its bound over all errors is
-cut along the turn, where it is the highest (``tolerances.bound``). Of two contacts both errors are those at one cam
-angle; the place of the second one is enclosed by its own equation (``tolerances.enclosures``).
+cut along the turn, where it is the highest (``tolerances.bound_search``). Of two contacts both errors are those at
+one cam angle; the place of the second one is enclosed by its own equation (``tolerances.enclosures``).
 
 Where y'' jumps, a cam that is late has the whole jump for an error of its acceleration until it is there. Within
 reach of a jump, as far as any cam is late or early, the proof counts it with every cam: its bound is the jump and

@@ -126,13 +126,13 @@ def certify(scene: SceneSource) -> Certificate:
     rounding. Undecided is what lies so near its limit that rounding hides it: mostly some 1e-14 of the limit. It is
     not feasible.
 
-    For a disc cam ``self_crossing`` is there too: held if the profile provably crosses itself nowhere, broken
-    if it does; decided in double precision, with margins for rounding (``effects.crossing``). Decided in doubles,
-    by the enclosures of their quantities, are also limits on means and other integrals over the turn, on
-    derivatives of the motion, on errors by tolerances in dwells, and on others where no curve tells them (of two
-    contacts, through a train of a changing ratio or with links that are off), on the jump speed, the preload and
-    the spring rate that are required, the half-width of a contact, the fluctuation of energy, and quantities of the
-    scene's own. Limits on Python functions, and on expressions of where something is, stay undecided.
+    For a disc cam ``self_crossing`` is there too: held if the profile provably crosses itself nowhere, broken if it
+    does; decided in double precision, with margins for rounding (``effects.self_crossing``). Decided in doubles, by
+    the enclosures of their quantities, are also limits on means and other integrals over the turn, on derivatives
+    of the motion, on errors by tolerances in dwells, and on others where no curve tells them (of two contacts,
+    through a train of a changing ratio or with links that are off), on the jump speed, the preload and the spring
+    rate that are required, the half-width of a contact, the fluctuation of energy, and quantities of the scene's
+    own. Limits on Python functions, and on expressions of where something is, stay undecided.
 
     Where moves are asked for anything, ``conditions`` is there: held if they meet it all, to a millionth of the
     largest displacement and velocity, a hundred-thousandth of the acceleration and a thousandth of the jerk.

@@ -2,10 +2,10 @@
 once.
 
 The cam angle is one more variable of the box: over a part of a panel the motion is a range whose slopes by the cam
-angle are its own derivatives. The formula of a constraint, run on both with slopes (``numerics.sloped``), bounds
-its excess over the part. A part that surely holds it is done with; one point that surely breaks it is a witness;
-what is neither is cut, across the variable that changes the excess the most. Where the excess surely rises or falls
-with a variable, only that end of it is left.
+angle are its own derivatives. The formula of a constraint, run on both with slopes (``numerics.sloped_interval``),
+bounds its excess over the part. A part that surely holds it is done with; one point that surely breaks it is a
+witness; what is neither is cut, across the variable that changes the excess the most. Where the excess surely rises
+or falls with a variable, only that end of it is left.
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11 (monotonicity test).
 """

@@ -1,9 +1,9 @@
 """The motion of followers over boxes of trains: at a cam angle the tool is where it is asked, whatever the train.
 
-The formulas of the links, run on ranges with slopes (``numerics.sloped.Placed``), take the tool's position and its
-derivatives there to the follower's, y = f⁻¹(z), for all trains of a box, as they do for one. So a limit on a curve
-of the cam bounds the excess of all cams with all trains of a box (``enclosure``). Run on arrays, they give the
-motions of single trains.
+The formulas of the links, run on ranges with slopes (``numerics.sloped_interval.LinkageInterval``), take the tool's
+position and its derivatives there to the follower's, y = f⁻¹(z), for all trains of a box, as they do for one. So a
+limit on a curve of the cam bounds the excess of all cams with all trains of a box (``enclosure``). Run on arrays,
+they give the motions of single trains.
 """
 
 from collections.abc import Callable, Sequence

@@ -281,7 +281,7 @@ def filter_by_pitch(candidates: Candidates, wanted: frozenset[str], later: tuple
 
 
 def filter_beyond_pitch(candidates: Candidates, wanted: frozenset[str]) -> FilteredRows:
-    """As ``screened``, of designs of which everything is known that their pitch curves decide."""
+    """As ``filter_designs``, of designs of which everything is known that their pitch curves decide."""
     candidates = candidates.drop_refuted(candidates.pending_constraints)
     run = with_effect if candidates.problem.setup.mechanism.profile else with_values_beyond_pitch
     for effect, names in candidates.plan(wanted):

@@ -3,7 +3,7 @@
 
 A limit on what sizes decide is one on a range. One without constraints, as on the mass, stays undecided where no
 design of the box is known that breaks it. A profile crosses itself nowhere, and of a pair neither does, if its
-largest pressure angle of all designs of the box shows it (``effects.crossing.round_bodies``).
+largest pressure angle of all designs of the box shows it (``effects.self_crossing.round_radius_limit``).
 """
 
 from dataclasses import replace

@@ -3,7 +3,7 @@
 On each panel the motion has a range, and the formula of the curve, on it and on the box, one too: the mean of
 these over the turn encloses that of every design of the box, and the mean of their slopes its slopes. At one design
 of each box it is far better known (``effects.mean_columns``); with the slopes, that narrows the range
-(``numerics.sloped``).
+(``numerics.sloped_interval``).
 """
 
 from typing import Any

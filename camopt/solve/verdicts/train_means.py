@@ -2,9 +2,9 @@
 
 Over a part of the turn the formula of the curve has a range, and slopes by each number, for all followers of a box
 of trains (``verdicts.train_boxes``): the mean of these over the turn is that of the box. At one cam of the box it
-is far better known, by Gauss's rule on each part; with the slopes, that narrows the range (``numerics.sloped``).
-Where the mean surely rises or falls with a number, only that end of it is left. What slopes are too wide by falls
-with the width of the parts, so that these are cut where they do not tell.
+is far better known, by Gauss's rule on each part; with the slopes, that narrows the range
+(``numerics.sloped_interval``). Where the mean surely rises or falls with a number, only that end of it is left.
+What slopes are too wide by falls with the width of the parts, so that these are cut where they do not tell.
 """
 
 from dataclasses import dataclass

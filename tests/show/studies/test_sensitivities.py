@@ -96,7 +96,7 @@ def test_what_is_infinite_has_no_derivative():
 
 
 def test_peaks_change_as_their_curves_do_at_their_cam_angles(found):
-    """The envelope theorem, with slopes by the chain rule (``numerics.sloped``)."""
+    """The envelope theorem, with slopes by the chain rule (``numerics.sloped_interval``)."""
     problem = at_rounding_error(resolve_design(found.scene))
     keys = [*dict.fromkeys(key for _, key in found)]
     numbers = {key: problem.setup.given[key] for key in keys if key in NUMBER_COLUMNS}

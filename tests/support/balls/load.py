@@ -48,7 +48,7 @@ class ThroughTrain:
     """Which way the follower moves there, where that is known."""
 
     def series(self, x: arb, angle: arb, follower: arb_series) -> list[arb_series]:
-        """S and I (``trains.carried``) about x as series by the cam angle, from that of the displacement."""
+        """S and I (``trains.carried_load``) about x as series by the cam angle, from that of the displacement."""
         loads = {joint: line.series(x, angle, follower)[0] for joint, line in self.loads}
         way = follower[1].sgn() if self.way is None else self.way
         return list(self.load.follower_load(self.train, follower + self.zero, way, loads))

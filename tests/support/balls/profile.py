@@ -1,4 +1,4 @@
-"""The motion on the arcs and lines of a profile in balls: the formulas of ``motion.contact``, run on balls.
+"""The motion on the arcs and lines of a profile in balls: the formulas of ``motion.profile_contact``, run on balls.
 
 What a law is made from, the centres of arcs found and rounded among it, is taken as exact.
 """

@@ -1,7 +1,7 @@
 """Verdicts in balls: whether a design holds its limits at every cam angle; ``camopt.certify`` has intervals.
 
-A limit is a constraint that a curve stays below a bound, which ``deciding`` decides. The formulas are those of the
-mechanisms, run on balls; the laws are exact (``laws``).
+A limit is a constraint that a curve stays below a bound, which ``deciding`` decides. The formulas are those of
+the mechanisms, run on balls; the laws are exact (``laws``).
 """
 
 from collections.abc import Iterable, Iterator
