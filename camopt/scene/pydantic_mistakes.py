@@ -17,6 +17,10 @@ LOCATION_TAGS = (
 )  # parts of a location in pydantic's errors, no keys
 
 
+KNOWN_TABLES: dict[str, type[BaseModel]] = {}
+"""Every table by its place in a scene: the module of ``Scene`` fills it."""
+
+
 def mistakes_from_pydantic(
     error: ValidationError, model: type[BaseModel], prefix: str, file: str = "scene"
 ) -> list[Mistake]:
@@ -93,8 +97,6 @@ def _only_key(name: str) -> str | None:
 
     Not of what searches, nor of stages of a train, which have the follower's names again.
     """
-    from camopt.scene.schema import SCENE_TABLES  # noqa: PLC0415  the schema imports the scene
-
-    tables = [place for place in SCENE_TABLES if place.split(".")[0] not in ("", "search", "synthesis", "train")]
-    keys = [f"{place}.{name}" for place in tables if name in SCENE_TABLES[place].model_fields]
+    tables = [place for place in KNOWN_TABLES if place.split(".")[0] not in ("", "search", "synthesis", "train")]
+    keys = [f"{place}.{name}" for place in tables if name in KNOWN_TABLES[place].model_fields]
     return keys[0] if len(keys) == 1 else None

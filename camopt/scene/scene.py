@@ -37,7 +37,7 @@ from camopt.scene.own_laws import own_law_tables, read_law_files, with_camopt_na
 from camopt.scene.own_quantities import QuantityExpression, check_limit_keys, read_own_quantities
 from camopt.scene.part import Part, complete_part
 from camopt.scene.profile import read_profile
-from camopt.scene.pydantic_mistakes import mistakes_from_pydantic
+from camopt.scene.pydantic_mistakes import KNOWN_TABLES, mistakes_from_pydantic
 from camopt.scene.search import Search, nest_dotted_keys
 from camopt.scene.sources import shipped_scenes, shipped_toml
 from camopt.scene.speed import CRANK_SPEED_KEY, read_speed
@@ -504,6 +504,9 @@ class Scene(HasHtml, Drawable, SceneTable):
         for key, value in values.items():
             scene = _with_value(scene, key.split("."), value)
         return scene
+
+
+KNOWN_TABLES.update(tables_by_place(Scene))  # messages about unknown keys name the table that has them
 
 
 def _make_changes(data: dict[str, Any], changes: Mapping[str, Any], file: str) -> list[Mistake]:

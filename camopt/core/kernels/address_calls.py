@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import Any
 
 from camopt.core.kernels.arguments import ADDRESS, NONE, Code
-from camopt.core.kernels.compile import called_by_kernels
+from camopt.core.kernels.marks import called_by_kernels
 
 
 def address_of_values(values):

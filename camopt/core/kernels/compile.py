@@ -1,7 +1,7 @@
-"""Marks for the parts of kernels, and the rule when a kernel is compiled.
+"""Kernels, and the rule when a kernel is compiled.
 
-Everything here runs without numba: what is marked runs as it is written, with the same bits. A kernel for many
-designs is compiled, in this process, once per machine, when its uncompiled runs would take longer than that.
+A kernel for many designs is compiled, in this process, once per machine, when its uncompiled runs would take longer
+than that.
 
 Both are known as work, not as seconds of the clock: on a busy machine the same is compiled as on an idle one. The
 unit of work is the value of a simple curve at one cam angle of one design, evaluated by numpy among many: about
@@ -14,57 +14,27 @@ import sys
 from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cached_property, partial, update_wrapper, wraps
-from threading import RLock, local
-from typing import TYPE_CHECKING, Any, TypeVar
+from functools import partial
+from threading import local
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from camopt.core.kernels.arguments import Record, kind_of
 from camopt.core.kernels.compile_clock import READY_KERNELS
+from camopt.core.kernels.marks import COMPILE_LOCK, KernelPart, Kinds
 
 if TYPE_CHECKING:
     from camopt.core.kernels.kernel_cache import KernelFile
     from camopt.core.kernels.machine_code import MachineCode, ObjectCode
 
-ValueClass = TypeVar("ValueClass")
-Kinds = tuple[Any, ...]
-"""The types of a kernel's arguments."""
 
 FORMULA_CALL_WORK = 8_000  # work: the calls of numpy that evaluate a simple curve, for however few values
 COMPILATION = 25e6  # work done uncompiled in the time in which a small kernel is compiled
 CURVE_SHARE = 0.7  # of that: each curve of which a curve is made
 NUMBA_SHARE = 2.0  # of that: the import of numba
 LOADING = 1e6  # work done in the time in which llvmlite is imported, which loads machine code
-NEVER_COMPILE = os.environ.get("NUMBA_DISABLE_JIT", "0") not in (
-    "",
-    "0",
-)  # whether everything runs as it is written
-COMPILE_LOCK = RLock()
-
-
-class KernelPart:
-    """A function that is compiled into kernels; called from Python it runs as plain Python."""
-
-    def __init__(self, function: Callable[..., Any], *, inline: bool = False) -> None:
-        update_wrapper(self, function)
-        self.py_func, self.inline = function, inline
-        self.in_python = function
-
-    def __call__(self, *arguments: Any) -> Any:
-        return self.in_python(*arguments)
-
-    def array_version(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        """Mark the version of the function for arrays, which runs in its place where it is not compiled."""
-        self.in_python = function
-        return function
-
-    @cached_property
-    def dispatcher(self) -> Any:
-        """The dispatcher of numba that compiles it."""
-        from camopt.core.kernels.dispatchers import dispatcher_of
-
-        return dispatcher_of(self)
+NEVER_COMPILE = os.environ.get("NUMBA_DISABLE_JIT", "0") not in {"", "0"}  # everything runs as it is written
 
 
 class Kernel(KernelPart):
@@ -72,6 +42,8 @@ class Kernel(KernelPart):
 
     ``size`` says how many times as long as a small kernel it takes to compile.
     """
+
+    is_kernel = True
 
     def __init__(self, function: Callable[..., Any], *, size: float = 1.0) -> None:
         super().__init__(function)
@@ -212,14 +184,6 @@ def curves_in(kind: Any) -> int:
     return 1 + sum(curves_in(each) for each in fields if isinstance(each, Record))
 
 
-def inline_in_kernels(function: Callable[..., Any]) -> Any:
-    """Compile a function into each kernel that calls it: a call left standing would keep a loop out of vectors."""
-    return KernelPart(function, inline=True)
-
-
-called_by_kernels: Callable[..., Any] = KernelPart
-"""Compile a function that kernels call, but not for each number."""
-
 compiled: Callable[..., Any] = Kernel
 """Compile a kernel with numba, cached on disk."""
 
@@ -227,41 +191,3 @@ compiled: Callable[..., Any] = Kernel
 def compiled_for_many(*, work: float) -> Callable[..., Any]:
     """As ``compiled``, once that pays; ``work`` is the least of an uncompiled run for each number that it fills."""
     return partial(KernelForMany, work=work)
-
-
-VALUE_TYPES: list[tuple[type, tuple[str, ...]]] = []
-"""What numba is still to be told: classes that are value types inside kernels, and the fields they are made of."""
-
-CHOICES: list[tuple[Callable[..., Any], Callable[..., Any]]] = []
-"""And functions for which kernels take others by the types of the arguments: the function, and what chooses."""
-
-
-def value_type(*fields: str) -> Callable[[type[ValueClass]], type[ValueClass]]:
-    """Mark a class whose objects are numbers with names; in kernels each number is in a register."""
-
-    def register(owner: type[ValueClass]) -> type[ValueClass]:
-        VALUE_TYPES.append((owner, fields))
-        return owner
-
-    return register
-
-
-def chosen_by_type(function: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Mark a chooser of the function that kernels call in place of another one; it may return None.
-
-    It takes the classes of the arguments, under the same names: a value type, a NamedTuple, ``tuple`` for any other
-    tuple, ``NoneType``, or ``float`` for all the rest.
-    """
-
-    def register(choose: Callable[..., Any]) -> Callable[..., Any]:
-        CHOICES.append((function, choose))
-        return choose
-
-    return register
-
-
-def overload_in_kernels(function: Callable[..., Any]) -> Any:
-    """Compile a function into each kernel that calls it, as ``inline_in_kernels``; plain Python calls it without a
-    detour."""
-    chosen_by_type(function)(wraps(function)(lambda *kinds: function))
-    return function

@@ -8,8 +8,8 @@ from typing import Any
 
 from llvmlite import binding
 
-from camopt.core.kernels.compile import COMPILE_LOCK, Kernel, KernelPart, Kinds
 from camopt.core.kernels.compile_clock import COMPILE_CLOCK
+from camopt.core.kernels.marks import COMPILE_LOCK, KernelPart, Kinds
 from camopt.core.mistakes import BadInput, Mistake
 
 try:
@@ -71,9 +71,7 @@ def dispatcher_of(part: KernelPart) -> Any:
     """What numba compiles a function by: one for each, whatever threads ask for it, and whole before any has it."""
     with COMPILE_LOCK:
         if "dispatcher" not in vars(part):
-            options = (
-                UNWRAPPED_OPTIONS if isinstance(part, Kernel) else INLINE_OPTIONS if part.inline else LINKED_OPTIONS
-            )
+            options = UNWRAPPED_OPTIONS if part.is_kernel else INLINE_OPTIONS if part.inline else LINKED_OPTIONS
             made: Any = numba.njit(**options, **FLAGS)(part.py_func)
             made.__class__ = Dispatcher
             made.part = part
@@ -81,7 +79,10 @@ def dispatcher_of(part: KernelPart) -> Any:
         return vars(part)["dispatcher"]
 
 
-def object_code(kernel: Kernel, kinds: Kinds) -> ObjectCode:
+KernelPart.make_dispatcher = staticmethod(dispatcher_of)
+
+
+def object_code(kernel: KernelPart, kinds: Kinds) -> ObjectCode:
     """A kernel, compiled for arguments of some types."""
     signature = numba_type(NONE)(*map(numba_type, kinds))
     with _without_garbage_collection():

@@ -25,7 +25,7 @@ from numba.extending import (
 
 from camopt.core.kernels.address_calls import address_of_values, call, function_address
 from camopt.core.kernels.arguments import Code, Record
-from camopt.core.kernels.compile import CHOICES, VALUE_TYPES, KernelPart
+from camopt.core.kernels.marks import CHOICES, VALUE_TYPES, KernelPart
 
 
 class PartLibrary(JITCodeLibrary):

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.core.kernels.address_calls import call
-from camopt.core.kernels.compile import called_by_kernels, inline_in_kernels
+from camopt.core.kernels.marks import called_by_kernels, inline_in_kernels
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.core.numerics.jet import larger, select, smaller
 from camopt.core.numerics.workspace import (

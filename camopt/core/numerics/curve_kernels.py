@@ -16,7 +16,8 @@ import numpy as np
 
 from camopt.core.kernels.address_calls import called_by_address, function_address
 from camopt.core.kernels.arguments import ADDRESS, COUNT, NONE, NUMBER, Record
-from camopt.core.kernels.compile import PLAIN_RUN, inline_in_kernels
+from camopt.core.kernels.compile import PLAIN_RUN
+from camopt.core.kernels.marks import inline_in_kernels
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.curves import value_and_slope, value_of
 from camopt.core.numerics.jet import known_bound

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from camopt.core.kernels.compile import chosen_by_type, inline_in_kernels, overload_in_kernels
+from camopt.core.kernels.marks import chosen_by_type, inline_in_kernels, overload_in_kernels
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.dual import constant_like, dual_from_pair, dual_state, single_state
 from camopt.core.numerics.state import State

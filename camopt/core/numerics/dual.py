@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.kernels.compile import chosen_by_type, overload_in_kernels
+from camopt.core.kernels.marks import chosen_by_type, overload_in_kernels
 from camopt.core.numerics.jet import Jet, to_power
 from camopt.core.numerics.number_type import OTHER, OWN, OperationRules, give_rules
 from camopt.core.numerics.state import Load, State, TrainForces

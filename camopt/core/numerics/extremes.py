@@ -21,7 +21,8 @@ import numpy as np
 
 from camopt.core.kernels.address_calls import AddressedKernel, address_of_values, call
 from camopt.core.kernels.arguments import COUNT, NUMBER, ArgumentKind, Record, pin_arrays
-from camopt.core.kernels.compile import called_by_kernels, compiled, compiled_for_many, inline_in_kernels
+from camopt.core.kernels.compile import compiled, compiled_for_many
+from camopt.core.kernels.marks import called_by_kernels, inline_in_kernels
 from camopt.core.numerics import LEAST, UNIT_ROUNDOFF, FloatArray
 from camopt.core.numerics.climbing import PeakQuery, allowed_gain, orient, sign_range
 from camopt.core.numerics.curve_kernels import EVALUATOR_RECORD, evaluator

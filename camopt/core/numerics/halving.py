@@ -3,7 +3,7 @@
 import numpy as np
 
 from camopt.core.kernels.address_calls import call
-from camopt.core.kernels.compile import called_by_kernels, inline_in_kernels
+from camopt.core.kernels.marks import called_by_kernels, inline_in_kernels
 from camopt.core.numerics.climbing import ClimbGoal, PanelPartEnds, allowed_gain, climb
 from camopt.core.numerics.jet import known_bound, larger, select, smaller
 from camopt.core.numerics.workspace import DEPTH

@@ -19,7 +19,7 @@ import operator
 
 import numpy as np
 
-from camopt.core.kernels.compile import chosen_by_type, overload_in_kernels, value_type
+from camopt.core.kernels.marks import chosen_by_type, overload_in_kernels, value_type
 from camopt.core.numerics import INPUT_ROUNDOFF, UNIT_ROUNDOFF
 from camopt.core.numerics.number_type import OTHER, OWN, OperationRules, give_rules
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.core.kernels.compile import chosen_by_type, inline_in_kernels
+from camopt.core.kernels.marks import chosen_by_type, inline_in_kernels
 from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray, IndexArray, IntArray
 from camopt.core.numerics.jet import Jet
 from camopt.core.numerics.panels import derivatives, jets_over_part, jets_over_row

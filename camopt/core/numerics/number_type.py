@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.kernels.compile import chosen_by_type
+from camopt.core.kernels.marks import chosen_by_type
 
 OWN, OTHER = True, False
 OWN_PAIR = (OWN, OWN)

@@ -8,7 +8,7 @@ settles nothing is halved once for all designs, and its halves, if need be, for 
 import numpy as np
 
 from camopt.core.kernels.address_calls import call
-from camopt.core.kernels.compile import called_by_kernels, inline_in_kernels
+from camopt.core.kernels.marks import called_by_kernels, inline_in_kernels
 from camopt.core.numerics.climbing import PanelPartEnds, allowed_gain, begin_climb, climb_all
 from camopt.core.numerics.halving import (
     CLIMBS,

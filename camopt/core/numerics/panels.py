@@ -7,7 +7,7 @@ P panels and groups of them, ``low``, ``high`` and ``error`` of y and four deriv
 
 import numpy as np
 
-from camopt.core.kernels.compile import overload_in_kernels
+from camopt.core.kernels.marks import overload_in_kernels
 from camopt.core.numerics.jet import Jet, smaller
 
 TABLE_DEGREE = 12  # truncation of the trigonometric laws is then below rounding, in the jerk too

@@ -16,7 +16,7 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from camopt.core.kernels.arguments import COUNT, NUMBER, ArgumentKind, Record
-from camopt.core.kernels.compile import inline_in_kernels
+from camopt.core.kernels.marks import inline_in_kernels
 from camopt.core.numerics import BISECTIONS, UNIT_ROUNDOFF, FloatArray, IndexArray, IntArray
 from camopt.core.numerics.load_tables import (
     LoadTable,

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.kernels.compile import chosen_by_type, inline_in_kernels
+from camopt.core.kernels.marks import chosen_by_type, inline_in_kernels
 from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray
 from camopt.core.numerics.dual import Dual
 from camopt.core.numerics.interval import Interval, widen

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.kernels.compile import compiled, inline_in_kernels
+from camopt.core.kernels.compile import compiled
+from camopt.core.kernels.marks import inline_in_kernels
 from camopt.core.numerics import LEAST
 from camopt.core.numerics.climbing import orient
 from camopt.core.numerics.curve_kernels import fill_node_values

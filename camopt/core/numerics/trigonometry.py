@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.kernels.compile import chosen_by_type, overload_in_kernels
+from camopt.core.kernels.marks import chosen_by_type, overload_in_kernels
 from camopt.core.numerics.dual import Dual
 from camopt.core.numerics.jet import Jet, cosine, sine
 

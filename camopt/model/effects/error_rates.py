@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.kernels.compile import inline_in_kernels
+from camopt.core.kernels.marks import inline_in_kernels
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.curves import curve_derivatives, pair_formula, rotated_derivatives, value_and_slope
 from camopt.model.effects.effect import Setup

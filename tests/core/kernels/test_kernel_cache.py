@@ -240,6 +240,7 @@ def test_a_command_survives_a_torn_cache(tmp_path):
 # ------------------------------------------------------------------------ what the folder's name depends on
 
 MESSAGES = "camopt.core.mistakes"  # reaches no kernel
+MARKING = {"camopt.core.kernels.compile", "camopt.core.kernels.marks"}
 
 
 def modules_of(path):
@@ -249,7 +250,7 @@ def modules_of(path):
         found = [node.module] if isinstance(node, ast.ImportFrom) else []
         found += [f"{node.module}.{alias.name}" for alias in node.names] if isinstance(node, ast.ImportFrom) else []
         found += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-        compiler |= any(name.split(".")[0] == "numba" or name == "camopt.core.kernels.compile" for name in found)
+        compiler |= any(name.split(".")[0] == "numba" or name in MARKING for name in found)
         names |= {name for name in found if name.startswith("camopt")}
     return names, compiler
 

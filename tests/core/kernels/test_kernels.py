@@ -26,13 +26,12 @@ from camopt.core.kernels.compile import (
     FORMULA_CALL_WORK,
     PLAIN_RUN,
     KernelForMany,
-    called_by_kernels,
     compiled,
     compiled_for_many,
     curves_in,
-    inline_in_kernels,
 )
 from camopt.core.kernels.kernel_cache import KernelFile
+from camopt.core.kernels.marks import called_by_kernels, inline_in_kernels
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, workspace
 from camopt.core.numerics.extremes import SEARCH_WORK, search_all, search_curve
 from camopt.core.numerics.jet import Jet, power
