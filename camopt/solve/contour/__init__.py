@@ -1,1 +1,5 @@
-"""The cam's curves as lines, arcs and cubics for machines and other programs, with their proved deviations."""
+"""The cam's curves as paths of lines, arcs or cubics, each with a proved deviation.
+
+``curve.py`` has the exact curves, ``path.py`` the paths, ``path_fitting.py`` fits them, ``deviation.py`` proves
+them.
+"""

@@ -1,16 +1,19 @@
-"""A proved bound of the distance between a path and the curve of the cam that it follows.
+"""A proved bound of the distance between a path and the cam curve that it follows.
 
-Over a short stretch of the turn the curve is p(t) = p₀ + p₁·t + p₂·t² + [p₃]·t³ about its middle, with a remainder
-in intervals that no point leaves. In a frame at the start of an arc of curvature κ, along its tangent (u) and its
-normal (v), its circle is where
+Over a short stretch of the turn the curve is p(t) = p₀ + p₁·t + p₂·t² + [p₃]·t³ about the middle. The interval [p₃]
+contains the remainder of every point. Take a frame at the start of an arc of curvature κ, with u along the tangent
+and v along the normal. The circle of the arc is the zero set of
 
     F = v − κ/2·(u² + v²)
 
-is zero, and a point is 2|F|/(1 + √(1 − 2κF)) off it. So F over the stretch, again by its series, bounds how far the
-curve is off the circle. While the rate M = u'·(1 − κv) + v'·κu is above 0 the curve moves on along the arc; where
-it starts and ends beside the ends of the arc, each point of the curve is beside one of the arc, and each of the arc
-beside one of the curve. A part where M may be below 0 counts with its length. A cubic is compared with the curve at
-the same share of the stretch.
+and the distance of a point from the circle is 2|F|/(1 + √(1 − 2κF)). A bound of F over the stretch, from its
+series, therefore bounds the distance of the curve from the circle.
+
+While the rate M = u'·(1 − κv) + v'·κu is above 0, the curve advances along the arc. If it also starts and ends
+beside the ends of the arc, every point of the curve lies beside a point of the arc, and every point of the arc
+beside a point of the curve. A part on which M may be negative adds its length to the bound.
+
+A cubic is compared with the curve at the same share of the stretch.
 
 Source: Moore, Kearfott and Cloud, Introduction to Interval Analysis, ch. 6 and 9 (Taylor forms).
 """
@@ -25,41 +28,41 @@ from camopt.core.numerics.taylor import Taylor
 from camopt.solve.contour.curve import CamCurve, Expansion
 from camopt.solve.contour.path import ArcPath, CubicPath
 
-FIRST_PART_COUNT, MOST_PART_COUNT = 2, 1024  # of an element
-HALVING_GAIN = 0.95  # of a bound: what halving leaves, if the bound is further from the truth than that
-ROUNDING_SHARE = 1e-12  # of the largest coordinate: what rounding may hide, many times over
+FIRST_PART_COUNT, MOST_PART_COUNT = 2, 1024  # parts of an element
+HALVING_GAIN = 0.95  # an element is halved again while halving reduces its bound at least by this factor
+ROUNDING_SHARE = 1e-12  # of the largest coordinate: many times the largest rounding error
 
 
 def deviation_bound(curve: CamCurve, path: ArcPath | CubicPath, wanted: float = 0.0) -> float:
-    """A bound, mm, of the distance of each point of a curve from its path, and of each of the path from the curve.
+    """Upper bound of the distance between a curve and its path [mm], from each point of one to the other.
 
-    Stretches are divided until the bound is at most ``wanted`` mm, as far as that helps.
+    Elements are divided until the bound is at most ``wanted`` (mm), or until dividing no longer helps.
     """
-    each, parts = _element_bounds(curve, path, np.arange(len(path)), FIRST_PART_COUNT), FIRST_PART_COUNT
-    wide = np.flatnonzero(~(each <= wanted))
+    bounds, parts = _element_bounds(curve, path, np.arange(len(path)), FIRST_PART_COUNT), FIRST_PART_COUNT
+    wide = np.flatnonzero(~(bounds <= wanted))
     while parts < MOST_PART_COUNT and wide.size:
         parts *= 2
-        before, after = each[wide], _element_bounds(curve, path, wide, parts)
-        each[wide] = np.fmin(before, after)
+        before, after = bounds[wide], _element_bounds(curve, path, wide, parts)
+        bounds[wide] = np.fmin(before, after)
         wide = wide[~(after <= wanted) & ~(after > HALVING_GAIN * before)]
-    return float(each.max())
+    return float(bounds.max())
 
 
 def _element_bounds(curve: CamCurve, path: ArcPath | CubicPath, index: np.ndarray, parts: int) -> FloatArray:
-    """A bound for each element, from so many parts of it."""
+    """A bound for each element of ``index`` [mm], which is divided into so many parts."""
     starts, ends = path.angles[index].T
     edges = starts[:, None] + (ends - starts)[:, None] * np.linspace(0.0, 1.0, parts + 1)
     spans = [curve.spans[path.spans[element]] for element in np.repeat(index, parts)]
     expansion = curve.expansion(spans, edges[:, :-1].ravel(), edges[:, 1:].ravel())
-    off = _arc_bounds if isinstance(path, ArcPath) else _cubic_bounds
-    found = off(path, index, expansion, parts)  # type: ignore[arg-type]
+    bound = _arc_bounds if isinstance(path, ArcPath) else _cubic_bounds
+    distances = bound(path, index, expansion, parts)  # type: ignore[arg-type]
     size = np.abs(path.vertices if isinstance(path, ArcPath) else path.controls).max()
-    return np.asarray(found + ROUNDING_SHARE * size)
+    return np.asarray(distances + ROUNDING_SHARE * size)
 
 
 def _arc_bounds(path: ArcPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
-    each = np.repeat(index, parts)
-    tangent, curvature, first = path.tangents[0][each], path.curvatures[each], path.vertices[each]
+    arc = np.repeat(index, parts)
+    tangent, curvature, first = path.tangents[0][arc], path.curvatures[arc], path.vertices[arc]
 
     def arc_coordinates(x: Taylor, y: Taylor) -> tuple[Taylor, Taylor]:
         x, y = x - first.real, y - first.imag
@@ -85,22 +88,22 @@ def _arc_bounds(path: ArcPath, index: np.ndarray, curve: Expansion, parts: int) 
 
 
 def _end_distances(path: ArcPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
-    """How far along an arc the curve starts and ends away from the arc's own ends."""
-    found = np.zeros(index.size)
-    for at, sign, tangents, vertices in (
+    """Distance along each arc between its ends and those of the curve [mm]; the larger of the two ends."""
+    distances = np.zeros(index.size)
+    for part, sign, tangents, vertices in (
         (0, -1.0, path.tangents[0], path.vertices[:-1]),
         (-1, 1.0, path.tangents[1], path.vertices[1:]),
     ):
         x, y = (
-            _cubic_value(terms, sign * curve.half_widths).reshape(-1, parts)[:, at] for terms in curve.at_middles
+            _cubic_value(terms, sign * curve.half_widths).reshape(-1, parts)[:, part] for terms in curve.at_middles
         )
         local = (x + 1j * y - vertices[index]) * tangents[index].conjugate()
-        found = np.maximum(found, np.abs(local.real / (1.0 - path.curvatures[index] * local.imag)))
-    return found
+        distances = np.maximum(distances, np.abs(local.real / (1.0 - path.curvatures[index] * local.imag)))
+    return distances
 
 
 def _cubic_bounds(path: CubicPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
-    """From the difference of the curve and the cubic c₀ + c₁·s + c₂·s² + c₃·s³, both by the cam angle."""
+    """Bounds of the difference between the curve and the cubic c₀ + c₁·s + c₂·s² + c₃·s³ at equal cam angles."""
     p0, p1, p2, p3 = path.controls[np.repeat(index, parts)].T
     starts, ends = path.angles[index].T
     middles = np.tile((np.arange(parts) + 0.5) / parts, index.size)
@@ -108,12 +111,13 @@ def _cubic_bounds(path: CubicPath, index: np.ndarray, curve: Expansion, parts: i
     cubic = share * (p3 - 3.0 * p2 + 3.0 * p1 - p0) + 3.0 * (p0 - 2.0 * p1 + p2)
     cubic = (cubic * share + 3.0 * (p1 - p0)) * share + p0
     across, up = (Taylor([part(term) for term in cubic.terms]) for part in (np.real, np.imag))
-    off = np.hypot(_magnitude_bound(curve, lambda x, y: x - across), _magnitude_bound(curve, lambda x, y: y - up))
-    return np.asarray(off.reshape(-1, parts).max(axis=1))
+    bounds = np.hypot(
+        _magnitude_bound(curve, lambda x, y: x - across), _magnitude_bound(curve, lambda x, y: y - up)
+    )
+    return np.asarray(bounds.reshape(-1, parts).max(axis=1))
 
 
 def _without_last_term(series: Taylor) -> Taylor:
-    """The series without its last term."""
     return Taylor(series.terms[:-1])
 
 
@@ -123,7 +127,7 @@ def _cubic_value(series: Taylor, t: FloatArray) -> FloatArray:
 
 
 def _magnitude_bound(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylor]) -> FloatArray:
-    """A bound of |formula| over each stretch: of the polynomial about its middle, plus the remainder."""
+    """Upper bound of |formula| over each stretch: the largest |polynomial| plus the remainder."""
     a0, a1, a2 = formula(*curve.at_middles).terms[:3]
     r = curve.half_widths
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -133,13 +137,13 @@ def _magnitude_bound(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylo
 
 
 def _lower_bound(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylor]) -> FloatArray:
-    """A lower bound of a formula over each stretch, from its value, its slope and the second-order remainder."""
+    """Lower bound of a formula over each stretch, from its value and slope at the middle and the remainder."""
     a0, a1 = formula(*curve.at_middles).terms[:2]
     rest = as_interval(formula(*curve.over_stretches).terms[2]).largest_magnitude
     return np.asarray(a0 - np.abs(a1) * curve.half_widths - rest * curve.half_widths**2)
 
 
 def _length_bound(curve: Expansion) -> FloatArray:
-    """A bound of the length of the curve on each stretch, mm."""
+    """Upper bound of the length of the curve on each stretch [mm]."""
     x, y = (as_interval(series.terms[1]).largest_magnitude for series in curve.over_stretches)
     return np.asarray(2.0 * curve.half_widths * np.hypot(x, y))

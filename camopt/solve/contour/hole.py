@@ -1,4 +1,4 @@
-"""The hole for the shaft: a bore and its keyway, in mm in the cam's own frame."""
+"""The hole for the shaft: a bore with a keyway, in the cam's frame [mm]."""
 
 from math import asin, pi, radians, tan
 
@@ -11,7 +11,10 @@ from camopt.solve.contour.path import ArcPath
 
 
 def keyway_corners(part: Part, turn: float) -> ComplexArray:
-    """The corners of a keyway in a direction (rad), from the right one of its mouth, seen from the axis."""
+    """Four corners of a keyway that points in the direction ``turn`` (rad) [mm].
+
+    Anticlockwise, from the corner at the mouth that lies to the right as seen from the axis.
+    """
     half, bottom = (part.keyway_width or 0.0) / 2, (part.bore or 0.0) / 2 + (part.keyway_depth or 0.0)
     mouth = difference_of_squares_root((part.bore or 0.0) / 2, half)
     corners = np.array([complex(mouth, -half), complex(bottom, -half), complex(bottom, half), complex(mouth, half)])
@@ -19,12 +22,12 @@ def keyway_corners(part: Part, turn: float) -> ComplexArray:
 
 
 def keyway_turn(part: Part) -> float:
-    """The direction of the middle of the keyway, rad; towards the follower if there is no keyway."""
+    """Direction of the middle of the keyway [rad]; towards the follower where the scene gives none."""
     return radians(TOWARDS_FOLLOWER if part.keyway_angle is None else part.keyway_angle)
 
 
 def bore_with_keyway(part: Part) -> ArcPath:
-    """The bore of a part that has a keyway, anticlockwise: its circle, and then three sides of the keyway."""
+    """The outline of a bore with a keyway, anticlockwise: the arc of the bore, then three sides of the keyway."""
     corners = keyway_corners(part, keyway_turn(part))
     sweep = 2.0 * pi - 2.0 * asin((part.keyway_width or 0.0) / (part.bore or 0.0))
     vertices = np.concatenate([corners[-1:], corners])

@@ -1,4 +1,4 @@
-"""Paths of arcs and lines, and paths of cubics, for machines and other programs."""
+"""Paths for machines and other programs: of arcs and lines, or of cubics."""
 
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -8,27 +8,27 @@ import numpy as np
 from camopt.core.numerics import ComplexArray, FloatArray, IndexArray
 
 STRAIGHT_ARC = 1e-12  # rad: an arc that turns by less is a line
-SAME_VELOCITY = 1e-9  # relative difference of velocities that are the same
+SAME_VELOCITY = 1e-9  # velocities with a smaller relative difference are equal
 
 
 @dataclass(frozen=True)
 class ArcPath:
     """n arcs or lines from vertex to vertex.
 
-    ``vertices`` are n + 1 points x + iy, mm. ``bulges`` are n numbers, the tangents of a quarter of what each arc
-    turns: above 0 anticlockwise, 0 for a line (as in DXF). ``angles`` are n pairs of cam angles, rad: from where to
-    where the curve is beside the arc.
+    ``vertices`` are n + 1 points x + iy (mm). ``bulges`` are the n tangents of a quarter of each arc's sweep: above
+    0 anticlockwise, 0 for a line (as in DXF). ``angles`` are n pairs of cam angles (rad): the part of the turn that
+    each arc replaces.
     """
 
     vertices: ComplexArray
     bulges: FloatArray
     angles: FloatArray
     spans: tuple[int, ...]
-    """On which span of the curve each arc is."""
+    """Index of the curve's span that each arc follows."""
 
     @property
     def element_kind(self) -> str:
-        """The kind of its elements, in words."""
+        """The kind of the path's elements, in words."""
         arcs, lines = np.any(self.bulges != 0.0), np.any(self.bulges == 0.0)
         return "arcs and lines" if arcs and lines else "arcs" if arcs else "lines"
 
@@ -42,23 +42,23 @@ class ArcPath:
 
     @property
     def sweeps(self) -> FloatArray:
-        """The angle of each arc, rad, anticlockwise positive."""
+        """Angle that each arc turns through [rad], anticlockwise positive."""
         return 4.0 * np.arctan(self.bulges)
 
     @property
     def curvatures(self) -> FloatArray:
-        """1/mm, anticlockwise positive."""
+        """Curvature of each arc [1/mm], anticlockwise positive."""
         return 2.0 * np.sin(self.sweeps / 2) / np.abs(self.chords)
 
     @property
     def centres(self) -> ComplexArray:
-        """Centres of the arcs, mm; infinite for lines."""
+        """Centres of the arcs [mm]; infinite for lines."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return self.vertices[:-1] + self.chords * (0.5 + 0.5j / np.tan(self.sweeps / 2))
 
     @property
     def tangents(self) -> tuple[ComplexArray, ComplexArray]:
-        """Unit tangents where each arc starts and ends."""
+        """Unit tangents at the start and at the end of each arc."""
         chords, turn = self.chords / np.abs(self.chords), np.exp(0.5j * self.sweeps)
         return chords / turn, chords * turn
 
@@ -68,12 +68,12 @@ class ArcPath:
 
     @property
     def mirrored_path(self) -> "ArcPath":
-        """The path as it is seen from the other side of its plane, which is turned over about the y axis."""
+        """The path seen from the other side of its plane: mirrored in the y axis."""
         return replace(self, vertices=-self.vertices.conjugate(), bulges=-self.bulges)
 
     @property
     def is_anticlockwise(self) -> bool:
-        """Whether it goes round the origin anticlockwise, by the area between its vertices."""
+        """Whether the path goes round the origin anticlockwise, by the signed area of its vertices."""
         return bool((self.vertices[:-1].conjugate() * self.vertices[1:]).imag.sum() > 0.0)
 
     @property
@@ -82,24 +82,24 @@ class ArcPath:
         return ArcPath(self.vertices[::-1], -self.bulges[::-1], self.angles[::-1], self.spans[::-1])
 
     def divide_arcs(self, counts: IndexArray) -> "ArcPath":
-        """The path with each arc in so many equal ones, each beside an equal part of its cam angles.
+        """The path with each arc divided into ``counts`` equal ones, each with an equal part of its cam angles.
 
-        With t from 0 to 1 an arc of the chord c that turns by φ is at c·(e^{iφt} − 1)/(e^{iφ} − 1).
+        An arc with the chord c and the sweep φ has the points c·(e^{iφt} − 1)/(e^{iφ} − 1), t from 0 to 1.
         """
-        each, t = np.repeat(np.arange(counts.size), counts), np.concatenate([np.arange(n) / n for n in counts])
-        turn = np.where(np.abs(self.sweeps) > STRAIGHT_ARC, self.sweeps, STRAIGHT_ARC)[each]
-        inside = self.vertices[each] + self.chords[each] * np.expm1(1j * turn * t) / np.expm1(1j * turn)
-        low, high = self.angles[each].T
-        begin, end = (low + (high - low) * share for share in (t, t + 1.0 / counts[each]))
+        arc, t = np.repeat(np.arange(counts.size), counts), np.concatenate([np.arange(n) / n for n in counts])
+        turn = np.where(np.abs(self.sweeps) > STRAIGHT_ARC, self.sweeps, STRAIGHT_ARC)[arc]
+        inside = self.vertices[arc] + self.chords[arc] * np.expm1(1j * turn * t) / np.expm1(1j * turn)
+        low, high = self.angles[arc].T
+        begin, end = (low + (high - low) * share for share in (t, t + 1.0 / counts[arc]))
         return ArcPath(
             np.append(inside, self.vertices[-1]),
-            np.tan(np.arctan(self.bulges) / counts)[each],
+            np.tan(np.arctan(self.bulges) / counts)[arc],
             np.column_stack([begin, end]),
-            tuple(self.spans[k] for k in each),
+            tuple(self.spans[k] for k in arc),
         )
 
     def start_at_vertex(self, k: int) -> "ArcPath":
-        """The closed path from another vertex on."""
+        """The closed path, started at its vertex k."""
         corners = np.roll(self.vertices[:-1], -k)
         spans = (*self.spans[k:], *self.spans[:k])
         return ArcPath(np.append(corners, corners[0]), np.roll(self.bulges, -k), np.roll(self.angles, -k, 0), spans)
@@ -110,7 +110,7 @@ class ArcPath:
 
 @dataclass(frozen=True)
 class CubicPath:
-    """n Bézier cubics: control points (n, 4), x + iy in mm; ``angles`` and ``spans`` as of ``ArcPath``."""
+    """n Bézier cubics: control points x + iy (mm) of shape (n, 4); ``angles`` and ``spans`` as in ``ArcPath``."""
 
     controls: ComplexArray
     angles: FloatArray
@@ -126,9 +126,9 @@ class CubicPath:
 
     @property
     def bspline(self) -> tuple[ComplexArray, FloatArray]:
-        """Control points and knots (deg of cam angle) of the cubic B-spline that these cubics are.
+        """Control points [mm] and knots [deg of cam angle] of the equal cubic B-spline.
 
-        Knots are double where the curve runs on with the same velocity, triple at corners.
+        Knots are double where the velocity is continuous, and triple at corners.
         """
         lengths = self.angles[:, 1] - self.angles[:, 0]
         leaving = (self.controls[:-1, 3] - self.controls[:-1, 2]) / lengths[:-1]

@@ -1,11 +1,12 @@
-"""Paths that follow a curve of the cam within a given deviation, with the proof: lines, tangent arcs, or cubics.
+"""Paths of lines, tangent arcs or cubics that follow a cam curve within a given deviation, with the proof.
 
-Each replaces a stretch of the curve between two of its points. The deviation falls with the square, the cube and
-the fourth power of the length of the stretch, from which a few rounds find stretches that all deviate alike, and so
-the least number of them (equidistribution: de Boor, A Practical Guide to Splines, ch. 12).
+Each element replaces a stretch of the curve between two of its points. The deviation of lines, arcs and cubics
+falls with the square, cube and fourth power of the length of the stretch. With this order a few rounds find
+stretches of equal deviation, so the number of elements is the least (equidistribution: de Boor, A Practical Guide
+to Splines, ch. 12).
 
-Two arcs that join with a common tangent and have the tangents t₀, t₁ at the points p₀, p₁ are a biarc. With control
-polygons of equal lengths d they meet half-way between p₀ + d·t₀ and p₁ − d·t₁, where
+A biarc is two arcs that join with a common tangent and have the tangents t₀, t₁ at the points p₀, p₁. If their
+control polygons have equal lengths d, the arcs meet half-way between p₀ + d·t₀ and p₁ − d·t₁, where
 
     d = |v|²/(v·T + √((v·T)² + |v|²·|t₁ − t₀|²)),    v = p₁ − p₀,  T = t₀ + t₁
 
@@ -25,32 +26,32 @@ from camopt.solve.contour.deviation import deviation_bound
 from camopt.solve.contour.path import ArcPath, CubicPath
 
 FIRST_STRETCHES, FIT_ROUNDS, END_HALVINGS = 8, 8, 40
-JOINT_STEPS = 8  # after which the curve is within rounding of a joint
-LEAST_JOINT_DISTANCE = 1e-300  # mm: less is none
-WIDEST_ARC = 3.0  # rad: an arc is no longer, so that its middle is on its own side of the cam
-CHECKED_SHARES = np.linspace(0.0, 1.0, 13)[1:-1, None]  # where a stretch is looked at
+JOINT_STEPS = 8  # steps that locate a joint to within rounding
+LEAST_JOINT_DISTANCE = 1e-300  # mm: keeps a division from being by zero
+WIDEST_ARC = 3.0  # rad: no arc is longer, so that its middle lies on the same side of the cam
+CHECKED_SHARES = np.linspace(0.0, 1.0, 13)[1:-1, None]  # shares of a stretch at which its deviation is measured
 ELEMENT_LIMIT = 1_000_000  # elements of a path
-SAME_CURVATURE = 1e-9  # relative difference of the curvatures of two arcs that are one
+SAME_CURVATURE = 1e-9  # two arcs with a smaller relative difference of curvature become one
 SAME_VERTEX_ANGLE = 1e-12  # rad
-LEAST_RISE = 1e-9  # mm: an arc that rises less above its chord is a line
+LEAST_RISE = 1e-9  # mm: an arc that rises less above its chord becomes a line
 
 StretchErrors = Callable[[FloatArray, FloatArray], FloatArray]
-"""How far the path is off over stretches, from their first to their last cam angles."""
+"""Deviation of the path over stretches [mm], from their first and last cam angles."""
 
 
 class Biarcs(NamedTuple):
-    """Pairs of tangent arcs: first, middle and last points, and the bulges of both."""
+    """Pairs of tangent arcs: first, middle and last points, and the bulges of both arcs."""
 
     first: ComplexArray
     joint: ComplexArray
     last: ComplexArray
     tangent: ComplexArray
-    """At the joint."""
+    """Unit tangent at the joint."""
     bulges: tuple[FloatArray, FloatArray]
 
 
 def biarcs(p0: ComplexArray, t0: ComplexArray, p1: ComplexArray, t1: ComplexArray) -> Biarcs:
-    """The biarcs from points with unit tangents to points with unit tangents."""
+    """The biarcs from points p0 with unit tangents t0 to points p1 with unit tangents t1."""
     v, both = p1 - p0, t0 + t1
     along = (v * both.conjugate()).real
     length = np.square(np.abs(v))
@@ -64,20 +65,20 @@ def biarcs(p0: ComplexArray, t0: ComplexArray, p1: ComplexArray, t1: ComplexArra
 def distances_from_arcs(
     points: ComplexArray, first: ComplexArray, last: ComplexArray, bulges: FloatArray
 ) -> FloatArray:
-    """Distance of points from the circles of arcs, mm."""
+    """Distance of points from the circles of arcs [mm]."""
     turn = 2.0 * np.arctan(bulges)
     chord = last - first
     local = (points - first) * (np.exp(1j * turn) * chord.conjugate() / np.abs(chord))
     curvature = 2.0 * np.sin(turn) / np.abs(chord)
     height = local.imag - curvature / 2 * np.square(np.abs(local))
-    found: FloatArray = 2.0 * np.abs(height) / (1.0 + np.sqrt(np.maximum(1.0 - 2.0 * curvature * height, 0.0)))
-    return found
+    distance: FloatArray = 2.0 * np.abs(height) / (1.0 + np.sqrt(np.maximum(1.0 - 2.0 * curvature * height, 0.0)))
+    return distance
 
 
 def equal_error_angles(errors: StretchErrors, start: float, end: float, order: int, chord: float) -> FloatArray:
-    """Cam angles from start to end that divide it into stretches of about equal error, at most ``chord``.
+    """Cam angles from start to end that divide the span into stretches of about equal error, at most ``chord``.
 
-    BadInput if that takes more than ``ELEMENT_LIMIT``.
+    Raises BadInput if that needs more than ``ELEMENT_LIMIT`` stretches.
     """
     least = int(np.ceil((end - start) / WIDEST_ARC))
     angles = np.linspace(start, end, max(FIRST_STRETCHES, least) + 1)
@@ -107,18 +108,18 @@ def _check_element_count(count: int, chord: float) -> None:
 
 
 class Fitter(NamedTuple):
-    """A kind of element that replaces stretches of a curve."""
+    """The functions that fit one kind of element."""
 
     order: int
-    """The power of the length of a stretch with which the deviation falls."""
+    """Power of the length of a stretch with which the deviation falls."""
     errors: Callable[[CamCurve, SmoothSpan, FloatArray, FloatArray], FloatArray]
-    """How far the stretches from some cam angles to others are off, at the angles looked at, mm."""
+    """Largest deviation of each stretch at the checked angles [mm], from its first and last cam angles."""
     path: Callable[[CamCurve, list[FloatArray]], "ArcPath | CubicPath"]
-    """From the cam angles where stretches of each span start and end."""
+    """The path, from the cam angles at the joints of each span."""
 
 
 def fit_unproved_path(curve: CamCurve, kind: str, chord: float) -> "ArcPath | CubicPath":
-    """A path of a kind of ``FITTERS`` whose error at the angles checked is at most ``chord`` (mm)."""
+    """A path of a kind of ``FITTERS`` whose deviation at the checked angles is at most ``chord`` (mm)."""
     fitter = FITTERS[kind]
     return fitter.path(curve, [_stretch_angles(fitter, curve, span, chord) for span in curve.spans])
 
@@ -130,7 +131,7 @@ def _stretch_angles(fitter: Fitter, curve: CamCurve, span: SmoothSpan, chord: fl
 
 
 def _checked_angles(starts: FloatArray, ends: FloatArray) -> FloatArray:
-    """Cam angles at which stretches are checked, (angles, stretches)."""
+    """Cam angles at which stretches are checked, shape (angles, stretches)."""
     return starts + (ends - starts) * CHECKED_SHARES
 
 
@@ -149,12 +150,12 @@ def _biarc_errors(curve: CamCurve, span: SmoothSpan, starts: FloatArray, ends: F
     pair, points = _span_biarcs(curve, span, starts, ends), curve.points(span, _checked_angles(starts, ends))
     halves = zip((pair.first, pair.joint), (pair.joint, pair.last), pair.bulges, strict=True)
     before, after = (distances_from_arcs(points, *half) for half in halves)
-    past = ((points - pair.joint) * pair.tangent.conjugate()).real > 0.0
-    return np.asarray(np.where(past, after, before).max(axis=0))
+    past_joint = ((points - pair.joint) * pair.tangent.conjugate()).real > 0.0
+    return np.asarray(np.where(past_joint, after, before).max(axis=0))
 
 
 def _hermite_cubics(curve: CamCurve, span: SmoothSpan, starts: FloatArray, ends: FloatArray) -> ComplexArray:
-    """Control points of the cubics with the curve's points and derivatives by the cam angle at the ends, (4, n)."""
+    """Control points of the cubics that have the curve's points and derivatives at both ends, shape (4, n)."""
     (p0, v0, _), (p1, v1, _) = (curve.points_with_derivatives(span, angles) for angles in (starts, ends))
     third = (ends - starts) / 3
     return np.array([p0, p0 + v0 * third, p1 - v1 * third, p1])
@@ -172,20 +173,20 @@ def _cubic_errors(curve: CamCurve, span: SmoothSpan, starts: FloatArray, ends: F
 
 
 def _fit_lines(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
-    points = [curve.points(span, each[:-1]) for span, each in zip(curve.spans, angles, strict=True)]
+    points = [curve.points(span, joints[:-1]) for span, joints in zip(curve.spans, angles, strict=True)]
     vertices = _with_last_vertex(curve, np.concatenate(points))
     return ArcPath(vertices, np.zeros(vertices.size - 1), *_element_angles(angles))
 
 
 def lines_through(curve: CamCurve, angles: FloatArray) -> ArcPath:
-    """The lines through the curve's points at cam angles (rad) that rise.
+    """The lines through the curve's points at rising cam angles (rad).
 
-    Where a line passes from one span to another it has a vertex of its own, on the line beside the curve.
+    A line that passes from one span to the next has an additional vertex there, on the line beside the curve.
     """
     points = curve.evaluate_by_span(angles, curve.points)
     inner = np.array([span.start for span in curve.spans[1:]])
-    apart = np.abs(inner[:, None] - angles).min(axis=1, initial=np.inf) > SAME_VERTEX_ANGLE
-    inner = inner[apart & (inner > angles[0]) & (inner < angles[-1])]
+    is_new = np.abs(inner[:, None] - angles).min(axis=1, initial=np.inf) > SAME_VERTEX_ANGLE
+    inner = inner[is_new & (inner > angles[0]) & (inner < angles[-1])]
     if inner.size:
         line = np.searchsorted(angles, inner) - 1
         first, along = points[line], np.diff(points)[line]
@@ -202,10 +203,10 @@ def lines_through(curve: CamCurve, angles: FloatArray) -> ArcPath:
 
 
 def _fit_arcs(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
-    """Both arcs of each pair, or one where they are the same."""
+    """Both arcs of each biarc, or one arc where both have the same curvature."""
     vertices, bulges, joints = [], [], []
-    for span, each in zip(curve.spans, angles, strict=True):
-        pair = _span_biarcs(curve, span, each[:-1], each[1:])
+    for span, ends in zip(curve.spans, angles, strict=True):
+        pair = _span_biarcs(curve, span, ends[:-1], ends[1:])
         first, second = (np.arctan(b) for b in pair.bulges)
         lengths = np.abs(pair.joint - pair.first), np.abs(pair.last - pair.joint)
         bend = np.sin(2 * first) / lengths[0], np.sin(2 * second) / lengths[1]
@@ -214,10 +215,10 @@ def _fit_arcs(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
         whole = np.stack([np.where(one, np.tan(first + second), pair.bulges[0]), pair.bulges[1]], axis=1)
         chords = np.stack([np.abs(np.where(one, pair.last, pair.joint) - pair.first), lengths[1]], axis=1)
         whole = np.where(np.abs(whole) * chords / 2 < LEAST_RISE, 0.0, whole)
-        middles = _joint_angles(curve, span, pair, each[:-1], each[1:])
+        middles = _joint_angles(curve, span, pair, ends[:-1], ends[1:])
         vertices.append(np.stack([pair.first, pair.joint], axis=1)[keep])
         bulges.append(whole[keep])
-        joints.append(np.append(np.stack([each[:-1], middles], axis=1)[keep], each[-1]))
+        joints.append(np.append(np.stack([ends[:-1], middles], axis=1)[keep], ends[-1]))
     return ArcPath(
         _with_last_vertex(curve, np.concatenate(vertices)), np.concatenate(bulges), *_element_angles(joints)
     )
@@ -226,10 +227,10 @@ def _fit_arcs(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
 def _joint_angles(
     curve: CamCurve, span: SmoothSpan, pair: Biarcs, starts: FloatArray, ends: FloatArray
 ) -> FloatArray:
-    """The cam angles at which the curve passes the joints of biarcs, by false position between angles around them.
+    """Cam angles at which the curve passes the joints of biarcs [rad], by the Illinois method.
 
-    What an end that stays counts is halved each time (Dowell and Jarratt, BIT 11, 1971: the Illinois method).
-    ``scipy.optimize.elementwise`` finds the same, but its import takes longer than an export.
+    False position, in which the value at an end that stays is halved each time (Dowell and Jarratt, BIT 11, 1971).
+    ``scipy.optimize.elementwise`` gives the same roots, but its import takes longer than an export.
     """
 
     def distance_past_joint(angles: FloatArray) -> FloatArray:
@@ -237,36 +238,36 @@ def _joint_angles(
 
     low, high = starts, ends
     before, after = distance_past_joint(low), distance_past_joint(high)
-    was = np.zeros(low.size)  # on which side the last angle was
+    side = np.zeros(low.size)  # of the last angle: 1 past the joint, −1 before it
     for _ in range(JOINT_STEPS):
         share = np.clip(before / np.minimum(before - after, -LEAST_JOINT_DISTANCE), 0.0, 1.0)
         angle = low + share * (high - low)
-        there = distance_past_joint(angle)
-        beyond = there > 0.0
-        before = np.where(beyond, np.where(was > 0.0, before / 2, before), there)
-        after = np.where(beyond, there, np.where(was < 0.0, after / 2, after))
-        low, high = np.where(beyond, low, angle), np.where(beyond, angle, high)
-        was = np.where(beyond, 1.0, -1.0)
+        distance = distance_past_joint(angle)
+        is_past = distance > 0.0
+        before = np.where(is_past, np.where(side > 0.0, before / 2, before), distance)
+        after = np.where(is_past, distance, np.where(side < 0.0, after / 2, after))
+        low, high = np.where(is_past, low, angle), np.where(is_past, angle, high)
+        side = np.where(is_past, 1.0, -1.0)
     return np.asarray(angle)
 
 
 def _fit_cubics(curve: CamCurve, angles: list[FloatArray]) -> CubicPath:
     cubics = [
-        _hermite_cubics(curve, span, each[:-1], each[1:]).T for span, each in zip(curve.spans, angles, strict=True)
+        _hermite_cubics(curve, span, ends[:-1], ends[1:]).T for span, ends in zip(curve.spans, angles, strict=True)
     ]
     return CubicPath(np.concatenate(cubics), *_element_angles(angles))
 
 
 def _with_last_vertex(curve: CamCurve, vertices: ComplexArray) -> ComplexArray:
-    """Vertices with the last one added: for a closed curve the first again, bit for bit."""
+    """The vertices with the last one appended; for a closed curve it is exactly the first one."""
     last = curve.spans[-1]
     return np.append(vertices, vertices[:1] if curve.is_closed else curve.points(last, np.array([last.end])))
 
 
 def _element_angles(angles: list[FloatArray]) -> tuple[FloatArray, tuple[int, ...]]:
-    """The pairs of cam angles of all elements, and their spans."""
-    pairs = [np.stack([each[:-1], each[1:]], axis=1) for each in angles]
-    return np.concatenate(pairs), tuple(k for k, each in enumerate(angles) for _ in each[1:])
+    """Pairs of cam angles of all elements, and the indices of their spans."""
+    pairs = [np.stack([joints[:-1], joints[1:]], axis=1) for joints in angles]
+    return np.concatenate(pairs), tuple(k for k, joints in enumerate(angles) for _ in joints[1:])
 
 
 FITTERS = {
@@ -274,46 +275,44 @@ FITTERS = {
     "spline": Fitter(4, _cubic_errors, _fit_cubics),
     "polyline": Fitter(2, _line_errors, _fit_lines),
 }
-"""By the name of the curves that paths are made of."""
+"""The fitters by the option ``curves`` of an export."""
 
 
 DEFAULT_CHORD = 0.001  # mm
-SHORTEST_CHORD, LONGEST_CHORD = 1e-6, 10.0  # mm: a nanometre; what nobody takes for a cam any more
-CHORD_AIM, SMALLER_AIM, PROOF_ROUNDS = (
-    0.95,
-    0.8,
-    6,
-)  # of the deviation asked for: what is aimed at, then if a proof needs more
+SHORTEST_CHORD, LONGEST_CHORD = 1e-6, 10.0  # mm
+CHORD_AIM, SMALLER_AIM = 0.95, 0.8  # share of the chord that the first fit aims at; factor after a failed proof
+PROOF_ROUNDS = 6
 
 
 class FittedPath(NamedTuple):
-    """A path with its proved deviation, mm: no point of one is further from the other, path or curve."""
+    """A path with its proved deviation (mm): no point of path or curve is further from the other."""
 
     path: ArcPath | CubicPath
     deviation: float
 
 
 def fit_path(curve: CamCurve, kind: str = "arcs", chord: float = DEFAULT_CHORD) -> FittedPath:
-    """The path of a kind of ``FITTERS`` that is proved to be within ``chord`` mm of a curve
-    (``check_path_options``).
+    """A path of a kind of ``FITTERS`` that is proved to be within ``chord`` (mm) of a curve.
+
+    ``check_path_options`` has the permitted values.
 
     Raises
     ------
     BadInput
-        For a chord that needs over a million elements.
+        If the chord needs over a million elements.
     """
     aim = CHORD_AIM * chord
     for _ in range(PROOF_ROUNDS):
         path = fit_unproved_path(curve, kind, aim)
-        found = FittedPath(path, deviation_bound(curve, path, chord))
-        if found.deviation <= chord:
+        fitted = FittedPath(path, deviation_bound(curve, path, chord))
+        if fitted.deviation <= chord:
             break
         aim *= SMALLER_AIM
-    return found
+    return fitted
 
 
 def check_path_options(kind: str, chord: float) -> None:
-    """BadInput for what users may not ask of ``fit_path``: another kind, or a chord outside 1e-6 to 10 mm."""
+    """Raises BadInput for an unknown kind of path, or a chord outside 1e-6 to 10 mm."""
     mistakes = []
     if kind not in FITTERS:
         mistakes.append(Mistake("camopt", "curves", kind, f"one of {', '.join(FITTERS)}"))
