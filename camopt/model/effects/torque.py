@@ -282,7 +282,7 @@ def run_on_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any
     if span and wanted <= EXTREME_QUANTITIES:
         return _extreme_columns(span, dynamics, omega)
     turn, unit = torque_over_turn(case.programme, *force.force_factors(dynamics, omega)), 1e-3
-    span = span._replace(fluctuation=turn.fluctuation) if span else turn.span
+    span = span._replace(fluctuation=turn.fluctuation) if span else turn.extremes
     columns = _extreme_columns(span, dynamics, omega)
     columns |= {"torque_mean_N_m": turn.mean * unit, "torque_rms_N_m": turn.rms * unit}
     return columns | {"power_mean_W": turn.mean * (unit * omega)}
