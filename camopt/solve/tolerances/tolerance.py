@@ -1,19 +1,21 @@
-"""Motion errors: how far displacement, velocity and acceleration of a real cam may be from those asked.
+"""Motion errors of real cams: deviations of displacement, velocity and acceleration from the programmed motion.
 
-To first order errors add up. At worst each is at the end of its zone that moves the motion the same way as the
-others; errors that are independent of each other have the root of the sum of their squared deviations:
+To first order, errors add up. In the worst case every error is at the end of its tolerance zone that moves the tool
+in the same direction as the others. The root sum square combines independent errors:
 
-    worst = Σ c·t,    band = |Σ c·m| + 3·√(Σ c²·σ² + Σ c_i·c_k·cov_ik)
+    worst case = Σ c·t,    root sum square = |Σ c·m| + 3·√(Σ c²·σ² + Σ c_i·c_k·cov_ik)
 
-with the answer c of the motion (``tolerances.response``), the zone's end t, the mean m, the standard deviation σ,
-and the covariance of two errors i ≠ k of one batch, √(s_i·s_k)·σ_i·σ_k of normal ones. The band is the root sum
-square. If the sum is normal it holds 99.73 % of the cams at each cam angle: it nearly is if there are several
-errors of one order. With one that is uniform 3σ is beyond the worst case, which takes its place. Where parts spread
-beyond their zone (a Cpk below 1, measured errors), the furthest parts are the worst case that does so.
+c is the response of the motion to an error (``tolerances.response``), t the end of its zone, m its mean, σ its
+standard deviation. cov_ik is the covariance of two errors i ≠ k of one batch, √(s_i·s_k)·σ_i·σ_k for normal errors.
+
+If the sum is normal, the root sum square contains 99.73 % of the cams at each cam angle. The sum is nearly normal
+if several errors have a similar size. For a single uniform error 3σ exceeds the worst case; then the worst case is
+reported instead. Parts may spread beyond their zone (a Cpk below 1, measured errors). Then this limit is the worst
+case of the furthest parts.
 
 Source: Greenwood and Chase, Worst case tolerance analysis with nonlinear problems, J. Eng. Ind. 110, 1988.
 
-The cams of ``camopt tolerance`` on disk: the worst ones, a batch, and one with chosen grades.
+The module also writes the cams of ``camopt tolerance`` to disk: the worst ones, a batch, and the allocated one.
 """
 
 from collections.abc import Iterator, Mapping
@@ -57,25 +59,24 @@ from camopt.solve.tolerances.turn_errors import (
 from camopt.solve.tolerances.worst_case import NO_ERROR, WorstCase, worst_search
 
 FAR_BOUND = 1e-3
-"""A bound that is further above the worst cam, relative, is told."""
+"""A note reports the gap if the bound exceeds the worst cam by a larger share."""
 IDLE_ERROR = 1e-9
-"""An error that contributes less to the worst case, relative, is not told of the worst cam."""
+"""The note on the worst cam leaves out errors with a smaller share of the worst case."""
 DWELL_ANGLES = 33
-"""Cam angles at which a dwell is looked at."""
+"""Number of cam angles at which the change in a dwell is computed to first order."""
 ROOT_SUM_SQUARE_NOTE = (
-    "The root sum square takes errors as independent{of_batch} and their sum as normal: 99.73 % of the cams are "
-    "within it at each cam angle, fewer all over the turn: a batch of cams counts them."
+    "The root sum square assumes independent errors{of_batch} with a normal sum. It contains 99.73 % of the cams "
+    "at each cam angle, but fewer over the whole turn: camopt tolerance --cams counts these."
 )
-DWELL_ARC_NOTE = (
-    "A dwell is the arc of the cam on which it is touched there, not shaft angles: camopt timing has these."
-)
+DWELL_ARC_NOTE = "A dwell is here the arc of the cam that is touched in it. For shaft angles use camopt timing."
 BEYOND_ZONE_NOTE = (
-    "Parts are beyond the tolerance of {keys}: the root sum square has them; worst case, proof and worst cam not."
+    "Parts spread beyond the tolerance of {keys}. The root sum square includes them; the worst case, the proven "
+    "bound and the worst cam do not."
 )
 
 
 class MotionError(NamedTuple):
-    """How far one of displacement, velocity and acceleration may be off at worst, and by tolerances.
+    """Error of the displacement, velocity or acceleration of the tool, to first order.
 
     Examples
     --------
@@ -87,22 +88,28 @@ class MotionError(NamedTuple):
     name: str
     unit: str
     worst: float
+    """Worst case over the turn, in ``unit``."""
     at_deg: float | None
-    """The cam angle of the worst case; of an infinite one where it first is; None if it is so everywhere."""
+    """Cam angle of the worst case [deg]; the first one of an infinite error, None if it is infinite everywhere."""
     three_sigma: float
-    """The largest root sum square, ``|mean|`` + 3σ; no more than the worst case, if no part is beyond its zone."""
+    """Largest root sum square over the turn, ``|mean|`` + 3σ; at most the worst case of the furthest parts."""
     three_sigma_at_deg: float | None
+    """Cam angle of the largest root sum square [deg]."""
     shares: dict[str, float]
-    """What each tolerance contributes to the worst case, which is their sum; to an infinite one its own largest."""
-    variances: dict[str, float]
-    """The share of each tolerance in the variance at the angle of the band; adds up to 1.
+    """Contribution of each tolerance to the worst case; they add up to it.
 
-    With those of its batch; below 0 of one that takes off what the others of it add.
+    Of an infinite worst case: the largest contribution of each tolerance over the turn.
+    """
+    variances: dict[str, float]
+    """Share of each tolerance in the variance at ``three_sigma_at_deg``; the shares add up to 1.
+
+    A share includes the covariance with errors of the same batch. It is negative if the error compensates the
+    others.
     """
 
 
 class DwellError(NamedTuple):
-    """How far the follower may move in a dwell, at worst.
+    """Largest movement of the follower in a dwell.
 
     Examples
     --------
@@ -113,38 +120,39 @@ class DwellError(NamedTuple):
 
     start_deg: float
     end_deg: float
-    """Below ``start_deg`` of one that goes on over the end of the turn."""
+    """End of the dwell [deg]; less than ``start_deg`` if the dwell spans the end of the turn."""
     change: float
-    """Between any two places of contact on its arc, to first order, mm (deg)."""
+    """Largest change between any two places of contact on the arc of the dwell, to first order [mm or deg]."""
     worst_case: WorstWobble
-    """By exact contact: what no cam exceeds, proved, and a cam that nearly has it."""
+    """Largest change by exact contact: the proven bound, and a cam that nearly reaches it."""
 
 
 @dataclass(frozen=True)
 class MotionErrors(Result, Drawable):
-    """How far the motion may be from the one that was asked, by the tolerances of a scene.
+    """Errors of the motion that the tolerances of a scene permit.
 
     Attributes
     ----------
     scene : Scene
         The cam, with its ``[tolerances]``.
     errors : tuple of MotionError
-        Of displacement, velocity and acceleration of the tool, to first order.
+        Errors of displacement, velocity and acceleration of the tool, to first order.
     worst_case : WorstCase
-        Of the displacement of the tool by exact contact: what no cam exceeds, proved, and a cam that nearly has it.
-        ``worst_cases`` has those of velocity and acceleration too.
+        Worst case of the tool's displacement by exact contact: the proven bound, and a cam that nearly reaches it.
+        ``worst_cases`` also has velocity and acceleration.
     reason : str
-        Why an error is infinite; "" if none is.
+        Why an error is infinite; "" if every error is finite.
     margins : tuple of Margin
-        What tolerances of numbers leave of each limit, in the order of the limits.
+        Margin that tolerances of numbers leave to each limit, in the order of the limits.
     plays : tuple of Play
-        Of two contacts what they are apart, and what is left of interference and preload; of a groove the backlash.
+        Two contacts: their distance, and the remaining interference and preload. A groove: the backlash.
     beyond : tuple of str
-        The tolerances whose parts spread beyond them: of a Cpk below 1, and measured ones. Of those no proof is.
+        Tolerances whose parts spread beyond them: those with a Cpk below 1, and measured ones. The proven bounds do
+        not cover such parts.
     batch : Batch or None
-        Cams that ``sample_cams`` drew, where the command asked for them.
+        The cams from ``sample_cams``, if the command drew a batch.
     allocation : Allocation or None
-        The grades that ``allocate`` chose, where the command asked for them.
+        The grades from ``allocate``, if the command chose grades.
 
     Examples
     --------
@@ -168,11 +176,11 @@ class MotionErrors(Result, Drawable):
 
     @cached_property
     def worst_cases(self) -> tuple[WorstCase, WorstCase, WorstCase]:
-        """Of displacement, velocity and acceleration of the tool by exact contact, each with a cam of its own.
+        """Worst cases of displacement, velocity and acceleration of the tool by exact contact, each of its own cam.
 
-        ``worst_case`` is the first. The others are found when they are asked for first, most often in a second and
-        in 20 s at most. Where the acceleration that is asked jumps, a cam that is late or early has the jump for an
-        error until it is there: its bound is the jump and what else is off.
+        ``worst_case`` is the first. The other two are computed at the first access, usually in a second, in 20 s at
+        most. Where the programmed acceleration jumps, a late or early cam has the whole jump as its error until it
+        reaches the jump. The bound is then the jump plus all other errors.
         """
         turn = self._turn_errors
         if not turn.node_contributions:
@@ -181,7 +189,7 @@ class MotionErrors(Result, Drawable):
 
     @cached_property
     def dwells(self) -> tuple[DwellError, ...]:
-        """Those in the order of the turn, each with what no cam exceeds: proved when they are asked for first."""
+        """The dwells in the order of the turn, each with its proven bound; computed at the first access."""
         return tuple(_dwell_errors(self._turn_errors))
 
     @cached_property
@@ -189,11 +197,11 @@ class MotionErrors(Result, Drawable):
         return TurnErrors(self.scene, resolve_design(self.scene))
 
     def records(self) -> list[dict[str, Any]]:
-        """A mapping for each of displacement, velocity and acceleration."""
+        """One mapping for each of displacement, velocity and acceleration."""
         return [each._asdict() for each in self.errors]
 
     def table(self) -> Table:
-        """The worst case, what each tolerance contributes to it, and the band, of each of the three."""
+        """Worst case with the contribution of each tolerance, root sum square and proven bound, a column each."""
         rows = [
             self._row_of_field("worst case", "worst"),
             *({"": key, **{each.name: each.shares[key] for each in self.errors}} for key in self.errors[0].shares),
@@ -201,28 +209,26 @@ class MotionErrors(Result, Drawable):
             self._row_of_field(BAND_NAME, "three_sigma"),
             self._row_of_field("at cam angle, deg", "three_sigma_at_deg"),
         ]
-        named = dict(zip(MOTION_NAMES, self.worst_cases, strict=True))
+        by_motion = dict(zip(MOTION_NAMES, self.worst_cases, strict=True))
+        bounds = {name: worst.bound for name, worst in by_motion.items()}
+        rows.append({"": "proven upper bound", **_finite_bounds(bounds)})
         rows.append(
-            {
-                "": "no cam within exceeds, proved",
-                **_proved_bounds({name: each.bound for name, each in named.items()}),
-            }
+            {"": "worst cam found, exact contact", **{name: abs(worst.error) for name, worst in by_motion.items()}}
         )
-        rows.append({"": "worst cam, by exact contact", **{name: abs(each.error) for name, each in named.items()}})
         if self.dwells:
             rows.append({"": "change in a dwell", MOTION_NAMES[0]: max(each.change for each in self.dwells)})
-            of_dwells = [each.worst_case for each in self.dwells]
-            bound = {MOTION_NAMES[0]: max(each.bound for each in of_dwells)}
-            rows.append({"": "no cam within moves more in it, proved", **_proved_bounds(bound)})
+            wobbles = [each.worst_case for each in self.dwells]
+            bounds = {MOTION_NAMES[0]: max(each.bound for each in wobbles)}
+            rows.append({"": "change in a dwell, proven upper bound", **_finite_bounds(bounds)})
             rows.append(
                 {
-                    "": "worst cam in a dwell, by exact contact",
-                    MOTION_NAMES[0]: max(each.change for each in of_dwells),
+                    "": "change in a dwell, worst cam found",
+                    MOTION_NAMES[0]: max(each.change for each in wobbles),
                 }
             )
         units = {each.name: each.unit for each in self.errors}
         table = table_of(f"{self.scene.name}: errors of the motion", rows, ["", *MOTION_NAMES], units=units)
-        told = (
+        sentences = (
             self.reason,
             *self._unproved_dwell_sentences,
             self.jumps,
@@ -230,69 +236,67 @@ class MotionErrors(Result, Drawable):
             *self._rate_sentences,
             self._worst_wobble_sentence,
         )
-        return replace(table, note=" ".join(filter(None, [*told, self._assumptions_note])))
+        return replace(table, note=" ".join(filter(None, [*sentences, self._assumptions_note])))
 
     @property
     def _assumptions_note(self) -> str:
-        """What the root sum square is of."""
+        """What the root sum square assumes, and the tolerances whose parts spread beyond them."""
         batches = [
             each.batch
             for key, each in self.scene.tolerances.number_and_angle_tolerances.items()
             if moves_tool(key) and each.batch
         ]
-        said = ROOT_SUM_SQUARE_NOTE.format(
-            of_batch=", but for those of one batch," if len(batches) > len({*batches}) else ""
+        note = ROOT_SUM_SQUARE_NOTE.format(
+            of_batch=" (except within a batch)" if len(batches) > len({*batches}) else ""
         )
-        return f"{said} {BEYOND_ZONE_NOTE.format(keys=', '.join(self.beyond))}" if self.beyond else said
+        return f"{note} {BEYOND_ZONE_NOTE.format(keys=', '.join(self.beyond))}" if self.beyond else note
 
     @property
     def _worst_cam_sentence(self) -> str:
-        """The errors of the worst cam, and where it has its own."""
+        """The errors of the worst cam of displacement, and its cam angle."""
         worst = self.worst_case
         if not worst.errors:
             return "No tolerance moves the tool."
         shares, least = self.errors[0].shares, IDLE_ERROR * self.errors[0].worst
-        said = self._errors_with_units(
-            {key: each for key, each in worst.errors.items() if shares.get(key, least) >= least}
+        errors = self._errors_with_units(
+            {key: error for key, error in worst.errors.items() if shares.get(key, least) >= least}
         )
-        return (
-            f"The worst cam, at {_degrees_text(worst.at_deg)}: {said}.{_gap_sentence(worst.gap, abs(worst.error))}"
-        )
+        gap = _gap_sentence(worst.gap, abs(worst.error))
+        return f"The worst cam, at {_degrees_text(worst.at_deg)}: {errors}.{gap}"
 
     @property
     def jumps(self) -> str:
-        """What a jump of the acceleration is to a cam that is late; "" without any."""
+        """What a jump of the acceleration means for a late or early cam, a sentence; "" without a jump."""
         problem = resolve_design(self.scene)
-        jumps = [each for each in problem.programme.tool.jumps if each.order > 1]
+        jumps = [jump for jump in problem.programme.tool.jumps if jump.order > 1]
         if problem.programme.corners or not (jumps and self.worst_cases[-1].errors):
             return ""
-        largest = max(jumps, key=lambda each: abs(each.size))
+        largest = max(jumps, key=lambda jump: abs(jump.size))
         size = with_unit(motion_scale(problem.setup, 2) * abs(largest.size), self.errors[-1].unit)
-        where = f"Where the acceleration jumps, by up to {size} at {_degrees_text(degrees(largest.at))}"
-        return f"{where}, a cam that is late or early has the whole jump for an error until it is there."
+        where = f"The acceleration jumps by up to {size} at {_degrees_text(degrees(largest.at))}"
+        return f"{where}: a late or early cam has the whole jump as its error until it reaches that angle."
 
     @property
     def _rate_sentences(self) -> Iterator[str]:
-        """The worst cams of velocity and acceleration; why no bound of them is proved."""
-        for name, each in zip(MOTION_NAMES[1:], self.worst_cases[1:], strict=True):
-            if each.unproved and each.unproved != self.worst_case.unproved:
-                yield f"No bound of the {name} is proved: {each.unproved}."
-            if each.errors and not (self.worst_case.unproved and each.unproved):
-                above = _gap_sentence(each.gap, abs(each.error))
-                errors = self._errors_with_units(each.errors)
-                yield f"The worst cam of {name}, at {_degrees_text(each.at_deg)}: {errors}.{above}"
+        """The worst cams of velocity and acceleration, or why no bound of them is proved."""
+        for name, worst in zip(MOTION_NAMES[1:], self.worst_cases[1:], strict=True):
+            if worst.unproved and worst.unproved != self.worst_case.unproved:
+                yield f"No bound of the {name} is proved: {worst.unproved}."
+            if worst.errors and not (self.worst_case.unproved and worst.unproved):
+                gap, errors = _gap_sentence(worst.gap, abs(worst.error)), self._errors_with_units(worst.errors)
+                yield f"The worst cam of {name}, at {_degrees_text(worst.at_deg)}: {errors}.{gap}"
 
     @property
     def _unproved_dwell_sentences(self) -> Iterator[str]:
         """Why no bound of a dwell is proved."""
-        for each in self.dwells:
-            if each.worst_case.unproved:
-                where = f"the dwell from {each.start_deg:.6g} to {each.end_deg:.6g} deg"
-                yield f"No bound is proved of {where}: {each.worst_case.unproved}."
+        for dwell in self.dwells:
+            if dwell.worst_case.unproved:
+                where = f"the dwell from {dwell.start_deg:.6g} to {dwell.end_deg:.6g} deg"
+                yield f"No bound is proved for {where}: {dwell.worst_case.unproved}."
 
     @property
     def _worst_wobble_sentence(self) -> str:
-        """What is off of the cam that wobbles the most: its profile at both places, and the axis of its bore."""
+        """The errors of the cam with the largest change in a dwell: profile at both places, axis of the bore."""
         worst = max((each.worst_case for each in self.dwells), key=lambda each: each.change, default=None)
         if worst is None or not worst.change:
             return ""
@@ -301,29 +305,28 @@ class MotionErrors(Result, Drawable):
             for errors in (worst.errors, worst.at_lowest)
         )
         bore = self._errors_with_units(
-            {key: each for key, each in worst.errors.items() if key in (BORE, BORE_DIRECTION)}
+            {key: error for key, error in worst.errors.items() if key in (BORE, BORE_DIRECTION)}
         )
         ends = (
             (f"highest at {_degrees_text(worst.highest_deg)}", highest),
             (f"lowest at {_degrees_text(worst.lowest_deg)}", lowest),
         )
         places = ", ".join(f"{place} with {errors}" if errors else place for place, errors in ends)
-        above = _gap_sentence(worst.gap, worst.change)
-        return f"The worst cam of a dwell: {'; '.join(filter(None, [places, bore]))}.{above} {DWELL_ARC_NOTE}"
+        gap = _gap_sentence(worst.gap, worst.change)
+        return f"The worst cam of a dwell: {'; '.join(filter(None, [places, bore]))}.{gap} {DWELL_ARC_NOTE}"
 
     def _errors_with_units(self, errors: Mapping[str, float]) -> str:
-        """Errors of a cam with their units."""
         return ", ".join(f"{key} {with_unit(each, error_unit(self.scene, key))}" for key, each in errors.items())
 
     def sections(self) -> Iterator[Table]:
-        """The errors of the motion, what holds the follower, margins; then the batch and the allocation, if any."""
+        """Tables of motion errors, plays and margins; then those of the batch and the allocation, if any."""
         yield self.table()
         yield from filter(None, (self.plays_table(), self.margins_table()))
-        for each in filter(None, (self.batch, self.allocation)):
-            yield from each.tables()
+        for part in filter(None, (self.batch, self.allocation)):
+            yield from part.tables()
 
     def document(self) -> dict[str, Any]:
-        """Errors, worst cases, dwells, plays and margins, a record each."""
+        """The result for ``--json``: errors, worst cases, dwells, plays and margins, one record each."""
         worst_cases = zip(self.errors, self.worst_cases, strict=True)
         parts = {"batch": self.batch, "allocation": self.allocation}
         return {
@@ -342,11 +345,11 @@ class MotionErrors(Result, Drawable):
         }
 
     def margins_table(self) -> Table | None:
-        """The limits with the worst cam's quantity, and whether every cam holds them; None without margins."""
+        """The limits with the worst cam's value, and whether every cam holds them; None without margins."""
         return margins_table(self.scene, self.margins) if self.margins else None
 
     def plays_table(self) -> Table | None:
-        """What holds the follower from both sides; None of one that one side holds."""
+        """Distance, interference, preload and backlash of two contacts; None for a follower with one contact."""
         heads = ["", "nominal", "least", "most"]
         rows = [[each.what, *(with_unit(v, each.unit) for v in each[2:])] for each in self.plays]
         kinds = [Cell(head, NUMERIC if head else "") for head in heads]
@@ -354,74 +357,74 @@ class MotionErrors(Result, Drawable):
         return Table.from_texts(title, kinds, rows, lost) if rows else None
 
     def worst_motion(self, name: str = MOTION_NAMES[0]) -> Scene:
-        """The scene of the cam whose displacement (velocity, acceleration) was found the furthest off.
+        """The scene of the cam with the largest error found of displacement, velocity or acceleration.
 
-        The errors of its numbers are those of one measured part (``values`` with one number) in place of their
-        tolerances. The profile and the axis of the bore keep theirs: its worst case has them at their ends.
+        Each tolerance of a number is replaced by the error of one measured part (``values`` with one number). The
+        profile and the axis of the bore keep their tolerances: the worst case has both errors at the ends.
 
         Raises
         ------
         UnknownName
-            If ``name`` is none of the three.
+            If ``name`` is not ``displacement``, ``velocity`` or ``acceleration``.
         """
         if name not in MOTION_NAMES:
             raise UnknownName(f"{name!r} is no motion; {suggest_names(str(name), MOTION_NAMES)}")
         worst = self.worst_case if name == MOTION_NAMES[0] else self.worst_cases[MOTION_NAMES.index(name)]
-        own = {
-            key: each
-            for key, each in worst.errors.items()
+        numbers = {
+            key: error
+            for key, error in worst.errors.items()
             if key in self.scene.tolerances.number_and_angle_tolerances
         }
-        return self.scene.replace(**{f"tolerances.{key}": {"values": [each]} for key, each in own.items()})
+        return self.scene.replace(**{f"tolerances.{key}": {"values": [each]} for key, each in numbers.items()})
 
     def worst_cam(self, limit: str) -> Scene:
-        """The scene of the worst cam that was found for a limit.
+        """The scene of the worst cam found for a limit.
 
-        Its numbers are off, and have no tolerances any more.
+        Its numbers include the errors, and have no tolerances.
 
         Raises
         ------
         UnknownName
             If the scene has no such limit.
         """
-        found = {each.limit: each for each in self.margins if each.sizes}
-        if limit not in found:
-            raise UnknownName(f"{limit!r} is no limit with a margin; {suggest_names(str(limit), found)}")
-        return scene_of_cam(self.scene, found[limit].sizes)
+        margins = {each.limit: each for each in self.margins if each.sizes}
+        if limit not in margins:
+            raise UnknownName(f"{limit!r} is no limit with a margin; {suggest_names(str(limit), margins)}")
+        return scene_of_cam(self.scene, margins[limit].sizes)
 
-    def _row_of_field(self, said: str, field: str) -> dict[str, Any]:
-        """What each of the three has in a field; nothing where it has none."""
+    def _row_of_field(self, head: str, field: str) -> dict[str, Any]:
+        """One row of the table: a field of each of the three errors, "" where it is None."""
         values = {each.name: getattr(each, field) for each in self.errors}
         if field.endswith("_deg"):  # an angle, whatever the unit of the column
             values = {
                 name: value if value is None else number_text(round(value, 9)) for name, value in values.items()
             }
-        return {"": said, **{name: "" if value is None else value for name, value in values.items()}}
+        return {"": head, **{name: "" if value is None else value for name, value in values.items()}}
 
 
 def tolerance(scene: SceneSource) -> MotionErrors:
-    """Find how far the motion of a real cam may be from the one asked, by its ``[tolerances]``.
+    """Errors of the motion of real cams within the ``[tolerances]`` of a scene.
 
-    The profile is cut for the sizes of the scene, with errors along its normal; the follower is put together with
-    errors of its own sizes. Errors are those of the tool: with a train they are what comes through it.
+    The profile is cut for the sizes of the scene, with errors along its normal. The follower is assembled with
+    errors of its sizes. Errors are those of the tool: a train transmits the errors of its follower.
 
     Parameters
     ----------
     scene : Scene, str or os.PathLike
-        A scene with sizes of its own, and ``[tolerances]``, or ``part.profile_tolerance``.
+        A scene with all sizes, and ``[tolerances]`` or ``part.profile_tolerance``.
 
     Returns
     -------
     MotionErrors
-        Worst cases, bands of independent errors, what each tolerance contributes, and changes in dwells. They leave
-        out terms of second order, below 0.05 µm for errors of 10 µm; ``worst_cases`` leave out nothing, and bound
-        the motion of all cams within the tolerances. An error is infinite where the motion that it changes jumps,
-        or where it is the slope of a profile whose waves are not limited.
+        Worst cases, root sum squares, contributions of each tolerance, and changes in dwells, to first order. The
+        neglected terms of second order are below 0.05 µm for errors of 10 µm. ``worst_cases`` neglect nothing, and
+        bound the errors of all cams within the tolerances. An error is infinite where the motion that it changes
+        jumps. It is also infinite if it depends on the slope of a profile whose waves are not limited.
 
     Raises
     ------
     BadInput
-        If the scene lacks a size, or has no tolerances.
+        If a size is missing, or the scene has no tolerances.
 
     Examples
     --------
@@ -446,24 +449,24 @@ def _degrees_text(deg: float) -> str:
     return f"{number_text(round(deg, 9))} deg"
 
 
-def _proved_bounds(bounds: dict[str, float]) -> dict[str, float]:
-    """Those that are proved: the others have no cell."""
-    return {name: each for name, each in bounds.items() if each < inf}
+def _finite_bounds(bounds: dict[str, float]) -> dict[str, float]:
+    """The finite bounds; the others have an empty cell."""
+    return {name: bound for name, bound in bounds.items() if bound < inf}
 
 
-def _gap_sentence(gap: float, found: float) -> str:
-    """By how much a bound is above the worst cam, where that is much."""
-    above = gap / found if found else 0.0
-    return f" The bound is {100.0 * above:.2g} % above it." if FAR_BOUND < above < inf else ""
+def _gap_sentence(gap: float, error: float) -> str:
+    """How much larger the bound is than the error of the worst cam; "" if it is hardly larger."""
+    share = gap / error if error else 0.0
+    return f" The proven bound is {100.0 * share:.2g} % larger." if FAR_BOUND < share < inf else ""
 
 
 def first_order_errors(turn: TurnErrors) -> tuple[MotionError, ...]:
-    """Those of displacement, velocity and acceleration, to first order."""
+    """Errors of displacement, velocity and acceleration, to first order."""
     return tuple(_motion_error(turn, order) for order in range(RESPONSE_ORDERS))
 
 
 def _motion_error(turn: TurnErrors, order: int) -> MotionError:
-    """The largest error of an order."""
+    """The largest error of an order over the turn."""
     if not turn.node_contributions:
         return MotionError(
             MOTION_NAMES[order], motion_table_unit(turn.problem.setup, order), 0.0, None, 0.0, None, {}, {}
@@ -492,50 +495,50 @@ def _motion_error(turn: TurnErrors, order: int) -> MotionError:
 
 
 def _infinite_error(turn: TurnErrors, order: int, unbounded: dict[str, float | None]) -> MotionError:
-    """An error that is infinite, by some of the tolerances."""
-    at = next((degrees(place) for place in unbounded.values() if place is not None), None)
-    alone = {
+    """An infinite error, with the tolerances ``unbounded`` that cause it."""
+    at = next((degrees(angle) for angle in unbounded.values() if angle is not None), None)
+    largest = {
         each.key: motion_scale(turn.problem.setup, order) * float(worst_case_magnitude([each], order).max())
         for each in turn.node_contributions
     }
-    shares = alone | dict.fromkeys(unbounded, inf)
+    shares = largest | dict.fromkeys(unbounded, inf)
     parts = {key: float(key in unbounded) / len(unbounded) for key in shares}
     return MotionError(
         MOTION_NAMES[order], motion_table_unit(turn.problem.setup, order), inf, at, inf, at, shares, parts
     )
 
 
-def _values_by_key(found: list[Contribution], values: FloatArray) -> dict[str, float]:
-    return {each.key: float(value) for each, value in zip(found, values, strict=True)}
+def _values_by_key(contributions: list[Contribution], values: FloatArray) -> dict[str, float]:
+    return {each.key: float(value) for each, value in zip(contributions, values, strict=True)}
 
 
 def _dwell_errors(turn: TurnErrors) -> Iterator[DwellError]:
-    """How far the follower may move in each dwell of the motion that is asked."""
+    """Largest movement of the follower in each programmed dwell."""
     unit = motion_scale(turn.problem.setup, 0)
     for stroke, worst_case in worst_wobbles(turn):
-        found = turn.contributions_at(np.linspace(stroke.start, stroke.end - JUMP_SIDE, DWELL_ANGLES))
-        change = unit * sum(each.change() for each in found)
+        contributions = turn.contributions_at(np.linspace(stroke.start, stroke.end - JUMP_SIDE, DWELL_ANGLES))
+        change = unit * sum(each.change() for each in contributions)
         over = 2.0 * pi if stroke.end > turn.problem.programme.strokes[-1].end else 0.0
         yield DwellError(degrees(stroke.start), degrees(stroke.end - over), change, worst_case)
 
 
 def _infinite_error_reasons(turn: TurnErrors, worst_case: WorstCase, shares: dict[str, float]) -> Iterator[str]:
-    """Why errors are infinite, a sentence each."""
+    """Why errors are infinite or unproved, one sentence each."""
     corners = turn.problem.programme.corners
     if worst_case.unproved:
         where = f" at {degrees(corners[0].at):.6g} deg" if corners else ""
         largest = max(shares, key=shares.__getitem__)
-        smaller = "" if corners else f" {largest} has the largest share: make it smaller first."
+        smaller = "" if corners else f" {largest} has the largest share: tighten it first."
         yield f"No bound of the displacement is proved: {worst_case.unproved}{where}.{smaller}"
     if turn.impulses:
         order = min(turn.impulses.values()).order
-        what = MOTION_NAMES[order]
+        name = MOTION_NAMES[order]
         yield (
-            f"The {what} of the motion jumps at {turn.impulse_angles_text(order)}: where an error moves the jump, "
-            f"its own {what} is an impulse to first order; in truth it is a short, steep ramp."
+            f"The {name} of the motion jumps at {turn.impulse_angles_text(order)}. An error that moves the jump "
+            f"has an infinite {name} there to first order; on a real cam it is a short, steep ramp."
         )
     if turn.scene.tolerances.profile and turn.scene.tolerances.waves is None:
-        yield "The slope of the profile's error has no bound without tolerances.waves: give it, such as waves = 20."
+        yield "The slope of the profile's error has no bound without tolerances.waves: set it, such as waves = 20."
 
 
 WORST_FILE, ALLOCATED_FILE, CAMS_FILE, HISTOGRAM_FILE = (
@@ -545,15 +548,15 @@ WORST_FILE, ALLOCATED_FILE, CAMS_FILE, HISTOGRAM_FILE = (
     "cams.svg",
 )
 CAM_FILES = (WORST_FILE.format("*"), ALLOCATED_FILE, CAMS_FILE, HISTOGRAM_FILE)
-"""The scenes of the worst motions, of the worst cam of each limit and of the grades; what each cam of a batch has,
-and its picture."""
+"""Scenes of the worst motions, of the worst cam of each limit, and of the allocation; the table of a batch, and its
+picture."""
 
 
 def write_cams(result: MotionErrors, unit: Publication) -> None:
-    """Write the cams of the worst motions, the worst cam of each limit, the allocated cam, and a batch's table."""
+    """Write the scenes of the worst motions, worst cams of limits and the allocation, and the table of a batch."""
     motions = dict(zip(MOTION_NAMES, ("motion", "motion-velocity", "motion-acceleration"), strict=True))
-    for (name, file), each in zip(motions.items(), result.worst_cases, strict=True):
-        if each.errors:
+    for (name, file), worst in zip(motions.items(), result.worst_cases, strict=True):
+        if worst.errors:
             write_scene(unit.path(WORST_FILE.format(file)), result.worst_motion(name))
     for margin in result.margins:
         if margin.quantity and margin.worst != margin.nominal:

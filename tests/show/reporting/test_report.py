@@ -102,7 +102,7 @@ def test_a_page_has_what_tolerances_do_of_a_scene_that_has_them(tmp_path, withou
     real = scene.replace(**{"tolerances.follower.arm_length": 0.05})
     camopt.report(real, tmp_path / "real.html")
     page = (tmp_path / "real.html").read_text(encoding="utf-8")
-    told = ("errors of the motion", "no cam within exceeds, proved", "arm_length 30.05 mm", "1,024 cams drawn")
+    told = ("errors of the motion", "proven upper bound", "arm_length 30.05 mm", "1,024 cams drawn")
     assert all(text in page for text in (*told, '<img src="data:image/png;base64,'))
 
 

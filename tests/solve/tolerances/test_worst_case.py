@@ -185,7 +185,7 @@ def test_why_no_bound_is_proved_and_a_bound_that_is_far_above_are_said(monkeypat
     found = camopt.tolerance(scene)
     above = found.worst_case.gap / abs(found.worst_case.error)
     assert 1e-3 < above < 1e-2
-    assert f"The bound is {100 * above:.2g} % above it." in found.table().note
+    assert f"The proven bound is {100 * above:.2g} % larger." in found.table().note
     monkeypatch.setattr(worst_case, "DISPLACEMENT_SECONDS", -1.0)
     found = camopt.tolerance(scene)
     assert np.isinf(found.worst_case.bound)
@@ -197,7 +197,7 @@ def test_why_no_bound_is_proved_and_a_bound_that_is_far_above_are_said(monkeypat
 def test_the_command_tells_the_bound_and_the_worst_cam(command, tmp_path):
     file = tmp_path / "cut.toml"
     file.write_text(toleranced("offset-roller").to_toml())
-    assert "no cam within exceeds, proved" in command("tolerance", file)[1]
+    assert "proven upper bound" in command("tolerance", file)[1]
     found = json.loads(command("tolerance", file, "--json")[1])["worst_case"]
     assert found["bound"] > abs(found["error"]) > 0.03
     corners = json.loads(command("tolerance", "uniform-knife-offset", "--set", "tolerances.phase=0.1", "--json")[1])

@@ -143,7 +143,7 @@ def test_a_phase_alone_moves_a_motion_along():
     largest = max(abs(each.size) for each in problem.programme.jumps) * motion_scale(problem.setup, 2)
     assert abs(found.worst_cases[2].error) == pytest.approx(largest, rel=1e-9)
     assert largest <= found.worst_cases[2].bound <= 1.0012 * largest
-    assert "a cam that is late or early has the whole jump for an error" in found.table().note
+    assert "a late or early cam has the whole jump as its error" in found.table().note
     still = camopt.tolerance(jumping.replace(tolerances={"profile": 0.01, "waves": 3}))  # none is late
     assert still.worst_cases[2].bound < 0.01 * largest
 

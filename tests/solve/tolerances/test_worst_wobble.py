@@ -149,11 +149,11 @@ def test_the_command_tells_the_bound_of_a_dwell_and_its_worst_cam(command, tmp_p
     file = tmp_path / "rests.toml"
     file.write_text(dwelling("flat", 60, {"profile": 0.01, "bore_eccentricity": 0.02}).to_toml())
     out = " ".join(command("tolerance", file)[1].split())
-    assert "no cam within moves more in it, proved 0.04 " in out
+    assert "change in a dwell, proven upper bound 0.04 " in out
     assert "with profile 0.01 mm, lowest at" in out
     (found,) = json.loads(command("tolerance", file, "--json")[1])["dwells"]
     assert found["worst_case"]["bound"] > found["worst_case"]["change"] > 0.0399999
     monkeypatch.setattr(dwells_and_passages, "MOTION_PROOF_SECONDS", -1.0)
     late = camopt.tolerance(Scene.from_toml(file))
     assert np.isinf(late.dwells[0].worst_case.bound)
-    assert "No bound is proved of the dwell from 150 to 210 deg: the time of -1 s was over." in late.table().note
+    assert "No bound is proved for the dwell from 150 to 210 deg: the time of -1 s was over." in late.table().note
