@@ -25,10 +25,14 @@ from camopt.solve.synthesis.cams import (
     scene_with_laws,
     smallest_cam_for_laws,
 )
-from camopt.solve.synthesis.ceilings import ceilings_at, ceilings_of, load_quantities
 from camopt.solve.synthesis.convex_model import ConvexModel, build_convex_model
 from camopt.solve.synthesis.iterate import Iterate, iterate_of
-from camopt.solve.synthesis.problem_from_scene import objective_weights, split_by_offset, synthesis_problem
+from camopt.solve.synthesis.nonconvex_constraints import (
+    load_constraints_at,
+    load_quantities,
+    nonconvex_constraints_of,
+)
+from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, objective_weights, split_by_offset
 from camopt.solve.synthesis.relaxation import RelaxedMotion
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
 from camopt.solve.synthesis.solver import SOLVER_ERROR
@@ -71,33 +75,39 @@ class AxisMinimiser:
 
     def __init__(self, scene: Scene, axes: Sequence[str], first: str, held: Sequence[str]) -> None:
         self.scene, self.axes, self.first = scene, axes, first
-        demand = synthesis_problem(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
-        self.keys = {name: key for name, key in load_quantities(demand.problem).items() if name in (first, *held)}
-        self.demand = replace(demand, objective={} if first in self.keys else {first: 1.0})
+        problem = build_synthesis_problem(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
+        self.keys = {
+            name: key for name, key in load_quantities(problem.scene_problem).items() if name in (first, *held)
+        }
+        self.problem = replace(problem, objective={} if first in self.keys else {first: 1.0})
         self.held = {term: cp.Parameter() for term in held if term in AXIS_TERMS}
         self.known: list[Iterate] | None = None
 
     @cached_property
     def free_model(self) -> ConvexModel:
         """The programme of free laws."""
-        return build_convex_model(tighten_limits(self.demand, LIMIT_MARGINS[0]), SplineMotion, self.held)
+        return build_convex_model(tighten_limits(self.problem, LIMIT_MARGINS[0]), SplineMotion, self.held)
 
     @cached_property
     def relaxed_model(self) -> ConvexModel:
         """The relaxation that bounds it for any motion."""
-        wider = tighten_limits(self.demand, -SOLVER_ERROR)
+        wider = tighten_limits(self.problem, -SOLVER_ERROR)
         return build_convex_model(wider, partial(RelaxedMotion, PANEL_COUNTS[0]), self.held)
 
     @cached_property
     def convex_steps(self) -> SequentialConvex:
         """The steps under the ceilings of the scene and of held quantities, whatever their values."""
         held = self._problem_with_held(dict.fromkeys(self.keys.keys() - {self.first}, 1.0))
-        return SequentialConvex(self.free_model, ceilings_of(held), self.minimised_ceilings)
+        return SequentialConvex(self.free_model, nonconvex_constraints_of(held), self.minimised_curves)
 
     @cached_property
-    def minimised_ceilings(self) -> tuple[Any, ...]:
+    def minimised_curves(self) -> tuple[Any, ...]:
         """The ceilings of the axis itself, if it is a quantity; their bounds do not matter."""
-        return ceilings_at(self.demand.problem, self.keys[self.first], 1.0) if self.first in self.keys else ()
+        return (
+            load_constraints_at(self.problem.scene_problem, self.keys[self.first], 1.0)
+            if self.first in self.keys
+            else ()
+        )
 
     def minimise_at(
         self, value: Mapping[str, float], starts: Sequence[Iterate] = (), bounded: bool = True
@@ -105,15 +115,19 @@ class AxisMinimiser:
         """The best cam with the other axes held at values; None if none is found."""
         if not value and self.first in AXIS_TERMS:
             # the least of a term with nothing held: what ``synthesise`` finds
-            cam, found = best_synthesis(self.scene, split_by_offset(self.demand), lambda done, most: None)
+            cam, found = best_synthesis(self.scene, split_by_offset(self.problem), lambda done, most: None)
             terms = self._cam_row(cam, found) | {"bound": None, "local": not cam.convex}
             return FrontierCam(terms, found)
-        scene, demand, best = self.scene.with_values(self._held_limits(value)), self._problem_with_held(value), None
-        for laws in self._candidate_laws(demand, value, starts):
+        scene, problem, best = (
+            self.scene.with_values(self._held_limits(value)),
+            self._problem_with_held(value),
+            None,
+        )
+        for laws in self._candidate_laws(problem, value, starts):
             # what laws were found with of a size is no more than their cam has, but for margins
-            if best and self.first == "size" and self._prime_radius(laws) - self.demand.roller >= best.row["size"]:
+            if best and self.first == "size" and self._prime_radius(laws) - self.problem.roller >= best.row["size"]:
                 continue
-            row = self._feasible_row(scene, demand, laws, value)
+            row = self._feasible_row(scene, problem, laws, value)
             if row and (best is None or row[self.first] < best.row[self.first]):
                 best = FrontierCam(row, laws)
             if best and self.first in AXIS_TERMS and self._is_near_optimum(best.row[self.first]):
@@ -134,7 +148,9 @@ class AxisMinimiser:
 
     def _problem_with_held(self, value: Mapping[str, float]) -> SynthesisProblem:
         """The demand with the held quantities as limits of the scene."""
-        return replace(self.demand, problem=self.demand.problem.with_numbers(self._held_limits(value)))
+        return replace(
+            self.problem, scene_problem=self.problem.scene_problem.with_numbers(self._held_limits(value))
+        )
 
     def _least_objective(self, model: ConvexModel, value: Mapping[str, float], margin: float) -> float:
         """The least objective with the terms held at a value; infinite if there is none.
@@ -151,7 +167,7 @@ class AxisMinimiser:
             return inf
 
     def _candidate_laws(
-        self, demand: SynthesisProblem, value: Mapping[str, float], starts: Sequence[Iterate]
+        self, problem: SynthesisProblem, value: Mapping[str, float], starts: Sequence[Iterate]
     ) -> Iterator[Iterate]:
         """Free laws for a value: what the programme gives, and bent below the ceilings if need be."""
         self.optimum = self._least_objective(self.free_model, value, LIMIT_MARGINS[bool(self.keys)])
@@ -159,23 +175,23 @@ class AxisMinimiser:
             return
         plain = iterate_of(self.free_model)
         least_jerk = least_jerk_laws(self.free_model, self.optimum) or plain
-        ceilings = ceilings_of(demand)
-        if not self.minimised_ceilings:
+        constraints = nonconvex_constraints_of(problem)
+        if not self.minimised_curves:
             yield least_jerk
-            if not ceilings:  # which steps take both of them below
+            if not constraints:  # which steps take both of them below
                 yield plain
-        if ceilings or self.minimised_ceilings:
+        if constraints or self.minimised_curves:
             # known laws on their smallest cams, which do not depend on the values
             if self.known is None:
-                self.known = starting_laws(self.demand, least_jerk, objective_weights(self.scene.synthesis))
+                self.known = starting_laws(self.problem, least_jerk, objective_weights(self.scene.synthesis))
             every = [least_jerk, *starts, *self.known]
             if value:  # not the end of an axis, where every start of ``synthesise`` is tried
-                every = self.convex_steps.rank_starts([plain, *every], ceilings, self.minimised_ceilings)[
+                every = self.convex_steps.rank_starts([plain, *every], constraints, self.minimised_curves)[
                     :STEP_STARTS
                 ]
             ends: list[FloatArray] = []
             for each in every:
-                laws = self.convex_steps.find_local_optimum(each, ceilings, self.minimised_ceilings)
+                laws = self.convex_steps.find_local_optimum(each, constraints, self.minimised_curves)
                 end = np.concatenate([laws[:2], *laws.coefficients])
                 if not any(np.allclose(end, other, rtol=0.0, atol=EQUAL_LAWS_CHANGE) for other in ends):
                     yield laws
@@ -188,16 +204,16 @@ class AxisMinimiser:
         )
 
     def _feasible_row(
-        self, scene: Scene, demand: SynthesisProblem, laws: Iterate, value: Mapping[str, float]
+        self, scene: Scene, problem: SynthesisProblem, laws: Iterate, value: Mapping[str, float]
     ) -> dict[str, Any] | None:
         """A cam of laws that holds every limit and value; None if there is none."""
-        programme = programme_with_laws(demand, laws)
-        if not motion_holds_limits(demand, programme):
+        programme = programme_with_laws(problem, laws)
+        if not motion_holds_limits(problem, programme):
             return None
         cam = (
             self._cam_of_solved_size(laws)
             if self.keys and not _has_listed_sizes(self.scene)
-            else smallest_cam_for_laws(scene, demand, laws)
+            else smallest_cam_for_laws(scene, problem, laws)
         )
         if cam is None:
             return None
@@ -207,17 +223,17 @@ class AxisMinimiser:
 
     def _cam_row(self, cam: Synthesis, laws: Iterate) -> dict[str, Any]:
         """The row of a cam: its axes, its quantities and its scene."""
-        programme, size = programme_with_laws(self.demand, laws), cam.design[self.demand.problem.size_name]
+        programme, size = programme_with_laws(self.problem, laws), cam.design[self.problem.scene_problem.size_name]
         terms = {
-            axis: objective_term(self.demand, programme, axis, size) for axis in self.axes if axis in AXIS_TERMS
+            axis: objective_term(self.problem, programme, axis, size) for axis in self.axes if axis in AXIS_TERMS
         }
         return {**terms, **cam.design, "scene": cam.scene.to_toml()}
 
     def _prime_radius(self, laws: Iterate) -> float:
         """The size that laws were found with, and the roller."""
-        demand = self.demand
-        lead, height = (demand.size_unit * each for each in laws[:2])
-        return max(float(np.hypot(lead, height)) if demand.has_trace_point else height, demand.prime[0])
+        problem = self.problem
+        lead, height = (problem.size_unit * each for each in laws[:2])
+        return max(float(np.hypot(lead, height)) if problem.has_trace_point else height, problem.prime_range[0])
 
     def _cam_of_solved_size(self, laws: Iterate) -> Synthesis | None:
         """The cam of the sizes that the laws were found with, or a little larger, if it holds every limit.
@@ -225,12 +241,12 @@ class AxisMinimiser:
         The smallest cam for the laws is no smaller, but for the margins of the steps, and takes long to find where
         a load decides.
         """
-        demand, prime = self.demand, self._prime_radius(laws)
-        scene, name = scene_with_laws(self.scene, demand, laws), demand.problem.size_name
-        offset = demand.problem.design.sense * demand.size_unit * laws.lead
-        sizes = {"offset_mm": offset, "roller_radius_mm": demand.largest_roller}
+        problem, prime = self.problem, self._prime_radius(laws)
+        scene, name = scene_with_laws(self.scene, problem, laws), problem.scene_problem.size_name
+        offset = problem.scene_problem.design.sense * problem.size_unit * laws.lead
+        sizes = {"offset_mm": offset, "roller_radius_mm": problem.largest_roller}
         for larger in SIZE_INCREASES:
-            cam = scene.with_row({**sizes, name: prime * (1.0 + larger) - demand.roller})
+            cam = scene.with_row({**sizes, name: prime * (1.0 + larger) - problem.roller})
             found = evaluate(cam)
             if found["feasible"]:
                 return Synthesis(self.scene, cam, Design(found, cam), 0.0)
@@ -238,7 +254,7 @@ class AxisMinimiser:
 
     def _lower_bound(self, value: Mapping[str, float], best: FrontierCam) -> float | None:
         """What no motion passes with the terms held at a value; None for a quantity, or if the solver fails."""
-        if self.minimised_ceilings or (self.first == "size" and not self.demand.has_convex_size):
+        if self.minimised_curves or (self.first == "size" and not self.problem.has_convex_size):
             return None
         bound = subtract_solver_error(
             self.relaxed_model, self._least_objective(self.relaxed_model, value, -SOLVER_ERROR)

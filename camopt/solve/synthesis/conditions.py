@@ -33,10 +33,10 @@ class DisplacementOrigin(NamedTuple):
     """The cam angle where the motion is lowest, if no position that the scene gives need be."""
 
 
-def displacement_origin(problem: Problem) -> DisplacementOrigin:
+def displacement_origin(scene_problem: Problem) -> DisplacementOrigin:
     """The lowest position that is given, or else that of the scene's own motion."""
-    programme, unit = problem.programme.tool, problem.programme.tool.unit
-    zero = start_position(problem.segments) - programme.start
+    programme, unit = scene_problem.programme.tool, scene_problem.programme.tool.unit
+    zero = start_position(scene_problem.segments) - programme.start
     levels = _given_levels(programme)
     lowest = min(levels.given_levels)
     beyond = [

@@ -48,7 +48,7 @@ from camopt.solve.synthesis.synthesis_problem import (
 class ConvexModel:
     """A convex programme and its parts."""
 
-    demand: SynthesisProblem
+    problem: SynthesisProblem
     objective: cp.Expression
     """The objective over ``unit``."""
     constraints: list[cp.Constraint]
@@ -86,7 +86,7 @@ class ConvexModel:
         Of a smooth motion it is the least variation of the jerk, from stroke to stroke as well.
         """
         most = cp.Parameter()
-        if self.demand.smooth:
+        if self.problem.smooth:
             ends = [each.end_derivative(3, last) for each in self.motions for last in (False, True)]
             joints = zip(ends[1::2], [*ends[2::2], ends[0]], strict=True)
             jumps = [after - before for before, after in joints]
@@ -99,7 +99,7 @@ class ConvexModel:
 
     def accepted_objective(self, least: float) -> float:
         """An objective that is as good as the least: what a smooth motion may have."""
-        return least + self.demand.smooth * abs(least)
+        return least + self.problem.smooth * abs(least)
 
     @property
     def is_exact(self) -> bool:
@@ -108,7 +108,7 @@ class ConvexModel:
 
 
 def build_convex_model(
-    demand: SynthesisProblem, make: MotionFactory, held: Mapping[str, Any] | None = None
+    problem: SynthesisProblem, make: MotionFactory, held: Mapping[str, Any] | None = None
 ) -> ConvexModel:
     """The programme of a demand with motions of one make.
 
@@ -117,84 +117,90 @@ def build_convex_model(
     held = held or {}
     sizes = Sizes(cp.Variable(), cp.Variable(), cp.Variable())
     names = dict.fromkeys(
-        (*demand.objective, *held, *([] if demand.residual is None else [residual.RESIDUAL_TERM]))
+        (*problem.objective, *held, *([] if problem.residual_limit is None else [residual.RESIDUAL_TERM]))
     )
     largest = {name: cp.Variable() for name in names if name in (*TERM_ORDERS, CROSSING_JERK)}
     motions = [
         (make if stroke.is_free else FixedMotion)(
-            demand, stroke, _derivative_ranges(demand, number, largest), sizes
+            problem, stroke, _derivative_ranges(problem, number, largest), sizes
         )
-        for number, stroke in enumerate(demand.strokes)
+        for number, stroke in enumerate(problem.strokes)
     ]
-    lowest = _lowest_displacement(demand, motions)
-    terms = {name: _term_expression(demand, name, sizes, motions, lowest, largest) for name in names}
+    lowest = _lowest_displacement(problem, motions)
+    terms = {name: _term_expression(problem, name, sizes, motions, lowest, largest) for name in names}
     constraints = [each >= 0.0 for each in (sizes.height, *largest.values())]
-    constraints += _size_constraints(demand, sizes, lowest) + _joint_constraints(demand, motions)
-    for number, partner in enumerate(demand.mirror or ()):
+    constraints += _size_constraints(problem, sizes, lowest) + _joint_constraints(problem, motions)
+    for number, partner in enumerate(problem.mirror_strokes or ()):
         if number <= partner:
             motions[number].impose_mirror(motions[partner])
-    for crossing in demand.crossings if CROSSING_JERK in largest else ():
+    for crossing in problem.crossings if CROSSING_JERK in largest else ():
         motions[crossing.stroke].impose_crossing(crossing, largest[CROSSING_JERK])
-        for end in demand.ranges[crossing.stroke].get(3, ()):  # with more of it there is no more allowed
-            constraints.append(largest[CROSSING_JERK] <= abs(end) / demand.motion_unit)
-    for one, other in demand.opposed_pairs:
-        motions[one].impose_sum(motions[other], demand.sum_of_starts(one, other))
+        for end in problem.derivative_ranges[crossing.stroke].get(
+            3, ()
+        ):  # with more of it there is no more allowed
+            constraints.append(largest[CROSSING_JERK] <= abs(end) / problem.motion_unit)
+    for one, other in problem.opposed_pairs:
+        motions[one].impose_sum(motions[other], problem.sum_of_starts(one, other))
     for motion in motions:
         constraints += motion.constraints
     constraints += [terms[name] <= bound for name, bound in held.items()]
-    if demand.residual is not None:
-        constraints.append(terms[residual.RESIDUAL_TERM] / demand.residual <= 1.0)
-    constraints += [_mean_constraint(mean, motions, lowest, demand.motion_unit) for mean in demand.means]
-    unit = sum(weight * _term_magnitude(demand, name) for name, weight in demand.objective.items()) or 1.0
-    objective = sum((w / unit * terms[name] for name, w in demand.objective.items()), start=cp.Constant(0.0))
-    return ConvexModel(demand, objective, constraints, unit, sizes, motions, largest)
+    if problem.residual_limit is not None:
+        constraints.append(terms[residual.RESIDUAL_TERM] / problem.residual_limit <= 1.0)
+    constraints += [
+        _mean_constraint(mean, motions, lowest, problem.motion_unit) for mean in problem.mean_constraints
+    ]
+    unit = sum(weight * _term_magnitude(problem, name) for name, weight in problem.objective.items()) or 1.0
+    objective = sum((w / unit * terms[name] for name, w in problem.objective.items()), start=cp.Constant(0.0))
+    return ConvexModel(problem, objective, constraints, unit, sizes, motions, largest)
 
 
-def _derivative_ranges(demand: SynthesisProblem, number: int, largest: Mapping[str, Any]) -> DerivativeRanges:
+def _derivative_ranges(problem: SynthesisProblem, number: int, largest: Mapping[str, Any]) -> DerivativeRanges:
     """The ranges of a stroke's derivatives in units of the lift, its own and those over the turn."""
     found: DerivativeRanges = {
         TERM_ORDERS[name]: [DerivativeRange(-1.0, 1.0, variable)]
         for name, variable in largest.items()
         if name != CROSSING_JERK
     }
-    for order, (low, high) in demand.ranges[number].items():
-        found.setdefault(order, []).append(DerivativeRange(low / demand.motion_unit, high / demand.motion_unit))
+    for order, (low, high) in problem.derivative_ranges[number].items():
+        found.setdefault(order, []).append(DerivativeRange(low / problem.motion_unit, high / problem.motion_unit))
     return found
 
 
-def _size_constraints(demand: SynthesisProblem, sizes: Sizes, lowest: Any) -> list[cp.Constraint]:
+def _size_constraints(problem: SynthesisProblem, sizes: Sizes, lowest: Any) -> list[cp.Constraint]:
     """The intervals of the sizes; the size is that where the follower is lowest."""
-    unit = demand.size_unit
-    height = sizes.height + demand.motion_unit / unit * lowest
+    unit = problem.size_unit
+    height = sizes.height + problem.motion_unit / unit * lowest
     found = [
-        cp.norm(cp.hstack([sizes.lead, height])) <= sizes.prime if demand.has_trace_point else sizes.prime >= height
+        cp.norm(cp.hstack([sizes.lead, height])) <= sizes.prime
+        if problem.has_trace_point
+        else sizes.prime >= height
     ]
-    for size, (low, high) in ((sizes.lead, demand.lead), (sizes.prime, demand.prime)):
+    for size, (low, high) in ((sizes.lead, problem.lead_range), (sizes.prime, problem.prime_range)):
         found += DerivativeRange(low / unit, high / unit).constraints(size)
     return found
 
 
-def _lowest_displacement(demand: SynthesisProblem, motions: list[StrokeMotion]) -> Any:
+def _lowest_displacement(problem: SynthesisProblem, motions: list[StrokeMotion]) -> Any:
     """The displacement where the follower is lowest, if no position that is given need be."""
-    if demand.lowest_angle is None:
+    if problem.lowest_angle is None:
         return 0.0
-    number, x = demand.stroke_place(demand.lowest_angle)
+    number, x = problem.stroke_place(problem.lowest_angle)
     return motions[number].displacement_at(x)
 
 
-def _joint_constraints(demand: SynthesisProblem, motions: list[StrokeMotion]) -> list[cp.Constraint]:
+def _joint_constraints(problem: SynthesisProblem, motions: list[StrokeMotion]) -> list[cp.Constraint]:
     """What holds where two strokes meet: rest beside a dwell, or else a motion as smooth as the demand says."""
     found = []
     for number, motion in enumerate(motions):
-        before, stroke, last = motions[number - 1], demand.strokes[number], demand.strokes[number - 1]
+        before, stroke, last = motions[number - 1], problem.strokes[number], problem.strokes[number - 1]
         if not (stroke.is_free or last.is_free):
             continue
         if DWELL in (stroke.kind, last.kind):
-            motion.impose_rest(demand.rest, False)
-            before.impose_rest(demand.rest, True)
+            motion.impose_rest(problem.rest, False)
+            before.impose_rest(problem.rest, True)
             smooth = 0
         else:
-            smooth = demand.continuity_at(last.end)
+            smooth = problem.continuity_at(last.end)
         for order in range(0 if stroke.is_move or last.is_move else 1, smooth + 1):
             end, start = before.end_derivative(order, True), motion.end_derivative(order, False)
             if end is not None and start is not None:
@@ -202,25 +208,25 @@ def _joint_constraints(demand: SynthesisProblem, motions: list[StrokeMotion]) ->
     return found
 
 
-def _term_magnitude(demand: SynthesisProblem, name: str) -> float:
+def _term_magnitude(problem: SynthesisProblem, name: str) -> float:
     """What a term of the objective is of the order of, in its own unit."""
     if name == "size":
-        return demand.size_unit
+        return problem.size_unit
     if name == LOST_AREA:
-        return demand.largest_area * demand.term_factors[name]
-    shortest = min(stroke.angle for stroke in demand.free_strokes)
+        return problem.largest_area * problem.term_factors[name]
+    shortest = min(stroke.angle for stroke in problem.free_strokes)
     if name == residual.RESIDUAL_TERM:
         return (
-            demand.motion_unit
-            * demand.term_factors[name]
-            / (1.0 + (demand.train_frequency_and_damping[0] * shortest) ** 2)
+            problem.motion_unit
+            * problem.term_factors[name]
+            / (1.0 + (problem.train_frequency_and_damping[0] * shortest) ** 2)
         )
     order = {**TERM_ORDERS, **RMS_TERM_ORDERS, CROSSING_JERK: 3}[name]
-    return demand.motion_unit * demand.term_factors[name] / shortest**order
+    return problem.motion_unit * problem.term_factors[name] / shortest**order
 
 
 def _term_expression(
-    demand: SynthesisProblem,
+    problem: SynthesisProblem,
     name: str,
     sizes: Sizes,
     motions: list[StrokeMotion],
@@ -229,14 +235,14 @@ def _term_expression(
 ) -> cp.Expression:
     """A term of the objective, in its own unit."""
     if name == "size":
-        return demand.size_unit * sizes.prime - demand.roller
+        return problem.size_unit * sizes.prime - problem.roller
     if name == residual.RESIDUAL_TERM:
-        return demand.term_factors[name] * _residual_vibration(motions)
-    factor = demand.motion_unit * demand.term_factors[name]
+        return problem.term_factors[name] * _residual_vibration(motions)
+    factor = problem.motion_unit * problem.term_factors[name]
     if name in largest:
         return factor * largest[name]
     if name == LOST_AREA:
-        return demand.largest_area * demand.term_factors[name] - factor * _lift_area_expression(motions, lowest)
+        return problem.largest_area * problem.term_factors[name] - factor * _lift_area_expression(motions, lowest)
     return factor / sqrt(2.0 * pi) * _root_of_squares(motions, RMS_TERM_ORDERS[name])
 
 

@@ -18,19 +18,21 @@ JERK_SAMPLES = 2001  # places of a stroke
 ZERO_ACCELERATION = 1e-6  # of the largest acceleration: less is none
 
 
-def check_crossings(problem: Problem) -> None:
+def check_crossings(scene_problem: Problem) -> None:
     """BadInput if the force on the follower is not that of its mass alone, or it has no clearance to cross."""
-    own, key = problem.setup.dynamics, "synthesis.minimise"
-    loaded = problem.programme.load is not None or any((own.stiffness, own.damping, own.load, own.preload))
+    own, key = scene_problem.setup.dynamics, "synthesis.minimise"
+    loaded = scene_problem.programme.load is not None or any((own.stiffness, own.damping, own.load, own.preload))
     what = None
-    if not problem.setup.given.drive.clearance:
+    if not scene_problem.setup.given.drive.clearance:
         what = "needs drive.clearance, which the roller crosses"
     elif loaded:
         what = "is of a follower without spring, damping and load, whose force turns round with its acceleration"
-    elif problem.setup.train is not None or any(each.is_move for each in problem.programme.tool.strokes):
+    elif scene_problem.setup.train is not None or any(
+        each.is_move for each in scene_problem.programme.tool.strokes
+    ):
         what = "is of rises and returns of the follower itself, without moves and without a train"
     if what:
-        raise BadInput([Mistake(problem.file, key, CROSSING_JERK, what, bare=True)])
+        raise BadInput([Mistake(scene_problem.file, key, CROSSING_JERK, what, bare=True)])
 
 
 def crossing_jerk(programme: Programme, window: float, placed: Sequence[StrokeCrossing] = ()) -> float:

@@ -42,7 +42,7 @@ BOUND_PANELS = 48  # of a stroke, for a bound
 SEARCH_PIECES = 24  # of a stroke, at most, while the place is looked for
 
 
-def with_crossings(demand: SynthesisProblem) -> tuple[SynthesisProblem, float | None]:
+def with_crossings(problem: SynthesisProblem) -> tuple[SynthesisProblem, float | None]:
     """The demand with the place in each free stroke where its force turns round, and a bound for all places.
 
     Raises
@@ -52,36 +52,36 @@ def with_crossings(demand: SynthesisProblem) -> tuple[SynthesisProblem, float | 
     """
     places: list[StrokeCrossing] = []
     bounds: list[float | None] = []
-    for number, stroke in enumerate(demand.strokes):
+    for number, stroke in enumerate(problem.strokes):
         if not stroke.is_free:
             continue
-        known = _image_crossing(demand, places, number)
+        known = _image_crossing(problem, places, number)
         if known is None:
-            known, bound = _best_crossing(demand, number)
+            known, bound = _best_crossing(problem, number)
             bounds.append(bound)
         places.append(known)
     lowest = [bound for bound in bounds if bound is not None]
-    return replace(demand, crossings=tuple(places)), max(lowest) if lowest else None
+    return replace(problem, crossings=tuple(places)), max(lowest) if lowest else None
 
 
-def _image_crossing(demand: SynthesisProblem, places: list[StrokeCrossing], number: int) -> StrokeCrossing | None:
+def _image_crossing(problem: SynthesisProblem, places: list[StrokeCrossing], number: int) -> StrokeCrossing | None:
     """The place in a stroke that is the image of another one, by what that has."""
     for place in places:
-        if demand.mirror is not None and demand.mirror[number] == place.stroke:
+        if problem.mirror_strokes is not None and problem.mirror_strokes[number] == place.stroke:
             return place._replace(stroke=number, low=1.0 - place.high, high=1.0 - place.low)
-        if demand.opposite is not None and demand.opposite[number] == place.stroke:
+        if problem.opposed_strokes is not None and problem.opposed_strokes[number] == place.stroke:
             return place._replace(stroke=number)
     return None
 
 
-def _best_crossing(demand: SynthesisProblem, number: int) -> tuple[StrokeCrossing, float | None]:
+def _best_crossing(problem: SynthesisProblem, number: int) -> tuple[StrokeCrossing, float | None]:
     """The best place in a stroke, and what the objective has at least for any place in it."""
-    few = replace(demand.splines, pieces=min(demand.splines.pieces, SEARCH_PIECES))
-    coarse = replace(demand, splines=few)
+    few = replace(problem.splines, pieces=min(problem.splines.pieces, SEARCH_PIECES))
+    coarse = replace(problem, splines=few)
 
     def objective_at(x: float) -> float:
-        place = demand.stroke_crossing(number, x, x)
-        images = [_image_crossing(demand, [place], other) for other in range(number + 1, len(demand.strokes))]
+        place = problem.stroke_crossing(number, x, x)
+        images = [_image_crossing(problem, [place], other) for other in range(number + 1, len(problem.strokes))]
         asked = replace(coarse, crossings=(place, *(each for each in images if each)))
         try:
             return build_convex_model(tighten_limits(asked, LIMIT_MARGINS[0]), SplineMotion).solve()
@@ -90,7 +90,7 @@ def _best_crossing(demand: SynthesisProblem, number: int) -> tuple[StrokeCrossin
 
     def lower_bound(low: float, high: float) -> float:
         """0 where the solver gives no bound."""
-        asked = replace(demand, crossings=(demand.stroke_crossing(number, low, high),))
+        asked = replace(problem, crossings=(problem.stroke_crossing(number, low, high),))
         relaxed = build_convex_model(tighten_limits(asked, -SOLVER_ERROR), partial(RelaxedMotion, BOUND_PANELS))
         try:
             value = relaxed.solve()
@@ -119,6 +119,6 @@ def _best_crossing(demand: SynthesisProblem, number: int) -> tuple[StrokeCrossin
             if 0.0 < x < 1.0 and (value := objective_at(x)) < best:
                 best, at = value, x
     if best == inf:
-        window = np.degrees(demand.window)
+        window = np.degrees(problem.crossing_window)
         raise Unmet(f"no free law was found with which the roller crosses its clearance within {window:g} deg")
-    return demand.stroke_crossing(number, at, at), min(bound for bound, _, _ in parts)
+    return problem.stroke_crossing(number, at, at), min(bound for bound, _, _ in parts)

@@ -33,10 +33,10 @@ from camopt.scene.synthesis import AXIS_TERMS
 from camopt.solve.synthesis import residual
 from camopt.solve.synthesis.axis_minimiser import AxisMinimiser, FrontierCam
 from camopt.solve.synthesis.cams import known_cam_row, smallest_known_cams
-from camopt.solve.synthesis.ceilings import ceilings_at, load_quantities
 from camopt.solve.synthesis.frontier_result import Frontier
 from camopt.solve.synthesis.iterate import Iterate
-from camopt.solve.synthesis.problem_from_scene import synthesis_problem
+from camopt.solve.synthesis.nonconvex_constraints import load_constraints_at, load_quantities
+from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.synthesise import relaxation_bound
 from camopt.solve.tables.cells import duration_text
 from camopt.solve.tables.designs import Design
@@ -143,15 +143,15 @@ def frontier(
     check_count("points", points, 0)
     check_count("workers", workers)
     scene, axes = _check_axes(scene, axes)
-    demand = synthesis_problem(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
+    problem = build_synthesis_problem(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
     with nullcontext(engine) if engine else processes(workers or cpu_count() or 1) as used:
         pairs = len(axes) * (len(axes) - 1)
         terms = sum(axis in AXIS_TERMS for axis in axes)
         kinds = (terms, len(axes) - terms, pairs - len(axes) + 1, points ** (len(axes) - 1))
         ends, known = _axis_ends(scene, axes, used, SearchTimeEstimate(kinds, used.workers, tell))
         rows = list(_frontier_rows(scene, axes, ends, points, used, progress))
-    beside = [known_cam_row(demand, cam) for cam in known]
-    bounds = {t: relaxation_bound(replace(demand, objective={t: 1.0})) for t in axes if t in AXIS_TERMS}
+    beside = [known_cam_row(problem, cam) for cam in known]
+    bounds = {t: relaxation_bound(replace(problem, objective={t: 1.0})) for t in axes if t in AXIS_TERMS}
     least = {axis: (min(row[axis] for row in (ends[axis, axis].row, *rows)), bounds.get(axis)) for axis in axes}
     front = [Design(row, scene) for row in _nondominated_rows(rows, axes)]
     # the axes whose least values are local optima; where a load is held, only its own axis counts
@@ -186,25 +186,25 @@ def _frontier_rows(
 
 def _check_axes(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]:
     """The scene that calls for the axes, and the axes."""
-    problem, mistakes = resolve(scene), []
+    scene_problem, mistakes = resolve(scene), []
     axes = (axes,) if isinstance(axes, str) else axes
     if not 2 <= len(axes) <= 3 or len(set(axes)) < len(axes):
         mistakes.append(Mistake("camopt", "axes", ",".join(axes), "two or three different axes"))
-    lacks, able = missing_keys_by_quantity(problem.setup), load_quantities(problem)
-    given = [name for name in able if name in available_quantities(problem.setup)]
+    lacks, able = missing_keys_by_quantity(scene_problem.setup), load_quantities(scene_problem)
+    given = [name for name in able if name in available_quantities(scene_problem.setup)]
     for axis in axes:
-        name = limited_quantity(axis, problem.setup) if axis == residual.RESIDUAL_TERM else axis
+        name = limited_quantity(axis, scene_problem.setup) if axis == residual.RESIDUAL_TERM else axis
         if name in lacks and (axis in AXIS_TERMS or axis in able):
             mistakes.append(Mistake("camopt", "axes", axis, f"needs {', '.join(lacks[name])}", bare=True))
         elif axis not in AXIS_TERMS and axis not in given:
             what = f"a term of the objective or a load of this scene; {suggest_names(axis, [*AXIS_TERMS, *able])}"
             mistakes.append(Mistake("camopt", "axes", axis, what))
-        elif axis in given and not ceilings_at(problem, able[axis], 1.0):
+        elif axis in given and not load_constraints_at(scene_problem, able[axis], 1.0):
             mistakes.append(Mistake("camopt", "axes", axis, "cannot be an axis for this follower", bare=True))
     if mistakes:
         raise BadInput(mistakes)
     called = [axis for axis in axes if axis not in AXIS_TERMS]
-    outputs = {"sizes", *(scene.outputs or problem.evaluated_quantities), *called}
+    outputs = {"sizes", *(scene.outputs or scene_problem.evaluated_quantities), *called}
     return scene.with_values({"outputs": tuple(sorted(outputs))}) if called else scene, tuple(axes)
 
 

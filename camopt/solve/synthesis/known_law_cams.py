@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from camopt.scene.scene import Scene
 from camopt.solve.synthesis.cams import known_cam_row, law_names_of, own_law_names, smallest_known_cams
 from camopt.solve.synthesis.law_infeasibility import broken_keys_in_words
-from camopt.solve.synthesis.problem_from_scene import synthesis_problem
+from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.result_sentences import OWN_MOVES
 from camopt.solve.tables.designs import Design
 
@@ -37,10 +37,10 @@ class KnownLawCams:
 
 def known_laws_of(scene: Scene) -> KnownLawCams:
     """The known laws of a scene that ``synthesise`` takes."""
-    demand = synthesis_problem(scene)
-    rows = {law or OWN_MOVES: known_cam_row(demand, row) for law, row in smallest_known_cams(scene).items()}
-    weights = demand.objective
+    problem = build_synthesis_problem(scene)
+    rows = {law or OWN_MOVES: known_cam_row(problem, row) for law, row in smallest_known_cams(scene).items()}
+    weights = problem.objective
     for row in rows.values():
         row["objective"] = sum(weight * row[name] for name, weight in weights.items())
-    beyond = {law: broken_keys_in_words(scene, demand, row) for law, row in rows.items() if not row["within"]}
+    beyond = {law: broken_keys_in_words(scene, problem, row) for law, row in rows.items() if not row["within"]}
     return KnownLawCams(scene, rows, beyond)

@@ -37,13 +37,13 @@ class MissedLimit(NamedTuple):
     """Which bounds are easier to hold: larger, or smaller ones."""
 
 
-def no_cam_error(scene: Scene, demand: SynthesisProblem, searches: Sequence[Optimum]) -> Unmet:
+def no_cam_error(scene: Scene, problem: SynthesisProblem, searches: Sequence[Optimum]) -> Unmet:
     """No cam of free laws holds the limits that are not convex: what the one that misses by least has of each."""
     held, more = (
         "free laws hold the convex limits, but no cam was found that also holds",
-        _defaults_in_words(scene, demand),
+        _defaults_in_words(scene, problem),
     )
-    found = [missed for each in searches if (missed := _missed_limits(demand, each))]
+    found = [missed for each in searches if (missed := _missed_limits(problem, each))]
     if not found:
         obstacles = dict.fromkeys(why for each in searches for why in each.obstacles.values())
         others = f"the others: {join_words(list(obstacles))}" if obstacles else "all of them together"
@@ -60,12 +60,12 @@ def no_cam_error(scene: Scene, demand: SynthesisProblem, searches: Sequence[Opti
     return Unmet(f"{held} {join_words(reached)}{lifts}{more}")
 
 
-def _defaults_in_words(scene: Scene, demand: SynthesisProblem) -> str:
+def _defaults_in_words(scene: Scene, problem: SynthesisProblem) -> str:
     """What is limited by default alone, with the bound, and how to have another."""
     found = []
-    for name in _default_limit_names(scene, demand):
-        ends = [abs(end) for row in demand.ranges for end in row.get(TERM_ORDERS[name], ())]
-        largest = with_unit(max(ends, default=0.0) * demand.term_factors[name], term_unit(name, scene))
+    for name in _default_limit_names(scene, problem):
+        ends = [abs(end) for row in problem.derivative_ranges for end in row.get(TERM_ORDERS[name], ())]
+        largest = with_unit(max(ends, default=0.0) * problem.term_factors[name], term_unit(name, scene))
         found.append(f"{name} of at most {largest}")
     if not found:
         return ""
@@ -73,7 +73,7 @@ def _defaults_in_words(scene: Scene, demand: SynthesisProblem) -> str:
     return f"; by default laws have {peaks}: {_override_keys_in_words(scene)}"
 
 
-def _missed_limits(demand: SynthesisProblem, search: Optimum) -> dict[str, MissedLimit]:
+def _missed_limits(problem: SynthesisProblem, search: Optimum) -> dict[str, MissedLimit]:
     """What the nearest cam of a search breaks; one that holds all limits may be too large."""
     if search.nearest_miss is not None:
         # by the key of each limit that a design breaks what it reached beside the bound, and by what share
@@ -81,19 +81,19 @@ def _missed_limits(demand: SynthesisProblem, search: Optimum) -> dict[str, Misse
         broken = str(miss["violated"]).split(",")
         limits = [limit for limit in resolve(miss.searched).limits if limit.name in broken]
         return {limit_key(limit): _worst_miss(limit, miss) for limit in limits}
-    most, name = largest_cam_size(demand), demand.problem.size_name
+    most, name = largest_cam_size(problem), problem.scene_problem.size_name
     if search.best is None or search.best[name] <= most:
         return {}
     found = f"{shown_column_name(name)} = {quantity_text(name, search.best[name])}"
     reached = f"{found} was reached, at most {with_unit(most, 'mm')} is allowed"
-    return {_size_key(demand): MissedLimit(reached, search.best[name] / most - 1.0, "larger")}
+    return {_size_key(problem): MissedLimit(reached, search.best[name] / most - 1.0, "larger")}
 
 
-def broken_keys_in_words(scene: Scene, demand: SynthesisProblem, row: Design) -> str:
+def broken_keys_in_words(scene: Scene, problem: SynthesisProblem, row: Design) -> str:
     """What a known law's cam breaks of all that free laws hold, by keys."""
-    names = limits_broken_by_cam(demand, row)
-    said = [_condition_key(scene, demand, name) for name in names if name != SIZE_WORDS]
-    size = f"{_size_key(demand)} of at most {with_unit(largest_cam_size(demand), 'mm')}"
+    names = limits_broken_by_cam(problem, row)
+    said = [_condition_key(scene, problem, name) for name in names if name != SIZE_WORDS]
+    size = f"{_size_key(problem)} of at most {with_unit(largest_cam_size(problem), 'mm')}"
     return join_words(said + [size] * (SIZE_WORDS in names))
 
 
@@ -115,12 +115,12 @@ def _worst_miss(limit: Limit, row: Mapping[str, Any]) -> MissedLimit:
     return MissedLimit(f"{reached} was reached, {asked} is asked", by, easier)
 
 
-def contradiction_error(scene: Scene, demand: SynthesisProblem, bound_of: BoundFunction) -> Unmet:
+def contradiction_error(scene: Scene, problem: SynthesisProblem, bound_of: BoundFunction) -> Unmet:
     """The limits and conditions that no motion holds together: without any one of these one does."""
-    found = irreducible_set(demand.limit_names, lambda kept: bound_of(demand.keep_limits(kept)) != inf)
-    usual = [name for name in _default_limit_names(scene, demand) if name in found]
+    found = irreducible_set(problem.limit_names, lambda kept: bound_of(problem.keep_limits(kept)) != inf)
+    usual = [name for name in _default_limit_names(scene, problem) if name in found]
     asked = [
-        f"{_condition_key(scene, demand, name)}{_least_term_in_words(scene, demand, name, found, bound_of)}"
+        f"{_condition_key(scene, problem, name)}{_least_term_in_words(scene, problem, name, found, bound_of)}"
         for name in found
         if name not in usual
     ]
@@ -129,16 +129,16 @@ def contradiction_error(scene: Scene, demand: SynthesisProblem, bound_of: BoundF
         alone = "by itself it is this one that none holds"
         together = alone if len(asked) == 1 else f"these {count} contradict each other"
         return Unmet(f"no motion whatever holds all limits; {together}: {join_words(asked)}")
-    default = " and ".join(f"{name}{_least_term_in_words(scene, demand, name, found, bound_of)}" for name in usual)
+    default = " and ".join(f"{name}{_least_term_in_words(scene, problem, name, found, bound_of)}" for name in usual)
     within = f"within the {default} that it may have by default ({_default_peaks_in_words(scene)})"
     return Unmet(
         f"no motion whatever holds {join_words(asked) or 'the segments'} {within}; {_override_keys_in_words(scene)}"
     )
 
 
-def _default_limit_names(scene: Scene, demand: SynthesisProblem) -> list[str]:
+def _default_limit_names(scene: Scene, problem: SynthesisProblem) -> list[str]:
     """What is limited by default alone."""
-    return [name.removeprefix("peak_") for name in default_peaks(scene, demand.objective)]
+    return [name.removeprefix("peak_") for name in default_peaks(scene, problem.objective)]
 
 
 def _default_peaks_in_words(scene: Scene) -> str:
@@ -165,29 +165,32 @@ def _has_unit_strokes(scene: Scene) -> bool:
     return any(segment.segment in ("rise", "return") for segment in scene.motion)
 
 
-def _condition_key(scene: Scene, demand: SynthesisProblem, name: str) -> str:
+def _condition_key(scene: Scene, problem: SynthesisProblem, name: str) -> str:
     """The key that gives a limit or condition of a demand."""
     if name == SIZE_WORDS:
-        return f"{SIZE_WORDS} ({_size_key(demand)})"
-    limits = {limit.name: limit_key(limit) for limit in demand.problem.limits}
+        return f"{SIZE_WORDS} ({_size_key(problem)})"
+    limits = {limit.name: limit_key(limit) for limit in problem.scene_problem.limits}
     if name in limits or "." in name:
         return limits.get(name, name)
     return f"synthesis.peak_{name}" if getattr(scene.synthesis, f"peak_{name}", None) else name
 
 
-def _size_key(demand: SynthesisProblem) -> str:
-    searched, key = "size" in demand.problem.search_space.variables, demand.problem.setup.mechanism.body.size
+def _size_key(problem: SynthesisProblem) -> str:
+    searched, key = (
+        "size" in problem.scene_problem.search_space.variables,
+        problem.scene_problem.setup.mechanism.body.size,
+    )
     return f"{'search' if searched else 'cam'}.{key}"
 
 
 def _least_term_in_words(
-    scene: Scene, demand: SynthesisProblem, name: str, found: Sequence[str], bound_of: BoundFunction
+    scene: Scene, problem: SynthesisProblem, name: str, found: Sequence[str], bound_of: BoundFunction
 ) -> str:
     """In words, the least of a term of the objective that a motion has with the other limits found."""
     term = "size" if name == SIZE_WORDS else name
     if term not in AXIS_TERMS:
         return ""
-    others = demand.keep_limits([other for other in found if other != name])
+    others = problem.keep_limits([other for other in found if other != name])
     least = bound_of(replace(others, objective={term: 1.0}))
     if not least or least == inf:
         return ""

@@ -2,7 +2,7 @@
 
 Which they are depends on the mechanism: tan β of a trace point that translates and of a groove, and the radius of
 curvature and the reach of a flat face that translates, all without a train, or with one of constant ratio. Every
-other constraint is a ceiling (``ceilings``), for convex steps.
+other constraint is a ceiling (``nonconvex_constraints``), for convex steps.
 
 For every cam within tolerances they hold less what tolerances of sizes take of them. A cam that is off by δe and δR
 has the lead e + δe and the height s₀ + δs of its own,
@@ -12,7 +12,7 @@ has the lead e + δe and the height s₀ + δs of its own,
 so that a·y + b·y' + c·y'' + l·e + h·s₀ + k ≥ 0 holds for it if the same less a constant, l·δe + h·δs at its worst,
 holds for the nominal one. That constant is taken at the sizes of the nominal optimum, and again at those that come
 of it; in the end the smallest cam of the laws is the robust one, which is proved as any other. A train whose links
-are off gives planes of its own, at its ratio. What is no plane is a curve of each of these cams (``ceilings``).
+are off gives planes of its own, at its ratio. What is no plane is a curve of each of these cams.
 
 Source: A. Ben-Tal, L. El Ghaoui, A. Nemirovski, Robust Optimization, 2009, ch. 1.
 """
@@ -37,12 +37,12 @@ from camopt.solve.synthesis.synthesis_problem import LinearConstraint, MeanConst
 from camopt.solve.synthesis.through_train import constant_train_ratio, constraint_at_tool
 
 
-def linear_constraints_of(problem: Problem) -> list[LinearConstraint]:
+def linear_constraints_of(scene_problem: Problem) -> list[LinearConstraint]:
     """The limits of a scene that are linear, each once. What is not, the size holds in the end."""
     found: dict[LinearConstraint, LinearConstraint] = {}
     for floor in map(
-        partial(constraint_at_tool, problem),
-        _list_linear_constraints(problem) if constant_train_ratio(problem) else (),
+        partial(constraint_at_tool, scene_problem),
+        _list_linear_constraints(scene_problem) if constant_train_ratio(scene_problem) else (),
     ):
         plain = replace(floor, name="", kinds=0)
         first = found.get(plain, floor)
@@ -50,15 +50,15 @@ def linear_constraints_of(problem: Problem) -> list[LinearConstraint]:
     return list(found.values())
 
 
-def _list_linear_constraints(problem: Problem) -> Iterator[LinearConstraint]:
-    asked = strictest_constraints(problem.constraints)
-    for limit in problem.limits:
+def _list_linear_constraints(scene_problem: Problem) -> Iterator[LinearConstraint]:
+    asked = strictest_constraints(scene_problem.constraints)
+    for limit in scene_problem.limits:
         for constraint in limit.constraints:
             if constraint in asked and constraint.curve in LINEAR_CURVES:
                 yield from LINEAR_CURVES[constraint.curve](limit.name, constraint)
             elif (
                 constraint in asked
-                and (second := _linear_second_contact(problem))
+                and (second := _linear_second_contact(scene_problem))
                 and second.first_contact_curve(constraint) in LINEAR_CURVES
             ):
                 yield from map(
@@ -68,16 +68,16 @@ def _list_linear_constraints(problem: Problem) -> Iterator[LinearConstraint]:
         if limit.necessary_conditions.reach < inf:
             yield from _reach_constraints(limit.name, limit.necessary_conditions.reach)
         if limit.least_contact_force is not None:
-            yield _contact_force_constraint(problem, limit.name, limit.least_contact_force)
+            yield _contact_force_constraint(scene_problem, limit.name, limit.least_contact_force)
 
 
-def mean_constraints_of(problem: Problem) -> Iterator[MeanConstraint]:
+def mean_constraints_of(scene_problem: Problem) -> Iterator[MeanConstraint]:
     """The limits of a scene on means of the motion that are convex in it. What is not, the cam holds in the end.
 
     The area below the lift is linear in it, 1/2π·∮y dθ ≥ m, and root mean squares √(1/2π·∮(y⁽ᵏ⁾)² dθ) ≤ r
     are cones: a mean that has to be large is convex where it is linear, one that has to be small in any case.
     """
-    for limit in problem.limits:
+    for limit in scene_problem.limits:
         constraint = limit.mean_constraint
         if constraint is None or not isinstance(curve := constraint.mean.curves[0][0], Derivative):
             continue
@@ -87,22 +87,22 @@ def mean_constraints_of(problem: Problem) -> Iterator[MeanConstraint]:
             yield MeanConstraint(limit.name, curve.order, power, float(bound), side)
 
 
-def is_linear(problem: Problem, constraint: Constraint) -> bool:
+def is_linear(scene_problem: Problem, constraint: Constraint) -> bool:
     """Whether a constraint is a plane in the motion and the sizes; one on a derivative is a range of the laws.
 
     Behind a train whose ratio changes only what is asked of the tool itself is.
     """
-    made, second = constraint.curve, _linear_second_contact(problem)
+    made, second = constraint.curve, _linear_second_contact(scene_problem)
     if isinstance(made, Derivative):
-        return not made.at_follower or constant_train_ratio(problem) is not None
+        return not made.at_follower or constant_train_ratio(scene_problem) is not None
     if second and second.first_contact_curve(constraint) in LINEAR_CURVES:
         return True
-    return made in LINEAR_CURVES and constant_train_ratio(problem) is not None
+    return made in LINEAR_CURVES and constant_train_ratio(scene_problem) is not None
 
 
-def repeats_first_contact(problem: Problem, constraint: Constraint) -> bool:
+def repeats_first_contact(scene_problem: Problem, constraint: Constraint) -> bool:
     """Whether a constraint on the second contact says what the same does of the first one, half a turn later."""
-    mechanism = problem.setup.mechanism
+    mechanism = scene_problem.setup.mechanism
     if not mechanism.drive.one_disc or constraint.kinds != ALL_STROKES:
         return False
     (contact,) = mechanism.further_contacts
@@ -144,22 +144,22 @@ class _SecondContact(NamedTuple):
         )
 
 
-def _linear_second_contact(problem: Problem) -> _SecondContact | None:
+def _linear_second_contact(scene_problem: Problem) -> _SecondContact | None:
     """The second contact, if the lift is given and its sizes are all those of the first, or all known."""
-    mechanism, design = problem.setup.mechanism, problem.design
-    if not mechanism.further_contacts or mechanism.start is None or problem.setup.angular:
+    mechanism, design = scene_problem.setup.mechanism, scene_problem.design
+    if not mechanism.further_contacts or mechanism.start is None or scene_problem.setup.angular:
         return None
-    if any(stroke.is_move and stroke.is_free for stroke in problem.programme.tool.strokes):
+    if any(stroke.is_move and stroke.is_free for stroke in scene_problem.programme.tool.strokes):
         return None
-    (contact,), lift = mechanism.further_contacts, problem.programme.lift
+    (contact,), lift = mechanism.further_contacts, scene_problem.programme.lift
     curves = {contact.mechanism.pressure: mechanism.pressure}
     if mechanism.has_rib:
         closer = -float(design.roller_spacing[0])
-        known = "roller_spacing" not in problem.search_space.variables
+        known = "roller_spacing" not in scene_problem.search_space.variables
         return _SecondContact(curves, 1.0, 0.0, 1.0, 0.0, closer) if known else None
     if not design.second:
         return _SecondContact(curves, -1.0, lift, 1.0, 0.0, 0.0)
-    searched = [name for name in design.second if name in problem.search_space.variables]
+    searched = [name for name in design.second if name in scene_problem.search_space.variables]
     own = {f"second_{name}" for name in ("size", "roller_radius", "offset")}
     if searched or own - design.second.keys():
         return None
@@ -213,11 +213,11 @@ def _reflected_load(load: ExternalLoad | TrainLoad | None) -> ReflectedLoad:
     return ReflectedLoad(0.0, 0.0, load.highest if load else 0.0)
 
 
-def _contact_force_constraint(problem: Problem, name: str, least: LeastForce) -> LinearConstraint:
+def _contact_force_constraint(scene_problem: Problem, name: str, least: LeastForce) -> LinearConstraint:
     """A contact force that there has to be at a speed, as a plane; of an arm, its moment about the pivot."""
-    brought = _reflected_load(problem.programme.load)
-    arm = float(problem.design.arm_length[0]) if problem.setup.angular else 1.0
-    stiffness, damping, mass, constant = force.force_weights(problem.setup.dynamics, least.omega)
+    brought = _reflected_load(scene_problem.programme.load)
+    arm = float(scene_problem.design.arm_length[0]) if scene_problem.setup.angular else 1.0
+    stiffness, damping, mass, constant = force.force_weights(scene_problem.setup.dynamics, least.omega)
     stiffness, mass = stiffness + brought.stiffness, mass + brought.mass * least.omega**2
     constant += brought.highest  # no motion has more of it: the bound stays one
     unit = abs(constant) + mass or 1.0  # of the order of 1, as the others are
@@ -225,19 +225,21 @@ def _contact_force_constraint(problem: Problem, name: str, least: LeastForce) ->
     return LinearConstraint(name, *terms, constant=(constant - least.force * arm) / unit)
 
 
-def with_robust_limits(demand: SynthesisProblem, lead: float, height: float) -> SynthesisProblem:
+def with_robust_limits(problem: SynthesisProblem, lead: float, height: float) -> SynthesisProblem:
     """The demand with limits that cams which are off hold too, near an optimum of these sizes, mm."""
-    nominal = demand.problem.without_error_limits
+    nominal = problem.scene_problem.without_error_limits
     shifts = {id(nominal): (nominal, [(0.0, 0.0)])}
-    for problem, off in demand.problem.error_variants:
-        _, own = shifts.setdefault(id(problem), (problem, []))
-        by_lead = demand.problem.design.sense * off.get("offset", 0.0)
-        own.append((by_lead, _height_shift(demand, off, lead, by_lead, height)))
-    unit, floors = abs(constant_train_ratio(nominal) or 1.0), list[LinearConstraint]()
-    for problem, own in shifts.values():
-        ratio = abs(constant_train_ratio(problem) or 1.0)
-        floors += (_reduce_by_shifts(floor, own, ratio, unit) for floor in linear_constraints_of(problem))
-    return replace(demand, floors=tuple(floors))
+    for scene_problem, off in problem.scene_problem.error_variants:
+        _, own = shifts.setdefault(id(scene_problem), (scene_problem, []))
+        by_lead = problem.scene_problem.design.sense * off.get("offset", 0.0)
+        own.append((by_lead, _height_shift(problem, off, lead, by_lead, height)))
+    unit, linear_constraints = abs(constant_train_ratio(nominal) or 1.0), list[LinearConstraint]()
+    for scene_problem, own in shifts.values():
+        ratio = abs(constant_train_ratio(scene_problem) or 1.0)
+        linear_constraints += (
+            _reduce_by_shifts(floor, own, ratio, unit) for floor in linear_constraints_of(scene_problem)
+        )
+    return replace(problem, linear_constraints=tuple(linear_constraints))
 
 
 def _reduce_by_shifts(
@@ -254,9 +256,11 @@ def _reduce_by_shifts(
     return replace(floor, lead=lead, height=height, constant=floor.constant + ratio * worst)
 
 
-def _height_shift(demand: SynthesisProblem, off: NumberErrors, lead: float, by_lead: float, height: float) -> float:
+def _height_shift(
+    problem: SynthesisProblem, off: NumberErrors, lead: float, by_lead: float, height: float
+) -> float:
     larger = off.get("size", 0.0)
-    if not demand.has_trace_point:
+    if not problem.has_trace_point:
         return larger
     prime = sqrt(height**2 + lead**2) + larger + off.get("roller_radius", 0.0)
     return sqrt(max(prime**2 - (lead + by_lead) ** 2, 0.0)) - height

@@ -26,15 +26,15 @@ from camopt.scene.problem.problem import resolve
 from camopt.scene.scene import Scene
 from camopt.solve.smallest.free_variables import FreeVariables
 from camopt.solve.smallest.price import Price
-from camopt.solve.synthesis.ceilings import ceilings_of
 from camopt.solve.synthesis.convex_model import ConvexModel, build_convex_model
 from camopt.solve.synthesis.iterate import Iterate
 from camopt.solve.synthesis.linear_constraints import with_robust_limits
+from camopt.solve.synthesis.nonconvex_constraints import nonconvex_constraints_of
 from camopt.solve.synthesis.problem_from_scene import (
+    build_synthesis_problem,
     default_peaks,
     objective_weights,
     split_by_offset,
-    synthesis_problem,
 )
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
 from camopt.solve.synthesis.spline_motion import SplineMotion
@@ -110,35 +110,35 @@ class PricedOptimum(NamedTuple):
             variable.value = value
         found = [each.expr.value for each in side.constraints]
         if self.steps is not None and self.at is not None:
-            ceilings = ceilings_of(side.demand)
-            if len(ceilings) != len(ceilings_of(self.model.demand)):
+            constraints = nonconvex_constraints_of(side.problem)
+            if len(constraints) != len(nonconvex_constraints_of(self.model.problem)):
                 return None
-            found += self.steps.curve_ratios(self.at, ceilings)
+            found += self.steps.curve_ratios(self.at, constraints)
         return side.unit * float(side.objective.value), found
 
 
 def _robust_problems(scene: Scene, sizes: tuple[float, float]) -> list[SynthesisProblem]:
     """One for each offset that a scene lists; of robust cams with what tolerances take of limits at these sizes."""
     return [
-        with_robust_limits(each, *sizes) if each.problem.robust_errors else each
-        for each in split_by_offset(synthesis_problem(scene))
+        with_robust_limits(each, *sizes) if each.scene_problem.robust_errors else each
+        for each in split_by_offset(build_synthesis_problem(scene))
     ]
 
 
-def _convex_model(demand: SynthesisProblem, margin: float) -> ConvexModel:
+def _convex_model(problem: SynthesisProblem, margin: float) -> ConvexModel:
     """The programme of a demand, with its limits held closer by a margin."""
-    return build_convex_model(tighten_limits(demand, margin), SplineMotion)
+    return build_convex_model(tighten_limits(problem, margin), SplineMotion)
 
 
 def _solved_optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
     """The optimum that a result is; None if the solver fails, or the result is none."""
     # e and s₀ of the cam of free laws, mm
-    first = split_by_offset(synthesis_problem(scene))[0]
+    first = split_by_offset(build_synthesis_problem(scene))[0]
     at = iterate_of_result(first, result)
     sizes = at.lead * first.size_unit, at.height * first.size_unit
-    demands = _robust_problems(scene, sizes)
+    problems = _robust_problems(scene, sizes)
     for margin in LIMIT_MARGINS:
-        models = [_convex_model(demand, margin) for demand in demands]
+        models = [_convex_model(problem, margin) for problem in problems]
         try:
             values = [model.solve() for model in models]
         except Unsolved:
@@ -157,30 +157,34 @@ def _primal_and_dual(model: ConvexModel) -> tuple[list[Any], list[FloatArray]]:
 
 def _local_optimum(optimum: PricedOptimum, result: Synthesis) -> PricedOptimum | None:
     """The local optimum under curves that are not convex; None if steps do not end there, or offsets are listed."""
-    model, demand = optimum.model, optimum.model.demand
-    if demand.lowest_angle is not None or isinstance(result.asked.search.offset, tuple):
+    model, problem = optimum.model, optimum.model.problem
+    if problem.lowest_angle is not None or isinstance(result.asked.search.offset, tuple):
         return None
-    at, ceilings = iterate_of_result(demand, result), ceilings_of(demand)
-    steps = SequentialConvex(model, ceilings)
-    curves = steps.curve_multipliers(at, ceilings)
+    at, constraints = iterate_of_result(problem, result), nonconvex_constraints_of(problem)
+    steps = SequentialConvex(model, constraints)
+    curves = steps.curve_multipliers(at, constraints)
     if curves is None:
         return None
     point, multipliers = _primal_and_dual(model)
     return optimum._replace(point=point, multipliers=multipliers + curves, steps=steps, at=at)
 
 
-def iterate_of_result(demand: SynthesisProblem, result: Synthesis) -> Iterate:
+def iterate_of_result(problem: SynthesisProblem, result: Synthesis) -> Iterate:
     """The laws and the sizes of a result, as a demand counts them."""
     names = iter(free_law_names(result.asked.motion))
     coefficients = []
-    for stroke in demand.free_strokes:
+    for stroke in problem.free_strokes:
         law = result.scene.laws[next(names)].model_dump()
         values = np.array(law["positions"] if stroke.is_move else law["coefficients"])
-        coefficients.append((values - demand.zero) * stroke.size / demand.motion_unit if stroke.is_move else values)
-    prime = result.design[demand.problem.size_name] + demand.roller
-    lead = demand.problem.design.sense * result.design.get("offset_mm", 0.0) if demand.has_trace_point else 0.0
+        coefficients.append(
+            (values - problem.zero) * stroke.size / problem.motion_unit if stroke.is_move else values
+        )
+    prime = result.design[problem.scene_problem.size_name] + problem.roller
+    lead = (
+        problem.scene_problem.design.sense * result.design.get("offset_mm", 0.0) if problem.has_trace_point else 0.0
+    )
     height = float(difference_of_squares_root(prime, lead))
-    return Iterate(lead / demand.size_unit, height / demand.size_unit, tuple(coefficients))
+    return Iterate(lead / problem.size_unit, height / problem.size_unit, tuple(coefficients))
 
 
 def _price_of_bound(optimum: PricedOptimum, scene: Scene, given: SceneBound) -> float:
@@ -206,18 +210,18 @@ def _price_of_bound(optimum: PricedOptimum, scene: Scene, given: SceneBound) -> 
 
 def _with_numeric_peaks(scene: Scene) -> Scene:
     """The scene with a number for each peak that its rises and returns take from a law, or by default."""
-    problem = resolve(scene)
-    if not any(stroke.kind in (RISE, RETURN) for stroke in problem.programme.tool.strokes):
+    scene_problem = resolve(scene)
+    if not any(stroke.kind in (RISE, RETURN) for stroke in scene_problem.programme.tool.strokes):
         return scene
     given = {name: getattr(scene.synthesis, name) for name in LAW_PEAKS}
-    peaks = {name: law_peaks(problem.laws[law])[name] for name, law in given.items() if isinstance(law, str)}
+    peaks = {name: law_peaks(scene_problem.laws[law])[name] for name, law in given.items() if isinstance(law, str)}
     return scene.replace(**{f"synthesis.{name}": peak for name, peak in (peaks | default_peaks(scene)).items()})
 
 
 def _scene_bounds(scene: Scene) -> Iterator[SceneBound]:
     """The bounds of a scene that free laws may hold."""
-    problem = resolve(scene)
-    for limit in problem.limits:
+    scene_problem = resolve(scene)
+    for limit in scene_problem.limits:
         if limit.set_by_scene and not limit.bound_key.startswith("limits."):
             unit = limit.quantity.unit if limit.quantity else "mm"
             yield SceneBound(limit.key, limit.bound, unit, limit.relation)
@@ -229,5 +233,5 @@ def _scene_bounds(scene: Scene) -> Iterator[SceneBound]:
                     yield SceneBound(f"synthesis.{name}.{number}", end, "", relation)
         elif peak is not None:
             yield SceneBound(f"synthesis.{name}", peak, "", "±")
-    for end in FreeVariables.from_problem(problem).range_ends:
+    for end in FreeVariables.from_problem(scene_problem).range_ends:
         yield SceneBound(end.key, end.value, end.unit, end.relation)

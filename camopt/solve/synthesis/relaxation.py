@@ -44,11 +44,11 @@ class RelaxedMotion(StrokeMotion):
     """
 
     def __init__(
-        self, panels: int, demand: SynthesisProblem, stroke: Stroke, ranges: DerivativeRanges, sizes: Sizes
+        self, panels: int, problem: SynthesisProblem, stroke: Stroke, ranges: DerivativeRanges, sizes: Sizes
     ) -> None:
-        self.unit, self.angle, self.sizes = demand.motion_unit, stroke.angle, sizes
-        parts = [(each, part) for each in demand.conditions if (part := stroke.part_under(each)) is not None]
-        turning = {end for each in demand.crossings_in(stroke) for end in each.ends}
+        self.unit, self.angle, self.sizes = problem.motion_unit, stroke.angle, sizes
+        parts = [(each, part) for each in problem.conditions if (part := stroke.part_under(each)) is not None]
+        turning = {end for each in problem.crossings_in(stroke) for end in each.ends}
         # equal panels of a unit stroke, cut where conditions start and end, but no equal one next to nothing
         ends = {end for _, part in parts for end in part} | turning
         plain = np.linspace(0.0, 1.0, panels + 1)[1:-1]
@@ -61,7 +61,7 @@ class RelaxedMotion(StrokeMotion):
         self.constraints: list[cp.Constraint] = []
         self._limit_area(ranges)
         if not stroke.is_move:
-            self._impose_unit_stroke(stroke, demand.monotone)
+            self._impose_unit_stroke(stroke, problem.monotone)
         whole = slice(0, x.size)
         for order, every in ranges.items():
             for each in every:
@@ -71,7 +71,7 @@ class RelaxedMotion(StrokeMotion):
             self._impose_range(
                 condition.order, DerivativeRange(condition.low / self.unit, condition.high / self.unit), nodes
             )
-        for floor in demand.floors:
+        for floor in problem.linear_constraints:
             if floor.holds_along(stroke):
                 self._impose_linear(floor, [each.scale_by(self.angle**2) for each in ranges.get(2, [])])
 

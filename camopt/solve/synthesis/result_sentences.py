@@ -34,31 +34,31 @@ def bound_in_words(result: "Synthesis") -> str:
 
 def size_limit_in_words(result: "Synthesis") -> str:
     """That the scene's own size is the largest, where something else is minimised and [search] has none."""
-    problem = resolve(result.asked)
-    if "size" in problem.search_space.variables or "size" in objective_weights(result.asked.synthesis):
+    scene_problem = resolve(result.asked)
+    if "size" in scene_problem.search_space.variables or "size" in objective_weights(result.asked.synthesis):
         return ""
-    size = problem.setup.mechanism.body.size
-    own = with_unit(float(problem.design.size[0]), "mm")
+    size = scene_problem.setup.mechanism.body.size
+    own = with_unit(float(scene_problem.design.size[0]), "mm")
     words = f"The {size.replace('_', ' ')} may be at most that of the scene, {own}"
     return f"{words}: search.{size} gives it a range."
 
 
 def local_optimum_in_words(result: "Synthesis") -> str:
     """Why laws are no more than a local optimum."""
-    problem = resolve(result.asked)
-    if constant_train_ratio(problem) is None:
+    scene_problem = resolve(result.asked)
+    if constant_train_ratio(scene_problem) is None:
         return "The limits of a cam behind a train whose ratio changes are not convex"
-    swung = problem.setup.angular
+    swung = scene_problem.setup.angular
     return "The limits of an oscillating follower are not convex" if swung else "Curvature or a load decides too"
 
 
-def _reason_for_no_bound(problem: Problem) -> str:
+def _reason_for_no_bound(scene_problem: Problem) -> str:
     """What leaves no bound on the size, unless it is that the follower oscillates."""
-    if displacement_origin(problem).lowest_angle is not None:
+    if displacement_origin(scene_problem).lowest_angle is not None:
         return "the follower is lowest in a move, where the scene gives no position"
     return (
         ""
-        if constant_train_ratio(problem)
+        if constant_train_ratio(scene_problem)
         else "through a train whose ratio changes nothing convex bounds the size"
     )
 

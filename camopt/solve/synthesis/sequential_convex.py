@@ -1,9 +1,9 @@
-"""Ceilings that are not convex in the motion, by a sequence of convex steps.
+"""Free laws under nonconvex constraints, by a sequence of convex steps.
 
-Each step holds the tangent planes of the curves (``ceilings``) within a trust region around the last motion, with a
-price on what is above its bound, and is taken where the priced objective truly falls. Curves that are minimised are
-held below a level, which the objective has. It ends at a local optimum; the optimum without the ceilings bounds it
-from below.
+Each step replaces the nonconvex curves by their tangent planes (``nonconvex_constraints``), within a trust region
+around the last iterate. A penalty prices what exceeds a bound. A step is accepted if it lowers the true penalised
+objective. Minimised curves are held below a level that is part of the objective. The steps end at a local optimum.
+The optimum of the convex constraints alone is a lower bound of it.
 
 Source: Fletcher, Practical Methods of Optimization, ch. 14 (exact penalty, trust region).
 """
@@ -21,9 +21,9 @@ from camopt.core.numerics import LARGEST_MAGNITUDE, BoolArray, FloatArray
 from camopt.scene.problem.constraints import ConstantBound, Constraint
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.tolerance_zones import NumberErrors
-from camopt.solve.synthesis.ceilings import SampledCeilings, stroke_samples
 from camopt.solve.synthesis.convex_model import ConvexModel
 from camopt.solve.synthesis.iterate import Iterate, free_motions, iterate_of, sampled_motions
+from camopt.solve.synthesis.nonconvex_constraints import SampledConstraints, stroke_samples
 from camopt.solve.synthesis.solver import SOLVED_STATUSES, CompiledProgramme, solve
 from camopt.solve.synthesis.spline_motion import SplineMotion
 from camopt.solve.synthesis.synthesis_problem import CROSSING_JERK, TERM_ORDERS
@@ -46,12 +46,12 @@ BOUND_MARGIN = 2e-4  # by which bounds are held closer than asked: between sampl
 class StrokePlanes:
     """The tangent planes of all curves over one stroke, curve by curve."""
 
-    ceilings: SampledCeilings
+    constraints: SampledConstraints
     state_matrices: list[tuple[Any, FloatArray]]
     """y to y''' at the samples of one curve, in units of the lift: a matrix of ``places`` and a constant each."""
     are_minimised: BoolArray
     """Which curves are minimised."""
-    ceiling_count: int
+    constraint_count: int
     """How many ceilings it has, the first ones."""
 
     @property
@@ -77,9 +77,9 @@ class SequentialConvex:
         self.missing, self.level = cp.Variable(), cp.Variable()
         self.price = cp.Parameter(nonneg=True, value=PENALTY_PRICES[0])
         self.places = [model.sizes.lead, model.sizes.height, *(m.coefficients for m in free_motions(model))]
-        self.blocks = list(self._stroke_planes(model.demand.problem, {}, [*held, *lowered]))
-        for problem, off in model.demand.problem.error_variants:
-            self.blocks += self._stroke_planes(problem, off, held)
+        self.blocks = list(self._stroke_planes(model.problem.scene_problem, {}, [*held, *lowered]))
+        for scene_problem, off in model.problem.scene_problem.error_variants:
+            self.blocks += self._stroke_planes(scene_problem, off, held)
         objective, above_0 = model.objective + self.price * self.missing, [self.missing >= 0.0]
         if lowered:
             objective, above_0 = objective + self.level, [*above_0, self.level >= 0.0]
@@ -90,20 +90,20 @@ class SequentialConvex:
         self.nearest = cp.Problem(cp.Minimize(away), model.constraints)
 
     def _stroke_planes(
-        self, problem: Problem, off: NumberErrors, ceilings: Sequence[Constraint]
+        self, scene_problem: Problem, off: NumberErrors, constraints: Sequence[Constraint]
     ) -> Iterator[StrokePlanes]:
         """A block for each stroke on which a curve of a cam counts."""
         width, start = sum(each.size for each in self.places), 2
-        for stroke, motion in zip(self.model.demand.strokes, sampled_motions(self.model), strict=True):
-            at = motion.derivatives_at(stroke_samples(self.model.demand, stroke))
+        for stroke, motion in zip(self.model.problem.strokes, sampled_motions(self.model), strict=True):
+            at = motion.derivatives_at(stroke_samples(self.model.problem, stroke))
             count = at[0][0].shape[1]
-            sampled = SampledCeilings(self.model.demand, stroke, problem, off)
-            sides = [1 + (c.goal == LARGEST_MAGNITUDE) for c in ceilings if sampled.is_limited_by(c)]
-            lowered = [n >= self.count for n, c in enumerate(ceilings) if sampled.is_limited_by(c)]
+            sampled = SampledConstraints(self.model.problem, stroke, scene_problem, off)
+            sides = [1 + (c.goal == LARGEST_MAGNITUDE) for c in constraints if sampled.is_limited_by(c)]
+            lowered = [n >= self.count for n, c in enumerate(constraints) if sampled.is_limited_by(c)]
             if sides:
                 columns = sparse.eye_array(count, width, k=start, format="csr")
                 placed = [(sparse.csr_array(matrix @ columns), constant) for matrix, constant in at]
-                yield StrokePlanes(sampled, placed, np.repeat(lowered, sides), len(ceilings))
+                yield StrokePlanes(sampled, placed, np.repeat(lowered, sides), len(constraints))
             start += count
 
     def find_local_optimum(
@@ -170,9 +170,9 @@ class SequentialConvex:
     def curve_ratios(self, at: Iterate, held: Sequence[Constraint]) -> list[FloatArray]:
         """All curves over their bounds at a solution, block by block."""
         self._load_solution(at)
-        scale, place = self.model.demand.motion_unit, _solution_vector(at)
+        scale, place = self.model.problem.motion_unit, _solution_vector(at)
         return [
-            block.ceilings.ratios_to_bounds(
+            block.constraints.ratios_to_bounds(
                 held, block.motion_state(scale, place), self._lead_and_height(at)
             ).ravel()
             for block in self.blocks
@@ -201,11 +201,11 @@ class SequentialConvex:
         self, at: Iterate, held: Sequence[Constraint], lowered: Sequence[Constraint]
     ) -> tuple[sparse.csr_array, FloatArray]:
         """The planes at a solution: rows of the variables of a step, and the most that they may have."""
-        ceilings, place, scale = [*held, *lowered], _solution_vector(at), self.model.demand.motion_unit
+        constraints, place, scale = [*held, *lowered], _solution_vector(at), self.model.problem.motion_unit
         rows, most = [], []
         for block in self.blocks:
-            planes = block.ceilings.tangent_planes(
-                ceilings[: block.ceiling_count], block.motion_state(scale, place), self._lead_and_height(at)
+            planes = block.constraints.tangent_planes(
+                constraints[: block.constraint_count], block.motion_state(scale, place), self._lead_and_height(at)
             )
             rise = sum(
                 sparse.diags_array(slope.ravel()) @ sparse.vstack([matrix] * len(slope))
@@ -228,18 +228,18 @@ class SequentialConvex:
 
     def _lead_and_height(self, at: Iterate) -> tuple[float, float]:
         """e and s₀, mm."""
-        length = self.model.demand.size_unit
+        length = self.model.problem.size_unit
         return length * at.lead, length * at.height
 
     def _highest_levels(
         self, at: Iterate, held: Sequence[Constraint], lowered: Sequence[Constraint]
     ) -> tuple[float, float]:
         """The largest of the curves over their bounds: of those held, and of those minimised."""
-        scale, place, tops = self.model.demand.motion_unit, _solution_vector(at), ([0.0], [0.0])
+        scale, place, tops = self.model.problem.motion_unit, _solution_vector(at), ([0.0], [0.0])
         for block in self.blocks:
             state = block.motion_state(scale, place)
-            values = block.ceilings.ratios_to_bounds(
-                [*held, *lowered][: block.ceiling_count], state, self._lead_and_height(at)
+            values = block.constraints.ratios_to_bounds(
+                [*held, *lowered][: block.constraint_count], state, self._lead_and_height(at)
             )
             for row, which in zip(values, block.are_minimised, strict=True):
                 tops[int(which)].append(float(row.max()))
@@ -249,7 +249,7 @@ class SequentialConvex:
         """The largest of a derivative over the turn, or of the jerk where the force turns round."""
         motions = self.model.motions
         if term == CROSSING_JERK:
-            turning = [(motions[each.stroke], each) for each in self.model.demand.crossings]
+            turning = [(motions[each.stroke], each) for each in self.model.problem.crossings]
             return max(
                 motion.jerk_at_crossing(each) for motion, each in turning if isinstance(motion, SplineMotion)
             )
@@ -263,9 +263,9 @@ class SequentialConvex:
         """The objective at a solution, with the price of what is above its bound, and the highest of the curves."""
         self._load_solution(at)
         top, level = self._highest_levels(at, held, lowered)
-        model, demand = self.model, self.model.demand
-        reach = np.hypot(at.lead, at.height) if demand.has_trace_point else at.height
-        model.sizes.prime.value = max(reach, demand.prime[0] / demand.size_unit)
+        model, problem = self.model, self.model.problem
+        reach = np.hypot(at.lead, at.height) if problem.has_trace_point else at.height
+        model.sizes.prime.value = max(reach, problem.prime_range[0] / problem.size_unit)
         for name, variable in model.peak_variables.items():
             variable.value = self._largest_derivative(name)
         cost = float(model.objective.value) + (level if lowered else 0.0)
@@ -278,7 +278,9 @@ def _solution_vector(at: Iterate) -> FloatArray:
     return np.concatenate([at[:2], *at.coefficients])
 
 
-def _scale_bounds(ceilings: Sequence[Constraint], level: float) -> tuple[Constraint, ...]:
+def _scale_bounds(constraints: Sequence[Constraint], level: float) -> tuple[Constraint, ...]:
     """Ceilings whose curves are at most 1 of their bounds where they were at a level."""
     scale = level if 0.0 < level < inf else 1.0
-    return tuple(ceiling._replace(bound=ConstantBound(ceiling.upper_bound() * scale)) for ceiling in ceilings)
+    return tuple(
+        constraint._replace(bound=ConstantBound(constraint.upper_bound() * scale)) for constraint in constraints
+    )

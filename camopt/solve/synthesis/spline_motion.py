@@ -20,22 +20,22 @@ class SplineMotion(StrokeMotion):
     The coefficients are those of its law, from 0 to 1; of a move they are displacements, in units of the lift.
     """
 
-    def __init__(self, demand: SynthesisProblem, stroke: Stroke, ranges: DerivativeRanges, sizes: Sizes) -> None:
-        self.demand, self.stroke, self.unit = demand, stroke, demand.motion_unit
-        self.splines = demand.splines_of(stroke)
-        self.low, self.change = demand.law_offset_and_scale(stroke)
+    def __init__(self, problem: SynthesisProblem, stroke: Stroke, ranges: DerivativeRanges, sizes: Sizes) -> None:
+        self.problem, self.stroke, self.unit = problem, stroke, problem.motion_unit
+        self.splines = problem.splines_of(stroke)
+        self.low, self.change = problem.law_offset_and_scale(stroke)
         self.coefficients = cp.Variable(self.splines.count)
         self.constraints: list[cp.Constraint] = []
         if not stroke.is_move:
             c = self.coefficients
             self.constraints += [c[0] == 0.0, c[-1] == 1.0, c >= 0.0, c <= 1.0]
-            if demand.monotone:
+            if problem.monotone:
                 self.constraints.append(cp.diff(c) >= 0.0)
         for order, bounds in ranges.items():
             matrix = self.splines.distinct_bernstein_matrix(order, self.splines.degree - order)
             for each in bounds:
                 self._impose_range(matrix, order, each)
-        for condition in demand.conditions:
+        for condition in problem.conditions:
             if (part := stroke.part_under(condition)) is not None:
                 matrix, order = self._part_matrix(condition.order, *part), condition.order
                 low, high = condition.low / self.unit, condition.high / self.unit
@@ -43,7 +43,7 @@ class SplineMotion(StrokeMotion):
                     self._impose_value(matrix, order, low)
                 else:
                     self._impose_range(matrix, order, DerivativeRange(low, high))
-        for floor in demand.floors:
+        for floor in problem.linear_constraints:
             if floor.is_imposed_on(stroke):
                 self._impose_linear(floor, sizes.linear_part(floor, self.unit))
 
@@ -166,6 +166,6 @@ class SplineMotion(StrokeMotion):
         return self.stroke.angle * (self.change * self.splines.integrals @ self.coefficients + self.low)
 
     def residual_response(self) -> list[cp.Expression]:
-        found, place = self.demand.residual_response, self.demand.free_strokes.index(self.stroke)
+        found, place = self.problem.residual_response, self.problem.free_strokes.index(self.stroke)
         constant = found.constant if place == 0 else np.zeros_like(found.constant)
         return [each @ self.coefficients + rest for each, rest in zip(found.rows[place], constant, strict=True)]

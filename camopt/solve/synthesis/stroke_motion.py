@@ -106,8 +106,8 @@ class FixedMotion(StrokeMotion):
     It rests, mirrors another and opposes another as it is.
     """
 
-    def __init__(self, demand: SynthesisProblem, stroke: Stroke, ranges: DerivativeRanges, sizes: Sizes) -> None:
-        self.low, self.change = stroke.low / demand.motion_unit, (stroke.high - stroke.low) / demand.motion_unit
+    def __init__(self, problem: SynthesisProblem, stroke: Stroke, ranges: DerivativeRanges, sizes: Sizes) -> None:
+        self.low, self.change = stroke.low / problem.motion_unit, (stroke.high - stroke.low) / problem.motion_unit
         self.angle = stroke.angle
         self.velocity = self.change / stroke.angle
         self.constraints: list[cp.Constraint] = []
@@ -115,10 +115,10 @@ class FixedMotion(StrokeMotion):
             self.constraints += each.constraints(cp.Constant(self.velocity))
         kind = DWELL if stroke.kind == DWELL else RISE if self.change > 0.0 else RETURN
         ends = self.low if kind == DWELL else np.array([self.low, self.low + self.change])
-        for floor in demand.floors:
+        for floor in problem.linear_constraints:
             if floor.kinds & kind:
                 along = floor.displacement * ends + floor.velocity * self.velocity
-                self.constraints.append(cp.Constant(along) + sizes.linear_part(floor, demand.motion_unit) >= 0.0)
+                self.constraints.append(cp.Constant(along) + sizes.linear_part(floor, problem.motion_unit) >= 0.0)
 
     def end_derivative(self, order: int, last: bool) -> float:
         return (self.low + self.change * last, self.velocity, 0.0, 0.0)[order]

@@ -111,34 +111,34 @@ class SynthesisProblem:
     below it. Else they are from the lowest of the scene's own motion, at the angle ``lowest_angle``.
     """
 
-    problem: Problem
+    scene_problem: Problem
     splines: Splines
     strokes: tuple[Stroke, ...]
     zero: float
     """The position where the displacement is 0, as given: mm, or deg."""
     lowest_angle: float | None
-    lead: LowHigh
-    prime: LowHigh
+    lead_range: LowHigh
+    prime_range: LowHigh
     """The size with the roller: √(s₀² + e²)."""
     largest_roller: float
     """The largest radius of the roller or spherical face: it makes the least base radius of a prime radius."""
-    ranges: tuple[dict[int, LowHigh], ...]
+    derivative_ranges: tuple[dict[int, LowHigh], ...]
     """For each stroke, the range of each limited derivative, by its order."""
-    floors: tuple[LinearConstraint, ...]
-    means: tuple[MeanConstraint, ...]
-    residual: float | None
+    linear_constraints: tuple[LinearConstraint, ...]
+    mean_constraints: tuple[MeanConstraint, ...]
+    residual_limit: float | None
     """The largest residual vibration, mm or deg."""
     rest: int
     monotone: bool
     conditions: tuple[Condition, ...]
     objective: dict[str, float]
-    mirror: tuple[int, ...] | None = None
+    mirror_strokes: tuple[int, ...] | None = None
     """For each stroke the one that has to mirror it, where the motion is to be symmetric."""
-    opposite: tuple[int, ...] | None = None
+    opposed_strokes: tuple[int, ...] | None = None
     """For each stroke the one half a turn later, which has to be it upside down, where a yoke is on one disc."""
     crossings: tuple[StrokeCrossing, ...] = ()
     """Where the force turns round, for the jerk there."""
-    window: float = 0.0
+    crossing_window: float = 0.0
     """The cam angle within which the roller has to land then, rad."""
     smooth: float = 0.0
     """The share of the objective that is given up for the least variation of the jerk."""
@@ -146,27 +146,29 @@ class SynthesisProblem:
     @property
     def roller(self) -> float:
         """The prime radius minus the size."""
-        return traced_roller_radius(self.problem, self.largest_roller)
+        return traced_roller_radius(self.scene_problem, self.largest_roller)
 
     @property
     def motion_unit(self) -> float:
         """The unit of the motion in the convex programme: the highest lift, mm or rad."""
-        return max(stroke.high for stroke in self.strokes) or self.problem.programme.tool.lift
+        return max(stroke.high for stroke in self.strokes) or self.scene_problem.programme.tool.lift
 
     @property
     def size_unit(self) -> float:
         """The unit of the sizes, mm: the highest lift, or the arc that an oscillating follower swings through."""
-        design, train = self.problem.design, self.problem.setup.train
+        design, train = self.scene_problem.design, self.scene_problem.setup.train
         lift = self.motion_unit
         if train is not None:
-            lift = self.problem.programme.lift if (ratio := train.constant_ratio) is None else lift / abs(ratio)
+            lift = (
+                self.scene_problem.programme.lift if (ratio := train.constant_ratio) is None else lift / abs(ratio)
+            )
         radius = float(max(design.arm_length[0], design.centre_distance[0]))
-        return radius * lift if self.problem.setup.angular else lift
+        return radius * lift if self.scene_problem.setup.angular else lift
 
     @property
     def has_trace_point(self) -> bool:
         """Whether the lead is part of the size: the follower has a trace point on a disc cam."""
-        return self.problem.setup.mechanism.moves_as(translating.MECHANISM)
+        return self.scene_problem.setup.mechanism.moves_as(translating.MECHANISM)
 
     @property
     def has_convex_size(self) -> bool:
@@ -174,14 +176,14 @@ class SynthesisProblem:
 
         Not where the follower oscillates, is lowest in a move, or drives a tool by a ratio that changes.
         """
-        train = self.problem.setup.train
+        train = self.scene_problem.setup.train
         constant = train is None or train.constant_ratio is not None
-        return constant and not self.problem.setup.angular and self.lowest_angle is None
+        return constant and not self.scene_problem.setup.angular and self.lowest_angle is None
 
     @property
     def train_frequency_and_damping(self) -> tuple[float, float]:
         """ω_n/ω and the damping ratio of the follower train, where something asks for its residual vibration."""
-        found = residual.train_frequency_and_damping(self.problem.setup)
+        found = residual.train_frequency_and_damping(self.scene_problem.setup)
         assert found is not None
         return found
 
@@ -194,10 +196,16 @@ class SynthesisProblem:
     @property
     def limit_names(self) -> list[str]:
         """The names of its limits and conditions, each of which can be left out."""
-        orders = [name for name, order in TERM_ORDERS.items() if any(order in row for row in self.ranges)]
-        limits = [*orders, *(floor.name for floor in self.floors), *(mean.name for mean in self.means)]
-        limits += [SIZE_WORDS] if self.prime[1] < inf else []
-        limits += [] if self.residual is None else [residual.RESIDUAL_TERM]
+        orders = [
+            name for name, order in TERM_ORDERS.items() if any(order in row for row in self.derivative_ranges)
+        ]
+        limits = [
+            *orders,
+            *(floor.name for floor in self.linear_constraints),
+            *(mean.name for mean in self.mean_constraints),
+        ]
+        limits += [SIZE_WORDS] if self.prime_range[1] < inf else []
+        limits += [] if self.residual_limit is None else [residual.RESIDUAL_TERM]
         return list(dict.fromkeys([*limits, *(condition.key for condition in self.conditions)]))
 
     def keep_limits(self, names: Collection[str]) -> "SynthesisProblem":
@@ -205,11 +213,13 @@ class SynthesisProblem:
         kept = {order for name, order in TERM_ORDERS.items() if name in names}
         return replace(
             self,
-            ranges=tuple({order: ends for order, ends in row.items() if order in kept} for row in self.ranges),
-            floors=tuple(floor for floor in self.floors if floor.name in names),
-            means=tuple(mean for mean in self.means if mean.name in names),
-            prime=self.prime if SIZE_WORDS in names else (self.prime[0], inf),
-            residual=self.residual if residual.RESIDUAL_TERM in names else None,
+            derivative_ranges=tuple(
+                {order: ends for order, ends in row.items() if order in kept} for row in self.derivative_ranges
+            ),
+            linear_constraints=tuple(floor for floor in self.linear_constraints if floor.name in names),
+            mean_constraints=tuple(mean for mean in self.mean_constraints if mean.name in names),
+            prime_range=self.prime_range if SIZE_WORDS in names else (self.prime_range[0], inf),
+            residual_limit=self.residual_limit if residual.RESIDUAL_TERM in names else None,
             conditions=tuple(condition for condition in self.conditions if condition.key in names),
         )
 
@@ -228,7 +238,7 @@ class SynthesisProblem:
     def _cut_places(self, stroke: Stroke) -> tuple[float, ...]:
         """Where something is asked for in a stroke, or in one that has to be as it is."""
         place = self.strokes.index(stroke)
-        alike = [stroke, *(self.strokes[each] for each in (self.opposite or ())[place : place + 1])]
+        alike = [stroke, *(self.strokes[each] for each in (self.opposed_strokes or ())[place : place + 1])]
         ends = {x for one in alike for x in self._condition_places(one)}
         if (partner := self.mirror_partner(stroke)) is not None:
             ends |= {1.0 - x for x in self._condition_places(partner)}
@@ -243,16 +253,18 @@ class SynthesisProblem:
 
     def mirror_partner(self, stroke: Stroke) -> Stroke | None:
         """The stroke that has to mirror a stroke."""
-        return None if self.mirror is None else self.strokes[self.mirror[self.strokes.index(stroke)]]
+        return (
+            None if self.mirror_strokes is None else self.strokes[self.mirror_strokes[self.strokes.index(stroke)]]
+        )
 
     def stroke_crossing(self, stroke: int, low: float, high: float) -> StrokeCrossing:
         """That the force of a stroke turns round between two x of it."""
-        angle, width, problem = self.strokes[stroke].angle, self.window, self.problem
-        steepest = [slope for slope, kinds in pressure_tangents(problem) if kinds & self.strokes[stroke].kind]
-        across = float(problem.setup.given.drive.clearance or 0.0) * hypot(1.0, min(steepest, default=0.0))
-        arm = problem.search_space.variables.get("arm_length")
-        shortest = arm.range_ends[0] if arm else float(problem.design.arm_length[0])
-        gap = across / (shortest if problem.setup.angular else 1.0)
+        angle, width, scene_problem = self.strokes[stroke].angle, self.crossing_window, self.scene_problem
+        steepest = [slope for slope, kinds in pressure_tangents(scene_problem) if kinds & self.strokes[stroke].kind]
+        across = float(scene_problem.setup.given.drive.clearance or 0.0) * hypot(1.0, min(steepest, default=0.0))
+        arm = scene_problem.search_space.variables.get("arm_length")
+        shortest = arm.range_ends[0] if arm else float(scene_problem.design.arm_length[0])
+        gap = across / (shortest if scene_problem.setup.angular else 1.0)
         between = (high - low) * angle
         missing = width * between**2 / 2.0
         return StrokeCrossing(stroke, low, high, width / angle, width, between, missing, gap / self.motion_unit)
@@ -264,7 +276,7 @@ class SynthesisProblem:
     @property
     def opposed_pairs(self) -> list[tuple[int, int]]:
         """The strokes of the first half of the turn, by number, each with the one that is it upside down."""
-        return [(one, other) for one, other in enumerate(self.opposite or ()) if one < other]
+        return [(one, other) for one, other in enumerate(self.opposed_strokes or ()) if one < other]
 
     def sum_of_starts(self, one: int, other: int) -> float:
         """The sum of the displacements where two strokes start, in units of the lift."""
@@ -300,7 +312,7 @@ class SynthesisProblem:
     @property
     def term_factors(self) -> dict[str, float]:
         """What terms of the objective have for 1 mm or rad by radᵏ: the units of [limits]."""
-        setup = self.problem.setup
+        setup = self.scene_problem.setup
         per = {name: motion_scale(setup, order) for name, order in TERM_ORDERS.items()}
         per |= {"acceleration_rms": per["acceleration"], "jerk_rms": per["jerk"]}
         displacement = degrees(1.0) if setup.tool_turns else 1.0
@@ -310,28 +322,35 @@ class SynthesisProblem:
     @property
     def largest_area(self) -> float:
         """The area below the highest displacement of the scene's own motion all round the turn, mm·rad (rad²)."""
-        return 2.0 * pi * self.problem.programme.tool.lift
+        return 2.0 * pi * self.scene_problem.programme.tool.lift
 
 
-def traced_roller_radius(problem: Problem, body: float) -> float:
+def traced_roller_radius(scene_problem: Problem, body: float) -> float:
     """The prime radius minus the size, for a follower with a trace point on a disc cam."""
-    return body if problem.setup.mechanism.moves_as(translating.MECHANISM, oscillating.MECHANISM) else 0.0
+    return body if scene_problem.setup.mechanism.moves_as(translating.MECHANISM, oscillating.MECHANISM) else 0.0
 
 
-def tighten_limits(demand: SynthesisProblem, margin: float) -> SynthesisProblem:
+def tighten_limits(problem: SynthesisProblem, margin: float) -> SynthesisProblem:
     """The demand with limits held closer by a share, or wider; conditions are not held closer than they are given.
 
     They may hold each other just so: a motion that ends at 40 mm and may nowhere have more.
     """
     kept = 1.0 - margin
     return replace(
-        demand,
-        conditions=tuple(each.widen_range(max(0.0, -margin)) for each in demand.conditions),
-        ranges=tuple({k: (kept * low, kept * high) for k, (low, high) in row.items()} for row in demand.ranges),
-        floors=tuple(replace(f, constant=f.constant - margin * abs(f.constant)) for f in demand.floors),
-        means=tuple(
-            mean.with_margin(CONE_MARGIN_FACTOR * margin if mean.power > 1 else margin) for mean in demand.means
+        problem,
+        conditions=tuple(each.widen_range(max(0.0, -margin)) for each in problem.conditions),
+        derivative_ranges=tuple(
+            {k: (kept * low, kept * high) for k, (low, high) in row.items()} for row in problem.derivative_ranges
         ),
-        prime=(demand.prime[0], max(demand.prime[0], kept * demand.prime[1])),
-        residual=None if demand.residual is None else (1.0 - CONE_MARGIN_FACTOR * margin) * demand.residual,
+        linear_constraints=tuple(
+            replace(f, constant=f.constant - margin * abs(f.constant)) for f in problem.linear_constraints
+        ),
+        mean_constraints=tuple(
+            mean.with_margin(CONE_MARGIN_FACTOR * margin if mean.power > 1 else margin)
+            for mean in problem.mean_constraints
+        ),
+        prime_range=(problem.prime_range[0], max(problem.prime_range[0], kept * problem.prime_range[1])),
+        residual_limit=None
+        if problem.residual_limit is None
+        else (1.0 - CONE_MARGIN_FACTOR * margin) * problem.residual_limit,
     )

@@ -32,14 +32,14 @@ from camopt.solve.synthesis.cams import (
     smallest_cams,
     smallest_design,
 )
-from camopt.solve.synthesis.ceilings import ceilings_of
 from camopt.solve.synthesis.convex_model import ConvexModel, build_convex_model
 from camopt.solve.synthesis.crossings import with_crossings
 from camopt.solve.synthesis.iterate import Iterate, iterate_of, without_solver_error
 from camopt.solve.synthesis.law_infeasibility import contradiction_error, no_cam_error
 from camopt.solve.synthesis.linear_constraints import with_robust_limits
+from camopt.solve.synthesis.nonconvex_constraints import nonconvex_constraints_of
 from camopt.solve.synthesis.prices import prices_of_laws
-from camopt.solve.synthesis.problem_from_scene import objective_weights, split_by_offset, synthesis_problem
+from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, objective_weights, split_by_offset
 from camopt.solve.synthesis.relaxation import RelaxedMotion
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
 from camopt.solve.synthesis.solver import SOLVED_STATUSES, SOLVER_ERROR, solve
@@ -100,15 +100,15 @@ def synthesise(scene: SceneSource, *, progress: Progress | None = None) -> Synth
     39.8
     """
     scene = scene_from(scene)
-    demands = split_by_offset(synthesis_problem(scene))
+    problems = split_by_offset(build_synthesis_problem(scene))
     bounds: list[float | None]
-    if CROSSING_JERK in demands[0].objective:
-        demands, bounds = map(list, zip(*map(with_crossings, demands), strict=True))
+    if CROSSING_JERK in problems[0].objective:
+        problems, bounds = map(list, zip(*map(with_crossings, problems), strict=True))
     else:
-        bounds = [relaxation_bound(demand) for demand in demands]
-    some = [demand for demand, bound in zip(demands, bounds, strict=True) if bound != inf]
+        bounds = [relaxation_bound(problem) for problem in problems]
+    some = [problem for problem, bound in zip(problems, bounds, strict=True) if bound != inf]
     if not some:
-        raise contradiction_error(scene, demands[0], relaxation_bound)
+        raise contradiction_error(scene, problems[0], relaxation_bound)
     best, _ = best_synthesis(scene, some, partial(report_progress, progress))
     known = [bound for bound in bounds if bound is not None]
     right = len(known) == len(bounds) and min(known) <= best.objective  # or else a solver erred
@@ -116,7 +116,7 @@ def synthesise(scene: SceneSource, *, progress: Progress | None = None) -> Synth
 
 
 def best_synthesis(
-    scene: Scene, demands: Sequence[SynthesisProblem], advance: Advance
+    scene: Scene, problems: Sequence[SynthesisProblem], advance: Advance
 ) -> tuple[Synthesis, Iterate]:
     """The best cam of some demands of a scene, without a bound, and its free laws.
 
@@ -128,9 +128,9 @@ def best_synthesis(
         If the convex solver fails.
     """
     found, why = [], Unmet("")
-    for demand in demands:
+    for problem in problems:
         try:
-            found.append(_best_free_laws(scene, demand, advance))
+            found.append(_best_free_laws(scene, problem, advance))
         except Unmet as reason:
             why = reason
     if not found:
@@ -138,36 +138,36 @@ def best_synthesis(
     return _best_candidate(found)
 
 
-def _best_free_laws(scene: Scene, demand: SynthesisProblem, advance: Advance) -> tuple[Synthesis, Iterate]:
+def _best_free_laws(scene: Scene, problem: SynthesisProblem, advance: Advance) -> tuple[Synthesis, Iterate]:
     """The best free laws of a demand, and their cam."""
     advance(0, 1)  # as far as is known: where the convex optimum is a cam, nothing starts from other laws
-    demand = robust_problem(demand)
-    ceilings = ceilings_of(demand)
+    problem = robust_problem(problem)
+    constraints = nonconvex_constraints_of(problem)
     for first in range(len(LIMIT_MARGINS)):
-        model, start, least = solve_free_laws(demand, LIMIT_MARGINS[first:])
-        cam = smallest_cam_for_laws(scene, demand, start)
-        if cam or ceilings:
+        model, start, least = solve_free_laws(problem, LIMIT_MARGINS[first:])
+        cam = smallest_cam_for_laws(scene, problem, start)
+        if cam or constraints:
             break  # if not, a solver's error takes the cam beyond its limits, which a wider margin mends
     found = [(cam, start)] if cam else []
     free = cam is not None and cam.objective <= least + NONCONVEX_GAP * (abs(least) + model.unit)
-    steps = [] if free or not ceilings else list(_convex_step_cams(scene, model, demand, start, advance))
+    steps = [] if free or not constraints else list(_convex_step_cams(scene, model, problem, start, advance))
     found += [(each, last) for each, last in steps if each]
     if not found:  # steps may end where a limit is missed by little, or that they do not know
-        known = list(_known_laws_as_splines(demand, start))
-        found = [(cam, laws) for laws in known if (cam := smallest_cam_for_laws(scene, demand, laws))]
+        known = list(_known_laws_as_splines(problem, start))
+        found = [(cam, laws) for laws in known if (cam := smallest_cam_for_laws(scene, problem, laws))]
     if not found:
         tried = [start, *(last for _, last in steps)][:MISSES_SHOWN]
-        raise no_cam_error(scene, demand, [smallest_cams(scene_with_laws(scene, demand, each)) for each in tried])
+        raise no_cam_error(scene, problem, [smallest_cams(scene_with_laws(scene, problem, each)) for each in tried])
     cam, laws = _best_candidate(found)
     return replace(cam, convex=free), laws
 
 
-def robust_problem(demand: SynthesisProblem) -> SynthesisProblem:
+def robust_problem(problem: SynthesisProblem) -> SynthesisProblem:
     """The demand of a robust cam: with limits that all cams which have to hold them do, near its optimum."""
-    found = demand
-    for _ in range(ROBUST_ROUNDS if demand.problem.robust_errors and demand.floors else 0):
+    found = problem
+    for _ in range(ROBUST_ROUNDS if problem.scene_problem.robust_errors and problem.linear_constraints else 0):
         _, start, _ = solve_free_laws(found)
-        found = with_robust_limits(demand, start.lead * demand.size_unit, start.height * demand.size_unit)
+        found = with_robust_limits(problem, start.lead * problem.size_unit, start.height * problem.size_unit)
     return found
 
 
@@ -175,12 +175,12 @@ def _best_candidate(found: Sequence[tuple[Synthesis, Iterate]]) -> tuple[Synthes
     return min(found, key=lambda each: each[0].objective)
 
 
-def relaxation_bound(demand: SynthesisProblem) -> float | None:
+def relaxation_bound(problem: SynthesisProblem) -> float | None:
     """What no motion whatever can pass; infinite if none holds the limits, None if the solver gives no bound.
 
     Nothing convex bounds the size of a cam whose follower oscillates.
     """
-    wider = tighten_limits(demand, -SOLVER_ERROR)  # then a solver's error leaves it below
+    wider = tighten_limits(problem, -SOLVER_ERROR)  # then a solver's error leaves it below
     for panels in PANEL_COUNTS:
         relaxed = build_convex_model(wider, partial(RelaxedMotion, panels))
         try:
@@ -188,7 +188,7 @@ def relaxation_bound(demand: SynthesisProblem) -> float | None:
         except Unsolved:
             continue
         if relaxed.is_exact:
-            unknown = "size" in demand.objective and not demand.has_convex_size and value < inf
+            unknown = "size" in problem.objective and not problem.has_convex_size and value < inf
             return None if unknown else subtract_solver_error(relaxed, value)
     return None
 
@@ -199,7 +199,7 @@ def subtract_solver_error(relaxed: ConvexModel, value: float) -> float:
 
 
 def solve_free_laws(
-    demand: SynthesisProblem, margins: Sequence[float] = LIMIT_MARGINS
+    problem: SynthesisProblem, margins: Sequence[float] = LIMIT_MARGINS
 ) -> tuple[ConvexModel, Iterate, float]:
     """The convex programme with free laws, its solution and its least objective, or what a smooth one may have.
 
@@ -207,7 +207,7 @@ def solve_free_laws(
     ranges of their derivatives exactly.
     """
     for margin in margins:
-        model = build_convex_model(tighten_limits(demand, margin), SplineMotion)
+        model = build_convex_model(tighten_limits(problem, margin), SplineMotion)
         try:
             least = model.solve()
         except Unsolved:
@@ -219,7 +219,7 @@ def solve_free_laws(
         found = iterate_of(model)
         least_jerk = least_jerk_laws(model, least)
         for each in (least_jerk, found):
-            if each is not None and motion_holds_limits(demand, programme_with_laws(demand, each)):
+            if each is not None and motion_holds_limits(problem, programme_with_laws(problem, each)):
                 return model, each, model.accepted_objective(least)
     raise Unsolved("the convex solver does not hold the limits closely enough")
 
@@ -232,66 +232,70 @@ def least_jerk_laws(model: ConvexModel, least: float) -> Iterate | None:
 
 
 def _convex_step_cams(
-    scene: Scene, model: ConvexModel, demand: SynthesisProblem, start: Iterate, advance: Advance
+    scene: Scene, model: ConvexModel, problem: SynthesisProblem, start: Iterate, advance: Advance
 ) -> Iterator[tuple[Synthesis | None, Iterate]]:
     """The laws that convex steps reach from the convex optimum and from known laws, and their cams, if any."""
-    starts = [start, *starting_laws(demand, start, objective_weights(scene.synthesis))]
-    ceilings = ceilings_of(demand)
-    steps = SequentialConvex(model, ceilings)
+    starts = [start, *starting_laws(problem, start, objective_weights(scene.synthesis))]
+    constraints = nonconvex_constraints_of(problem)
+    steps = SequentialConvex(model, constraints)
     for number, each in enumerate(starts):
         advance(number, len(starts))
-        last = steps.find_local_optimum(each, ceilings)
+        last = steps.find_local_optimum(each, constraints)
         yield (
-            smallest_cam_for_laws(scene, demand, last)
-            if motion_holds_limits(demand, programme_with_laws(demand, last))
+            smallest_cam_for_laws(scene, problem, last)
+            if motion_holds_limits(problem, programme_with_laws(problem, last))
             else None,
             last,
         )
 
 
-def starting_laws(demand: SynthesisProblem, start: Iterate, objective: Collection[str]) -> list[Iterate]:
+def starting_laws(problem: SynthesisProblem, start: Iterate, objective: Collection[str]) -> list[Iterate]:
     """Laws on the smallest cam for them: the known ones within the limits, and the convex optimum.
 
     Not the latter where the size is part of it: it lies on its smallest cam already, but for other limits.
     ``objective`` are the terms that the scene minimises.
     """
-    if demand.residual is not None:  # known laws have more of it; the steps begin at the nearest that have not
-        demand = replace(
-            demand, residual=None, problem=demand.problem.without_bound(f"limits.{residual.RESIDUAL_TERM}")
+    if (
+        problem.residual_limit is not None
+    ):  # known laws have more of it; the steps begin at the nearest that have not
+        problem = replace(
+            problem,
+            residual_limit=None,
+            scene_problem=problem.scene_problem.without_bound(f"limits.{residual.RESIDUAL_TERM}"),
         )
-    laws = [*([] if demand.has_convex_size else [start]), *_known_laws_as_splines(demand, start)]
-    return [_laws_on_smallest_cam(demand, each, objective) for each in laws]
+    laws = [*([] if problem.has_convex_size else [start]), *_known_laws_as_splines(problem, start)]
+    return [_laws_on_smallest_cam(problem, each, objective) for each in laws]
 
 
-def _known_laws_as_splines(demand: SynthesisProblem, start: Iterate) -> Iterator[Iterate]:
+def _known_laws_as_splines(problem: SynthesisProblem, start: Iterate) -> Iterator[Iterate]:
     """The scene's own motion and the known laws, as splines of this kind or near them, where within the limits."""
-    own = {id(stroke.law) for stroke in demand.free_strokes if not stroke.is_move}
+    own = {id(stroke.law) for stroke in problem.free_strokes if not stroke.is_move}
     others = [law for law in LAWS.values() if own and own != {id(law)}]
     for law in (None, *others):
-        fits = [_fit_spline(demand, stroke, law) for stroke in demand.free_strokes]
-        known = start._replace(coefficients=without_solver_error(demand, fits))
-        if motion_holds_limits(demand, programme_with_laws(demand, known)):
+        fits = [_fit_spline(problem, stroke, law) for stroke in problem.free_strokes]
+        known = start._replace(coefficients=without_solver_error(problem, fits))
+        if motion_holds_limits(problem, programme_with_laws(problem, known)):
             yield known
 
 
-def _fit_spline(demand: SynthesisProblem, stroke: Stroke, law: Law | None) -> FloatArray:
+def _fit_spline(problem: SynthesisProblem, stroke: Stroke, law: Law | None) -> FloatArray:
     """The spline nearest to a known law on a rise or return, or to the scene's own, which a move keeps."""
-    splines = demand.splines_of(stroke)
+    splines = problem.splines_of(stroke)
     x = (np.arange(4 * splines.count) + 0.5) / (4 * splines.count)
-    low, change = demand.law_offset_and_scale(stroke)
-    own = (stroke.motion(stroke.start + x * stroke.angle)[0] / demand.motion_unit - low) / change
+    low, change = problem.law_offset_and_scale(stroke)
+    own = (stroke.motion(stroke.start + x * stroke.angle)[0] / problem.motion_unit - low) / change
     values = own if law is None or stroke.is_move else law.displacement(x)
     return np.asarray(np.linalg.lstsq(splines.value_matrix(x, 0).toarray(), values, rcond=None)[0])
 
 
-def _laws_on_smallest_cam(demand: SynthesisProblem, known: Iterate, objective: Collection[str]) -> Iterate:
+def _laws_on_smallest_cam(problem: SynthesisProblem, known: Iterate, objective: Collection[str]) -> Iterate:
     """Laws on the smallest cam for them, or on one that misses its limits by little."""
-    cam = smallest_design(demand.problem.with_given_motion(programme_with_laws(demand, known)), objective)
+    cam = smallest_design(problem.scene_problem.with_given_motion(programme_with_laws(problem, known)), objective)
     if cam is None:
         return known
-    lead, prime = float(cam.sense * cam.offset[0]), float(cam.size[0]) + demand.roller
+    lead, prime = float(cam.sense * cam.offset[0]), float(cam.size[0]) + problem.roller
     return known._replace(
-        lead=lead / demand.size_unit, height=float(difference_of_squares_root(prime, lead)) / demand.size_unit
+        lead=lead / problem.size_unit, height=float(difference_of_squares_root(prime, lead)) / problem.size_unit
     )
 
 

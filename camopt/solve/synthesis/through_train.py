@@ -1,8 +1,8 @@
-"""The motion of the follower from free laws of the tool that it drives.
+"""Constraints on the follower, written for the free motion of the tool that it drives.
 
-Where the ratio of the train is the same everywhere, y = (z − z₀)/i, what is linear in the motion of the follower is
-linear in that of the tool. Where it changes, it is a ceiling (``ceilings``), whose planes are taken through the
-train.
+At a constant train ratio i, the follower moves by y = (z − z₀)/i. A constraint that is linear in y is then linear
+in the tool's motion z too. At a ratio that changes, the constraint is not convex (``nonconvex_constraints``): its
+tangent planes are taken through the train.
 """
 
 from dataclasses import replace
@@ -19,53 +19,60 @@ from camopt.scene.problem.problem import Problem
 from camopt.solve.synthesis.synthesis_problem import LinearConstraint
 
 
-def constant_train_ratio(problem: Problem) -> float | None:
-    """The velocity of the tool over that of the follower; None where it changes."""
-    return 1.0 if problem.setup.train is None else problem.setup.train.constant_ratio
+def constant_train_ratio(scene_problem: Problem) -> float | None:
+    """Ratio of the tool's velocity to the follower's; None if it changes over the turn."""
+    return 1.0 if scene_problem.setup.train is None else scene_problem.setup.train.constant_ratio
 
 
-def reverses_motion(problem: Problem) -> bool:
-    """Whether the follower goes in as the tool goes out."""
-    train = problem.setup.train
-    return train is not None and bool(np.diff(train.follower_at(np.array(tool_travel(problem.programme))))[0] < 0.0)
+def reverses_motion(scene_problem: Problem) -> bool:
+    """Whether the follower moves inward while the tool moves outward."""
+    train = scene_problem.setup.train
+    return train is not None and bool(
+        np.diff(train.follower_at(np.array(tool_travel(scene_problem.programme))))[0] < 0.0
+    )
 
 
-def constraint_at_tool(problem: Problem, floor: LinearConstraint) -> LinearConstraint:
-    """A linear limit on the motion of the follower as one on that of the tool, at a constant ratio.
+def constraint_at_tool(scene_problem: Problem, linear_constraint: LinearConstraint) -> LinearConstraint:
+    """A linear constraint on the follower's motion, as one on the tool's motion, at a constant ratio.
 
-    It is |i| times the limit, with sizes in units that are |i| times as small (``SynthesisProblem.size_unit``).
+    The result is |i| times the constraint, because its sizes are in a unit that is |i| times smaller
+    (``SynthesisProblem.size_unit``).
     """
-    ratio = constant_train_ratio(problem)
+    ratio = constant_train_ratio(scene_problem)
     assert ratio is not None
-    constant = abs(ratio) * floor.constant
+    constant = abs(ratio) * linear_constraint.constant
     if ratio > 0.0:
-        return replace(floor, constant=constant)
-    by = {name: -getattr(floor, name) for name in ("displacement", "velocity", "acceleration")}
-    constant += floor.displacement * problem.programme.tool.lift
-    return replace(floor, **by, constant=constant, kinds=reversed_kinds(floor.kinds))
+        return replace(linear_constraint, constant=constant)
+    reversed_terms = {
+        name: -getattr(linear_constraint, name) for name in ("displacement", "velocity", "acceleration")
+    }
+    constant += linear_constraint.displacement * scene_problem.programme.tool.lift
+    return replace(
+        linear_constraint, **reversed_terms, constant=constant, kinds=reversed_kinds(linear_constraint.kinds)
+    )
 
 
-def constraint_about_tool(problem: Problem, constraint: Constraint) -> Constraint:
-    """A constraint with the kinds of pieces in which the tool moves so."""
-    of_tool = isinstance(constraint.curve, Derivative) and not constraint.curve.at_follower
+def constraint_about_tool(scene_problem: Problem, constraint: Constraint) -> Constraint:
+    """The same constraint, with the stroke kinds of the tool in place of those of the follower."""
+    is_about_tool = isinstance(constraint.curve, Derivative) and not constraint.curve.at_follower
     return (
         constraint
-        if of_tool or not reverses_motion(problem)
+        if is_about_tool or not reverses_motion(scene_problem)
         else constraint._replace(kinds=reversed_kinds(constraint.kinds))
     )
 
 
-def follower_states(problem: Problem, zero: float, state: FloatArray) -> FloatArray:
-    """The motion of the follower, mm or rad by rad, from that of the tool (4, n); NaN beyond dead points.
+def follower_states(scene_problem: Problem, zero: float, state: FloatArray) -> FloatArray:
+    """Follower motion y to y''' (4, n) from the tool motion [mm or rad, per radᵏ]; NaN beyond dead points.
 
-    The tool is at ``zero``, as given, where its displacement is 0.
+    ``zero`` is the tool position where the tool's displacement is 0, as the scene gives it [mm or deg].
     """
-    train, turn = problem.setup.train, problem.programme
+    train, programme = scene_problem.setup.train, scene_problem.programme
     if train is None:
         return state
     z, z1, z2, z3 = state
     with np.errstate(all="ignore"):
-        moved = train.follower(Taylor([zero * turn.tool.unit + z, z1, z2 / 2.0, z3 / 6.0]))
-    found = np.array([np.broadcast_to(moved.derivative(order), z.shape) for order in range(len(state))])
-    found[0] -= train.follower_at(np.array(tool_travel(turn))).min()
-    return found
+        follower = train.follower(Taylor([zero * programme.tool.unit + z, z1, z2 / 2.0, z3 / 6.0]))
+    states = np.array([np.broadcast_to(follower.derivative(order), z.shape) for order in range(len(state))])
+    states[0] -= train.follower_at(np.array(tool_travel(programme))).min()
+    return states

@@ -27,7 +27,7 @@ from camopt.model.motion.stroke import ALL_STROKES, SOLVER_TOLERANCE, PassingCon
 from camopt.scene.problem.problem import resolve
 from camopt.show.drawing.panels import motion_panels
 from camopt.show.drawing.picture import Picture
-from camopt.solve.synthesis.problem_from_scene import synthesis_problem
+from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.synthesise import Unmet, relaxation_bound
 from camopt.solve.verdicts.certify import conditions_verdict
 
@@ -86,9 +86,9 @@ def test_the_least_jerk_meets_random_conditions_and_no_motion_has_less(seed):
     programme = resolve(scene).programme
     assert meets(programme, conditions, 1e-8)
     assert not programme.jumps
-    demand = synthesis_problem(scene)
-    wide = demand.keep_limits(
-        [name for name in demand.limit_names if name not in ("jerk", "acceleration", "the size")]
+    problem = build_synthesis_problem(scene)
+    wide = problem.keep_limits(
+        [name for name in problem.limit_names if name not in ("jerk", "acceleration", "the size")]
     )
     freed = wide.keep_limits([name for name in wide.limit_names if name != "the lowest position"])
     bound, own = relaxation_bound(freed), root_mean_square(programme, 3)

@@ -10,7 +10,7 @@ from camopt.solve.front.plan import sweep_plan, with_objectives
 from camopt.solve.front.sweep import sweep
 from camopt.solve.synthesis.axis_minimiser import AxisMinimiser
 from camopt.solve.synthesis.cams import smallest_design
-from camopt.solve.synthesis.ceilings import ceilings_at, ceilings_of
+from camopt.solve.synthesis.nonconvex_constraints import load_constraints_at, nonconvex_constraints_of
 
 LOADED = find_scene("roller-1000rpm").replace(
     **{"limits.pressure_angle": 30, "limits.normal_force": 900, "synthesis.pieces": 6, "cam.shaft_diameter": 10},
@@ -70,13 +70,15 @@ def test_bounds_of_a_frontier_are_those_of_a_scene_that_sets_them(request):
     stricter = LOADED.replace(**{"limits.normal_force": 700})
     expected = [
         constraint.upper_bound()
-        for constraint in ceilings_of(AxisMinimiser(stricter, ("size",), "size", ()).demand)
+        for constraint in nonconvex_constraints_of(AxisMinimiser(stricter, ("size",), "size", ()).synthesis_problem)
     ]
     request.getfixturevalue("unread")
     least = AxisMinimiser(LOADED, ("size", *held), "size", (*held,))
-    assert [constraint.upper_bound() for constraint in ceilings_of(least._problem_with_held(held))] == expected
-    (ceiling,) = ceilings_at(resolve(LOADED), "normal_force", 5.0)
-    assert ceiling.upper_bound() == 5.0
+    assert [
+        constraint.upper_bound() for constraint in nonconvex_constraints_of(least._problem_with_held(held))
+    ] == expected
+    (constraint,) = load_constraints_at(resolve(LOADED), "normal_force", 5.0)
+    assert constraint.upper_bound() == 5.0
 
 
 @pytest.mark.parametrize(("changes", "own"), [({}, True), ({"limits.pressure_angle": 30}, False)])

@@ -18,7 +18,7 @@ from camopt.model.motion.segments import MotionSegment
 from camopt.scene.problem.problem import resolve
 from camopt.solve.synthesis.cams import programme_with_laws
 from camopt.solve.synthesis.iterate import free_motions, without_solver_error
-from camopt.solve.synthesis.problem_from_scene import synthesis_problem
+from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.relaxation import RelaxedMotion
 from camopt.solve.synthesis.solver import SOLVED, solve
 from camopt.solve.synthesis.stroke_motion import DerivativeRange, Sizes
@@ -98,7 +98,7 @@ def test_a_scene_with_free_moves_is_read_again_and_asks_the_same(name):
     scene, result = free(name, "acceleration")
     again = Scene.from_dict(tomllib.loads(result.scene.to_toml()))
     assert evaluate(again) == evaluate(result.scene)
-    first, second = (synthesis_problem(each) for each in (scene, again))
+    first, second = (build_synthesis_problem(each) for each in (scene, again))
     assert [c.key for c in first.conditions] == [c.key for c in second.conditions]
     assert first.zero == pytest.approx(second.zero, abs=1e-9)
 
@@ -256,15 +256,15 @@ def test_the_residual_vibration_of_moves_is_linear_in_their_coefficients(name):
         scene = find_scene(name)
     train = TRAIN | {"follower.dynamics.natural_frequency": 6.1 * scene.cam.rpm / 60}
     scene = scene.replace(**train, **{"synthesis.minimise": "residual_vibration", "synthesis.pieces": 8})
-    demand = synthesis_problem(scene)
-    model, start, _ = solve_free_laws(demand)
+    problem = build_synthesis_problem(scene)
+    model, start, _ = solve_free_laws(problem)
     random = np.random.default_rng(5)
     noisy = [c + 0.05 * random.normal(size=c.size) for c in start.coefficients]
-    found = start._replace(coefficients=without_solver_error(demand, noisy))
+    found = start._replace(coefficients=without_solver_error(problem, noisy))
     for motion, coefficients in zip(free_motions(model), found.coefficients, strict=True):
         motion.coefficients.value = coefficients
-    programme = programme_with_laws(demand, found)
-    wanted = vibration(programme, *demand.train_frequency_and_damping).residual
+    programme = programme_with_laws(problem, found)
+    wanted = vibration(programme, *problem.train_frequency_and_damping).residual
     assert model.unit * float(model.objective.value) == pytest.approx(wanted, rel=1e-6)
 
 
@@ -346,7 +346,7 @@ def test_free_laws_of_free_laws_hold_the_same_limits():
     scene, result = free("belt-matching", "acceleration")
     again = synthesise(result.scene)
     assert again.objective == pytest.approx(result.objective, rel=1e-4)
-    assert synthesis_problem(result.scene).ranges == synthesis_problem(scene).ranges
+    assert build_synthesis_problem(result.scene).ranges == build_synthesis_problem(scene).ranges
 
 
 def test_what_free_moves_cannot_do_is_said():
@@ -434,13 +434,13 @@ def test_the_area_of_a_motion_lies_where_its_values_at_nodes_say(order, law):
     scene = turn(rise, *rest, {"segment": "dwell", "angle": 60}).replace(
         **{"synthesis.rest": 1 if order < 3 else 2}
     )
-    demand = synthesis_problem(scene)
-    stroke, sizes = demand.strokes[0], Sizes(cp.Variable(), cp.Variable(), cp.Variable())
+    problem = build_synthesis_problem(scene)
+    stroke, sizes = problem.strokes[0], Sizes(cp.Variable(), cp.Variable(), cp.Variable())
     largest = np.abs(stroke.motion(stroke.start + stroke.angle * np.linspace(0, 1, 100001))[order]).max()
-    bound = largest / demand.motion_unit
-    motion = RelaxedMotion(9, demand, stroke, {order: [DerivativeRange(-bound, bound)]}, sizes)
+    bound = largest / problem.motion_unit
+    motion = RelaxedMotion(9, problem, stroke, {order: [DerivativeRange(-bound, bound)]}, sizes)
     x = np.linspace(0, 1, 10)
-    y, v, a, _ = stroke.motion(stroke.start + x * stroke.angle) / demand.motion_unit
+    y, v, a, _ = stroke.motion(stroke.start + x * stroke.angle) / problem.motion_unit
     known = [(motion.y, y), (motion.v, v * stroke.angle), (motion.a, a * stroke.angle**2)]
     fixed = [cp.abs(unknown - value) <= 1e-9 for unknown, value in known[: 3 if order == 3 else 2]]
     constraints = motion.constraints + fixed

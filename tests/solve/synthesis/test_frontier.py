@@ -18,10 +18,10 @@ from camopt.solve.smallest.optimise import optimise
 from camopt.solve.synthesis import frontier as searches
 from camopt.solve.synthesis.axis_minimiser import AxisMinimiser
 from camopt.solve.synthesis.cams import motion_holds_limits
-from camopt.solve.synthesis.ceilings import ceilings_of
 from camopt.solve.synthesis.files import write_frontier
 from camopt.solve.synthesis.frontier import _axis_ends, _check_axes
-from camopt.solve.synthesis.problem_from_scene import synthesis_problem
+from camopt.solve.synthesis.nonconvex_constraints import nonconvex_constraints_of
+from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.solver import CompiledProgramme
 from camopt.solve.synthesis.term_units import term_unit
 
@@ -125,8 +125,8 @@ def test_a_law_is_within_its_own_peaks(name, law):
             segment | ({"lift": lift} if "lift" in segment else {})
             for segment in find_scene(name).to_dict()["motion"]
         ]
-        demand = synthesis_problem(find_scene(name).replace(motion=motion, **peaks))
-        assert motion_holds_limits(demand, demand.problem.follower_motion_with_laws(law, law))
+        problem = build_synthesis_problem(find_scene(name).replace(motion=motion, **peaks))
+        assert motion_holds_limits(problem, problem.scene_problem.follower_motion_with_laws(law, law))
 
 
 def test_the_picture_of_a_frontier(found, tmp_path):
@@ -357,11 +357,11 @@ def test_steps_from_a_motion_within_its_bounds_stay_there_and_are_few(monkeypatc
     gentle = AxisMinimiser(scene, axes, axes[1], ("size",)).minimise_at({"size": 248.0}, bounded=False)
     least, solved = AxisMinimiser(scene, axes, "size", axes[1:]), []
     value = {axes[1]: gentle.row[axes[1]] * (1 + 3e-4)}
-    ceilings = ceilings_of(least._problem_with_held(value))
+    constraints = nonconvex_constraints_of(least._problem_with_held(value))
     solve = CompiledProgramme.solve
     monkeypatch.setattr(CompiledProgramme, "solve", lambda *given: solved.append(given) or solve(*given))
-    reached = least.convex_steps.find_local_optimum(gentle.laws, ceilings)
-    assert least.convex_steps._highest_levels(reached, ceilings, ())[0] <= 1.0
+    reached = least.convex_steps.find_local_optimum(gentle.laws, constraints)
+    assert least.convex_steps._highest_levels(reached, constraints, ())[0] <= 1.0
     assert reached.height < gentle.laws.height
     assert len(solved) <= 8
 

@@ -30,12 +30,16 @@ from camopt.scene.problem.problem import resolve
 from camopt.scene.synthesis import AXIS_TERMS, SynthesisSettings
 from camopt.solve.front.sweep import sweep
 from camopt.solve.synthesis.cams import scene_with_laws, smallest_cams, smallest_known_cams
-from camopt.solve.synthesis.ceilings import SampledCeilings, ceilings_of, stroke_samples
 from camopt.solve.synthesis.convex_model import build_convex_model
 from camopt.solve.synthesis.iterate import Iterate, free_motions, without_solver_error
 from camopt.solve.synthesis.known_law_cams import known_laws_of
 from camopt.solve.synthesis.law_infeasibility import no_cam_error
-from camopt.solve.synthesis.problem_from_scene import default_peaks, synthesis_problem
+from camopt.solve.synthesis.nonconvex_constraints import (
+    SampledConstraints,
+    nonconvex_constraints_of,
+    stroke_samples,
+)
+from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, default_peaks
 from camopt.solve.synthesis.ramps import ramps_in_words
 from camopt.solve.synthesis.relaxation import RelaxedMotion
 from camopt.solve.synthesis.solver import SOLVED_STATUSES, solve
@@ -204,8 +208,8 @@ def test_units_of_the_objective_and_any_speed(speed):
 
 def test_no_bound_is_below_zero():
     """A knife edge under a limit that hardly matters: the least size is next to nothing."""
-    demand = synthesis_problem(made(KNIFE, limits__pressure_angle=89))
-    assert 0.0 <= relaxation_bound(demand) < 1.0
+    problem = build_synthesis_problem(made(KNIFE, limits__pressure_angle=89))
+    assert 0.0 <= relaxation_bound(problem) < 1.0
 
 
 def test_the_gentlest_laws_are_the_quintic():
@@ -286,16 +290,16 @@ def test_no_motion_passes_the_bound(case):
     """Of any motion within the ranges, the values at the nodes hold every inequality of the relaxation."""
     scene, laws = case
     programme = resolve(scene).programme.with_laws(*laws)
-    demand = synthesis_problem(scene)
-    relaxed = build_convex_model(demand, partial(RelaxedMotion, 12))
-    angles = [stroke.start + stroke.angle * np.linspace(0, 1, 13) for stroke in demand.strokes]
+    problem = build_synthesis_problem(scene)
+    relaxed = build_convex_model(problem, partial(RelaxedMotion, 12))
+    angles = [stroke.start + stroke.angle * np.linspace(0, 1, 13) for stroke in problem.strokes]
     fixed = []
     for stroke, motion, at in zip(programme.strokes, relaxed.motions, angles, strict=True):
         if stroke.is_free:
-            x, change = (at - stroke.start) / stroke.angle, (stroke.high - stroke.low) / demand.motion_unit
+            x, change = (at - stroke.start) / stroke.angle, (stroke.high - stroke.low) / problem.motion_unit
             s = stroke.law
             for unknown, value, room in (
-                (motion.y, stroke.low / demand.motion_unit + change * s.displacement(x), 1e-7),
+                (motion.y, stroke.low / problem.motion_unit + change * s.displacement(x), 1e-7),
                 (motion.v, change * s.velocity(x), 1e-7),
                 (motion.a, change * s.acceleration(x), 1e-6),
             ):
@@ -312,10 +316,10 @@ def test_no_motion_passes_the_bound(case):
 @pytest.mark.parametrize("base", [ROLLER, FLAT, GROOVE], ids=["roller", "flat", "groove"])
 @pytest.mark.parametrize("minimise", ["size", "jerk"])
 def test_the_bound_grows_with_the_panels_and_stays_below_free_laws(base, minimise):
-    demand = synthesis_problem(made(base, synthesis__minimise=minimise))
-    bounds = [build_convex_model(demand, partial(RelaxedMotion, panels)).solve() for panels in (4, 8, 16, 32, 64)]
+    problem = build_synthesis_problem(made(base, synthesis__minimise=minimise))
+    bounds = [build_convex_model(problem, partial(RelaxedMotion, panels)).solve() for panels in (4, 8, 16, 32, 64)]
     assert all(after >= before * (1 - 1e-6) for before, after in pairwise(bounds))
-    assert bounds[-1] <= solve_free_laws(demand)[2]
+    assert bounds[-1] <= solve_free_laws(problem)[2]
 
 
 def least_on_grid(acceleration, jerk, panels, cost):
@@ -357,12 +361,14 @@ def test_what_no_motion_holds_is_said_and_what_one_holds_is_not():
     assert least == pytest.approx(0.4298, abs=1e-3)
     assert largest == pytest.approx(1 - least, abs=1e-9)
     beyond, inside = (made(synthesis__points=[[60, 50 * least + off]]) for off in (-0.3, 0.3))
-    assert relaxation_bound(synthesis_problem(beyond)) == inf
-    assert relaxation_bound(synthesis_problem(inside)) < inf
+    assert relaxation_bound(build_synthesis_problem(beyond)) == inf
+    assert relaxation_bound(build_synthesis_problem(inside)) < inf
     with pytest.raises(Unmet, match="no motion whatever"):
         synthesise(beyond)
-    assert relaxation_bound(synthesis_problem(made(synthesis__peak_acceleration=4, synthesis__rest=1))) < inf
-    assert relaxation_bound(synthesis_problem(made(synthesis__peak_acceleration=3.9, synthesis__rest=1))) == inf
+    assert relaxation_bound(build_synthesis_problem(made(synthesis__peak_acceleration=4, synthesis__rest=1))) < inf
+    assert (
+        relaxation_bound(build_synthesis_problem(made(synthesis__peak_acceleration=3.9, synthesis__rest=1))) == inf
+    )
 
 
 def test_a_stroke_of_a_hundredth_of_a_degree_has_a_bound_below_its_cam():
@@ -384,14 +390,14 @@ def test_the_residual_vibration_of_coefficients_is_that_of_the_response(motion, 
     """Linear in the coefficients: any motion has what the sum over its coefficients says."""
     train = {"natural_frequency": frequency + 1 / 3, "damping_ratio": damping}
     asked = made(motion=motion, follower__dynamics=train, synthesis__pieces=8)
-    demand = synthesis_problem(asked)
-    model = build_convex_model(replace(demand, objective={"residual_vibration": 1.0}), SplineMotion)
+    problem = build_synthesis_problem(asked)
+    model = build_convex_model(replace(problem, objective={"residual_vibration": 1.0}), SplineMotion)
     random = np.random.default_rng(4)
-    each = [np.sort(random.random(demand.splines.count)) for _ in free_motions(model)]
-    found = Iterate(0.0, 1.0, without_solver_error(demand, each))
+    each = [np.sort(random.random(problem.splines.count)) for _ in free_motions(model)]
+    found = Iterate(0.0, 1.0, without_solver_error(problem, each))
     for stroke, coefficients in zip(free_motions(model), found.coefficients, strict=True):
         stroke.coefficients.value = coefficients
-    scene = scene_with_laws(asked, demand, found).replace(outputs=["vibration"])
+    scene = scene_with_laws(asked, problem, found).replace(outputs=["vibration"])
     wanted = evaluate(scene)["residual_vibration_max_mm"]
     assert model.unit * float(model.objective.value) == pytest.approx(wanted, rel=1e-7)
 
@@ -401,7 +407,7 @@ def test_the_least_residual_vibration_is_the_effects_own():
     calm = free(scene.replace(**{"cam.base_radius": 53.0}))
     assert calm.bound == 0.0
     assert calm.objective == sound(calm)["residual_vibration_max_mm"]
-    least = solve_free_laws(synthesis_problem(scene.replace(**{"cam.base_radius": 53.0})))[2]
+    least = solve_free_laws(build_synthesis_problem(scene.replace(**{"cam.base_radius": 53.0})))[2]
     assert least > 0.01
     assert calm.objective == pytest.approx(least, rel=1e-3)
     smallest = free(made(**TRAIN))
@@ -635,21 +641,21 @@ LOADED = {
 @pytest.mark.parametrize("base", [ROLLER, SPHERE, GROOVE, FLAT], ids=["roller", "sphere", "groove", "flat"])
 def test_planes_are_tangent_to_the_curves_of_limits(base):
     """Whatever the curve: against its values a little away, in the motion and the sizes together."""
-    demand = synthesis_problem(Scene.from_dict(base).replace(**LOADED, **{"synthesis.pieces": 6}))
-    ceilings, random, unit = ceilings_of(demand), np.random.default_rng(2), demand.motion_unit
-    for stroke in demand.strokes:
-        sampled = SampledCeilings(demand, stroke)
+    problem = build_synthesis_problem(Scene.from_dict(base).replace(**LOADED, **{"synthesis.pieces": 6}))
+    constraints, random, unit = nonconvex_constraints_of(problem), np.random.default_rng(2), problem.motion_unit
+    for stroke in problem.strokes:
+        sampled = SampledConstraints(problem, stroke)
         orders = np.arange(4)[:, None]
-        state = unit * random.uniform(0.3, 0.7, (4, stroke_samples(demand, stroke).size)) / stroke.angle**orders
+        state = unit * random.uniform(0.3, 0.7, (4, stroke_samples(problem, stroke).size)) / stroke.angle**orders
         away = random.normal(size=state.shape) / stroke.angle**orders
         sizes, aside = np.array([4.0, 90.0]), random.normal(size=2)
-        planes = sampled.tangent_planes(ceilings, state, tuple(sizes))
-        assert len(planes.values) == sum(1 + (c.goal == LARGEST_MAGNITUDE) for c in ceilings)
+        planes = sampled.tangent_planes(constraints, state, tuple(sizes))
+        assert len(planes.values) == sum(1 + (c.goal == LARGEST_MAGNITUDE) for c in constraints)
         risen = np.einsum("kcn,kn->cn", planes.motion, away) + planes.lead * aside[0] + planes.height * aside[1]
         step, ends = 1e-4, []
         for k in (-step, step):
             ends.append(
-                sampled.ratios_to_bounds(ceilings, state + k * unit * away, tuple(sizes + k * unit * aside))
+                sampled.ratios_to_bounds(constraints, state + k * unit * away, tuple(sizes + k * unit * aside))
             )
         slopes = (ends[1] - ends[0]) / (2 * step)
         np.testing.assert_allclose(risen, slopes, rtol=1e-5, atol=1e-5 * np.abs(slopes).max())
@@ -657,21 +663,21 @@ def test_planes_are_tangent_to_the_curves_of_limits(base):
 
 def test_values_of_ceilings_by_hand():
     """The pitch curvature and the torque from their textbook formulas."""
-    demand = synthesis_problem(made(VALVE, synthesis__pieces=6))
-    (curvature,) = ceilings_of(demand)
-    assert curvature.factor(demand.problem.design).item() == 23
-    stroke = demand.strokes[0]
+    problem = build_synthesis_problem(made(VALVE, synthesis__pieces=6))
+    (curvature,) = nonconvex_constraints_of(problem)
+    assert curvature.factor(problem.scene_problem.design).item() == 23
+    stroke = problem.strokes[0]
     y, y1, y2, _ = state = np.random.default_rng(2).uniform(1, 20, (4, 288))
     a, w = 50 + y, y1 - 7
     kappa = (a**2 + w * (2 * y1 - 7) - a * y2) / np.hypot(a, w) ** 3
     np.testing.assert_allclose(
-        SampledCeilings(demand, stroke).ratios_to_bounds([curvature], state, (7.0, 50.0))[0], 23 * kappa
+        SampledConstraints(problem, stroke).ratios_to_bounds([curvature], state, (7.0, 50.0))[0], 23 * kappa
     )
-    demand = synthesis_problem(made(follower__dynamics=DYNAMICS, limits__torque=200, synthesis__pieces=6))
-    (ceiling,) = [c for c in ceilings_of(demand) if c.goal == LARGEST_MAGNITUDE]
+    problem = build_synthesis_problem(made(follower__dynamics=DYNAMICS, limits__torque=200, synthesis__pieces=6))
+    (constraint,) = [c for c in nonconvex_constraints_of(problem) if c.goal == LARGEST_MAGNITUDE]
     omega = 1000 * pi / 30
     torque = (0.5e-3 * omega**2 * y2 + 30 * y + 3000) * y1
-    found = SampledCeilings(demand, stroke).ratios_to_bounds([ceiling], state, (7.0, 50.0))
+    found = SampledConstraints(problem, stroke).ratios_to_bounds([constraint], state, (7.0, 50.0))
     np.testing.assert_allclose(found, [torque / 200e3, -torque / 200e3])
 
 
@@ -689,11 +695,11 @@ def test_a_limit_on_torque_is_held_by_the_motion():
 @pytest.mark.parametrize("motion", [STRAIGHT_DOWN, NO_DWELL, SEVERAL], ids=["down", "no dwell", "several"])
 def test_a_solvers_error_at_a_joint_is_no_jump(motion):
     asked = made(motion=motion)
-    demand = synthesis_problem(asked)
-    found = solve_free_laws(demand)[1]
+    problem = build_synthesis_problem(asked)
+    found = solve_free_laws(problem)[1]
     random = np.random.default_rng(3)
-    noisy = without_solver_error(demand, [c + 1e-8 * random.normal(size=c.size) for c in found.coefficients])
-    scene = scene_with_laws(asked, demand, found._replace(coefficients=noisy))
+    noisy = without_solver_error(problem, [c + 1e-8 * random.normal(size=c.size) for c in found.coefficients])
+    scene = scene_with_laws(asked, problem, found._replace(coefficients=noisy))
     assert not resolve(scene).programme.jumps
 
 
@@ -824,13 +830,13 @@ JUNK = st.recursive(
 @settings(max_examples=times(150, deep=1500))
 @given(st.dictionaries(st.sampled_from([*SynthesisSettings.model_fields, "x"]), JUNK, min_size=1, max_size=3))
 def test_junk_is_bad_input_or_a_demand(junk):
-    demand, told = None, []
+    problem, told = None, []
     try:
-        demand = synthesis_problem(Scene.from_dict(ROLLER | {"synthesis": junk}))
+        problem = build_synthesis_problem(Scene.from_dict(ROLLER | {"synthesis": junk}))
     except BadInput as error:
         told = [mistake.key for mistake in error.mistakes]
     assert all(key.startswith("synthesis.") for key in told)
-    assert bool(told) != bool(demand and demand.splines.count > demand.splines.degree)
+    assert bool(told) != bool(problem and problem.splines.count > problem.splines.degree)
 
 
 GENTLE = (10.0, 100.0)  # peaks that a spline of ten pieces has
@@ -950,10 +956,10 @@ def test_what_keeps_a_cam_from_being_larger_is_named_with_what_is_by_default():
             "synthesis": {"minimise": "acceleration"},
         }
     )
-    demand, own = synthesis_problem(scene), smallest_cams(scene)
+    problem, own = build_synthesis_problem(scene), smallest_cams(scene)
     least = own.best["base_radius_mm"]
     assert least > 21.5
-    why = str(no_cam_error(scene, demand, [own]))
+    why = str(no_cam_error(scene, problem, [own]))
     assert f"cam.base_radius (base_radius_mm = {number_text(least)} was reached, at most 21.5 mm is allowed)" in why
     assert "a larger cam.base_radius, or a range in [search]" in why
     moves = resolve(scene).programme
@@ -963,7 +969,7 @@ def test_what_keeps_a_cam_from_being_larger_is_named_with_what_is_by_default():
     known = known_laws_of(asked)
     assert known.broken_limits == {"own moves": "cam.base_radius of at most 21.5 mm"}
     assert evaluate(known.rows["own moves"].scene)["feasible"]  # of its own size
-    assert "by default" not in str(no_cam_error(asked, synthesis_problem(asked), [own]))
+    assert "by default" not in str(no_cam_error(asked, build_synthesis_problem(asked), [own]))
 
 
 def test_known_laws_are_those_of_the_search_and_the_scenes_own():
@@ -1030,8 +1036,8 @@ def test_default_peaks_are_those_that_the_demand_holds():
     scene = made()
     peaks = default_peaks(scene)
     assert peaks == pytest.approx({"peak_acceleration": 10 / 3**0.5, "peak_jerk": 60.0})
-    given = synthesis_problem(scene.replace(**{f"synthesis.{name}": value for name, value in peaks.items()}))
-    assert given.ranges == synthesis_problem(scene).ranges
+    given = build_synthesis_problem(scene.replace(**{f"synthesis.{name}": value for name, value in peaks.items()}))
+    assert given.ranges == build_synthesis_problem(scene).ranges
     assert list(default_peaks(scene, ("size", "acceleration"))) == ["peak_jerk"]
     assert default_peaks(made(limits__jerk=1e6)) == {}
 

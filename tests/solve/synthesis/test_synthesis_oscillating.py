@@ -12,9 +12,13 @@ from camopt.core.mistakes import Unmet
 from camopt.core.numerics import LARGEST_MAGNITUDE
 from camopt.model.motion.programme import root_mean_square
 from camopt.scene.problem.problem import resolve
-from camopt.solve.synthesis.ceilings import SampledCeilings, ceilings_of, stroke_samples
 from camopt.solve.synthesis.frontier import frontier
-from camopt.solve.synthesis.problem_from_scene import synthesis_problem
+from camopt.solve.synthesis.nonconvex_constraints import (
+    SampledConstraints,
+    nonconvex_constraints_of,
+    stroke_samples,
+)
+from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.synthesise import synthesise
 
 MOTION = [
@@ -98,22 +102,22 @@ def test_the_mirrored_cam_with_the_turn_backwards_is_as_large(name):
 
 @pytest.mark.parametrize("name", SWUNG)
 def test_planes_are_tangent_to_the_curves_of_limits(name):
-    demand = synthesis_problem(Scene.from_dict(SWUNG[name]).replace(**{"synthesis.pieces": 6}))
-    ceilings, random = ceilings_of(demand), np.random.default_rng(2)
-    assert ceilings
-    for stroke in demand.strokes:
-        sampled, orders = SampledCeilings(demand, stroke), np.arange(4)[:, None]
-        state = random.uniform(0.1, 0.25, (4, stroke_samples(demand, stroke).size)) / stroke.angle**orders
+    problem = build_synthesis_problem(Scene.from_dict(SWUNG[name]).replace(**{"synthesis.pieces": 6}))
+    constraints, random = nonconvex_constraints_of(problem), np.random.default_rng(2)
+    assert constraints
+    for stroke in problem.strokes:
+        sampled, orders = SampledConstraints(problem, stroke), np.arange(4)[:, None]
+        state = random.uniform(0.1, 0.25, (4, stroke_samples(problem, stroke).size)) / stroke.angle**orders
         away = random.normal(size=state.shape) / stroke.angle**orders
         sizes, aside = np.array([0.0, 60.0]), np.array([0.0, random.normal()])
-        planes = sampled.tangent_planes(ceilings, state, tuple(sizes))
-        here = [c for c in ceilings if c.kinds & stroke.kind]
+        planes = sampled.tangent_planes(constraints, state, tuple(sizes))
+        here = [c for c in constraints if c.kinds & stroke.kind]
         assert len(planes.values) == sum(1 + (c.goal == LARGEST_MAGNITUDE) for c in here)
         risen = np.einsum("kcn,kn->cn", planes.motion, away) + planes.height * aside[1]
         step, ends = 1e-4, []
         for k in (-step, step):
-            moved = state + k * demand.motion_unit * away, tuple(sizes + k * demand.size_unit * aside)
-            ends.append(sampled.ratios_to_bounds(ceilings, *moved))
+            moved = state + k * problem.motion_unit * away, tuple(sizes + k * problem.size_unit * aside)
+            ends.append(sampled.ratios_to_bounds(constraints, *moved))
         slopes = (ends[1] - ends[0]) / (2 * step)
         np.testing.assert_allclose(risen, slopes, rtol=1e-5, atol=1e-5 * max(1.0, np.abs(slopes).max()))
 

@@ -10,9 +10,9 @@ from camopt.model.effects.motion import motion_table_unit
 from camopt.scene.problem.problem import resolve
 from camopt.solve.synthesis import term_units as objective_units
 from camopt.solve.synthesis.cams import motion_holds_limits, programme_with_laws, smallest_cam_for_laws
-from camopt.solve.synthesis.ceilings import SampledCeilings, ceilings_of
 from camopt.solve.synthesis.iterate import sampled_motions
-from camopt.solve.synthesis.problem_from_scene import synthesis_problem
+from camopt.solve.synthesis.nonconvex_constraints import SampledConstraints, nonconvex_constraints_of
+from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
 from camopt.solve.synthesis.synthesise import relaxation_bound, solve_free_laws, starting_laws
 
@@ -88,40 +88,40 @@ def test_a_follower_that_goes_the_other_way_has_the_tools_rise_as_its_return():
 
 def test_planes_through_a_linkage_are_those_of_the_curves():
     """A small change of motion and sizes changes the curves, as planes say."""
-    demand = synthesis_problem(SLIDE)
-    model, start, _ = solve_free_laws(demand)
-    ceilings, rng = ceilings_of(demand), np.random.default_rng(1)
-    assert ceilings
-    for stroke, motion in zip(demand.strokes, sampled_motions(model), strict=True):
-        sampled = SampledCeilings(demand, stroke)
-        if not any(map(sampled.is_limited_by, ceilings)) or not stroke.is_free:
+    problem = build_synthesis_problem(SLIDE)
+    model, start, _ = solve_free_laws(problem)
+    constraints, rng = nonconvex_constraints_of(problem), np.random.default_rng(1)
+    assert constraints
+    for stroke, motion in zip(problem.strokes, sampled_motions(model), strict=True):
+        sampled = SampledConstraints(problem, stroke)
+        if not any(map(sampled.is_limited_by, constraints)) or not stroke.is_free:
             continue
         x = (np.arange(288) + 0.5) / 288
-        state = demand.motion_unit * np.array(
+        state = problem.motion_unit * np.array(
             [by @ motion.coefficients.value + rest for by, rest in motion.derivatives_at(x)]
         )
-        sizes = 0.0, demand.size_unit * start.height + 40.0
-        planes = sampled.tangent_planes(ceilings, state, sizes)
-        by = 1e-7 * demand.motion_unit * rng.uniform(-1.0, 1.0, (4, 1)) / stroke.angle ** np.arange(4)[:, None]
-        moved = sampled.ratios_to_bounds(ceilings, state + by, sizes) - sampled.ratios_to_bounds(
-            ceilings, state, sizes
+        sizes = 0.0, problem.size_unit * start.height + 40.0
+        planes = sampled.tangent_planes(constraints, state, sizes)
+        by = 1e-7 * problem.motion_unit * rng.uniform(-1.0, 1.0, (4, 1)) / stroke.angle ** np.arange(4)[:, None]
+        moved = sampled.ratios_to_bounds(constraints, state + by, sizes) - sampled.ratios_to_bounds(
+            constraints, state, sizes
         )
-        told = (planes.motion * by[:, None]).sum(axis=0) / demand.motion_unit
+        told = (planes.motion * by[:, None]).sum(axis=0) / problem.motion_unit
         assert moved == pytest.approx(told, abs=1e-3 * np.abs(told).max() + 1e-9)
 
 
 def test_convex_steps_through_a_linkage_end_at_a_smaller_cam():
     """From the scene's own laws alone; there is no bound on the size."""
-    demand = synthesis_problem(SLIDE)
-    model, start, _ = solve_free_laws(demand)
-    ceilings, starts = ceilings_of(demand), starting_laws(demand, start, ["size"])
+    problem = build_synthesis_problem(SLIDE)
+    model, start, _ = solve_free_laws(problem)
+    constraints, starts = nonconvex_constraints_of(problem), starting_laws(problem, start, ["size"])
     cam = smallest_cam_for_laws(
-        SLIDE, demand, SequentialConvex(model, ceilings).find_local_optimum(starts[1], ceilings)
+        SLIDE, problem, SequentialConvex(model, constraints).find_local_optimum(starts[1], constraints)
     )
     own = optimise(SLIDE.replace(search=None)).best
     assert evaluate(cam.scene)["feasible"]
     assert cam.objective < 0.9 * own["base_radius_mm"]
-    assert relaxation_bound(demand) is None
+    assert relaxation_bound(problem) is None
 
 
 @pytest.mark.parametrize("name", [each for each in shipped_scenes() if find_scene(each).train])
@@ -161,8 +161,8 @@ def test_limits_at_the_follower_are_known_at_a_constant_ratio():
     found = synthesise(BASE.replace(**train, **asked))
     plain = synthesise(BASE.replace(**{"limits.acceleration": 2200.0}))
     assert found.objective == pytest.approx(plain.objective, rel=1e-6)
-    demand = synthesis_problem(BASE.replace(**train, **asked))
-    assert motion_holds_limits(demand, programme_with_laws(demand, solve_free_laws(demand)[1]))
+    problem = build_synthesis_problem(BASE.replace(**train, **asked))
+    assert motion_holds_limits(problem, programme_with_laws(problem, solve_free_laws(problem)[1]))
 
 
 def test_moves_through_a_train_need_a_lowest_position():

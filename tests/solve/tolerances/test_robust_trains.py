@@ -8,8 +8,8 @@ import pytest
 import camopt
 from camopt.scene.problem.problem import at_rounding_error, resolve_design
 from camopt.scene.problem.tolerance_zones import designs_with_errors, train_entries
-from camopt.solve.synthesis.ceilings import ceilings_of
-from camopt.solve.synthesis.problem_from_scene import synthesis_problem
+from camopt.solve.synthesis.nonconvex_constraints import nonconvex_constraints_of
+from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
 from camopt.solve.synthesis.synthesise import solve_free_laws
 from camopt.solve.synthesis.through_train import follower_states
@@ -131,15 +131,17 @@ def test_free_laws_of_the_tool_hold_the_limits_with_every_ratio():
 def test_convex_steps_look_at_the_motion_of_each_train():
     """What free laws of the tool make of the follower of a train that is off, against the motion of that train."""
     scene = asked("slide-by-bell-crank", {"train.1.crank": 1, "follower.roller_radius": 0.1})
-    demand = synthesis_problem(scene)
-    steps = SequentialConvex(solve_free_laws(demand)[0], ceilings_of(demand))
-    cams = {id(each.ceilings.problem) for each in steps.blocks}
+    synthesis_problem = build_synthesis_problem(scene)
+    steps = SequentialConvex(solve_free_laws(synthesis_problem)[0], nonconvex_constraints_of(synthesis_problem))
+    cams = {id(each.constraints.scene_problem) for each in steps.blocks}
     assert len(cams) == 3  # nominal, and both ends of the crank
     for block in steps.blocks:
-        sampled, problem = block.ceilings, block.ceilings.problem
-        motion = demand.problem.programme.tool.motion_at(sampled.angles)[:4]
+        sampled, problem = block.constraints, block.constraints.scene_problem
+        motion = synthesis_problem.scene_problem.programme.tool.motion_at(sampled.angles)[:4]
         exact = problem.programme.motion_at(sampled.angles)[:4]
-        np.testing.assert_allclose(follower_states(problem, demand.zero, motion), exact, rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(
+            follower_states(problem, synthesis_problem.zero, motion), exact, rtol=0.0, atol=1e-9
+        )
 
 
 LINKS = {

@@ -37,7 +37,7 @@ from camopt.scene.problem.limits import PART_LIMITS as PART_KEYS
 from camopt.scene.problem.problem import at_rounding_error, resolve
 from camopt.scene.synthesis import SynthesisSettings
 from camopt.solve.smallest.enclosure import constraints_on_size, enclose_limits, mean_constraints_on_size
-from camopt.solve.synthesis import ceilings
+from camopt.solve.synthesis import nonconvex_constraints
 from camopt.solve.synthesis.linear_constraints import is_linear
 from camopt.solve.synthesis.problem_from_scene import problem_from_settings
 from camopt.solve.verdicts.certify import certify_limits
@@ -292,40 +292,49 @@ def worst_angles(problem, constraint):
     ).ravel()
 
 
-def sizes_of(demand):
+def sizes_of(synthesis_problem):
     """The lead and the height of the problem's own design."""
-    problem, design = demand.problem, demand.problem.design
-    height = problem.setup.mechanism.start(design) if demand.has_trace_point else design.size + demand.roller
+    problem, design = synthesis_problem.scene_problem, synthesis_problem.scene_problem.design
+    height = (
+        problem.setup.mechanism.start(design)
+        if synthesis_problem.has_trace_point
+        else design.size + synthesis_problem.roller
+    )
     return float(design.lead[0]), float(height[0])
 
 
-def over_samples(demand, constraint, monkeypatch):
+def over_samples(synthesis_problem, constraint, monkeypatch):
     """By how much the curves of convex steps are over their bounds; samples are the worst cam angles."""
-    angles, programme = worst_angles(demand.problem, constraint), demand.problem.programme
-    for stroke in demand.strokes:
+    angles, programme = (
+        worst_angles(synthesis_problem.scene_problem, constraint),
+        synthesis_problem.scene_problem.programme,
+    )
+    for stroke in synthesis_problem.strokes:
         x = (angles - stroke.start) / stroke.angle
         x = x[(x >= 0.0) & (x <= 1.0)]
         if not x.size:
             continue
-        monkeypatch.setattr(ceilings, "samples", lambda *_, at=x: at)
+        monkeypatch.setattr(nonconvex_constraints, "stroke_samples", lambda *_, at=x: at)
         state = programme.motion_at(stroke.start + stroke.angle * x)
         yield from (
-            ceilings.SampledCeilings(demand, stroke).ratios_to_bounds([constraint], state, sizes_of(demand)).ravel()
+            nonconvex_constraints.SampledConstraints(synthesis_problem, stroke)
+            .ratios_to_bounds([constraint], state, sizes_of(synthesis_problem))
+            .ravel()
             - 1.0
         )
 
 
-def below_planes(demand, name):
+def below_planes(synthesis_problem, name):
     """By how much the motion and the sizes are below a linear limit, at the worst cam angle of each stroke."""
-    lead, height = sizes_of(demand)
-    for floor in (each for each in demand.floors if each.name == name):
+    lead, height = sizes_of(synthesis_problem)
+    for floor in (each for each in synthesis_problem.linear_constraints if each.name == name):
 
         def over(angle, f=floor):
-            y, y1, y2, _ = demand.problem.programme.motion_at(np.atleast_1d(angle))
+            y, y1, y2, _ = synthesis_problem.scene_problem.programme.motion_at(np.atleast_1d(angle))
             moved = f.displacement * y + f.velocity * y1 + f.acceleration * y2
             return np.squeeze(moved + f.lead * lead + f.height * height + f.constant)
 
-        for stroke in (each for each in demand.strokes if each.kind & floor.kinds):
+        for stroke in (each for each in synthesis_problem.strokes if each.kind & floor.kinds):
             angles = np.linspace(stroke.start, stroke.start + stroke.angle, 2001)[:-1]
             k = int(np.clip(np.argmin(over(angles)), 1, angles.size - 2))
             near = minimize_scalar(over, bounds=(angles[k - 1], angles[k + 1]), options={"xatol": 1e-9})
@@ -334,10 +343,15 @@ def below_planes(demand, name):
 
 def in_planes(problem, key, monkeypatch):
     """Over the samples of convex steps, or below the linear limits."""
-    demand = problem_from_settings(problem, SynthesisSettings())
+    synthesis_problem = problem_from_settings(problem, SynthesisSettings())
     limit = next(each for each in problem.limits if each.name == key)
-    over = [v for c in limit.constraints if not is_linear(problem, c) for v in over_samples(demand, c, monkeypatch)]
-    return any(excess > 0.0 for excess in (*over, *below_planes(demand, key)))
+    over = [
+        v
+        for c in limit.constraints
+        if not is_linear(problem, c)
+        for v in over_samples(synthesis_problem, c, monkeypatch)
+    ]
+    return any(excess > 0.0 for excess in (*over, *below_planes(synthesis_problem, key)))
 
 
 @pytest.mark.one_in(15)  # sides alternate: both of some, and one of each

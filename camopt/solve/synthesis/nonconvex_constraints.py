@@ -38,32 +38,34 @@ LeadAndHeight = tuple[float, float]
 """e and s₀, mm."""
 
 
-def load_quantities(problem: Problem) -> dict[str, str]:
+def load_quantities(scene_problem: Problem) -> dict[str, str]:
     """The quantities that are the largest value of a curve, each with its key in [limits]."""
-    given = {limited_quantity(key, problem.setup): key for key in LOAD_LIMITS if key != RESIDUAL_TERM}
+    given = {limited_quantity(key, scene_problem.setup): key for key in LOAD_LIMITS if key != RESIDUAL_TERM}
     return {name: key for name, key in given.items() if QUANTITIES[name].relation == AT_MOST}
 
 
-def ceilings_of(demand: SynthesisProblem) -> tuple[Constraint, ...]:
+def nonconvex_constraints_of(problem: SynthesisProblem) -> tuple[Constraint, ...]:
     """The nonlinear constraints of a scene, without those that no motion can hold at its peak."""
-    problem = demand.problem
+    scene_problem = problem.scene_problem
     asked = (
         constraint
-        for constraint in strictest_constraints(problem.constraints)
-        if not repeats_first_contact(problem, constraint)
+        for constraint in strictest_constraints(scene_problem.constraints)
+        if not repeats_first_contact(scene_problem, constraint)
     )
-    found = (constraint for constraint in asked if not is_linear(problem, constraint))
+    found = (constraint for constraint in asked if not is_linear(scene_problem, constraint))
     return tuple(
-        constraint_about_tool(problem, each) for each in found if each.upper_bound() > 0.0 or each.goal == LEAST
+        constraint_about_tool(scene_problem, each)
+        for each in found
+        if each.upper_bound() > 0.0 or each.goal == LEAST
     )
 
 
-def ceilings_at(problem: Problem, key: str, bound: float) -> tuple[Constraint, ...]:
+def load_constraints_at(scene_problem: Problem, key: str, bound: float) -> tuple[Constraint, ...]:
     """The constraints of one limit on loads at a bound; none where it cannot be held."""
-    limited = problem.with_numbers({f"limits.{key}": bound})
+    limited = scene_problem.with_numbers({f"limits.{key}": bound})
     found = next(limit.constraints for limit in limited.limits if limit.name == key)
     return tuple(
-        constraint_about_tool(problem, constraint) for constraint in found if constraint.upper_bound() > 0.0
+        constraint_about_tool(scene_problem, constraint) for constraint in found if constraint.upper_bound() > 0.0
     )
 
 
@@ -77,13 +79,13 @@ class TangentPlanes:
     height: FloatArray
 
 
-def stroke_samples(demand: SynthesisProblem, stroke: Stroke) -> FloatArray:
+def stroke_samples(problem: SynthesisProblem, stroke: Stroke) -> FloatArray:
     """The samples of a stroke: x of the unit stroke, between the ends of pieces."""
-    count = DWELL_SAMPLES if stroke.kind == DWELL else max(demand.splines.pieces * PIECE_SAMPLES, STROKE_SAMPLES)
+    count = DWELL_SAMPLES if stroke.kind == DWELL else max(problem.splines.pieces * PIECE_SAMPLES, STROKE_SAMPLES)
     return (np.arange(count) + 0.5) / count
 
 
-class SampledCeilings:
+class SampledConstraints:
     """The curves of ceilings over one stroke, at its samples.
 
     Of the cam of the free laws, or of one that has to hold limits with it and is off: of the problem of its train.
@@ -91,24 +93,24 @@ class SampledCeilings:
 
     def __init__(
         self,
-        demand: SynthesisProblem,
+        problem: SynthesisProblem,
         stroke: Stroke,
-        problem: Problem | None = None,
+        scene_problem: Problem | None = None,
         off: NumberErrors | None = None,
     ) -> None:
-        self.demand, self.stroke = demand, stroke
-        self.problem, self.off = problem or demand.problem, off or {}
-        self.angles = stroke.start + stroke.angle * stroke_samples(demand, stroke)
+        self.problem, self.stroke = problem, stroke
+        self.scene_problem, self.off = scene_problem or problem.scene_problem, off or {}
+        self.angles = stroke.start + stroke.angle * stroke_samples(problem, stroke)
 
-    def is_limited_by(self, ceiling: Constraint) -> bool:
+    def is_limited_by(self, constraint: Constraint) -> bool:
         """Whether a ceiling is about the stroke, or about a way in which the follower may move there."""
         kind = self.stroke.kind
-        one_way = kind in WAY_OF and (self.demand.monotone or kind == DWELL)
-        return bool(ceiling.kinds & (kind | (WAY_OF[kind] if one_way else OUTWARD | INWARD)))
+        one_way = kind in WAY_OF and (self.problem.monotone or kind == DWELL)
+        return bool(constraint.kinds & (kind | (WAY_OF[kind] if one_way else OUTWARD | INWARD)))
 
     def ratios_to_bounds(
         self,
-        ceilings: Sequence[Constraint],
+        constraints: Sequence[Constraint],
         state: FloatArray,
         sizes: LeadAndHeight,
         near: FloatArray | None = None,
@@ -119,65 +121,73 @@ class SampledCeilings:
         curve of one way to move is 0 where the follower moves the other way, in the state ``near`` this one if
         it is given.
         """
-        return self._ratios_in_state(ceilings, self._follower_state(state), state if near is None else near, sizes)
+        return self._ratios_in_state(
+            constraints, self._follower_state(state), state if near is None else near, sizes
+        )
 
     def _ratios_in_state(
-        self, ceilings: Sequence[Constraint], at: State, near: FloatArray, sizes: LeadAndHeight
+        self, constraints: Sequence[Constraint], at: State, near: FloatArray, sizes: LeadAndHeight
     ) -> FloatArray:
         """The same in a state of the follower."""
-        designs, programme = add_errors(_design_of_sizes(self.demand, sizes), self.off), self.problem.programme
+        designs, programme = (
+            add_errors(_design_of_sizes(self.problem, sizes), self.off),
+            self.scene_problem.programme,
+        )
         outward = near[1] >= 0.0
         rows = []
         with np.errstate(all="ignore"):
-            for ceiling in [ceiling for ceiling in ceilings if self.is_limited_by(ceiling)]:
-                value = _curve_value(ceiling.curve, designs, programme, at) * ceiling.factor(designs)
-                if ceiling.upper_bound() <= 0.0:  # a floor, which may be 0
-                    value = 1.0 - (ceiling.upper_bound() + value) / self.demand.size_unit
+            for constraint in [constraint for constraint in constraints if self.is_limited_by(constraint)]:
+                value = _curve_value(constraint.curve, designs, programme, at) * constraint.factor(designs)
+                if constraint.upper_bound() <= 0.0:  # a floor, which may be 0
+                    value = 1.0 - (constraint.upper_bound() + value) / self.problem.size_unit
                 else:
-                    value = ceiling.sides[0] * value / ceiling.upper_bound()
+                    value = constraint.sides[0] * value / constraint.upper_bound()
                 value = np.nan_to_num(np.broadcast_to(value, outward.shape), nan=np.inf)
-                value = np.where(np.where(outward, *self._limited_directions(ceiling)), value, 0.0)
-                rows += [value, -value] if ceiling.goal == LARGEST_MAGNITUDE else [value]
+                value = np.where(np.where(outward, *self._limited_directions(constraint)), value, 0.0)
+                rows += [value, -value] if constraint.goal == LARGEST_MAGNITUDE else [value]
         return np.array(rows).reshape(-1, outward.size)
 
     def _follower_state(self, state: FloatArray) -> State:
         """The state of the follower, which curves take."""
-        motion, load = follower_states(self.problem, self.demand.zero, state), self.problem.programme.load
+        motion, load = (
+            follower_states(self.scene_problem, self.problem.zero, state),
+            self.scene_problem.programme.load,
+        )
         y, y1, y2, y3 = motion
         if load is None:
             return State(y, y1, y2, y3)
         angles = np.tile(self.angles, y.size // self.angles.size)
         return State(y, y1, y2, y3, load.state(angles, motion, np.sign(y1)))
 
-    def _limited_directions(self, ceiling: Constraint) -> tuple[bool, bool]:
+    def _limited_directions(self, constraint: Constraint) -> tuple[bool, bool]:
         """Whether a ceiling is about motion outward, and about motion inward, in this stroke."""
         own = self.stroke.kind if self.stroke.kind in WAY_OF else 0
         resting = RESTING if own == DWELL else 0
         outward, inward = (way | resting | (own or kind) for way, kind in ((OUTWARD, RISE), (INWARD, RETURN)))
-        return bool(ceiling.kinds & outward), bool(ceiling.kinds & inward)
+        return bool(constraint.kinds & outward), bool(constraint.kinds & inward)
 
     def tangent_planes(
-        self, ceilings: Sequence[Constraint], state: FloatArray, sizes: LeadAndHeight
+        self, constraints: Sequence[Constraint], state: FloatArray, sizes: LeadAndHeight
     ) -> TangentPlanes:
         """The tangent planes of the curves, for motions and sizes in units of the programme."""
-        scale, length, (lead, height) = self.demand.motion_unit, self.demand.size_unit, sizes
+        scale, length, (lead, height) = self.problem.motion_unit, self.problem.size_unit, sizes
         fast = 1.0 / self.stroke.angle ** np.arange(LAW_ORDERS)
         moved = np.array([1.0, -1.0])[:, None] * DIFFERENCE_STEP * scale * fast  # up and down: (2, LAW_ORDERS)
         states = state[:, None, None] + np.einsum("so,ko->kso", moved, np.eye(LAW_ORDERS))[..., None]
         near = np.broadcast_to(state[:, None, None], states.shape)
         values = self.ratios_to_bounds(
-            ceilings, states.reshape(LAW_ORDERS, -1), sizes, near.reshape(LAW_ORDERS, -1)
+            constraints, states.reshape(LAW_ORDERS, -1), sizes, near.reshape(LAW_ORDERS, -1)
         )
         by_order = values.reshape(len(values), 2, LAW_ORDERS, -1).transpose(1, 2, 0, 3)
         by, at = DIFFERENCE_STEP * length, self._follower_state(state)
         return TangentPlanes(
-            self._ratios_in_state(ceilings, at, state, sizes),
+            self._ratios_in_state(constraints, at, state, sizes),
             _central_differences(*by_order) / fast[:, None, None],
             _central_differences(
-                *(self._ratios_in_state(ceilings, at, state, (lead + k, height)) for k in (by, -by))
+                *(self._ratios_in_state(constraints, at, state, (lead + k, height)) for k in (by, -by))
             ),
             _central_differences(
-                *(self._ratios_in_state(ceilings, at, state, (lead, height + k)) for k in (by, -by))
+                *(self._ratios_in_state(constraints, at, state, (lead, height + k)) for k in (by, -by))
             ),
         )
 
@@ -193,13 +203,13 @@ def _central_differences(up: FloatArray, down: FloatArray) -> FloatArray:
         return np.asarray(np.nan_to_num((up - down) / (2.0 * DIFFERENCE_STEP), posinf=0.0, neginf=0.0))
 
 
-def _design_of_sizes(demand: SynthesisProblem, sizes: LeadAndHeight) -> Designs:
+def _design_of_sizes(problem: SynthesisProblem, sizes: LeadAndHeight) -> Designs:
     """The design of e and s₀, with the largest roller."""
     lead, height = sizes
-    prime = np.hypot(lead, height) if demand.has_trace_point else height
+    prime = np.hypot(lead, height) if problem.has_trace_point else height
     return replace(
-        demand.problem.design,
-        size=np.array([prime - demand.roller]),
-        roller_radius=np.array([demand.largest_roller]),
-        offset=np.array([demand.problem.design.sense * lead]),
+        problem.scene_problem.design,
+        size=np.array([prime - problem.roller]),
+        roller_radius=np.array([problem.largest_roller]),
+        offset=np.array([problem.scene_problem.design.sense * lead]),
     )
