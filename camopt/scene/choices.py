@@ -1,4 +1,4 @@
-"""The choice of ``[search]`` for a number of the scene: a range or a list of values."""
+"""Choices of ``[search]``, each a range or a list of values for a number of the scene."""
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
@@ -26,11 +26,11 @@ from camopt.scene.tables import (
 
 OF_NUMBER = "in the unit of the number"
 LOWEST_KEY, HIGHEST_KEY = Key("Lowest value", OF_NUMBER), Key("Highest value", OF_NUMBER)
-STEP_KEY = Key("Distance of values in the grid of a sweep", OF_NUMBER)
+STEP_KEY = Key("Distance between values in the grid of a sweep", OF_NUMBER)
 
 
 class StepRange(SceneTable):
-    """A closed interval; the step matters to a sweep of a grid alone."""
+    """A range from ``start`` to ``stop``, both included; only a sweep of a grid needs the ``step``."""
 
     start: Annotated[SignedNumber, LOWEST_KEY]
     stop: Annotated[SignedNumber, HIGHEST_KEY]
@@ -44,7 +44,7 @@ class StepRange(SceneTable):
 
 
 class NumberRange(StepRange):
-    """A closed interval of a number that is no size."""
+    """A range of a number other than a size."""
 
     start: Annotated[SceneNumber, LOWEST_KEY]
     stop: Annotated[SceneNumber, HIGHEST_KEY]
@@ -52,7 +52,7 @@ class NumberRange(StepRange):
 
 
 CheckedChoice = StepRange | tuple[float, ...]
-"""What a checked choice is."""
+"""A choice after its checks."""
 
 
 def _kind_of_choice(value: Any) -> str:
@@ -60,7 +60,7 @@ def _kind_of_choice(value: Any) -> str:
 
 
 def _value_as_list(value: Any) -> Any:
-    """A value, or a list of such, as a list."""
+    """A value or a list of values, as a list."""
     if isinstance(value, str):
         raise ValueError("a number, a list of numbers, or a table with start, stop and step")
     return as_list(value)
@@ -83,12 +83,12 @@ NumberChoice = Annotated[
 
 @cache
 def _choice_adapter() -> TypeAdapter[Any]:
-    """The validator of a choice, made when needed: that takes milliseconds."""
+    """The validator of a choice, built on first use since that takes milliseconds."""
     return TypeAdapter(NumberChoice)
 
 
 NumberReader = Callable[[Any, Any, str], Any]
-"""From the type of a number, what is given for it, and its place to what is checked; raises BadInput."""
+"""From (type of a number, value, place in the scene) to the checked value; raises BadInput."""
 
 
 def _read_choice(number: Any, value: Any, where: str) -> Any:
@@ -103,11 +103,11 @@ def _read_choice(number: Any, value: Any, where: str) -> Any:
 
 
 class Reader(NamedTuple):
-    """What reads values that a table of the scene has for numbers of another one."""
+    """How a table such as ``[search]`` reads its values for numbers of other tables."""
 
     read: NumberReader = _read_choice
     sizes: bool = False
-    """Whether sizes are among the numbers; ``[search]`` has them in a place of their own."""
+    """Whether the table takes sizes here; ``[search]`` has keys of its own for them."""
 
 
 CHOICE_READER = Reader()
@@ -116,12 +116,12 @@ CHOICE_READER = Reader()
 def read_number_choices(
     table: type[SceneTable], given: Any, where: str = "", reader: Reader = CHOICE_READER
 ) -> dict[str, Any]:
-    """The choices for numbers of a table of the scene, and of tables in it, by key; ``where`` leads to the table.
+    """The choices for numbers of a table and its inner tables, by key; ``where`` is the key of the table.
 
     Raises
     ------
     BadInput
-        For each key that is no number of the table, and each value that the number itself may not have.
+        For each key that is not a number of the table, and each value that the number may not have.
     """
     where = where or table.__name__
     if not isinstance(given, Mapping):
@@ -139,12 +139,12 @@ def read_number_choices(
 
 
 def read_row_choices(table: type[SceneTable], given: Any, reader: Reader = CHOICE_READER) -> dict[str, Any]:
-    """The choices for numbers of the rows of a list of tables, by the number of the row from 1.
+    """The choices for numbers in the rows of a list of tables, by number of the row from 1.
 
     Raises
     ------
     BadInput
-        As ``read_number_choices``; for each key that is no number of a row.
+        As ``read_number_choices``; also for each key that is not the number of a row.
     """
     where = table.__name__
     if not isinstance(given, Mapping):
@@ -165,7 +165,7 @@ def read_row_choices(table: type[SceneTable], given: Any, reader: Reader = CHOIC
 
 
 def _read_number_choice(table: type[SceneTable], key: str, value: Any, where: str, reader: Reader) -> Any:
-    """What is read of one number of a table, or of those of a table in it."""
+    """The choice for one number of a table, or the choices for its inner table."""
     numbers = searchable_numbers(table, sizes=reader.sizes)
     number = numbers.get(key)
     if isinstance(number, type):
@@ -182,28 +182,28 @@ def _read_number_choice(table: type[SceneTable], key: str, value: Any, where: st
 
 
 def searchable_numbers(table: type[SceneTable], *, sizes: bool = False) -> dict[str, Any]:
-    """The keys of a table that ``[search]`` may free, each with the type of its number, or the table in it.
+    """The keys of a table that ``[search]`` may vary, each with the type of its number or with its inner table.
 
-    With those of sizes, if asked, which ``[search]`` has in a place of their own.
+    Sizes are included only with ``sizes``, since ``[search]`` has keys of its own for them.
     """
-    left_out = {*(() if sizes else _sizes_of(table)), *table.read_as}
-    fields = {key: field for key, field in table.model_fields.items() if key not in left_out}
-    found = {key: _searchable_type(field.rebuild_annotation()) for key, field in fields.items()}
-    return {key: hint for key, hint in found.items() if hint is not None}
+    excluded = {*(() if sizes else _sizes_of(table)), *table.read_as}
+    fields = {key: field for key, field in table.model_fields.items() if key not in excluded}
+    hints = {key: _searchable_type(field.rebuild_annotation()) for key, field in fields.items()}
+    return {key: hint for key, hint in hints.items() if hint is not None}
 
 
 def _sizes_of(table: type[SceneTable]) -> tuple[str, ...]:
-    """The keys of a table that may be those of sizes, which ``[search]`` has in a place of their own."""
+    """The keys of sizes in a table; ``[search]`` has keys of its own for them."""
     return SEARCH_SIZES if table in (Cam, Follower) else ()
 
 
 def _searchable_type(hint: Any) -> Any:
-    """The table or the number that a type has among its members."""
+    """The table or the number in a type hint; None without either."""
     return table_type_in(hint) or _number_type_in(hint)
 
 
 def _number_type_in(hint: Any) -> Any:
-    """The number that a type has among its members, with its bounds; None if it has none."""
+    """The number in a type hint, with its bounds; None without one."""
     if get_origin(hint) is Annotated and get_args(hint)[0] is float:
         return hint
     return next((found for each in get_args(hint) if (found := _number_type_in(each)) is not None), None)

@@ -1,4 +1,4 @@
-"""The table ``[limits]`` of a scene: what the cam must hold."""
+"""The table ``[limits]`` of a scene: limits that the cam must meet."""
 
 from typing import Annotated, Any
 
@@ -11,8 +11,8 @@ from camopt.scene.tables import BoundedNumber, Positive, SignedNumber, TableOfRe
 
 
 def _limit_key(quantity: Quantity) -> Key:
-    """The key that is the name of a quantity."""
-    words = "Least allowed" if quantity.relation == AT_LEAST else "Most allowed"
+    """The key of a limit on a quantity by its name."""
+    words = "Least allowed" if quantity.relation == AT_LEAST else "Largest allowed"
     return Key(f"{words} ``{quantity.name}``", quantity.unit or NO_UNIT)
 
 
@@ -27,9 +27,9 @@ LIMIT_TABLE_KEYS: dict[str, tuple[Any, Key]] = {
 
 @with_keys(LIMIT_TABLE_KEYS)
 class Limits(TableOfRecords):
-    """What the cam must hold, by a short key or by the name of any quantity; each is optional."""
+    """Limits that the cam must meet, by a short key or by the name of any quantity; each is optional."""
 
-    model_config = ConfigDict(extra="allow")  # names of the scene's own quantities, which the scene checks
+    model_config = ConfigDict(extra="allow")  # for quantities that the scene defines, which it checks itself
     __pydantic_extra__: dict[str, SignedNumber | None]
 
     @property

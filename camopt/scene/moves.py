@@ -96,7 +96,7 @@ def _check_contradictions(scene: "Scene", given: Sequence[MotionSegment]) -> Ite
         return
     try:
         if turn_as_given(scene, given).lift == 0.0:
-            yield "motion", None, "stays where it is: nothing that is asked moves it"
+            yield "motion", None, "never moves: no position or condition differs from its start"
     except InfeasibleMoves as contradiction:
         first, *others = contradiction.keys
         why = f"contradicts {join_words(others)}: {contradiction.headline}"

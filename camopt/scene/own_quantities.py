@@ -1,7 +1,4 @@
-"""The scene's own quantities: how expressions become quantities, and the checks of them and of their names.
-
-The checks work on the tables of the quantities.
-"""
+"""Quantities that a scene defines by expressions or Python functions, and the checks of these and their names."""
 
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -33,24 +30,25 @@ RESULT_KEYS = (
     *("angles_deg", "every_cam", "nominal_mm", "nominal_proved", "safety_mm", "by_law", "scene", "row"),
     *("unbounded", "warnings", "joint_forces", "tightest"),
 )
-"""What results have beside quantities."""
+"""Names that results use for other values than quantities."""
 
 
 class QuantityExpression(SceneTable):
-    """A quantity of the scene's own: an expression over quantities of a design, or a Python function of them.
+    """A quantity that the scene defines: an expression over quantities of a design, or a Python function of them.
 
-    ``compactness = "outer_radius_mm * torque_rms_N_m"`` is short for a table with this ``value``. An expression has
-    numbers, names of quantities, names of own quantities above it, ``+ - * / **``, parentheses, ``pi``, and the
-    functions ``abs``, ``sqrt``, ``min``, ``max``, ``sin``, ``cos``, ``tan``, ``asin``, ``acos``, ``atan``,
-    ``atan2``, ``radians`` and ``degrees``; it has at most 200 nodes. Angles of functions are in rad:
+    ``compactness = "outer_radius_mm * torque_rms_N_m"`` is short for a table with this ``value``. An expression may
+    have numbers, names of quantities, names of quantities defined above it, ``+ - * / **``, parentheses, ``pi``,
+    and the functions ``abs``, ``sqrt``, ``min``, ``max``, ``sin``, ``cos``, ``tan``, ``asin``, ``acos``, ``atan``,
+    ``atan2``, ``radians`` and ``degrees``. It has at most 200 nodes. These functions take angles in rad:
     ``sin(radians(pressure_angle_max_deg))``.
 
-    The scene calls for the effects of the quantities in it, and for no others. ``limits.compactness = 3`` bounds it
-    from above; to hold a quantity above a bound, limit its negative. ``search.minimise`` and ``search.maximise``
-    take it by its name. If a limit or an objective names it, a design where it is no finite number is infeasible.
+    camopt evaluates only the effects that the expression needs. ``limits.compactness = 3`` is an upper limit; for a
+    lower limit, define the negative of the quantity and limit that. ``search.minimise`` and ``search.maximise``
+    take the name of the quantity. If a limit or an objective names it, a design without a finite value is
+    infeasible.
 
-    In Python, ``camopt.quantity`` makes one of a function. Every scene knows the quantities that installed packages
-    have as entry points of the group ``camopt.quantities``, by their names.
+    In Python, ``camopt.quantity`` makes a quantity from a function. Installed packages can add quantities to every
+    scene, as entry points of the group ``camopt.quantities``.
     """
 
     value: Annotated[
@@ -59,32 +57,32 @@ class QuantityExpression(SceneTable):
     function: Annotated[
         Annotated[str, BeforeValidator(check_one_line)] | None,
         Key(
-            "Name of a Python function in place of ``value``: an entry point of the group "
-            "``camopt.quantities``, or what ``camopt.quantity`` calls a function. No module is "
-            "imported for a name in a file"
+            "Name of a Python function, in place of ``value``: an entry point of the group "
+            "``camopt.quantities``, or a name given to ``camopt.quantity``. A name in a file never "
+            "imports a module"
         ),
     ] = None
     columns: Annotated[
-        tuple[str, ...], ListOrItem(as_list), Key("Quantities that the function takes, in this order")
+        tuple[str, ...], ListOrItem(as_list), Key("Quantities that the function takes, in order")
     ] = ()
     unit: Annotated[str, BeforeValidator(check_one_line), Key("Unit of the value, for headings and tables")] = ""
     sentence: Annotated[
         str,
         BeforeValidator(check_one_line),
-        Key("What the quantity is, for tables and reports: the expression, if not given"),
+        Key("Description of the quantity, for tables and reports; the expression if not given"),
     ] = ""
 
 
 def own_quantity_tables(data: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The tables of the scene's own quantities, by name."""
+    """The tables of quantities that the scene defines, by name."""
     tables = data.get(OWN_EFFECT)
     return tables if isinstance(tables, Mapping) else {}
 
 
 def read_own_quantities(data: dict[str, Any]) -> None:
-    """Put a table in place of each expression or function that stands alone, in ``data`` itself.
+    """Replace each bare expression or function by a table, in ``data`` itself.
 
-    With those of installed packages that the scene names.
+    Quantities of installed packages that the scene names are added.
     """
     given = data.get(OWN_EFFECT, {})
     if isinstance(given, list) and all(isinstance(each, QuantityFunction) for each in given):
@@ -102,20 +100,20 @@ def read_own_quantities(data: dict[str, Any]) -> None:
 
 
 def _quantity_table(given: Any) -> Any:
-    """The table of an own quantity."""
+    """The table of a defined quantity."""
     if isinstance(given, QuantityFunction):
         return given.table
     if isinstance(given, str):
         return {"value": given}
     name = given.get("function") if isinstance(given, dict) and "columns" not in given else None
     if isinstance(name, str) and name in installed_quantities():
-        with suppress(ValueError):  # said when it is computed
+        with suppress(ValueError):  # reported when the quantity is computed
             return load_installed(name).table | given
     return given
 
 
 def _quantity_names_in(data: Mapping[str, Any], tables: Mapping[str, Any]) -> Iterator[str]:
-    """The names of quantities that a scene has, and some other words."""
+    """The names of quantities in a scene, among other words."""
     limits = data.get("limits")
     yield from (key for key in (limits if isinstance(limits, Mapping) else ()) if key not in Limits.model_fields)
     for key in ("search.minimise", "search.maximise", "outputs"):
@@ -127,11 +125,11 @@ def _quantity_names_in(data: Mapping[str, Any], tables: Mapping[str, Any]) -> It
 
 
 def own_quantities(tables: Mapping[str, QuantityExpression]) -> dict[str, OwnQuantity]:
-    """The scene's own quantities by name, each after those that it reads; they are checked already."""
+    """The quantities that a checked scene defines, by name, each after those that it reads."""
     return {name: _own_quantity(name, *vars(each).values()) for name, each in tables.items()}
 
 
-@lru_cache(maxsize=256)  # a search makes many scenes with the same ones
+@lru_cache(maxsize=256)  # a search makes many scenes with the same quantities
 def _own_quantity(
     name: str, value: str | None, function: str | None, columns: tuple[str, ...], unit: str, sentence: str
 ) -> OwnQuantity:
@@ -146,7 +144,7 @@ def _own_quantity(
 
 
 def check_own_quantities(data: Mapping[str, Any]) -> Iterator[Fault]:
-    """Every fault of the scene's own quantities, and of names of quantities that may be theirs."""
+    """Every fault in the quantities that a scene defines, and in names that may refer to them."""
     tables = own_quantity_tables(data)
     if len(tables) > MOST_QUANTITIES:
         yield OWN_EFFECT, None, f"has {len(tables):,} quantities; at most {MOST_QUANTITIES} are allowed"
@@ -163,14 +161,14 @@ def check_own_quantities(data: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def _check_quantity_table(key: str, table: Mapping[str, Any], check_name: Callable[[str], None]) -> Iterator[Fault]:
-    """An own quantity has an expression, or a function with its columns, over quantities that it may read."""
+    """Check that a quantity has either an expression or a function with columns, and reads known quantities."""
     value, function, columns = (table.get(name) for name in ("value", "function", "columns"))
     if (value is None) == (function is None):
-        yield key, None, "has a value or a function, one of both"
+        yield key, None, "needs either a value or a function"
     elif value is None and not columns:
         yield f"{key}.columns", None, "missing; a function takes columns"
     elif function is None and columns:
-        yield f"{key}.columns", columns, "belongs to a function; an expression names its quantities itself"
+        yield f"{key}.columns", columns, "is for a function; an expression names its quantities itself"
     if isinstance(value, str) and (why := _fault_text(parse_expression, value, check_name)):
         yield key, value, why
     for place, name in enumerate(columns if isinstance(columns, list) else (), start=1):
@@ -179,7 +177,7 @@ def _check_quantity_table(key: str, table: Mapping[str, Any], check_name: Callab
 
 
 def _fault_text(check: Callable[..., Any], *given: Any) -> str:
-    """What a check finds wrong; empty if nothing."""
+    """The message of the ValueError that a check raises; empty without one."""
     try:
         check(*given)
     except ValueError as wrong:
@@ -188,11 +186,11 @@ def _fault_text(check: Callable[..., Any], *given: Any) -> str:
 
 
 def _name_clash(name: str) -> str:
-    """What keeps a name from being that of an own quantity; empty if nothing does."""
+    """Why a name cannot be that of a defined quantity; empty if it can."""
     if not QUANTITY_NAME.fullmatch(name) or len(name) > LONGEST_NAME or iskeyword(name):
         return f"the name of a quantity must be a letter, then letters, digits and _, at most {LONGEST_NAME} in all"
     if name in QUANTITIES:
-        return "is a quantity of every scene; give yours another name"
+        return "is a built-in quantity; give yours another name"
     if name in Limits.model_fields:
         return f"is the limit limits.{name}; give your quantity another name"
     if name in (*FUNCTIONS, *CONSTANTS, *DISCIPLINES, EVERYTHING, *RESULT_KEYS):
@@ -201,10 +199,10 @@ def _name_clash(name: str) -> str:
 
 
 def _check_name(name: str, above: Collection[str], below: Collection[str]) -> None:
-    """Check a name in an expression, with the own quantities above it, and itself with those below."""
+    """Check a name in an expression: ``above`` may be read, ``below`` (this one and later ones) may not."""
     if name in below:
         raise ValueError(
-            f"{name} is not above it in [{OWN_EFFECT}]: an expression reads own quantities above it alone"
+            f"{name} is not above it in [{OWN_EFFECT}]: an expression reads only quantities defined above it"
         )
     if name in above:
         return
@@ -212,11 +210,11 @@ def _check_name(name: str, above: Collection[str], below: Collection[str]) -> No
         meant = suggest_names(QUANTITY_SYNONYMS.get(name, name), (*above, *QUANTITIES))
         raise ValueError(f"{shorten(name)} is no quantity; {meant}")
     if QUANTITIES[name].kind is not float or QUANTITIES[name].effect in VERDICTS:
-        raise ValueError(f"{name} is no number of a design, or a verdict; an expression reads numbers")
+        raise ValueError(f"{name} is a verdict, or no number; an expression reads numbers of a design")
 
 
 def check_limit_keys(data: Mapping[str, Any]) -> Iterator[Fault]:
-    """A limit has a short key, or the name of a quantity."""
+    """Check that the key of each limit is a short key or the name of a quantity."""
     limits, own = data.get("limits"), own_quantity_tables(data)
     if not isinstance(limits, Mapping):
         return
@@ -226,13 +224,13 @@ def check_limit_keys(data: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def _check_quantity_names(data: Mapping[str, Any], own: Collection[str]) -> Iterator[Fault]:
-    """Objectives and outputs are quantities; outputs may be effects too."""
-    asked = {
+    """Check that objectives are quantities, and outputs quantities or effects."""
+    allowed_names = {
         "search.minimise": ("a quantity", ()),
         "search.maximise": ("a quantity", ()),
         "outputs": ("a quantity, an effect (camopt effects lists them) or all", (*DISCIPLINES, EVERYTHING)),
     }
-    for key, (what, others) in asked.items():
+    for key, (what, others) in allowed_names.items():
         named = value_at_key(data, key)
         known = (*own, *QUANTITIES, *others)
         for place, name in enumerate(named if isinstance(named, list) else [named], start=1):

@@ -1,8 +1,8 @@
-"""The table ``[part]`` of a scene: the cam as a piece of steel, and whether its sizes go together.
+"""The table ``[part]`` of a scene: the cam as a workpiece, and the checks of its sizes.
 
 A disc cam is a plate with a bore, a keyway and a hub on one side, or a round plate with a groove in its face. A
-conjugate pair is two such plates on one bore and hub, of one thickness. A cylindrical cam is a cylinder with a
-groove; the mean radius is in the middle of its depth.
+conjugate pair is two plates of equal thickness on one bore and hub. A cylindrical cam is a cylinder with a groove;
+the mean radius is at half the depth of the groove.
 """
 
 import re
@@ -49,7 +49,7 @@ def _date_as_text(value: Any) -> Any:
 
 
 def _number_as_text(value: Any) -> Any:
-    if isinstance(value, float):  # the last zero of 1.4310, a number of a steel, is gone
+    if isinstance(value, float):  # as a float, the steel 1.4310 would lose its last zero
         raise ValueError("a text, in quotes")
     return str(value) if isinstance(value, int) and not isinstance(value, bool) else check_one_line(value)
 
@@ -61,14 +61,14 @@ HoleFit = Annotated[str, BeforeValidator(partial(_check_fit, pattern=FIT, exampl
 ShaftFit = Annotated[str, BeforeValidator(partial(_check_fit, pattern=SHAFT_FIT, example="h9"))]
 TOWARDS_FOLLOWER = 90.0
 HUB_KEYS, KEYWAY_KEYS = DISC.part, ("keyway_width", "keyway_depth")
-USUAL_GAP = 0.25  # of the thickness: between both discs of a pair, which leaves the rollers room
+USUAL_GAP = 0.25  # share of the thickness: gap between the discs of a pair, so that the rollers clear each other
 
 
 class Part(SceneTable):
-    """The cam as a manufactured part, and the texts of its drawing. Every key is optional.
+    """The cam as a workpiece, and the texts of its drawing. Every key is optional.
 
-    The groove of a cylindrical cam runs in the middle of its thickness. A ``keyway_angle`` of 90, if none is given,
-    is towards a translating follower at cam angle 0.
+    The groove of a cylindrical cam runs in the middle of its thickness. ``keyway_angle`` is 90 if not given: at cam
+    angle 0 the keyway then points to a translating follower.
     """
 
     thickness: Annotated[
@@ -83,7 +83,7 @@ class Part(SceneTable):
     disc_gap: Annotated[
         Length | None,
         Key(
-            "Gap between both plates of a conjugate pair, a quarter of their thickness if not given",
+            "Gap between the plates of a conjugate pair; a quarter of the thickness if not given",
             "mm",
             usual=LENGTHS,
         ),
@@ -92,7 +92,7 @@ class Part(SceneTable):
         Length | None,
         Field(json_schema_extra=or_text),
         Key(
-            "Diameter of the bore, or a text of it and its fit, such as 30 H7; that of the shaft if not given",
+            "Diameter of the bore, or a text with its fit, such as 30 H7; ``cam.shaft_diameter`` if not given",
             "mm",
             example=20,
             usual=LENGTHS,
@@ -100,29 +100,29 @@ class Part(SceneTable):
     ] = None
     bore_fit: Annotated[HoleFit | None, Key("Fit of the bore (ISO 286), such as H7")] = None
     hub_diameter: Annotated[
-        Length | None, Key("Diameter of the hub, at most that of the base circle", "mm", usual=LENGTHS)
+        Length | None, Key("Diameter of the hub, at most the diameter of the base circle", "mm", usual=LENGTHS)
     ] = None
     hub_length: Annotated[
         Length | None,
-        Key("Length of the whole hub, the plate included, or both plates and their gap", "mm", usual=LENGTHS),
+        Key("Length of the hub, including the plate (of a pair: both plates and their gap)", "mm", usual=LENGTHS),
     ] = None
     keyway: Annotated[
         Literal["DIN 6885"] | None,
-        Key("Standard of the keyway, by which its width and depth follow from the bore: DIN 6885"),
+        Key("Standard of the keyway: DIN 6885 sets its width and depth by the bore"),
     ] = None
     keyway_width: Annotated[Length | None, Key("Width of the keyway", "mm", usual=LENGTHS)] = None
     keyway_fit: Annotated[HoleFit | None, Key("Fit of the width of the keyway, such as JS9")] = None
     keyway_depth: Annotated[
         Length | None,
         Key(
-            "Depth of the keyway in the hub (t₂ of DIN 6885), from the bore's surface at its middle",
+            "Depth of the keyway in the hub (t₂ of DIN 6885), from the surface of the bore at mid-width",
             "mm",
             usual=LENGTHS,
         ),
     ] = None
     keyway_angle: Annotated[
         Annotated[float, BoundedNumber(ge=-360, le=360)] | None,
-        Key("Direction of the keyway's middle in the cam's own frame, ccw from x", "deg"),
+        Key("Direction of the middle of the keyway in the frame of the cam, ccw from x; 90 if not given", "deg"),
     ] = None
     outer_diameter: Annotated[
         Length | None, Key("Outer diameter of a disc cam with a groove in its face or a rib on it", "mm")
@@ -131,24 +131,26 @@ class Part(SceneTable):
     rib_height: Annotated[
         Length | None,
         Key(
-            "Height of the rib: on a cylinder with the mean radius in its middle, on a disc within the thickness",
+            "Height of the rib. On a cylinder the mean radius is at half of it; on a disc it is part of the "
+            "thickness",
             "mm",
             example=8,
             usual=LENGTHS,
         ),
     ] = None
     groove_fit: Annotated[
-        HoleFit | None, Key("Fit of the width of the groove, which is the diameter of the roller, such as H8")
+        HoleFit | None, Key("Fit of the groove, such as H8; its width is the diameter of the roller")
     ] = None
     groove_chamfer: Annotated[
-        Length | None, Key("Chamfer of the edges of the groove at 45°, in the drawing alone", "mm")
+        Length | None, Key("Chamfer of the groove's edges at 45°, only for the drawing", "mm")
     ] = None
     outer_fit: Annotated[ShaftFit | None, Key("Fit of the outer diameter of a cylindrical cam, such as h9")] = None
     density: Annotated[
-        Positive | None, Key("Density; that of ``materials.cam`` if not given", "kg/m³", usual=(500.0, 25000.0))
+        Positive | None,
+        Key("Density; the density of ``materials.cam`` if not given", "kg/m³", usual=(500.0, 25000.0)),
     ] = None
     material: Annotated[
-        NumberedText | None, Key("Material in the title block, ``materials.cam`` if not given", example="16MnCr5")
+        NumberedText | None, Key("Material in the title block; ``materials.cam`` if not given", example="16MnCr5")
     ] = None
     hardness: Annotated[
         OneLine | None, Key("Hardness in the title block, such as 58 + 4 HRC", example="58 + 4 HRC")
@@ -162,25 +164,25 @@ class Part(SceneTable):
     )
     edges: Annotated[
         Annotated[tuple[SignedNumber, SignedNumber], BeforeValidator(check_pair)] | None,
-        Key("Edges by ISO 13715, outer and inner, below 0 where steel is taken off", "mm"),
+        Key("Outer and inner edges by ISO 13715, below 0 where material is removed", "mm"),
     ] = None
-    name: Annotated[OneLine | None, Key("Name in the title block, that of the scene if not given")] = None
+    name: Annotated[OneLine | None, Key("Name in the title block; the scene's name if not given")] = None
     number: Annotated[NumberedText | None, Key("Number of the drawing")] = None
-    designer: Annotated[OneLine | None, Key("Who drew it")] = None
-    approved_by: Annotated[OneLine | None, Key("Who approved it")] = None
-    legal_owner: Annotated[OneLine | None, Key("The firm that owns the drawing")] = None
-    revision: Annotated[NumberedText | None, Key("Index of the revision, such as A")] = None
+    designer: Annotated[OneLine | None, Key("Designer, for the title block")] = None
+    approved_by: Annotated[OneLine | None, Key("Person who approved the drawing")] = None
+    legal_owner: Annotated[OneLine | None, Key("Company that owns the drawing")] = None
+    revision: Annotated[NumberedText | None, Key("Revision index, such as A")] = None
     date_of_issue: Annotated[
         Annotated[str, BeforeValidator(_date_as_text)] | None,
-        Key("Date of issue, as a text or a date of TOML such as 2026-11-25"),
+        Key("Date of issue, as a text or a TOML date such as 2026-11-25"),
     ] = None
     language: Annotated[Literal["en", "de"], Key("Language of the drawing")] = "en"
 
     @property
     def plates(self) -> tuple[tuple[float, float], ...]:
-        """From where to where the plate of each disc is along the axis, mm; none of a thickness that is not known.
+        """Back and front of each plate along the axis [mm]; empty without a thickness.
 
-        The last one stands at 0, and the first one is the nearest to who sees the front view.
+        The last plate starts at 0. The first plate is nearest to the viewer in the front view.
         """
         if self.thickness is None:
             return ()
@@ -189,40 +191,40 @@ class Part(SceneTable):
 
     @property
     def width(self) -> float:
-        """From the back of the last plate to the front of the first one, mm; 0 if it is not known."""
+        """Distance from the back of the last plate to the front of the first [mm]; 0 without a thickness."""
         return max((high for _, high in self.plates), default=0.0)
 
     @property
     def stands_on_hub(self) -> bool:
-        """Whether the hub is longer than the plates that it includes."""
+        """Whether the hub is longer than the plates within it."""
         return (self.hub_length or 0.0) > self.width
 
     def disc_part(self, disc: int | None) -> "Part":
-        """One disc of a pair: without a hub it is a part of its own, with a number of its own."""
+        """One disc of a pair. Without a common hub it is a separate part with its own number."""
         if disc is None or self.hub_diameter or not self.number:
             return self
         return self.model_copy(update={"number": f"{self.number}/{disc}"})
 
     @property
     def bore_reach(self) -> float:
-        """The largest distance of the bore, its keyway included, from the axis; 0 without a bore; mm."""
+        """Largest distance of the bore with its keyway from the axis [mm]; 0 without a bore."""
         return hole_reach(self.bore or 0.0, self.keyway_width or 0.0, self.keyway_depth or 0.0)
 
 
 def hole_reach(bore: float, width: float, depth: float) -> float:
-    """The distance from the axis of the corners of a keyway, or of the bore's surface if there is none; mm."""
+    """Distance from the axis to the corners of the keyway, or to the bore's surface without one [mm]."""
     return hypot(bore / 2 + depth, width / 2) if width else bore / 2
 
 
 def complete_part(
     part: Part, title: str, cam: Cam, materials: Materials, profile_tolerance: float | None, paired: bool
 ) -> Part:
-    """The part, completed from other tables of the scene; of two discs if it is ``paired``.
+    """The part, completed from other tables of the scene; ``paired`` for two discs.
 
-    The bore is that of the shaft, material and density are those of the contact, the name is that of the scene.
+    The bore comes from the shaft, material and density from ``[materials]``, the name from the scene.
     """
     listed = MATERIALS[materials.cam] if materials.cam else None
-    elsewhere = {
+    defaults = {
         "bore": cam.shaft_diameter,
         "material": materials.cam,
         "density": listed and listed.density,
@@ -231,23 +233,24 @@ def complete_part(
         "keyway_angle": TOWARDS_FOLLOWER if part.keyway_width else None,
         "disc_gap": USUAL_GAP * part.thickness if paired and part.thickness else None,
     }
-    return part.model_copy(update={key: v for key, v in elsewhere.items() if getattr(part, key) is None})
+    return part.model_copy(update={key: v for key, v in defaults.items() if getattr(part, key) is None})
 
 
 def check_part(scene: "Scene", mechanism: Mechanism, travel: float | None, radius: float | None) -> Iterator[Fault]:
-    """Check that the given sizes of the part fit together and lie inside the cam.
+    """Check that the sizes of the part are consistent and lie inside the cam.
 
-    ``travel`` of the follower is in mm, or in deg of its arm; ``radius`` is that of a roller or spherical face.
+    ``travel`` of the follower is in mm, or in deg of its arm; ``radius`` is the radius of a roller or spherical
+    face [mm].
     """
     part, body = scene.part, mechanism.body
     for key in dict.fromkeys(key for other in EVERY_BODY for key in other.part if key not in body.part):
         if getattr(part, key) is not None:
             yield f"part.{key}", VALUE_IN_SCENE, f"a {body.words} has none"
     if part.disc_gap is not None and not mechanism.second_keys:
-        yield "part.disc_gap", VALUE_IN_SCENE, "is that of a conjugate pair, and this cam has one disc"
+        yield "part.disc_gap", VALUE_IN_SCENE, "only a conjugate pair has a gap; this cam has one disc"
     shaft, bore = known_number(scene.cam.shaft_diameter), known_number(part.bore)
     if shaft and bore and shaft != bore:
-        yield "part.bore", bore, f"must be cam.shaft_diameter ({shaft:g}), or one of both is left out"
+        yield "part.bore", bore, f"must equal cam.shaft_diameter ({shaft:g}); or leave one of them out"
         return
     hole = _Hole(scene)
     yield from _check_keyway(part, hole)
@@ -262,7 +265,7 @@ def check_part(scene: "Scene", mechanism: Mechanism, travel: float | None, radiu
 
 
 class _Hole:
-    """The hole of a part: the bore's diameter, and the largest distance of bore and keyway from the axis."""
+    """The hole of a part: diameter of the bore, and largest distance of bore and keyway from the axis [mm]."""
 
     def __init__(self, scene: "Scene") -> None:
         part = scene.part
@@ -273,7 +276,7 @@ class _Hole:
 
 
 def _check_keyway(part: Part, hole: _Hole) -> Iterator[Fault]:
-    """A keyway has a width, a depth and a bore that it is in."""
+    """Check that a keyway has a width, a depth and a bore."""
     given = [key for key in (*KEYWAY_KEYS, "keyway_angle") if getattr(part, key) is not None]
     if not given:
         return
@@ -288,11 +291,11 @@ def _check_keyway(part: Part, hole: _Hole) -> Iterator[Fault]:
 
 
 def _check_hub(part: Part, hole: _Hole, base: float | None, discs: int) -> Iterator[Fault]:
-    """A hub has a diameter and a length, is longer and wider than what it holds, and lies behind the profile."""
+    """Check that a hub has both sizes, holds the plates and the bore, and lies inside the base circle."""
     given = [key for key in HUB_KEYS if getattr(part, key) is not None]
     for key in (*HUB_KEYS, "thickness") if given else ():
         if getattr(part, key) is None:
-            yield f"part.{key}", None, f"missing; part.{given[0]} is that of a hub on a plate"
+            yield f"part.{key}", None, f"missing; part.{given[0]} describes a hub, which needs it"
     whole, plate, diameter = map(known_number, (part.hub_length, part.thickness, part.hub_diameter))
     if plate and discs > 1:
         plate = discs * plate + (known_number(part.disc_gap) or USUAL_GAP * plate)
@@ -314,12 +317,12 @@ def _check_hole_inside(part: Part, hole: _Hole, radius: float | None, what: str)
         yield "part.keyway_depth", VALUE_IN_SCENE, f"must leave a wall to {what.format(radius)}"
     elif own := known_number(
         part.bore
-    ):  # a shaft as thick as the base circle is told as such, or is one with the cam
+    ):  # a shaft as thick as the base circle has its own message, or is one piece with the cam
         yield "part.bore", own, f"must leave a wall to {what.format(radius)}"
 
 
 def _check_face_flank(part: Part, body: Body) -> Iterator[Fault]:
-    """A groove in the face of a disc leaves a bottom, and a rib stands on a plate."""
+    """Check that a groove in the face of a disc leaves a bottom, and that a rib stands on a plate."""
     whole, height = known_number(part.thickness), known_number(getattr(part, body.flank_height, None))
     if whole and height and height >= whole:
         why = "it has a bottom" if "groove_depth" in body.flank_height else "the rib stands on a plate"
@@ -329,7 +332,7 @@ def _check_face_flank(part: Part, body: Body) -> Iterator[Fault]:
 def _check_groove(
     scene: "Scene", hole: _Hole, mechanism: Mechanism, travel: float | None, radius: float | None
 ) -> Iterator[Fault]:
-    """A groove (rib) lies within the length of the cylinder, and leaves a wall to the bore."""
+    """Check that a groove (rib) lies within the length of the cylinder and leaves a wall to the bore."""
     body = mechanism.body
     key, what = f"part.{body.flank_height}", body.flank_height.partition("_")[0]
     part, mean = scene.part, known_number(getattr(scene.cam, body.size))
@@ -340,18 +343,18 @@ def _check_groove(
         yield from _check_hole_inside(part, hole, mean - (depth or 0.0) / 2, f"{body.foot} (radius {{:g}})")
     needed = run_of_groove(scene, mechanism, travel, radius)
     if depth and whole and needed is not None and whole <= needed:
-        yield "part.thickness", whole, f"must be above {needed:g}, the length over which the {what} runs"
+        yield "part.thickness", whole, f"must be above {needed:g}, the length of the {what} along the axis"
 
 
 def run_of_groove(scene: "Scene", mechanism: Mechanism, travel: float | None, radius: float | None) -> float | None:
-    """The length over which the groove (rib) runs along the axis, mm; None if a size of it is missing."""
+    """Length of the groove (rib) along the axis [mm]; None if a size is missing."""
     arm, ribbed = known_number(scene.follower.arm_length), mechanism.has_rib
-    apart = known_number(scene.follower.roller_spacing) if ribbed else 0.0
-    if travel is None or radius is None or apart is None:
+    spacing = known_number(scene.follower.roller_spacing) if ribbed else 0.0
+    if travel is None or radius is None or spacing is None:
         return None
-    beside = -2 * radius if ribbed else 2 * radius
+    rollers = -2 * radius if ribbed else 2 * radius
     if not mechanism.motion.angular:
-        return travel + apart + beside
-    if arm is None or apart > 2 * arm:
+        return travel + spacing + rollers
+    if arm is None or spacing > 2 * arm:
         return None
-    return 2 * arm * sin(radians(travel) / 2 + asin(apart / (2 * arm))) + beside
+    return 2 * arm * sin(radians(travel) / 2 + asin(spacing / (2 * arm))) + rollers

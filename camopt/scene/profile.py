@@ -1,4 +1,4 @@
-"""A cam given by its profile: the checks of its arcs and lines, its base radius, and the motion of its follower."""
+"""A cam given by its profile: checks of its arcs and lines, its base radius, and the motion of its follower."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -20,18 +20,18 @@ from camopt.scene.sizes import known_number, known_sizes, mechanism_named
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
 
-LEAST_RADIUS = 1e-9  # mm: of a radius
+LEAST_RADIUS = 1e-9  # least radius of an arc, mm
 
 
 def read_profile(data: dict[str, Any]) -> None:
-    """Put the least radius of a profile in place of one that is absent, or rounded, in ``data`` itself."""
+    """Set a missing or rounded ``cam.base_radius`` to the least radius of the profile, in ``data`` itself."""
     rows = [tables.ProfileElement.from_known_keys(row) for row in tables_in(data.get("profile"))]
     cam, elements = (
         data.get("cam"),
         _motion_elements([row for row in rows if row], value_at_key(data, "cam.rotation")),
     )
     if elements and None not in rows and isinstance(cam, dict) and cam.get("form") == DISC.form:
-        with suppress(ProfileFault):  # which is told with the other faults
+        with suppress(ProfileFault):  # check_profile reports it
             least = least_radius(place_elements(elements))
             base = cam.get("base_radius")
             if base is None or not any(_check_base_radius(finite_number(base), least)):
@@ -39,30 +39,30 @@ def read_profile(data: dict[str, Any]) -> None:
 
 
 def profile_programme(scene: "Scene", load: ExternalLoad | None = None) -> Programme:
-    """The turn of a scene with a profile.
+    """The motion of the follower on a given profile.
 
     Raises
     ------
-    Unfit
-        If the arcs and lines are no profile, or its follower cannot be on it.
+    ProfileFault
+        If the arcs and lines make no profile, or the follower cannot run on it.
     """
-    found = known_programme(scene, load)
-    assert found is not None, "a scene has the sizes of its follower"
-    return found
+    programme = known_programme(scene, load)
+    assert programme is not None, "a scene has the sizes of its follower"
+    return programme
 
 
 def known_programme(scene: "Scene", load: ExternalLoad | None = None) -> Programme | None:
-    """The same; None where a number that it needs is missing or wrong."""
+    """As ``profile_programme``; None if a number is missing or wrong."""
     elements = None if scene.has_wrong("profile") else _motion_elements(scene.profile, scene.cam.rotation)
-    found = mechanism_named(DISC.form, scene.follower.motion, scene.follower.contact, scene.drive.kind)
-    contact = found and _profile_contact(
-        found[0], known_sizes(*found, scene.follower, scene.cam), scene.cam.rotation
+    mechanism = mechanism_named(DISC.form, scene.follower.motion, scene.follower.contact, scene.drive.kind)
+    contact = mechanism and _profile_contact(
+        mechanism[0], known_sizes(*mechanism, scene.follower, scene.cam), scene.cam.rotation
     )
     return programme_on_profile(place_elements(elements), contact, load) if elements and contact else None
 
 
 def highest_on_profile(scene: "Scene") -> float | None:
-    """The highest displacement above the lowest, mm or deg; None where it is not known."""
+    """Largest displacement above the lowest [mm or deg]; None where unknown."""
     try:
         programme = known_programme(scene)
     except ProfileFault:
@@ -73,9 +73,9 @@ def highest_on_profile(scene: "Scene") -> float | None:
 
 
 def check_profile(scene: "Scene") -> Iterator[Fault]:
-    """Every fault of a profile that needs more than one value to be seen."""
+    """Every fault of a profile that involves more than one value."""
     if scene.motion:
-        yield "profile", None, "a scene has either [[motion]] or [[profile]]: one follows from the other"
+        yield "profile", None, "a scene has either [[motion]] or [[profile]], since one follows from the other"
     form = scene.cam.form
     if form in [*BODIES] and form != DISC.form:
         yield "cam.form", form, "must be 'disc': arcs and lines are the profile of a disc cam"
@@ -88,8 +88,8 @@ def check_profile(scene: "Scene") -> Iterator[Fault]:
                 known_number(scene.cam.base_radius), least_radius(place_elements(elements))
             )
             known_programme(scene)
-        except ProfileFault as unfit:
-            yield f"profile.{unfit.number}" if unfit.number else "profile", None, unfit.why
+        except ProfileFault as fault:
+            yield f"profile.{fault.number}" if fault.number else "profile", None, fault.why
 
 
 def _check_base_radius(base: float | None, least: float) -> Iterator[Fault]:
@@ -104,10 +104,10 @@ def _check_element(row: tables.ProfileElement, key: str) -> Iterator[Fault]:
     if row.element == "line":
         for name in ("radius", "x", "y"):
             if getattr(row, name) is not None:
-                yield f"{key}.{name}", VALUE_IN_SCENE, "a line has none: it touches both neighbours"
+                yield f"{key}.{name}", VALUE_IN_SCENE, "a line has none: it is tangent to both neighbours"
     elif row.element == "arc":
         if row.radius is None:
-            yield f"{key}.radius", None, "missing; an arc has a radius (mm), below 0 where the flank is hollow"
+            yield f"{key}.radius", None, "missing; an arc has a radius (mm), below 0 on a hollow flank"
         elif abs(row.radius) < LEAST_RADIUS:
             yield f"{key}.radius", VALUE_IN_SCENE, f"must be at least {LEAST_RADIUS:g} from 0"
         for name, other in (("x", "y"), ("y", "x")):
@@ -116,20 +116,20 @@ def _check_element(row: tables.ProfileElement, key: str) -> Iterator[Fault]:
 
 
 def _motion_elements(rows: Sequence[tables.ProfileElement], rotation: Any) -> list[ElementSpec] | None:
-    """The elements as the motion takes them; None where one has a fault."""
+    """The elements in the form of ``model.motion``; None if one has a fault."""
     faults = any(any(_check_element(row, "")) for row in rows)
     return None if faults else [_motion_element(row, rotation) for row in rows]
 
 
 def _motion_element(row: tables.ProfileElement, rotation: str) -> ElementSpec:
-    """An element as the motion takes it: in a plane that is mirrored unless the cam turns cw."""
+    """An element in the form of ``model.motion``: mirrored unless the cam turns cw."""
     if row.x is None or row.y is None:
         return ElementSpec(row.radius)
     return ElementSpec(row.radius, complex(row.x, row.y if rotation == "cw" else -row.y))
 
 
 def _profile_contact(mechanism: Mechanism, sizes: Mapping[str, float], rotation: str) -> ProfileContact | None:
-    """The follower of a mechanism on a profile; None where it meets none, or a size is missing."""
+    """The contact of a follower with a profile; None if the mechanism has no such contact, or a size is missing."""
     try:
         return mechanism.on_profile and mechanism.on_profile(sizes, -1.0 if rotation == "cw" else 1.0)
     except KeyError:

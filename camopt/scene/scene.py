@@ -1,7 +1,7 @@
-"""The scene: the question a user asks, validated when made. TOML in and out.
+"""``Scene``: what a user asks of camopt, checked when it is made; read from TOML and written to it.
 
-Keys, units (mm, deg, rev/min) and meaning are those of the scene file. Whatever is wrong with a scene is said
-at once, a line for each mistake, as a BadInput.
+Keys and units (mm, deg, rev/min) are those of the scene file. A wrong scene raises one BadInput with all its
+mistakes, a line each.
 """
 
 import os
@@ -86,52 +86,52 @@ KEYS_OF_ROWS = {
 class Scene(HasHtml, Drawable, SceneTable):
     """A whole scene, made from tables, from TOML (``from_toml``) or from a mapping (``from_dict``).
 
-    Keys, units and meaning are those of a scene file. A scene does not change: ``replace`` makes another one.
+    Keys and units are those of a scene file. A scene never changes: ``replace`` returns a changed copy.
 
     Parameters
     ----------
     name : str, default "scene"
-        What results and pictures are called.
+        Title of results and pictures.
     cam : Cam
         Form, sense of rotation, speed and size.
     follower : Follower
-        How it moves, what touches the cam, its sizes, and what presses it on the cam.
+        Its motion, its tip that touches the cam, its sizes, masses and forces.
     drive : Drive
         What keeps the follower on the cam: a spring, or the cam itself.
     motion : tuple of Segment
-        Rises, dwells, returns and moves, one turn in all.
+        Rises, dwells, returns and moves of one turn.
     motion_at : str, default "tool"
-        With a train, whether that is the motion of the "tool" or of the "follower".
+        With a train: whether ``motion`` is the motion of the "tool" or of the "follower".
     train : tuple of TrainStage
-        What is between the follower and the tool, whose motion is asked then.
+        The linkage between the follower and the tool.
     profile : tuple of ProfileElement
-        In place of a motion: the arcs and lines of a disc cam, or the name of a DXF file (a path relative to the
-        scene file) that is read when the scene is made.
+        The profile of a disc cam, in place of a motion: arcs and lines, or the name of a DXF file. The file is read
+        when the scene is made; its path is relative to the scene file.
     laws : dict
-        Motion laws of the scene's own, by name.
+        Motion laws that the scene defines, by name.
     quantities : dict
-        Quantities of the scene's own, by name: expressions over others, to report, to limit and to minimise.
+        Quantities that the scene defines, by name: expressions to report, to limit or to minimise.
     limits : Limits
-        What a feasible cam meets.
+        Limits that a feasible cam meets.
     search : Search
         What ``sweep`` and ``optimise`` may vary, and the objectives.
     synthesis : SynthesisSettings
         What new motion laws minimise, and their limits.
     materials : Materials
-        Of the cam and the follower.
+        Materials of the cam and the follower.
     part : Part
-        What the cam is made as: thickness, hub, keyway.
+        The cam as a workpiece: thickness, hub, keyway.
     tolerances : Tolerances
-        How far the real cam and its follower may be from all this.
+        Tolerances of the cam, the follower and the train.
     accuracy : Accuracy
-        The largest relative error of reported values.
+        Largest relative error of reported values.
     outputs : tuple of str
-        Quantities or effects to report besides, in place of those of motion and geometry; sizes always are.
+        Quantities or effects to report in place of those of motion and geometry. Sizes are always reported.
 
     Raises
     ------
     BadInput
-        With every mistake, when the scene is made.
+        When the scene is made; it has every mistake.
 
     Examples
     --------
@@ -155,43 +155,47 @@ class Scene(HasHtml, Drawable, SceneTable):
     ] = ()
     motion_at: Annotated[
         Literal["tool", "follower"],
-        Key("Whose motion ``[[motion]]`` is, where there is a train: that of the tool, or that of the follower"),
+        Key("With a train: whether ``[[motion]]`` is the motion of the tool or of the follower"),
     ] = "tool"
     train: Annotated[
         tuple[InnerTable[TrainStage], ...],
         Field(max_length=MOST_STAGES),
-        Key("The train between the follower and the tool, stage by stage"),
+        Key("The train, a linkage between the follower and the tool, stage by stage"),
     ] = ()
     profile: Annotated[
         tuple[InnerTable[ProfileElement], ...],
         Field(min_length=1, max_length=MOST_SEGMENTS, json_schema_extra=or_text),
-        Key("The cam's profile, in place of the motion: arcs and lines, or the name of a DXF file of them"),
+        Key("Profile of the cam, in place of the motion: arcs and lines, or the name of a DXF file"),
     ] = ()
-    laws: Annotated[dict[str, InnerTable[OwnLaw]], Key("Motion laws of the scene's own, by name")] = Field(
+    laws: Annotated[dict[str, InnerTable[OwnLaw]], Key("Motion laws that the scene defines, by name")] = Field(
         default_factory=dict
     )
     quantities: Annotated[
         dict[str, InnerTable[QuantityExpression]],
-        Key("Quantities of the scene's own, by name: expressions over others"),
+        Key("Quantities that the scene defines, by name: expressions over other quantities"),
     ] = Field(default_factory=dict)
-    limits: Annotated[InnerTable[Limits], Key("What the cam must hold")] = Limits.model_construct()
-    search: Annotated[InnerTable[Search], Key("What may vary, and the objectives")] = Search.model_construct()
-    synthesis: Annotated[InnerTable[SynthesisSettings], Key("What free motion laws minimise and hold")] = (
+    limits: Annotated[InnerTable[Limits], Key("Limits that the cam must meet")] = Limits.model_construct()
+    search: Annotated[InnerTable[Search], Key("What a search may vary, and the objectives")] = (
+        Search.model_construct()
+    )
+    synthesis: Annotated[InnerTable[SynthesisSettings], Key("Objective and limits of computed motion laws")] = (
         SynthesisSettings.model_construct()
     )
-    materials: Annotated[InnerTable[Materials], Key("Bodies in contact and their lubricant")] = (
+    materials: Annotated[InnerTable[Materials], Key("Materials of the bodies in contact, and the lubricant")] = (
         Materials.model_construct()
     )
-    part: Annotated[InnerTable[Part], Key("The cam as it is made")] = Part.model_construct()
-    tolerances: Annotated[
-        InnerTable[Tolerances], Key("How far the real cam and its follower may be from all this")
-    ] = Tolerances.model_construct()
-    accuracy: Annotated[InnerTable[Accuracy], Key("How exact results are")] = Accuracy.model_construct()
+    part: Annotated[InnerTable[Part], Key("The cam as a workpiece, and the texts of its drawing")] = (
+        Part.model_construct()
+    )
+    tolerances: Annotated[InnerTable[Tolerances], Key("Tolerances of the cam, the follower and the train")] = (
+        Tolerances.model_construct()
+    )
+    accuracy: Annotated[InnerTable[Accuracy], Key("Accuracy of results")] = Accuracy.model_construct()
     outputs: Annotated[
         Outputs,
         Key(
-            "Names of quantities or effects to report, or ``all``, beside sizes and what limits and "
-            "objectives need, in place of those of motion and geometry"
+            "Quantities or effects to report, or ``all``, in place of those of motion and geometry. Sizes, "
+            "limited quantities and objectives are always reported"
         ),
     ] = ()
     _file: str = PrivateAttr("scene")
@@ -200,7 +204,7 @@ class Scene(HasHtml, Drawable, SceneTable):
 
     @property
     def shown_cam(self) -> "Scene":
-        """The scene itself, if it has sizes of its own."""
+        """The scene itself, as the cam to draw."""
         return self
 
     def __repr__(self) -> str:
@@ -217,16 +221,16 @@ class Scene(HasHtml, Drawable, SceneTable):
 
     @property
     def file(self) -> str:
-        """The name of the scene's file, or the name that messages use if it has none."""
+        """The name of the scene's file; without a file, the name that messages use."""
         return self._file
 
     @property
     def by_crank(self) -> bool:
-        """Whether its speed was given as that of a crankshaft, ``cam.rpm_of_crank``."""
+        """Whether the scene gives its speed as ``cam.rpm_of_crank``."""
         return self._by_crank
 
     def has_wrong(self, table: str, all_keys: bool = False) -> bool:
-        """Whether a value in some tables was refused; of a key that there is not only if all keys count."""
+        """Whether a value in the tables of a name was refused; unknown keys count only with ``all_keys``."""
         for key in (key for key in self._wrong if key.startswith(f"{table}.")):
             names = [part for part in key.split(".")[1:] if not part.isdecimal()]
             if all_keys or len(names) <= (table == "laws") or names[-1] in KEYS_OF_ROWS[table]:
@@ -235,45 +239,45 @@ class Scene(HasHtml, Drawable, SceneTable):
 
     @property
     def mechanism(self) -> Mechanism:
-        """The pairing of its cam and follower."""
+        """The pairing of cam and follower."""
         return mechanism_for(self.cam.form, self.follower.motion, self.follower.contact, self.drive.kind)
 
     @property
     def tool_turns(self) -> bool:
-        """Whether the motion of the tool is an angle; without a train, that of the follower."""
+        """Whether the tool turns; without a train, whether the follower does."""
         return self.turns_after(len(self.train))
 
     @property
     def given_at_follower(self) -> bool:
-        """Whether the motion that it gives is the follower's, which moves the tool."""
+        """Whether ``[[motion]]`` is the motion of a follower that moves a tool."""
         return given_at_follower(dict(self))
 
     @property
     def given_turns(self) -> bool:
-        """Whether the motion that it gives is an angle."""
+        """Whether ``[[motion]]`` is an angle."""
         return self.turns_after(0 if self.given_at_follower else len(self.train))
 
     def turns_after(self, count: int) -> bool:
-        """Whether what the first stages of the train move is an angle; of none the follower."""
+        """Whether the output of the first ``count`` stages of the train turns; for 0, whether the follower does."""
         rows = [row.model_dump(exclude_none=True) for row in self.train[:count]]
         return tool_turns(rows, self.mechanism.motion.angular)
 
     @property
     def straight_spring(self) -> bool:
-        """Whether its spring is a straight one on the arm of an oscillating follower."""
+        """Whether a straight spring acts on the arm of an oscillating follower."""
         return has_straight_spring(
             {"follower": {"dynamics": dict(self.follower.dynamics or ())}, "search": dict(self.search)}
         )
 
     @property
     def number_quantities(self) -> Mapping[str, str]:
-        """The quantity that each of its numbers is in tables, by key."""
+        """The quantity that tables show for each number of the scene, by key."""
         turns = {"angular": self.mechanism.motion.angular, "tool_turns": self.tool_turns}
         return number_quantities(**turns, straight=self.straight_spring)
 
     @property
     def tip(self) -> Tip:
-        """The tip of its follower, which touches the cam."""
+        """The tip of the follower, which touches the cam."""
         return TIPS[self.follower.contact]
 
     @property
@@ -286,7 +290,7 @@ class Scene(HasHtml, Drawable, SceneTable):
 
     @property
     def toleranced(self) -> "Scene":
-        """The scene with the tolerance of the profile in ``[tolerances]``, whichever table it is in."""
+        """The scene with ``part.profile_tolerance``, if given, moved to ``tolerances.profile``."""
         given = self.part.profile_tolerance
         return (
             self if given is None else self.replace(**{"part.profile_tolerance": None, "tolerances.profile": given})
@@ -304,18 +308,18 @@ class Scene(HasHtml, Drawable, SceneTable):
     def _fill(
         self, values: dict[str, Any], file: str, folder: Path | None = Path(), mistakes: Iterable[Mistake] = ()
     ) -> None:
-        given, found = plain_tables(values, file), [*mistakes]
+        given, mistakes = plain_tables(values, file), [*mistakes]
         if "search" in given:
             given["search"] = nest_dotted_keys(given["search"])
         if "tolerances" in given:
             given["tolerances"] = nest_dotted_keys(given["tolerances"])
         unread = [*read_former_keys(given)]
         read_own_quantities(given)
-        found += replace_wrong_shapes(given, tables_by_place(Scene), file)
-        read_bore(given)  # before units: a fit is none
+        mistakes += replace_wrong_shapes(given, tables_by_place(Scene), file)
+        read_bore(given)  # before units, since a fit is no unit
         if has_unit_text({key: value for key, value in given.items() if key != "name"}):
-            given, without_unit = replace_unit_texts(given, tables_by_place(Scene), file)
-            found += without_unit
+            given, unit_mistakes = replace_unit_texts(given, tables_by_place(Scene), file)
+            mistakes += unit_mistakes
         tables = with_camopt_names(given, own_law_tables(given))
         unread += read_keyway(tables)
         unread += [*read_law_files(tables, folder), *read_load(tables, folder), *read_drawing(tables, folder)]
@@ -325,34 +329,34 @@ class Scene(HasHtml, Drawable, SceneTable):
         read_profile(tables)
         read_searched_laws(tables)
         read_half_turn(tables)
-        is_sound = not found
+        is_sound = not mistakes
         try:
             BaseModel.__init__(self, **tables)
         except ValidationError as error:
             is_sound = False
-            told = {*(mistake.key for mistake in found), *(fault[0] for fault in unread)}
-            found += [each for each in mistakes_from_pydantic(error, Scene, "", file) if each.key not in told]
-        keys = {mistake.key for mistake in found}
+            reported = {*(mistake.key for mistake in mistakes), *(fault[0] for fault in unread)}
+            mistakes += [m for m in mistakes_from_pydantic(error, Scene, "", file) if m.key not in reported]
+        keys = {mistake.key for mistake in mistakes}
         sound = self if is_sound else faultless_table(Scene, tables, keys)
         sound._wrong = frozenset(keys)
         faults = (*unread, *faults_of(sound, tables))
         for key, value, why in faults:
             row = key.startswith(("train.", "motion.")) and key.rpartition(".")[2].isdecimal()
             if key not in keys and not (row and any(each.startswith(f"{key}.") for each in keys)):
-                found.append(
+                mistakes.append(
                     Mistake(
                         file, key, value_at_key(tables, key) if value is VALUE_IN_SCENE else value, why, bare=True
                     )
                 )
-        if found:
-            raise BadInput(found)
+        if mistakes:
+            raise BadInput(mistakes)
         self._file, self._by_crank = file, by_crank
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], file: str = "scene") -> "Scene":
-        """A scene from nested mappings with the keys of a scene file; ``file`` is named in messages.
+        """A scene from nested mappings with the keys of a scene file; messages name ``file``.
 
-        Files of laws, loads and profiles are looked for in the current folder.
+        Paths of laws, loads and profiles are relative to the current folder.
         """
         if not isinstance(data, dict):
             raise BadInput([Mistake(file, "scene", data, "a mapping of tables")])
@@ -362,16 +366,16 @@ class Scene(HasHtml, Drawable, SceneTable):
 
     @classmethod
     def from_toml(cls, path: str | os.PathLike[str], changes: Mapping[str, Any] | None = None) -> "Scene":
-        """A scene from a TOML file, with changes as ``replace`` takes them, by key.
+        """A scene from a TOML file, with changes by key as in ``replace``.
 
-        The changes are made before the file is checked: they may mend it, or give what it lacks.
+        Changes are made before the file is checked, so they may correct it or add what is missing.
 
         Raises
         ------
         BadInput
-            With every mistake in it.
+            For all mistakes in the file.
         OSError
-            If there is no such file, or it cannot be read.
+            If the file does not exist or cannot be read.
         """
         name = os.fsdecode(path)
         data = parse_toml(read_bytes(name), name)
@@ -389,22 +393,22 @@ class Scene(HasHtml, Drawable, SceneTable):
 
     @classmethod
     def embedded(cls, text: str, file: str) -> "Scene":
-        """The scene (TOML) in a table. All of it is there: a scene that names files is refused."""
+        """The scene from TOML text inside another file; a scene that names files is refused."""
         scene = cls.__new__(cls)
         scene._fill(parse_toml(text, file), file, None)
         return scene
 
     def to_dict(self) -> dict[str, Any]:
-        """Nested plain mappings without what was left at its default; ``from_dict`` gives an equal scene."""
+        """Nested plain mappings without default values; ``from_dict`` gives an equal scene."""
         data = self.model_dump(mode="json", exclude_none=True, exclude_defaults=True)
         return {"name": self.name, **{key: value for key, value in data.items() if value not in ({}, [])}}
 
     def to_toml(self) -> str:
-        """The scene as TOML text; parsed, it gives an equal scene."""
+        """The scene as TOML text, which reads back as an equal scene."""
         return tomli_w.dumps(self.to_dict())
 
     def replace(self, *tables: Any, **changes: Any) -> "Scene":
-        """The scene with changes by dotted key, such as ``cam.rpm`` or ``motion.1.angle``; None clears a key."""
+        """A changed copy, by dotted key such as ``cam.rpm`` or ``motion.1.angle``; None removes a key."""
         if tables:
             why = 'keywords, as in scene.replace(**{"cam.rpm": 500})'
             raise BadInput([Mistake("camopt", "changes", tables[0], why)])
@@ -418,7 +422,7 @@ class Scene(HasHtml, Drawable, SceneTable):
         return scene
 
     def numbers(self, keys: Iterable[str]) -> dict[str, Any]:
-        """Values by dotted key; None for those that the scene does not give."""
+        """Values by dotted key; None where the scene has no value."""
         found: dict[str, Any] = {}
         for key in keys:
             found[key] = self
@@ -429,20 +433,20 @@ class Scene(HasHtml, Drawable, SceneTable):
 
     @property
     def size_fields(self) -> dict[str, str]:
-        """The field of ``Designs`` that each of its sizes is, by key; that of the body first.
+        """The field of ``Designs`` for each size, by key; the size of the body comes first.
 
-        Sizes of a second contact that are those of the first are not among them.
+        Sizes of a second contact that equal those of the first contact are left out.
         """
         mechanism, searched, toleranced = self.mechanism, self.search.sizes, self.tolerances.numbers
         own = {key: FIELDS[key.partition(".")[2]] for key in mechanism.keys(self.tip)}
         seconds = {key: SECOND_FIELDS[key] for key in mechanism.second_keys}
         given = self.numbers(seconds)
-        apart = (key for key in seconds if given[key] is not None or key in searched or toleranced)
-        return own | {key: seconds[key] for key in apart}
+        different = (key for key in seconds if given[key] is not None or key in searched or toleranced)
+        return own | {key: seconds[key] for key in different}
 
     @property
     def stage_quantities(self) -> dict[str, str]:
-        """The quantity that each number of a stage of its train is in tables, by key."""
+        """The quantity that tables show for each number of a train stage, by key."""
         found: dict[str, str] = {}
         for number, row in enumerate(self.train, start=1):
             own, turns = keys_of_stage(row.stage), self.turns_after(number)
@@ -452,29 +456,29 @@ class Scene(HasHtml, Drawable, SceneTable):
 
     @property
     def row_columns(self) -> dict[str, str]:
-        """The column in which tables have each size and number of its designs, by key."""
+        """The table column of each size and number of a design, by key."""
         columns = self.mechanism.size_quantities
         sizes = {key: columns[field] for key, field in self.size_fields.items()}
         return {**sizes, **self.number_quantities, **self.stage_quantities}
 
     def with_row(self, row: "Mapping[str, Any] | pd.Series[Any]") -> "Scene":
-        """The scene of one design: this one with the sizes, other numbers, laws and angles of a row of a table.
+        """The scene of one design: a copy with the sizes, other numbers, laws and angles of a row of a table.
 
         Parameters
         ----------
         row : Mapping, pandas.Series or pandas.DataFrame of one row
-            Values by column, as tables name them; other columns change nothing.
+            Values by column name; unknown columns are ignored.
 
         Returns
         -------
         Scene
-            For ``evaluate``, ``plot``, ``certify`` and the others.
+            For ``evaluate``, ``plot``, ``certify`` and other functions.
 
         Raises
         ------
         BadInput
-            If no column is a size, number or law of the mechanism, or a value is missing, or is one that the scene
-            may not have. A law is one that the scene knows.
+            If no column is a size, number or law of the mechanism; if a value is missing or not allowed; if the
+            scene does not know a law.
 
         Examples
         --------
@@ -494,12 +498,12 @@ class Scene(HasHtml, Drawable, SceneTable):
         for number, segment in enumerate(motion or ()):
             both = given.get("law") if segment["segment"] in ("rise", "return") else None
             law = given.get(f"law_{segment['segment']}", both)
-            segment |= {"law": law} if law in known else {}  # others name several: its own, one after the other
+            segment |= {"law": law} if law in known else {}  # else a list of the laws that segments have already
             segment |= {"angle": given["angles_deg"][number]} if "angles_deg" in given else {}
         return self.replace(**changes, motion=motion)
 
     def with_values(self, values: Mapping[str, Any]) -> "Scene":
-        """The scene with other values by dotted key, which are checked already, as those of ``[search]`` are."""
+        """A copy with other values by dotted key, unchecked, as those of ``[search]`` are checked already."""
         scene = self
         for key, value in values.items():
             scene = _with_value(scene, key.split("."), value)
@@ -510,11 +514,11 @@ KNOWN_TABLES.update(tables_by_place(Scene))  # messages about unknown keys name 
 
 
 def _make_changes(data: dict[str, Any], changes: Mapping[str, Any], file: str) -> list[Mistake]:
-    """Make changes by dotted key in the tables of a scene; a mistake for each key that leads through no table."""
+    """Make changes by dotted key in the tables of a scene; a mistake for each key whose table does not exist."""
     for key, other in (("rpm", CRANK_SPEED_KEY), ("rpm_of_crank", "cam.rpm")):
         if changes.get(other) is not None and isinstance(cam := data.get("cam"), dict):
             cam.pop(key, None)
-    found = []
+    mistakes = []
     for key, value in changes.items():
         *tables, last = FORMER_KEYS.get(key, key).split(".")
         table: Any = data
@@ -526,26 +530,26 @@ def _make_changes(data: dict[str, Any], changes: Mapping[str, Any], file: str) -
             if not isinstance(table, dict) and not (isinstance(table, list) and tables[place + 1 :]):
                 named = f"[[{'.'.join(tables[:place])}]]"
                 rest = "give it whole" if rows is None else f"{named} has {len(rows)}"
-                found.append(Mistake(file, key, value, f"{name} is no table: {rest}", bare=True))
+                mistakes.append(Mistake(file, key, value, f"{name} is no table: {rest}", bare=True))
                 break
         else:
             if value is not None:
                 table[last] = plain_tables(value, file)
                 continue
             table.pop(last, None)
-            for parent, name in above[:0:-1]:  # a table in a table goes with its last key
+            for parent, name in above[:0:-1]:  # an inner table without keys is removed
                 if isinstance(parent, dict) and parent[name] == {}:
                     del parent[name]
-    return found
+    return mistakes
 
 
 def _row_by_number(rows: Sequence[Any], number: str) -> Any:
-    """A row of a list of tables, by its number from 1; None if there is none."""
+    """A row of a list of tables by number from 1; None if it does not exist."""
     return rows[int(number) - 1] if number.isdecimal() and 1 <= int(number) <= len(rows) else None
 
 
 def _with_value(table: Any, keys: list[str], value: Any) -> Any:
-    """A table with another value under a path of keys, unchecked; [follower.dynamics] may be absent."""
+    """A copy of a table with another value under a path of keys, unchecked; [follower.dynamics] may be absent."""
     first, *rest = keys
     if isinstance(table, tuple):
         place = int(first) - 1
@@ -565,12 +569,12 @@ def find_scene(name: str | os.PathLike[str]) -> Scene:
     Returns
     -------
     Scene
-        Checked, with every key at its default where the file does not give it.
+        The checked scene; keys that the file leaves out have their defaults.
 
     Raises
     ------
     BadInput
-        If there is neither; with every mistake in it.
+        If no such file or shipped scene exists, or the scene has mistakes.
     OSError
         If the file cannot be read.
 
@@ -591,7 +595,7 @@ def scene_named(
 ) -> Scene:
     """As ``find_scene``, with changes by key.
 
-    Of a word that is neither, a message says ``what`` it is and what is allowed there.
+    If the word is neither a file nor a shipped scene, the message names the argument (``what``) and ``allowed``.
     """
     if word in shipped_scenes():
         return _shipped_scene(word).replace(**changes) if changes else _shipped_scene(word)
@@ -609,5 +613,5 @@ def scene_named(
 
 @cache
 def _shipped_scene(name: str) -> Scene:
-    """A shipped scene, which is read once: its file never changes, nor does a scene."""
+    """A shipped scene, read once."""
     return Scene.from_dict(tomllib.loads(shipped_toml(name)), name)

@@ -1,4 +1,4 @@
-"""The segments of a scene's turn as the motion takes them: derivatives by the cam angle in rad."""
+"""The segments of a scene in the form of ``model.motion``, with derivatives by cam angle in rad."""
 
 from collections.abc import Sequence
 from math import pi, radians
@@ -11,35 +11,35 @@ from camopt.scene import tables
 from camopt.scene.mapping import finite_number
 
 SegmentRow = TypeVar("SegmentRow")
-LEAST_POSITION = 1e-100  # mm or deg: a position no further from 0 is there
+LEAST_POSITION = 1e-100  # mm or deg: a position nearer to 0 is taken as 0
 
 
 def given_segments(rows: Sequence[tables.Segment], rpm: float | None) -> list[MotionSegment]:
-    """Faultless segments of a scene as the motion takes them: derivatives by the cam angle in rad.
+    """Faultless segments of a scene in the form of ``model.motion``, with derivatives by cam angle in rad.
 
-    A move that gives no position ends where the constant velocity after it has to start, or, before another move,
-    where the jerk is least.
+    A move without a position ends where the constant velocity after it starts; before another move it ends where
+    the jerk is least.
     """
-    found = [
+    segments = [
         _given_segment(row, rpm)._replace(key=f"motion.{k}", through=_move_conditions(row, rpm))
         for k, row in enumerate(rows, start=1)
     ]
     for k, (row, after) in enumerate(zip(rows, following_segments(rows), strict=True)):
         if ends_at_stretch_start(row, after):
-            following = found[(k + 1) % len(found)]
-            found[k] = found[k]._replace(to=(following.to or 0.0) - following.lift, between=None)
-    return found
+            following = segments[(k + 1) % len(segments)]
+            segments[k] = segments[k]._replace(to=(following.to or 0.0) - following.lift, between=None)
+    return segments
 
 
 def following_segments(rows: Sequence[SegmentRow]) -> list[SegmentRow]:
-    """The segment after each, round the turn."""
+    """For each segment, the one that follows it in the turn."""
     return [*rows[1:], *rows[:1]]
 
 
 def ends_at_stretch_start(row: tables.Segment, after: tables.Segment) -> bool:
-    """Whether a segment is a move before a constant velocity that gives both its velocity and its position.
+    """Whether a segment is a move before a constant velocity with both velocity and position.
 
-    It then ends where that starts, which a move with a law of its own says again.
+    The move then ends where the constant velocity starts; a move with a law also gives this position itself.
     """
     stretch = after.segment == CONSTANT_VELOCITY
     both = after.to is not None and after.velocity is not None
@@ -47,25 +47,25 @@ def ends_at_stretch_start(row: tables.Segment, after: tables.Segment) -> bool:
 
 
 def _per_rad(row: tables.Segment, rpm: float | None) -> float:
-    """The factor that converts a velocity of a segment to one by the cam angle in rad."""
+    """Factor that converts a velocity of a segment to one per rad of cam angle."""
     return {"rad": 1.0, "deg": 180 / pi, "s": 30 / (pi * rpm) if rpm else 1.0}[row.per or "rad"]
 
 
 def _move_conditions(row: tables.Segment, rpm: float | None) -> tuple[PassingCondition, ...]:
-    """The conditions on the way of a move, at angles in deg of the turn, with derivatives by rad."""
-    per, found = _per_rad(row, rpm), []
+    """The conditions within a move, at cam angles of the turn in deg, with derivatives by rad."""
+    per, conditions = _per_rad(row, rpm), []
     for each in row.through:
         start, end = required_range(value_or_range(each.angle))
-        asked = (
+        values = (
             _scale_value(value_or_range(getattr(each, name)), per**order)
             for order, name in enumerate(DERIVATIVE_NAMES)
         )
-        found.append(PassingCondition(start, end, tuple(asked)))
-    return tuple(found)
+        conditions.append(PassingCondition(start, end, tuple(values)))
+    return tuple(conditions)
 
 
 def value_or_range(value: Any) -> RequiredValue:
-    """A number or a range from the mapping of a scene, where a range may be a list."""
+    """A number, or a range as a tuple."""
     return tuple(value) if isinstance(value, (list, tuple)) else value
 
 
@@ -85,8 +85,8 @@ def _given_segment(row: tables.Segment, rpm: float | None) -> MotionSegment:
     return MotionSegment(kind, angle, wanted=by_angle, between=required_range(to))
 
 
-def _scale_value(asked: RequiredValue, factor: float) -> RequiredValue:
+def _scale_value(value: RequiredValue, factor: float) -> RequiredValue:
     """A number or a range in another unit."""
-    if asked is None:
+    if value is None:
         return None
-    return (asked[0] * factor, asked[1] * factor) if isinstance(asked, (list, tuple)) else asked * factor
+    return (value[0] * factor, value[1] * factor) if isinstance(value, (list, tuple)) else value * factor

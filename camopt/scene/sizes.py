@@ -12,23 +12,23 @@ from camopt.scene.tables import Cam, Follower
 FOLLOWER_SIZES, CAM_SIZES = (tuple(key for key in table.model_fields if key in FIELDS) for table in (Follower, Cam))
 """The keys of sizes in ``[follower]``, and in ``[cam]``."""
 SEARCH_SIZES = (*FOLLOWER_SIZES, *CAM_SIZES)
-"""Those in ``[search]``."""
+"""The keys of sizes in ``[search]``."""
 SIGNED_SIZES = {"offset": 0.0, "face_offset": None}
-"""Sizes that may be 0 or below, each with what it is where a scene does not give it."""
+"""Sizes that may be 0 or below, each with its value if not given."""
 
 FORM_WORDS: tuple[dict[str, Any], ...] = (BODIES, MOTIONS, TIPS)
-"""What ``cam.form``, ``follower.motion`` and ``follower.contact`` may say."""
+"""The words allowed for ``cam.form``, ``follower.motion`` and ``follower.contact``."""
 
 
 def mechanism_of_tables(data: Mapping[str, Any]) -> tuple[Mechanism, Tip] | None:
-    """The mechanism and the tip of its follower in the plain mapping of a scene; None if a word is wrong."""
+    """The mechanism and its tip, from the plain mapping of a scene; None if a word is wrong."""
     return mechanism_named(
         *(value_at_key(data, key) for key in ("cam.form", "follower.motion", "follower.contact", "drive.kind"))
     )
 
 
 def mechanism_named(form: Any, motion: Any, contact: Any, drive: Any) -> tuple[Mechanism, Tip] | None:
-    """The mechanism and the tip of its follower by their words; None if one is wrong."""
+    """The mechanism and its tip, by the words in a scene; None if a word is wrong."""
     named = form, motion, contact
     if not all(isinstance(word, str) and word in words for word, words in zip(named, FORM_WORDS, strict=True)):
         return None
@@ -38,7 +38,7 @@ def mechanism_named(form: Any, motion: Any, contact: Any, drive: Any) -> tuple[M
 
 
 def known_number(value: Any) -> float | None:
-    """A number of a scene; None where it is missing or wrong."""
+    """A number of a scene; None if it is missing or wrong."""
     return value if isinstance(value, float) and not isnan(value) else None
 
 
@@ -47,7 +47,7 @@ def known_sizes(mechanism: Mechanism, tip: Tip, follower: Any, cam: Any = None) 
     keys = {field: field for field in mechanism.sizes} | {"roller_radius": tip.radius}
     given = {field: getattr(follower, key) if key else 0.0 for field, key in keys.items()}
     given |= {} if cam is None else {"size": getattr(cam, mechanism.body.size)}
-    found = {
+    sizes = {
         field: SIGNED_SIZES.get(field) if size is None else known_number(size) for field, size in given.items()
     }
-    return {field: size for field, size in found.items() if size is not None}
+    return {field: size for field, size in sizes.items() if size is not None}

@@ -5,7 +5,7 @@ from pathlib import Path
 
 SHIPPED = Path(__file__).parent / "shipped"
 SCHEMA = "scene.schema.json"
-"""The file beside this one that ``camopt.scene.schema`` makes."""
+"""The JSON schema in this folder, which ``camopt.scene.schema`` makes."""
 
 
 @cache
@@ -15,7 +15,7 @@ def shipped_scenes() -> tuple[str, ...]:
     Returns
     -------
     tuple
-        For ``find_scene`` and for all commands.
+        Names for ``find_scene`` and for all commands.
 
     Examples
     --------
@@ -26,5 +26,5 @@ def shipped_scenes() -> tuple[str, ...]:
 
 
 def shipped_toml(name: str) -> str:
-    """The text of a shipped scene, without the line that leads from there to the schema."""
+    """The text of a shipped scene, without the line that links the schema."""
     return (SHIPPED / f"{name}.toml").read_text(encoding="utf-8").removeprefix(f"#:schema ../{SCHEMA}\n")

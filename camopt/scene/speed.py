@@ -1,4 +1,4 @@
-"""The speed of a cam that is given as that of the crankshaft of a four-stroke engine, which turns twice as fast."""
+"""The speed of a cam, from that of the crankshaft of a four-stroke engine, which turns twice as fast."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -11,13 +11,13 @@ TURNS_OF_CRANK = 2.0  # in one turn of the camshaft
 
 
 def read_speed(tables: dict[str, Any]) -> Iterator[Fault]:
-    """Put ``cam.rpm`` in the place of ``cam.rpm_of_crank``; a fault if both are given."""
+    """Replace ``cam.rpm_of_crank`` by ``cam.rpm``; a fault if both are given."""
     cam = tables.get("cam")
     crank = cam.get("rpm_of_crank") if isinstance(cam, dict) else None
     if cam is None or crank is None:
         return
     if cam.get("rpm") is not None:
-        yield CRANK_SPEED_KEY, crank, "not together with cam.rpm, which is half of it: give one of both"
+        yield CRANK_SPEED_KEY, crank, "cam.rpm, half this speed, is given too: leave one of them out"
     elif (speed := finite_number(crank)) is not None and speed > 0.0:
         cam["rpm"] = speed / TURNS_OF_CRANK
         del cam["rpm_of_crank"]

@@ -1,4 +1,4 @@
-"""The table ``[synthesis]`` of a scene: what free laws minimise, and their further limits."""
+"""The table ``[synthesis]`` of a scene: objective and limits of computed motion laws."""
 
 from typing import Annotated, Any
 
@@ -20,7 +20,7 @@ from camopt.scene.tables import (
 
 
 def _check_peak_factor(value: Any) -> Any:
-    """A peak factor: ± a number, a range that holds 0, or that of a law, by name."""
+    """A peak factor: a number for ±, a range around 0, or the name of a law with that peak."""
     if isinstance(value, str):
         return value
     if isinstance(value, (list, tuple)):
@@ -30,7 +30,7 @@ def _check_peak_factor(value: Any) -> Any:
         return pair
     number = check_number(value)
     if not 0.0 < number <= LARGEST_VALUE:
-        raise ValueError("a number above 0, a range or the name of a law")
+        raise ValueError("a number above 0, a range, or the name of a law")
     return number
 
 
@@ -39,69 +39,81 @@ AXIS_TERMS = (
     *("residual_vibration", "lost_lift_area"),
 )
 OBJECTIVE_TERMS = (*AXIS_TERMS, "crossing_jerk")
-TERM_OR_AXIS = "a term of the objective; loads, as torque_peak_N_m, are axes of a frontier"
+TERM_OR_AXIS = "a term of the objective; loads such as torque_peak_N_m are axes of a frontier only"
 PeakAsked = Annotated[float | tuple[float, float] | str, BeforeValidator(_check_peak_factor)] | None
 ObjectiveTerm = Annotated[str, known_name(OBJECTIVE_TERMS, TERM_OR_AXIS)]
 PointPairs = tuple[Annotated[tuple[float, float], BeforeValidator(check_pair)], ...]
 
 
 class SynthesisSettings(SceneTable):
-    """The objective and the further limits of new motion laws, beside ``[limits]``.
+    """Objective and limits of motion laws that camopt computes as B-splines, in addition to ``[limits]``.
 
-    ``minimise`` is size (mm), velocity, acceleration or jerk (largest over the turn), acceleration_rms or
-    jerk_rms (root mean square over the turn), residual_vibration (in a dwell), lost_lift_area (what the lift area
-    lacks of the highest lift over 360 deg, mm·deg: the least has the largest lift area), crossing_jerk (largest
-    while a roller crosses ``drive.clearance``, which it does within ``crossing_window``), or a table of weights for
-    several; units are those of ``[limits]``, or by the cam angle without a speed. ``peak_velocity``,
-    ``peak_acceleration``, ``peak_jerk`` are those of rises and returns, as `camopt laws` lists them: a number
-    for ±, a range, or the name of a law that has as much. Where neither these nor ``[limits]`` bound
-    acceleration or jerk, each that is not minimised is held to poly345's, and in moves to 1.25 times what the
-    scene's own have. ``rest`` is 2 at least where the jerk is bounded or minimised. A ``smooth`` of 0.01 gives
-    up 1 % of the objective; what then varies less rings less. Laws are B-splines.
+    Terms of ``minimise`` are:
+
+    - size [mm];
+    - velocity, acceleration or jerk: the largest over the turn;
+    - acceleration_rms or jerk_rms: the root mean square over the turn;
+    - residual_vibration: in a dwell;
+    - lost_lift_area [mm·deg]: the highest lift times 360 deg, less the lift area; the least value has the largest
+      lift area;
+    - crossing_jerk: the largest jerk while a roller crosses ``drive.clearance``, within ``crossing_window``.
+
+    A table of weights combines several terms. Units are those of ``[limits]``; without a speed, derivatives are by
+    cam angle.
+
+    ``peak_velocity``, ``peak_acceleration`` and ``peak_jerk`` limit rises and returns on the unit stroke, as
+    ``camopt laws`` lists them: a number for ±, a range, or the name of a law with the same peak. If neither these
+    keys nor ``[limits]`` limit acceleration or jerk, the one that is not minimised is limited to the peak of
+    poly345; in moves, to 1.25 times the peak of the scene's moves. ``rest`` is at least 2 if jerk is limited or
+    minimised. ``smooth = 0.01`` allows a 1 % worse objective for the least variation of jerk, which excites less
+    vibration.
     """
 
     minimise: Annotated[
         Annotated[ObjectiveTerm, Tag("range/")]
         | Annotated[dict[ObjectiveTerm, Positive], Field(min_length=1), Tag("values/")],
         Discriminator(lambda value: LOCATION_TAGS[isinstance(value, dict)]),
-        Key("What free laws minimise: one term, or a table of weights for several"),
+        Key("Objective of computed laws: one term, or a table of weights for several"),
     ] = "size"
-    peak_velocity: Annotated[PeakAsked, Key("Bound on the velocity of the unit stroke", "no unit")] = None
-    peak_acceleration: Annotated[PeakAsked, Key("Bound on the acceleration of the unit stroke", "no unit")] = None
-    peak_jerk: Annotated[PeakAsked, Key("Bound on the jerk of the unit stroke", "no unit")] = None
+    peak_velocity: Annotated[PeakAsked, Key("Limit on the velocity of the unit stroke", "no unit")] = None
+    peak_acceleration: Annotated[PeakAsked, Key("Limit on the acceleration of the unit stroke", "no unit")] = None
+    peak_jerk: Annotated[PeakAsked, Key("Limit on the jerk of the unit stroke", "no unit")] = None
     rest: Annotated[
         int,
         BeforeValidator(check_whole_number),
         Field(ge=1, le=3),
-        Key("How many derivatives are zero beside a dwell"),
+        Key("Number of derivatives that are 0 where a stroke meets a dwell"),
     ] = 2
-    monotone: Annotated[Switch, Key("Whether rises never fall, and returns never rise")] = False
+    monotone: Annotated[Switch, Key("Whether rises must never fall and returns never rise")] = False
     symmetric: Annotated[
-        Switch, Key("Whether the motion is its own mirror image, about a cam angle that the segments allow")
+        Switch, Key("Whether the motion must be symmetric about a cam angle; the segments must allow it")
     ] = False
     crossing_window: Annotated[
         float,
         BoundedNumber(gt=0, le=180),
         Key(
-            "Cam angle from where the force turns round, within which the roller has to land on the other flank",
+            "Cam angle within which the roller must reach the other flank, from where the force reverses",
             "deg",
         ),
     ] = 15.0
     smooth: Annotated[
         float,
         BoundedNumber(ge=0, le=1),
-        Key("Share of the objective that is given up for the least variation of the jerk", "no unit"),
+        Key("Share by which the objective may worsen for the least variation of the jerk", "no unit"),
     ] = 0.0
     points: Annotated[
-        PointPairs, Key("Points (cam angle, displacement) that the motion goes through", "deg and mm", "deg")
+        PointPairs, Key("Points [cam angle, displacement] that the motion passes through", "deg and mm", "deg")
     ] = ()
     degree: Annotated[
         int, BeforeValidator(check_whole_number), Field(ge=4, le=9), Key("Degree of the B-splines")
     ] = 5
     pieces: Annotated[
-        int, BeforeValidator(check_whole_number), Field(ge=2, le=200), Key("Polynomial pieces of a stroke")
+        int,
+        BeforeValidator(check_whole_number),
+        Field(ge=2, le=200),
+        Key("Number of polynomial pieces of a stroke"),
     ] = 48
     continuity: Annotated[
         Annotated[int, BeforeValidator(check_whole_number), Field(ge=2, le=8)] | None,
-        Key("How many derivatives are continuous, one less than the degree if not given"),
+        Key("Number of continuous derivatives; one less than the degree if not given"),
     ] = None

@@ -1,4 +1,4 @@
-"""The tables of a scene: their keys, allowed values and meanings."""
+"""The tables of a scene: their keys, with allowed values, units and sentences."""
 
 from collections.abc import Callable, Iterable, Mapping
 from itertools import chain
@@ -39,13 +39,16 @@ def check_number(value: Any) -> Any:
 
 
 def _number_as_given(value: Any) -> Any:
-    """The number; a whole one stays so until its bounds are checked, and mistakes show what was written."""
+    """The number; an int stays an int until its bounds are checked, so that mistakes show what the user wrote."""
     number = check_number(value)
     return value if type(value) is int else number
 
 
 class BoundedNumber:
-    """A finite number within bounds, or None if it may be: told to pydantic at once, which takes it less time."""
+    """A finite number within bounds, or None where the type allows it.
+
+    One core schema holds all bounds: pydantic is faster with it than with a chain of validators.
+    """
 
     def __init__(self, **bounds: float) -> None:
         self.bounds: Any = bounds
@@ -65,7 +68,7 @@ NotNegative = Annotated[float, BoundedNumber(**NOT_NEGATIVE)]
 
 
 class Name:
-    """A text of which something is asked; the names that may be given are told in the schema alone."""
+    """A text with a check of its own; ``names`` appear in the JSON schema only."""
 
     def __init__(self, check: Callable[[Any], str], names: Iterable[str], others: bool = False) -> None:
         self.check, self.names, self.others = check, names, others
@@ -79,7 +82,7 @@ class Name:
 
 
 def known_name(names: Any, what: str) -> Name:
-    """One of some names."""
+    """A name out of ``names``; ``what`` begins the message for any other."""
 
     def check(value: Any) -> str:
         if not isinstance(value, str) or value not in names:
@@ -90,7 +93,7 @@ def known_name(names: Any, what: str) -> Name:
 
 
 def known_or_own_name(names: Any, what: str) -> Name:
-    """One of some names, or of those that the scene adds to them."""
+    """A name out of ``names``, or one that the scene defines: any text passes here."""
 
     def check(value: Any) -> str:
         if not isinstance(value, str):
@@ -101,7 +104,7 @@ def known_or_own_name(names: Any, what: str) -> Name:
 
 
 class ListOrItem:
-    """A list in whose place an only item may stand."""
+    """A list; a single item may stand for a list of one."""
 
     def __init__(self, listed: Callable[[Any], Any]) -> None:
         self.listed = listed
@@ -116,7 +119,7 @@ class ListOrItem:
 
 def check_one_line(value: Any) -> Any:
     if isinstance(value, str) and not value.isprintable():
-        raise ValueError("a text of one line, of printable characters")
+        raise ValueError("a text of one line, with printable characters only")
     return value
 
 
@@ -143,13 +146,13 @@ def _kind_of_segment(value: Any) -> Any:
 
 
 def _add_segment_aliases(schema: dict[str, Any]) -> None:
-    """In the schema of scenes, the other names of segments."""
+    """Add the other names of segments to the JSON schema."""
     own = {name: schema.pop(name) for name in ("enum", "type")}
     schema["anyOf"] = [own, {**own, "enum": [*chain(*SEGMENT_ALIASES.values())]}]
 
 
 def or_text(schema: dict[str, Any]) -> None:
-    """In the schema of scenes, a key that takes a text too, which is read before keys are checked."""
+    """Allow a text for a key in the JSON schema; the text is read before keys are checked."""
     own = {name: schema.pop(name) for name in tuple(schema) if name not in ("default", "title", "description")}
     kinds = own.pop("anyOf", [own])
     schema["anyOf"] = [{"type": "string"}, *kinds]
@@ -159,18 +162,18 @@ Switch = Annotated[bool, BeforeValidator(_check_switch)]
 LawName = Annotated[str, Name(_check_law_name, (*LAWS, *chain(*ALIASES.values())), others=True)]
 MaterialName = Annotated[str, known_name(MATERIALS, "a material")]
 QUANTITY_SYNONYMS = {"size": "base_radius_mm"}
-"""Quantities by words of others."""
+"""The quantity that is suggested for a common word."""
 QuantityName = Annotated[str, known_or_own_name(QUANTITIES, "a quantity")]
 
 
 class SceneTable(BaseModel):
-    """A table of a scene: unknown keys are mistakes, and nothing changes once made."""
+    """A table of a scene; it refuses unknown keys and never changes."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
     elsewhere: ClassVar[Mapping[str, str]] = {}
-    """Keys that do not belong here although they seem to, each with what the message says of it."""
+    """Keys that users expect here but that belong elsewhere, each with its message."""
     read_as: ClassVar[Mapping[str, str]] = {}
-    """Keys that are read as others, in whose place they stand: no search varies them."""
+    """Keys that are converted to another key, by key; no search varies them."""
 
     def __init__(self, /, **values: Any) -> None:
         try:
@@ -178,18 +181,18 @@ class SceneTable(BaseModel):
         except ValidationError as error:
             raise BadInput(mistakes_from_pydantic(error, type(self), type(self).__name__.lower())) from None
 
-    if not TYPE_CHECKING:  # or types would let any name be set
+    if not TYPE_CHECKING:  # else type checkers would accept any attribute
 
         def __setattr__(self, name: str, value: Any) -> None:
-            """Refuse a change, with the way to another scene."""
+            """Refuse a change; the message names ``replace``."""
             if name in type(self).model_fields:
-                why = "does not change: replace makes another scene, as scene.replace(name='x')"
+                why = "cannot be changed; make a changed copy, as in scene.replace(name='x')"
                 raise BadInput([Mistake(type(self).__name__.lower(), name, value, why, bare=True)])
             super().__setattr__(name, value)
 
     @classmethod
     def from_value(cls, value: Any) -> Self:
-        """The table of a mapping."""
+        """The table from a mapping."""
         if isinstance(value, cls):
             return value
         if not isinstance(value, dict):
@@ -198,7 +201,7 @@ class SceneTable(BaseModel):
 
     @classmethod
     def from_known_keys(cls, value: Any) -> Self | None:
-        """The table of the known keys of a mapping; None where a value of them is wrong, or one is missing."""
+        """The table from the known keys of a mapping; None if a value is wrong or missing."""
         try:
             return cls.from_value({key: value[key] for key in cls.model_fields if key in value})
         except (TypeError, ValueError):  # BadInput is one
@@ -206,12 +209,12 @@ class SceneTable(BaseModel):
 
 
 def _table_to_mapping(table: "SceneTable", info: core_schema.SerializationInfo) -> dict[str, Any]:
-    """The mapping of a table. pydantic up to 2.13 cannot write a table that it did not check before."""
+    """The table as a mapping: pydantic up to 2.13 cannot write a table that it did not check itself."""
     return table.model_dump(mode=info.mode, exclude_none=info.exclude_none, exclude_defaults=info.exclude_defaults)
 
 
 class _SelfCheckedTable:
-    """A table within another one checks itself: pydantic makes ready those that a scene has, and no more."""
+    """A table inside another one validates itself, so pydantic builds only the tables that a scene has."""
 
     def __get_pydantic_core_schema__(self, source: type[SceneTable], handler: Any) -> Any:
         written = core_schema.plain_serializer_function_ser_schema(_table_to_mapping, info_arg=True)
@@ -220,16 +223,16 @@ class _SelfCheckedTable:
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
         table: type[SceneTable] = schema["function"]["function"].__self__
         table.model_rebuild()
-        return handler(core_schema.chain_schema([table.__pydantic_core_schema__]))  # so that it is referred to
+        return handler(core_schema.chain_schema([table.__pydantic_core_schema__]))  # makes a $ref in the schema
 
 
 AnyTable = TypeVar("AnyTable", bound=SceneTable)
 InnerTable = Annotated[AnyTable, _SelfCheckedTable()]
-"""A table within another one."""
+"""A table inside another one."""
 
 
 class TableOfRecords(SceneTable):
-    """A table of which some keys, or all, are made of their records."""
+    """A table with keys that come from records (``with_keys``)."""
 
     if TYPE_CHECKING:
 
@@ -237,7 +240,7 @@ class TableOfRecords(SceneTable):
 
 
 def with_keys(keys: Mapping[str, tuple[Any, Key]]) -> Callable[[type[AnyTable]], type[AnyTable]]:
-    """A table with more keys, each with the type of its value and its record; none of them is needed."""
+    """A class decorator that adds optional keys to a table, each with the type of its value and its record."""
     fields: Any = {name: (Annotated[kind | None, key], None) for name, (kind, key) in keys.items()}
     return lambda table: create_model(
         table.__name__, __base__=table, __doc__=table.__doc__, __module__=table.__module__, **fields
@@ -245,7 +248,7 @@ def with_keys(keys: Mapping[str, tuple[Any, Key]]) -> Callable[[type[AnyTable]],
 
 
 def number_keys(numbers: Iterable[NumberKey], **kinds: Any) -> dict[str, tuple[Any, Key]]:
-    """The keys of numbers, each with its type: one that is given, or a number within its bounds."""
+    """The keys of numbers with their types: the type in ``kinds``, or else a number within its bounds."""
     own = {each.name: each for each in numbers}
     return {
         name: (kinds.get(name, Annotated[float, BoundedNumber(**each.allowed)]), each) for name, each in own.items()
@@ -253,7 +256,7 @@ def number_keys(numbers: Iterable[NumberKey], **kinds: Any) -> dict[str, tuple[A
 
 
 def table_type_in(hint: Any) -> type[SceneTable] | None:
-    """The table that a type has among its members."""
+    """The first table class in a type hint; None without one."""
     if isinstance(hint, type) and issubclass(hint, SceneTable):
         return hint
     return next((found for each in get_args(hint) if (found := table_type_in(each))), None)
@@ -261,7 +264,7 @@ def table_type_in(hint: Any) -> type[SceneTable] | None:
 
 def _check_rpm(value: Any) -> Any:
     if isinstance(value, Real) and not isinstance(value, bool) and value < SLOWEST_RPM:
-        raise ValueError(f"at least {SLOWEST_RPM:g}; the sense of rotation is cam.rotation, 'ccw' or 'cw'")
+        raise ValueError(f"at least {SLOWEST_RPM:g}; set the sense of rotation with cam.rotation, 'ccw' or 'cw'")
     return value
 
 
@@ -279,25 +282,30 @@ class Cam(SceneTable):
     form: Annotated[
         CamForm,
         Key(
-            "A disc cam turns about an axis square to the motion, a cylindrical (barrel) cam has a groove round it"
+            "Form of the cam: a disc, which turns about an axis square to the motion, or a cylinder "
+            "(barrel) with a groove round it"
         ),
     ]
     rotation: Annotated[
         Literal["ccw", "cw"],
-        Key("Sense of rotation, as seen in pictures: ccw (anticlockwise) or cw", example="ccw"),
+        Key("Sense of rotation in pictures: ccw (anticlockwise) or cw (clockwise)", example="ccw"),
     ] = "ccw"
     rpm: Annotated[Speed | None, NUMBER_KEYS["cam.rpm"]] = None
     rpm_of_crank: Annotated[
         Speed | None,
         Key(
-            "In place of ``rpm``: speed of the crankshaft of a four-stroke engine, twice that of the cam", "rev/min"
+            "Speed of the crankshaft of a four-stroke engine, twice that of the cam; use it in place of ``rpm``",
+            "rev/min",
         ),
     ] = None
     base_radius: Annotated[Length | None, Key("Least radius of the profile of a disc cam", "mm", usual=LENGTHS)] = (
         None
     )
     mean_radius: Annotated[
-        Length | None, Key("Radius at which a cylindrical cam is developed", "mm", usual=LENGTHS)
+        Length | None,
+        Key(
+            "Mean radius of a cylindrical cam, at which its surface is developed into a plane", "mm", usual=LENGTHS
+        ),
     ] = None
     shaft_diameter: Annotated[Length | None, NUMBER_KEYS["cam.shaft_diameter"]] = None
 
@@ -312,7 +320,7 @@ def _kind_of_load(value: Any) -> str:
 
 LoadRows = Annotated[
     tuple[Any, ...], BeforeValidator(_rows_as_tuples, json_schema_input_type=list[tuple[float, float]])
-]  # what is in them is checked with the scene
+]  # the rows are checked with the scene
 GivenLoad = Annotated[
     Annotated[SignedNumber, Tag("constant/")] | Annotated[str, Tag("file/")] | Annotated[LoadRows, Tag("rows/")],
     Discriminator(_kind_of_load),
@@ -321,70 +329,69 @@ GivenLoad = Annotated[
 
 @with_keys(number_keys(numbers_in("follower.dynamics"), load=GivenLoad))
 class Dynamics(TableOfRecords):
-    """The moving mass and the forces on the follower. An oscillating follower has inertias and moments.
+    """Moving mass of the follower, and the forces on it. An oscillating follower has inertias and moments.
 
-    A load that changes over the turn is a list of rows (cam angle from the start of the first segment, 0 to 360
-    deg; load), or a CSV file with columns angle and load (a path relative to the scene file), read when the scene
-    is made. It goes straight from row to row, and from the last to the first of the next turn; two rows at one cam
-    angle (0 and 360 are one) are a jump.
+    A load that changes over the turn is a list of rows [cam angle, load], or the name of a CSV file with columns
+    ``angle`` and ``load``. Cam angles run from 0 to 360 deg, from the start of the first segment. The load is
+    linear between rows, and from the last row to the first row of the next turn. Two rows at the same cam angle (0
+    and 360 are the same) make a jump. The path of the file is relative to the scene file; it is read when the scene
+    is made.
     """
 
 
 class Follower(SceneTable):
-    """The follower: how it moves, what touches the cam, and its sizes."""
+    """The follower: its motion, its tip that touches the cam, and its sizes."""
 
     elsewhere: ClassVar[Mapping[str, str]] = {
-        "roller_diameter": "not a known key; follower.roller_radius is half of it",
-        "face_diameter": "not a known key; follower.face_radius is half of it",
+        "roller_diameter": "not a known key; give follower.roller_radius, half of it",
+        "face_diameter": "not a known key; give follower.face_radius, half of it",
     }
 
-    motion: Annotated[MotionName, Key("Along a straight line, or about a pivot")]
+    motion: Annotated[MotionName, Key("Motion of the follower: along a straight line, or about a pivot")]
     contact: Annotated[
-        TipName, Key("What touches the cam: a knife edge, a roller, a flat face or a spherical (mushroom) face")
+        TipName,
+        Key("Tip that touches the cam: a knife edge, a roller, a flat face or a spherical (mushroom) face"),
     ]
     roller_radius: Annotated[Length | None, Key("Radius of the roller", "mm", example=10, usual=LENGTHS)] = None
     face_radius: Annotated[Length | None, Key("Radius of a spherical face", "mm", example=10, usual=(0.1, 1e6))] = (
         None
     )
     face_offset: Annotated[
-        SignedNumber | None, Key("Distance of an oscillating flat face from the pivot", "mm", example=10)
+        SignedNumber | None, Key("Distance of an oscillating flat face from its pivot", "mm", example=10)
     ] = None
     arm_length: Annotated[
-        Length | None, Key("Distance from the pivot to the trace point", "mm", example=80, usual=LENGTHS)
+        Length | None, Key("Length of the arm, from the pivot to the trace point", "mm", example=80, usual=LENGTHS)
     ] = None
     centre_distance: Annotated[
         Length | None, Key("Distance from the pivot to the cam's axis", "mm", example=100, usual=LENGTHS)
     ] = None
     roller_spacing: Annotated[
         Length | None,
-        Key(
-            "Distance of the centres of two rollers, which have a rib between them", "mm", example=50, usual=LENGTHS
-        ),
+        Key("Centre distance of the two rollers on either side of a rib", "mm", example=50, usual=LENGTHS),
     ] = None
     offset: Annotated[SignedNumber, Key("Offset of a translating follower's axis, positive to the right", "mm")] = (
         0.0
     )
-    dynamics: Annotated[
-        InnerTable[Dynamics] | None, Key("What moves with the follower, and what presses it on the cam")
-    ] = None
+    dynamics: Annotated[InnerTable[Dynamics] | None, Key("Moving mass of the follower, and the forces on it")] = (
+        None
+    )
 
 
 @with_keys(number_keys(numbers_in("drive")))
 class Drive(TableOfRecords):
     """What keeps the follower on the cam.
 
-    On an open cam a spring, or what else presses the follower on it (``[follower.dynamics]``). A positive drive has
-    flanks that push the follower outward, and others that pull it back.
+    On an open cam a spring or another force presses the follower on the cam (``[follower.dynamics]``). A positive
+    drive has flanks that push the follower outward, and flanks that pull it back.
     """
 
     kind: Annotated[
         DriveName | None,
         Key(
-            "A spring, or a groove with two walls, of which one pushes the roller outward and the "
-            "other pulls it back. Two discs with a roller each (``conjugate``), or one disc in a "
-            "yoke with two flat faces (``breadth``) or two rollers (``diameter``). Or a rib between "
-            "two rollers (``rib``). If it is not given, ``spring`` on a disc cam and ``groove`` on a "
-            "cylindrical one"
+            "Kind of drive: ``spring``; ``groove``, with an outer and an inner wall; ``conjugate``, "
+            "two discs with a roller each; ``breadth`` or ``diameter``, one disc in a yoke with two "
+            "flat faces or two rollers; ``rib``, between two rollers. If not given: ``spring`` on a "
+            "disc cam, ``groove`` on a cylindrical cam"
         ),
     ] = None
     base_radius: Annotated[
@@ -392,21 +399,19 @@ class Drive(TableOfRecords):
         Key("Base radius of the second disc of a conjugate pair; ``cam.base_radius`` if not given", "mm"),
     ] = None
     roller_radius: Annotated[
-        Length | None, Key("Radius of the second roller; that of the first if not given", "mm")
+        Length | None, Key("Radius of the second roller; ``follower.roller_radius`` if not given", "mm")
     ] = None
     offset: Annotated[
         SignedNumber | None,
-        Key(
-            "Offset of a second roller that translates, positive to the right; that of the first if not given", "mm"
-        ),
+        Key("Offset of a translating second roller, positive to the right; ``follower.offset`` if not given", "mm"),
     ] = None
     arm_length: Annotated[
-        Length | None, Key("Length of the arm of the second roller; that of the first if not given", "mm")
+        Length | None, Key("Length of the second roller's arm; ``follower.arm_length`` if not given", "mm")
     ] = None
 
 
 def _number_or_range(what: str, least: float, most: float) -> BeforeValidator:
-    """A number from one to another, or a range of such numbers."""
+    """A validator of a number, or of a range of numbers, within bounds."""
 
     def check_range(value: Any) -> Any:
         pair = value if isinstance(value, (list, tuple)) else (value, value)
@@ -432,67 +437,65 @@ MOST_SEGMENTS, MOST_CONDITIONS = 1_000, 200
 
 
 class Through(SceneTable):
-    """A condition on the way of a move: at a cam angle of the turn, or all along a range [from, to] of it.
+    """A condition within a move: at one cam angle, or over a range [from, to] of cam angles.
 
-    Each but the angle is a number, or a range [low, high]. Derivatives are by what the segment says (``per``).
+    Position, velocity, acceleration and jerk are each a number or a range [low, high]. The segment's ``per`` sets
+    the unit of derivatives.
     """
 
-    elsewhere: ClassVar[Mapping[str, str]] = {"per": "belongs to the segment, for all that it asks"}
+    elsewhere: ClassVar[Mapping[str, str]] = {"per": "belongs to the segment, for all its derivatives"}
     angle: Annotated[
-        CamAngle, Key("Cam angle, or range of cam angles [from, to], from the start of the first segment", "deg")
+        CamAngle, Key("Cam angle, or range [from, to], counted from the start of the first segment", "deg")
     ]
     position: Annotated[NumberOrRange | None, Key("Displacement at that cam angle", "mm", "deg")] = None
     velocity: Annotated[
-        NumberOrRange | None, Key("First derivative at that cam angle", "mm (deg) ``per`` rad, deg or s")
+        NumberOrRange | None, Key("Velocity at that cam angle", "mm (deg) ``per`` rad, deg or s")
     ] = None
     acceleration: Annotated[
-        NumberOrRange | None, Key("Second derivative at that cam angle", "mm (deg) ``per`` rad², deg² or s²")
+        NumberOrRange | None, Key("Acceleration at that cam angle", "mm (deg) ``per`` rad², deg² or s²")
     ] = None
-    jerk: Annotated[
-        NumberOrRange | None, Key("Third derivative at that cam angle", "mm (deg) ``per`` rad³, deg³ or s³")
-    ] = None
+    jerk: Annotated[NumberOrRange | None, Key("Jerk at that cam angle", "mm (deg) ``per`` rad³, deg³ or s³")] = None
 
 
 class Segment(SceneTable):
     """One segment of the turn: a rise, dwell, return, move or stretch at constant velocity.
 
-    A rise or return has a motion law and a ``lift``, or the position ``to`` at its end. A stretch at constant
-    velocity goes ``to`` a position, or at a ``velocity``. A move goes ``to`` a position as the polynomial of
-    degree 5 that joins what is beside it with continuous velocity and acceleration, or with a ``law`` of
-    positions (``[laws]``), as ``synthesise`` writes it; what it asks at its end that law has to meet.
-    ``velocity``, ``acceleration`` and ``jerk`` may be given at its end. Between two moves each of these, and
-    ``to``, may be a range [low, high], or be left out: it is then chosen for the least mean-square jerk. Where a
-    jerk is asked for at a cam angle, the jerk of moves that follow each other is continuous too (degree 7), and
-    the mean square of its derivative is the least. ``through`` are conditions on the way, which that
-    motion meets, and all that ``synthesise`` finds.
+    A rise or return has a motion law, and either a ``lift`` or the position ``to`` at its end. A stretch at
+    constant velocity has a position ``to`` at its end, or a ``velocity``.
 
-    In a yoke (``drive.kind``) the segments may be those of half a turn, 180 deg: the other half is the same with
-    rises for returns, and positions as much below the highest one as they are above the lowest.
+    A move ends at the position ``to``. It is a polynomial of degree 5 that joins its neighbours with continuous
+    velocity and acceleration. ``velocity``, ``acceleration`` and ``jerk`` may be given at its end. Between two
+    moves each of these, and ``to``, may be a range [low, high] or be left out; camopt then chooses the value with
+    the least mean-square jerk. If a jerk is given at a cam angle, its move and the moves joined to it have degree 7
+    and continuous jerk, and the mean square of the derivative of jerk is the least. ``through`` holds conditions
+    within the move; the polynomial and every motion of ``synthesise`` meet them. A ``law`` of positions
+    (``[laws]``), as ``synthesise`` writes it, may replace the polynomial; it has to meet the values at the end of
+    the move.
 
-    Where positions are given, the turn starts at the last of them. Designs count displacements from the lowest
-    position of the turn, which is on the base circle.
+    In a yoke (``drive.kind``) the segments may cover half a turn, 180 deg. The other half exchanges rises and
+    returns: its positions are as far below the highest position as those of the first half are above the lowest.
+
+    With positions, the turn starts at the last position. Displacements of designs count from the lowest position of
+    the turn, which is on the base circle.
     """
 
     segment: Annotated[
         Literal["rise", "dwell", "return", "move", "constant-velocity"],
         BeforeValidator(_kind_of_segment),
         Field(json_schema_extra=_add_segment_aliases),
-        Key("What the follower does"),
+        Key("Kind of segment"),
     ]
     angle: Annotated[
         float,
         BoundedNumber(ge=0, le=360 * (1 + 1e-9)),
-        Key("Cam angle that the segment takes; those of a turn add up to 360, of a yoke also to 180", "deg"),
+        Key("Cam angle of the segment. The angles of a turn add up to 360 (in a yoke 180 is allowed too)", "deg"),
     ]
     lift: Annotated[
         float, BoundedNumber(ge=0, le=LARGEST_VALUE), Key("Displacement of a rise or return, above 0", "mm", "deg")
     ] = 0.0
     law: Annotated[
         LawName | None,
-        Key(
-            "Motion law: a built-in one, or one of ``[laws]``. If it is not given, the first that "
-            "``[search]`` tries"
-        ),
+        Key("Motion law: built-in, or one of ``[laws]``. If not given, the first law that ``[search]`` tries"),
     ] = None
     to: Annotated[
         NumberOrRange | None, Key("Position at the end; between moves also a range [low, high]", "mm", "deg")
@@ -500,42 +503,43 @@ class Segment(SceneTable):
     velocity: Annotated[
         NumberOrRange | None,
         Key(
-            "First derivative at the end of a move, or along a constant velocity", "mm (deg) ``per`` rad, deg or s"
+            "Velocity at the end of a move, or of a stretch at constant velocity", "mm (deg) ``per`` rad, deg or s"
         ),
     ] = None
     acceleration: Annotated[
-        NumberOrRange | None, Key("Second derivative at the end of a move", "mm (deg) ``per`` rad², deg² or s²")
+        NumberOrRange | None, Key("Acceleration at the end of a move", "mm (deg) ``per`` rad², deg² or s²")
     ] = None
-    jerk: Annotated[
-        NumberOrRange | None, Key("Third derivative at the end of a move", "mm (deg) ``per`` rad³, deg³ or s³")
-    ] = None
+    jerk: Annotated[NumberOrRange | None, Key("Jerk at the end of a move", "mm (deg) ``per`` rad³, deg³ or s³")] = (
+        None
+    )
     per: Annotated[
         Literal["rad", "deg", "s"],
-        Key("What derivatives of this segment are by: rad or deg of the cam's angle, or s"),
+        Key("Unit that derivatives of this segment are taken by: rad or deg of cam angle, or s"),
     ] = "rad"
     through: Annotated[
-        tuple[InnerTable[Through], ...], Field(max_length=MOST_CONDITIONS), Key("Conditions on the way of a move")
+        tuple[InnerTable[Through], ...], Field(max_length=MOST_CONDITIONS), Key("Conditions within a move")
     ] = ()
 
 
 class ProfileElement(SceneTable):
-    """One arc or line of the cam's profile, which is given in place of the motion; mm.
+    """One arc or line of the cam's profile [mm]; a profile replaces the motion.
 
-    The elements are in the order in which the follower meets them, clockwise on a cam that turns ccw, each tangent
-    to the next: base circle, flank, nose and flank of a three-arc cam. An arc has a ``radius``, below 0 where the
-    flank is hollow, and a centre (``x``, ``y``); the axis of the cam is at 0, 0. Without a centre it touches both
-    neighbours, as a ``line`` always does; these have centres. One arc about another centre is an eccentric.
+    List the elements in the order in which the follower meets them: clockwise on a cam that turns ccw. Each is
+    tangent to the next: base circle, flank, nose and flank of a three-arc cam. An arc has a ``radius`` (below 0 on
+    a hollow flank) and a centre (``x``, ``y``); the cam turns about 0, 0. An arc without a centre is tangent to
+    both neighbours, and so is every ``line``; these neighbours need centres. A single arc with its centre off the
+    axis is an eccentric.
 
-    The motion of the follower is exact: on each element it has one formula, the velocity is continuous where two
-    meet, and the acceleration jumps with the curvature. The turn starts where the follower comes on the first
-    element, or, on an eccentric, where it is lowest; the profile may stand at any angle in its own coordinates.
-    ``cam.base_radius`` is the least radius of the profile.
+    The motion of the follower is exact: each element has one formula. Velocity is continuous between elements;
+    acceleration jumps with the curvature. The turn starts where the follower reaches the first element; on an
+    eccentric, where the follower is lowest. The profile may be drawn at any angle. ``cam.base_radius`` is the least
+    radius of the profile.
     """
 
-    element: Annotated[Literal["arc", "line"], Key("An arc, or a line between two arcs")]
-    radius: Annotated[SignedNumber | None, Key("Radius of an arc, negative if its flank is hollow", "mm")] = None
-    x: Annotated[SignedNumber | None, Key("Centre of an arc in the cam's own frame, with ``y``", "mm")] = None
-    y: Annotated[SignedNumber | None, Key("Centre of an arc in the cam's own frame, with ``x``", "mm")] = None
+    element: Annotated[Literal["arc", "line"], Key("Kind of element: an arc, or a line between two arcs")]
+    radius: Annotated[SignedNumber | None, Key("Radius of an arc, negative on a hollow flank", "mm")] = None
+    x: Annotated[SignedNumber | None, Key("x of the centre of an arc, in the frame of the cam", "mm")] = None
+    y: Annotated[SignedNumber | None, Key("y of the centre of an arc, in the frame of the cam", "mm")] = None
 
 
 def check_pair(value: Any) -> Any:
@@ -548,36 +552,39 @@ Numbers = Annotated[tuple[SignedNumber, ...], Field(min_length=1)]
 
 
 class OwnLaw(SceneTable):
-    """A motion law of the scene's own on the unit stroke, from s = 0 at x = 0 to s = 1 at x = 1, given in one way.
+    """A motion law that the scene defines on the unit stroke, from s = 0 at x = 0 to s = 1 at x = 1.
 
-    - A polynomial has conditions at both ends: ``start`` and ``end`` hold s, s′, s″, …; ``start = [0, 0, 0]`` and
-      ``end = [1, 0, 0]`` make the 3-4-5 polynomial. It is the one of least degree that meets them, 12 at most.
-    - ``scca`` are shares of the stroke: sine ramps, constant acceleration, cosine, and constant velocity if there
-      is a fourth. ``[0.25, 0.5, 0.25]`` is the modified trapezoid.
-    - ``law`` is a built-in law, to be skewed or mirrored.
-    - A B-spline has a ``degree`` from 3 to 12, clamped ``knots`` (degree + 1 zeros first, as many ones last) and
-      ``coefficients``; for a move ``positions`` in their place, in mm, or deg when oscillating.
-    - A table has points ``x`` and ``s``, or a CSV ``file`` with these columns (a path relative to the scene file),
-      read when the scene is made. Its law is the quintic spline through the points, at rest at both ends, or where
-      ``rest`` says ("start", "end", "none"). At an end that ``reversal`` names its velocity is 0 and its
-      acceleration is not; an end that neither names is open. What is open has the least mean-square jerk. The
-      ``status`` of its verdicts is "sampled", for the motion between the points is not known. A function ``f`` of
-      Python is given as points too: ``x = [k / 200 for k in range(201)]`` and ``s = [f(v) for v in x]``.
+    Give it in one of these forms:
 
-    ``crossing`` is where the acceleration of a symmetric law crosses zero in place of ½; ``peaks = [a, d]`` puts it
-    where the largest acceleration is to the largest deceleration as a to d. ``overshoot`` allows s below 0 or above
-    1; the lowest of the turn is on the base circle.
+    - A polynomial: ``start`` and ``end`` hold s, s′, s″, … at x = 0 and x = 1. ``start = [0, 0, 0]`` and ``end =
+      [1, 0, 0]`` make the 3-4-5 polynomial. The degree is the least that meets the conditions, at most 12.
+    - ``scca``: shares of the stroke for sine ramps, constant acceleration, cosine, and optionally constant
+      velocity. ``[0.25, 0.5, 0.25]`` is the modified trapezoid.
+    - ``law``: a built-in law, to be skewed or mirrored.
+    - A B-spline: ``degree`` (3 to 12), clamped ``knots`` (first degree + 1 zeros, last degree + 1 ones) and
+      ``coefficients``. A law for a move has ``positions`` in place of coefficients, in mm (oscillating: deg).
+    - A table: points ``x`` and ``s``, or a CSV ``file`` with these columns. Its law is the quintic spline through
+      the points. ``rest`` names the ends where velocity and acceleration are 0: both, unless given. ``reversal``
+      names the ends where the velocity is 0 and the acceleration is not. An end that neither names is free; free
+      ends get the least mean-square jerk. Verdicts on a table have the ``status`` "sampled", since the motion
+      between the points is not known. The path of the file is relative to the scene file; it is read when the scene
+      is made. A Python function ``f`` is a table too: ``x = [k / 200 for k in range(201)]`` and ``s = [f(v) for v
+      in x]``.
+
+    ``crossing`` skews a symmetric law: its acceleration crosses zero there, not at ½. ``peaks = [a, d]`` chooses
+    the crossing so that the largest acceleration is to the largest deceleration as a to d. ``overshoot`` allows s
+    below 0 or above 1; the lowest displacement of the turn is on the base circle.
 
     A rise follows y = lift·s(x), a return y = lift·(1 − s(x)): each starts as the law starts. ``mirror`` takes
-    1 − s(1 − x) in place of s(x). On a return it then retraces the rise with the law as it was given, backwards.
+    1 − s(1 − x) in place of s(x). A return with the mirrored law retraces, backwards, a rise with the law itself.
     """
 
     law: Annotated[LawName | None, Key("A built-in law, to be skewed or mirrored")] = None
     scca: Annotated[
         Numbers | None,
         Key(
-            "Shares of the stroke: sine ramps, constant acceleration, cosine, constant velocity if "
-            "there is a fourth",
+            "Shares of the stroke: sine ramps, constant acceleration, cosine and, if there are four, constant "
+            "velocity",
             "no unit",
         ),
     ] = None
@@ -593,31 +600,38 @@ class OwnLaw(SceneTable):
     ] = None
     coefficients: Annotated[Numbers | None, Key("Coefficients of a B-spline on the unit stroke", "no unit")] = None
     positions: Annotated[Numbers | None, Key("Coefficients of a B-spline for a move", "mm", "deg")] = None
-    x: Annotated[
-        Numbers | None, Key("Shares of the stroke's angle at which a table has points, from 0 to 1", "no unit")
+    x: Annotated[Numbers | None, Key("Points of a table: shares of the stroke's angle, from 0 to 1", "no unit")] = (
+        None
+    )
+    s: Annotated[Numbers | None, Key("Points of a table: shares of the lift at ``x``, from 0 to 1", "no unit")] = (
+        None
+    )
+    file: Annotated[
+        str | None, Key("CSV file with the columns x and s; the path is relative to the scene file")
     ] = None
-    s: Annotated[Numbers | None, Key("Shares of the lift there, from 0 to 1", "no unit")] = None
-    file: Annotated[str | None, Key("CSV file with the columns x and s, a path relative to the scene file")] = None
     rest: Annotated[
         Literal["both", "start", "end", "none"] | None,
         Key(
-            "At which ends the law of a table is at rest, without velocity and acceleration: where "
-            "there is no ``reversal``, if not given"
+            "Ends of a table where velocity and acceleration are 0; if not given, all ends that "
+            "``reversal`` does not name"
         ),
     ] = None
     reversal: Annotated[
         Literal["both", "start", "end"] | None,
         Key(
-            "At which ends the law of a table has no velocity but an acceleration, as where a rise "
-            "goes over into a return"
+            "Ends of a table where the velocity is 0 and the acceleration is not, as between a rise and "
+            "the return that follows at once"
         ),
     ] = None
     crossing: Annotated[
-        SceneNumber | None, Key("Where the acceleration of a symmetric law crosses zero, in place of ½", "no unit")
+        SceneNumber | None, Key("x at which a symmetric law's acceleration crosses zero, in place of ½", "no unit")
     ] = None
     peaks: Annotated[
         Annotated[tuple[Positive, Positive], BeforeValidator(check_pair)] | None,
-        Key("Largest acceleration to largest deceleration, [a, d], in place of ``crossing``", "no unit"),
+        Key(
+            "Ratio of the largest acceleration to the largest deceleration, [a, d], in place of ``crossing``",
+            "no unit",
+        ),
     ] = None
     mirror: Annotated[Switch, Key("Take 1 − s(1 − x) in place of s(x)")] = False
     overshoot: Annotated[Switch, Key("Allow s below 0 or above 1")] = False
@@ -639,23 +653,23 @@ QuantityNames = Annotated[tuple[QuantityName, ...], ListOrItem(as_list)]
 
 @with_keys(number_keys(numbers_in("materials")))
 class Materials(TableOfRecords):
-    """The bodies in contact, as names of materials or as numbers, and their lubricant."""
+    """Materials of the cam and the follower, by name or as numbers, and the lubricant between them."""
 
     cam: Annotated[
         MaterialName | None,
-        Key("Material of the cam, for its modulus, Poisson's ratio and density", example="steel"),
+        Key("Material of the cam; sets its modulus, Poisson's ratio and density", example="steel"),
     ] = None
     follower: Annotated[
         MaterialName | None,
-        Key("Material of the roller or face, for its modulus and Poisson's ratio", example="steel"),
+        Key("Material of the roller or face; sets its modulus and Poisson's ratio", example="steel"),
     ] = None
 
 
 class Accuracy(SceneTable):
-    """Relative error allowed in each reported value."""
+    """Accuracy of reported values."""
 
     relative_error: Annotated[
         float,
         BoundedNumber(ge=1e-14, le=1e-2),
-        Key("Relative error allowed in each reported value", "no unit", example=1e-9),
+        Key("Largest relative error of each reported value", "no unit", example=1e-9),
     ] = 1e-9

@@ -1,7 +1,7 @@
-"""The table ``[tolerances]`` of a scene: by how much numbers of a real cam, its follower and train may be off.
+"""The table ``[tolerances]`` of a scene: tolerances of the numbers of a cam, its follower and its train.
 
 A tolerance is a number, ± in the unit of its key; a table with ``plus`` and ``minus``; or a class of ISO 286, such
-as ``"h6"``, of a length, or of the diameter that a radius belongs to.
+as ``"h6"``, for a length. For a radius the class applies to the diameter.
 """
 
 from collections.abc import Iterator, Mapping
@@ -44,16 +44,16 @@ if TYPE_CHECKING:
     from camopt.scene.scene import Scene
 
 RADIUS_KEYS = ("roller_radius", "face_radius", "radius")
-"""Keys whose class of ISO 286 is that of a diameter."""
+"""Keys of radii; their class of ISO 286 applies to the diameter."""
 DEVIATIONS_PER_HALF_ZONE = {"uniform": sqrt(3.0), "triangular": sqrt(6.0)}
-"""How many standard deviations half of a zone is, of what ends with it."""
+"""Half a zone in standard deviations, for distributions that end with the zone."""
 DEVIATIONS_AT_CPK_1 = 3.0
-"""The same of normal errors, at a Cpk of 1."""
+"""Half a zone in standard deviations, for normal errors with a Cpk of 1."""
 MOST_PROFILE_WAVES = 10_000
 ANGLE_TOLERANCES = ("phase", "face_tilt", "disc_phase")
-"""Keys of tolerances that are angles of their own."""
+"""Keys of angular tolerances without a number in the scene."""
 HALF_TURN = 180.0
-"""A cam that is further off on its shaft is less off the other way, deg."""
+"""Largest error of an angle [deg]; a larger one is a smaller error the other way."""
 NUMBER_TABLES: dict[str, type[SceneTable]] = {
     "cam": Cam,
     "follower": Follower,
@@ -65,30 +65,28 @@ NUMBER_TABLES: dict[str, type[SceneTable]] = {
 
 
 def _as_measured_errors(value: Any) -> Any:
-    """Errors of parts, of which a single one is a list too; a file and its column stay a text, which is told."""
+    """Measured errors as a tuple; a text (file and column) is left for the check to report."""
     return tuple(value) if isinstance(value, list) else value
 
 
 class Tolerance(SceneTable):
-    """How far a number may be from what the scene says, and how it is spread over parts."""
+    """Tolerance of a number of the scene, and the distribution of its errors over parts."""
 
     plus: Annotated[NotNegative, Key("How much larger the number may be", "in the unit of the number")] = 0.0
     minus: Annotated[NotNegative, Key("How much smaller the number may be", "in the unit of the number")] = 0.0
     iso: Annotated[
         str | None,
         Key(
-            "Class of ISO 286 in place of ``plus`` and ``minus``, such as h6, of the diameter if the "
-            "size is a radius"
+            "Class of ISO 286, such as h6, in place of ``plus`` and ``minus``; for a radius it applies to "
+            "the diameter"
         ),
     ] = None
     distribution: Annotated[
-        Literal["normal", "uniform", "triangular"], Key("How parts are spread over the zone")
+        Literal["normal", "uniform", "triangular"], Key("Distribution of the errors over the tolerance zone")
     ] = "normal"
     cpk: Annotated[
         Positive,
-        Key(
-            "Process capability of a normal distribution: half of the zone is 3·cpk standard deviations", "no unit"
-        ),
+        Key("Process capability of a normal distribution: half the zone is 3·cpk standard deviations", "no unit"),
     ] = 1.0
     values: Annotated[
         Annotated[
@@ -98,28 +96,29 @@ class Tolerance(SceneTable):
         ]
         | None,
         Key(
-            "Measured errors of parts (what was measured less the nominal number), or a column of a "
-            'CSV file, as "rollers.csv:error": parts are spread as these are, and unless ``plus`` '
-            "and ``minus`` are given their ends are those of the zone",
+            "Measured errors of parts (measured minus nominal), or a column of a CSV file such as "
+            '"rollers.csv:error". They replace the distribution; without ``plus`` and ``minus`` the least '
+            "and the largest are the ends of the zone",
             "in the unit of the number",
         ),
     ] = None
     batch: Annotated[
         str | None,
-        Key("A name that tolerances have in common whose errors go together in a cam, as of rollers of one lot"),
+        Key("Name of a batch, such as a lot of rollers: errors of tolerances with the same batch are correlated"),
     ] = None
     shared: Annotated[
         float,
         BoundedNumber(gt=0, le=1),
         Key(
-            "Share of the variance that errors of a batch have in common: two have the correlation √(s₁·s₂)",
+            "Share s of the variance that the error has in common with its batch: two errors have the "
+            "correlation √(s₁·s₂)",
             "no unit",
         ),
     ] = 1.0
 
     @property
     def has_measured_values(self) -> bool:
-        """Whether parts are spread as some that were measured."""
+        """Whether measured errors replace the distribution."""
         return self.values is not None
 
 
@@ -143,28 +142,28 @@ OptionalTolerance = GivenTolerance | None
 
 @cache
 def _tolerance_adapter() -> TypeAdapter[Any]:
-    """The validator of a tolerance, made when needed."""
+    """The validator of a tolerance, built on first use."""
     return TypeAdapter(OptionalTolerance)
 
 
 def _read_tolerance(number: Any, value: Any, where: str) -> Tolerance | None:
     """The tolerance of a number of another table."""
     try:
-        found: Tolerance | None = _tolerance_adapter().validate_python(value)
+        tolerance: Tolerance | None = _tolerance_adapter().validate_python(value)
     except ValidationError as error:
         raise BadInput(mistakes_from_pydantic(error, Tolerance, where)) from None
-    return found
+    return tolerance
 
 
 TOLERANCE_READER = Reader(_read_tolerance, sizes=True)
 
 
 class Tolerances(SceneTable):
-    """How far a real cam and its follower may be from what the scene says; errors that no key names are 0.
+    """Tolerances of the cam, the follower and the train. Without a tolerance, an error is 0.
 
-    ``cam``, ``follower``, ``drive``, ``train`` and ``materials`` hold tolerances of numbers by the keys that these
-    have in the scene, as ``follower.roller_radius``, ``follower.dynamics.spring_rate`` or ``train.1.coupler``. The
-    sizes of the follower and the links of a train move the tool; all of them move what limits are about.
+    ``cam``, ``follower``, ``drive``, ``train`` and ``materials`` hold tolerances of numbers, by their keys in the
+    scene: ``follower.roller_radius``, ``follower.dynamics.spring_rate`` or ``train.1.coupler``. Errors of the
+    follower's sizes and of the train's links move the tool. Errors of all numbers change the limited quantities.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {
@@ -176,8 +175,8 @@ class Tolerances(SceneTable):
         dict[str, Any],
         BeforeValidator(partial(read_number_choices, Cam, reader=TOLERANCE_READER)),
         Key(
-            "Tolerances of numbers of ``[cam]``: of the speed, and of the base (mean) radius of a "
-            "cam that has the same motion"
+            "Tolerances of numbers of ``[cam]``: of the speed, and of the base (mean) radius, which does "
+            "not change the motion"
         ),
     ] = Field(default_factory=dict)
     follower: Annotated[
@@ -198,48 +197,49 @@ class Tolerances(SceneTable):
     train: Annotated[
         dict[str, Any],
         BeforeValidator(partial(read_row_choices, TrainStage, reader=TOLERANCE_READER)),
-        Key("Tolerances of numbers of ``[[train]]``, by the number of the stage"),
+        Key("Tolerances of numbers of ``[[train]]``, by number of the stage"),
     ] = Field(default_factory=dict)
     profile: Annotated[NotNegative | None, Key("Tolerance of the profile along its normal, ±", "mm")] = None
     waves: Annotated[
         Annotated[int, BeforeValidator(check_whole_number), Field(ge=1, le=MOST_PROFILE_WAVES)] | None,
         Key(
-            "How many waves the error of the profile has in a turn at most, as the follower feels it "
-            "(a roller at its centre, a flat face as it lies on the profile): without it, no slope "
-            "of it is known"
+            "Largest number of waves per turn in the error of the profile, as the follower traces it "
+            "(a roller at its centre, a flat face by its contact). Without it, the slope of the error is "
+            "unknown"
         ),
     ] = None
     bore_eccentricity: Annotated[
-        NotNegative | None, Key("How far the bore's axis may be from that of the profile, in any direction", "mm")
+        NotNegative | None,
+        Key("Largest distance between the axes of bore and profile, in any direction", "mm"),
     ] = None
     phase: Annotated[OptionalTolerance, Key("Tolerance of the cam's angle on its shaft", "deg")] = None
     face_tilt: Annotated[
         OptionalTolerance,
-        Key("Tolerance of the angle of a translating flat face, by which it is not square to its motion", "deg"),
+        Key("Tolerance of the squareness of a translating flat face to its motion", "deg"),
     ] = None
     disc_phase: Annotated[
-        OptionalTolerance, Key("Tolerance of the angle between both discs of a conjugate pair", "deg")
+        OptionalTolerance, Key("Tolerance of the angle between the discs of a conjugate pair", "deg")
     ] = None
 
     @property
     def numbers(self) -> dict[str, Tolerance]:
-        """The tolerances of numbers of the scene, by key of these."""
+        """The tolerances of numbers of the scene, by key, sorted."""
         return dict(sorted(self.numbers_in_order()))
 
     def numbers_in_order(self) -> Iterator[tuple[str, Tolerance]]:
-        """The same in the order in which the scene gives them."""
+        """The tolerances of numbers of the scene, by key, in the order of the scene."""
         tables = {name: getattr(self, name) for name in NUMBER_TABLES}
         yield from ((key, each) for key, each in leaves(tables) if isinstance(each, Tolerance))
 
     @property
     def number_and_angle_tolerances(self) -> dict[str, Tolerance]:
-        """Those, and of angles, by key: all that are a number each."""
+        """The tolerances of numbers and of angles, by key."""
         angles = {key: getattr(self, key) for key in ANGLE_TOLERANCES}
         return self.numbers | {key: each for key, each in angles.items() if each is not None}
 
 
 class ToleranceZone(NamedTuple):
-    """How far a number may be from its nominal value, and how it is spread, in the unit of its key."""
+    """The range of the error of a number, and its distribution, in the unit of its key."""
 
     lower: float
     upper: float
@@ -247,13 +247,13 @@ class ToleranceZone(NamedTuple):
     """Standard deviation."""
     mean: float = 0.0
     below_lower: float = 0.0
-    """How far parts may be below ``lower``: of normal ones, which have no end, three standard deviations out."""
+    """How far errors may be below ``lower``; normal errors are cut at three standard deviations."""
     above_upper: float = 0.0
-    """The same above ``upper``."""
+    """How far errors may be above ``upper``; normal errors are cut at three standard deviations."""
 
     @property
     def has_width(self) -> bool:
-        """Whether a number within it may be another one than the nominal."""
+        """Whether the zone allows any error."""
         return bool(self.lower or self.upper)
 
     def scale_by(self, unit: float) -> "ToleranceZone":
@@ -262,7 +262,7 @@ class ToleranceZone(NamedTuple):
 
 
 def tolerance_zone(given: Tolerance, key: str, size: float) -> ToleranceZone:
-    """The zone of a number, by the last part of its key; ValueError for a class of ISO 286 that it has not."""
+    """The zone of a number, by the last part of its key; ValueError if ISO 286 has no such class for the size."""
     if given.iso is not None:
         share = 0.5 if key in RADIUS_KEYS else 1.0
         lower, upper = (share * each for each in limit_deviations(given.iso, abs(size) / share))
@@ -275,16 +275,16 @@ def tolerance_zone(given: Tolerance, key: str, size: float) -> ToleranceZone:
         return ToleranceZone(lower, upper, float(np.std(given.values)), float(np.mean(given.values)), under, over)
     half = (upper - lower) / 2
     deviation = half / DEVIATIONS_PER_HALF_ZONE.get(given.distribution, DEVIATIONS_AT_CPK_1 * given.cpk)
-    beyond = max(half / given.cpk - half, 0.0)
-    return ToleranceZone(lower, upper, deviation, (lower + upper) / 2, beyond, beyond)
+    overrun = max(half / given.cpk - half, 0.0)
+    return ToleranceZone(lower, upper, deviation, (lower + upper) / 2, overrun, overrun)
 
 
 def moves_tool(key: str) -> bool:
-    """Whether what is off by a key of ``[tolerances]`` moves the tool of a cam which is cut as it should be.
+    """Whether an error of a key of ``[tolerances]`` moves the tool, for a cam with a correct profile.
 
-    Of numbers, a size of the follower does, and a link of a train. Another base (mean) radius makes another cam
-    with the same motion, further out: that is taken up where the follower is mounted. Speeds, springs, masses and
-    materials move no tool; loads bend nothing here.
+    Sizes of the follower and links of a train move the tool. An error of the base (mean) radius gives a cam with
+    the same motion further out, which the mounting of the follower takes up. Speeds, springs, masses and materials
+    do not move the tool: bodies are rigid here.
     """
     table, _, rest = key.partition(".")
     if table == "train":
@@ -298,9 +298,9 @@ def moves_tool(key: str) -> bool:
 
 
 def read_measured_errors(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
-    """Put measured errors in place of each file that a tolerance names, in ``data`` itself.
+    """Replace each file that a tolerance names by the measured errors in it, in ``data`` itself.
 
-    ``folder`` is where files are looked for; None if none may be named.
+    Paths are relative to ``folder``; None if the scene may not name files.
     """
     for place, given in (
         *_number_tolerances_in(data.get("tolerances")),
@@ -312,14 +312,14 @@ def read_measured_errors(data: dict[str, Any], folder: Path | None) -> Iterator[
         file, _, column = named.rpartition(":")
         try:
             if not (file and column):
-                raise ValueError("must be a list of numbers, or a file and its column, as rollers.csv:error")
+                raise ValueError("must be a list of numbers, or a file and its column, such as rollers.csv:error")
             given["values"] = read_csv_columns(folder, file, (column,))[column]
         except ValueError as trouble:
             yield f"tolerances.{place}.values", named, str(trouble)
 
 
 def _number_tolerances_in(table: Any) -> Iterator[tuple[str, Any]]:
-    """What the plain table has for numbers of the scene, by key of these."""
+    """The tolerances of numbers in the plain table, by key of the scene."""
     for name in NUMBER_TABLES if isinstance(table, Mapping) else ():
         given = table.get(name)
         for key, value in given.items() if isinstance(given, Mapping) else ():
@@ -337,7 +337,7 @@ def _angle_tolerances_in(table: Any) -> Iterator[tuple[str, Any]]:
 
 
 def check_tolerances(scene: "Scene", mechanism: Mechanism, tip: Tip, name: str) -> Iterator[Fault]:
-    """Check that there is what a tolerance is of, and that it has a zone which leaves a number."""
+    """Check that the number of each tolerance exists, and that its extremes are allowed."""
     given, drawn = scene.tolerances, scene.part.profile_tolerance
     yield from _check_profile_tolerances(scene, mechanism)
     for key, each in given.numbers_in_order():
@@ -356,7 +356,7 @@ def check_tolerances(scene: "Scene", mechanism: Mechanism, tip: Tip, name: str) 
             continue
         yield from _check_distribution(f"tolerances.{key}", each)
         if max(each.plus, each.minus) > HALF_TURN:
-            why = f"must be at most {HALF_TURN:g} deg: what is turned further is turned less the other way"
+            why = f"must be at most {HALF_TURN:g} deg: a larger error is a smaller one the other way"
             yield f"tolerances.{key}", VALUE_IN_SCENE, why
         if each.iso is not None:
             yield f"tolerances.{key}", VALUE_IN_SCENE, "must be an angle in deg: ISO 286 is for lengths"
@@ -367,11 +367,11 @@ def check_tolerances(scene: "Scene", mechanism: Mechanism, tip: Tip, name: str) 
     if given.waves is not None and given.profile is None and drawn is None:
         yield "tolerances.waves", VALUE_IN_SCENE, "goes with tolerances.profile, which is missing"
     if given.profile is not None and drawn is not None:
-        yield "part.profile_tolerance", VALUE_IN_SCENE, "is tolerances.profile already: leave it out"
+        yield "part.profile_tolerance", VALUE_IN_SCENE, "tolerances.profile is given too: leave this one out"
 
 
 def _check_profile_tolerances(scene: "Scene", mechanism: Mechanism) -> Iterator[Fault]:
-    """Check that what is off of profiles, and of their axis, is less than their cams are."""
+    """Check that the tolerances of profile and axis are smaller than the cam."""
     sizes = {
         key: known_number(each)
         for key, each in scene.numbers((f"cam.{mechanism.body.size}", "drive.base_radius")).items()
@@ -383,20 +383,22 @@ def _check_profile_tolerances(scene: "Scene", mechanism: Mechanism) -> Iterator[
 
 
 def _missing_number_reason(scene: "Scene", key: str, mechanism: Mechanism, tip: Tip, name: str) -> str:
-    """Why there is nothing that a tolerance is of; "" if there is."""
+    """Why the number of a tolerance does not exist; "" if it does."""
     table, _, rest = key.partition(".")
     last = rest.rpartition(".")[2]
     if key == "cam.shaft_diameter":
-        return "has none: give the shaft its largest diameter, and its fit to the drawing (part.bore_fit)"
+        return "cannot have a tolerance: give the largest diameter of the shaft, and the fit as part.bore_fit"
     if rest in SEARCH_SIZES and table in ("cam", "follower"):
         if key not in mechanism.keys(tip):
             return f"a {name} has no {last.replace('_', ' ')}"
         if last in RADIUS_KEYS and mechanism.two_sided:
-            return "is held by the groove from both sides: how thick it is does not move it"
+            return (
+                "cannot have a tolerance: both walls of the groove hold the roller, so its radius does not move it"
+            )
         return ""
     if key in SECOND_FIELDS:
         if not mechanism.further_contacts:
-            return "is of a second contact, and this follower has one alone"
+            return "belongs to a second contact; this follower has only one"
         return "" if key in mechanism.second_keys else f"{mechanism.drive.words} has none"
     if table == "train" and (why := _missing_stage_reason(scene, rest)):
         return why
@@ -404,12 +406,12 @@ def _missing_number_reason(scene: "Scene", key: str, mechanism: Mechanism, tip: 
     named = table == "materials" and getattr(scene.materials, last.partition("_")[0], None) is not None
     searched = table != "train" and scene.search.choices_by_key.get(key) is not None
     if value is None and not searched and not named:
-        return f"is of {key}, which the scene does not give"
-    return f"is of {key}, which changes over the turn" if isinstance(value, (tuple, list)) else ""
+        return f"the scene does not give {key}"
+    return f"{key} changes over the turn and cannot have a tolerance" if isinstance(value, (tuple, list)) else ""
 
 
 def _missing_stage_reason(scene: "Scene", rest: str) -> str:
-    """The same of a number of a train, by the number of the stage and its key."""
+    """Why a number of a train does not exist; "" if it does; ``rest`` is the stage's number and the key."""
     number, _, last = rest.partition(".")
     if not (number.isdecimal() and 0 < int(number) <= len(scene.train)):
         return f"the train of the scene has {stage_count_text(scene)}"
@@ -418,7 +420,7 @@ def _missing_stage_reason(scene: "Scene", rest: str) -> str:
 
 
 def _nominal_number(scene: "Scene", key: str) -> Any:
-    """What the scene gives by a key; a size of a second contact is that of the first where it is not given."""
+    """The value of a key; a size of a second contact, if not given, equals that of the first."""
     value, rest = scene.numbers((key,))[key], key.partition(".")[2]
     if key in SECOND_FIELDS and value is None:
         return getattr(scene.cam if rest in CAM_SIZES else scene.follower, rest)
@@ -428,38 +430,38 @@ def _nominal_number(scene: "Scene", key: str) -> Any:
 def _number_type(key: str) -> Any:
     """The type of a number of a scene by its key, with its bounds."""
     table, *rest = key.split(".")
-    found: Any = NUMBER_TABLES[table]
+    hint: Any = NUMBER_TABLES[table]
     for name in rest[1:] if table == "train" else rest:
-        found = searchable_numbers(found, sizes=True)[name]
-    return found
+        hint = searchable_numbers(hint, sizes=True)[name]
+    return hint
 
 
 def _check_distribution(place: str, given: Tolerance) -> Iterator[Fault]:
-    """Check that there is one distribution, and that its capability is that of a normal one."""
+    """Check that a tolerance has one distribution, and a cpk only with a normal one."""
     if given.distribution in DEVIATIONS_PER_HALF_ZONE and given.cpk != 1.0:
-        why = f"a cpk is of a normal distribution, and this one is {given.distribution}: leave out one of both"
+        why = f"only a normal distribution has a cpk; this one is {given.distribution}: leave one of them out"
         yield f"{place}.cpk", VALUE_IN_SCENE, why
     for key in ("distribution", "cpk") if given.values is not None else ():
         if key in given.model_fields_set:
-            why = "has measured values, which are a distribution: leave out one of both"
+            why = "the measured values are the distribution: leave one of them out"
             yield f"{place}.{key}", VALUE_IN_SCENE, why
-    plus, minus, found = given.plus, given.minus, given.values or ()
-    if found and (plus or minus) and not any(-minus <= error <= plus for error in found):
-        why = f"all {len(found)} are outside of plus ({plus:g}) and minus ({minus:g}): look at signs and units"
-        yield f"{place}.values", f"{min(found):g} to {max(found):g}", why
+    plus, minus, errors = given.plus, given.minus, given.values or ()
+    if errors and (plus or minus) and not any(-minus <= error <= plus for error in errors):
+        why = f"all {len(errors)} are outside plus ({plus:g}) and minus ({minus:g}): check signs and units"
+        yield f"{place}.values", f"{min(errors):g} to {max(errors):g}", why
     if "shared" in given.model_fields_set and given.batch is None:
-        yield f"{place}.shared", VALUE_IN_SCENE, "goes with the name of a batch, which is missing"
+        yield f"{place}.shared", VALUE_IN_SCENE, "needs the name of a batch, which is missing"
 
 
 def _check_extreme_numbers(place: str, given: Tolerance, key: str, size: float | None) -> Iterator[Fault]:
-    """Check that the least and the largest number are ones that the scene may have."""
+    """Check that the scene allows the least and the largest value of the number."""
     plus, minus = given.plus, given.minus
     if given.values and not (plus or minus):
         plus, minus = max(given.values), -min(given.values)
     last = key.rpartition(".")[2]
     if size is not None and last in SEARCH_SIZES and last not in SIGNED_SIZES:
         if minus >= size > 0.0:
-            yield place, minus, f"must be below {key} ({size:g}): no size is 0 or less"
+            yield place, minus, f"must be below {key} ({size:g}): a size is above 0"
         return
     for side, off in ((1.0, plus), (-1.0, minus)):
         if size is None or not off:
@@ -472,7 +474,7 @@ def _check_extreme_numbers(place: str, given: Tolerance, key: str, size: float |
 
 
 def _check_iso_class(place: str, given: Tolerance, key: str, size: float | None) -> Iterator[Fault]:
-    """Check a class of ISO 286: of a length, which has a zone in it."""
+    """Check that a class of ISO 286 is for a length, and exists for its size."""
     last, why = key.rpartition(".")[2], ""
     if given.iso is None:
         return
@@ -481,11 +483,11 @@ def _check_iso_class(place: str, given: Tolerance, key: str, size: float | None)
         and key not in SECOND_FIELDS
         and (last not in STAGE_NUMBER_KEYS or STAGE_NUMBER_KEYS[last].unit != "mm")
     ):
-        why = f"{key} has no class of ISO 286, which sizes of cam, follower and train have: give ± a number"
+        why = f"a class of ISO 286 is for sizes of cam, follower and train, not for {key}: give a number (±)"
     elif given.model_fields_set & {"plus", "minus"}:
-        why = "has a class and plus or minus: give one of both"
+        why = "give a class, or plus and minus, not both"
     elif size is None:
-        why = f"needs {key}: a class of ISO 286 is of a size"
+        why = f"needs {key}: the zone of an ISO 286 class depends on the size"
     else:
         try:
             tolerance_zone(Tolerance(iso=given.iso), last, size)

@@ -1,4 +1,4 @@
-"""The turn of a scene: the checks of its segments."""
+"""Checks of the segments of a scene's turn."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
@@ -23,10 +23,10 @@ from camopt.scene.sizes import known_number
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
 
-LEAST_MOVE = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
+LEAST_MOVE = {"angle": 1e-6, "lift": 1e-9}  # least angle [deg] and lift [mm or deg] of a rise or return
 MOVE_POSITION_WORDS = ", mm (deg when oscillating), unless another move follows it in the turn"
 POSITION_ALTERNATIVES = {"rise": "lift", "return": "lift", CONSTANT_VELOCITY: "velocity"}
-"""What a segment of a kind may have in place of its position."""
+"""The key that may replace ``to``, by kind of segment."""
 POSITIONED_KINDS = (MOVE, CONSTANT_VELOCITY)
 KEYS_OF_SEGMENT = {
     "rise": ("lift", "to", "law"),
@@ -35,11 +35,11 @@ KEYS_OF_SEGMENT = {
     MOVE: ("to", *DERIVATIVE_UNITS, "law", "through"),
     CONSTANT_VELOCITY: ("to", "velocity"),
 }
-"""What a segment of a kind may have, beside its angle and the unit of its derivatives."""
+"""The keys of each kind of segment, besides ``angle`` and ``per``."""
 
 
 def check_turn(scene: "Scene") -> Iterator[Fault]:
-    """The turn closes in angle and displacement, and one of rises and returns never goes below its start."""
+    """Check that the turn closes in angle and displacement; without positions it never goes below its start."""
     rows = scene.motion
     for k, (row, after) in enumerate(zip(rows, following_segments(rows), strict=True), start=1):
         yield from _check_segment(scene, row, rows[k - 2], f"motion.{k}")
@@ -61,32 +61,32 @@ def check_law(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[Fault]:
 
 
 def turn_of_scene(scene: "Scene") -> tuple[list[MotionSegment], Programme] | None:
-    """The turn of a scene as it is given; None where it is not known."""
+    """The segments of a scene and their motion; None if a value is missing or wrong."""
     return _cached_turn(IdentityKey(scene))
 
 
 @lru_cache(maxsize=1)
 def _cached_turn(same: IdentityKey["Scene"]) -> tuple[list[MotionSegment], Programme] | None:
-    """Once for all checks of a scene; so is ``_segments_of_turn``."""
+    """Computed once for all checks of a scene, as ``_segments_of_turn`` is."""
     scene = same.value
     given = _segments_of_turn(scene)
     if not given or not has_laws(scene, given):
         return None
     try:
         return given, turn_as_given(scene, given)
-    except InfeasibleMoves:  # which is said
+    except InfeasibleMoves:  # check_moves reports it
         return None
 
 
 def highest_displacement(scene: "Scene") -> float | None:
-    """The highest displacement of the turn above its lowest, mm or deg; None where it is not known."""
+    """Largest displacement of the turn above its lowest [mm or deg]; None where unknown."""
     given = _segments_of_turn(scene)
     if not given:
         return None
     ends = segment_positions(given)
-    beyond = any(law.overshoot is True for law in scene.laws.values())
-    if (beyond or any(segment.segment == MOVE for segment in given)) and has_laws(scene, given):
-        return found[1].lift if (found := turn_of_scene(scene)) else None
+    overshoots = any(law.overshoot is True for law in scene.laws.values())
+    if (overshoots or any(segment.segment == MOVE for segment in given)) and has_laws(scene, given):
+        return turn[1].lift if (turn := turn_of_scene(scene)) else None
     return max(ends) - min(ends) if isfinite(hypot(*ends)) else None
 
 
@@ -94,7 +94,7 @@ def highest_displacement(scene: "Scene") -> float | None:
 
 
 def _segments_of_turn(scene: "Scene") -> list[MotionSegment] | None:
-    """The segments as the motion takes them; None where a number or a kind is missing or wrong."""
+    """The segments in the form of ``model.motion``; None if a number or a kind is missing or wrong."""
     return _cached_segments(IdentityKey(scene))
 
 
@@ -128,7 +128,7 @@ def _check_segment(scene: "Scene", row: tables.Segment, before: tables.Segment, 
         if name not in KEYS_OF_SEGMENT[kind] and value not in (None, (), *([0.0] if name == "lift" else [])):
             yield f"{key}.{name}", VALUE_IN_SCENE, f"{named} has none{_replacement_hint(kind, name)}"
         elif kind != MOVE and name != "through" and isinstance(value, tuple):
-            yield f"{key}.{name}", VALUE_IN_SCENE, "must be a number: ranges are for what a move joins"
+            yield f"{key}.{name}", VALUE_IN_SCENE, "must be a number; only a move may have a range"
     if kind != "dwell" and (angle := known_number(row.angle)) is not None and angle < LEAST_MOVE["angle"]:
         where = "a rise or return" if kind in ("rise", "return") else named
         yield f"{key}.angle", VALUE_IN_SCENE, f"must be at least {LEAST_MOVE['angle']:g} in {where}"
@@ -148,15 +148,15 @@ def _check_segment_law(scene: "Scene", kind: str, law: str, key: str) -> Iterato
     if law not in LAWS and law not in laws:
         yield from check_law(law, key, move_law_names(laws) if kind == MOVE else law_names(laws))
     elif kind == MOVE and not is_move_law(laws.get(law)):
-        yield key, law, "is for a rise or return; a move joins what is beside it, or has a law of positions"
+        yield key, law, "is for a rise or return; a move takes a law of positions, or none"
     elif kind != MOVE and is_move_law(laws.get(law)):
         yield key, law, "is a law of positions, for a move"
 
 
 def _needs_position(row: tables.Segment, after: tables.Segment, last: bool) -> bool:
-    """Whether a move must give its position as a number: the next segment, or the next turn, starts there.
+    """Whether a move must give its position as a number: if the next segment or the next turn starts there.
 
-    So has a move with a law of its own, which ends there.
+    A move with a law must give it too.
     """
     free = row.law is None and (ends_at_stretch_start(row, after) or (after.segment == MOVE and not last))
     return finite_number(row.to) is None and not free
@@ -172,7 +172,7 @@ def _replacement_hint(kind: str, name: str) -> str:
 
 
 def read_searched_laws(data: dict[str, Any]) -> None:
-    """Give each rise and return without a law the first one that ``[search]`` tries, in ``data`` itself."""
+    """Give each rise and return without a law the first law that ``[search]`` tries, in ``data`` itself."""
     for row in data["motion"] if isinstance(data.get("motion"), list) else ():
         if isinstance(row, dict) and row.get("segment") in ("rise", "return") and row.get("law") is None:
             laws = laws_of_search(data, row["segment"])
@@ -180,31 +180,31 @@ def read_searched_laws(data: dict[str, Any]) -> None:
 
 
 def laws_of_search(data: Mapping[str, Any], kind: str) -> list[Any]:
-    """What ``[search]`` has as laws of rises or of returns."""
+    """The laws in ``[search]`` for rises or for returns."""
     named = [value_at_key(data, f"search.{key}") for key in ("law", f"law_{kind}")]
     return [law for each in named if each for law in (each if isinstance(each, list) else [each])]
 
 
 def _check_stroke(scene: "Scene", row: tables.Segment, key: str) -> Iterator[Fault]:
-    """A rise or return has a law, and a lift or the position at its end."""
+    """Check that a rise or return has a law, and either a lift or a position at its end."""
     if row.law is None and not (scene.search.law or getattr(scene.search, f"law_{row.segment}")):
-        yield f"{key}.law", None, "missing; a rise or return needs a motion law, or those that [search] tries"
+        yield f"{key}.law", None, "missing; a rise or return needs a motion law, here or in [search]"
     lift = known_number(row.lift)
     if row.to is not None:
         if lift:
-            yield f"{key}.lift", VALUE_IN_SCENE, "give the lift, or the position at its end (to)"
+            yield f"{key}.lift", VALUE_IN_SCENE, "give either the lift or the position at its end (to)"
     elif "lift" not in row.model_fields_set:
-        yield f"{key}.lift", None, "missing; give the lift, or the position at its end (to)"
+        yield f"{key}.lift", None, "missing; give the lift or the position at its end (to)"
     elif lift is not None and lift < LEAST_MOVE["lift"]:
         yield f"{key}.lift", VALUE_IN_SCENE, f"must be at least {LEAST_MOVE['lift']:g} in a rise or return"
 
 
 def _check_constant_velocity(row: tables.Segment, before: tables.Segment, key: str) -> Iterator[Fault]:
-    """A constant velocity has a position at its end or a velocity; both if the move before it ends as it starts."""
+    """Check that a constant velocity has a position at its end or a velocity; both only after a free move."""
     if row.to is None and row.velocity is None:
-        yield f"{key}.to", None, "missing; give the position at its end (to), or the velocity"
+        yield f"{key}.to", None, "missing; give the position at its end (to) or the velocity"
     elif None not in (row.to, row.velocity) and not ends_at_stretch_start(before, row):
-        why = "give the velocity, or the position at its end (to): where it starts is given by what is before it"
+        why = "give either the velocity or the position at its end (to): the segment before sets the start"
         yield f"{key}.velocity", VALUE_IN_SCENE, why
 
 
@@ -212,22 +212,22 @@ def _check_per_second(scene: "Scene", key: str) -> Iterator[Fault]:
     if scene.cam.rpm is None:
         yield f"{key}.per", "s", "derivatives by time need the speed: give cam.rpm, or use per deg or per rad"
     elif scene.search.choices_by_key.get("cam.rpm") is not None:
-        yield f"{key}.per", "s", "the motion would change with the speed that search.cam.rpm varies: use deg or rad"
+        yield f"{key}.per", "s", "search.cam.rpm varies the speed, which would change the motion: use deg or rad"
 
 
 # ----------------------------------------------------------------------------------------------------- levels
 
 
 def _check_levels(given: Sequence[MotionSegment]) -> Iterator[Fault]:
-    """Whether rises go up and returns down, and, where positions are not given, the turn closes above its start."""
+    """Check that rises go up and returns down; without positions, that the turn closes and ends at its lowest."""
     ends, largest = segment_positions(given), max(map(abs, segment_lifts(given)), default=0.0)
     positioned = any(segment.to is not None for segment in given)
     kinds = [segment.segment for segment in given]
     if not positioned and "rise" not in kinds and CONSTANT_VELOCITY not in kinds:
         yield "motion", None, "has no rise"
-    asked = any(any(segment.wanted) or segment.through or segment.between for segment in given)
-    if positioned and largest == 0.0 and not asked:
-        yield "motion", None, "stays where it is: no position differs from another"
+    conditioned = any(any(segment.wanted) or segment.through or segment.between for segment in given)
+    if positioned and largest == 0.0 and not conditioned:
+        yield "motion", None, "never moves: all positions are equal"
     for k, (segment, before, after) in enumerate(zip(given, ends, ends[1:], strict=False), start=1):
         if segment.to is not None and segment.segment in ("rise", "return"):
             up = segment.segment == "rise"
@@ -248,9 +248,9 @@ def _check_levels(given: Sequence[MotionSegment]) -> Iterator[Fault]:
 
 
 def _below_start_fault(given: Sequence[MotionSegment], k: int, before: float) -> Fault:
-    """A turn of rises and returns starts where the follower is lowest."""
+    """The fault of a return that goes below the start of the turn, where the follower is lowest."""
     if "rise" not in [each.segment for each in given[:k]]:
-        first = "the turn starts where the follower is lowest, so that a rise comes before the first return"
-        return f"motion.{k}.segment", VALUE_IN_SCENE, first
-    below = f"must be at most {before:g}: the follower never goes below the start of the turn"
-    return f"motion.{k}.lift", VALUE_IN_SCENE, below
+        why = "the turn starts where the follower is lowest: a rise must come before the first return"
+        return f"motion.{k}.segment", VALUE_IN_SCENE, why
+    why = f"must be at most {before:g}: the follower never goes below the start of the turn"
+    return f"motion.{k}.lift", VALUE_IN_SCENE, why

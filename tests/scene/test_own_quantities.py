@@ -52,9 +52,9 @@ HOSTILE = {
     "1e999": "has a number beyond 1.8e308",
     "9" * 3999: "has a number beyond 1.8e308",
     "outer_radius": "outer_radius is no quantity; did you mean outer_radius_mm?",
-    "undercut + 1": "undercut is no number of a design",
-    "feasible": "feasible is no number of a design",
-    "relative_half_width": "relative_half_width is no number of a design",
+    "undercut + 1": "undercut is a verdict, or no number",
+    "feasible": "feasible is a verdict, or no number",
+    "relative_half_width": "relative_half_width is a verdict, or no number",
     "mine + 1": "mine is not above it in [quantities]",
     "sin": "sin is a function: give it arguments",
     "sin(1, 2)": "sin takes 1 argument, and has 2 here",
@@ -65,8 +65,8 @@ HOSTILE = {
     "import os": "is no expression, such as",
 }
 CLASHES = {
-    "torque_rms_N_m": "is a quantity of every scene",
-    "train_1_coupler_mm": "is a quantity of every scene",
+    "torque_rms_N_m": "is a built-in quantity",
+    "train_1_coupler_mm": "is a built-in quantity",
     "torque": "is the limit limits.torque",
     "force": "has another meaning already",
     "sin": "has another meaning already",
@@ -106,7 +106,7 @@ def test_a_name_that_has_another_meaning_is_one_sentence(name):
     ("changes", "key", "what"),
     [
         ({"quantities": {"x": 3}}, "quantities.x", "must be a table"),
-        ({"quantities": {"x": {"unit": "mm"}}}, "quantities.x", "has a value or a function"),
+        ({"quantities": {"x": {"unit": "mm"}}}, "quantities.x", "needs either a value or a function"),
         ({"quantities": {"x": {"value": "1", "unit": "a\nb"}}}, "quantities.x.unit", "a text of one line"),
         ({"quantities": {"x": {"value": "1", "units": "mm"}}}, "quantities.x.units", "not a known key"),
         ({"quantities": {f"x{k}": "1" for k in range(101)}}, "quantities", "at most 100 are allowed"),

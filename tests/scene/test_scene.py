@@ -196,7 +196,7 @@ ONE_MISTAKE = [
     ("roller", {"cam.base_raduis": 50}, "cam.base_raduis = 50: not a known key; did you mean base_radius? known:"),
     ("roller", {"search.spring_rate": [5]}, "search.spring_rate = [5]: not a known key; did you mean follower.dynamics.spring_rate?"),
     ("roller", {"search.minimise": "size"}, "search.minimise.1 = 'size': must be a quantity; did you mean base_radius_mm?"),
-    ("roller", {"synthesis": {"minimise": "torque"}}, "synthesis.minimise = 'torque': must be a term of the objective; loads, as torque_peak_N_m, are axes of a frontier"),
+    ("roller", {"synthesis": {"minimise": "torque"}}, "synthesis.minimise = 'torque': must be a term of the objective; loads such as torque_peak_N_m are axes of a frontier only"),
     ("roller", {"limts": {}}, "limts = {}: not a known key; did you mean limits? known: name, cam, follower"),
     ("roller", {"motion.1.lfit": 3}, "motion.1.lfit = 3: not a known key; did you mean lift? known: segment, angl"),
     ("roller", {"follower.dynamics.mas": 1}, "follower.dynamics.mas = 1: not a known key; did you mean mass?"),
@@ -390,10 +390,7 @@ def test_a_segment_that_is_no_table_leaves_the_numbers_of_the_others():
     data["motion"][0] = 5
     lines = mistakes(data)
     assert lines[0] == "cam.toml: motion.1 = 5: must be a table"
-    assert (
-        lines[1]
-        == "cam.toml: motion.3.law: missing; a rise or return needs a motion law, or those that [search] tries"
-    )
+    assert lines[1] == "cam.toml: motion.3.law: missing; a rise or return needs a motion law, here or in [search]"
 
 
 @pytest.mark.parametrize(

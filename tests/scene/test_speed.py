@@ -44,7 +44,7 @@ def test_what_is_no_speed(speed):
 
 
 def test_both_speeds_are_one_too_many():
-    with pytest.raises(BadInput, match=r"not together with cam\.rpm, which is half of it: give one of both"):
+    with pytest.raises(BadInput, match=r"cam\.rpm, half this speed, is given too: leave one of them out"):
         valve(rpm=3000, rpm_of_crank=6000)
 
 

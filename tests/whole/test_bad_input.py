@@ -260,7 +260,7 @@ def test_a_pipe_is_no_file_of_a_law_or_load(tmp_path):
 
 def test_a_negative_speed_is_a_matter_of_rotation():
     with pytest.raises(
-        BadInput, match=r"rpm = -100: must be at least 1e-09; the sense of rotation is cam\.rotation"
+        BadInput, match=r"rpm = -100: must be at least 1e-09; set the sense of rotation with cam\.rotation"
     ):
         find_scene("two-pauses").replace(**{"cam.rpm": -100})
 
@@ -270,7 +270,7 @@ def test_a_return_before_the_rise_is_told_as_such():
     turned = [*scene["motion"][2:], *scene["motion"][:2]]
     kinds = [segment["segment"] for segment in turned]
     assert kinds.index("return") < kinds.index("rise")
-    with pytest.raises(BadInput, match="the turn starts where the follower is lowest, so that a rise comes before"):
+    with pytest.raises(BadInput, match="the turn starts where the follower is lowest: a rise must come before"):
         Scene.from_dict({**scene, "motion": turned})
 
 

@@ -415,7 +415,7 @@ MISTAKES = [
     ({"angle": "50", "position": 5}, "motion.1.through.1.angle"),
     ({"angle": 50, "height": 5}, "motion.1.through.1.height"),
     ({"angle": inf, "position": 5}, "motion.1.through.1.angle"),
-    ({"angle": 50, "velocity": 5, "per": "s"}, "per = 's': belongs to the segment, for all that it asks"),
+    ({"angle": 50, "velocity": 5, "per": "s"}, "per = 's': belongs to the segment, for all its derivatives"),
     ({"angle": [0, 200], "velocity": [0, 5]}, "contradicts what is beside the moves, or the numbers at their ends"),
 ]
 
@@ -467,7 +467,7 @@ def test_a_move_may_be_given_by_its_conditions_alone():
     assert resolve(one).programme.lift >= 35 - 1e-9
     parts = ({"segment": "move", "angle": 100, "to": [60, 75]}, {"segment": "move", "angle": 100, "to": 0})
     assert 60 - 1e-9 <= resolve(scene_of(*parts, rest)).programme.lift <= 75 + 1e-9
-    with pytest.raises(BadInput, match="stays where it is: nothing that is asked moves it"):
+    with pytest.raises(BadInput, match="never moves: no position or condition differs from its start"):
         scene_of({"segment": "move", "angle": 100}, parts[1], rest)
 
 

@@ -512,7 +512,7 @@ MISTAKES = [
     ),
     (
         [{**RISE_ROW, "lift": None, "to": [3, 4]}, BACK, REST],
-        "motion.1.to = [3, 4]: must be a number: ranges are for what a move joins",
+        "motion.1.to = [3, 4]: must be a number; only a move may have a range",
     ),
     (
         [RISE_ROW, {**BACK, "lift": 3}, REST],
@@ -520,7 +520,7 @@ MISTAKES = [
     ),
     (
         [RISE_ROW, {**BACK, "law": "poly345"}, REST],
-        "motion.2.law = 'poly345': is for a rise or return; a move joins what is beside it",
+        "motion.2.law = 'poly345': is for a rise or return; a move takes a law of positions",
     ),
     ([RISE_ROW, BACK, {**REST, "velocity": 2}], "motion.3.velocity = 2: a dwell has none: conditions are for a m"),
     (
@@ -528,16 +528,16 @@ MISTAKES = [
         "motion.2.per = 's': derivatives by time need",
     ),
     ([RISE_ROW, {**BACK, "per": "turn"}, REST], "motion.2.per = 'turn': must be one of 'rad', 'deg' or 's'"),
-    ([{**RISE_ROW, "to": 20}, BACK, REST], "motion.1.lift = 20: give the lift, or the position at its end (to)"),
+    ([{**RISE_ROW, "to": 20}, BACK, REST], "motion.1.lift = 20: give either the lift or the position at its"),
     (
         [RISE_ROW, {"segment": "constant-velocity", "angle": 120}, REST],
-        "motion.2.to: missing; give the position at its end (to), or the velocity",
+        "motion.2.to: missing; give the position at its end (to) or the velocity",
     ),
     (
         [RISE_ROW, {"segment": "constant-velocity", "angle": 120, "to": 3, "velocity": 1}, {**BACK, "angle": 120}],
         "motion.2.velocity = 1: give the velocity, or the position at its end (to): where it starts",
     ),
-    ([{**RISE_ROW, "lift": None}, BACK, REST], "motion.1.lift: missing; give the lift, or the position at its end"),
+    ([{**RISE_ROW, "lift": None}, BACK, REST], "motion.1.lift: missing; give the lift or the position at its end"),
     ([RISE_ROW, BACK, {**REST, "to": 0}], "motion.3.to = 0: a dwell has none"),
     ([RISE_ROW, {**BACK, "angle": -10}, {**REST, "angle": 250}], "motion.2.angle = -10: must be at least 0"),
     ([RISE_ROW, {**BACK, "jerk": 1e308}, REST], "motion.2.jerk = 1e+308: must be a number, or a range"),
@@ -545,7 +545,7 @@ MISTAKES = [
         [{"segment": "rise", "angle": 120, "to": -4, "law": "cycloidal"}, BACK, REST],
         "motion.1.to = -4: must be above 0, where this rise starts",
     ),
-    ([{"segment": "move", "angle": 240, "to": 5}, REST], "motion: stays where it is"),
+    ([{"segment": "move", "angle": 240, "to": 5}, REST], "motion: never moves"),
     (
         [RISE_ROW, {**BACK, "angle": 0}, {**REST, "angle": 240}],
         "motion.2.angle = 0: must be at least 1e-06",

@@ -172,7 +172,7 @@ def test_the_best_train_may_be_at_the_end_of_its_range():
         ({"search.train": {"1": 3}}, "search.train.1 = 3: must be a table"),
         (
             {"train.1.load": [[0, 1], [180, 2]], "search.train": {"1": {"load": [3]}}},
-            "train.1.load changes over the turn, and no number replaces it",
+            "train.1.load changes over the turn; a single number cannot replace it",
         ),
     ],
 )

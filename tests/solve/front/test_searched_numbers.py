@@ -344,7 +344,7 @@ def test_every_number_of_the_scene_is_a_quantity(key, angular):
         ({"search.cam": 1}, "search.cam = 1: must be a table"),
         ({"search.cam.rpm": []}, "search.cam.rpm = []: must be a list of at least one value"),
         ({"search.cam.rpm": "fast"}, "search.cam.rpm = 'fast': must be a number, a list of numbers, or a table"),
-        ({"search.cam.rpm": [300, 0]}, "search.cam.rpm.2 = 0.0: must be at least 1e-09; the sense of rotation is"),
+        ({"search.cam.rpm": [300, 0]}, "search.cam.rpm.2 = 0.0: must be at least 1e-09; set the sense of rotation"),
         ({"search.cam.rpm": float("nan")}, "search.cam.rpm.1 = nan: must be a finite number"),
         ({"search.cam.rpm": {"start": 9, "stop": 3}}, "must be a range whose stop is not below its start"),
         ({"search.cam.rpm": {"start": 3}}, "search.cam.rpm.stop: missing"),
@@ -360,9 +360,9 @@ def test_every_number_of_the_scene_is_a_quantity(key, angular):
         ),
         (
             {"search.motion": {"lift": 3}},
-            "search.motion = {'lift': 3}: the motion is that of all designs; only its",
+            "search.motion = {'lift': 3}: all designs have one motion; only its",
         ),
-        ({"search.limits": {"jerk": 3}}, "search.limits = {'jerk': 3}: limits are the same for all designs"),
+        ({"search.limits": {"jerk": 3}}, "search.limits = {'jerk': 3}: all designs have the same limits"),
         ({"search.follower.dynamics.inertia": [3]}, "inertia = [3]: a disc cam with a translating roller follower"),
         ({"search.follower.dynamics.overhang": [3, 90]}, "overhang = [3, 90]: must be at least the lift (37.5)"),
         (

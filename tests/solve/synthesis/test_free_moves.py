@@ -311,7 +311,7 @@ MISTAKES = [
         {"acceleration": [-1, 1]},
         "has acceleration -19.6968 by rad²; motion.1.acceleration asks for -1 to 1",
     ),
-    (0, {"law": "poly345"}, "motion.1.law = 'poly345': is for a rise or return; a move joins what is beside it"),
+    (0, {"law": "poly345"}, "motion.1.law = 'poly345': is for a rise or return; a move takes a law of positions"),
     (0, {"law": "others"}, "motion.1.law = 'others': must be a motion law"),
     (2, {"law": "own"}, "motion.3.law = 'own': is a law of positions, for a move"),
 ]

@@ -443,7 +443,7 @@ def test_the_backlash_of_a_groove_is_its_clearance_over_the_pressure_angle():
         ("pump-of-constant-breadth", {"drive.roller_radius": 0.1}, "tolerances.drive.roller_radius: a yoke"),
         ("bottle-filler-by-rib", {"drive.roller_radius": 0.1}, "tolerances.drive.roller_radius: a rib has none"),
         ("press-feed-by-pair", {"drive.offset": 0.1}, "tolerances.drive.offset: a conjugate pair has none"),
-        ("roller-1000rpm", {"drive.offset": 0.1}, "tolerances.drive.offset: is of a second contact"),
+        ("roller-1000rpm", {"drive.offset": 0.1}, "tolerances.drive.offset: belongs to a second contact"),
     ],
 )
 def test_what_a_follower_with_two_contacts_has_not_is_told(scene, given, said):
