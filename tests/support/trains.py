@@ -86,7 +86,7 @@ def four_bar_loop(keys: Keys, turns: bool, x: Any) -> Any:
     known = four_bar(
         *(float(keys[n]) for n in ("crank", "coupler", "rocker", "ground", "angle")), crossed=keys["crossed"]
     )
-    first = mpmath.findroot(lambda psi: gap(psi, start), known.asked_start)
+    first = mpmath.findroot(lambda psi: gap(psi, start), known.rocker_start)
     return followed(gap, keys, first, start, x) - first
 
 

@@ -133,7 +133,7 @@ def joint_direction(programme: Programme, force: JointForce, angles: FloatArray)
     """The direction of a force of one link at cam angles, rad, in deg: of what is pressed, or pushed, along it."""
     load, ((link, number, _),) = programme.load, force.parts
     assert isinstance(load, TrainLoad)
-    moved = load.train.joints(Taylor([programme.motion_at(angles)[0] + load.zero]))[link].moved
+    moved = load.train.joints(Taylor([programme.motion_at(angles)[0] + load.zero]))[link].displacement
     return np.degrees(load.train.links[link].forces[number].way(np.asarray(moved.terms[0])))
 
 

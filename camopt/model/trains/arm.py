@@ -1,11 +1,12 @@
-"""An arm whose end moves a slide by a roller or a rounded pad on a face that is square to the slide's motion.
+"""An arm with a roller or a rounded pad at its end, which pushes a slide.
 
-Turned by φ from its start angle α, which is measured from the line square to the motion, an arm of length l gives
+The face of the slide is square to the slide's motion. The start angle α is measured from the line square to that
+motion. An arm of length l that has turned by φ moves the slide by
 
     z = l·(sin(α + φ) − sin α)        z′ = l·cos(α + φ)
 
-whatever the radius of the roller or pad, since the face is square to the motion. It is at a dead point where it
-points along the motion.
+The radius of the roller or pad has no effect, because the face is square to the motion. The arm is at a dead point
+where it points along the motion.
 
 Source: Norton, Design of Machinery, ch. 2 (the Scotch yoke is the same pairing).
 """
@@ -27,13 +28,14 @@ ARM_IN_LINE = "the arm points along the motion of the slide"
 
 @dataclass(frozen=True)
 class Arm:
-    """From an angle to a length; mm and rad."""
+    """Turns an angle [rad] into a length [mm]."""
 
     length: Any
     start: Any
     cosine: Any
+    """Cosine of the start angle."""
     sine: Any
-    """Of the start angle, as both formulas take it."""
+    """Sine of the start angle."""
     couplers = NO_COUPLERS
     forces = (Force("roller", "joint", unit_series, touches=True),)
 
@@ -45,34 +47,35 @@ class Arm:
     def ends(self) -> tuple[DeadPoint, DeadPoint]:
         return DeadPoint(-pi / 2 - self.start, ARM_IN_LINE), DeadPoint(pi / 2 - self.start, ARM_IN_LINE)
 
-    def forward(self, given: Series) -> Series:
-        cosine, sine = direction(given)
+    def forward(self, driver: Series) -> Series:
+        cosine, sine = direction(driver)
         return (sine * self.cosine + (cosine - 1.0) * self.sine) * self.length
 
-    def backward(self, asked: Series) -> Series:
-        sine = asked / self.length + self.sine
+    def backward(self, driven: Series) -> Series:
+        sine = driven / self.length + self.sine
         cosine = series_root(-((sine - 1.0) * (sine + 1.0)))
         return angle_of(cosine * self.cosine + sine * self.sine, sine * self.cosine - cosine * self.sine)
 
-    def ratio(self, given: Series) -> Series:
-        cosine, sine = direction(given)
+    def ratio(self, driver: Series) -> Series:
+        cosine, sine = direction(driver)
         return (cosine * self.cosine - sine * self.sine) * self.length
 
-    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
-        """The arm with its roller, and above it what it lifts; below it what lifts it, which is drawn elsewhere."""
-        end = self.length * np.exp(1j * (self.start + given))
+    def sketch(self, driver: FloatArray, driven: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
+        """The arm with its roller, and the slide above it; if the slide drives the arm, the link before draws
+        it."""
+        end = self.length * np.exp(1j * (self.start + driver))
         first, roller = complex(rect(self.length, self.start)), 0.035 * size
         members = [bar((np.zeros_like(end), end)), sliding_member("roller", np.array([roller]), end)]
         standing = [Support("pivot", 0.0)]
         if back:
             return LinkSketch(members, standing, Port(0.0, -1.0), Port(first - 1j * roller, 1j))
-        thick, half, travel = 0.03 * size, 0.02 * size, float(np.ptp(asked))
+        thick, half, travel = 0.03 * size, 0.02 * size, float(np.ptp(driven))
         guide, low, high = 2 * thick + travel, end.real.min() - first.real, end.real.max() - first.real
         top, ends = guide + 0.25 * size, (min(low, 0.0) - roller, max(high, 0.0) + roller)
         face = np.array([ends[0], ends[1], ends[1] + 1j * thick, half + 1j * thick, half + 1j * top])
         face = np.append(face, [-half + 1j * top, -half + 1j * thick, ends[0] + 1j * thick])
-        members.append(sliding_member("slide", face, first + 1j * (asked + roller)))
-        place = first + 1j * (roller + float(asked.min()) + guide + 0.07 * size)
+        members.append(sliding_member("slide", face, first + 1j * (driven + roller)))
+        place = first + 1j * (roller + float(driven.min()) + guide + 0.07 * size)
         return LinkSketch(
             members,
             [*standing, Support("guide", place, 0.06j * size)],
@@ -82,11 +85,11 @@ class Arm:
 
 
 def arm(length: Any, angle: Any) -> Arm:
-    """An arm with its start angle in deg.
+    """An arm from its length [mm] and its start angle [deg].
 
     Raises
     ------
-    Unassembled
+    AssemblyFault
         If the angle is not between −90 and 90.
     """
     require_positive(

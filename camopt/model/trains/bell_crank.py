@@ -1,7 +1,7 @@
-"""A bell crank with a coupler to a slide (``trains.crank``).
+"""A bell crank with a coupler to a slide.
 
-What drives it lifts a roller or pad on its first arm (``trains.arm``), unless a follower that oscillates is that
-arm itself; its second arm is the crank.
+Its first arm is lifted by a roller or pad (``trains.arm``). An oscillating follower is that arm itself. The second
+arm is a crank (``trains.crank``).
 """
 
 from camopt.model.trains.crank import crank
@@ -10,8 +10,8 @@ from camopt.model.trains.rocker import input_links
 
 
 def _bell_crank_links(keys: Keys, turns: bool) -> tuple[Link, ...]:
-    moved = crank(keys["crank"], keys["coupler"], keys.get("offset", 0.0), keys["angle"])
-    return (*input_links(keys, turns), moved)
+    output = crank(keys["crank"], keys["coupler"], keys.get("offset", 0.0), keys["angle"])
+    return (*input_links(keys, turns), output)
 
 
 STAGE = StageKind(

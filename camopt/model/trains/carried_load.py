@@ -1,7 +1,7 @@
-"""What a train carries, and the force that it takes at the follower, by virtual work.
+"""The load of a train on the follower: masses, springs, forces and friction at its joints, by virtual work.
 
-Each joint j, moved by s_j, has the velocity ratio i_j = ds_j/dy to the follower, so that a force Q_j on it asks the
-follower for Q_j·i_j, and a mass for the force of its acceleration:
+Joint j has moved by s_j, and its velocity ratio to the follower is i_j = ds_j/dy. A force Q_j at the joint loads
+the follower with Q_j·i_j; a mass loads it with the force that its acceleration takes:
 
     F = S + ω²·I,    S = Σ (F_j + k_j·s_j + R_j·sgn ṡ_j)·i_j,    I = Σ m_j·s_j''·i_j,    s'' = i²·y'' + i'·y'
 
@@ -17,30 +17,33 @@ from camopt.core.numerics.taylor import Series, series_slope
 
 @dataclass(frozen=True)
 class CarriedLoad:
-    """What moves at a joint, and what acts on it: t, mm, N; where it turns t·mm², rad, N·mm."""
+    """The mass at a joint and the forces on it, in t, mm and N; at a joint that turns in t·mm², rad and N·mm."""
 
     joint: int
-    """1 is what the first link moves; 0 the follower."""
+    """0 is the follower, 1 the output of the first link."""
     mass: Any = 0.0
     stiffness: Any = 0.0
+    """Of a spring that is unloaded in the start position of the train."""
     force: Any = 0.0
-    """A constant force against the motion, where the train starts."""
+    """Constant force against the motion."""
     friction: Any = 0.0
-    """The force of friction, against the velocity; none at rest."""
+    """Force against the velocity; 0 at rest."""
 
 
 class TrainJoint(NamedTuple):
-    """A joint of a train: how far it is from its start position, and its velocity ratio to the follower."""
+    """Displacement of a joint from its start position, and its velocity ratio to the follower."""
 
-    moved: Series
+    displacement: Series
     ratio: Series
 
 
 class FollowerLoad(NamedTuple):
-    """What a train brings to the follower, N (N·mm): S and I."""
+    """The load of a train on the follower, S and I of the module's formula [N or N·mm]."""
 
     still: Series
+    """S, which does not depend on the speed."""
     carried: Series
+    """I, to be multiplied by ω²."""
 
 
 def sum_follower_load(
@@ -48,16 +51,16 @@ def sum_follower_load(
 ) -> FollowerLoad:
     """S and I, from the joints as series by the cam angle.
 
-    ``ways`` has for each joint which way it moves: 1, −1, or 0 at rest. ``loads`` are forces that change over the
+    ``ways`` has the sign of each joint's velocity: 1, −1, or 0 at rest. ``loads`` are forces that change over the
     turn, by joint.
     """
-    still = joints[0].moved * 0.0
-    inertia = series_slope(series_slope(still))
-    for each in carried:
-        moved, ratio = joints[each.joint]
-        force = moved * each.stiffness + (ways[each.joint] * each.friction + each.force)
-        still = still + force * ratio
-        inertia = inertia + series_slope(series_slope(moved)) * ratio * each.mass
+    static = joints[0].displacement * 0.0
+    inertia = series_slope(series_slope(static))
+    for part in carried:
+        displacement, ratio = joints[part.joint]
+        force = displacement * part.stiffness + (ways[part.joint] * part.friction + part.force)
+        static = static + force * ratio
+        inertia = inertia + series_slope(series_slope(displacement)) * ratio * part.mass
     for joint, load in loads.items():
-        still = still + load * joints[joint].ratio
-    return FollowerLoad(still, inertia)
+        static = static + load * joints[joint].ratio
+    return FollowerLoad(static, inertia)

@@ -1,12 +1,16 @@
 """A crank that moves a slide by a coupler.
 
-With the crank a at the angle φ from the slide's motion, the coupler b, and the slide's line at the offset e from
-the crank's pivot, the pin of the slide is ahead of the pivot by
+The crank has the length a, the coupler b. The line of the slide has the offset e from the crank's pivot. With the
+crank at the angle φ from the slide's motion, the pin of the slide is ahead of the pivot by
 
     x = a·cos φ + Q,    Q = √(b² − S²),    S = a·sin φ − e        x′ = −a·sin φ − S·a·cos φ/Q
 
-and the slide gives back the angle φ = arg(x + i·e) ± acos((x² + e² + a² − b²)/(2·a·√(x² + e²))). Dead points are
-where crank and coupler are in line, (a ± b)·sin φ = e, and where the coupler is square to the slide, |S| = b.
+From the position of the slide follows the angle of the crank:
+
+    φ = arg(x + i·e) ± acos((x² + e² + a² − b²)/(2·a·√(x² + e²)))
+
+Dead points are where crank and coupler are in line, (a ± b)·sin φ = e, and where the coupler is square to the
+slide's motion, |S| = b.
 
 Source: Norton, Design of Machinery, ch. 4 (the offset slider-crank).
 """
@@ -43,7 +47,7 @@ COUPLER_SQUARE = "the coupler is square to the slide"
 
 @dataclass(frozen=True)
 class Crank:
-    """From an angle to a length; mm and rad. The slide's motion is positive away from the pivot."""
+    """Turns an angle [rad] into a length [mm], positive away from the pivot."""
 
     crank: Any
     coupler: Any
@@ -52,7 +56,7 @@ class Crank:
     place: Any
     """x in the start position."""
     bar: Bar
-    """The crank as the slide turns it."""
+    """The crank when the slide drives it."""
 
     @property
     def turns(self) -> tuple[bool, bool]:
@@ -70,64 +74,67 @@ class Crank:
                 places += [DeadPoint(angle, COUPLER_SQUARE), DeadPoint(pi - angle, COUPLER_SQUARE)]
         return nearest_ends(each._replace(at=each.at - self.start) for each in places)
 
-    def forward(self, given: Series) -> Series:
-        cosine, sine = direction(given + self.start)
+    def forward(self, driver: Series) -> Series:
+        cosine, sine = direction(driver + self.start)
         across = sine * self.crank - self.offset
         return cosine * self.crank + series_root(-((across - self.coupler) * (across + self.coupler))) - self.place
 
-    def ratio(self, given: Series) -> Series:
-        cosine, sine = direction(given + self.start)
+    def ratio(self, driver: Series) -> Series:
+        cosine, sine = direction(driver + self.start)
         along, across = self._along_and_across(sine)
         return (sine + series_quotient(across * cosine, along)) * -self.crank
 
     def _along_and_across(self, sine: Series) -> tuple[Series, Series]:
-        """The coupler from the slide's pin to the crank's: how far ahead the slide is, and S."""
+        """Q and S, the parts of the coupler along and across the slide's motion."""
         across = sine * self.crank - self.offset
         return series_root(-((across - self.coupler) * (across + self.coupler))), across
 
     @property
     def forces(self) -> tuple[Force, ...]:
-        """b/Q in the coupler, and S/Q across the slide."""
-        across = Force("guide", "guide", self._guide_share, way=square_direction)
-        return Force("coupler", "joint", self._coupler_share, way=self._coupler_direction), across
+        """b/Q in the coupler, and S/Q on the guide of the slide."""
+        guide = Force("guide", "guide", self._guide_share, way=square_direction)
+        return Force("coupler", "joint", self._coupler_share, way=self._coupler_direction), guide
 
-    def _coupler_direction(self, given: FloatArray) -> FloatArray:
-        along, across = self._coupler_vector(given + self.start)
+    def _coupler_direction(self, driver: FloatArray) -> FloatArray:
+        along, across = self._coupler_vector(driver + self.start)
         return np.asarray(np.arctan2(across, along))
 
-    def _coupler_share(self, given: Series) -> Series:
-        along, _ = self._along_and_across(direction(given + self.start).sine)
-        return series_quotient(unit_series(given) * self.coupler, along)
+    def _coupler_share(self, driver: Series) -> Series:
+        along, _ = self._along_and_across(direction(driver + self.start).sine)
+        return series_quotient(unit_series(driver) * self.coupler, along)
 
-    def _guide_share(self, given: Series) -> Series:
-        along, across = self._along_and_across(direction(given + self.start).sine)
+    def _guide_share(self, driver: Series) -> Series:
+        along, across = self._along_and_across(direction(driver + self.start).sine)
         return series_quotient(across, along)
 
     @property
     def couplers(self) -> tuple[Coupler, Coupler]:
-        """Against the line square to the slide, where the crank drives; against the crank, where the slide does."""
+        """The coupler driven by the crank, and driven by the slide.
+
+        The first angle is that to the line square to the slide's motion, the second that to the crank.
+        """
         places = (k * pi / 2 - self.start for k in range(-5, 6, 2))
         by_crank = Coupler(
-            lambda turned: acute_angle((0.0, 1.0), self._coupler_vector(turned + self.start)), tuple(places)
+            lambda driver: acute_angle((0.0, 1.0), self._coupler_vector(driver + self.start)), tuple(places)
         )
         return by_crank, Coupler(self._angle_to_crank, (-self.place,))
 
     def _coupler_vector(self, angle: Any) -> Vector:
-        """From the crank's pin to the slide's."""
+        """The coupler from the crank's pin to the slide's."""
         across = self.crank * np.sin(angle) - self.offset
         return np.sqrt((self.coupler - across) * (self.coupler + across)), -across
 
-    def _angle_to_crank(self, moved: Any) -> Any:
-        angle = position_at(self.backward, moved) + self.start
+    def _angle_to_crank(self, slide: Any) -> Any:
+        angle = position_at(self.backward, slide) + self.start
         return acute_angle((np.cos(angle), np.sin(angle)), self._coupler_vector(angle))
 
-    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
+    def sketch(self, driver: FloatArray, driven: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
         """Crank, coupler, and the slide in its guide."""
-        pin = self.crank * np.exp(1j * (self.start + given))
-        slide, half = asked + self.place + 1j * self.offset, 0.035 * size
+        pin = self.crank * np.exp(1j * (self.start + driver))
+        slide, half = driven + self.place + 1j * self.offset, 0.035 * size
         block = half * np.array([-1.8 - 1j, 1.8 - 1j, 1.8 + 1j, -1.8 + 1j])
-        first, way = complex(self.place, self.offset), complex(float(np.ptp(asked)) / 2 + 3 * half)
-        middle = first + float(asked.min() + asked.max()) / 2
+        first, way = complex(self.place, self.offset), complex(float(np.ptp(driven)) / 2 + 3 * half)
+        middle = first + float(driven.min() + driven.max()) / 2
         return LinkSketch(
             [sliding_member("slide", block, slide), bar((np.zeros_like(pin), pin)), bar((pin, slide))],
             [Support("guide", middle, way), Support("pivot", 0.0)],
@@ -135,19 +142,19 @@ class Crank:
             Port(first, 1.0),
         )
 
-    def backward(self, asked: Series) -> Series:
-        x = asked + self.place
-        towards = angle_of(x * self.place + self.offset * self.offset, asked * -self.offset)
+    def backward(self, driven: Series) -> Series:
+        x = driven + self.place
+        towards = angle_of(x * self.place + self.offset * self.offset, driven * -self.offset)
         return self.bar.angle(towards, x * x + self.offset * self.offset)
 
 
 def crank(length: Any, coupler: Any, offset: Any, angle: Any) -> Crank:
-    """A crank with its start angle in deg.
+    """A crank from its lengths [mm] and its start angle [deg].
 
     Raises
     ------
-    Unassembled
-        If the coupler does not reach the slide's line, or is at a dead point at the start.
+    AssemblyFault
+        If the coupler does not reach the slide's line, or is square to it at the start.
     """
     start = angle * RADIAN
     cosine, sine = np.cos(start), np.sin(start)

@@ -1,12 +1,13 @@
 """A four-bar linkage: a crank that turns a rocker by a coupler.
 
-Crank a, coupler b and rocker c, with their pivots at the distance d; angles are measured from the direction of the
-crank's pivot to the rocker's. With A = a·e^{iφ} − d the rocker is at (law of cosines)
+The crank has the length a, the coupler b, the rocker c; the distance of the pivots is d. The angles φ of the crank
+and ψ of the rocker are measured from the line that leads from the crank's pivot to the rocker's. By the law of
+cosines, with A = a·e^{iφ} − d and B = d + c·e^{iψ},
 
     ψ = arg A ∓ acos((|A|² + c² − b²)/(2·c·|A|)),    and back    φ = arg B ± acos((|B|² + a² − b²)/(2·a·|B|))
 
-with B = d + c·e^{iψ}; the upper sign for the open linkage, the lower for the crossed one. Dead points are where
-crank and coupler are in line, |B| = |a ± b|, and where coupler and rocker are, |A| = |b ± c|.
+The upper sign is for the open linkage, the lower for the crossed one. Dead points are where crank and coupler are
+in line, |B| = |a ± b|, and where coupler and rocker are in line, |A| = |b ± c|.
 
 Source: Norton, Design of Machinery, ch. 4 (position analysis of the fourbar linkage).
 """
@@ -49,11 +50,11 @@ ROCKER_IN_LINE = "coupler and rocker are in line"
 
 @dataclass(frozen=True)
 class FourBar:
-    """From the angle of the crank to that of the rocker; mm and rad."""
+    """Turns the angle of the crank into that of the rocker [rad]; lengths in mm."""
 
     ground: Any
     start: Any
-    asked_start: Any
+    rocker_start: Any
     """The rocker's angle at the start."""
     crank: Bar
     rocker: Bar
@@ -68,7 +69,7 @@ class FourBar:
         return nearest_ends(each._replace(at=each.at - self.start) for each in places)
 
     def _in_line_with_rocker(self) -> Iterator[DeadPoint]:
-        """Where |A| is |b ± c|."""
+        """Dead points with coupler and rocker in line, |A| = |b ± c|."""
         a, b, c, d = self.crank.length, self.crank.other, self.rocker.length, self.ground
         for far in (b + c, abs(b - c)):
             if _forms_triangle(a, d, far):
@@ -76,7 +77,7 @@ class FourBar:
                 yield from (DeadPoint(sign * angle, ROCKER_IN_LINE) for sign in (1.0, -1.0))
 
     def _in_line_with_crank(self) -> Iterator[DeadPoint]:
-        """Where |B| is |a ± b|, with the linkage assembled as at the start."""
+        """Dead points with crank and coupler in line, |B| = |a ± b|, on the branch of the start position."""
         a, b, c, d = self.crank.length, self.crank.other, self.rocker.length, self.ground
         for far in (a + b, a - b):
             for sign in (1.0, -1.0) if far and _forms_triangle(c, d, abs(far)) else ():
@@ -85,49 +86,52 @@ class FourBar:
                 if phase(arm / (rect(a, turned) - d)) * self.rocker.side >= 0.0:
                     yield DeadPoint(turned, CRANK_IN_LINE)
 
-    def forward(self, given: Series) -> Series:
-        return self.rocker.angle(*_aim_from_origin(given + self.start, self.crank.length, -self.ground))
+    def forward(self, driver: Series) -> Series:
+        return self.rocker.angle(*_aim_from_origin(driver + self.start, self.crank.length, -self.ground))
 
-    def ratio(self, given: Series) -> Series:
-        """Both ends of the coupler are as fast along it: a·φ'·sin(φ − δ) = c·ψ'·sin(ψ − δ), with δ its angle."""
-        return series_quotient(*self._levers(given))
+    def ratio(self, driver: Series) -> Series:
+        """Velocity ratio ψ'/φ', as both ends of the coupler have the same velocity along it.
 
-    def _levers(self, given: Series) -> tuple[Series, Series]:
-        """The moments of the coupler, as a force b, about both pivots: b·a·sin(δ − φ) and b·c·sin(δ − ψ)."""
-        (c1, s1), (c2, s2) = direction(given + self.start), direction(self.forward(given) + self.asked_start)
+        With the coupler at the angle δ, a·φ'·sin(φ − δ) = c·ψ'·sin(ψ − δ).
+        """
+        return series_quotient(*self._coupler_moments(driver))
+
+    def _coupler_moments(self, driver: Series) -> tuple[Series, Series]:
+        """Moments of a force b along the coupler about both pivots: b·a·sin(δ − φ) and b·c·sin(δ − ψ)."""
+        (c1, s1), (c2, s2) = direction(driver + self.start), direction(self.forward(driver) + self.rocker_start)
         a, c = self.crank.length, self.rocker.length
         along, across = c2 * c - c1 * a + self.ground, s2 * c - s1 * a
         return (c1 * across - s1 * along) * a, (c2 * across - s2 * along) * c
 
     @property
     def forces(self) -> tuple[Force]:
-        """1/(c·sin(δ − ψ)) in the coupler."""
+        """The force in the coupler, 1/(c·sin(δ − ψ))."""
         return (Force("coupler", "joint", self._coupler_share, way=self._coupler_direction),)
 
-    def _coupler_direction(self, given: FloatArray) -> FloatArray:
-        _, (along, across) = self._rocker_and_coupler(given)
+    def _coupler_direction(self, driver: FloatArray) -> FloatArray:
+        _, (along, across) = self._rocker_and_coupler(driver)
         return np.asarray(np.arctan2(across, along))
 
-    def _coupler_share(self, given: Series) -> Series:
-        return series_quotient(unit_series(given) * self.crank.other, self._levers(given)[1])
+    def _coupler_share(self, driver: Series) -> Series:
+        return series_quotient(unit_series(driver) * self.crank.other, self._coupler_moments(driver)[1])
 
     @property
     def couplers(self) -> tuple[Coupler, None]:
-        """Between coupler and rocker, which the crank drives; none where the rocker drives, as no train does."""
+        """The coupler driven by the crank, with its angle to the rocker; no train drives the rocker."""
         places = tuple(k * pi - self.start for k in range(-2, 3))
-        return Coupler(lambda turned: acute_angle(*self._rocker_and_coupler(turned)), places), None
+        return Coupler(lambda driver: acute_angle(*self._rocker_and_coupler(driver)), places), None
 
-    def _rocker_and_coupler(self, turned: Any) -> tuple[Vector, Vector]:
-        """From the rocker's pivot to its pin, and from the crank's pin there."""
-        a, c, phi = self.crank.length, self.rocker.length, turned + self.start
-        psi = position_at(self.forward, turned) + self.asked_start
+    def _rocker_and_coupler(self, driver: Any) -> tuple[Vector, Vector]:
+        """The rocker from its pivot to its pin, and the coupler from the crank's pin to the rocker's."""
+        a, c, phi = self.crank.length, self.rocker.length, driver + self.start
+        psi = position_at(self.forward, driver) + self.rocker_start
         x, y = np.cos(psi) * c, np.sin(psi) * c
         return (x, y), (x + self.ground - np.cos(phi) * a, y - np.sin(phi) * a)
 
-    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
+    def sketch(self, driver: FloatArray, driven: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
         """Crank, coupler and rocker."""
-        pin = self.crank.length * np.exp(1j * (self.start + given))
-        end = self.ground + self.rocker.length * np.exp(1j * (self.asked_start + asked))
+        pin = self.crank.length * np.exp(1j * (self.start + driver))
+        end = self.ground + self.rocker.length * np.exp(1j * (self.rocker_start + driven))
         fixed = np.zeros_like(pin)
         return LinkSketch(
             [bar((fixed, pin)), bar((fixed + self.ground, end)), bar((pin, end))],
@@ -136,21 +140,21 @@ class FourBar:
             Port(self.ground, 1.0),
         )
 
-    def backward(self, asked: Series) -> Series:
-        return self.crank.angle(*_aim_from_origin(asked + self.asked_start, self.rocker.length, self.ground))
+    def backward(self, driven: Series) -> Series:
+        return self.crank.angle(*_aim_from_origin(driven + self.rocker_start, self.rocker.length, self.ground))
 
 
 def _forms_triangle(one: float, other: float, far: float) -> bool:
-    """Whether three sides form a triangle; a flat one counts, even where rounding opens it."""
-    room = FLAT_TOLERANCE * (one + other + far)
-    return abs(one - other) - room <= far <= one + other + room
+    """Whether three sides form a triangle; flat ones count, also those that rounding has opened."""
+    tolerance = FLAT_TOLERANCE * (one + other + far)
+    return abs(one - other) - tolerance <= far <= one + other + tolerance
 
 
 def _aim_from_origin(angle: Series, radius: Any, offset: Any) -> tuple[Series, Series]:
-    """The direction and the squared distance of r·e^{iθ} + d, from the origin.
+    """Direction [rad] and squared distance of the point r·e^{iθ} + d, seen from the origin.
 
-    As the angle of the larger of both and what the other adds to it, which is less than a right angle, the
-    direction never jumps by a turn; that of d below 0 is taken off.
+    The direction is the angle of the larger summand plus what the smaller one adds, less than a right angle: so it
+    never jumps by a turn. For d < 0 it is measured from the direction of d.
     """
     cosine, sine = direction(angle)
     square = cosine * (radius * offset * 2.0) + (radius * radius + offset * offset)
@@ -163,11 +167,11 @@ def _aim_from_origin(angle: Series, radius: Any, offset: Any) -> tuple[Series, S
 
 
 def four_bar(crank: Any, coupler: Any, rocker: Any, ground: Any, angle: Any, *, crossed: bool) -> FourBar:
-    """A linkage with the crank's start angle in deg.
+    """A four-bar linkage from its lengths [mm] and the crank's start angle [deg].
 
     Raises
     ------
-    Unassembled
+    AssemblyFault
         If the coupler does not reach from the crank to the rocker.
     """
     start = angle * RADIAN
@@ -175,21 +179,21 @@ def four_bar(crank: Any, coupler: Any, rocker: Any, ground: Any, angle: Any, *, 
     back, down = ground - cosine * crank, -(sine * crank)
     square = cosine * (crank * ground * -2.0) + (crank * crank + ground * ground)
     along = square + (rocker - coupler) * (rocker + coupler)
-    room = square * (rocker * rocker * 4.0) - along * along
+    discriminant = square * (rocker * rocker * 4.0) - along * along
     apart = "coupler and rocker ({:g} and {:g}) do not meet with the crank at {:g} deg"
-    require_positive(room, lambda: apart.format(coupler, rocker, angle))
+    require_positive(discriminant, lambda: apart.format(coupler, rocker, angle))
     side = 1.0 if crossed else -1.0
-    asked = np.arctan2(down, back) + np.arctan2(np.sqrt(room), along) * side + pi
-    pin = np.cos(asked) * rocker + ground, np.sin(asked) * rocker
+    psi = np.arctan2(down, back) + np.arctan2(np.sqrt(discriminant), along) * side + pi
+    pin = np.cos(psi) * rocker + ground, np.sin(psi) * rocker
     bars = Bar(crank, coupler, np.sign(sine * pin[0] - cosine * pin[1])), Bar(rocker, coupler, side)
-    bare = FourBar(ground, start, asked, *bars)
-    rests = value_at_start(bare.backward, room), value_at_start(bare.forward, room)
-    return FourBar(ground, start, asked, *(replace(bar, rest=rest) for bar, rest in zip(bars, rests, strict=True)))
+    linkage = FourBar(ground, start, psi, *bars)
+    zeros = value_at_start(linkage.backward, discriminant), value_at_start(linkage.forward, discriminant)
+    return FourBar(ground, start, psi, *(replace(bar, zero=zero) for bar, zero in zip(bars, zeros, strict=True)))
 
 
 def _four_bar_links(keys: Keys, turns: bool) -> tuple[FourBar]:
     if not turns:
-        raise AssemblyFault("its crank takes an angle, and what comes to it is a length")
+        raise AssemblyFault("it is driven by a length, but its crank needs an angle")
     sizes = (keys[name] for name in FOUR_BAR_KEYS)
     return (four_bar(*sizes, crossed=keys.get("crossed", False)),)
 

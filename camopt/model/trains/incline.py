@@ -1,9 +1,9 @@
-"""A slide on an incline: a wedge that moves with what drives it, and lifts what is guided across.
+"""A slide on an incline: a wedge that is driven along a line lifts a slide in its guide.
 
     z = y·sin α/sin(γ + α)
 
-with the incline at α to the motion that drives it, and the guide of what it lifts at γ to that motion; square to
-it, γ = 90°, z = y·tan α.
+The incline is at the angle α to the motion of the wedge, the guide of the slide at γ. With a guide square to the
+motion, γ = 90°, z = y·tan α.
 """
 
 from cmath import rect
@@ -30,16 +30,16 @@ from camopt.model.trains.sketch import LinkSketch, Port, Support, sliding_member
 
 @dataclass(frozen=True)
 class Wedge(ConstantRatio):
-    """A wedge and what it lifts; rad."""
+    """A wedge and its slide; angles in rad, forces for a force of 1 along the slide's guide."""
 
     incline: Any
     guide: Any
-    pressed: Any
-    """The force on its face for one along the guide, 1/sin(γ + α)."""
+    face_force: Any
+    """Force on the face, 1/sin(γ + α)."""
     wedge_thrust: Any
-    """What the guide of the wedge takes then, cos α/sin(γ + α)."""
+    """Force on the guide of the wedge, cos α/sin(γ + α)."""
     slide_thrust: Any
-    """And that of the slide, cos(γ + α)/sin(γ + α)."""
+    """Force on the guide of the slide, cos(γ + α)/sin(γ + α)."""
 
     @property
     def forces(self) -> tuple[Force, ...]:
@@ -47,32 +47,32 @@ class Wedge(ConstantRatio):
             Force(
                 "face",
                 "joint",
-                lambda given: unit_series(given) * self.pressed,
+                lambda driver: unit_series(driver) * self.face_force,
                 touches=True,
                 way=self._face_direction,
             ),
             Force(
                 "guide of the wedge",
                 "guide",
-                lambda given: unit_series(given) * self.wedge_thrust,
+                lambda driver: unit_series(driver) * self.wedge_thrust,
                 way=square_direction,
             ),
             Force(
                 "guide of the slide",
                 "guide",
-                lambda given: unit_series(given) * self.slide_thrust,
+                lambda driver: unit_series(driver) * self.slide_thrust,
                 way=square_direction,
             ),
         )
 
-    def _face_direction(self, given: FloatArray) -> FloatArray:
-        """The normal of the face, from the guide of the slide."""
-        return np.asarray(np.zeros_like(given) + (pi / 2 - self.incline - self.guide))
+    def _face_direction(self, driver: FloatArray) -> FloatArray:
+        """Direction of the face's normal, from the slide's motion [rad]."""
+        return np.asarray(np.zeros_like(driver) + (pi / 2 - self.incline - self.guide))
 
-    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
-        """The wedge moves along, and a block on its incline moves along the guide."""
+    def sketch(self, driver: FloatArray, driven: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
+        """The wedge, and on its incline a block that moves along the guide."""
         along, lifted, half = rect(1.0, -self.incline), rect(1.0, self.guide), 0.03 * size
-        travel = float(np.ptp(given))
+        travel = float(np.ptp(driver))
         ends = [(-0.1 * size - 1.2 * travel) / abs(along.real), (0.1 * size + 1.2 * travel) / abs(along.real)]
         low = min((along * end).imag for end in ends) - 0.1 * size
         wedge = np.array([along * ends[0], along * ends[1], (along * ends[1]).real + 1j * low])
@@ -80,9 +80,9 @@ class Wedge(ConstantRatio):
         above = half * lifted
         block = half * np.array([-1, 1]) * along
         block = np.concatenate([block, block[::-1] + 8 * above])
-        middle = (lifted * float(asked.min() + asked.max()) / 2) + 5 * above
+        middle = (lifted * float(driven.min() + driven.max()) / 2) + 5 * above
         return LinkSketch(
-            [sliding_member("wedge", wedge, given + 0j), sliding_member("slide", block, asked * lifted)],
+            [sliding_member("wedge", wedge, driver + 0j), sliding_member("slide", block, driven * lifted)],
             [Support("guide", middle, 0.06 * size * lifted)],
             Port(complex(wedge[0] + wedge[3]) / 2, 1.0),
             Port(8 * above, lifted),
@@ -90,12 +90,12 @@ class Wedge(ConstantRatio):
 
 
 LEAST_INCLINE = 1e-9
-"""An incline nearer to 0, in deg, lifts nothing that doubles hold."""
+"""Smallest incline [deg]: a smaller one lifts less than doubles resolve."""
 
 
 def _incline_links(keys: Keys, turns: bool) -> tuple[Wedge]:
     if turns:
-        raise AssemblyFault("its wedge takes a length, and what comes to it is an angle")
+        raise AssemblyFault("it is driven by an angle, but its wedge needs a length")
     incline, guide = keys["angle"], keys.get("guide", 90.0)
     together = guide + incline
     margins = abs(incline) - LEAST_INCLINE, 90.0 - abs(incline), guide, 180.0 - guide, together, 180.0 - together

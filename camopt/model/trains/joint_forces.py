@@ -1,21 +1,23 @@
 """The forces in the joints of a train, by the statics of its bodies.
 
-What a joint and all beyond it carry asks the link before it for a force Q (a moment) against its motion, by virtual
-work (``trains.carried_load``); Q times a share, which the position gives, is the force in each joint of that link:
+A link moves its output joint against a force or moment Q: the load of that joint and of all joints towards the
+tool, by virtual work (``trains.carried_load``). The force in each joint of the link is Q times a share that depends
+on the position:
 
     coupler b of a crank    Q·b/√(b² − S²), and S/√(b² − S²)·Q across the slide    (``trains.crank``)
     coupler of a four-bar   Q/(c·sin(δ − ψ)), δ the coupler's angle               (``trains.four_bar``)
     roller or pad of an arm, end of a lever, pinion and rack                       Q along the motion
     face of an incline      Q/sin(γ + α)
 
-A link that is driven from its output has there what drives it in place of Q. Couplers, rollers and levers have no
-mass; what turns has its centre of mass on its pivot, what slides has it on the line of its pin, so that inertia is
-along each motion alone. Friction is that along the motion; teeth have no part that pushes wheels apart.
+In a link that is driven at its output, the driving force there takes the place of Q.
 
-A pivot takes the forces of both links that meet on its shaft. How these are turned to each other a scene does not
-say: the force on a pivot is the sum of both, as where they act one way, which is the largest that it can be. The
-pivot of an oscillating follower, which the cam presses on too, and those of wheels, whose radii a ratio does not
-have, are left out.
+Assumptions: couplers, rollers and levers have no mass. A turning part has its centre of mass on its pivot, a
+sliding part on the line of its pin, so inertia acts along each motion only. Friction acts along the motion. Teeth
+have no force that pushes wheels apart.
+
+A pivot takes the forces of both links on its shaft. A scene does not give the angle between these links, so the
+force on the pivot is the sum of both magnitudes: the largest that it can be. Two kinds of pivot are not computed:
+that of an oscillating follower, which the cam loads too, and those of wheels, whose radii a ratio does not give.
 
 Source: Norton, Design of Machinery, ch. 11 (dynamic force analysis).
 """
@@ -28,7 +30,7 @@ from camopt.model.trains.link import Link
 
 
 class WeightedForce(NamedTuple):
-    """A force of a link, with a sign."""
+    """A force of a link, by the numbers of both, with a sign."""
 
     link: int
     force: int
@@ -36,7 +38,7 @@ class WeightedForce(NamedTuple):
 
 
 class JointForce(NamedTuple):
-    """A force in a joint of a train: of one link, or on a pivot the sum of the magnitudes of two."""
+    """A force in a joint of a train: that of one link, or on a pivot the sum of the magnitudes of two."""
 
     stage: int
     name: str
@@ -45,19 +47,22 @@ class JointForce(NamedTuple):
 
     @property
     def sums(self) -> tuple[tuple[WeightedForce, ...], ...]:
-        """What has its largest magnitude: of the magnitudes of two, their sum and their difference."""
+        """The signed sums whose largest magnitude is that of this force.
+
+        |a| + |b| is the larger of |a + b| and |a − b|.
+        """
         first, *others = self.parts
         return tuple((first, *(each._replace(sign=s) for each in others)) for s in (1.0, -1.0)[: 1 + len(others)])
 
 
 def list_joint_forces(links: Sequence[Link], stages: Sequence[int]) -> Iterator[JointForce]:
-    """The forces of links, and on the pivots between them, stage by stage."""
-    every = sorted([*_link_forces(links, stages), *_pivot_forces(links, stages)], key=lambda each: each.stage)
-    for _, group in groupby(every, key=lambda each: each.stage):
-        of_stage = list(group)
-        for number, each in enumerate(of_stage):
-            alike = [k for k, other in enumerate(of_stage) if other.name == each.name]
-            yield each._replace(name=f"{each.name} {alike.index(number) + 1}") if len(alike) > 1 else each
+    """The forces of links and on the pivots between them, stage by stage; equal names of a stage get numbers."""
+    forces = sorted([*_link_forces(links, stages), *_pivot_forces(links, stages)], key=lambda force: force.stage)
+    for _, group in groupby(forces, key=lambda force: force.stage):
+        stage_forces = list(group)
+        for number, force in enumerate(stage_forces):
+            alike = [k for k, other in enumerate(stage_forces) if other.name == force.name]
+            yield force._replace(name=f"{force.name} {alike.index(number) + 1}") if len(alike) > 1 else force
 
 
 def _link_forces(links: Sequence[Link], stages: Sequence[int]) -> Iterator[JointForce]:
@@ -67,7 +72,7 @@ def _link_forces(links: Sequence[Link], stages: Sequence[int]) -> Iterator[Joint
 
 
 def _pivot_forces(links: Sequence[Link], stages: Sequence[int]) -> Iterator[JointForce]:
-    """What turns between two links takes what both pass on; the last, what moves it."""
+    """The forces on pivots: each takes the forces of the links before and behind it, the last that before it."""
     for number, (one, other) in enumerate(pairwise([*links, None])):
         assert one is not None
         if one.turns[1] and all(each.forces for each in (one, other) if each is not None):

@@ -1,14 +1,18 @@
-"""A link of a train: how an input displacement becomes an output displacement, and back, in any kind of number.
+"""A link of a train: it turns the displacement of a driver into that of a driven member, and back.
 
-A stage of a train has keys in scenes, and makes one or two links of their values.
+A stage of a train has keys in scenes; one or two links are made from their values.
 
-Displacements are counted from the start position, mm or rad. Formulas take series (``numerics.taylor``): of arrays,
-or of other numbers, whose derivatives are those of the motion. Proofs take as exact what a link is made from, also
-the numbers of its start position, which are found and rounded.
+Displacements count from the start position, in mm or rad. Formulas take Taylor series (``numerics.taylor``), and so
+give the derivatives of the motion too. Proofs take the numbers of a link as exact, also those of its start
+position, which are computed and rounded.
 
-A link may be made from arrays, as many linkages with a formula for all, from ranges with slopes, which enclose all
-linkages of a box (``numerics.sloped_interval.LinkageInterval``), or from series, by what is off of it. Of linkages
-among them that cannot be put together no number is known.
+A link may have one number for each size, or
+
+- arrays: many linkages, computed together;
+- ranges with slopes, which enclose all linkages of a box (``numerics.sloped_interval.LinkageInterval``);
+- series in the errors of its sizes.
+
+The numbers of linkages that cannot be assembled are undefined.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -26,84 +30,85 @@ from camopt.model.trains.sketch import LinkSketch
 
 
 class AssemblyFault(ValueError):
-    """Why a stage cannot be put together, or a train cannot move so far."""
+    """A stage cannot be assembled, or a train cannot move as far as it should."""
 
 
 class DeadPoint(NamedTuple):
-    """An input beyond which a link does not go on."""
+    """A position of the driver beyond which a link cannot move."""
 
     at: float
     why: str
 
 
 class Coupler(NamedTuple):
-    """The coupler of a link: its transmission angle, and where between the ends of a travel it may be least."""
+    """The coupler of a link, with its transmission angle."""
 
     angle: Callable[[Any], Any]
-    """The acute angle, rad, at an input, mm or rad."""
+    """The transmission angle, acute [rad], by the driver's position [mm or rad]."""
     places: tuple[Any, ...]
-    """Inputs where its cosine is stationary."""
+    """Positions of the driver where the cosine of the angle is stationary."""
 
     def least_angle(self, low: Any, high: Any) -> Any:
-        """The least angle over a travel of the input."""
-        between = (np.minimum(np.maximum(each, low), high) for each in self.places)
+        """Least transmission angle over a travel of the driver [rad]."""
+        between = (np.minimum(np.maximum(place, low), high) for place in self.places)
         return reduce(np.minimum, map(self.angle, (low, high, *between)))
 
 
 class Force(NamedTuple):
-    """A force in a joint of a link, for each N (N·mm) against the motion that the link gives."""
+    """A force in a joint of a link, for a load of 1 N (1 N·mm) against the motion of the driven member."""
 
     name: str
     kind: Literal["joint", "pivot", "guide"]
-    """What the link passes on, what a pivot of its own takes, or what a guide takes across its slide."""
+    """A force in a joint along the train, on a pivot of the link, or on a guide across its slide."""
     share: Callable[[Series], Series]
-    """By the input, 1 (1/mm); above 0 where a coupler is pushed, and what only touches is pressed together."""
+    """The force by the driver's position [1 or 1/mm]; positive in a pushed coupler and in a pressed contact."""
     touches: bool = False
-    """Whether both sides only touch, so that they are pressed together whichever of them drives."""
+    """Whether it is a contact, which is pressed together whichever side drives."""
     way: Callable[[FloatArray], FloatArray] = np.zeros_like
-    """The direction in which it acts by the input, rad: from the slide's motion, of a four-bar from the line of its
-    pivots, and else from the motion that the link gives."""
+    """Its direction by the driver's position [rad], measured from the slide's motion; in a four-bar from the line
+    of pivots, elsewhere from the motion of the driven member."""
 
 
 class Link(Protocol):
-    """One pairing of an input and an output, mm or rad."""
+    """A driver and a driven member, each with its displacement [mm or rad]."""
 
     @property
     def turns(self) -> tuple[bool, bool]:
-        """Whether its input, and its output, is an angle."""
+        """Whether the displacement is an angle, of the driver and of the driven member."""
         ...
 
     @property
     def ends(self) -> tuple[DeadPoint, DeadPoint]:
-        """The dead points between which its input stays: the nearest to the start position, below and above."""
+        """The dead points of the driver next to its start position, below and above."""
         ...
 
-    def forward(self, given: Series) -> Series:
-        """The output."""
+    def forward(self, driver: Series) -> Series:
+        """Displacement of the driven member, from that of the driver."""
         ...
 
-    def backward(self, asked: Series) -> Series:
-        """The input."""
+    def backward(self, driven: Series) -> Series:
+        """Displacement of the driver, from that of the driven member."""
         ...
 
-    def ratio(self, given: Series) -> Series:
-        """The velocity of the output over that of the input, where the input is."""
+    def ratio(self, driver: Series) -> Series:
+        """Velocity of the driven member over that of the driver, at a displacement of the driver."""
         ...
 
     @property
     def couplers(self) -> tuple[Coupler | None, Coupler | None]:
-        """Its coupler, if it has one: driven from its input, and from its output, which is the input then."""
+        """Its coupler, if it has one: as driven from the driver's side, and from the other side."""
         ...
 
     @property
     def forces(self) -> tuple[Force, ...]:
-        """The forces in its joints; none where they take sizes that it does not have."""
+        """The forces in its joints; none if they depend on sizes that the link does not have."""
         ...
 
-    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
-        """Itself in a frame of its own at some inputs and outputs; what has no length of its own goes by a size.
+    def sketch(self, driver: FloatArray, driven: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
+        """The link in its own frame, at some displacements of both members.
 
-        ``back`` says whether it is driven from its output; its input is what drives it in the sketch all the same.
+        Parts without a length in the scene are drawn in proportion to ``size``. ``back`` says whether the train
+        drives the link from its driven member; the input port of the sketch stays at the driver.
         """
         ...
 
@@ -111,16 +116,16 @@ class Link(Protocol):
 RADIAN = pi / 180.0
 END_INSETS = 10.0 ** np.arange(-16, -5)
 FLAT_TOLERANCE = 1e-15
-"""Share of its lengths by which rounding may keep a linkage from a position that it just reaches."""
+"""Share of a linkage's lengths by which rounding may keep it from a position that it just reaches."""
 NO_DEAD_POINTS = DeadPoint(-inf, ""), DeadPoint(inf, "")
 """The ends of a link that has no dead point."""
 NO_COUPLERS = None, None
 
 
 def nearest_ends(places: Iterable[DeadPoint]) -> tuple[DeadPoint, DeadPoint]:
-    """The nearest dead points below and above the start position, of angles that come back every turn.
+    """The dead points next to the start position, below and above, of angles that repeat every turn.
 
-    None is further than half a turn, beyond which nothing that a cam swings goes.
+    The ends are at most half a turn away: no member that a cam swings goes further.
     """
     low, high = (DeadPoint(side * pi, "it has turned by half a turn") for side in (-1.0, 1.0))
     for place, why in places:
@@ -131,19 +136,19 @@ def nearest_ends(places: Iterable[DeadPoint]) -> tuple[DeadPoint, DeadPoint]:
 
 
 def require_positive(margin: Any, why: Callable[[], str]) -> None:
-    """That a number is above 0; of many linkages, or a box of them, nothing is known where it is not.
+    """Check that a number is positive; arrays and ranges are not checked.
 
     Raises
     ------
-    Unassembled
-        If it is one number, and is not.
+    AssemblyFault
+        If it is a single number and not positive.
     """
     if isinstance(margin, float | int | np.number) and not margin > 0.0:
         raise AssemblyFault(why())
 
 
 def choose_form(margin: Any, one: Callable[[], Any], other: Callable[[], Any]) -> Any:
-    """Numbers or series, one of two forms of them: the first where ``margin`` is above 0."""
+    """The first of two formulas where ``margin`` is positive, else the second; numbers or series."""
     margin = margin.terms[0] if isinstance(margin, Taylor) else margin
     if isinstance(margin, LinkageInterval):
         sides = margin.value.low > 0.0, margin.value.high <= 0.0
@@ -158,78 +163,78 @@ def choose_form(margin: Any, one: Callable[[], Any], other: Callable[[], Any]) -
 
 
 def _combine_terms(one: Any, other: Any, pick: Callable[[Any, Any], Any]) -> Any:
-    """Two series put together, term by term; terms may be series themselves."""
+    """Combine two series term by term; terms may be series themselves."""
     if not isinstance(one, Taylor):
         return pick(one, other)
     return Taylor([_combine_terms(a, b, pick) for a, b in zip(one.terms, other.terms, strict=True)])
 
 
 def position_at(formula: Callable[[Series], Series], place: Any) -> Any:
-    """The value of a formula at numbers, arrays or ranges."""
+    """The value of a formula of series at numbers, arrays or ranges."""
     return formula(Taylor([place])).terms[0]
 
 
 def value_at_start(formula: Callable[[Series], Series], like: Any) -> Any:
-    """The value of a formula at 0, of a kind of number as another."""
+    """The value of a formula at 0, in the kind of number of ``like``."""
     return formula(like * 0.0) if isinstance(like, Taylor) else position_at(formula, 0.0)
 
 
 def value_at_end(formula: Callable[[Series], Series], end: float) -> float:
-    """The value of a formula at an end of its range, or so little inside that rounding does not take it beyond."""
+    """The value of a formula at an end of its range, or as near to it as rounding allows."""
     places = end * (1.0 - np.array([0.0, *END_INSETS])) if isfinite(end) else np.array([end])
     with np.errstate(invalid="ignore"):
-        found = formula(Taylor([places])).terms[0]
-    return float(found[np.isfinite(found) | np.isinf(places)][0])
+        values = formula(Taylor([places])).terms[0]
+    return float(values[np.isfinite(values) | np.isinf(places)][0])
 
 
 Vector = tuple[Any, Any]
 
 
 def acute_angle(one: Vector, other: Vector) -> Any:
-    """The acute angle between two directions, rad."""
+    """Acute angle between two directions [rad]."""
     (x, y), (u, v) = one, other
     return np.arctan2(abs(x * v - y * u), abs(x * u + y * v))
 
 
-def square_direction(given: FloatArray) -> FloatArray:
-    """The direction of a force square to a motion, rad."""
-    return np.zeros_like(given) + pi / 2
+def square_direction(driver: FloatArray) -> FloatArray:
+    """Direction of a force square to a motion [rad]."""
+    return np.zeros_like(driver) + pi / 2
 
 
 def unit_series(series: Series) -> Series:
-    """The series of 1, with as many terms as another."""
+    """The series of the constant 1, with as many terms as another."""
     return series * 0.0 + 1.0
 
 
 @dataclass(frozen=True)
 class ReversedLink:
-    """A link that is driven from its output."""
+    """A link that is driven at its output: driver and driven member change places."""
 
     link: Link
 
     @property
     def turns(self) -> tuple[bool, bool]:
-        given, asked = self.link.turns
-        return asked, given
+        driver_turns, driven_turns = self.link.turns
+        return driven_turns, driver_turns
 
     @property
     def ends(self) -> tuple[DeadPoint, DeadPoint]:
         low, high = sorted(DeadPoint(value_at_end(self.link.forward, each.at), each.why) for each in self.link.ends)
         return low, high
 
-    def forward(self, given: Series) -> Series:
-        return self.link.backward(given)
+    def forward(self, driver: Series) -> Series:
+        return self.link.backward(driver)
 
-    def backward(self, asked: Series) -> Series:
-        return self.link.forward(asked)
+    def backward(self, driven: Series) -> Series:
+        return self.link.forward(driven)
 
-    def ratio(self, given: Series) -> Series:
-        return series_quotient(unit_series(given), self.link.ratio(self.link.backward(given)))
+    def ratio(self, driver: Series) -> Series:
+        return series_quotient(unit_series(driver), self.link.ratio(self.link.backward(driver)))
 
     @property
     def couplers(self) -> tuple[Coupler | None, Coupler | None]:
-        given, asked = self.link.couplers
-        return asked, given
+        forward, backward = self.link.couplers
+        return backward, forward
 
     @property
     def forces(self) -> tuple[Force, ...]:
@@ -239,46 +244,50 @@ class ReversedLink:
         )
 
     def _reversed_direction(self, force: Force) -> Callable[[FloatArray], FloatArray]:
-        return lambda given: force.way(position_at(self.link.backward, given))
+        return lambda driver: force.way(position_at(self.link.backward, driver))
 
     def _reversed_share(self, force: Force) -> Callable[[Series], Series]:
-        """What drives the link's output pushes there with what is asked over the ratio, not against its motion."""
-        sign = 1.0 if force.touches else -1.0
-        return lambda given: force.share(self.link.backward(given)) * self.ratio(given) * sign
+        """The share when the link is driven at its output.
 
-    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
-        return self.link.sketch(asked, given, size, back=not back).reversed_sketch
+        The driving force there is the load over the ratio. It acts along the motion, so the sign changes, but not
+        that of a contact.
+        """
+        sign = 1.0 if force.touches else -1.0
+        return lambda driver: force.share(self.link.backward(driver)) * self.ratio(driver) * sign
+
+    def sketch(self, driver: FloatArray, driven: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
+        return self.link.sketch(driven, driver, size, back=not back).reversed_sketch
 
 
 def reversed_link(link: Link) -> Link:
-    """A link that is driven from its other end."""
+    """The same link driven at its other end."""
     return link.link if isinstance(link, ReversedLink) else ReversedLink(link)
 
 
 @dataclass(frozen=True)
 class Bar:
-    """A bar that turns about the origin, and a second one from its end to a point that moves.
+    """A bar l that turns about the origin, and a second bar b from its end to a moving point.
 
-    By the law of cosines the bar is at γ = acos((q² + l² − b²)/(2·l·q)) from the direction to a point at the
-    distance q: anticlockwise of it if ``side`` is 1, clockwise if it is −1.
+    By the law of cosines the angle between the bar and the direction to a point at the distance q is
+    γ = acos((q² + l² − b²)/(2·l·q)). The bar is anticlockwise of that direction if ``side`` is 1, clockwise if −1.
     """
 
     length: Any
     other: Any
-    """The length of the second bar."""
+    """Length of the second bar."""
     side: Any
-    rest: Any = 0.0
-    """What is taken off: the angle in the start position."""
+    zero: Any = 0.0
+    """The angle in the start position, which is subtracted [rad]."""
 
     def angle(self, towards: Series, square: Series) -> Series:
-        """The angle of the bar, from the direction to the point and the square of its distance."""
+        """Angle of the bar [rad], from the direction to the point and the square of its distance."""
         along = square + (self.length - self.other) * (self.length + self.other)
         across = series_root(square * (self.length * self.length * 4.0) - along * along)
-        return towards + angle_of(along, across) * self.side - self.rest
+        return towards + angle_of(along, across) * self.side - self.zero
 
 
 Keys = Mapping[str, Any]
-"""The values of a stage by key, mm and deg: those that it needs, and of the others those that are given."""
+"""The values of a stage by key, mm and deg: all required keys, and those optional ones that a scene gives."""
 
 
 @dataclass(frozen=True)
@@ -288,25 +297,25 @@ class StageKind:
     name: str
     words: str
     needs: tuple[str, ...]
-    """The keys that it has to have."""
+    """The keys that are required."""
     others: tuple[str, ...]
-    """Those that it may have."""
+    """The keys that are optional."""
     turns: Callable[[Keys, bool], bool]
-    """Whether what it moves is an angle, if what comes to it is one or not."""
+    """Whether its output is an angle, from its keys and whether its input is one."""
     links: Callable[[Keys, bool], Sequence[Link]]
-    """Its links from values by key, and whether what comes to it is an angle; raises ``AssemblyFault``."""
+    """Its links, from its keys and whether its input is an angle; raises ``AssemblyFault``."""
 
     def make_links(self, keys: Keys, turns: bool) -> Sequence[Link]:
-        """Its links from values by key, and whether what comes to it is an angle.
+        """Its links, from its keys and whether its input is an angle.
 
         Raises
         ------
-        Unassembled
-            If a key is missing or is none of its own, or it cannot be put together.
+        AssemblyFault
+            If a key is missing or unknown, or the stage cannot be assembled.
         """
-        own = (*self.needs, *self.others)
+        known_keys = (*self.needs, *self.others)
         if missing := [key for key in self.needs if keys.get(key) is None]:
             raise AssemblyFault(f"{self.words} needs {', '.join(missing)}")
-        if strange := [key for key, value in keys.items() if value is not None and key not in own]:
-            raise AssemblyFault(f"{self.words} has no {strange[0]}; known: {', '.join(own)}")
+        if unknown := [key for key, value in keys.items() if value is not None and key not in known_keys]:
+            raise AssemblyFault(f"{self.words} has no {unknown[0]}; known: {', '.join(known_keys)}")
         return self.links({key: value for key, value in keys.items() if value is not None}, turns)

@@ -1,15 +1,16 @@
-"""A constant ratio: a lever, gears or a belt, or a rack with its pinion.
+"""A constant ratio: a lever, gears, a belt, or a rack with its pinion.
 
-    output = i·input        from an angle to a length r·φ, and back s/r
+    output = i·input;        a pinion turns an angle φ into the length r·φ, and a length s into the angle s/r
 
-``ratio`` is i, below 0 where it turns the motion round; ``radius`` is r, that of the pinion or drum.
+The key ``ratio`` is i, negative if input and output move opposite ways. The key ``radius`` is r, the radius of the
+pinion or drum.
 """
 
 from camopt.model.trains.constant_ratio import ConstantRatio
 from camopt.model.trains.link import AssemblyFault, Keys, StageKind, require_positive
 
 LEAST_RATIO = 1e-9
-"""A ratio nearer to 0 makes numbers that no double holds."""
+"""Smallest magnitude of a ratio or radius: a smaller one leads to numbers that doubles cannot hold."""
 
 
 def _ratio_links(keys: Keys, turns: bool) -> tuple[ConstantRatio]:

@@ -1,11 +1,11 @@
-"""A rocker with two arms, as in valve trains: its ratio changes with its angle.
+"""A rocker with two arms, as in valve trains; its ratio changes with its angle.
 
-What drives it lifts a roller or pad at the end of its first arm, and one at the end of the second moves the slide,
-each on a face square to the motion (``trains.arm``):
+Each arm has a roller or pad at its end, on a face square to the motion (``trains.arm``). The driving slide lifts
+the first arm, and the second arm moves the output slide:
 
     y = l₁·(sin(α₁ + φ) − sin α₁)        z = l₂·(sin(α₂ + φ) − sin α₂)
 
-A follower that oscillates is the first arm itself.
+An oscillating follower is the first arm itself.
 """
 
 from camopt.model.trains.arm import Arm, arm
@@ -13,13 +13,13 @@ from camopt.model.trains.link import AssemblyFault, Keys, Link, ReversedLink, St
 
 
 def input_links(keys: Keys, turns: bool) -> tuple[Link, ...]:
-    """The arm by which a rocker or bell crank is driven, unless it turns with the follower."""
+    """The input arm of a rocker or bell crank; none if an angle drives it."""
     if turns:
         if {"input_arm", "input_angle"} & keys.keys():
-            raise AssemblyFault("it turns with what comes to it, an angle: it has no input_arm")
+            raise AssemblyFault("it is driven by an angle, and so has no input_arm")
         return ()
     if "input_arm" not in keys:
-        raise AssemblyFault("what comes to it is a length: it needs an input_arm (mm)")
+        raise AssemblyFault("it is driven by a length, and so needs an input_arm (mm)")
     return (ReversedLink(arm(keys["input_arm"], keys.get("input_angle", 0.0))),)
 
 

@@ -1,7 +1,7 @@
-"""Links as pictures show them: rigid members that move, and what stands still, in a plane; mm and rad.
+"""Links as pictures show them: moving rigid members and fixed supports in a plane; mm and rad.
 
-A link is drawn in a frame of its own. A train puts its links one after the other: each is turned, and mirrored
-where that is needed, so that what drives it is where, and moves as, the one before says.
+Each link is drawn in its own frame. A train attaches its links one after the other: it turns each link, and mirrors
+it if necessary, so that its input port lies and moves as the output port of the link before.
 """
 
 from collections.abc import Sequence
@@ -16,30 +16,30 @@ SupportKind = Literal["pivot", "guide"]
 
 
 class Port(NamedTuple):
-    """Where a link is driven, or drives the next one, in the start position."""
+    """The place where a link is driven, or drives the next one, in the start position."""
 
     at: complex
-    """Of an angle the pivot, of a length the point that moves."""
+    """The pivot of a turning member, or the moving point of a sliding one."""
     way: complex = 1.0
-    """Of length 1. Of a length where it moves to; of an angle the side that the next link is on."""
+    """A unit vector: the direction in which a sliding member moves, or from a pivot the side of the next link."""
     sense: float = 1.0
-    """Of an angle 1 if it grows counterclockwise, −1 if clockwise."""
+    """1 if a turning member turns counterclockwise, −1 if clockwise."""
 
 
 class Member(NamedTuple):
-    """A rigid part."""
+    """A rigid part that moves."""
 
     shape: MemberShape
     points: ComplexArray
-    """Its joints or corners, seen from its own origin in the first position; of a round one its radius."""
+    """Joints or corners, from the member's origin, in the first position; of a round member its radius."""
     at: ComplexArray
-    """Where that origin is in each position, (positions,)."""
+    """Place of the origin in each position, (positions,)."""
     turned: FloatArray
-    """By how much it has turned since the first position, (positions,)."""
+    """Rotation since the first position [rad], (positions,)."""
 
 
 class Support(NamedTuple):
-    """A pivot, or a guide along a way, that stands still."""
+    """A fixed pivot, or a fixed guide along a direction."""
 
     ground: SupportKind
     at: complex
@@ -47,22 +47,20 @@ class Support(NamedTuple):
 
 
 class LinkSketch(NamedTuple):
-    """A link, or several, in some positions."""
+    """One link or several, in some positions."""
 
     members: Sequence[Member]
     supports: Sequence[Support]
     input_port: Port
-    """What drives it."""
     output_port: Port
-    """What it drives."""
 
     @property
     def reversed_sketch(self) -> "LinkSketch":
-        """The same, driven from its other end."""
+        """The same sketch, driven at its other end."""
         return self._replace(input_port=self.output_port, output_port=self.input_port)
 
     def attach_to(self, port: Port) -> "LinkSketch":
-        """Where what drives it is a port of another link."""
+        """The sketch moved so that its input port lies on the port of another link."""
         mirrored = port.sense != self.input_port.sense
         way = port.way / (np.conj(self.input_port.way) if mirrored else self.input_port.way)
 
@@ -70,7 +68,7 @@ class LinkSketch(NamedTuple):
             return way * (np.conj(points) if mirrored else points)
 
         side, away = -1.0 if mirrored else 1.0, port.at - rotate_points(self.input_port.at)
-        asked = self.output_port
+        output = self.output_port
         members = [
             Member(m.shape, rotate_points(m.points), rotate_points(m.at) + away, side * m.turned)
             for m in self.members
@@ -80,16 +78,16 @@ class LinkSketch(NamedTuple):
             members,
             standing,
             port,
-            Port(rotate_points(asked.at) + away, rotate_points(asked.way), side * asked.sense),
+            Port(rotate_points(output.at) + away, rotate_points(output.way), side * output.sense),
         )
 
     def shift_by(self, by: complex) -> "LinkSketch":
-        """Elsewhere in the plane."""
+        """The sketch shifted in the plane."""
         return self.attach_to(self.input_port._replace(at=self.input_port.at + by))
 
 
 def bar(ends: tuple[Any, Any]) -> Member:
-    """A bar between two joints, from the paths of both."""
+    """A bar between two joints, from their paths."""
     along = np.asarray(ends[1] - ends[0], dtype=complex)
     return Member("bar", np.array([0.0, along[0]]), np.asarray(ends[0]), np.unwrap(np.angle(along / along[0])))
 

@@ -1,4 +1,4 @@
-"""A slider-crank, driven from its crank, or where a length comes to it from its slide (``trains.crank``)."""
+"""A slider-crank (``trains.crank``): an angle drives its crank, or a length its slide."""
 
 from camopt.model.trains.crank import crank
 from camopt.model.trains.link import Keys, Link, ReversedLink, StageKind

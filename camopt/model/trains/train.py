@@ -25,11 +25,11 @@ from camopt.model.trains.link import (
 )
 from camopt.model.trains.sketch import LinkSketch, Port
 
-NO_MOTION = 1e-9  # rad (mm): a start position no further from a dead point is at it
+NO_MOTION = 1e-9  # rad (mm): a start position this near to a dead point counts as at it
 
 
 class StageFault(AssemblyFault):
-    """The fault of a stage, by its number from 1."""
+    """An assembly fault with the number of its stage, from 1."""
 
     def __init__(self, number: int, why: str) -> None:
         super().__init__(why)
@@ -37,7 +37,7 @@ class StageFault(AssemblyFault):
 
 
 class TravelEnd(NamedTuple):
-    """Where the tool's motion ends, mm (rad), why, and the number of the stage."""
+    """An end of the tool's travel [mm or rad], its reason, and the number of the stage that sets it."""
 
     at: float
     why: str = ""
@@ -46,18 +46,18 @@ class TravelEnd(NamedTuple):
 
 @dataclass(frozen=True)
 class Train:
-    """What is between follower and tool; displacements of both are from the start position, mm or rad."""
+    """The linkage between follower and tool; displacements of both count from the start position [mm or rad]."""
 
     links: tuple[Link, ...]
     """From the follower to the tool."""
     stages: tuple[int, ...]
-    """The number of the stage of each link, from 1."""
+    """The stage number of each link, from 1."""
     carried: tuple[CarriedLoad, ...] = ()
 
     @property
     def has_mass(self) -> bool:
-        """Whether it carries any mass."""
-        return any(each.mass for each in self.carried)
+        """Whether any joint has a mass."""
+        return any(load.mass for load in self.carried)
 
     @property
     def angular(self) -> bool:
@@ -66,97 +66,97 @@ class Train:
 
     @cached_property
     def reversed_train(self) -> "Train":
-        """The train from the tool to the follower, as where the tool drives; it carries nothing."""
+        """The train from the tool to the follower, as if the tool drove it; without loads."""
         return Train(tuple(map(reversed_link, self.links[::-1])), self.stages[::-1])
 
     @property
     def constant_ratio(self) -> float | None:
-        """Its velocity ratio, if that is the same everywhere."""
+        """Its velocity ratio if that is constant, else None."""
         factors = [link.factor for link in self.links if isinstance(link, ConstantRatio)]
         return float(prod(factors)) if len(factors) == len(self.links) else None
 
     def tool(self, follower: Series) -> Series:
-        """The displacement of the tool."""
+        """Displacement of the tool, from that of the follower."""
         for link in self.links:
             follower = link.forward(follower)
         return follower
 
     def follower(self, tool: Series) -> Series:
-        """The displacement of the follower."""
+        """Displacement of the follower, from that of the tool."""
         for link in reversed(self.links):
             tool = link.backward(tool)
         return tool
 
     def follower_at(self, tool: FloatArray) -> FloatArray:
-        """The displacement of the follower, of numbers alone."""
+        """Displacement of the follower, as numbers without derivatives."""
         return np.asarray(self.follower(Taylor([tool])).terms[0])
 
     def joints(self, follower: Series) -> list[TrainJoint]:
         """The joints, from the follower to the tool."""
-        found = [TrainJoint(follower, unit_series(follower))]
+        joints = [TrainJoint(follower, unit_series(follower))]
         for link in self.links:
-            moved, ratio = found[-1]
-            found.append(TrainJoint(link.forward(moved), ratio * link.ratio(moved)))
-        return found
+            displacement, ratio = joints[-1]
+            joints.append(TrainJoint(link.forward(displacement), ratio * link.ratio(displacement)))
+        return joints
 
     @property
     def has_couplers(self) -> bool:
-        """Whether any of its links has a coupler."""
+        """Whether any link has a coupler."""
         return any(link.couplers[0] for link in self.links)
 
     def least_transmission(self, low: Any, high: Any) -> Any:
-        """The least transmission angle of its couplers over a travel of the tool, rad."""
-        found = []
+        """Least transmission angle of its couplers over a travel of the tool [rad]."""
+        angles = []
         for link in reversed(self.links):
-            one, other = (position_at(link.backward, each) for each in (low, high))
+            one, other = position_at(link.backward, low), position_at(link.backward, high)
             low, high = np.minimum(one, other), np.maximum(one, other)
             if (coupler := link.couplers[0]) is not None:
-                found.append(coupler.least_angle(low, high))
-        return reduce(np.minimum, found)
+                angles.append(coupler.least_angle(low, high))
+        return reduce(np.minimum, angles)
 
     def sketch(self, follower: FloatArray, port: Port, size: float) -> LinkSketch:
-        """Its links in some positions of the follower, from where that drives the first (``trains.sketch``)."""
-        moved, first, found = follower, port, list[LinkSketch]()
+        """Its links in some positions of the follower; ``port`` is where the follower drives the first link."""
+        driver, first, sketches = follower, port, list[LinkSketch]()
         for link in self.links:
-            asked = np.asarray(link.forward(Taylor([moved])).terms[0])
-            found.append(link.sketch(moved, asked, size).attach_to(port))
-            moved, port = asked, found[-1].output_port
-        members = [member for each in found for member in each.members]
-        return LinkSketch(members, [still for each in found for still in each.supports], first, port)
+            driven = np.asarray(link.forward(Taylor([driver])).terms[0])
+            sketches.append(link.sketch(driver, driven, size).attach_to(port))
+            driver, port = driven, sketches[-1].output_port
+        members = [member for sketch in sketches for member in sketch.members]
+        return LinkSketch(members, [support for sketch in sketches for support in sketch.supports], first, port)
 
     @cached_property
     def senses(self) -> tuple[Any, ...]:
-        """For each joint 1 if it moves out with the follower, −1 if against it."""
+        """For each joint 1 if it moves with the follower, −1 if against it."""
         return tuple(np.sign(joint.ratio.terms[0]) for joint in self.joints(Taylor([0.0, 1.0])))
 
     def load_at_follower(self, follower: Series, ways: Sequence[Any], loads: Mapping[int, Series]) -> FollowerLoad:
-        """What it brings to the follower (``trains.carried_load``)."""
+        """The load of the train on the follower (``trains.carried_load``)."""
         return sum_follower_load(self.joints(follower), self.carried, ways, loads)
 
     @cached_property
     def forces(self) -> tuple[JointForce, ...]:
-        """The forces in its joints, from the follower to the tool (``trains.joints``)."""
+        """The forces in its joints, from the follower to the tool (``trains.joint_forces``)."""
         return tuple(list_joint_forces(self.links, self.stages))
 
     def force_in(
         self, parts: Sequence[WeightedForce], follower: Series, ways: Sequence[Any], loads: Mapping[int, Series]
     ) -> FollowerLoad:
-        """A sum of forces of its links, in the form of what it brings to the follower."""
+        """A sum of joint forces, split into its static part and its inertia as a load on the follower is."""
         joints = self.joints(follower)
-        still, inertia = (each * 0.0 for each in sum_follower_load(joints, (), ways, {}))
+        total = FollowerLoad(*(series * 0.0 for series in sum_follower_load(joints, (), ways, {})))
         for part in parts:
-            share = self.links[part.link].forces[part.force].share(joints[part.link].moved) * part.sign
-            # what a joint, and all beyond it, takes from the link that moves it
+            share = self.links[part.link].forces[part.force].share(joints[part.link].displacement) * part.sign
+            # the load of the link's output joint and of all joints towards the tool
             joint = part.link + 1
-            carried = tuple(each for each in self.carried if each.joint >= joint)
+            carried = tuple(load for load in self.carried if load.joint >= joint)
             beyond = sum_follower_load(joints, carried, ways, {k: load for k, load in loads.items() if k >= joint})
-            asked = FollowerLoad(*(series_quotient(each, joints[joint].ratio) for each in beyond))
-            still, inertia = still + asked.still * share, inertia + asked.carried * share
-        return FollowerLoad(still, inertia)
+            static, inertia = (series_quotient(series, joints[joint].ratio) * share for series in beyond)
+            total = FollowerLoad(total.still + static, total.carried + inertia)
+        return total
 
     @cached_property
     def tool_reach(self) -> tuple[TravelEnd, TravelEnd]:
-        """The ends of the tool's motion: at the first dead point below the start position, and above."""
+        """The ends of the tool's travel: the first dead points below and above the start position."""
         low, high = TravelEnd(-inf), TravelEnd(inf)
         for number, link in zip(self.stages, self.links, strict=True):
             below, above = (TravelEnd(*each, number) for each in link.ends)
@@ -166,14 +166,14 @@ class Train:
 
 
 def assemble_train(stages: Sequence[tuple[str, Keys]], *, angular: bool) -> Train:
-    """A train from the names and keys of its stages, from the follower to the tool, mm and deg.
+    """A train from the names and keys of its stages [mm and deg], from the follower to the tool.
 
     ``angular`` says whether the follower's motion is an angle.
 
     Raises
     ------
     StageFault
-        If a stage lacks a key, has one too many, cannot be put together, or starts at a dead point.
+        If a stage has a missing or unknown key, cannot be assembled, or starts at a dead point.
     """
     train = assemble_trains(stages, angular=angular)
     for number, link in zip(train.stages, train.links, strict=True):
@@ -184,14 +184,14 @@ def assemble_train(stages: Sequence[tuple[str, Keys]], *, angular: bool) -> Trai
 
 
 def assemble_trains(stages: Sequence[tuple[str, Keys]], *, angular: bool) -> Train:
-    """Trains whose numbers are arrays or ranges; those that cannot be put together are among them."""
+    """Trains from arrays or ranges of numbers; those that cannot be assembled are among them."""
     links, numbers = list[Link](), list[int]()
     for number, (name, keys) in enumerate(stages, start=1):
         try:
-            found = TRAIN_STAGES[name].make_links(keys, angular)
-        except AssemblyFault as unfit:
-            raise StageFault(number, str(unfit)) from None
-        links += found
-        numbers += [number] * len(found)
+            stage_links = TRAIN_STAGES[name].make_links(keys, angular)
+        except AssemblyFault as fault:
+            raise StageFault(number, str(fault)) from None
+        links += stage_links
+        numbers += [number] * len(stage_links)
         angular = TRAIN_STAGES[name].turns(keys, angular)
     return Train(tuple(links), tuple(numbers))

@@ -79,7 +79,7 @@ def rocker_at(keys, phi):
     def gap(psi):
         return abs(keys["ground"] + keys["rocker"] * mpmath.expj(psi) - keys["crank"] * mpmath.expj(phi)) ** 2
 
-    return mpmath.findroot(lambda psi: gap(psi) - mpf(keys["coupler"]) ** 2, near.asked_start)
+    return mpmath.findroot(lambda psi: gap(psi) - mpf(keys["coupler"]) ** 2, near.rocker_start)
 
 
 def four_bar_bodies(keys, phi, psi, asked):

@@ -52,7 +52,7 @@ def test_up_to_its_dead_points_a_train_goes_one_way(seed):
 
 def test_a_four_bar_of_norton():
     """Norton, Design of Machinery, example 4-1: links of 100, 40, 120 and 80 mm, the crank at 40 deg."""
-    found = [four_bar(40.0, 120.0, 80.0, 100.0, 40.0, crossed=crossed).asked_start for crossed in (False, True)]
+    found = [four_bar(40.0, 120.0, 80.0, 100.0, 40.0, crossed=crossed).rocker_start for crossed in (False, True)]
     assert np.degrees(found) == pytest.approx([57.33, -98.01 + 360.0], abs=0.006)
 
 

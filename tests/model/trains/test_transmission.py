@@ -20,7 +20,9 @@ def between(one, other):
 
 def sampled(stages, train, tool):
     """The least angle at places of the tool, from pins of the couplers."""
-    joints = [joint.moved.terms[0] for joint in train.joints(Taylor([train.follower(Taylor([tool])).terms[0]]))]
+    joints = [
+        joint.displacement.terms[0] for joint in train.joints(Taylor([train.follower(Taylor([tool])).terms[0]]))
+    ]
     least = []
     for number, (name, keys) in enumerate(stages, start=1):
         last = max(k for k, stage in enumerate(train.stages, start=1) if stage == number)
@@ -28,7 +30,7 @@ def sampled(stages, train, tool):
         start = np.radians(keys.get("angle", 0.0))
         if name == "four-bar":
             link = train.links[last - 1]
-            rocker = keys["rocker"] * np.exp(1j * (asked + link.asked_start))
+            rocker = keys["rocker"] * np.exp(1j * (asked + link.rocker_start))
             least.append(between(rocker, keys["ground"] + rocker - keys["crank"] * np.exp(1j * (given + start))))
         if name in ("bell-crank", "slider-crank"):
             by_slide = not train.links[last - 1].turns[0]
