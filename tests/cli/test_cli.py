@@ -641,8 +641,8 @@ def test_evaluate_says_its_verdict_first_and_meanings_if_asked(run):
         _, long, _ = run("evaluate", scene, "--long")
         assert short.startswith(verdict)
         assert long.startswith(verdict)
-        assert "Largest |β| over the turn." in long
-        assert "Largest |β| over the turn." not in short
+        assert "Largest pressure angle |β| over the turn." in long
+        assert "Largest pressure angle |β| over the turn." not in short
 
 
 def test_without_a_command_there_is_the_help(run):

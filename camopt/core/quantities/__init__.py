@@ -1,6 +1,6 @@
-"""The list of quantities: all that camopt can report, each with its symbol, unit and sentence; how they are shown.
+"""Every quantity that camopt can report, with its symbol, unit and a sentence about it.
 
-Table columns, JSON keys, documentation and checks of names all come from here. The unit is the suffix.
+Table columns, JSON keys, the reference and checks of names are made from this list. A name ends with its unit.
 """
 
 from collections.abc import Collection
@@ -65,27 +65,37 @@ __all__ = [
 ]
 Flag = Literal["undercut", "self_crossing", "feasible", "refined"]
 Word = Literal["law_rise", "law_return", "violated", "status", "proof"]
-"""The quantities that are no numbers, for type checkers, which cannot read them from the list."""
+"""Quantities that are no numbers, for type checkers: they cannot read the list."""
 
 
 def _pair_quantities() -> list[Quantity]:
-    of_each = (
-        ("pressure_angle_max_deg", "β_max", "deg", "Largest |β| over the turn"),
-        ("profile_radius_min_mm", "ρ_min", "mm", "Least convex radius of curvature of the profile"),
+    contact_quantities = (
+        ("pressure_angle_max_deg", "β_max", "deg", "Largest pressure angle |β| over the turn"),
+        ("profile_radius_min_mm", "ρ_min", "mm", "Smallest convex radius of curvature of the profile"),
         ("outer_radius_mm", "", "mm", "Largest distance of the profile from the cam's axis"),
         ("contact_stress_max_MPa", "p_0", "MPa", "Largest contact pressure (Hertz)"),
     )
-    least = "Least preload of two contacts with which none lets go at this speed."
-    needed = "Least interference of two contacts with which none lets go at this speed."
+    least = "Smallest preload that keeps both contacts of a pair closed at this speed."
+    needed = "Smallest interference that keeps both contacts of a pair closed at this speed."
     places = {"first": "at the first contact of a pair.", "second": "at the second contact of a pair."}
     return [
         Quantity(
-            "roller_distance_mm", "d", "mm", "frame", "Distance of the centres of two rollers that translate."
+            "roller_distance_mm", "d", "mm", "frame", "Distance between the centres of two translating rollers."
         ),
-        Quantity("subtending_angle_deg", "η", "deg", "frame", "Angle between the arms of two rollers that swing."),
-        Quantity("breadth_mm", "", "mm", "frame", "Distance of the two faces of a yoke, the breadth of its disc."),
-        Quantity("pair_preload_N", "P", "N", "preload", "Force with which two contacts press at rest."),
-        Quantity("pair_preload_N_m", "P", "N·m", "preload", "Moment with which two contacts press at rest."),
+        Quantity("subtending_angle_deg", "η", "deg", "frame", "Angle between the arms of two oscillating rollers."),
+        Quantity(
+            "breadth_mm",
+            "",
+            "mm",
+            "frame",
+            "Distance between the two faces of a yoke, which is the breadth of its disc.",
+        ),
+        Quantity(
+            "pair_preload_N", "P", "N", "preload", "Force between the cam and each contact of a pair at rest."
+        ),
+        Quantity(
+            "pair_preload_N_m", "P", "N·m", "preload", "Moment of the force at each contact of a pair at rest."
+        ),
         Quantity("pair_preload_required_N", "P", "N", "preload", least),
         Quantity("pair_preload_required_N_m", "P", "N·m", "preload", least),
         Quantity("interference_required_mm", "δ_0", "mm", "preload", needed),
@@ -95,14 +105,19 @@ def _pair_quantities() -> list[Quantity]:
             "",
             "",
             "preload",
-            "Preload over the least with which no contact lets go; below 1 one does.",
+            "Preload divided by the preload required; below 1 a contact opens.",
             least=True,
         ),
         *(
             Quantity(
-                f"{place}_{name}", symbol, unit, "pair", f"{sentence} {words}", least=sentence.startswith("Least")
+                f"{place}_{name}",
+                symbol,
+                unit,
+                "pair",
+                f"{sentence} {words}",
+                least=sentence.startswith("Smallest"),
             )
-            for name, symbol, unit, sentence in of_each
+            for name, symbol, unit, sentence in contact_quantities
             for place, words in places.items()
         ),
     ]
@@ -110,14 +125,24 @@ def _pair_quantities() -> list[Quantity]:
 
 def _lash_quantities() -> list[Quantity]:
     return [
-        Quantity(f"{stem}_speed_max_{unit.replace('/', '_')}", "v", unit, "lash", f"Largest speed {words}.")
+        Quantity(
+            f"{stem}_speed_max_{unit.replace('/', '_')}",
+            "v",
+            unit,
+            "lash",
+            f"Largest speed of the follower {words}.",
+        )
         for stem, words in (
-            ("opening", "where the follower takes up the lash"),
-            ("closing", "where the follower gives the lash back"),
-            ("lash", "at the lash, on the way out or back"),
+            ("opening", "as it takes up the lash"),
+            ("closing", "as it gives the lash back"),
+            ("lash", "as it takes up the lash or gives it back"),
         )
         for unit in ("m/s", "rad/s")
-    ] + [Quantity("lash_open_deg", "", "deg", "lash", "Cam angle over which the follower is beyond its lash.")]
+    ] + [
+        Quantity(
+            "lash_open_deg", "", "deg", "lash", "Cam angle over which the lash is taken up, as of an open valve."
+        )
+    ]
 
 
 def _vibration_quantities() -> list[Quantity]:
@@ -128,7 +153,7 @@ def _vibration_quantities() -> list[Quantity]:
                 "overshoot_max",
                 "z_max",
                 ("mm", "deg"),
-                "Largest deviation of the train from its cam's motion.",
+                "Largest deviation of the elastic train from the motion that its cam gives.",
             ),
             (
                 "acceleration_elastic_max",
@@ -140,7 +165,7 @@ def _vibration_quantities() -> list[Quantity]:
                 "residual_vibration_max",
                 "A",
                 ("mm", "deg"),
-                "Largest vibration that remains in a dwell (amplitude).",
+                "Largest amplitude of the vibration that remains in a dwell.",
             ),
         )
         for unit in units
@@ -151,14 +176,14 @@ def _vibration_quantities() -> list[Quantity]:
             "",
             "",
             "vibration",
-            "Peak acceleration of the mass on the elastic train over that of the motion.",
+            "Peak acceleration of the mass on the elastic train divided by the peak of a rigid one.",
         ),
         Quantity(
             "contact_force_elastic_min_N",
             "F_min",
             "N",
             "vibration",
-            "Least force along the motion with the elastic train; contact is lost at 0 and below.",
+            "Smallest contact force along the motion with the elastic train; contact is lost at 0 and below.",
             least=True,
             signed=True,
         ),
@@ -166,42 +191,54 @@ def _vibration_quantities() -> list[Quantity]:
 
 
 class QuantityTable(dict[str, Quantity]):
-    """Quantities by name; with the numbers of stages of trains, of which there are too many to list."""
+    """Quantities by name, and the numbers of train stages, which are too many to list."""
 
     def __missing__(self, name: str) -> Quantity:
-        if (found := find_stage_quantity(name)) is None:
+        if (quantity := find_stage_quantity(name)) is None:
             raise KeyError(name)
-        return found
+        return quantity
 
     def __contains__(self, name: object) -> bool:
         return super().__contains__(name) or (isinstance(name, str) and find_stage_quantity(name) is not None)
 
 
-KEEPS_CONTACT = "keeps contact at this speed, in a groove with one and the same flank."
+KEEPS_CONTACT = "keeps contact at this speed; in a groove, contact with one flank."
 _LISTED_QUANTITIES = [
-    Quantity("law_rise", "", "", "sizes", "Motion law of the rises (of the tool, with a train).", str),
-    Quantity("law_return", "", "", "sizes", "Motion law of the returns (of the tool, with a train).", str),
-    Quantity("base_radius_mm", "R_b", "mm", "sizes", "Least radius of the profile of a disc cam."),
-    Quantity("mean_radius_mm", "R_m", "mm", "sizes", "Radius at which a cylindrical cam is developed."),
-    Quantity("roller_radius_mm", "R_r", "mm", "sizes", "Radius of the roller; of the face if spherical."),
-    Quantity("prime_radius_mm", "R_p", "mm", "sizes", "Least radius of the pitch curve, R_b + R_r."),
+    Quantity("law_rise", "", "", "sizes", "Motion law of the rises; with a train, of the tool's rises.", str),
+    Quantity("law_return", "", "", "sizes", "Motion law of the returns; with a train, of the tool's returns.", str),
+    Quantity(
+        "base_radius_mm", "R_b", "mm", "sizes", "Radius of the base circle, the smallest of a disc cam's profile."
+    ),
+    Quantity(
+        "mean_radius_mm", "R_m", "mm", "sizes", "Radius of a cylindrical cam at which its profile is developed."
+    ),
+    Quantity("roller_radius_mm", "R_r", "mm", "sizes", "Radius of the roller, or of a spherical face."),
+    Quantity(
+        "prime_radius_mm",
+        "R_p",
+        "mm",
+        "sizes",
+        "Radius of the prime circle, the smallest of the pitch curve: R_b + R_r.",
+    ),
     Quantity("offset_mm", "e", "mm", "sizes", "Offset of the follower's axis, positive to the right."),
     Quantity("arm_length_mm", "l", "mm", "sizes", "Distance from the pivot to the trace point."),
     Quantity("centre_distance_mm", "c", "mm", "sizes", "Distance from the pivot to the cam centre."),
     Quantity("face_offset_mm", "f", "mm", "sizes", "Distance of an oscillating flat face from its pivot."),
-    Quantity("roller_spacing_mm", "d", "mm", "sizes", "Distance of the centres of two rollers about a rib."),
-    Quantity("second_arm_length_mm", "l_2", "mm", "sizes", "Arm of the second roller of a conjugate pair."),
+    Quantity(
+        "roller_spacing_mm", "d", "mm", "sizes", "Distance between the centres of the two rollers about a rib."
+    ),
+    Quantity("second_arm_length_mm", "l_2", "mm", "sizes", "Arm length of the second roller of a conjugate pair."),
     Quantity("second_roller_radius_mm", "R_r2", "mm", "sizes", "Radius of the second roller of a conjugate pair."),
     Quantity("second_offset_mm", "e_2", "mm", "sizes", "Offset of the second roller, positive to the right."),
-    Quantity("second_base_radius_mm", "R_b2", "mm", "sizes", "Least radius of the profile of the second disc."),
+    Quantity("second_base_radius_mm", "R_b2", "mm", "sizes", "Radius of the base circle of the second disc."),
     Quantity(
         "shaft_clearance_mm",
         "",
         "mm",
         "sizes",
-        "Least gap between the shaft and the profile, or the inner roller of a rib.",
+        "Smallest gap between the shaft and the profile, or between the shaft and a rib's inner roller.",
     ),
-    *(each for number in NUMBERS for each in number.quantities),
+    *(quantity for number in NUMBERS for quantity in number.quantities),
     *_pair_quantities(),
     *motion_quantities(),
     *mean_quantities(),
@@ -211,18 +248,23 @@ _LISTED_QUANTITIES = [
         "",
         "mm·deg",
         "rms",
-        "Area below the lift over the cam angle, as of a valve.",
+        "Area below the lift curve over the cam angle, as of a valve.",
         least=True,
     ),
     Quantity(
-        "lift_area_deg_deg", "", "deg·deg", "rms", "Area below the follower's angle over the cam angle.", least=True
+        "lift_area_deg_deg",
+        "",
+        "deg·deg",
+        "rms",
+        "Area below the curve of the follower's angle over the cam angle.",
+        least=True,
     ),
     Quantity(
         "transmission_angle_min_deg",
         "μ_min",
         "deg",
         "transmission",
-        "Least transmission angle of the couplers of a train over the turn.",
+        "Smallest transmission angle of a train's couplers over the turn.",
         least=True,
     ),
     Quantity(
@@ -230,44 +272,54 @@ _LISTED_QUANTITIES = [
         "F_J",
         "N",
         "joints",
-        "Largest force in the pins of couplers, rollers, teeth, levers and faces of a train.",
+        "Largest force in a joint of a train: a pin, roller, tooth, lever or face.",
     ),
-    Quantity(
-        "joint_force_max_at_deg", "", "deg", "joints", "Cam angle of the largest force in a joint.", place=True
-    ),
+    Quantity("joint_force_max_at_deg", "", "deg", "joints", "Cam angle of the largest joint force.", place=True),
     Quantity(
         "joint_force_max_direction_deg",
         "",
         "deg",
         "joints",
-        "Direction of the largest force in a joint, from the slide's motion, or the line of a four-bar's pivots.",
+        "Direction of the largest joint force, from the slide's motion or from the line of a four-bar's pivots.",
         place=True,
     ),
-    Quantity("pivot_force_max_N", "F_P", "N", "joints", "Largest force on a pivot of a train, wherever it stands."),
-    Quantity("slide_thrust_max_N", "", "N", "joints", "Largest force of a train's slides across their guides."),
-    Quantity("pressure_angle_max_deg", "β_max", "deg", "pressure", "Largest |β| over the turn."),
+    Quantity("pivot_force_max_N", "F_P", "N", "joints", "Largest force on any pivot of a train."),
+    Quantity("slide_thrust_max_N", "", "N", "joints", "Largest force of a train's slide square to its guide."),
+    Quantity("pressure_angle_max_deg", "β_max", "deg", "pressure", "Largest pressure angle |β| over the turn."),
     Quantity(
-        "pressure_angle_max_rise_deg", "β_max", "deg", "pressure", "Largest |β| over the rises of the follower."
+        "pressure_angle_max_rise_deg",
+        "β_max",
+        "deg",
+        "pressure",
+        "Largest pressure angle |β| over the rises of the follower.",
     ),
     Quantity(
-        "pressure_angle_max_return_deg", "β_max", "deg", "pressure", "Largest |β| over the returns of the follower."
+        "pressure_angle_max_return_deg",
+        "β_max",
+        "deg",
+        "pressure",
+        "Largest pressure angle |β| over the returns of the follower.",
     ),
     Quantity(
-        "pressure_angle_max_dwell_deg", "β_max", "deg", "pressure", "Largest |β| over the dwells of the follower."
+        "pressure_angle_max_dwell_deg",
+        "β_max",
+        "deg",
+        "pressure",
+        "Largest pressure angle |β| over the dwells of the follower.",
     ),
     Quantity(
         "pressure_angle_max_bottom_deg",
         "β_max",
         "deg",
         "pressure",
-        "Largest |β| over the turn at the bottom of a groove or foot of a rib, steeper than at the mean radius.",
+        "Largest pressure angle |β| at the bottom of a groove or the foot of a rib, above that at the mean radius.",
     ),
     Quantity(
         "pressure_angle_max_at_deg",
         "θ_p",
         "deg",
         "pressure",
-        "Cam angle of the pitch point (largest |β|).",
+        "Cam angle of the pitch point, where |β| is largest.",
         place=True,
     ),
     Quantity(
@@ -286,7 +338,7 @@ _LISTED_QUANTITIES = [
         "κ",
         "1/mm",
         "curvature",
-        "Least curvature of the pitch curve; below 0 where concave.",
+        "Smallest curvature of the pitch curve; below 0 where the curve is concave.",
         least=True,
         signed=True,
     ),
@@ -295,7 +347,7 @@ _LISTED_QUANTITIES = [
         "ρ_min",
         "mm",
         "curvature",
-        "Least convex radius of curvature of the profile; 0 or less where the cam is undercut.",
+        "Smallest convex radius of curvature of the profile; 0 or less if the cam is undercut.",
         least=True,
     ),
     Quantity(
@@ -303,16 +355,23 @@ _LISTED_QUANTITIES = [
         "R_c",
         "mm",
         "curvature",
-        "Radius of the largest cutter or grinding wheel that reaches every concave flank of a disc cam.",
+        "Radius of the largest cutter or grinding wheel that fits every concave flank of a disc cam.",
         least=True,
     ),
-    Quantity("undercut", "", "", "curvature", "Whether the follower cuts away a part of the profile.", bool),
+    Quantity(
+        "undercut",
+        "",
+        "",
+        "curvature",
+        "Whether the cam is undercut: its profile loses a part that the motion needs.",
+        bool,
+    ),
     Quantity(
         "self_crossing",
         "",
         "",
         "crossing",
-        "Whether the profile crosses itself; also yes if that is undecided.",
+        "Whether the profile crosses itself; yes also if camopt cannot decide it.",
         bool,
     ),
     Quantity(
@@ -320,8 +379,8 @@ _LISTED_QUANTITIES = [
         "",
         "mm",
         "reach",
-        "Largest reach of the contact along a flat face: from the axis, + to the right if ccw, to the left if cw; "
-        "oscillating: from the pivot.",
+        "Largest distance of the contact along a flat face from the follower's axis, positive to the right if the "
+        "cam turns ccw, to the left if cw; on an oscillating face, from its pivot.",
         signed=True,
     ),
     Quantity(
@@ -329,8 +388,8 @@ _LISTED_QUANTITIES = [
         "",
         "mm",
         "reach",
-        "Least reach of the contact along a flat face, with the sign of the largest: "
-        "below 0 on the other side of the axis.",
+        "Smallest distance of the contact along a flat face, with the sign of the largest; below 0 on the other "
+        "side of the axis.",
         least=True,
         signed=True,
     ),
@@ -339,7 +398,7 @@ _LISTED_QUANTITIES = [
         "",
         "mm",
         "face",
-        "Least diameter of a round flat face that the contact never leaves, over the cam's face width.",
+        "Smallest diameter of a round flat face that the contact line never leaves, over the cam's face width.",
     ),
     Quantity(
         "outer_radius_mm",
@@ -353,7 +412,7 @@ _LISTED_QUANTITIES = [
         "",
         "mm",
         "outline",
-        "Least wall between a groove in the face of a disc, or a rib on it, and its edge; below 0 it breaks out.",
+        "Smallest wall between the edge of a disc and a groove or rib on its face; below 0 there is no wall.",
         least=True,
     ),
     Quantity(
@@ -361,8 +420,8 @@ _LISTED_QUANTITIES = [
         "t",
         "mm",
         "rib",
-        "Least thickness of a rib, by the normals at both rollers: exact where flanks are arcs about one centre "
-        "(lines). At 0 and below there is no rib.",
+        "Smallest thickness of a rib, along the normals at both rollers; exact where both flanks are arcs about "
+        "one centre or lines. At 0 and below there is no rib.",
         least=True,
     ),
     Quantity(
@@ -370,7 +429,7 @@ _LISTED_QUANTITIES = [
         "",
         "mm",
         "outline",
-        "Least distance of the turning cam from the axis of its follower's pivot; below 0 it passes over that.",
+        "Smallest gap between the turning cam and the axis of the follower's pivot; below 0 the cam crosses it.",
         least=True,
     ),
     Quantity(
@@ -378,27 +437,28 @@ _LISTED_QUANTITIES = [
         "F_min",
         "N",
         "force",
-        "Least force along the motion; contact is lost at 0 and below, in a groove its other flank bears.",
+        "Smallest contact force along the motion; at 0 and below contact is lost, or the other flank of a groove "
+        "carries.",
         least=True,
         signed=True,
     ),
-    Quantity("contact_force_max_N", "F_max", "N", "force", "Largest force along the motion.", signed=True),
-    Quantity("preload_required_N", "F_0", "N", "force", f"Least preload that {KEEPS_CONTACT}"),
-    Quantity("preload_required_N_m", "M_0", "N·m", "force", f"Least preload that {KEEPS_CONTACT}"),
-    Quantity("spring_rate_required_N_per_mm", "k", "N/mm", "force", f"Least spring rate that {KEEPS_CONTACT}"),
+    Quantity("contact_force_max_N", "F_max", "N", "force", "Largest contact force along the motion.", signed=True),
+    Quantity("preload_required_N", "F_0", "N", "force", f"Smallest preload that {KEEPS_CONTACT}"),
+    Quantity("preload_required_N_m", "M_0", "N·m", "force", f"Smallest preload that {KEEPS_CONTACT}"),
+    Quantity("spring_rate_required_N_per_mm", "k", "N/mm", "force", f"Smallest spring rate that {KEEPS_CONTACT}"),
     Quantity(
-        "spring_rate_required_N_m_per_rad", "k", "N·m/rad", "force", f"Least spring rate that {KEEPS_CONTACT}"
+        "spring_rate_required_N_m_per_rad", "k", "N·m/rad", "force", f"Smallest spring rate that {KEEPS_CONTACT}"
     ),
     Quantity(
         "jump_speed_rpm",
         "",
         "rev/min",
         "force",
-        "Speed of the cam above which contact is lost, in a groove with one flank; 0 where nothing presses "
-        "the follower.",
+        "Cam speed above which contact is lost; in a groove, contact with one flank. It is 0 if nothing presses "
+        "the follower on the cam.",
         least=True,
     ),
-    Quantity("jump_speed_ratio", "", "", "force", "Jump speed over the speed of the cam.", least=True),
+    Quantity("jump_speed_ratio", "", "", "force", "Jump speed divided by the speed of the cam.", least=True),
     *_lash_quantities(),
     *_vibration_quantities(),
     Quantity(
@@ -406,7 +466,7 @@ _LISTED_QUANTITIES = [
         "T_max",
         "N·m",
         "torque",
-        "Largest torque with its sign (torque_peak_N_m has none); a guide's friction adds to it.",
+        "Largest torque with its sign, guide friction included; torque_peak_N_m has no sign.",
         signed=True,
     ),
     Quantity(
@@ -414,7 +474,7 @@ _LISTED_QUANTITIES = [
         "T_min",
         "N·m",
         "torque",
-        "Least torque; below 0 where the follower drives the cam.",
+        "Smallest torque with its sign; below 0 where the follower drives the cam.",
         least=True,
         signed=True,
     ),
@@ -423,22 +483,32 @@ _LISTED_QUANTITIES = [
     Quantity("torque_rms_N_m", "", "N·m", "torque", "Root mean square of the torque over the turn."),
     Quantity("power_peak_W", "P_max", "W", "torque", "Largest |power| over the turn."),
     Quantity("power_mean_W", "P_mean", "W", "torque", "Mean power over the turn.", signed=True),
-    Quantity("energy_fluctuation_J", "ΔE", "J", "torque", "Range of the work of the torque less its mean."),
     Quantity(
-        "flywheel_inertia_kg_m2", "I", "kg·m²", "torque", "Inertia that keeps the speed within its fluctuation."
+        "energy_fluctuation_J", "ΔE", "J", "torque", "Range of the work of the torque, less the work of its mean."
+    ),
+    Quantity(
+        "flywheel_inertia_kg_m2",
+        "I",
+        "kg·m²",
+        "torque",
+        "Flywheel inertia that keeps the speed within the fluctuation allowed.",
     ),
     Quantity(
         "normal_force_max_N", "N", "N", "thrust", "Largest normal force at the contact, guide friction included."
     ),
-    Quantity("side_thrust_max_N", "S", "N", "thrust", "Largest force across the motion of the trace point."),
-    Quantity("guide_reaction_max_N", "", "N", "thrust", "Largest reaction at the near end of the guide."),
-    Quantity("stem_bending_stress_max_MPa", "σ", "MPa", "thrust", "Largest bending stress of a round stem."),
+    Quantity(
+        "side_thrust_max_N", "S", "N", "thrust", "Largest contact force square to the motion of the trace point."
+    ),
+    Quantity("guide_reaction_max_N", "", "N", "thrust", "Largest reaction at the end of the guide near the cam."),
+    Quantity(
+        "stem_bending_stress_max_MPa", "σ", "MPa", "thrust", "Largest bending stress of a round follower stem."
+    ),
     Quantity(
         "jamming_margin",
         "",
         "",
         "thrust",
-        "1 − μ·q·|tan β| where the follower moves outward, in a groove inward too; 0 jams.",
+        "Smallest 1 − μ·q·|tan β| where the follower moves outward, in a groove inward too; at 0 it jams.",
         least=True,
         signed=True,
     ),
@@ -447,7 +517,7 @@ _LISTED_QUANTITIES = [
         "",
         "deg",
         "thrust",
-        "Pressure angle at which the follower jams at its lowest position.",
+        "Pressure angle at which the follower would jam at its lowest position.",
         place=True,
     ),
     Quantity(
@@ -455,7 +525,7 @@ _LISTED_QUANTITIES = [
         "p_0",
         "MPa",
         "hertz",
-        "Largest contact pressure (Hertz); in a groove on the flank that carries.",
+        "Largest contact pressure (Hertz), in a groove on the flank that carries.",
     ),
     Quantity(
         "contact_stress_push_MPa",
@@ -476,7 +546,7 @@ _LISTED_QUANTITIES = [
         "p_0",
         "MPa",
         "hertz",
-        "Largest contact pressure if the roller may bear on either flank, for the clearance of the groove.",
+        "Largest contact pressure if the clearance lets the roller bear on either flank of the groove.",
     ),
     Quantity("contact_half_width_mm", "b", "mm", "hertz", "Half-width of the contact where its stress is largest."),
     Quantity(
@@ -484,7 +554,7 @@ _LISTED_QUANTITIES = [
         "",
         "mm",
         "hertz",
-        "Half-length of a point contact across the cam, where its stress is largest.",
+        "Half-length of a point contact across the cam where its stress is largest.",
         place=True,
     ),
     Quantity("contact_shear_max_MPa", "τ_max", "MPa", "hertz", "Largest shear stress below the contact."),
@@ -502,14 +572,14 @@ _LISTED_QUANTITIES = [
         "",
         "rev/min",
         "surface",
-        "Largest speed of the roller about its pin, if it does not slip.",
+        "Largest speed of the roller about its pin if it does not slip.",
     ),
     Quantity(
         "entrainment_speed_max_m_s",
         "u",
         "m/s",
         "surface",
-        "Largest mean speed of both surfaces over the contact.",
+        "Largest entrainment speed, the mean of both surface speeds at the contact.",
         signed=True,
     ),
     Quantity(
@@ -517,19 +587,19 @@ _LISTED_QUANTITIES = [
         "u",
         "m/s",
         "surface",
-        "Least mean speed of both surfaces over the contact; at 0, no oil is carried in.",
+        "Smallest entrainment speed, the mean of both surface speeds at the contact; at 0 no oil is drawn in.",
         least=True,
         signed=True,
     ),
     Quantity(
-        "wear_depth_max_um", "", "µm", "surface", "Largest depth worn off the profile in a million turns (Archard)."
+        "wear_depth_max_um", "", "µm", "surface", "Largest wear of the profile after a million turns (Archard)."
     ),
     Quantity(
         "film_thickness_min_um",
         "h_min",
         "µm",
         "surface",
-        "Least thickness of the oil film; 0 where entrainment reverses or contact is lost.",
+        "Smallest thickness of the oil film; 0 where entrainment reverses or contact is lost.",
         least=True,
     ),
     Quantity(
@@ -537,19 +607,29 @@ _LISTED_QUANTITIES = [
         "λ",
         "",
         "surface",
-        "Least thickness of the oil film over the composite roughness.",
+        "Smallest thickness of the oil film divided by the composite roughness.",
         least=True,
     ),
-    Quantity("lift_change_max_mm_per_deg", "", "mm/deg", "lift_change", "Largest change of the lift by cam angle."),
     Quantity(
-        "lift_change_max_deg_per_deg", "", "deg/deg", "lift_change", "Largest change of the lift by cam angle."
+        "lift_change_max_mm_per_deg",
+        "",
+        "mm/deg",
+        "lift_change",
+        "Largest change of the lift per degree of the cam.",
+    ),
+    Quantity(
+        "lift_change_max_deg_per_deg",
+        "",
+        "deg/deg",
+        "lift_change",
+        "Largest change of the lift per degree of the cam.",
     ),
     Quantity(
         "crossing_count",
         "",
         "",
         "clearance",
-        "How often in a turn the follower crosses to the other flank.",
+        "Number of times in a turn that the follower crosses to the other flank.",
         place=True,
     ),
     Quantity(
@@ -560,50 +640,52 @@ _LISTED_QUANTITIES = [
         "v",
         "m/s",
         "clearance",
-        "Largest speed along the motion at which a flank is met, after the free flight over the clearance.",
+        "Largest speed at which the follower strikes the other flank after its free flight over the clearance.",
     ),
     Quantity(
         "crossing_speed_leading_m_s",
         "v",
         "m/s",
         "clearance",
-        "Largest speed at which a flank is met, by the formula for a small clearance.",
+        "Largest speed at which the follower strikes the other flank, by the formula for a small clearance.",
     ),
-    Quantity("crossing_time_max_ms", "t", "ms", "clearance", "Longest free flight over the clearance."),
+    Quantity(
+        "crossing_time_max_ms", "t", "ms", "clearance", "Longest free flight of the follower over the clearance."
+    ),
     Quantity(
         "slip_speed_max_m_s",
         "",
         "m/s",
         "clearance",
-        "Largest speed at which a roller slips as it meets the other wall.",
+        "Largest speed at which the roller slips as it meets the other wall.",
     ),
     Quantity(
         "roller_spin_change_max_rpm",
         "",
         "rev/min",
         "clearance",
-        "Largest change of the roller's spin that the other wall asks for.",
+        "Largest change of the roller's spin from one wall to the other.",
     ),
     Quantity(
         "skidding_time_max_ms",
         "",
         "ms",
         "clearance",
-        "Longest time a roller skids until friction turns it; infinite if the next crossing begins before.",
+        "Longest time that the roller skids before friction turns it; infinite if the next crossing comes first.",
     ),
     Quantity(
         "roller_angular_acceleration_max_rad_s2",
         "",
         "rad/s²",
         "clearance",
-        "Largest angular acceleration of a roller that does not slip, on either wall.",
+        "Largest angular acceleration of a roller that rolls without slip on either wall.",
     ),
     Quantity(
         "hub_wall_min_mm",
         "",
         "mm",
         "wall",
-        "Least wall from bore or keyway to base circle, hub, groove or rib.",
+        "Smallest wall between the bore or keyway and the base circle, hub, groove or rib.",
         least=True,
     ),
     Quantity("area_mm2", "A", "mm²", "section", "Area inside the profile, bore included."),
@@ -636,30 +718,35 @@ _LISTED_QUANTITIES = [
         "L",
         "mm",
         "section",
-        "Length of a groove's pitch curve, of a cylinder at its mean radius.",
+        "Length of a groove's pitch curve; on a cylinder, at its mean radius.",
     ),
     Quantity(
         "cam_mass_kg",
         "m",
         "kg",
         "solid",
-        "Mass of the cam: plate (both of a pair) and hub, or cylinder, less bore, keyway and groove.",
+        "Mass of the cam: plates and hub, or cylinder, less bore, keyway and groove.",
     ),
     Quantity(
-        "unbalance_g_mm", "U", "g·mm", "solid", "Mass of the cam times the distance of its centre of gravity."
+        "unbalance_g_mm",
+        "U",
+        "g·mm",
+        "solid",
+        "Mass of the cam times the distance of its centre of gravity from the axis.",
     ),
     Quantity(
         "centre_of_gravity_mm", "e_S", "mm", "solid", "Distance of the cam's centre of gravity from its axis."
     ),
     Quantity("cam_inertia_kg_m2", "J", "kg·m²", "solid", "Moment of inertia of the cam about its axis."),
-    Quantity("feasible", "", "", "limits", "Whether it is proved that the design meets every limit.", bool),
-    Quantity("violated", "", "", "limits", "The limits that are broken, separated by commas.", str),
+    Quantity("feasible", "", "", "limits", "Whether the design is proved to meet every limit.", bool),
+    Quantity("violated", "", "", "limits", "Limits that the design breaks, separated by commas.", str),
     Quantity(
         "status",
         "",
         "",
         "limits",
-        "certified: the verdict is proved; sampled: proved for the spline of a table; undecided: not proved.",
+        "certified: the verdict is proved; sampled: it depends on a table of points or a Python function; "
+        "undecided: it is not proved.",
         str,
     ),
     Quantity("refined", "", "", "proof", "Whether the design was moved off the grid to a local optimum.", bool),
@@ -668,7 +755,7 @@ _LISTED_QUANTITIES = [
         "",
         "",
         "proof",
-        "Verdict of certify: held (limits are met), broken or undecided.",
+        "Verdict of certify: held (every limit is met), broken or undecided.",
         str,
     ),
     Quantity(
@@ -676,8 +763,8 @@ _LISTED_QUANTITIES = [
         "",
         "",
         "limits",
-        "Bound on the relative error of the numbers in the row; "
-        "of an extreme near zero, relative to its curve's largest magnitude.",
+        "Bound on the relative error of the numbers in the row; for an extreme near zero, relative to the largest "
+        "magnitude of its curve.",
     ),
 ]
 
@@ -686,21 +773,21 @@ QUANTITIES: dict[str, Quantity] = QuantityTable({quantity.name: quantity for qua
 
 
 def in_column_order(names: Collection[str]) -> list[str]:
-    """Names in the order of the columns; numbers of a train are behind other sizes, own ones before verdicts."""
-    found = [name for name in QUANTITIES if name in names]
-    return sorted([*found, *sorted(name for name in names if name not in found)], key=_column_place)
+    """Names in column order: a train's numbers after other sizes, a scene's own quantities before the verdict."""
+    listed = [name for name in QUANTITIES if name in names]
+    return sorted([*listed, *sorted(name for name in names if name not in listed)], key=_column_place)
 
 
 def _column_place(name: str) -> int:
-    """The place of a column: sizes, other quantities, a scene's own, the verdict."""
+    """Sort key of a column: sizes first, then other quantities, a scene's own, and the verdict."""
     return {"sizes": 0, "limits": 3, "proof": 3}.get(QUANTITIES[name].effect, 1) if name in QUANTITIES else 2
 
 
 BOUNDED_QUANTITIES = {name: quantity for name, quantity in QUANTITIES.items() if quantity.relation}
-"""Those that ``[limits]`` takes by their names."""
+"""Quantities that ``[limits]`` takes by name."""
 EVERYTHING = "all"
-"""The word in a scene's outputs that asks for every quantity."""
+"""The word in a scene's ``outputs`` for every quantity."""
 GEOMETRY = ("sizes", "frame", "pair", "motion", "pressure", "pitch_circle", "curvature", "reach", "rib", "crossing")
-"""The effects that run where a scene names no outputs: those that every sweep of a cam's shape has a use for."""
+"""Effects that run where a scene has no ``outputs``: those of the cam's shape and motion."""
 DISCIPLINES = tuple(dict.fromkeys(q.effect for q in QUANTITIES.values() if q.effect not in ("limits", "proof")))
-"""Every effect that computes quantities, by name."""
+"""Names of the effects that compute quantities."""

@@ -1,4 +1,4 @@
-"""Results that show themselves in a notebook, and objects that have a picture."""
+"""Base classes of results that a notebook shows, and of objects that ``plot`` draws."""
 
 from collections.abc import Callable
 from typing import Any, ClassVar
@@ -9,24 +9,24 @@ class Drawable:
 
     __slots__ = ()
     picture: ClassVar[str]
-    """The module of the package whose ``draw`` makes the picture, imported when something is drawn."""
+    """Module whose ``draw`` makes the picture. It is imported when an object is drawn."""
     together: ClassVar[bool] = False
-    """Whether it takes a list of them."""
+    """Whether ``draw`` takes a list of the objects."""
 
 
 class HasHtml:
-    """What a notebook shows as HTML, with a picture of the cam where it has one.
+    """A result that a notebook shows as HTML, with a picture of the cam if it has one.
 
-    Scenes are shown so too, so nothing here names the types of what results have.
+    Scenes are such results too, so no type of the scene is named here.
     """
 
     __slots__ = ()
     html: ClassVar[Callable[["HasHtml"], str]]
-    """What makes the HTML. The package sets it, for it draws the cam, and drawing stands above all results."""
+    """Function that makes the HTML. The package sets it: drawing the cam belongs to a higher folder."""
 
     @property
     def shown_cam(self) -> Any:
-        """The ``Scene`` of the cam that is shown beside the table; None if there is none."""
+        """The ``Scene`` of the cam that is shown beside the table, or None."""
         return None
 
     def _repr_html_(self) -> str:

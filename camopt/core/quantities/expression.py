@@ -1,7 +1,7 @@
-"""Expressions over quantities, as a scene writes them: parsed into a tree, never run as Python.
+"""Expressions of quantities in a scene, parsed into a tree and never run as Python.
 
-A text is read by Python's own parser, which runs nothing; then only numbers, names, arithmetic and the functions
-listed here are let through. Bounds on the text hold before the parser sees it, for it works by recursion.
+Python's own parser reads the text without running it. Only numbers, names, arithmetic and the functions listed here
+are accepted. The length of the text is checked first, because the parser is recursive.
 """
 
 import ast
@@ -17,7 +17,7 @@ from camopt.core.mistakes import shorten, suggest_names
 
 MOST_CHARACTERS, MOST_WORDS, MOST_NODES = 4000, 1000, 200
 WORD_PATTERN = re.compile(r"\w+|\*\*|[^\w\s]")
-"""What texts are counted in before they are parsed: names, numbers and signs."""
+"""Names, numbers and signs, which are counted before the text is parsed."""
 OPERATORS: dict[type[ast.AST], str] = {
     ast.Add: "+",
     ast.Sub: "-",
@@ -41,11 +41,11 @@ FUNCTIONS = {
     "radians": 1,
     "degrees": 1,
 }
-"""How many arguments each function takes; of min and max so many at least."""
+"""Number of arguments of each function; for min and max, the smallest number."""
 CONSTANTS = {"pi": float(np.pi)}
 WHAT_IS_ALLOWED = f"allowed are numbers, quantities, + - * / **, parentheses, {', '.join(FUNCTIONS)} and pi"
 SIGN_NODES = (ast.operator, ast.unaryop, ast.expr_context)
-"""What the parser makes nodes of that only say which operator another node is, or how a name is used."""
+"""Nodes of the parser that only mark an operator or the use of a name. They are not counted."""
 ExpressionRules = Mapping[str, Callable[..., Any]]
 DOUBLE_RULES: ExpressionRules = {
     "+": np.add,
@@ -68,37 +68,37 @@ DOUBLE_RULES: ExpressionRules = {
     "radians": np.radians,
     "degrees": np.degrees,
 }
-"""What operators and functions are on numbers and arrays of them."""
+"""Operators and functions for numbers and arrays."""
 
 
 class ExpressionNode(NamedTuple):
-    """A node of the tree: a number, a name, or an operator or function with what it takes."""
+    """A node of the tree: a number, a name, or an operator or function with its arguments."""
 
     rule: str
-    """Of a number and a name empty."""
+    """Operator or function; empty for a number or a name."""
     value: float | str = 0.0
     parts: "tuple[ExpressionNode, ...]" = ()
 
     def evaluate(self, names: Mapping[str, Any], rules: ExpressionRules = DOUBLE_RULES) -> Any:
-        """Its value, from those of the names."""
+        """Value of the expression, from the values of its names."""
         if self.rule:
             return rules[self.rule](*(part.evaluate(names, rules) for part in self.parts))
         return names[self.value] if isinstance(self.value, str) else self.value
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The quantities that it reads, each once."""
-        own = (self.value,) if isinstance(self.value, str) else ()
-        return tuple(dict.fromkeys([*own, *(name for part in self.parts for name in part.names)]))
+        """Quantities that the expression reads, each once."""
+        here = (self.value,) if isinstance(self.value, str) else ()
+        return tuple(dict.fromkeys([*here, *(name for part in self.parts for name in part.names)]))
 
 
 def parse_expression(text: str, check_name: Callable[[str], None]) -> ExpressionNode:
-    """The tree of an expression; ``check_name`` raises a ValueError for a name that it may not have.
+    """Parse an expression into its tree; ``check_name`` raises a ValueError for a name that is not allowed.
 
     Raises
     ------
     ValueError
-        With what is wrong, as the end of a message.
+        If the text is no allowed expression. Its message is the end of a sentence.
     """
     if len(text) > MOST_CHARACTERS:
         raise ValueError(f"has {len(text):,} characters; at most {MOST_CHARACTERS:,} are allowed")
@@ -112,15 +112,15 @@ def parse_expression(text: str, check_name: Callable[[str], None]) -> Expression
         raise ValueError(
             f"is no expression, such as 'outer_radius_mm * torque_rms_N_m'; {WHAT_IS_ALLOWED}"
         ) from None
-    if (count := sum(not isinstance(each, SIGN_NODES) for each in ast.walk(body))) > MOST_NODES:
+    if (count := sum(not isinstance(node, SIGN_NODES) for node in ast.walk(body))) > MOST_NODES:
         raise ValueError(f"has {count:,} nodes; at most {MOST_NODES} are allowed")
     tree = _parse_node(body, check_name)
     _check_constants(tree)
     return tree
 
 
-def _parse_node(each: ast.AST, check_name: Callable[[str], None]) -> ExpressionNode:
-    match each:
+def _parse_node(node: ast.AST, check_name: Callable[[str], None]) -> ExpressionNode:
+    match node:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
             return ExpressionNode("", _finite_number(value))
         case ast.Name(id=name) if name in CONSTANTS:
@@ -140,11 +140,10 @@ def _parse_node(each: ast.AST, check_name: Callable[[str], None]) -> ExpressionN
             return ExpressionNode("neg", parts=(_parse_node(operand, check_name),))
         case ast.Call(func=ast.Name(id=name)) if name not in FUNCTIONS:
             raise ValueError(f"{shorten(name)} is no function here; {suggest_names(name, FUNCTIONS)}")
-        case ast.Call(func=ast.Name(id=name), args=given, keywords=[]):
-            return ExpressionNode(
-                name, parts=_checked_arguments(name, tuple(_parse_node(part, check_name) for part in given))
-            )
-    raise ValueError(f"{shorten(ast.unparse(each))} is not allowed; {WHAT_IS_ALLOWED}")
+        case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
+            parts = tuple(_parse_node(argument, check_name) for argument in arguments)
+            return ExpressionNode(name, parts=_checked_arguments(name, parts))
+    raise ValueError(f"{shorten(ast.unparse(node))} is not allowed; {WHAT_IS_ALLOWED}")
 
 
 def _finite_number(value: float) -> float:
@@ -153,7 +152,7 @@ def _finite_number(value: float) -> float:
     except OverflowError:
         number = np.inf
     if not np.isfinite(number):
-        raise ValueError("has a number beyond 1.8e308; numbers are finite")
+        raise ValueError("has a number beyond 1.8e308; numbers must be finite")
     return number
 
 
@@ -161,12 +160,12 @@ def _checked_arguments(name: str, parts: tuple[ExpressionNode, ...]) -> tuple[Ex
     least, many = FUNCTIONS[name], name in ("min", "max")
     if len(parts) < least or (len(parts) > least and not many):
         count = f"{least}{' or more' if many else ''} argument{'s' if least > 1 else ''}"
-        raise ValueError(f"{name} takes {count}, and has {len(parts)} here")
+        raise ValueError(f"{name} takes {count}, not {len(parts)}")
     return parts
 
 
 def _check_constants(tree: ExpressionNode) -> float | None:
-    """The value of a part without names, which has to be finite; None of another part."""
+    """Value of a part without names, which must be finite; None for a part with names."""
     values = [_check_constants(part) for part in tree.parts]
     if tree.rule == "/" and values[1] == 0.0:
         raise ValueError("divides by zero")
@@ -175,6 +174,6 @@ def _check_constants(tree: ExpressionNode) -> float | None:
     with np.errstate(all="ignore"):
         value = float(DOUBLE_RULES[tree.rule](*values)) if tree.rule else tree.value
     if not np.isfinite(value):
-        of = " and ".join(f"{each:g}" for each in values)
-        raise ValueError(f"has no finite value: {tree.rule} of {of} has none")
+        arguments = " and ".join(f"{number:g}" for number in values)
+        raise ValueError(f"has no finite value: {tree.rule} of {arguments} has none")
     return value

@@ -1,7 +1,7 @@
-"""Python functions as quantities: how they are made known, found again by a name, and told from changed ones.
+"""Python functions as quantities: registration, look-up by name, and a digest that changes with the code.
 
-A scene has the name of a function, and this process knows the function. No file makes a process import anything: a
-name is that of a function that ``quantity`` was given here, or of an entry point of an installed package.
+A scene has only the name of a function. The function was given to ``quantity`` in this process, or it is an entry
+point of an installed package. So a scene file cannot make a process import code.
 """
 
 import pickle
@@ -21,14 +21,14 @@ from camopt.core.mistakes import BadInput, Mistake, shorten
 
 QUANTITY_GROUP = "camopt.quantities"
 ArrayFunction = Callable[..., Any]
-_KNOWN_FUNCTIONS: dict[str, ArrayFunction] = {}
+_REGISTERED_FUNCTIONS: dict[str, ArrayFunction] = {}
 _FUNCTION_NUMBERS = count(1)
-NOT_IMPORTABLE = "is no function that other processes can import: define it in a module of its own"
+NOT_IMPORTABLE = "is a function that other processes cannot import: define it in a module of its own"
 
 
 @dataclass(frozen=True)
 class QuantityFunction:
-    """A quantity that a Python function computes of columns of designs, for ``[quantities]`` of a scene.
+    """A quantity that a Python function computes from columns of designs, for ``[quantities]`` of a scene.
 
     Parameters
     ----------
@@ -39,11 +39,11 @@ class QuantityFunction:
     unit : str
         Unit of the value.
     sentence : str
-        What the quantity is.
+        Description of the quantity.
     function : callable
-        From arrays, one a column, to an array.
+        Takes one array a column and returns an array.
     reference : str
-        What scenes call the function: its module and name; of one that cannot be imported also a number.
+        Name of the function in scenes: its module and name, with a number if it cannot be imported.
 
     Examples
     --------
@@ -62,7 +62,7 @@ class QuantityFunction:
 
     @property
     def table(self) -> dict[str, Any]:
-        """What a scene has of it in ``[quantities]``."""
+        """Table of the quantity in a scene's ``[quantities]``."""
         columns = {"function": self.reference, "columns": [*self.columns]}
         return columns | {key: text for key in ("unit", "sentence") if (text := getattr(self, key))}
 
@@ -70,25 +70,25 @@ class QuantityFunction:
 def quantity(
     function: ArrayFunction, columns: Sequence[str], *, name: str | None = None, unit: str = "", sentence: str = ""
 ) -> QuantityFunction:
-    """A quantity that a Python function computes, for a scene to report, limit, minimise and maximise.
+    """Make a quantity from a Python function, which a scene can report, limit, minimise or maximise.
 
-    The function takes an array of numbers for each column and returns an array as long, one number for each design.
-    It is called with blocks of designs, from several threads at a time, and must treat each design by itself. A
-    number that is not finite makes a design infeasible where a limit or an objective names the quantity. Verdicts
-    that its numbers decide have the status ``sampled``, for these are no proof.
+    The function takes an array of numbers for each column and returns an array of the same length, with one number
+    for each design. It is called with blocks of designs from several threads, and must treat each design by itself.
+    If a limit or an objective names the quantity, a design whose number is not finite is infeasible. Verdicts that
+    depend on the quantity have the status ``sampled``, because camopt cannot prove its numbers.
 
     Parameters
     ----------
     function : callable
-        From arrays, one a column, to an array. Other processes take only functions that they can import.
+        Takes one array a column and returns an array. Other processes take only functions that they can import.
     columns : sequence of str
-        Quantities that the function takes, in this order; own ones of the scene above it too.
+        Quantities that the function takes, in this order. They may be quantities that the scene defines above it.
     name : str, optional
         Name of the quantity; that of the function if not given.
     unit : str, default ""
         Unit of the value, for headings and tables.
     sentence : str, default ""
-        What the quantity is, for tables and reports.
+        Description of the quantity, for tables and reports.
 
     Returns
     -------
@@ -98,7 +98,7 @@ def quantity(
     Raises
     ------
     BadInput
-        If it is no function, or has no columns.
+        If ``function`` is not callable, or ``columns`` is empty.
 
     Examples
     --------
@@ -114,54 +114,54 @@ def quantity(
     if not callable(function):
         mistakes.append(Mistake("camopt", "function", function, "a function of arrays"))
     columns = [columns] if isinstance(columns, str) else [*columns]
-    if not columns or not all(isinstance(each, str) for each in columns):
+    if not columns or not all(isinstance(column, str) for column in columns):
         mistakes.append(Mistake("camopt", "columns", columns, "a list of names of quantities"))
     if mistakes:
         raise BadInput(mistakes)
     reference = reference_of(function)
-    _KNOWN_FUNCTIONS[reference] = function
-    called = getattr(function, "__name__", "") if name is None else name
-    return QuantityFunction(called, tuple(columns), unit, sentence, function, reference)
+    _REGISTERED_FUNCTIONS[reference] = function
+    name = getattr(function, "__name__", "") if name is None else name
+    return QuantityFunction(name, tuple(columns), unit, sentence, function, reference)
 
 
 def reference_of(function: ArrayFunction) -> str:
-    """The module and name of a function; with a number of its own if no other process can import it by these."""
+    """Module and name of a function, with a number if no other process can import it by them."""
     module, name = getattr(function, "__module__", ""), getattr(function, "__qualname__", "")
-    found: Any = sys.modules.get(module)
+    importable_object: Any = sys.modules.get(module)
     for part in name.split("."):
-        found = getattr(found, part, None)
-    importable = found is function and module != "__main__"
+        importable_object = getattr(importable_object, part, None)
+    importable = importable_object is function and module != "__main__"
     return f"{module}:{name}" if importable else f"{module}:{name}#{next(_FUNCTION_NUMBERS)}"
 
 
 @cache
 def installed_quantities() -> Mapping[str, EntryPoint]:
-    """The entry points that are quantities, none loaded; of two of a name the first on the path of imports."""
-    return {each.name: each for each in reversed(tuple(entry_points(group=QUANTITY_GROUP)))}
+    """Entry points of quantities by name, not loaded. Of two with one name, the first on the import path counts."""
+    return {entry.name: entry for entry in reversed(tuple(entry_points(group=QUANTITY_GROUP)))}
 
 
 @cache
 def load_installed(name: str) -> QuantityFunction:
-    """The quantity of an entry point.
+    """Load the quantity of an entry point.
 
     Raises
     ------
     ValueError
-        If there is none, or what it has is no quantity; the message is the end of a sentence.
+        If there is no such entry point, or it is no quantity. The message is the end of a sentence.
     """
     if name not in installed_quantities():
         raise ValueError(f"is no entry point of the group {QUANTITY_GROUP}: install the package that has it")
     entry = installed_quantities()[name]
     package = f"{entry.dist.name} {entry.dist.version}" if entry.dist else entry.module
     try:
-        found = entry.load()
-    except Exception as error:  # whatever a module does when it is imported
+        loaded = entry.load()
+    except Exception as error:  # importing a module may raise anything
         raise ValueError(f"the entry point of {package} fails: {_first_line(error)}") from error
-    if not isinstance(found, QuantityFunction):
+    if not isinstance(loaded, QuantityFunction):
         raise ValueError(
-            f"the entry point of {package} has to be what camopt.quantity returns, not {type(found).__name__}"
+            f"the entry point of {package} must be a result of camopt.quantity, not {type(loaded).__name__}"
         )
-    return found
+    return loaded
 
 
 def _first_line(error: Exception) -> str:
@@ -170,72 +170,80 @@ def _first_line(error: Exception) -> str:
 
 @dataclass(frozen=True)
 class FunctionCall:
-    """What a Python function makes of columns: it stands where an expression has its tree."""
+    """The call of a Python function with columns. It takes the place of an expression's tree."""
 
     name: str
-    """Of the quantity."""
+    """Name of the quantity."""
     reference: str
     names: tuple[str, ...]
 
     def evaluate(self, columns: Mapping[str, Any], rules: Any = None) -> Any:
-        """Its values.
+        """Values of the quantity, one for each design.
 
         Raises
         ------
         BadInput
-            If the function is not known here, fails, or returns anything but a number for each design.
+            If the function is not registered here, fails, or does not return one number for each design.
         """
-        given = [columns[name] for name in self.names]
+        arguments = [columns[name] for name in self.names]
         try:
-            value = np.asarray(self.function(*(each.copy() for each in given)), dtype=float)
+            value = np.asarray(self.function(*(argument.copy() for argument in arguments)), dtype=float)
         except BadInput:
             raise
         except Exception as error:
             raise self._mistake(f"fails: {_first_line(error)}") from error
-        if value.shape not in ((), given[0].shape):
-            raise self._mistake(f"has to return an array of {given[0].size} numbers here, not one of {value.shape}")
+        if value.shape not in ((), arguments[0].shape):
+            raise self._mistake(
+                f"must return an array of {arguments[0].size} numbers, not one of shape {value.shape}"
+            )
         return value
 
     @property
     def function(self) -> ArrayFunction:
-        """The function."""
-        if self.reference in _KNOWN_FUNCTIONS:
-            return _KNOWN_FUNCTIONS[self.reference]
+        """The registered function, or that of the entry point.
+
+        Raises
+        ------
+        BadInput
+            If neither exists.
+        """
+        if self.reference in _REGISTERED_FUNCTIONS:
+            return _REGISTERED_FUNCTIONS[self.reference]
         if not self.is_importable:
             raise self._mistake(NOT_IMPORTABLE)
         if ":" in self.reference:
-            raise self._mistake("is not known here: give it to camopt.quantity in this process first")
+            raise self._mistake("is not registered: give it to camopt.quantity in this process first")
         try:
             return load_installed(self.reference).function
         except ValueError as wrong:
             raise self._mistake(str(wrong)) from None
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Another process gets the function too, if it can import it."""
-        known = self.is_importable and self.reference in _KNOWN_FUNCTIONS
-        shared = {self.reference: self.function} if known else {}
+        """Pickle the function too if another process can import it."""
+        registered = self.is_importable and self.reference in _REGISTERED_FUNCTIONS
+        shared = {self.reference: self.function} if registered else {}
         return restore_call, (shared, self.name, self.reference, self.names)
 
     @property
     def is_importable(self) -> bool:
-        """Whether other processes can import it."""
+        """Whether other processes can import the function."""
         return "#" not in self.reference
 
     @property
     def digest(self) -> str:
-        """What changes if the function does; not with what it calls."""
+        """Digest of the function's code, defaults and closure, but not of the functions that it calls."""
         function = self.function
-        kept = [getattr(function, "__defaults__", None), getattr(function, "__kwdefaults__", None)]
-        kept += [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
+        values = [getattr(function, "__defaults__", None), getattr(function, "__kwdefaults__", None)]
+        values += [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
         facts = _code_facts(function.__code__) if hasattr(function, "__code__") else function
         try:
-            data = pickle.dumps((facts, kept))
-        except Exception:  # whatever cannot be pickled: it is this process's alone
-            data = f"{id(function)} of {id(_KNOWN_FUNCTIONS)}".encode()
+            data = pickle.dumps((facts, values))
+        except Exception:  # values that cannot be pickled belong to this process alone
+            data = f"{id(function)} of {id(_REGISTERED_FUNCTIONS)}".encode()
         return sha256(data).hexdigest()[:16]
 
     def check_importable(self) -> None:
-        """BadInput unless another process can have the function: by an import, or as an entry point."""
+        """Raise BadInput unless another process can import the function or load its entry point."""
         if not self.is_importable:
             raise self._mistake(NOT_IMPORTABLE)
 
@@ -244,12 +252,12 @@ class FunctionCall:
 
 
 def restore_call(functions: Mapping[str, ArrayFunction], *facts: Any) -> FunctionCall:
-    """A call from another process, with its function made known here."""
-    _KNOWN_FUNCTIONS.update(functions)
+    """Restore a call from another process and register its function here."""
+    _REGISTERED_FUNCTIONS.update(functions)
     return FunctionCall(*facts)
 
 
 def _code_facts(code: CodeType) -> Any:
-    """What a function does, without where it stands."""
-    inner = [_code_facts(each) if isinstance(each, CodeType) else each for each in code.co_consts]
+    """Instructions, names and constants of a function, without file and lines."""
+    inner = [_code_facts(value) if isinstance(value, CodeType) else value for value in code.co_consts]
     return code.co_code, code.co_names, code.co_varnames, inner

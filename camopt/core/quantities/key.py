@@ -1,4 +1,4 @@
-"""The record of a key of a scene: what the key is, its unit, and all else that camopt knows of it by itself."""
+"""The record of a scene's key: a sentence about it, its unit, and the values that it takes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -10,13 +10,13 @@ from camopt.core.quantities.quantity import Quantity, column_suffix
 NO_UNIT = "no unit"
 """The unit of a number that has none."""
 Bounds = Mapping[str, float]
-"""What a number may be, by the words of pydantic: ge, le, gt, lt."""
+"""Allowed values of a number, by pydantic's words: ge, le, gt, lt."""
 LENGTH: Bounds = {"ge": 1e-9, "le": 1e9}
 ANYWHERE: Bounds = {"ge": -1e9, "le": 1e9}
 POSITIVE: Bounds = {"ge": 1e-15, "le": 1e15}
 NOT_NEGATIVE: Bounds = {"ge": 0, "le": 1e15}
 LENGTHS = (0.1, 1e4)
-"""Usual lengths, mm."""
+"""Usual lengths [mm]."""
 INSIDE_UNITS = {
     "kg": 1e-3,
     "kg·m²": 1e3,
@@ -29,81 +29,84 @@ INSIDE_UNITS = {
     "1/GPa": 1e-3,
     "µm": 1e-3,
 }
-"""What one of a unit is in mm, s, N, t, rad; 1 of a unit that is not named."""
+"""Factors to the inside units mm, s, N, t, rad; a unit that is not listed has the factor 1."""
 
 
 @dataclass(frozen=True)
 class Key:
-    """What a key of a scene is, in a sentence without its full stop, and the unit of its number."""
+    """A scene's key: a sentence about it, without the full stop, and the unit of its number."""
 
     sentence: str
     unit: str = ""
-    """Empty for what is no number."""
+    """Empty if the key is no number."""
     turning: str = ""
-    """The unit where what the key is about turns, if that is another one."""
+    """Unit for a motion that turns, if it is another one."""
     usual: tuple[float, float] | None = field(default=None, kw_only=True)
-    """From where to where a value raises no question."""
+    """Range of values that need no warning."""
     example: Any = field(default=None, kw_only=True)
-    """What a scene to start from has of it."""
+    """Value in a new scene."""
     turning_example: float | None = field(default=None, kw_only=True)
 
     @property
     def units(self) -> str:
-        """Both units, as people read them."""
+        """Both units as text for readers."""
         return f"{self.unit}, oscillating {self.turning}" if self.turning else self.unit
 
     def example_of(self, *, turns: bool) -> Any:
-        """The example where what the key is about turns, or slides."""
+        """Example for a motion that turns, or slides."""
         return self.turning_example if turns and self.turning_example is not None else self.example
 
     def unit_of(self, *, turns: bool) -> str:
-        """The unit where what the key is about turns, or slides."""
+        """Unit for a motion that turns, or slides."""
         return self.turning if turns and self.turning else self.unit
 
     def column_unit(self, *, turns: bool) -> str:
-        """That unit as tables of designs have it: empty where there is none."""
+        """Unit in tables of designs; empty for a number without a unit."""
         return self.unit_of(turns=turns).replace(NO_UNIT, "")
 
 
 @dataclass(frozen=True, kw_only=True)
 class NumberKey(Key):
-    """A key of a number that effects read, and that tables of designs have in a column."""
+    """A key of a number that effects read and that tables of designs have as a column."""
 
     key: str
     columns: tuple[tuple[str, str, str], ...] = ()
-    """Name, symbol and sentence of its quantity in tables, of two the second where it turns; none of a stage's."""
+    """Name, symbol and sentence of the quantity in tables; the second for a motion that turns. A stage has none."""
     allowed: Bounds = field(default_factory=lambda: POSITIVE)
     default: float | None = None
-    """What it is where a scene does not give it."""
+    """Value if the scene does not give one."""
     motion_of: Literal["follower", "spring", "tool"] = "follower"
-    """What decides whether it turns."""
+    """The body whose motion decides whether the number is about a rotation."""
     read_by: tuple[str, ...] = ()
-    """The effects that read it."""
+    """Effects that read the number."""
     slides: bool = False
-    """Whether followers that translate alone have it."""
+    """Whether only translating followers have it."""
     turns: bool = False
-    """Whether followers that oscillate alone have it."""
+    """Whether only oscillating followers have it."""
     guide: bool = False
-    """Whether it is of the guide."""
+    """Whether it belongs to the guide."""
 
     @property
     def name(self) -> str:
-        """Its name in its table."""
+        """Name of the key in its table."""
         return self.key.rpartition(".")[2]
 
     @property
     def table(self) -> str:
-        """The table that it is in."""
+        """Table of the scene that has the key."""
         return self.key.rpartition(".")[0]
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """The quantities that it is in tables, the second where it turns."""
+        """Quantities in tables; the second is for a motion that turns."""
         rows = zip(self.columns, (False, True), strict=False)
-        return tuple(Quantity(*each[:2], self.column_unit(turns=turns), "sizes", each[2]) for each, turns in rows)
+        return tuple(
+            Quantity(name, symbol, self.column_unit(turns=turns), "sizes", text)
+            for (name, symbol, text), turns in rows
+        )
 
     def to_inside_units(self, value: Any, *, turns: bool) -> Any:
-        """A value in mm, s, N, t, rad."""
+        """The value in the inside units mm, s, N, t, rad."""
         return value * INSIDE_UNITS.get(self.unit_of(turns=turns), 1.0)
 
 
@@ -113,11 +116,11 @@ class LimitKey(Key):
 
     key: str
     quantity: str = ""
-    """The quantity that it bounds; "" of one that bounds several, or depends on the scene."""
+    """The quantity that it bounds; "" if it bounds several, or if the scene decides."""
     allowed: Bounds = field(default_factory=lambda: POSITIVE)
 
     def quantity_of(self, *, turns: bool) -> str:
-        """The quantity that it bounds where what is asked to move turns, or slides."""
+        """The quantity that it bounds, for a motion that turns, or slides."""
         if not (turns and self.turning):
             return self.quantity
         return self.quantity.removesuffix(column_suffix(self.unit)) + column_suffix(self.turning)

@@ -1,24 +1,27 @@
-"""The short keys of ``[limits]``: each a record of the key and of the quantity that it bounds."""
+"""The short keys of ``[limits]``, each with the quantity that it bounds."""
 
 from camopt.core.quantities.key import ANYWHERE, LENGTH, LimitKey
 
 SHAPE_KEYS = (
     LimitKey(
-        "Largest |β| over rises, dwells and returns", "deg", key="pressure_angle", allowed={"ge": 1e-9, "lt": 90}
+        "Largest pressure angle |β| over the turn",
+        "deg",
+        key="pressure_angle",
+        allowed={"ge": 1e-9, "lt": 90},
     ),
     LimitKey(
-        "Largest |β| over returns of the follower, in place of ``pressure_angle``",
+        "Largest pressure angle |β| over the returns of the follower, in place of ``pressure_angle``",
         "deg",
         key="pressure_angle_return",
         allowed={"ge": 1e-9, "lt": 90},
     ),
-    LimitKey("Least convex radius of curvature of the profile", "mm", key="curvature_radius", allowed=LENGTH),
+    LimitKey("Smallest convex radius of curvature of the profile", "mm", key="curvature_radius", allowed=LENGTH),
     LimitKey(
-        "Largest reach of the contact along a flat face, to either side", "mm", key="face_reach", allowed=LENGTH
+        "Largest distance of the contact along a flat face, to either side", "mm", key="face_reach", allowed=LENGTH
     ),
     LimitKey("Largest distance of the profile from the cam's axis", "mm", key="outer_radius", allowed=LENGTH),
     LimitKey(
-        "Radius of a cutter or grinding wheel that has to reach every hollow flank",
+        "Radius of a cutter or grinding wheel that must fit every concave flank",
         "mm",
         key="cutter_radius",
         allowed=LENGTH,
@@ -26,14 +29,14 @@ SHAPE_KEYS = (
 )
 PART_KEYS = (
     LimitKey(
-        "Largest change of the lift by degree of the cam",
+        "Largest change of the lift per degree of the cam",
         "mm/deg",
         "deg/deg",
         key="lift_change",
         quantity="lift_change_max_mm_per_deg",
     ),
     LimitKey(
-        "Least wall from bore or keyway to base circle, hub or groove",
+        "Smallest wall between the bore or keyway and the base circle, hub, groove or rib",
         "mm",
         key="hub_wall",
         quantity="hub_wall_min_mm",
@@ -45,39 +48,50 @@ PART_KEYS = (
     LimitKey("Largest unbalance of the cam", "g·mm", key="unbalance", quantity="unbalance_g_mm"),
 )
 MOTION_KEYS = (
-    LimitKey("Largest |velocity| of the follower, or of the tool that it drives", "m/s", "rad/s", key="velocity"),
+    LimitKey("Largest |velocity| of the follower; with a train, of the tool", "m/s", "rad/s", key="velocity"),
     LimitKey(
-        "Largest |acceleration| of the follower, or of the tool that it drives",
+        "Largest |acceleration| of the follower; with a train, of the tool",
         "m/s²",
         "rad/s²",
         key="acceleration",
     ),
-    LimitKey("Largest |jerk| of the follower, or of the tool that it drives", "m/s³", "rad/s³", key="jerk"),
+    LimitKey("Largest |jerk| of the follower; with a train, of the tool", "m/s³", "rad/s³", key="jerk"),
 )
 LOAD_KEYS = (
     LimitKey(
-        "Least contact force along the motion",
+        "Smallest contact force along the motion",
         "N",
         key="contact_force_min",
         quantity="contact_force_min_N",
         allowed=ANYWHERE,
     ),
-    LimitKey("Least speed at which contact may be lost", "rev/min", key="jump_speed", quantity="jump_speed_rpm"),
+    LimitKey(
+        "Lowest speed of the cam at which contact may be lost",
+        "rev/min",
+        key="jump_speed",
+        quantity="jump_speed_rpm",
+    ),
     LimitKey("Largest normal force at the contact", "N", key="normal_force", quantity="normal_force_max_N"),
     LimitKey(
-        "Largest force across the motion of the trace point", "N", key="side_thrust", quantity="side_thrust_max_N"
+        "Largest contact force square to the motion of the trace point",
+        "N",
+        key="side_thrust",
+        quantity="side_thrust_max_N",
     ),
     LimitKey(
-        "Largest reaction at the near end of the guide", "N", key="guide_reaction", quantity="guide_reaction_max_N"
+        "Largest reaction at the end of the guide near the cam",
+        "N",
+        key="guide_reaction",
+        quantity="guide_reaction_max_N",
     ),
     LimitKey(
-        "Largest bending stress of the stem",
+        "Largest bending stress of a round follower stem",
         "MPa",
         key="stem_bending_stress",
         quantity="stem_bending_stress_max_MPa",
     ),
     LimitKey(
-        "Least jamming margin; a follower at 0 jams",
+        "Smallest jamming margin; at 0 the follower jams",
         "no unit",
         key="jamming_margin",
         quantity="jamming_margin",
@@ -89,50 +103,48 @@ LOAD_KEYS = (
         key="contact_stress",
         quantity="contact_stress_max_MPa",
     ),
-    LimitKey(
-        "Largest depth worn off the profile in a million turns", "µm", key="wear", quantity="wear_depth_max_um"
-    ),
+    LimitKey("Largest wear of the profile after a million turns", "µm", key="wear", quantity="wear_depth_max_um"),
     LimitKey("Largest sliding speed at the contact", "m/s", key="sliding_speed", quantity="sliding_speed_max_m_s"),
     LimitKey(
-        "Least thickness of the oil film over the composite roughness",
+        "Smallest thickness of the oil film divided by the composite roughness",
         "no unit",
         key="film_ratio",
         quantity="film_ratio_min",
     ),
     LimitKey(
-        "Largest amplitude of vibration that remains in a dwell",
+        "Largest amplitude of the vibration that remains in a dwell",
         "mm",
         "deg",
         key="residual_vibration",
         quantity="residual_vibration_max_mm",
     ),
     LimitKey(
-        "Largest speed at which the lash is taken up or given back",
+        "Largest speed of the follower as it takes up the lash or gives it back",
         "m/s",
         "rad/s",
         key="lash_speed",
         quantity="lash_speed_max_m_s",
     ),
     LimitKey(
-        "Largest speed at which a follower meets the other flank of a positive drive",
+        "Largest speed at which the follower strikes the other flank of a positive drive",
         "m/s",
         key="crossing_speed",
         quantity="crossing_speed_max_m_s",
     ),
     LimitKey(
-        "Largest speed at which a roller slips on the flank that it meets at a crossing",
+        "Largest speed at which the roller slips as it meets the other wall",
         "m/s",
         key="slip_speed",
         quantity="slip_speed_max_m_s",
     ),
     LimitKey(
-        "Largest angular acceleration of a roller in a groove that does not slip",
+        "Largest angular acceleration of a roller that rolls without slip in its groove",
         "rad/s²",
         key="roller_angular_acceleration",
         quantity="roller_angular_acceleration_max_rad_s2",
     ),
     LimitKey(
-        "Least contact force with the elastic train",
+        "Smallest contact force with the elastic train",
         "N",
         key="contact_force_elastic",
         quantity="contact_force_elastic_min_N",
@@ -143,7 +155,7 @@ LOAD_KEYS = (
 )
 ERROR_KEYS = (
     LimitKey(
-        "Largest error of the tool's position by the tolerances, to first order",
+        "Largest error of the tool's position due to the tolerances, to first order",
         "mm",
         "deg",
         key="position_error",
@@ -151,21 +163,21 @@ ERROR_KEYS = (
         allowed=LENGTH,
     ),
     LimitKey(
-        "Largest error of the tool's velocity by the tolerances, to first order",
+        "Largest error of the tool's velocity due to the tolerances, to first order",
         "m/s",
         "rad/s",
         key="velocity_error",
         quantity="velocity_error_max_m_s",
     ),
     LimitKey(
-        "Largest error of the tool's acceleration by the tolerances, to first order",
+        "Largest error of the tool's acceleration due to the tolerances, to first order",
         "m/s²",
         "rad/s²",
         key="acceleration_error",
         quantity="acceleration_error_max_m_s2",
     ),
     LimitKey(
-        "Largest change of the tool's position in a dwell by the tolerances, to first order",
+        "Largest change of the tool's position in a dwell due to the tolerances, to first order",
         "mm",
         "deg",
         key="dwell_error",
@@ -173,5 +185,5 @@ ERROR_KEYS = (
         allowed=LENGTH,
     ),
 )
-LIMIT_KEYS = {each.key: each for each in (*SHAPE_KEYS, *PART_KEYS, *MOTION_KEYS, *LOAD_KEYS, *ERROR_KEYS)}
+LIMIT_KEYS = {key.key: key for key in (*SHAPE_KEYS, *PART_KEYS, *MOTION_KEYS, *LOAD_KEYS, *ERROR_KEYS)}
 """Every short key, in the order of ``[limits]``."""

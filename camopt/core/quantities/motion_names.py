@@ -1,4 +1,4 @@
-"""Names and units of the quantities of a motion: peaks and means of its derivatives, and errors."""
+"""Quantities of a motion: peaks, means and errors of its derivatives, with names and units."""
 
 from itertools import product
 
@@ -6,12 +6,12 @@ from camopt.core.quantities.quantity import Quantity
 
 AT_FOLLOWER = "follower"
 STROKE_WORDS = {
-    "rise": "over the rises (of the tool, with a train)",
-    "return": "over the returns (of the tool, with a train)",
-    "": "over the turn",
-    AT_FOLLOWER: "of the follower itself, where it drives a tool through a train",
+    "rise": "over the rises; with a train, of the tool",
+    "return": "over the returns; with a train, of the tool",
+    "": "over the turn; with a train, of the tool",
+    AT_FOLLOWER: "of a follower that drives a train",
 }
-"""Of what quantities of the motion are, by the part of their name that says so."""
+"""The part of the turn that a motion quantity is about, by the part of its name."""
 DERIVATIVE_UNITS = {
     "velocity": ("v", {"m_s": "m/s", "rad_s": "rad/s", "mm_per_rad": "mm/rad", "deg_per_rad": "deg/rad"}),
     "acceleration": (
@@ -23,18 +23,18 @@ DERIVATIVE_UNITS = {
 
 
 def displacement_unit(*, angular: bool) -> str:
-    """The unit of a displacement in tables."""
+    """Unit of a displacement in tables."""
     return "deg" if angular else "mm"
 
 
 def motion_quantity(derivative: str, stroke: str, *, angular: bool, timed: bool) -> str:
-    """Name of a motion quantity: ``timed`` by time (the scene has an rpm), else by cam angle."""
+    """Name of the peak of a derivative: by time if ``timed`` (the scene has an rpm), else by cam angle."""
     suffix, _ = _suffix_and_unit(derivative, angular=angular, timed=timed)
     return "_".join(part for part in (derivative, "max", stroke, suffix) if part)
 
 
 def motion_unit(derivative: str, *, angular: bool, timed: bool) -> str:
-    """The unit of a motion quantity in tables."""
+    """Unit of a motion quantity in tables."""
     return _suffix_and_unit(derivative, angular=angular, timed=timed)[1]
 
 
@@ -58,7 +58,7 @@ def motion_quantities() -> list[Quantity]:
 
 
 def error_quantity(order: int, *, angular: bool, timed: bool) -> str:
-    """Name of the largest error of position, velocity or acceleration (0, 1, 2)."""
+    """Name of the largest error of position, velocity or acceleration (order 0, 1, 2)."""
     if order == 0:
         return f"position_error_max_{displacement_unit(angular=angular)}"
     derivative = [*DERIVATIVE_UNITS][order - 1]
@@ -71,38 +71,40 @@ def dwell_error_quantity(*, angular: bool) -> str:
 
 
 RMS_ORDERS = {"acceleration": 2, "jerk": 3}
-"""Derivatives of which there is a root mean square, with their orders."""
+"""Derivatives that have a root mean square, with their orders."""
 
 
 def motion_mean(derivative: str, *, angular: bool, timed: bool) -> str:
-    """Name of the root mean square of a derivative, as ``motion_quantity`` names its peak."""
+    """Name of the root mean square of a derivative."""
     return motion_quantity(derivative, "", angular=angular, timed=timed).replace("_max_", "_rms_")
 
 
 def error_quantities() -> list[Quantity]:
-    """Of position, velocity and acceleration, and of the position in a dwell."""
-    of_all, either = "Largest error of the {} of follower or tool over the turn", (False, True)
-    found = [
+    """Errors of position, velocity and acceleration, and of the position in a dwell."""
+    largest, either = "Largest error of the {} over the turn", (False, True)
+    rows = [
         (
             error_quantity(0, angular=angular, timed=True),
             displacement_unit(angular=angular),
-            of_all.format("position"),
+            largest.format("position"),
         )
         for angular in either
     ]
-    found += [
+    rows += [
         (
             error_quantity(order, angular=angular, timed=timed),
             motion_unit(name, angular=angular, timed=timed),
-            of_all.format(name),
+            largest.format(name),
         )
         for (order, name), timed, angular in product(enumerate([*DERIVATIVE_UNITS][:2], 1), (True, False), either)
     ]
     in_dwell = "Largest change of the position in a dwell"
-    found += [(dwell_error_quantity(angular=each), displacement_unit(angular=each), in_dwell) for each in either]
+    rows += [
+        (dwell_error_quantity(angular=angular), displacement_unit(angular=angular), in_dwell) for angular in either
+    ]
     return [
-        Quantity(name, "", unit, "motion_errors", f"{sentence} by tolerances, to first order.")
-        for name, unit, sentence in found
+        Quantity(name, "", unit, "motion_errors", f"{sentence} due to tolerances, to first order.")
+        for name, unit, sentence in rows
     ]
 
 
@@ -113,7 +115,7 @@ def mean_quantities() -> list[Quantity]:
             f"{DERIVATIVE_UNITS[derivative][0]}_rms",
             motion_unit(derivative, angular=angular, timed=timed),
             "rms",
-            f"Root mean square of the {derivative} over the turn.",
+            f"Root mean square of the {derivative} over the turn; with a train, of the tool.",
         )
         for derivative, angular, timed in product(RMS_ORDERS, (False, True), (True, False))
     ]

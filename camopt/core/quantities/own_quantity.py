@@ -1,4 +1,4 @@
-"""Quantities of a scene's own: numbers that follow from the quantities of each design."""
+"""Quantities that a scene defines: numbers computed from other quantities of each design."""
 
 from dataclasses import dataclass, field
 
@@ -7,31 +7,31 @@ from camopt.core.quantities.function import FunctionCall
 from camopt.core.quantities.quantity import AT_MOST, Quantity
 
 OWN_EFFECT = "quantities"
-"""What quantities of a scene's own have as their effect, and the table that gives them."""
+"""Effect of the quantities that a scene defines, and the name of their table."""
 
 
 @dataclass(frozen=True)
 class OwnQuantity(Quantity):
-    """A quantity that a scene defines by an expression or a function of others; a bound on it is one from above."""
+    """A quantity that a scene defines by an expression or function of others. Its limit is an upper bound."""
 
     tree: ExpressionNode | FunctionCall = field(default_factory=lambda: ExpressionNode(""), repr=False)
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """The quantities from which it follows."""
+        """Names of the quantities from which it is computed."""
         return self.tree.names
 
     @property
     def call(self) -> FunctionCall | None:
-        """The call of a Python function that it is; None of an expression."""
+        """The call of its Python function; None for an expression."""
         return self.tree if isinstance(self.tree, FunctionCall) else None
 
     @property
     def relation(self) -> str:
-        """The relation to its bound."""
+        """Relation to its limit: always ≤."""
         return AT_MOST
 
 
 def own_quantity(name: str, unit: str, sentence: str, tree: ExpressionNode | FunctionCall) -> OwnQuantity:
-    """A quantity of a scene's own."""
+    """Make a quantity that a scene defines."""
     return OwnQuantity(name, "", unit, OWN_EFFECT, sentence, tree=tree)

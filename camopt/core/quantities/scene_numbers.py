@@ -1,4 +1,4 @@
-"""The numbers of a scene that are no sizes: each a record, from which its key, column and conversion follow."""
+"""Numbers of a scene other than sizes. Each record gives the key, its columns in tables and its unit."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -6,12 +6,12 @@ from functools import cache
 from camopt.core.quantities.key import ANYWHERE, LENGTH, LENGTHS, NOT_NEGATIVE, NumberKey
 
 GUIDE_EFFECTS = ("torque", "thrust", "hertz", "surface")
-"""The effects that read a guide."""
+"""Effects that read the follower's guide."""
 PRESS_EFFECTS = ("force", *GUIDE_EFFECTS, "vibration", "clearance")
-"""The effects that read what presses the follower on the cam."""
+"""Effects that read the forces on the follower."""
 NUMBERS = (
     NumberKey(
-        "Speed of the cam, constant; without it, derivatives are by cam angle",
+        "Constant speed of the cam; without it, derivatives are by cam angle",
         "rev/min",
         key="cam.rpm",
         example=300,
@@ -19,7 +19,7 @@ NUMBERS = (
         usual=(0.01, 1e5),
     ),
     NumberKey(
-        "Diameter of the shaft, which has to lie within the base circle",
+        "Diameter of the shaft, which must lie within the base circle",
         "mm",
         key="cam.shaft_diameter",
         allowed=LENGTH,
@@ -63,7 +63,7 @@ NUMBERS = (
         read_by=PRESS_EFFECTS,
     ),
     NumberKey(
-        "Force (moment) of that spring at the lowest position",
+        "Force (moment) of the spring at the follower's lowest position",
         "N",
         "N·m",
         key="follower.dynamics.preload",
@@ -76,8 +76,8 @@ NUMBERS = (
         read_by=PRESS_EFFECTS,
     ),
     NumberKey(
-        "Of an oscillating follower: distance from its pivot at which a straight spring presses square "
-        "to the arm; ``spring_rate`` is then in N/mm, and ``preload`` in N",
+        "Distance from the pivot at which a straight spring presses square to the arm of an oscillating "
+        "follower; ``spring_rate`` is then in N/mm, and ``preload`` in N",
         "mm",
         key="follower.dynamics.spring_at",
         allowed=LENGTH,
@@ -113,7 +113,7 @@ NUMBERS = (
         read_by=PRESS_EFFECTS,
     ),
     NumberKey(
-        "Acceleration of gravity, positive if it presses the mass on the cam",
+        "Acceleration of gravity, positive if it presses the follower on the cam",
         "m/s²",
         key="follower.dynamics.gravity",
         allowed=ANYWHERE,
@@ -135,7 +135,7 @@ NUMBERS = (
         guide=True,
     ),
     NumberKey(
-        "Distance from the guide to the trace point at the lowest position, at least the lift",
+        "Distance from the guide to the trace point at the follower's lowest position, at least the lift",
         "mm",
         key="follower.dynamics.overhang",
         allowed=NOT_NEGATIVE,
@@ -187,15 +187,15 @@ NUMBERS = (
         read_by=("vibration",),
     ),
     NumberKey(
-        "Share by which the speed may vary, (largest − least)/mean, for the flywheel",
+        "Allowed fluctuation of the speed, (largest − smallest)/mean, for the flywheel",
         "no unit",
         key="follower.dynamics.fluctuation",
-        columns=(("fluctuation", "", "Fluctuation of the speed that is allowed."),),
+        columns=(("fluctuation", "", "Allowed fluctuation of the speed."),),
         example=0.02,
         read_by=("torque",),
     ),
     NumberKey(
-        "Displacement that the follower makes before what it drives moves",
+        "Clearance that the follower takes up before the tool moves",
         "mm",
         "deg",
         key="follower.dynamics.lash",
@@ -209,14 +209,14 @@ NUMBERS = (
         read_by=("lash",),
     ),
     NumberKey(
-        "How much larger or smaller the lash may be",
+        "Variation of the lash to either side",
         "mm",
         "deg",
         key="follower.dynamics.lash_variation",
         allowed=NOT_NEGATIVE,
         columns=(
-            ("lash_variation_mm", "", "Variation of the lash, to either side."),
-            ("lash_variation_deg", "", "Variation of the lash, to either side."),
+            ("lash_variation_mm", "", "Variation of the lash to either side."),
+            ("lash_variation_deg", "", "Variation of the lash to either side."),
         ),
         motion_of="tool",
         default=0.0,
@@ -224,37 +224,37 @@ NUMBERS = (
         read_by=("lash",),
     ),
     NumberKey(
-        "By how much two contacts are too near to each other before they are mounted",
+        "Interference of the two contacts of a pair before they are mounted",
         "mm",
         "deg",
         key="drive.interference",
         allowed=NOT_NEGATIVE,
         columns=(
-            ("interference_mm", "δ_0", "Interference of two contacts."),
-            ("interference_deg", "δ_0", "Interference of two contacts."),
+            ("interference_mm", "δ_0", "Interference of the two contacts of a pair before they are mounted."),
+            ("interference_deg", "δ_0", "Interference of the two contacts of a pair before they are mounted."),
         ),
     ),
     NumberKey(
-        "Stiffness of what joins both contacts: rollers, discs and frame",
+        "Stiffness between the two contacts of a pair: rollers, discs and frame",
         "N/mm",
         "N·m/rad",
         key="drive.stiffness",
         columns=(
-            ("pair_stiffness_N_per_mm", "k", "Stiffness of what joins two contacts."),
-            ("pair_stiffness_N_m_per_rad", "k", "Stiffness of what joins two contacts."),
+            ("pair_stiffness_N_per_mm", "k", "Stiffness between the two contacts of a pair."),
+            ("pair_stiffness_N_m_per_rad", "k", "Stiffness between the two contacts of a pair."),
         ),
     ),
     NumberKey(
-        "How much wider than the roller a groove is, or thinner than the gap between its two rollers a "
-        "rib: what is crossed where the force turns round",
+        "Clearance of the roller in its groove, or of a rib between its two rollers; the follower crosses it "
+        "where the force changes sign",
         "mm",
         key="drive.clearance",
         allowed=LENGTH,
-        columns=(("clearance_mm", "j", "Clearance of the roller in its groove."),),
+        columns=(("clearance_mm", "j", "Clearance of the roller in its groove, or of a rib between its rollers."),),
         example=0.02,
     ),
     NumberKey(
-        "Moment of inertia about its pin of a roller that friction turns the other way after each crossing",
+        "Moment of inertia of the roller about its pin; friction turns the roller the other way after a crossing",
         "kg·m²",
         key="drive.roller_inertia",
         columns=(("roller_inertia_kg_m2", "J_r", "Inertia of the roller about its pin."),),
@@ -309,10 +309,12 @@ NUMBERS = (
         read_by=("face", "hertz", "surface"),
     ),
     NumberKey(
-        "Volume worn off the cam by load and sliding distance",
+        "Wear rate: volume worn off the cam per unit of load and of sliding distance",
         "mm²/N",
         key="materials.wear_rate",
-        columns=(("wear_rate_mm2_per_N", "", "Volume worn off by load and sliding distance."),),
+        columns=(
+            ("wear_rate_mm2_per_N", "", "Wear rate: volume worn off per unit of load and of sliding distance."),
+        ),
         example=1e-10,
         read_by=("surface",),
     ),
@@ -341,31 +343,32 @@ NUMBERS = (
         read_by=("surface",),
     ),
 )
-"""Each number by its record, in the order of keys and columns."""
-NUMBER_KEYS = {each.key: each for each in NUMBERS}
+"""Record of each number, in the order of keys and columns."""
+NUMBER_KEYS = {number.key: number for number in NUMBERS}
+"""Records of the numbers by key."""
 NUMBER_COLUMNS = (*NUMBER_KEYS,)
-"""Their keys."""
+"""Keys of the numbers."""
 SPRING_AT = "follower.dynamics.spring_at"
-"""The lever of a straight spring on the arm of an oscillating follower."""
+"""Key of the distance from the pivot to a straight spring on an oscillating follower."""
 
 
 def numbers_in(table: str) -> tuple[NumberKey, ...]:
-    """The numbers of a table."""
-    return tuple(each for each in NUMBERS if each.table == table)
+    """Numbers of a table of the scene."""
+    return tuple(number for number in NUMBERS if number.table == table)
 
 
 def number_turns(key: str, *, angular: bool, tool_turns: bool, straight: bool = False) -> bool:
-    """Whether a number of the scene is about an angle: of a follower, or a tool, whose motion is one or not.
+    """Whether a number takes the unit of a rotation: its follower, tool or spring turns.
 
-    The motion of a spring on an arm is none if it is a straight one.
+    A straight spring on the arm of an oscillating follower does not turn.
     """
     return {"follower": angular, "tool": tool_turns, "spring": angular and not straight}[NUMBER_KEYS[key].motion_of]
 
 
 @cache
 def number_quantities(*, angular: bool, tool_turns: bool, straight: bool = False) -> Mapping[str, str]:
-    """The quantity that each number of the scene is in tables, by key."""
+    """Name of the quantity in tables for each number of the scene, by key."""
     turns = {
         key: number_turns(key, angular=angular, tool_turns=tool_turns, straight=straight) for key in NUMBER_KEYS
     }
-    return {key: each.quantities[-1 if turns[key] else 0].name for key, each in NUMBER_KEYS.items()}
+    return {key: number.quantities[-1 if turns[key] else 0].name for key, number in NUMBER_KEYS.items()}

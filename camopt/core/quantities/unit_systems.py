@@ -1,8 +1,8 @@
-"""Systems of units in which results are shown: mm, as everything is computed and stored, or inch.
+"""Systems of units in which results are shown: mm or inch. Everything is computed and stored in mm.
 
-What people read (tables, texts, pictures, pages, drawings, files for machines) is converted where it is shown, by
-the unit that it has: a unit is a product of powers, and each factor has its counterpart in ``CUSTOMARY``. Angles,
-times and numbers of turns are the same in both. Keys and options are read in mm, or with a unit of their own.
+Numbers in tables, texts, pictures, pages, drawings and files for machines are converted when they are written.
+A unit is a product of powers, and each factor has its counterpart in ``CUSTOMARY``. Angles, times and numbers of
+turns are the same in both systems. Keys and options are read in mm, or with a unit of their own.
 
 Source: B. N. Taylor, A. Thompson, NIST Special Publication 811, appendix B.
 """
@@ -36,7 +36,7 @@ CUSTOMARY = {
     "W": ("hp", 550 * 12 * INCH_MM / 1e3 * POUND_FORCE),
     "J": ("ft·lbf", 12 * INCH_MM / 1e3 * POUND_FORCE),
 }
-"""Units and their counterparts, each with what one of that is in the unit."""
+"""Customary counterpart of each unit, with its size in the unit."""
 POWERS = {"": 1, "²": 2, "³": 3, "⁴": 4}
 UNIT_FACTOR = re.compile(r"(Pa·s|[^·/²³⁴ ]+)([²³⁴]?)")
 
@@ -45,7 +45,7 @@ _shown_system = MM
 
 @contextmanager
 def shown_in(system: str) -> Iterator[None]:
-    """Show results in a system of units meanwhile: in this process, in all its threads.
+    """Show results in a system of units within a ``with`` block, in all threads of this process.
 
     Parameters
     ----------
@@ -75,38 +75,38 @@ def shown_in(system: str) -> Iterator[None]:
 
 
 def shown_system() -> str:
-    """The system in which results are shown now."""
+    """The system of units in which results are shown now."""
     return _shown_system
 
 
 def shown_unit(unit: str) -> str:
-    """The unit in which a result is shown that is computed in a unit."""
+    """The unit in which a number computed in ``unit`` is shown."""
     return unit if _shown_system == MM else _counterpart(unit)[0]
 
 
 def to_shown_unit(value: Any, unit: str) -> Any:
-    """A number or an array in a unit, in the unit in which it is shown."""
+    """Convert a number or array from ``unit`` to the unit in which it is shown."""
     return value if _shown_system == MM else value / _counterpart(unit)[1]
 
 
 def from_shown_unit(value: Any, unit: str) -> Any:
-    """The other way round: from the unit in which a number is shown to that in which it is computed."""
+    """Convert a number or array from the unit in which it is shown back to ``unit``."""
     return value if _shown_system == MM else value * _counterpart(unit)[1]
 
 
 @cache
 def _counterpart(unit: str) -> tuple[str, float]:
-    """The customary unit in place of a unit, and what one of it is in that."""
+    """The customary unit in place of ``unit``, and its size in ``unit``."""
     above, slash, below = unit.partition("/")
     size = _counterpart_size(above) / _counterpart_size(below)
     return _customary_name(above) + slash + _customary_name(below), size
 
 
 def _customary_name(product: str) -> str:
-    return UNIT_FACTOR.sub(lambda found: CUSTOMARY.get(found[1], (found[1], 1.0))[0] + found[2], product)
+    return UNIT_FACTOR.sub(lambda factor: CUSTOMARY.get(factor[1], (factor[1], 1.0))[0] + factor[2], product)
 
 
 def _counterpart_size(product: str) -> float:
-    """What one of the counterpart of a product of powers is in the product."""
+    """Size of a product's customary counterpart in the product's unit."""
     factors = UNIT_FACTOR.findall(product)
     return prod(CUSTOMARY[name][1] ** POWERS[power] for name, power in factors if name in CUSTOMARY)

@@ -232,10 +232,9 @@ def test_rises_of_the_pressure_angle_are_those_of_the_follower_and_tables_say_so
         assert found[f"velocity_max_{kind}_m_s"] == pytest.approx(fastest * motion_scale(setup, 1), rel=1e-5)
     rows = {row[0].text: row[-1].text for row in found.table().rows}
     for kind in ("rise", "return"):
-        assert rows[f"pressure_angle_max_{kind}_deg"] == f"Largest |β| over the {kind}s of the follower."
-        assert (
-            rows[f"velocity_max_{kind}_m_s"] == f"Largest |velocity| over the {kind}s (of the tool, with a train)."
-        )
+        angle, velocity = rows[f"pressure_angle_max_{kind}_deg"], rows[f"velocity_max_{kind}_m_s"]
+        assert angle == f"Largest pressure angle |β| over the {kind}s of the follower."
+        assert velocity == f"Largest |velocity| over the {kind}s; with a train, of the tool."
 
 
 @pytest.mark.parametrize("name", SHIPPED)

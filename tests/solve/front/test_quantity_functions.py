@@ -66,7 +66,7 @@ def test_other_processes_import_a_function(expected, tmp_path):
 
 
 def test_other_processes_take_no_function_that_they_cannot_import():
-    with processes(2) as engine, pytest.raises(BadInput, match="is no function that other processes can import"):
+    with processes(2) as engine, pytest.raises(BadInput, match="is a function that other processes cannot import"):
         sweep(with_function(lambda *columns: columns[0]), engine=engine)
 
 
@@ -80,7 +80,7 @@ def test_a_frontier_takes_a_function_along(workers):
 
 def test_a_frontier_in_processes_takes_no_function_that_they_cannot_import():
     scene = BASE.replace(quantities=[quantity(lambda one: one, COLUMNS[:1], **MINE)], limits={}, outputs=["mine"])
-    with pytest.raises(BadInput, match="is no function that other processes can import"):
+    with pytest.raises(BadInput, match="is a function that other processes cannot import"):
         frontier(scene.replace(**{"synthesis.pieces": 12}), points=2, workers=2)
 
 
@@ -94,7 +94,7 @@ def fails(*columns):
         (fails, COLUMNS, "fails: ZeroDivisionError: no"),
         (lambda one: one, COLUMNS, "fails: TypeError"),
         (lambda one: "text", COLUMNS[:1], "fails: ValueError"),
-        (lambda one: np.ones(3), COLUMNS[:1], "has to return an array of 1 numbers here, not one of (3,)"),
+        (lambda one: np.ones(3), COLUMNS[:1], "must return an array of 1 numbers, not one of shape (3,)"),
     ],
 )
 def test_what_a_function_does_wrong_is_one_sentence(function, columns, what):
@@ -134,7 +134,7 @@ def test_a_file_makes_nothing_import(tmp_path, capsys):
     )
     (tmp_path / "mine.toml").write_text(text)
     assert main(["evaluate", str(tmp_path / "mine.toml")]) == 2
-    assert "'antigravity:fly': is not known here: give it to camopt.quantity" in capsys.readouterr().err
+    assert "'antigravity:fly': is not registered: give it to camopt.quantity" in capsys.readouterr().err
     assert "antigravity" not in sys.modules
 
 
@@ -203,7 +203,7 @@ def test_every_scene_knows_the_quantities_of_installed_packages(installed, expec
     ("name", "what"),
     [
         ("broken", "the entry point of shop 1.0 fails: AttributeError"),
-        ("odd", "has to be what camopt.quantity returns, not builtin_function_or_method"),
+        ("odd", "must be a result of camopt.quantity, not builtin_function_or_method"),
         ("absent", "is no entry point of the group camopt.quantities"),
     ],
 )
