@@ -1,7 +1,7 @@
 """The command line.
 
-In: the words of a command. Out: a printed result, files and an exit code. Commands import what they use when they
-run, so their help comes at once.
+In: the arguments of a command. Out: a printed result, files and an exit code. Commands import what they use when
+they run, so their help is fast.
 
 Read first: ``main.py``, which lists the commands.
 """

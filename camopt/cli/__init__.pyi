@@ -1,4 +1,4 @@
-"""What commands use besides public names, each with its module: type checkers and ``lazy_loader`` read them."""
+"""Helpers of commands with their modules, for type checkers and ``lazy_loader``."""
 
 from .scenes import read_scene as read_scene
 from .scenes import scene_or_result as scene_or_result

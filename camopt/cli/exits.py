@@ -1,4 +1,4 @@
-"""How a command ends: its exit code, and one line on standard error for what went wrong."""
+"""The end of a command: its exit code, and one line on standard error if it failed."""
 
 import os
 import sys
@@ -34,9 +34,9 @@ LIBRARY_SUFFIXES = (".so", ".pyd", ".dylib")
 
 
 def run_command(command: Callable[[], int]) -> int:
-    """Run a command to its exit code. Whatever ends it is told in a line, never as a traceback."""
+    """Run a command and return its exit code. An error prints one line, never a traceback."""
     _open_closed_streams()
-    for library in ("matplotlib", "ezdxf"):  # they tell of folders that they would keep fonts in
+    for library in ("matplotlib", "ezdxf"):  # they warn about folders for their font caches
         getLogger(library).setLevel(CRITICAL)
     try:
         with catch_warnings(action="always", category=TidyingWarning):
@@ -54,19 +54,19 @@ def run_command(command: Callable[[], int]) -> int:
 
 
 def print_message(text: str) -> None:
-    """Lines on standard error, in printable characters; none where nobody can read them."""
+    """Print lines on standard error, in printable characters; do nothing if it is closed."""
     with suppress(OSError):
         for line in text.splitlines():
             print(line_of(line), file=sys.stderr, flush=True)
 
 
 def _print_warning(message: Warning | str, *_: Any, **__: Any) -> None:
-    """A warning in a line, without the place in the code."""
+    """Print a warning in one line, without its place in the code."""
     print_message(f"camopt: {message}")
 
 
 def _open_closed_streams() -> None:
-    """Closed standard streams get a place to go, so that no file of ours takes their number."""
+    """Open closed standard streams on the null device, so that no file gets their numbers."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115
@@ -76,7 +76,7 @@ def _open_closed_streams() -> None:
 
 
 def _discard_unwritable_output() -> None:
-    """Streams that cannot be written end in nothing, so that Python's last flush finds no trouble."""
+    """Send unwritable streams to the null device, so that Python's last flush raises no error."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
@@ -86,9 +86,9 @@ def _discard_unwritable_output() -> None:
 
 
 def _exit_code(end: BaseException) -> int:  # noqa: C901
-    """The exit code for what ended a command, which is told."""
+    """The exit code for the exception that ended a command; prints its message."""
     match end:
-        case SystemExit():  # click and rich end with 1 when the reader of a pipe is gone, and with nothing else
+        case SystemExit():  # click and rich exit with 1 only when the reader of a pipe is gone
             return READER_GONE if end.code == 1 else int(end.code or 0)
         case BrokenPipeError():
             return READER_GONE
@@ -96,7 +96,7 @@ def _exit_code(end: BaseException) -> int:  # noqa: C901
             return _exit_code(end.__cause__)
         case KeyboardInterrupt() | click.Abort() | Stopped():
             return _print_failure(str(end) or "interrupted", interrupts.interrupt_code())
-        case _ if interrupts.is_interrupted():  # an import makes other errors of interrupts
+        case _ if interrupts.is_interrupted():  # an import turns interrupts into other errors
             return _print_failure("interrupted", interrupts.interrupt_code())
         case click.ClickException():
             context = getattr(end, "ctx", None)
@@ -111,11 +111,9 @@ def _exit_code(end: BaseException) -> int:  # noqa: C901
             return _print_failure(str(end), NOT_REACHED)
         case MemoryError():
             return _print_failure("out of memory", FILE_TROUBLE)
-        case ImportError() if (end.path or "").endswith(
-            LIBRARY_SUFFIXES
-        ):  # it is damaged, or memory has no room for it
+        case ImportError() if (end.path or "").endswith(LIBRARY_SUFFIXES):  # damaged, or too large for memory
             return _print_failure(_message_line(end), FILE_TROUBLE)
-        case ImportError() if isinstance(end.__cause__, ImportError):  # numpy tells a page about it
+        case ImportError() if isinstance(end.__cause__, ImportError):  # the message of numpy is a page
             return _exit_code(end.__cause__)
         case OSError():
             where = f"{os.fsdecode(end.filename)}: " if isinstance(end.filename, (str, bytes)) else ""
@@ -124,7 +122,7 @@ def _exit_code(end: BaseException) -> int:  # noqa: C901
 
 
 def _message_line(end: BaseException) -> str:
-    """The message of an exception, or its first line."""
+    """The first line of an exception's message."""
     return (str(end) or type(end).__name__).splitlines()[0]
 
 
@@ -134,7 +132,7 @@ def _print_failure(text: str, code: int) -> int:
 
 
 def _print_internal_error(fault: BaseException) -> int:
-    """A fault of camopt itself: what it is and where, and how to see more."""
+    """Print a fault of camopt itself: its message, its place, and how to see more."""
     if os.environ.get(DEBUG_VARIABLE):
         print_exception(fault)
     package = str(Path(__file__).parents[1])
@@ -142,5 +140,5 @@ def _print_internal_error(fault: BaseException) -> int:
     last = next((f for f in reversed(frames) if f.filename.startswith(package)), frames[-1])
     what = f"{type(fault).__name__}: {fault}".splitlines()[0]
     where = f"{Path(last.filename).name}, line {last.lineno}"
-    report = f"please report it with the command and its files; {DEBUG_VARIABLE}=1 shows where it comes from"
+    report = f"please report it with the command and its files; {DEBUG_VARIABLE}=1 prints the traceback"
     return _print_failure(f"internal error ({where}): {what}; {report}", INTERNAL_ERROR)

@@ -1,4 +1,4 @@
-"""Signals that end a command. Each becomes a KeyboardInterrupt, so that what is half done is left in order."""
+"""Signals that end a command. Each raises KeyboardInterrupt, so that unfinished work is cleaned up."""
 
 import os
 import signal
@@ -11,10 +11,8 @@ from types import FrameType
 from typing import Any
 
 ENDING_SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
-RESEND_SECONDS = 0.01  # seconds, in which a callback ends
-REPEAT_SECONDS = (
-    1.0  # seconds in which several signals are one: a terminal that closes sends two, and so do some wrappers
-)
+RESEND_SECONDS = 0.01  # s; a callback ends sooner
+REPEAT_SECONDS = 1.0  # s; signals this close count once: a closing terminal sends two, and so do some wrappers
 CTRL_C_CODE = 128 + signal.SIGINT
 """The exit code of shells for a command that was interrupted."""
 _received_signals: list[tuple[int, float]] = []
@@ -27,7 +25,7 @@ def is_interrupted() -> bool:
 
 
 def interrupt_code() -> int:
-    """The exit code of an interrupted command, as shells have it: 128 and the number of the signal."""
+    """Exit code of an interrupted command, as in shells: 128 plus the number of the signal."""
     return 128 + _received_signals[0][0] if _received_signals else CTRL_C_CODE
 
 
@@ -35,26 +33,26 @@ def interrupt_code() -> int:
 def raise_interrupts() -> Iterator[None]:
     """Within the block, SIGINT, SIGTERM and SIGHUP raise KeyboardInterrupt in the main thread, once.
 
-    A second one, while the command ends, kills the process. Those that were ignored from the start still are
-    (``nohup``, jobs in the background). After the block, all end the process at once, without a traceback.
+    A second signal while the command ends kills the process. Signals that were ignored from the start stay ignored
+    (``nohup``, background jobs). After the block, each signal ends the process at once, without a traceback.
     """
-    heeded = [each for each in ENDING_SIGNALS if signal.getsignal(each) is not signal.SIG_IGN]
-    for each in heeded:
-        signal.signal(each, _receive_signal)
+    handled = [number for number in ENDING_SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
+    for number in handled:
+        signal.signal(number, _receive_signal)
     sys.unraisablehook = _resend_signal
     try:
         yield
     finally:
         sys.unraisablehook = sys.__unraisablehook__
-        for each in heeded:
-            signal.signal(each, signal.SIG_DFL)
+        for number in handled:
+            signal.signal(number, signal.SIG_DFL)
 
 
 def _resend_signal(lost: Any) -> None:
-    """Send a signal again that came in a callback out of which no exception gets, as imports have them."""
+    """Send a signal again that came in a callback that swallows exceptions, as imports have them."""
     if _received_signals and isinstance(lost.exc_value, KeyboardInterrupt):
         number, _ = _received_signals.pop()
-        Timer(RESEND_SECONDS, os.kill, (os.getpid(), number)).start()  # later: no exception gets out of here either
+        Timer(RESEND_SECONDS, os.kill, (os.getpid(), number)).start()  # later: this hook swallows exceptions too
     else:
         sys.__unraisablehook__(lost)
 

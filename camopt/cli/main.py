@@ -1,4 +1,4 @@
-"""The command line: modules of ``camopt.cli.commands`` have its commands, imported when they are needed."""
+"""The command line: lists the commands, and imports the module of one when it is called."""
 
 from collections.abc import Iterator, Mapping
 from importlib import import_module
@@ -16,13 +16,13 @@ GROUPS = {
     "Results": dict.fromkeys(("report", "compare", "check"), "results"),
     "Inside": {"effects": "costs", "accuracy": "costs", "warm": "costs", "schema": "lists"},
 }
-"""Headings of the help, each with its commands and their modules in ``camopt.cli.commands``."""
+"""Headings of the help: for each, the commands and their modules in ``camopt.cli.commands``."""
 MODULE_BY_COMMAND = {name: module for commands in GROUPS.values() for name, module in commands.items()}
-"""Names of the commands, each with its module."""
+"""Module of each command."""
 
 
 class LazyCommands(Mapping[str, click.Command]):
-    """The commands by name."""
+    """The commands by name, imported when they are read."""
 
     def __getitem__(self, name: str) -> click.Command:
         command: click.Command = getattr(import_module(f"camopt.cli.commands.{MODULE_BY_COMMAND[name]}"), name)
@@ -36,10 +36,10 @@ class LazyCommands(Mapping[str, click.Command]):
 
 
 class Camopt(click.Group):
-    """The commands: listed under headings, and taken in American spelling too."""
+    """The group of all commands: listed under headings, and found in American spelling too."""
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the list of commands, a section for each heading."""
+        """Write the commands, a section for each heading."""
         for heading, names in GROUPS.items():
             with formatter.section(heading):
                 formatter.write_dl([(name, self.commands[name].get_short_help_str(58)) for name in names])
@@ -59,19 +59,19 @@ class Camopt(click.Group):
 @click.version_option(VERSION, prog_name="camopt")
 @click.pass_context
 def camopt(context: click.Context) -> None:
-    """Find the smallest cam that gives a motion within your limits, and what a smaller one would cost.
+    """Find the smallest cam for a motion within your limits, and what a smaller one would cost.
 
-    SCENE is a TOML file, or the name of a scene that comes with camopt (`camopt scenes` lists them). Without one,
-    commands take roller-1000rpm; evaluate and certify need one.
+    SCENE is a TOML file, or the name of a scene that comes with camopt (`camopt scenes` lists them). Most commands
+    take roller-1000rpm by default.
 
     Exit codes: 0 done; 1 no feasible design, or certify finds a limit broken; 2 bad input; 3 trouble with a file or
-    memory; 4 the accuracy was not reached, or a limit is undecided; 70 an error of camopt itself; 129 its
-    terminal was closed (SIGHUP); 130 interrupted; 141 the program that read the output has ended; 143 SIGTERM.
+    memory; 4 accuracy not reached, or a limit is undecided; 70 internal error of camopt; 129 terminal closed
+    (SIGHUP); 130 interrupted; 141 the reader of the output ended; 143 terminated (SIGTERM).
     """
     if context.invoked_subcommand is None:
         click.echo(context.get_help())
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run a command; the exit code. A user's mistake is a message, never a traceback."""
+    """Run a command and return its exit code. A user's mistake prints a message, never a traceback."""
     return run_command(lambda: camopt.main(arguments, prog_name="camopt", standalone_mode=False) or 0)

@@ -1,4 +1,4 @@
-"""Options of the command line: those that commands share, and what they change in a scene."""
+"""Options that commands share, and the changes that options make to a scene."""
 
 import re
 import tomllib
@@ -24,7 +24,7 @@ ANIMATION_SUFFIXES = (".gif", ".mp4", ".svg")
 
 
 def output_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Options common to all commands."""
+    """Add --json, --quiet and --units, which every command has."""
     command = click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")(command)
     return click.option("--quiet", is_flag=True, help="Print no progress bar and no messages.")(
         units_option(command)
@@ -32,7 +32,7 @@ def output_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 class UnitNumber(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4 on
-    """A number in a unit, or a text with a unit of that kind, such as 0.25 in."""
+    """A number, or a text with a unit such as "0.25 in"; converted to ``unit``."""
 
     name = "float"
 
@@ -57,16 +57,19 @@ units_option = click.option(
     show_envvar=True,
     expose_value=False,
     callback=lambda context, option, units: context.with_resource(shown_in(units)),
-    help="Units of what is shown, drawn and exported. JSON and Parquet stay as their names say.",
+    help="Units of tables, pictures and exported files. JSON and Parquet keep the units in their column names.",
 )
 
 
 BARE_POINT = re.compile(r"[+-]?(\.\d+|\d+\.)")
-"""A number that TOML does not read."""
+"""A number without digits on one side of its point: TOML refuses it."""
 
 
 class KeyValue(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4 on
-    """A key of the scene with a value as TOML has it; what is none is a text, and nothing clears the key."""
+    """A key of the scene with a TOML value.
+
+    A value that is not TOML is a text. An empty value clears the key.
+    """
 
     name = "KEY=VALUE"
 
@@ -78,7 +81,9 @@ class KeyValue(click.ParamType):  # type: ignore[type-arg]  # generic from click
             return key, tomllib.loads(f"value = {text}")["value"] if text else None
         except tomllib.TOMLDecodeError:
             if BARE_POINT.fullmatch(text):
-                self.fail(f"{key} = {text}: TOML has digits on both sides of a point: {float(text)}", param, ctx)
+                self.fail(
+                    f"{key} = {text}: TOML needs digits on both sides of the point: {float(text)}", param, ctx
+                )
             return key, text
 
 
@@ -93,7 +98,7 @@ OVERRIDE_KEYS = {
 
 
 def option_spelling(name: str) -> str:
-    """How a user writes an option."""
+    """An option as a user writes it: ``max_pressure`` is --max-pressure."""
     return name if name.startswith("--") else f"--{name.replace('_', '-')}"
 
 
@@ -102,20 +107,20 @@ OUTPUT_OPTIONS = ("outputs", "long", "units", "as_json", "quiet", "_click_defaul
 
 
 class Command(click.Command):
-    """A command: its mistakes name its options in place of the library's parameters, and its help has groups.
+    """A command whose help has groups, and whose mistakes name options, not parameters of the library.
 
     ``groups`` are headings with the names of the options under them.
     """
 
     def __init__(
-        self, *given: Any, groups: Mapping[str, tuple[str, ...]] = MappingProxyType({}), **more: Any
+        self, *args: Any, groups: Mapping[str, tuple[str, ...]] = MappingProxyType({}), **kwargs: Any
     ) -> None:
-        super().__init__(*given, **more)
+        super().__init__(*args, **kwargs)
         self.groups = groups
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the help of the options: those of the command first, then those that commands share."""
-        options = [given for given in self.get_params(ctx) if isinstance(given, click.Option)]
+        """Write the help of the options: first those of this command, then the shared ones."""
+        options = [param for param in self.get_params(ctx) if isinstance(param, click.Option)]
         rows = {option.name: row for option in options if (row := option.get_help_record(ctx))}
         shared = {"Changes to the scene": SCENE_OPTIONS, "Output": OUTPUT_OPTIONS}
         groups = {
@@ -128,46 +133,46 @@ class Command(click.Command):
                     formatter.write_dl(records)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """As click does, but no option is told to be like the former name of another."""
+        """Parse as click does, but never suggest the former name of an option."""
         try:
             return super().parse_args(ctx, args)
         except click.NoSuchOption as error:
-            former = {given.former for given in self.params if isinstance(given, RenamedOption)}
-            like = [name for name in error.possibilities or () if name not in former]
-            raise click.NoSuchOption(error.option_name, possibilities=like, ctx=error.ctx) from None
+            former = {param.former for param in self.params if isinstance(param, RenamedOption)}
+            similar = [name for name in error.possibilities or () if name not in former]
+            raise click.NoSuchOption(error.option_name, possibilities=similar, ctx=error.ctx) from None
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
             return super().invoke(ctx)
         except BadInput as error:
-            written = {name: parameter_name(given) for given in self.params for name in _library_names(given)}
+            spellings = {name: parameter_name(param) for param in self.params for name in _library_names(param)}
             raise BadInput(
-                replace(m, key=written.get(m.key, m.key)) if m.file == "camopt" else m for m in error.mistakes
+                replace(m, key=spellings.get(m.key, m.key)) if m.file == "camopt" else m for m in error.mistakes
             ) from None
 
 
-def parameter_name(given: click.Parameter) -> str:
-    """What a command's help calls something that it takes."""
-    return given.opts[0] if isinstance(given, click.Option) else given.human_readable_name.rstrip(".")
+def parameter_name(param: click.Parameter) -> str:
+    """The name of an option or argument in the help of its command."""
+    return param.opts[0] if isinstance(param, click.Option) else param.human_readable_name.rstrip(".")
 
 
-def _library_names(given: click.Parameter) -> tuple[str | None, str]:
-    """What the library may call it: SCENE and --scene are a scene, whatever the command's function calls it."""
-    return given.name, parameter_name(given).lower().removeprefix("--").replace("-", "_")
+def _library_names(param: click.Parameter) -> tuple[str | None, str]:
+    """The names that the library may use: that of the command's function, and that in the help (SCENE: scene)."""
+    return param.name, parameter_name(param).lower().removeprefix("--").replace("-", "_")
 
 
 def refuse_without(option: str, others: dict[str, Any]) -> None:
-    """BadInput for each of some options that mean nothing without another."""
-    _refuse_options(f"belongs to {option}, which is not given", others)
+    """Raise BadInput for each option in ``others``: they mean nothing without ``option``."""
+    _refuse_options(f"needs {option}", others)
 
 
 def refuse_with(option: str, others: dict[str, Any]) -> None:
-    """BadInput for each of some options that mean nothing with another."""
-    _refuse_options(f"does not go with {option}", others)
+    """Raise BadInput for each option in ``others``: they mean nothing with ``option``."""
+    _refuse_options(f"cannot be used with {option}", others)
 
 
 def _refuse_options(why: str, others: dict[str, Any]) -> None:
-    """BadInput for each option that is given."""
+    """Raise BadInput for each option that has a value."""
     given = {option_spelling(name): value for name, value in others.items() if value is not None}
     shown = {name: str(value) if isinstance(value, Path) else value for name, value in given.items()}
     shown |= {name: ", ".join(map(str, value)) for name, value in given.items() if isinstance(value, tuple)}
@@ -176,13 +181,13 @@ def _refuse_options(why: str, others: dict[str, Any]) -> None:
 
 
 Changes = Mapping[str, tuple[str, Any]]
-"""Changes by key, each from an option: the option and the value."""
+"""Changes to a scene: by key, the option that makes the change and the value."""
 
 
 def with_changes(scene: Any, changes: Changes) -> Any:
-    """The scene with changes by key, each from an option; a mistake in one names the option.
+    """The scene with the changes of options. A mistake in a change names its option.
 
-    What an option says of a number holds for a search that varies it, too.
+    If [search] varies the number of an option, the option replaces its range too.
     """
     searched = {f"search.{key}": change for key, change in changes.items() if key in scene.search.numbers}
     with name_options_in_mistakes(changes := {**changes, **searched}):
@@ -190,29 +195,29 @@ def with_changes(scene: Any, changes: Changes) -> Any:
 
 
 def values_by_key(changes: Changes) -> dict[str, Any]:
-    """The values by key."""
+    """The value of each changed key."""
     return {key: value for key, (_, value) in changes.items()}
 
 
 @contextmanager
 def name_options_in_mistakes(changes: Changes) -> Iterator[None]:
-    """Let a mistake in one of some changes name the option that it is from."""
+    """Within the block, mistakes in changed keys name the options that changed them."""
     try:
         yield
     except BadInput as error:
-        found: dict[str, Mistake] = {}
+        named_mistakes: dict[str, Mistake] = {}
         for mistake in error.mistakes:
             key = next((key for key in changes if f"{mistake.key}.".startswith(f"{key}.")), None)
             option = changes[key][0] if key else ""
-            if key and option.startswith("--set"):  # the key may lead into a table that it gives
+            if key and option.startswith("--set"):  # the value may be a table, and the mistake in a key of it
                 option += mistake.key[len(key) :]
             named = replace(mistake, file="camopt", key=option) if key else mistake
-            found.setdefault(str(named), named)
-        raise BadInput(found.values()) from None
+            named_mistakes.setdefault(str(named), named)
+        raise BadInput(named_mistakes.values()) from None
 
 
 def take_overrides(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
-    """Take the overriding options out of all options: changes by key, each from an option."""
+    """Take the options that override the scene out of ``options``; return their changes by key."""
     given = {name: options.pop(name, None) for name in OVERRIDE_KEYS}
     changes = {
         OVERRIDE_KEYS[name]: (option_spelling(name), value) for name, value in given.items() if value is not None
@@ -220,16 +225,16 @@ def take_overrides(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
     for key, value in options.pop("settings", ()):
         option = f"--set {key}"
         if key in changes:
-            why = f"is given by {changes[key][0]} already"
+            why = f"is already set by {changes[key][0]}"
             raise BadInput([Mistake("camopt", option, value, why, bare=True)])
         changes[key] = option, value
-    if given["max_pressure"] is not None:  # one limit on all strokes: the scene's own on returns is taken away
+    if given["max_pressure"] is not None:  # one limit for all strokes: it clears the scene's limit for returns
         changes.setdefault(OVERRIDE_KEYS["max_pressure_return"], (option_spelling("max_pressure"), None))
     return changes
 
 
 class RenamedOption(click.Option):
-    """An option that had another name in a former release, which is read still and shown nowhere."""
+    """An option whose former name still works, but is in no help."""
 
     def __init__(self, names: Sequence[str], former: str, **about: Any) -> None:
         super().__init__(names, **about)
@@ -247,24 +252,24 @@ set_option = click.option(
     "settings",
     type=KeyValue(),
     multiple=True,
-    help="Any key of the scene, such as follower.offset=5, motion.1.angle=90; KEY= clears it. Repeatable.",
+    help="Set a key of the scene, such as follower.offset=5 or motion.1.angle=90; KEY= clears it. Repeatable.",
 )
 
 
 def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Options that override the scene."""
+    """Add the options that override keys of the scene."""
     for option in (
         click.option(
             "--relative-error",
             cls=RenamedOption,
             former="--tolerance",
             type=float,
-            help="Largest relative error of each value.",
+            help="Largest relative error of each value, such as 1e-6.",
         ),
         click.option(
             "--min-curvature",
             type=UnitNumber("mm"),
-            help="Least convex radius allowed on the profile, mm.",
+            help="Smallest convex radius allowed on the profile, mm.",
         ),
         click.option("--max-pressure-return", type=float, help="Largest pressure angle allowed on returns, deg."),
         click.option("--max-pressure", type=float, help="Largest pressure angle allowed, deg."),
@@ -276,7 +281,7 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def split_names(context: click.Context, option: click.Parameter, text: str | None) -> Any:
-    """The names of an option that takes several, separated by commas."""
+    """The names of an option that takes names separated by commas."""
     return text and [name.strip() for name in text.split(",")]
 
 
@@ -284,17 +289,18 @@ outputs_option = click.option(
     "--outputs",
     callback=split_names,
     metavar="NAME,NAME|all",
-    help="Quantities or effects to report beside sizes and limited ones, such as force,hertz, in place of the "
-    "standard ones (`camopt effects` lists the effects); or all.",
+    help="Quantities or effects to report, such as force,hertz, or all; replaces the default ones. Sizes "
+    "and limited "
+    "quantities are always reported. `camopt effects` lists the effects.",
 )
-row_option = click.option("--row", type=int, help="If a table is given: number of the row, from 0.")
+row_option = click.option("--row", type=int, help="Row of a table of designs, from 0.")
 again_option = click.option("--again", is_flag=True, help="Recompute, even if --out is up to date.")
 former_again_option = click.option("--again", is_flag=True, hidden=True, expose_value=False)
-"""What commands took that told an earlier result again: now each computes it anew."""
+"""A former option of commands that now always recompute: it is accepted and does nothing."""
 
 
 def scheduler_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    """The option that says whose workers to use; the command gets the engine, None for this process and its own."""
+    """Add --scheduler. The command gets the engine of that cluster, or None for this machine's own workers."""
 
     @wraps(command)
     def with_engine(scheduler: str | None, workers: int | None, **options: Any) -> Any:
@@ -306,12 +312,12 @@ def scheduler_option(command: Callable[..., Any]) -> Callable[..., Any]:
     return click.option(
         "--scheduler",
         metavar="ADDRESS|local",
-        help="Use the workers of a Dask cluster (tcp://HOST:PORT), or of one that is started on this machine.",
+        help="Use the workers of a Dask cluster at tcp://HOST:PORT; local starts a cluster on this machine.",
     )(with_engine)
 
 
 def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Options that override the scene; the command gets the scene itself."""
+    """Add --row and the options that override the scene; the command gets the changed scene."""
 
     @wraps(command)
     def with_scene(scene: str, row: int | None, **options: Any) -> Any:
@@ -321,7 +327,7 @@ def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 class Axis(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4 on
-    """START:STOP:STEP, START:STOP for a sample, or one value."""
+    """A grid START:STOP:STEP, a range START:STOP for samples, or one value."""
 
     name = "START:STOP:STEP"
 
@@ -338,19 +344,19 @@ class Axis(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4
 
 
 class PartNumber(click.ParamType):  # type: ignore[type-arg]
-    """PART/PARTS, such as 3/100."""
+    """A part and the number of parts, such as 3/100."""
 
     name = "I/N"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
         part, slash, parts = value.partition("/")
         if not (slash and part.isdecimal() and parts.isdecimal() and 1 <= int(part) <= int(parts)):
-            self.fail(f"{value!r} is not the number of a part and that of all parts, such as 3/100", param, ctx)
+            self.fail(f"{value!r} is not PART/PARTS with 1 <= PART <= PARTS, such as 3/100", param, ctx)
         return int(part), int(parts)
 
 
 class SearchAxis(click.ParamType):  # type: ignore[type-arg]
-    """A key of [search] with its axis: KEY=START:STOP:STEP, and as an axis else."""
+    """A key of [search] with its axis, such as KEY=START:STOP:STEP; see ``Axis``."""
 
     name = "KEY=START:STOP:STEP"
 
@@ -362,7 +368,7 @@ class SearchAxis(click.ParamType):  # type: ignore[type-arg]
 
 
 class OutputPath(click.ParamType):  # type: ignore[type-arg]
-    """A path: of a folder or a file, or of a file that ends in one of some suffixes and can be written."""
+    """A path of a folder or file. With ``suffixes``: of a file that ends in one of them and can be written."""
 
     name = "path"
 
@@ -380,14 +386,14 @@ class OutputPath(click.ParamType):  # type: ignore[type-arg]
         return path
 
 
-def refuse_scene_file(own: str | None, out: Path, key: str = "--out") -> None:
-    """A scene is never written over the user's own, if that is a file."""
-    if own is not None and Path(own).exists() and out.exists() and out.samefile(own):
+def refuse_scene_file(scene_file: str | None, out: Path, key: str = "--out") -> None:
+    """Raise BadInput if ``out`` is the user's scene, which is never overwritten."""
+    if scene_file is not None and Path(scene_file).exists() and out.exists() and out.samefile(scene_file):
         raise BadInput([Mistake("camopt", key, str(out), "another file: this one is the scene itself")])
 
 
 def refuse_scene_folder(scene: Any, out: Path, names: str = "scene.toml") -> None:
-    """Scenes are written too (of such names); never over the user's own."""
-    own = Path(scene.file)
-    if own.exists() and any(file.samefile(own) for file in out.glob(names)):
+    """Raise BadInput if a file of ``names`` in ``out`` is the user's scene, which is never overwritten."""
+    scene_file = Path(scene.file)
+    if scene_file.exists() and any(file.samefile(scene_file) for file in out.glob(names)):
         raise BadInput([Mistake("camopt", "--out", str(out), "another folder: this one holds the scene itself")])

@@ -1,4 +1,4 @@
-"""Scenes as commands take them: what a user names, with options; what of them is odd or unused."""
+"""Scenes for commands: read from the name that a user gives, and changed by options."""
 
 from pathlib import Path
 from typing import Any
@@ -14,33 +14,33 @@ SCENE_OR_ROW = "a TOML file, a shipped scene, or a table of designs (.parquet) w
 def read_scene(
     target: str, row: int | None, changes: Changes, what: str = "scene", allowed: str = SCENE_OR_ROW
 ) -> Any:
-    """The scene of a file or of a shipped name; of a table, that of one of its rows. With changes, from options.
+    """The scene of a file, a shipped name or a row of a table, with the changes of options.
 
-    The changes are made before a file is checked. Of a target that is none, a message says ``what`` it is and what
-    is allowed there.
+    The changes are made before a file is checked. If ``target`` is no scene, the message names ``what`` it should
+    be and what is ``allowed``.
     """
     table = target.endswith(".parquet")
     if table and row is not None:
         return with_changes(scene_of(target, row), changes)
     if table and allowed == SCENE_OR_ROW:
-        raise BadInput([Mistake("camopt", "SCENE", target, "is a table: say which row with --row", bare=True)])
+        raise BadInput([Mistake("camopt", "SCENE", target, "is a table: choose a row with --row", bare=True)])
     if row is not None:
-        raise BadInput([Mistake("camopt", "--row", row, f"belongs to a table; {target} is a scene", bare=True)])
+        raise BadInput([Mistake("camopt", "--row", row, f"needs a table; {target} is a scene", bare=True)])
     with name_options_in_mistakes(changes):
         scene = scene_named(target, what, allowed, values_by_key(changes))
     return with_changes(scene, {key: change for key, change in changes.items() if key in scene.search.numbers})
 
 
 def scene_or_result(target: str, row: int | None, changes: Changes) -> Any:
-    """What a page shows: a scene, changed as asked; a folder or a whole table as it is."""
+    """The content of a page: a scene with changes, or the path of a folder or table."""
     if row is not None and Path(target).is_dir():
-        why = f"belongs to a table; {target} is a folder: name one of the tables in it"
+        why = f"needs a table; {target} is a folder: name a table in it"
         raise BadInput([Mistake("camopt", "--row", row, why, bare=True)])
     if row is None and Path(target).exists() and Path(target).suffix not in ("", ".toml", ".parquet"):
-        return target  # which says what it takes
+        return target  # its reader names the allowed suffixes
     if row is not None or not (Path(target).is_dir() or target.endswith(".parquet")):
         return read_scene(target, row, changes, "what", RESULT_WORDS)
     for option, value in changes.values():
-        why = f"belongs to a scene; {target} is a result, whose numbers stay as they are"
+        why = f"needs a scene; {target} is a result, which cannot be changed"
         raise BadInput([Mistake("camopt", option, value, why, bare=True)])
     return target

@@ -1,4 +1,4 @@
-"""Sweeps as commands take them: unfinished ones in a folder, and what to know of one."""
+"""Unfinished sweeps in a folder, for --resume."""
 
 from pathlib import Path
 
@@ -15,18 +15,18 @@ from camopt.solve.front.store import interrupted_key
 from camopt.solve.front.sweep import SWEEP_COMMAND
 
 UNCOMPARED_OPTIONS = {"out", "resume", "part", "workers", "scheduler", "quiet", "as_json", "again"}
-"""Options that do not ask for another sweep."""
+"""Options that do not change which sweep is run."""
 
 
 def decides_boxes(scene: Scene, keep: str) -> bool:
-    """Whether a sweep decides whole boxes of designs together."""
+    """Whether a sweep accepts or drops whole boxes of designs."""
     return keep not in TABLED_KEEPS and sweep_plan(scene, keep).uses_boxes
 
 
 def unfinished_sweep(scene: Scene, keep: str, out: Path, part: tuple[int, int] | None) -> tuple[Scene, str]:
-    """The scene of the sweep in a folder, unfinished or whole, and what it keeps; what is given if there is none.
+    """The scene and ``keep`` of the sweep in a folder, finished or not; without a sweep, the arguments.
 
-    BadInput if options ask for something else than it was asked, or nothing tells what it was asked.
+    Raises BadInput if the options differ from those of the sweep, or if its scene is not recorded.
     """
     folder, command = (out / name_of_part(*part), PART_COMMAND) if part else (out, SWEEP_COMMAND)
     result = readable_manifest(folder).results.get(command)
@@ -38,16 +38,16 @@ def unfinished_sweep(scene: Scene, keep: str, out: Path, part: tuple[int, int] |
     )
     if question is None:
         if result and not asks:
-            why = "needs a scene: nothing tells what the sweep in this folder was asked"
+            why = "needs SCENE: the manifest of this folder does not record the scene of its sweep"
             raise BadInput([Mistake("camopt", "--resume", str(folder), why, bare=True)])
         return scene, keep
     if asks:
-        asked = sweep_plan(scene, keep).sweep_key(*(part or (1, 1)))
-        other = asked.differences_but_block(question)
-        if sources.get("scene") is not ParameterSource.COMMANDLINE:  # options alone: those that differ
-            plain = sweep_plan(find_scene(DEFAULT_SCENE), KEEP_CHOICES[0]).sweep_key(*(part or (1, 1)))
-            other = [key for key in other if key in asked.differences_from(plain)]
-        if other:
-            why = f"goes on with the sweep in {folder}, which differs in {', '.join(other)}"
+        command_key = sweep_plan(scene, keep).sweep_key(*(part or (1, 1)))
+        differences = command_key.differences_but_block(question)
+        if sources.get("scene") is not ParameterSource.COMMANDLINE:  # without a SCENE, only the options count
+            default_key = sweep_plan(find_scene(DEFAULT_SCENE), KEEP_CHOICES[0]).sweep_key(*(part or (1, 1)))
+            differences = [key for key in differences if key in command_key.differences_from(default_key)]
+        if differences:
+            why = f"cannot resume the sweep in {folder}: it differs in {', '.join(differences)}"
             raise BadInput([Mistake("camopt", "--resume", None, why, bare=True)])
     return plan_of_key(question).scene, question.keep

@@ -1,4 +1,4 @@
-"""The terminal: a progress bar, tables whose rows are never cut off, one JSON document."""
+"""Output in the terminal: a progress bar, tables that are never cut off, JSON."""
 
 import sys
 import textwrap
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def progress(quiet: bool, unit: str) -> Iterator[Advance]:
-    """On standard error how far the work is, and if kernels are compiled. Messages appear above the bar."""
+    """Show on standard error the progress, and a notice when kernels are compiled. Messages stay above the bar."""
 
     def announce_compilation() -> None:
         if not quiet:
@@ -49,16 +49,19 @@ COLUMN_STYLES: dict[str, dict[str, Any]] = {
     VALUE: {"justify": "right", "style": "bold"},
     ABOUT: {"style": "dim"},
 }
-"""How columns are printed, by kind; words are kept whole, and a line as well if it is no list."""
+"""Options of printed columns, by kind of column."""
 
 
 def _rich_table(table: Table) -> "RichTable":
-    """A table as the terminal prints it, without its title."""
+    """A table as the terminal prints it, without its title.
+
+    Words are never broken. Lines are broken only in values, explanations and lists.
+    """
     from rich.box import SIMPLE_HEAD
     from rich.table import Table as RichTable
 
     frame: dict[str, Any] = {"box": SIMPLE_HEAD, "padding": (0, 1)} if table.is_headed else {"box": None}
-    made = RichTable(show_header=table.is_headed, pad_edge=False, **frame)
+    printed = RichTable(show_header=table.is_headed, pad_edge=False, **frame)
     for place, head in enumerate(table.heads):
         texts = [row[place].text for row in table.rows]
         wraps = head.kind in (VALUE, ABOUT) or any(", " in text for text in texts)
@@ -68,10 +71,10 @@ def _rich_table(table: Table) -> "RichTable":
             "no_wrap": not wraps,
             **COLUMN_STYLES.get(head.kind, {}),
         }
-        made.add_column(head.text, vertical="bottom" if table.is_headed else "top", **kind)
+        printed.add_column(head.text, vertical="bottom" if table.is_headed else "top", **kind)
     for row in table.rows:
-        made.add_row(*(cell.text for cell in row))
-    return made
+        printed.add_row(*(cell.text for cell in row))
+    return printed
 
 
 def _rich_tree(branch: Branch) -> "RichTree":
@@ -79,21 +82,21 @@ def _rich_tree(branch: Branch) -> "RichTree":
     from rich.tree import Tree as RichTree
 
     tree = RichTree(branch.text)
-    tree.children += [_rich_tree(each) for each in branch.branches]
+    tree.children += [_rich_tree(child) for child in branch.branches]
     return tree
 
 
 def _plain_console(width: int | None = None) -> "Console":
-    """What prints texts as they are: brackets and colons are no markup."""
+    """A console that prints texts as they are: brackets and colons are no markup."""
     from rich.console import Console
 
     return Console(width=width, highlight=False, markup=False, emoji=False)
 
 
 def print_sections(*things: Any, explained: bool = True) -> None:
-    """Print to standard output. Nothing is cut off: a table wider than the screen is printed row by row.
+    """Print texts, trees and tables to standard output. A table wider than the screen is printed row by row.
 
-    The meanings of quantities are left out on a narrow screen, and where ``explained`` is false.
+    The meanings of quantities are left out on a narrow screen, or if ``explained`` is false.
     """
     if sys.stdout is None:
         return
@@ -102,45 +105,45 @@ def print_sections(*things: Any, explained: bool = True) -> None:
         if isinstance(thing, str):
             screen.print(thing if isinstance(thing, FileLine) else wrap_sentence(thing), soft_wrap=True)
             continue
-        if isinstance(thing, Branch):  # it wraps within its branches on a screen, and not in a file
+        if isinstance(thing, Branch):  # wrapped within its branches on a screen, not wrapped in a file
             _plain_console(row_width()).print(_rich_tree(thing))
             continue
-        screen.print(thing.title, soft_wrap=True)  # above the table, or it is wrapped to the table's width
+        screen.print(thing.title, soft_wrap=True)  # rich wraps a title to its table
         if not thing.is_headed and not (explained and row_width() >= EXPLANATION_WIDTH):
             thing = thing.without_meanings()
         printed = _rich_table(thing)
-        most = row_width() if thing.is_headed else line_length()
-        least = _plain_console(NO_WIDTH).measure(printed).minimum if most < NO_WIDTH else 0
-        if row_width() < least:
+        width = row_width() if thing.is_headed else line_length()
+        minimum = _plain_console(NO_WIDTH).measure(printed).minimum if width < NO_WIDTH else 0
+        if row_width() < minimum:
             screen.print(_row_by_row(thing), soft_wrap=True)
         else:
-            _plain_console(max(most, least)).print(printed, crop=False)
+            _plain_console(max(width, minimum)).print(printed, crop=False)
         if thing.note:
             screen.print(wrap_sentence(thing.note), soft_wrap=True)
 
 
 NO_WIDTH = 10_000
-EXPLANATION_WIDTH = 110  # columns of a screen: on a narrower one each sentence would be a column of single words
+EXPLANATION_WIDTH = 110  # columns of a screen: on a narrower one a meaning would be a column of single words
 FILE_WIDTH = 100  # columns of a sentence in a file
 
 
 def row_width() -> int:
-    """The columns that a row of a table may have: those of a screen; a file takes any."""
+    """Largest width of a table row [columns]: that of the screen; no limit in a file."""
     return _plain_console().width if sys.stdout is not None and sys.stdout.isatty() else NO_WIDTH
 
 
 def line_length() -> int:
-    """The columns that a sentence may have."""
+    """Largest width of a sentence [columns]."""
     return FILE_WIDTH if row_width() == NO_WIDTH else row_width()
 
 
 def wrap_sentence(text: str) -> str:
-    """A sentence in lines that fit, a longer word on a line of its own."""
+    """A sentence in lines of ``line_length``; a longer word gets its own line."""
     return textwrap.fill(text, line_length(), break_long_words=False, break_on_hyphens=False)
 
 
 def _row_by_row(table: Table) -> str:
-    """A table as text for a narrow screen: each row as lines of heading and value."""
+    """A table for a narrow screen: for each row, one line of heading and value per column."""
     heads = [head.text.replace("\n", " ").strip() for head in table.heads]
     width = max(map(len, heads))
     rows = [
@@ -153,7 +156,7 @@ def _row_by_row(table: Table) -> str:
 def print_result(
     result: Result, as_json: bool, quiet: bool, files: Iterable[Any] = (), explained: bool = True
 ) -> int:
-    """Print a result for people or programs, with its notes and the files written; its exit code."""
+    """Print a result as tables or JSON, then its notes and the written files; return its exit code."""
     if as_json:
         print_json(result.to_dict())
     else:
@@ -161,14 +164,14 @@ def print_result(
     if not quiet:
         print_notes(result.notes)
         print_written_files(files)
-    asked = result.asked_accuracy
-    if result.half_width > asked:
-        print_note(f"relative error of {asked:g} not reached; values are exact to {result.half_width:.2g}")
+    limit = result.asked_accuracy
+    if result.half_width > limit:
+        print_note(f"relative error of {limit:g} not reached; values are exact to {result.half_width:.2g}")
     return result.exit_code
 
 
 def print_files(document: Any, as_json: bool, quiet: bool, files: Iterable[Any]) -> int:
-    """Print a document for programs, or name the files written for people; the exit code."""
+    """Print a JSON document, or name the written files; return exit code 0."""
     if as_json:
         print_json(document)
     elif not quiet:
@@ -177,23 +180,23 @@ def print_files(document: Any, as_json: bool, quiet: bool, files: Iterable[Any])
 
 
 def print_notes(sentences: Iterable[str]) -> None:
-    """What a reader should know of a result, on standard error."""
+    """Print notes on a result to standard error."""
     for sentence in sentences:
         print_note(sentence)
 
 
 def print_note(sentence: str) -> None:
-    """Something to know before the work, on standard error."""
+    """Print a note to standard error."""
     print_message(f"camopt: {sentence}")
 
 
 def print_loss(sentence: str) -> None:
-    """Of what to know before the work only what is lost: whoever wants no messages wants this one."""
+    """Print a note only if it says that work is lost; --quiet does not silence such notes."""
     if isinstance(sentence, LossWarning):
         print_note(sentence)
 
 
 def print_written_files(files: Iterable[Any]) -> None:
-    """Name the files written, on standard error."""
+    """Name the written files on standard error."""
     for file in files:
         print_message(f"wrote {file}")

@@ -414,7 +414,7 @@ BAD_INPUT = [
     (["scenes", "exaust-valve"], "did you mean exhaust-valve?"),
     (["evaluate", "two-pauses", "extra"], "unexpected extra argument"),
     (["sweep", "--base-radius", "20:150:1e-9"], "a range of at most 10,000,000 values; this one has 130,000,000,000"),
-    (["evaluate", "two-pauses", "--cutter-radius", "5"], "--cutter-radius = 5.0: belongs to --points"),
+    (["evaluate", "two-pauses", "--cutter-radius", "5"], "--cutter-radius = 5.0: needs --points"),
     (["evaluate", "exhaust-valve", "--points", "c.csv", "--cutter-radius", "90"], "above 0 and at most 66.8"),
     (["frontier", "exhaust-valve", "--pointz", "3"], "Did you mean --out?"),
     (["evaluate", "two-pauses", "--points", "curve.xyz"], "curve.xyz"),
@@ -858,7 +858,7 @@ def test_a_new_scene_is_written_once(run):
     assert run("new", "feeder", "mine.toml")[0] == 0
     assert Scene.from_toml("mine.toml") == find_scene("feeder-with-stop")
     code, _, err = run("new", "--follower", "oscillating-flat", "mine.toml")
-    assert (code, "this one is there already" in err) == (2, True)
+    assert (code, "this one exists" in err) == (2, True)
     assert run("new", "--follower", "oscillating-flat", "other.toml")[0] == 0
     assert run("evaluate", "other.toml")[0] == 0
 
@@ -900,4 +900,4 @@ def test_every_command_that_takes_a_scene_takes_keys_of_it(run, command):
     code, _, err = run(command, "two-pauses", *words, "--set", "tolerances.phase={plus=0.1,mius=0.1}")
     assert err.startswith("camopt: --set tolerances.phase.mius = 0.1: not a known key; did you mean minus?")
     code, _, err = run(command, "two-pauses", *words, "--rpm", "3", "--set", "cam.rpm=4")
-    assert (code, err.strip()) == (2, "camopt: --set cam.rpm = 4: is given by --rpm already")
+    assert (code, err.strip()) == (2, "camopt: --set cam.rpm = 4: is already set by --rpm")

@@ -1,4 +1,4 @@
-"""Commands that show and save time: what effects and accuracy cost, and kernels compiled in advance."""
+"""Commands on computing time: what each effect and digit of accuracy costs, and kernels compiled in advance."""
 
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ from camopt.cli.options import (
 @click.option(
     "--spectrum",
     is_flag=True,
-    help="Compute response spectra of the motion laws instead.",
+    help="Compute the response spectra of the motion laws in place of the table.",
 )
 @click.option(
     "--out",
@@ -83,9 +83,9 @@ def accuracy(scene: Any, as_json: bool, quiet: bool, out: Path, workers: int | N
 def warm(scenes: tuple[str, ...], as_json: bool, quiet: bool) -> int:
     """Compile what first runs need.
 
-    The machine code stays on this machine. SCENES are TOML files or shipped scenes; without any, all shipped
-    scenes. After it no command compiles for these scenes, nor for scenes with the same followers and quantities.
-    Run it once in a container image or in CI.
+    SCENES are TOML files or shipped scenes; by default all shipped scenes. The machine code is kept on this
+    machine. Later commands do not compile again for these scenes, nor for scenes with the same followers and
+    quantities. Run it once in a container image or in CI.
     """
     from camopt.show.studies.first_runs import compile_scenes
 
@@ -94,5 +94,5 @@ def warm(scenes: tuple[str, ...], as_json: bool, quiet: bool) -> int:
     if as_json:
         cli.print_json({"kernels": kernels, "folder": str(folder)})
     else:
-        cli.print_sections(f"{kernels} kernels are in {folder}.")
+        cli.print_sections(f"Compiled kernels in {folder}: {kernels}.")
     return 0

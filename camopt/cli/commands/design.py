@@ -33,7 +33,7 @@ from camopt.show.exporting.file_types import FILE_TYPES
 @scene_options
 @outputs_option
 @output_options
-@click.option("--long", is_flag=True, help="Print what each quantity is.")
+@click.option("--long", is_flag=True, help="Print the meaning of each quantity.")
 @click.option(
     "--plot",
     "picture",
@@ -45,13 +45,13 @@ from camopt.show.exporting.file_types import FILE_TYPES
 )
 @click.option("--points", type=OutputPath(".csv", ".parquet", ".xlsx"), help="Write points: CSV, Parquet, Excel.")
 @click.option(
-    "--cutter-radius", type=UnitNumber("mm"), help="With --points: also the path of a cutter of this radius, mm."
+    "--cutter-radius", type=UnitNumber("mm"), help="With --points: add the path of a cutter of this radius, mm."
 )
-@click.option("--step", type=float, help="With --points: degrees between points; 1 by default.")
+@click.option("--step", type=float, help="With --points: angle between points, deg; 1 by default.")
 @click.option(
     "--chord",
     type=UnitNumber("mm"),
-    help="With --points: deviation of straight lines from the curve, mm.",
+    help="With --points: largest deviation of straight lines between points from the curve, mm.",
 )
 def evaluate(
     scene: Any,
@@ -65,7 +65,7 @@ def evaluate(
 ) -> int:
     """Compute the quantities of one design.
 
-    The first line is the verdict: whether the design meets every limit. --long adds what each quantity is.
+    The first line is the verdict: whether the design meets every limit. --long adds the meaning of each quantity.
     """
     if not points:
         refuse_without("--points", spacing)
@@ -94,14 +94,16 @@ def evaluate(
     is_flag=False,
     flag_value=6,
     metavar="[N]",
-    help="Draw how the cam is constructed, with N equal parts a stroke (6), and print the table by station.",
+    help="Draw the construction with N equal parts a stroke (6 by default), and print its table of stations.",
 )
-@click.option("--steps", is_flag=True, help="With --construction: a page of a PDF, or a frame of a GIF, a step.")
+@click.option(
+    "--steps", is_flag=True, help="With --construction: give each step its own page (PDF) or frame (GIF)."
+)
 def plot(scene: Any, file: Path, as_json: bool, quiet: bool, construction: int | None, steps: bool) -> int:
     """Draw the cam with its diagrams.
 
-    FILE is a PNG, SVG or PDF. A GIF or MP4 shows the cam turning. With --construction the drawing shows the
-    construction of the cam with ruler and compasses, as lectures teach it.
+    FILE is a PNG, SVG or PDF. A GIF or MP4 shows the cam turning. --construction draws the construction of the cam
+    with ruler and compasses, as lectures teach it.
     """
     document: dict[str, Any] = {"scene": scene.name, "file": str(file)}
     if construction is None:
@@ -111,11 +113,11 @@ def plot(scene: Any, file: Path, as_json: bool, quiet: bool, construction: int |
     elif construction is None:
         camopt.plot(scene, file)
     else:
-        found = camopt.construct(scene, construction)
-        camopt.plot(found, file, steps=steps)
-        document |= found.to_dict()
+        result = camopt.construct(scene, construction)
+        camopt.plot(result, file, steps=steps)
+        document |= result.to_dict()
         if not (quiet or as_json):
-            cli.print_sections(found.table())
+            cli.print_sections(result.table())
     return cli.print_files(document, as_json, quiet, [file])
 
 
@@ -128,9 +130,9 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
     """Prove that a design meets its limits.
 
     The proof holds at every cam angle; it uses interval arithmetic. TARGET is a scene, or a table written by a
-    sweep. The verdict on a limit is "held" (proved to be met), "broken" (proved not to be met) or "undecided". For
-    a table, camopt adds the verdict of each row as a column. With --row it checks that row alone and writes
-    nothing.
+    sweep. The verdict on a limit is "held" (proved to be met), "broken" (proved not to be met) or "undecided".
+
+    For a table, camopt adds a column with the verdict of each row. --row checks one row and writes nothing.
     """
     changes = take_overrides(overrides)
     if not target.endswith(".parquet") or row is not None:
@@ -138,9 +140,9 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
         scene = cli.read_scene(target, row, changes, "target", allowed)
         return cli.print_result(camopt.certify(scene), as_json, quiet)
     if changes:
-        allowed = "is not possible with a table, which has the limits of its sweep"
-        given = dict(reversed([*changes.values()]))  # of what an option changes, the first is its value
-        raise BadInput([Mistake("camopt", name, value, allowed, bare=True) for name, value in given.items()])
+        why = "cannot be used with a table, which has the limits of its sweep"
+        values = dict(reversed([*changes.values()]))  # an option may change several keys: the first has its value
+        raise BadInput([Mistake("camopt", name, value, why, bare=True) for name, value in values.items()])
     with cli.progress(quiet, "rows") as advance:
         result = library.certify_table(target, advance)
     return cli.print_result(result, as_json, quiet)
@@ -155,14 +157,15 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
     "lifts",
     type=float,
     multiple=True,
-    help="A lift from the lowest position, mm (deg); repeatable. By default the lash, or else half of the largest.",
+    help="Lift above the lowest position, mm (deg if the follower oscillates). Repeatable. By default the lash, or "
+    "without lash half of the largest lift.",
 )
 def timing(scene: Any, as_json: bool, quiet: bool, lifts: tuple[float, ...]) -> int:
     """Find where the follower passes a lift.
 
     An example is the opening and closing of a valve. For a scene with [tolerances] the table also shows the
-    earliest and latest cam angle of a real cam, to first order. A second table shows proven bounds of these angles
-    by exact contact, with the errors of a cam that comes near them.
+    earliest and latest cam angle of a real cam, to first order. A second table shows proven bounds of these angles,
+    and the errors of a cam that comes near them. The bounds use exact contact, not first order.
     """
     return cli.print_result(camopt.timing(scene, lifts or None), as_json, quiet)
 
@@ -171,8 +174,8 @@ def timing(scene: Any, as_json: bool, quiet: bool, lifts: tuple[float, ...]) -> 
 @click.argument("scene", default=DEFAULT_SCENE)
 @scene_options
 @output_options
-@click.option("--orders", type=int, default=24, show_default=True, help="How many harmonics.")
-@click.option("--plot", "picture", type=OutputPath(*PICTURE_SUFFIXES), help="Draw their amplitudes: PNG, SVG, PDF.")
+@click.option("--orders", type=int, default=24, show_default=True, help="Number of harmonics.")
+@click.option("--plot", "picture", type=OutputPath(*PICTURE_SUFFIXES), help="Draw the amplitudes: PNG, SVG, PDF.")
 def harmonics(scene: Any, as_json: bool, quiet: bool, orders: int, picture: Path | None) -> int:
     """Compute the harmonics of a motion and of its acceleration."""
     result = camopt.harmonics(scene, orders)
@@ -203,13 +206,13 @@ EXPORT_OPTIONS = {
 @click.argument("file", type=OutputPath(*FILE_TYPES))
 @scene_options
 @output_options
-@click.option("--disc", type=int, help="Of a conjugate pair, the disc that is in the file alone: 1 or 2.")
+@click.option("--disc", type=int, help="Write only this disc of a conjugate pair: 1 or 2.")
 @click.option("--chord", type=UnitNumber("mm"), help="Largest deviation from the true curve, mm; 0.001 by default.")
-@click.option("--curves", help="What curves are made of: arcs (the default), spline or polyline.")
+@click.option("--curves", help="Form of curves: arcs (the default), spline or polyline.")
 @click.option(
-    "--cutter-radius", type=UnitNumber("mm"), help="Also the path of a cutter or grinding wheel of this radius, mm."
+    "--cutter-radius", type=UnitNumber("mm"), help="Add the path of a cutter or grinding wheel of this radius, mm."
 )
-@click.option("--step", type=float, help="Points, or rows of a drawing's table, in even steps of the angle, deg.")
+@click.option("--step", type=float, help="Angle between points, or between rows of a drawing's table, deg.")
 @click.option(
     "--point-count",
     "points",
@@ -222,31 +225,37 @@ EXPORT_OPTIONS = {
 @click.option(
     "--depth",
     type=UnitNumber("mm"),
-    help="Depth of the cut below the top face, mm; the thickness and 1 by default.",
+    help="Depth of the cut below the top face, mm; by default 1 mm more than the thickness.",
 )
-@click.option("--roughing", type=UnitNumber("mm"), help="A first cut that leaves so much, mm.")
-@click.option("--direction", help="climb (the default) or conventional milling.")
-@click.option("--control", help="Whose words a program has: iso, fanuc, siemens or heidenhain; by the ending.")
-@click.option("--decimals", type=int, help="Decimals of its coordinates; those of the control by default.")
+@click.option("--roughing", type=UnitNumber("mm"), help="Add a roughing cut that leaves this much, mm.")
+@click.option("--direction", help="Direction of milling: climb (the default) or conventional.")
+@click.option(
+    "--control",
+    help="Control that the program is for: iso, fanuc, siemens or heidenhain; by default by the ending of FILE.",
+)
+@click.option(
+    "--decimals", type=int, help="Decimals of the coordinates in the program; by default those of the control."
+)
 @click.option("--rotary", help="Axis about which a grooved cylinder turns: A (the default) or C.")
-@click.option("--tool", type=int, help="Number of the cutter, for a tool call.")
+@click.option("--tool", type=int, help="Tool number of the cutter; adds a tool call.")
 @click.option("--spindle", type=float, help="Speed of the cutter, rev/min.")
 @click.option("--coolant", is_flag=True, default=None, help="Switch the coolant on.")
 @click.option(
-    "--roughing-feed", type=UnitNumber("mm/min"), help="Feed of first cuts, mm/min; that of --feed by default."
+    "--roughing-feed", type=UnitNumber("mm/min"), help="Feed of roughing cuts, mm/min; by default --feed."
 )
 @click.option("--depth-step", type=UnitNumber("mm"), help="Largest depth of one cut, mm.")
 @click.option(
-    "--blank-diameter", type=UnitNumber("mm"), help="Diameter of the blank, mm; as wide as the cam by default."
+    "--blank-diameter", type=UnitNumber("mm"), help="Diameter of the blank, mm; by default that of the cam."
 )
 @click.option(
-    "--largest-radius", type=UnitNumber("mm"), help="Arcs of a larger radius are lines, mm; 10000 by default."
+    "--largest-radius", type=UnitNumber("mm"), help="Write arcs of a larger radius as lines, mm; 10000 by default."
 )
 def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) -> int:
     """Write the cam of one design to a file.
 
-    The ending of FILE says what it is for: a machine, a person or another program. camopt proves how far the curves
-    in the file are from the true ones, and prints it. An option that means nothing for a kind of file is refused.
+    The ending of FILE decides what is written: a drawing, a solid, points or a program for a machine. camopt prints
+    a proven bound of the deviation of these curves from the true ones. It refuses options that a kind of file
+    cannot use.
     """
     refuse_scene_file(scene.file, file, "FILE")
     with cli.progress(quiet, ""):

@@ -15,9 +15,21 @@ from camopt.core.mistakes import BadInput, Mistake, suggest_names
 @click.argument("name", required=False)
 @click.argument("file", required=False, type=OutputPath(".toml"))
 @click.option("--form", help="Form of the cam: disc or cylindrical.")
-@click.option("--follower", metavar="MOTION-CONTACT", help="Its follower, such as oscillating-roller.")
-@click.option("--exercise", metavar="KIND", help="A problem for students, and its scene; KIND is as offset-roller.")
-@click.option("--seed", type=int, default=1, show_default=True, help="With --exercise: which of its problems.")
+@click.option(
+    "--follower", metavar="MOTION-CONTACT", help="Motion and contact of the follower, such as oscillating-roller."
+)
+@click.option(
+    "--exercise",
+    metavar="KIND",
+    help="Write a problem for students with its scene. KIND is a follower, such as offset-roller.",
+)
+@click.option(
+    "--seed",
+    type=int,
+    default=1,
+    show_default=True,
+    help="With --exercise: number of the problem; another number gives another problem.",
+)
 @output_options
 def new(
     name: str | None,
@@ -31,11 +43,11 @@ def new(
 ) -> int:
     """Write a scene to start from, with comments.
 
-    NAME says what the cam is for (valve, rocker, feeder, press, lock-bolt, belt), or is a shipped scene. Without a
-    NAME the scene is a simple cam with the follower of the options. Without a FILE camopt prints the scene. Further
-    keys and tables are in it as comments.
+    NAME is the purpose of the cam (valve, rocker, feeder, press, lock-bolt, belt), or a shipped scene. Without a
+    NAME, the scene is a simple cam with --form and --follower. Without a FILE, camopt prints the scene. Comments in
+    the scene show further keys and tables.
 
-    An exercise has round numbers and a cam that can be made; `camopt plot FILE solution.pdf --construction` draws
+    An exercise has round numbers and a cam that can be made. `camopt plot FILE solution.pdf --construction` draws
     its solution.
     """
     if exercise:
@@ -43,10 +55,10 @@ def new(
     if name and name.endswith(".toml") and file is None:
         file, name = library.checked_path(name, "FILE"), None
     if exercise and name:
-        raise BadInput([Mistake("camopt", "NAME", name, "does not go with --exercise", bare=True)])
+        raise BadInput([Mistake("camopt", "NAME", name, "cannot be used with --exercise", bare=True)])
     text = library.exercise_toml(exercise, seed) if exercise else library.starting_scene(name, form, follower)
     if file and file.exists():
-        raise BadInput([Mistake("camopt", "FILE", str(file), "a new file: this one is there already")])
+        raise BadInput([Mistake("camopt", "FILE", str(file), "a new file: this one exists")])
     if file:
         library.write_text(file, text)
     if not (as_json or file):
@@ -93,7 +105,7 @@ def keys(table: str | None, as_json: bool, quiet: bool) -> int:
 def schema(as_json: bool, quiet: bool) -> int:
     """Print the JSON Schema of scenes.
 
-    Editors complete keys and mark mistakes by it.
+    With it, editors complete keys and mark mistakes.
     """
     cli.print_json(library.scene_schema())
     return 0

@@ -1,4 +1,4 @@
-"""Commands on real cams: their tolerances, and points measured on them."""
+"""Commands on real cams: tolerances, and points measured on a cam."""
 
 import re
 from contextlib import suppress
@@ -51,56 +51,62 @@ TOLERANCE_OPTIONS = {
 @click.option(
     "--out",
     type=OutputPath(),
-    help="Folder for the cams with the worst motions, the worst one of each limit, and the one with the grades of "
-    "--allocate, as scenes (TOML), and with --cams for what each cam has, as a table (Parquet) and as histograms "
-    "(SVG).",
+    help="Folder for the worst cams, and for the cam with the grades of --allocate, as scenes (TOML). With "
+    "--cams also a table of the cams (Parquet) and histograms (SVG).",
 )
 @click.option(
     "--cams",
     type=click.IntRange(1, 2**24),
-    help="Draw so many cams and show how far their motions are off, and the yield of each limit.",
+    help="Number of random cams to draw: shows the spread of their motion errors and the yield of each limit.",
 )
 @click.option(
     "--within",
     metavar="FLOAT",
-    help="With --cams, the share of them whose tool is never further off, mm (deg), or a text such as '0.002 in'.",
+    help="With --cams: show the share of cams whose tool error stays within this, mm (deg), or with a unit, "
+    "such as '0.002 in'.",
 )
 @click.option(
-    "--allocate", metavar="FLOAT", help="Find the loosest grades within ± this error of the tool; as for --within."
+    "--allocate",
+    metavar="FLOAT",
+    help="Find the cheapest grades that keep the tool error within ± this, mm (deg), or with a unit.",
 )
 @click.option(
     "--costs",
     type=OutputPath(),
-    help="With --allocate, costs of grades, CSV: a column grade, and cost or a column for each key.",
+    help="With --allocate: CSV file of costs. Its columns are grade, and cost or one column for each key.",
 )
 @click.option(
     "--only",
     metavar="KEY",
     multiple=True,
-    help="With --allocate, a tolerance that gets another grade, such as follower.offset: the others stay.",
+    help="With --allocate: change only this tolerance, such as follower.offset. Repeatable.",
 )
 @click.option(
     "--seed",
     type=click.IntRange(0),
-    help="With --cams, number of the draw: another one draws other cams; 0 by default.",
+    help="With --cams: seed of the random numbers; 0 by default.",
 )
 @click.option(
     "--measured",
     type=OutputPath(),
     multiple=True,
-    help="Show the error of a cam that was cut, by points of its --profile, in place of the tables; of a conjugate "
-    "pair give it twice, a file for each disc.",
+    help="File of points measured on a cut cam: shows the error of this cam in place of the tables. For a "
+    "conjugate pair, give one file for each disc.",
 )
-@click.option("--profile", type=click.Choice(("polar", "xy")), help="What the points are; as for fit.")
-@click.option("--probe", type=UnitNumber("mm"), help="Radius of the ball whose centres the points are, mm.")
-@click.option("--columns", help="Names or numbers of the two columns of the points, such as 1,3; as for fit.")
 @click.option(
-    "--keep-outliers", is_flag=True, help="With --measured, single points far off count for the motion too."
+    "--profile",
+    type=click.Choice(("polar", "xy")),
+    help="Coordinates of the measured points, as for fit: cam angle and distance from the axis, or x and y.",
 )
+@click.option(
+    "--probe", type=UnitNumber("mm"), help="Radius of the probe ball, mm, if the points are centres of the ball."
+)
+@click.option("--columns", help="Names or numbers of the two columns to read, such as 1,3.")
+@click.option("--keep-outliers", is_flag=True, help="With --measured: count outliers in the motion error too.")
 @click.option(
     "--aligned",
     is_flag=True,
-    help="With --measured, the angle 0 of the points is that of the scene: the phase counts.",
+    help="With --measured: take angle 0 of the points as cam angle 0, so that a phase error counts.",
 )
 def tolerance(
     scene: Any,
@@ -121,35 +127,36 @@ def tolerance(
 ) -> int:
     """Find how far the motion of a real cam may deviate.
 
-    The first table shows the worst case of the displacement, velocity and acceleration error within the tolerances
-    of the scene. It has the contribution of each tolerance, the root sum square of independent errors (three
-    standard deviations), a proven upper bound, and a cam that comes near it. The second table shows the margin of
-    each limit: the worst cam within the tolerances, and whether every such cam is proved to hold the limit.
+    The first table shows the worst displacement, velocity and acceleration error within the tolerances of the
+    scene. It gives the contribution of each tolerance, the root sum square of independent errors (three standard
+    deviations), a proven upper bound, and a cam that comes near this bound. The second table shows the margin of
+    each limit: the worst cam within the tolerances, and whether all cams within them are proved to meet the limit.
 
-    --cams draws random cams by the distributions of the tolerances. Its tables show the spread of their motions,
-    the yield of each limit, and the tolerances that cause the spread. No linear model is used.
+    --cams draws random cams from the distributions of the tolerances. Its tables show the spread of their motions,
+    the yield of each limit, and the tolerances that cause the spread. The motions are computed exactly, without a
+    linear model.
 
-    --allocate finds the cheapest grades of ISO 286 that keep the tool within an error.
+    --allocate finds the cheapest grades of ISO 286 that keep the tool error within a limit.
 
-    --measured compares points of a cut profile with the scene. Its tables show the error of this cam's motion, the
-    share of each tolerance that it uses, and its waves. For a conjugate pair and a yoke they also show the
-    variation of the distance between both contacts, and the least interference and preload.
+    --measured compares points of a cut profile with the scene. Its tables show the motion error of this cam, the
+    share of each tolerance that it uses, and the waves of its profile. For a conjugate pair and a yoke they also
+    show the variation of the distance between both contacts, and the smallest interference and preload.
     """
     if measured:
         others = {"plot": picture, "out": out, "cams": cams, "seed": seed, "allocate": allocate, "costs": costs}
         refuse_with("--measured", {**others, "within": within, "only": only or None})
         return _print_inspection(scene, measured, profile, probe or 0.0, reading, as_json, quiet)
-    given = {name: value or None for name, value in reading.items()}  # a flag that is not given is False
-    refuse_without("--measured", {"profile": profile, "probe": probe, **given})
+    read_options = {name: value or None for name, value in reading.items()}  # an absent flag is False
+    refuse_without("--measured", {"profile": profile, "probe": probe, **read_options})
     if cams is None:
         refuse_without("--cams", {"seed": seed, "within": within})
     if allocate is None:
         refuse_without("--allocate", {"costs": costs, "only": only or None})
     if out:
         refuse_scene_folder(scene, out, library.CAM_FILES[0])
-    most, keeping = (_tool_error(scene, *each) for each in (("--within", within), ("--allocate", allocate)))
-    batch = None if cams is None else camopt.sample_cams(scene, cams, seed=seed or 0, within=most)
-    allocation = None if keeping is None else camopt.allocate(scene, keeping, costs=costs, only=only)
+    limit, goal = (_tool_error(scene, *pair) for pair in (("--within", within), ("--allocate", allocate)))
+    batch = None if cams is None else camopt.sample_cams(scene, cams, seed=seed or 0, within=limit)
+    allocation = None if goal is None else camopt.allocate(scene, goal, costs=costs, only=only)
     result = replace(camopt.tolerance(scene), batch=batch, allocation=allocation)
     written = [picture] if picture else []
     if picture:
@@ -164,14 +171,14 @@ def tolerance(
 
 
 def _tool_error(scene: Any, option: str, text: str | None) -> float | None:
-    """An error of the tool that an option gives, in mm (deg), or as a text with a unit of its own."""
+    """The tool error that an option gives [mm or deg]; the text may have another unit."""
     if text is None:
         return None
     unit, value = "deg" if scene.tool_turns else "mm", 0.0
     with suppress(ValueError):
         value = float(text) if BARE_NUMBER.fullmatch(text.strip()) else library.convert_text_to_unit(text, unit)
     if not 0.0 < value < inf:
-        why = f"an error of the tool above 0, a number in {unit} or with a unit, such as '0.02 {unit}'"
+        why = f"a tool error above 0, in {unit} or with a unit, such as '0.02 {unit}'"
         raise BadInput([Mistake("camopt", option, text, why)])
     return value
 
@@ -196,9 +203,9 @@ def _print_inspection(
 
 @click.command(cls=Command)
 @click.argument("file", type=OutputPath())
-@click.option("--scene", "target", help="Scene whose cam, follower and limits to take; its motion is replaced.")
+@click.option("--scene", "target", help="Scene with the cam, follower and limits; its motion is replaced.")
 @click.option(
-    "--base-radius", type=UnitNumber("mm"), help="Base radius of the cam, mm; of lifts, needed without --scene."
+    "--base-radius", type=UnitNumber("mm"), help="Base radius of the cam, mm; lifts without --scene need it."
 )
 @click.option(
     "--follower",
@@ -210,29 +217,32 @@ def _print_inspection(
 @set_option
 @click.option(
     "--profile",
-    help="polar or xy: the points are those of a profile, by cam angle and distance from the axis, or x and y.",
+    help="Read points of a profile in place of lifts: polar (cam angle and distance from the axis) or xy.",
 )
 @click.option(
     "--probe",
     type=UnitNumber("mm"),
-    help="Radius of the ball whose centres they are, mm; by default they are on the profile.",
+    help="Radius of the probe ball, mm, if the points are centres of the ball; by default they are on the profile.",
 )
 @click.option(
     "--band",
     type=float,
-    help="Largest distance of the motion from a point, mm (deg when oscillating); by default from the noise.",
+    help="Largest distance of the motion from a point, mm (deg if the follower oscillates); by default from "
+    "the noise.",
 )
 @click.option(
     "--segments",
-    help="Order of the motion, such as rise,dwell,return,dwell: decides where it rests; by default the points do.",
+    help="Order of strokes and dwells, such as rise,dwell,return,dwell; by default found from the points.",
 )
-@click.option("--columns", help="Names or numbers of the two columns, such as 1,3.")
+@click.option("--columns", help="Names or numbers of the two columns to read, such as 1,3.")
 @click.option("--angle-unit", default="deg", show_default=True, help="Unit of the angles: deg or rad.")
-@click.option("--lift-unit", help="Unit of lifts or lengths: mm or inch; deg of lifts when oscillating.")
 @click.option(
-    "--turn", type=float, help="Angle of one turn of the cam in the file: 720 for degrees of a crankshaft."
+    "--lift-unit", help="Unit of lifts and lengths: mm or inch, or deg for lifts of an oscillating follower."
 )
-@click.option("--keep-outliers", is_flag=True, help="Hold the band at outliers too.")
+@click.option(
+    "--turn", type=float, help="Angle of one cam turn in the file: 720 if the file has crankshaft degrees."
+)
+@click.option("--keep-outliers", is_flag=True, help="Keep the motion within the band at outliers too.")
 @click.option("--out", type=OutputPath(".toml"), default="fitted.toml", show_default=True, help="Scene to write.")
 @click.option("--plot", "picture", type=OutputPath(*PICTURE_SUFFIXES), help="Draw the fit: PNG, SVG, PDF.")
 @output_options
@@ -253,8 +263,8 @@ def fit(
 ) -> int:
     """Fit the gentlest motion to measured points.
 
-    camopt writes a scene with the motion within a band of the points. FILE has columns of cam angle and lift, lifts
-    alone, or points of a --profile, in text or in a workbook.
+    The motion stays within a band around the points. camopt writes it as a scene. FILE is a text file or a workbook
+    with columns of cam angle and lift, a column of lifts, or points of a --profile.
     """
     refuse_scene_file(target, out)
     if profile is None:
@@ -264,7 +274,7 @@ def fit(
         scene = cli.read_scene(target, None, changes, allowed=library.SCENE_WORDS)
     else:
         scene = library.nest_dotted_keys(values_by_key(changes)) or None
-    chosen, order = (given and [name.strip() for name in given.split(",")] for given in (columns, segments))
+    chosen, order = (names and [name.strip() for name in names.split(",")] for names in (columns, segments))
     points = file if profile is None else camopt.MeasuredProfile(file, profile, probe or 0.0)
     sizes = {"cam.base_radius": "--base-radius", "follower.roller_radius": "--roller-radius"}
     with name_options_in_mistakes({**changes, **{key: (option, None) for key, option in sizes.items()}}):

@@ -1,4 +1,4 @@
-"""Commands that show results side by side, as a page, or in a browser, and check their files."""
+"""Commands on results: an HTML page, a page with sliders, a comparison, a check of files."""
 
 import sys
 import webbrowser
@@ -34,19 +34,21 @@ from camopt.cli.options import (
 @outputs_option
 @override_options
 @output_options
-@click.option("--out", type=OutputPath(".html"), default="camopt-report.html", show_default=True, help="The page.")
+@click.option(
+    "--out", type=OutputPath(".html"), default="camopt-report.html", show_default=True, help="Page to write."
+)
 def report(what: tuple[str, ...], row: int | None, as_json: bool, quiet: bool, out: Path, **overrides: Any) -> int:
     """Write a result as one HTML page.
 
-    The page needs no network, no server and no program but a browser. WHAT is a scene, or the folder or table that
-    a command wrote. A cam turns under its follower, with diagrams, limits, proofs and files; up to four cams stand
-    side by side. Tables of designs can be filtered, sorted and clicked.
+    The page needs only a browser: no network and no server. WHAT is a scene, or a folder or table that a command
+    wrote. The page of a cam shows it turning, with diagrams, limits, proofs and files; up to four cams stand
+    side by side. On the page of a table, designs can be filtered, sorted and clicked.
     """
     changes = take_overrides(overrides)
     shown = [cli.scene_or_result(target, row, changes) for target in what]
-    for each in shown:
-        if hasattr(each, "file"):
-            refuse_scene_file(each.file, out)
+    for target in shown:
+        if hasattr(target, "file"):
+            refuse_scene_file(target.file, out)
     with cli.progress(quiet, ""):
         camopt.report(shown, out)
     return cli.print_files({"file": str(out)}, as_json, quiet, [out])
@@ -58,14 +60,16 @@ def report(what: tuple[str, ...], row: int | None, as_json: bool, quiet: bool, o
 @output_options
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port to listen on; by default a free one.")
 @click.option(
-    "--folder", type=OutputPath(), help="Folder for what is saved; by default that of SCENE, or this one."
+    "--folder",
+    type=OutputPath(),
+    help="Folder for saved scenes and exports; by default the folder of SCENE, or the current one.",
 )
-@click.option("--no-browser", is_flag=True, help="Only print the address.")
+@click.option("--no-browser", is_flag=True, help="Print the address, and open no browser.")
 def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None, no_browser: bool) -> int:
     """Show a cam with sliders in a browser.
 
-    The sliders change sizes, laws and limits. Each move redraws the cam and its diagrams; when the sliders rest,
-    camopt proves the limits. The page is served to this machine alone. Ctrl-C ends it.
+    The sliders change sizes, laws and limits. Each move redraws the cam and its diagrams. When the sliders rest,
+    camopt proves the limits. Only this machine can open the page. Ctrl-C stops the server.
     """
     from camopt.show.reporting.server import open_server
 
@@ -75,9 +79,9 @@ def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None
         if as_json:
             cli.print_json({"address": server.address})
         else:
-            click.echo(f"{server.address}\nCtrl-C ends it.")
+            click.echo(f"{server.address}\nCtrl-C stops the server.")
         sys.stdout.flush()
-        if not no_browser:  # in a thread of its own, for some browsers run in this terminal until they are closed
+        if not no_browser:  # in a thread: some browsers run in this terminal until they are closed
             Thread(target=webbrowser.open, args=[server.first_address], daemon=True).start()
         server.serve_forever()
     return 0 if interrupts.interrupt_code() == interrupts.CTRL_C_CODE else interrupts.interrupt_code()
@@ -86,17 +90,19 @@ def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None
 @click.command(cls=Command)
 @click.argument("a", metavar="A")
 @click.argument("b", metavar="B")
-@click.option("--out", type=OutputPath(".parquet", ".csv"), help="Table of the designs that differ: Parquet, CSV.")
-@click.option("--plot", "picture", type=OutputPath(*PICTURE_SUFFIXES), help="Draw the fronts: PNG, SVG, PDF.")
+@click.option("--out", type=OutputPath(".parquet", ".csv"), help="Write the designs that differ: Parquet, CSV.")
+@click.option(
+    "--plot", "picture", type=OutputPath(*PICTURE_SUFFIXES), help="Draw both Pareto fronts: PNG, SVG, PDF."
+)
 @output_options
 def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, picture: Path | None) -> int:
     """Compare two results, or two cams.
 
-    A and B are folders that a command wrote, tables of designs, or scenes. The comparison shows which designs came,
-    went or changed, how the fronts differ, and which settings differ. A scene beside a table is compared with the
-    scene of the table. Two scenes with all sizes are compared quantity by quantity.
+    A and B are folders that a command wrote, tables of designs, or scenes. The comparison shows the designs that
+    are only in A, only in B or changed, how the Pareto fronts differ, and which settings differ. A scene and a
+    table are compared by the settings of their scenes. Two scenes with all sizes are compared quantity by quantity.
 
-    The exit code is 0 whether or not the results differ; --json says it under "same".
+    The exit code is 0 whether or not the results differ; the key "same" of --json tells.
     """
     result = camopt.compare(a, b, out=out)
     if picture:
@@ -110,10 +116,11 @@ def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, pictur
 def check(files: tuple[Path, ...], as_json: bool, quiet: bool) -> int:
     """Check that files are as camopt wrote them.
 
-    FILE is a table, another file of a result, or a folder. The check is bit for bit: by the digest inside a table,
-    and by manifest.json for other files. It also finds missing files and files of another run.
+    FILE is a table, another file of a result, or a folder. camopt compares each file bit for bit with its digest,
+    which is inside a table, and in manifest.json for other files. It also reports missing files and files of
+    another run.
 
-    The exit code is 3 if a file is damaged, changed or missing, and 2 if there is nothing to check a file by.
+    The exit code is 3 if a file is damaged, changed or missing, and 2 if a file has no digest.
     """
     with cli.progress(quiet, ""):
         result = camopt.check(*files)

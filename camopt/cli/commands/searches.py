@@ -1,4 +1,4 @@
-"""Commands that search designs and motion laws."""
+"""Commands that search for designs and motion laws."""
 
 from contextlib import nullcontext
 from dataclasses import replace
@@ -50,46 +50,52 @@ SWEEP_OPTIONS = {
     "--vary",
     type=SearchAxis(),
     multiple=True,
-    help="Any other number to sweep, by its key, such as follower.dynamics.spring_rate=2:10:1 or arm_length=80.",
+    help="Sweep any other number by its key, such as follower.dynamics.spring_rate=2:10:1. Repeatable.",
 )
-@click.option("--samples", type=int, help="Draw so many designs for each law, in place of a grid; no steps needed.")
-@click.option("--law", multiple=True, help="Motion law to try; repeat the option for several laws.")
+@click.option(
+    "--samples", type=int, help="Number of random designs for each law, in place of a grid; ranges need no STEP."
+)
+@click.option("--law", multiple=True, help="Motion law to try. Repeatable.")
 @click.option(
     "--minimise",
     callback=split_names,
     metavar="NAME,NAME",
-    help="Quantities that the Pareto front minimises, in place of all objectives of the scene.",
+    help="Quantities that the Pareto front minimises; replaces all objectives of the scene.",
 )
 @click.option(
     "--maximise",
     callback=split_names,
     metavar="NAME,NAME",
-    help="Quantities that the Pareto front maximises, in place of all objectives of the scene.",
+    help="Quantities that the Pareto front maximises; replaces all objectives of the scene.",
 )
 @click.option("--out", type=OutputPath(), default="camopt-out", show_default=True, help="Folder for the tables.")
 @click.option(
     "--keep", type=click.Choice(("pareto", "feasible", "all", "front-only")), default="feasible", show_default=True,
-    help="Which designs to write to designs.parquet. For pareto, whole boxes of designs are decided together where "
-    "that is faster, in large spaces; front-only does the same, and writes none.",
+    help="Designs to write to designs.parquet; front-only writes the Pareto front alone. In large searches, pareto "
+    "and front-only are faster.",
 )  # fmt: skip
-@click.option("--refine", is_flag=True, help="Move each design of the Pareto front off the grid, to an optimum.")
+@click.option(
+    "--refine",
+    is_flag=True,
+    help="Move each design of the Pareto front from its grid point to the optimum near it.",
+)
 @click.option(
     "--thin",
     type=float,
     metavar="EPS",
-    help="Shorten the Pareto front: leave out rows of which one that stays costs at most EPS more, in every "
-    "objective (normalised to 0 to 1). It may cost far less in some.",
+    help="Shorten the Pareto front: drop a row if a kept row is at most EPS worse in every objective (each "
+    "scaled to 0 to 1).",
 )
 @click.option("--workers", type=click.IntRange(1), help="Number of threads; one per core by default.")
 @click.option(
     "--resume",
     is_flag=True,
-    help="Resume the unfinished sweep in --out, or start one. The same command does so anyway.",
+    help="Resume the unfinished sweep in --out, or start one; no other option is needed.",
 )
 @click.option(
     "--part",
     type=PartNumber(),
-    help="Evaluate one of N equal parts, on any machine; `camopt merge` puts them together.",
+    help="Evaluate only part I of N equal parts, on any machine; `camopt merge` joins the parts.",
 )
 @again_option
 @scheduler_option
@@ -104,23 +110,23 @@ def sweep(
     part: tuple[int, int] | None,
     again: bool,
     engine: Any,
-    **asked: Any,
+    **options: Any,
 ) -> int:
     """Evaluate every design of a grid, or a sample.
 
     camopt writes the feasible designs and the Pareto front as tables. An interrupted sweep keeps its work: the same
     command resumes it. If the tables are up to date, the same command prints them again.
     """
-    scene = with_changes(scene, _search_changes(**asked))
+    scene = with_changes(scene, _search_changes(**options))
     if resume:
         scene, keep = cli.unfinished_sweep(scene, keep, out, part)
     refuse_scene_folder(scene, out)
     notify = cli.print_loss if quiet else cli.print_note
     by_boxes = not part and not engine and cli.decides_boxes(scene, keep)
-    made: Any
+    result: Any
     with cli.progress(quiet, "boxes of designs" if by_boxes else "designs") as advance:
         if part:
-            made = camopt.sweep_part(
+            result = camopt.sweep_part(
                 scene,
                 part,
                 out=out,
@@ -132,11 +138,11 @@ def sweep(
                 again=again,
             )
         else:
-            made = camopt.sweep(
+            result = camopt.sweep(
                 scene, out, keep=keep, workers=workers, progress=advance, engine=engine, tell=notify, again=again
             )
-    files = [] if made.already_done else [made.folder] if part else made.files
-    return cli.print_result(made, as_json, quiet, files)
+    files = [] if result.already_done else [result.folder] if part else result.files
+    return cli.print_result(result, as_json, quiet, files)
 
 
 def _search_changes(
@@ -148,7 +154,7 @@ def _search_changes(
     vary: tuple[tuple[str, Any], ...],
     **axes: Any,
 ) -> dict[str, tuple[str, Any]]:
-    """What options change in [search]: keys, each with its option and value."""
+    """Changes of the options to [search]: by key, the option and the value."""
     changes = {f"search.{key}": (option_spelling(key), value) for key, value in axes.items() if value is not None}
     if minimise or maximise:
         changes |= {"search.minimise": ("--minimise", minimise), "search.maximise": ("--maximise", maximise)}
@@ -171,8 +177,8 @@ def _search_changes(
 def merge(parts: tuple[str, ...], as_json: bool, quiet: bool, out: Path, again: bool) -> int:
     """Merge the parts of a sweep.
 
-    The tables are those that one run would have written. FOLDERs hold what `camopt sweep --part` wrote, in them or
-    in folders inside them.
+    The tables are the same as those of one whole sweep. Each FOLDER holds parts that `camopt sweep --part` wrote,
+    directly or in folders inside it.
     """
     with cli.progress(quiet, "designs") as advance:
         result = camopt.merge(
@@ -181,7 +187,7 @@ def merge(parts: tuple[str, ...], as_json: bool, quiet: bool, out: Path, again: 
     return cli.print_result(result, as_json, quiet, [] if result.already_done else result.files)
 
 
-NO_SECONDS = 1e-9  # over at once: where none are left, bounds have prices, and nothing is sought without them
+NO_SECONDS = 1e-9  # time limit of the prices when no time is left: they end at once, with bounds only
 
 
 @click.command(cls=Command)
@@ -189,21 +195,20 @@ NO_SECONDS = 1e-9  # over at once: where none are left, bounds have prices, and 
 @scene_options
 @outputs_option
 @output_options
-@click.option(
-    "--out", type=OutputPath(), help="Folder to write the smallest cam of each law to, as a scene (TOML)."
-)
+@click.option("--out", type=OutputPath(), help="Folder for the smallest cam of each law, as a scene (TOML).")
 @click.option(
     "--seconds",
     type=click.FloatRange(0, min_open=True),
     default=60,
     show_default=True,
-    help="Time for the searches. After it, the smallest cam so far is shown, and how much smaller one might be.",
+    help="Time limit, s. When it ends, camopt shows the smallest cam so far and the gap to the proven bound.",
 )
 @former_again_option
 def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: float) -> int:
     """Find the smallest cam of each motion law.
 
-    The cam meets every limit of the scene. camopt proves that no smaller cam does, or gives the gap.
+    The cam meets every limit of the scene. camopt proves that no smaller cam does, or gives the gap to a proven
+    bound.
     """
     if out:
         refuse_scene_folder(scene, out, library.OPTIMUM)
@@ -211,9 +216,9 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
         cli.print_notes(library.notes_on_scene(scene))
         named = [*scene.search.minimise, *scene.search.maximise]
         if named and scene.mechanism.body.size_quantity not in named:
-            cli.print_note(f"search: optimise minimises the size, and not {', '.join(named)}, which sweep does")
-    written = library.publication(out, "optimise", (library.OPTIMUM,)) if out else nullcontext()
-    with written as unit, cli.progress(quiet, "laws") as advance:
+            cli.print_note(f"search: optimise minimises the size; use sweep to optimise {', '.join(named)}")
+    publication = library.publication(out, "optimise", (library.OPTIMUM,)) if out else nullcontext()
+    with publication as unit, cli.progress(quiet, "laws") as advance:
         end = library.clock_seconds() + seconds
         result = camopt.optimise(scene, progress=advance, seconds=seconds)
         if unit:
@@ -233,7 +238,7 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
     "--plot",
     "picture",
     type=OutputPath(*PICTURE_SUFFIXES),
-    help="Draw the cams of new and known laws: PNG, SVG, PDF.",
+    help="Draw the cams of the new law and of known laws: PNG, SVG, PDF.",
 )
 @former_again_option
 def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path | None) -> int:
@@ -265,7 +270,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     "--axes",
     default="size,acceleration",
     show_default=True,
-    help="What to trade off: two or three terms or loads.",
+    help="Two or three quantities to trade off: terms of synthesis.minimise, or loads with an upper limit.",
 )
 @click.option(
     "--values",
@@ -275,7 +280,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     type=click.IntRange(2, 500),
     default=24,
     show_default=True,
-    help="Number of values for each axis but the first.",
+    help="Number of values on each axis but the first, which is minimised.",
 )
 @click.option(
     "--out",
@@ -299,9 +304,9 @@ def frontier(
 ) -> int:
     """Show the trade-off of size and acceleration.
 
-    Each point is a new motion law. --axes takes other terms and loads.
+    Each point is a new motion law. --axes chooses other terms and loads.
     """
-    traded = [axis.strip() for axis in axes.split(",")]
+    names = [axis.strip() for axis in axes.split(",")]
     tell = None if quiet else cli.print_note
     if not quiet:
         cli.print_notes(library.ramps_in_words(scene))
@@ -310,7 +315,7 @@ def frontier(
         cli.progress(quiet, "points") as advance,
     ):
         result = camopt.frontier(
-            scene, traded, points=points, workers=workers, progress=advance, engine=engine, tell=tell
+            scene, names, points=points, workers=workers, progress=advance, engine=engine, tell=tell
         )
         library.write_frontier(result, unit.staging)
         camopt.plot(result, unit.path(library.FRONTIER_FILES[1]))

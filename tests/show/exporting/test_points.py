@@ -174,7 +174,7 @@ def test_the_command_spaces_and_loads_its_points(capsys, tmp_path, monkeypatch, 
         assert len(table) == cam_points(find_scene("two-pauses"), chord=0.01)["cam_angle_deg"].size
     capsys.readouterr()
     for options, message in (
-        (["--step", "1"], "camopt: --step = 1.0: belongs to --points, which is not given"),
+        (["--step", "1"], "camopt: --step = 1.0: needs --points"),
         (["--points", f"p.{suffix}", "--step", "-1"], "camopt: --step = -1.0: must be from 0.00036 to 360 deg"),
         (["--points", f"p.{suffix}", "--cutter-radius", "0"], "camopt: --cutter-radius = 0.0: must be above 0"),
     ):

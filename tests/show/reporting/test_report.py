@@ -253,7 +253,7 @@ def test_the_command_writes_a_page_or_nothing(tmp_path, capsys):
     assert "area_mm2" in page.read_text(encoding="utf-8")
     assert main(["report", "no-such", "--out", str(tmp_path / "none.html")]) == 2
     assert main(["report", str(tmp_path), "--rpm", "60", "--out", str(tmp_path / "none.html")]) == 2
-    assert "belongs to a scene" in capsys.readouterr().err
+    assert "needs a scene" in capsys.readouterr().err
     assert [file.name for file in tmp_path.iterdir()] == ["cam.html"]
 
 

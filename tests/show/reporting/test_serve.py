@@ -563,7 +563,7 @@ def test_the_command_prints_the_address_and_ends_well(tmp_path):
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
 def test_a_server_that_is_ended_says_by_what(number, code, tmp_path):
     running = command("two-pauses", "--no-browser", folder=tmp_path)
-    assert [running.stdout.readline(), running.stdout.readline()][1] == "Ctrl-C ends it.\n"
+    assert [running.stdout.readline(), running.stdout.readline()][1] == "Ctrl-C stops the server.\n"
     running.send_signal(number)
     out, err = running.communicate(timeout=60)
     assert (running.returncode, out, err) == (code, "", "")

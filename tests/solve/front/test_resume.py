@@ -458,9 +458,9 @@ def test_resume_refuses_another_question(tmp_path, command):
     interrupt(tmp_path / "out")
     code, out, err = command("sweep", "roller-1000rpm", "--resume", "--out", "out", "--rpm", "900")
     assert (code, out) == (2, "")
-    assert err.startswith("camopt: --resume: goes on with the sweep in out, which differs in cam.rpm, search.")
+    assert err.startswith("camopt: --resume: cannot resume the sweep in out: it differs in cam.rpm, search.")
     assert command("sweep", "--resume", "--out", "out", "--rpm", "900")[2] == (
-        "camopt: --resume: goes on with the sweep in out, which differs in cam.rpm\n"
+        "camopt: --resume: cannot resume the sweep in out: it differs in cam.rpm\n"
     )
     assert interrupted_key(tmp_path / "out", "sweep")
 
@@ -660,7 +660,7 @@ def test_resume_of_what_is_done_says_so_whoever_asked_it(tmp_path, command, whol
         code, _, err = command("sweep", *asked, "--resume", "--out", "out")
         assert (code, err) == (0, f"camopt: {DONE.format('out')}\n")
     code, _, err = command("sweep", "--resume", "--out", "out", "--rpm", "900")
-    assert (code, err) == (2, "camopt: --resume: goes on with the sweep in out, which differs in cam.rpm\n")
+    assert (code, err) == (2, "camopt: --resume: cannot resume the sweep in out: it differs in cam.rpm\n")
     assert files_in(tmp_path / "out") == whole["feasible"]
 
 
@@ -669,4 +669,7 @@ def test_resume_replaces_no_result_of_which_nothing_tells_what_was_asked(tmp_pat
         unit.path("scene.toml").write_text("of an older camopt")
     code, _, err = command("sweep", "--resume", "--out", "out")
     assert code == 2
-    assert err == "camopt: --resume = 'out': needs a scene: nothing tells what the sweep in this folder was asked\n"
+    assert (
+        err == "camopt: --resume = 'out': needs SCENE: the manifest of this folder does not record the scene of "
+        "its sweep\n"
+    )

@@ -182,7 +182,7 @@ def test_the_command_refuses_what_does_not_go_with_points(command, tmp_path):
         code, out, err = command(*given, *others)
         assert (code, out, err.count("\n")) == (2, "", 1)
         assert f"{others[0]} = " in err
-        assert "does not go with --measured" in err
+        assert "cannot be used with --measured" in err
     assert "--costs = 'a.csv'" in command(*given, "--costs", "a.csv")[2]
     table = camopt.cam_points(ROLLER, np.degrees(ANGLES))
     file, scene = tmp_path / "own.csv", tmp_path / "own.toml"

@@ -705,7 +705,7 @@ PROFILE = str(DATA / "inlet-profile.csv")
         ([PROFILE, "--profile", "round"], 2, "camopt: --profile = 'round': must be one of polar, xy"),
         ([PROFILE, "--profile", "polar", "--probe", -2], 2, "camopt: --probe = -2.0: must be a radius from 0 to 1000 mm"),
         ([PROFILE, "--profile", "polar", "--base-radius", 18], 2, "camopt: --base-radius = 18.0: belongs to lifts"),
-        ([PROFILE, "--base-radius", 18, "--probe", 2], 2, "camopt: --probe = 2.0: belongs to --profile, which is not given"),
+        ([PROFILE, "--base-radius", 18, "--probe", 2], 2, "camopt: --probe = 2.0: needs --profile"),
         ([PROFILE, "--profile", "xy"], 2, f"{PROFILE}: column 'angle_deg': is in deg, and mm is taken; only mm, inch can be read"),
         ([PROFILE, "--profile", "polar", "--lift-unit", "inch"], 2, f"{PROFILE}: column 'radius_mm': is in mm, and inch is taken"),
         ([PROFILE, "--profile", "polar", "--follower", "roller"], 2, "camopt: --roller-radius: missing; a roller has one"),

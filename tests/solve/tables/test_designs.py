@@ -218,9 +218,9 @@ def test_commands_take_a_row_of_a_table(capsys):
     assert run(capsys, "certify", *target, "--json")[0] == 0
     assert Path("designs.parquet").read_bytes() == before
     code, _, err = run(capsys, "evaluate", "designs.parquet")
-    assert (code, err) == (2, "camopt: SCENE = 'designs.parquet': is a table: say which row with --row\n")
+    assert (code, err) == (2, "camopt: SCENE = 'designs.parquet': is a table: choose a row with --row\n")
     code, _, err = run(capsys, "evaluate", "roller-1000rpm", "--row", 3)
-    assert (code, err) == (2, "camopt: --row = 3: belongs to a table; roller-1000rpm is a scene\n")
+    assert (code, err) == (2, "camopt: --row = 3: needs a table; roller-1000rpm is a scene\n")
 
 
 def test_every_law_has_a_file_of_its_own(capsys):

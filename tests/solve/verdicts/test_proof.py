@@ -463,7 +463,7 @@ def test_limits_on_the_command_line_are_proved(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["pressure_angle_return"] == "broken"
     assert main(["certify", "two-pauses", "--max-pressure", "45"]) == 0
     assert main(["certify", str(tmp_path / "pareto.parquet"), "--max-pressure", "30"]) == 2
-    assert "--max-pressure = 30.0: is not possible with a table" in capsys.readouterr().err
+    assert "--max-pressure = 30.0: cannot be used with a table" in capsys.readouterr().err
 
 
 def test_a_sweep_counts_what_its_verdicts_took():
