@@ -484,7 +484,7 @@ def test_parts_on_the_command_line(tmp_path, command, whole):
 def test_what_is_no_part(part, command):
     code, _, err = command("sweep", "--part", part)
     assert code == 2
-    assert "is not the number of a part and that of all parts, such as 3/100" in err
+    assert "is not PART/PARTS with 1 <= PART <= PARTS, such as 3/100" in err
 
 
 def test_a_killed_sweep_goes_on(tmp_path):
