@@ -79,7 +79,7 @@ import signal, sys, time
 from camopt.cli import interrupts
 from camopt.cli.main import camopt
 from camopt.__main__ import main
-interrupts.ONCE = {once}
+interrupts.REPEAT_SECONDS = {once}
 def work(context):
     try:
         print("begun", flush=True)

@@ -110,11 +110,11 @@ def fail(*_):
 
 inspect.getsource = inspect.findsource = inspect.getsourcelines = fail
 import camopt
-from camopt.scene.keys import found_keys
+from camopt.scene.keys import find_keys
 
 lifts = {"motion.1.lift": "0.5 rad", "motion.2.lift": "0.5 rad"}
 scene = camopt.find_scene("oscillating-roller").replace(**{"cam.base_radius": "2 in"}, **lifts)
-print(scene.cam.base_radius, round(scene.motion[0].lift, 4), found_keys("cam.rpm")[0].unit)
+print(scene.cam.base_radius, round(scene.motion[0].lift, 4), find_keys("cam.rpm")[0].unit)
 """
 
 

@@ -45,7 +45,7 @@ def loaded():
 def test_each_key_of_loads_and_materials_has_its_readers():
     keys = {*Dynamics.model_fields, *Materials.model_fields}
     assert keys - {*READING_EFFECTS} == set(), (
-        "READERS in camopt/scene/problem/scene_notes.py tells which effects read it"
+        "READING_EFFECTS in camopt/scene/problem/scene_notes.py tells which effects read it"
     )
 
 

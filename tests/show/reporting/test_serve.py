@@ -482,10 +482,10 @@ def test_strangers_make_room_for_each_other_and_leave_the_page_alone(server):
 ORPHAN = """
 import sys, time
 from multiprocessing import get_context
-from camopt.show.reporting.search import end_with_parent
+from camopt.show.reporting.search import exit_with_parent
 
 def search():
-    end_with_parent()
+    exit_with_parent()
     print("searching", flush=True)
     time.sleep(600)
 
