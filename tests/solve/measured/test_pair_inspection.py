@@ -74,7 +74,7 @@ def test_what_is_allowed_is_what_the_sheet_says(name):
     given = [points[f"{each}_x_mm"] + 1j * points[f"{each}_y_mm"] for each in names if f"{each}_x_mm" in points]
     found = inspect_pair(list(map(read_as, given)), scene)
     sheet = contact_distance(TrueCam(scene, resolve_design(scene)))
-    assert found.allowed == pytest.approx(sheet.varies, rel=1e-3)
+    assert found.allowed == pytest.approx(sheet.variation, rel=1e-3)
     assert found.within
     assert f"± {found.allowed:.6g} {found.unit}" in found.table().rows[0][1].text
     assert [each.used[0].allowed for each in found.discs] == [scene.part.profile_tolerance] * len(given)
