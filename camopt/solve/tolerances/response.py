@@ -1,23 +1,23 @@
-"""How the motion of one design answers to a small error, at the tool: f'·δ with the ratio f' of the train.
+"""First-order response of one design's motion to small errors, at the tool.
 
-What the follower answers is ``effects.answers``; of a number p of the train the tool moves by ∂f/∂p.
+``effects.error_response`` has the response δ of the follower. The tool moves by f'·δ, with the ratio f' of the
+train. An error of a number p of the train moves the tool by ∂f/∂p.
 
-Errors of a follower with two contacts are half of the difference of both, and their sum is what holds these apart.
-Each contact, as of an ordinary cam with the motion of its own (``mechanisms.pairs``), would move the follower by e₁
-outward, or by e₂ back, more than is asked. Both are equally stiff (``effects.preload``), so that a follower which
-both hold stands in the middle, and they are nearer to each other by the sum:
+**Two contacts.** Each contact alone, as that of an ordinary cam (``mechanisms.pairs``), would move the follower too
+far: the first by e₁ outward, the second by e₂ back. Both are equally stiff (``effects.preload``), so a follower
+held by both is in the middle, and errors increase their interference by the sum s:
 
     δ = (e₁ − e₂)/2,    s = e₁ + e₂,    P = k·(δ₀ + s)
 
-with the interference δ₀ against the stiffness k; where δ₀ + s is below 0 there is a clearance as large. What the
-preload stores, ½·k·(δ₀ + s)², changes over a turn, and so it turns the camshaft back and forth by the torque P·s':
-that is 0 of the nominal cam. Where the nominal follower has a clearance, δ is that of the middle of it.
+δ₀ is the interference and k the stiffness. If δ₀ + s is negative, there is a clearance of that size; δ is then the
+error of its middle. The energy ½·k·(δ₀ + s)² of the preload changes over a turn, which loads the camshaft with an
+alternating torque P·s'. This torque is 0 for the nominal cam.
 
-What is of one disc or its roller counts at one contact: sizes under ``[drive]``, the angle between the discs and a
-profile of its own at the second. The pivot, the angle on the shaft and the bore of both discs count at both. So do
-the arms of two rollers about a rib, which are of one length, and the distance of these, by half at each; its two
-flanks and rollers are off each by itself.
-Another base radius has the motion that is asked, and moves the roller by ∂s₀/∂R_b: that is an error of s alone.
+An error of one disc or its roller acts at one contact. Sizes under ``[drive]``, the angle between the discs, and
+the second disc's own profile act at the second. Errors of the pivot, of the angle on the shaft, and of the common
+bore act at both. So do the arm of both rollers about a rib, and the distance of these rollers, by half at each. The
+two flanks and the two rollers of a rib have independent errors. An error of a base radius does not change the
+motion, but moves the roller by ∂s₀/∂R_b: it is an error of s only.
 
 Source: Rothbart, Cam Design Handbook, ch. 3 (conjugate and yoke cams).
 """
@@ -54,14 +54,14 @@ from camopt.solve.tolerances.errors import BORE, contact_problems, is_second_mir
 
 BASE_RADII = "cam.base_radius", "drive.base_radius"
 BASE_RADIUS_STEP = 1e-6
-"""Of a base radius, relative, for the slope of where its roller stands."""
+"""Relative step of a base radius, for the derivative of the roller's position."""
 
 
 @dataclass(frozen=True)
 class ToolResponse:
-    """The answers of the motion of one design at cam angles (m,) in rad: δ, δ' and δ'' of the tool, each (3, m).
+    """Response of the tool of one design to errors of 1, at cam angles (rad): δ, δ' and δ'', shape (3, angles).
 
-    In mm or rad by mm or rad of the error; the derivatives by the cam angle in rad.
+    In mm or rad per mm or rad of the error; the derivatives are by the cam angle in rad.
     """
 
     problem: Problem
@@ -69,13 +69,13 @@ class ToolResponse:
 
     @cached_property
     def follower_response(self) -> ContactResponse:
-        """Those of the follower."""
+        """Response of the follower."""
         return ContactResponse(
             self.problem.setup.mechanism, self.problem.design, self.problem.programme, self.angles
         )
 
     def number_response(self, key: str) -> FloatArray:
-        """To a number that is larger than it should be, by its key: a size of the follower, a link, or an angle."""
+        """Response to an error of a number, by its key: a size of the follower, a link of the train or an angle."""
         return (
             self._link_response(key)
             if is_train_key(key)
@@ -83,7 +83,7 @@ class ToolResponse:
         )
 
     def response_rows(self, key: str, waves: int) -> Sequence[FloatArray]:
-        """To an error of a key of ``[tolerances]``, to its real and its imaginary part."""
+        """Responses to the error of a key of ``[tolerances]``: one, or those to its real and imaginary part."""
         if key == "bore_eccentricity":
             return self.bore_responses
         if key == "profile":
@@ -91,54 +91,55 @@ class ToolResponse:
         return (self.number_response(key),)
 
     def size_response(self, field: str) -> FloatArray:
-        """To a size of the follower, by field of ``Designs``, that is larger than it should be."""
+        """Response to an error of a size of the follower, by field of ``Designs``."""
         return self._through_train(self.follower_response.size_response(field))
 
     @cached_property
     def profile_response(self) -> FloatArray:
-        """To a profile that stands out along its normal everywhere, as to a roller that is larger by as much."""
+        """Response to a profile that is too high by a constant along its normal; a larger roller has the same."""
         return self._through_train(self.follower_response.profile_response)
 
     def wave_responses(self, count: int) -> tuple[FloatArray, FloatArray]:
-        """To a profile that stands out as a cosine, and as a sine, of so many waves in a turn."""
+        """Responses to a cosine and to a sine error of the profile with ``count`` waves in a turn."""
         cosine, sine = map(self._through_train, self.follower_response.wave_responses(count))
         return cosine, sine
 
     @cached_property
     def bore_responses(self) -> tuple[FloatArray, FloatArray]:
-        """To a profile whose axis is off that of the bore, in each of two directions that turn with the cam."""
+        """Responses to an eccentricity of the bore in two directions that turn with the cam."""
         first, second = map(self._through_train, self.follower_response.bore_responses)
         return first, second
 
     @cached_property
     def train_ratio(self) -> Series | None:
-        """The ratio of the train; None without one."""
+        """Ratio of the train, a series; None without a train."""
         train = self.problem.setup.train
         return None if train is None else train_ratio_series(train, self.problem.programme, self.angles)
 
     def _link_response(self, key: str) -> FloatArray:
-        """To a number of the train, from the series of the tool by it, whose terms are series by the cam angle."""
+        """Response to an error of a number of the train."""
         problem, train = self.problem, self.problem.setup.train
         assert train is not None
-        made = problem.trains_with_numbers({key: Taylor([problem.nominal_numbers[key], 1.0])})
-        return self._angle_derivatives(link_response(made, train, problem.programme, self.angles))
+        # the series of the tool by the number, whose terms are series by the cam angle
+        trains = problem.trains_with_numbers({key: Taylor([problem.nominal_numbers[key], 1.0])})
+        return self._angle_derivatives(link_response(trains, train, problem.programme, self.angles))
 
-    def _through_train(self, found: Series) -> FloatArray:
-        """What a series of the follower is at the tool."""
-        return self._angle_derivatives(found if self.train_ratio is None else found * self.train_ratio)
+    def _through_train(self, series: Series) -> FloatArray:
+        """Derivatives at the tool of a series of the follower."""
+        return self._angle_derivatives(series if self.train_ratio is None else series * self.train_ratio)
 
-    def _angle_derivatives(self, found: Series) -> FloatArray:
-        return series_derivatives(found, self.angles.shape)
+    def _angle_derivatives(self, series: Series) -> FloatArray:
+        return series_derivatives(series, self.angles.shape)
 
 
 def wider_profiles(problem: Problem) -> ErrorAtContacts:
-    """Both profiles that stand out alike: what holds the contacts further apart."""
+    """The error with which both profiles are too high by the same amount, so that they separate the contacts."""
     return ErrorAtContacts(("profile", 1.0), ("profile", second_profile_sign(problem.setup.mechanism)))
 
 
 @dataclass(frozen=True)
 class PairResponse:
-    """The answers of both contacts, and of the tool, at cam angles (m,), rad."""
+    """Response of both contacts, and of the tool, to errors of 1 at cam angles (rad)."""
 
     problem: Problem
     angles: FloatArray
@@ -149,40 +150,43 @@ class PairResponse:
         return first, second
 
     def error_response(self, at: ErrorAtContacts) -> FloatArray:
-        """Of the tool, to an error, (3, m)."""
+        """Response of the tool to an error, shape (3, angles)."""
         return self.through_train(
             (self._contact_response(0, at.first) - self._contact_response(1, at.second)) / 2.0
         )
 
     def separation_response(self, at: ErrorAtContacts) -> FloatArray:
-        """Of what both contacts are apart, to an error, (m,)."""
+        """Response of the separation s of both contacts to an error, shape (angles,)."""
         return np.asarray(self.separation_derivatives(at)[0])
 
     def separation_derivatives(self, at: ErrorAtContacts) -> FloatArray:
-        """The same with its derivatives by the cam angle, (3, m)."""
+        """Response of the separation s with its derivatives by the cam angle, shape (3, angles)."""
         return self._contact_response(0, at.first) + self._contact_response(1, at.second)
 
     @cached_property
     def bore_responses(self) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
-        """To the axis of the bore in two directions that turn with the cam, at both contacts; y in the mirror."""
+        """Responses of both contacts to an eccentricity of the bore, in two directions that turn with the cam.
+
+        The second direction changes its sign at a mirrored second contact.
+        """
         (x, y), (across, up) = (each.bore_responses for each in self.contacts)
-        way = second_motion_sign(self.problem.setup.mechanism)
-        return (x, way * across), (y, -way * up if is_second_mirrored(self.problem) else way * up)
+        sign = second_motion_sign(self.problem.setup.mechanism)
+        return (x, sign * across), (y, -sign * up if is_second_mirrored(self.problem) else sign * up)
 
     @property
     def tool_ratio(self) -> FloatArray:
-        """Of the tool to the follower, (m,)."""
+        """Ratio of the tool's movement to the follower's, shape (angles,)."""
         return np.asarray(self.through_train(np.ones((RESPONSE_ORDERS, self.angles.size)))[0])
 
-    def through_train(self, found: FloatArray) -> FloatArray:
-        """What derivatives at the follower are at the tool."""
+    def through_train(self, derivatives: FloatArray) -> FloatArray:
+        """Derivatives at the tool, from those at the follower, shape (3, angles)."""
         if self.problem.setup.train is None:
-            return found
-        moved = Taylor([found[0], found[1], found[2] / 2.0]) * ToolResponse(self.problem, self.angles).train_ratio
-        return series_derivatives(moved, self.angles.shape)
+            return derivatives
+        follower = Taylor([derivatives[0], derivatives[1], derivatives[2] / 2.0])
+        return series_derivatives(follower * ToolResponse(self.problem, self.angles).train_ratio, self.angles.shape)
 
     def response_rows(self, key: str, waves: int) -> Sequence[FloatArray]:
-        """To an error of one key, to its real and its imaginary part."""
+        """Responses of the tool to the error of a key: one, or those to its real and imaginary part."""
         if key == BORE:
             return tuple(self.through_train((first - second) / 2.0) for first, second in self.bore_responses)
         if is_train_key(key):
@@ -191,11 +195,14 @@ class PairResponse:
         if not (waves and key.startswith("profile")):
             return (self.error_response(at),)
         place, sign = self._contact_and_sign(at)
-        half = 0.5 - place  # of e₁, or of −e₂
+        half = 0.5 - place  # half of e₁, or of −e₂
         return tuple(self.through_train(half * sign * each) for each in self.contacts[place].wave_responses(waves))
 
     def separation_rows(self, key: str, waves: int) -> Sequence[FloatArray]:
-        """The same of what both contacts are apart, (m,) each: of a base radius too, 0 of a number of the train."""
+        """Responses of the separation s to the error of a key: one, or those to its real and imaginary part.
+
+        A base radius changes s too; a number of the train does not.
+        """
         if key == BORE:
             return tuple((first + second)[0] for first, second in self.bore_responses)
         if key in BASE_RADII:
@@ -209,22 +216,22 @@ class PairResponse:
         return tuple(sign * each[0] for each in self.contacts[place].wave_responses(waves))
 
     def _contact_and_sign(self, at: ErrorAtContacts) -> tuple[int, float]:
-        """The contact that an error is of alone, and its sign there."""
+        """The contact (0 or 1) at which an error of a single contact acts, and its sign there."""
         return (
             (0, 1.0) if at.second is None else (1, second_motion_sign(self.problem.setup.mechanism) * at.second[1])
         )
 
-    def _contact_response(self, place: int, own: SignedKey | None) -> FloatArray:
-        if own is None:
+    def _contact_response(self, place: int, signed_key: SignedKey | None) -> FloatArray:
+        if signed_key is None:
             return np.zeros((RESPONSE_ORDERS, self.angles.size))
-        key, sign = own
-        answers = self.contacts[place]
+        key, sign = signed_key
+        contact = self.contacts[place]
         sign *= second_motion_sign(self.problem.setup.mechanism) if place else 1.0
-        return sign * (answers.profile_response if key == "profile" else answers.number_response(key))
+        return sign * (contact.profile_response if key == "profile" else contact.number_response(key))
 
 
 class SeparationRange(NamedTuple):
-    """By how much both contacts are held further apart at least and at most, mm (rad), at each cam angle."""
+    """Least and largest separation s, by which errors force both contacts apart, at each cam angle, mm (rad)."""
 
     low: FloatArray
     high: FloatArray
@@ -239,17 +246,17 @@ class SeparationRange(NamedTuple):
 
 
 def separation_range(scene: Scene, problem: Problem, angles: FloatArray) -> SeparationRange:
-    """s of all cams within the tolerances, at cam angles, to first order."""
-    found, none = [*separation_by_key(scene, problem, angles)], np.zeros(angles.size)
-    return SeparationRange(*(sum((each[end] for _, each in found), none) for end in (0, 1)))
+    """Range of the separation s over all cams within the tolerances, at cam angles (rad), to first order."""
+    ranges, zero = [*separation_by_key(scene, problem, angles)], np.zeros(angles.size)
+    return SeparationRange(*(sum((by_key[end] for _, by_key in ranges), zero) for end in (0, 1)))
 
 
 class SeparationResponse(NamedTuple):
-    """What errors of a tolerance make of s, at cam angles, and between which values they are."""
+    """Response of the separation s to the errors of one tolerance, at cam angles, and the range of these errors."""
 
     key: str
     rows: FloatArray
-    """For each of the errors that the tolerance is of, (k, m)."""
+    """One row for each error of the tolerance, shape (errors, angles)."""
     lower: float
     upper: float
 
@@ -257,64 +264,65 @@ class SeparationResponse(NamedTuple):
     def range_over_turn(self) -> SeparationRange:
         return SeparationRange(*np.sort([self.lower * self.rows, self.upper * self.rows], axis=0).sum(axis=1))
 
-    def separation_of_cams(self, off: FloatArray | None, end: int) -> FloatArray:
-        """What it makes at least (0) or at most (1); of cams (n,) that are off so, at all of them, (n, m)."""
-        return self.range_over_turn[end] if off is None else np.multiply.outer(off, self.rows.sum(axis=0))
+    def separation_of_cams(self, errors: FloatArray | None, end: int) -> FloatArray:
+        """Separation of cams with these errors, shape (cams, angles); without errors its least (0) or most (1)."""
+        return self.range_over_turn[end] if errors is None else np.multiply.outer(errors, self.rows.sum(axis=0))
 
 
 def separation_by_key(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[tuple[str, SeparationRange]]:
-    """What each tolerance makes of s, by its key."""
-    for each in separation_responses(scene, problem, angles):
-        yield each.key, each.range_over_turn
+    """Contribution of each tolerance to the separation s, by key."""
+    for response in separation_responses(scene, problem, angles):
+        yield response.key, response.range_over_turn
 
 
 def separation_responses(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[SeparationResponse]:
-    """The answers of s to all that tolerances are of; that of the bore is in the direction with the largest."""
-    answers, given = PairResponse(problem, angles), scene.tolerances
+    """Response of the separation s to each tolerance; for the bore in the direction of the largest response."""
+    response, tolerances = PairResponse(problem, angles), scene.tolerances
     zones = {key: (zone.lower, zone.upper) for key, zone in tool_zones(scene, problem.nominal_numbers).items()}
-    if given.profile:
-        zones["profile"] = -given.profile, given.profile
+    if tolerances.profile:
+        zones["profile"] = -tolerances.profile, tolerances.profile
     for key, ends in zones.items():
         if not is_train_key(key):
-            every = [
-                answers.separation_response(at) for at in errors_by_contact(problem.setup.mechanism, key).values()
+            rows = [
+                response.separation_response(at) for at in errors_by_contact(problem.setup.mechanism, key).values()
             ]
-            yield SeparationResponse(key, np.array(every), *ends)
-    if bore := given.bore_eccentricity:
-        most = np.hypot(*(first[0] + second[0] for first, second in answers.bore_responses))
+            yield SeparationResponse(key, np.array(rows), *ends)
+    if bore := tolerances.bore_eccentricity:
+        most = np.hypot(*(first[0] + second[0] for first, second in response.bore_responses))
         yield SeparationResponse(BORE, most[None], -bore, bore)
     for key, (lower, upper) in _base_radius_zones(scene, problem).items():
         yield SeparationResponse(key, np.full((1, angles.size), _start_slopes(problem)[key]), lower, upper)
 
 
 def fastest_separation(scene: Scene, problem: Problem, angles: FloatArray) -> FloatArray:
-    """The largest |s'| by the cam angle of all cams within the tolerances, to first order.
+    """Largest |s'| at each cam angle over all cams within the tolerances, to first order [mm/rad or rad/rad].
 
-    Infinite for a profile without a number of waves.
+    Infinite for a profile without a limit of its waves.
     """
-    answers, given, found = PairResponse(problem, angles), scene.tolerances, np.zeros(angles.size)
+    response, tolerances, speed = PairResponse(problem, angles), scene.tolerances, np.zeros(angles.size)
     for key, zone in tool_zones(scene, problem.nominal_numbers).items():
         if not is_train_key(key):
             for at in errors_by_contact(problem.setup.mechanism, key).values():
-                found += max(-zone.lower, zone.upper) * np.abs(answers.separation_derivatives(at)[1])
-    if given.profile:
+                speed += max(-zone.lower, zone.upper) * np.abs(response.separation_derivatives(at)[1])
+    if tolerances.profile:
         for at in errors_by_contact(problem.setup.mechanism, "profile").values():
-            found += largest_profile_response(answers.separation_derivatives(at), given.profile, given.waves)[1]
-    if given.bore_eccentricity:
-        found += given.bore_eccentricity * np.hypot(
-            *(first[1] + second[1] for first, second in answers.bore_responses)
+            derivatives = response.separation_derivatives(at)
+            speed += largest_profile_response(derivatives, tolerances.profile, tolerances.waves)[1]
+    if tolerances.bore_eccentricity:
+        speed += tolerances.bore_eccentricity * np.hypot(
+            *(first[1] + second[1] for first, second in response.bore_responses)
         )
-    return found
+    return speed
 
 
 def _base_radius_zones(scene: Scene, problem: Problem) -> dict[str, tuple[float, float]]:
-    """By how much base radii may be off, mm."""
+    """Tolerance zones of the base radii [mm]."""
     zones = number_zones(scene, problem.nominal_numbers)
     return {key: (zones[key].lower, zones[key].upper) for key in BASE_RADII if key in zones}
 
 
 def _start_slopes(problem: Problem) -> dict[str, float]:
-    """By how much both contacts stand further apart for a larger base radius, mm/mm (rad/mm)."""
+    """Increase of the separation s with each base radius [mm/mm or rad/mm]."""
     mechanism = problem.setup.mechanism
     start = mechanism.start or (lambda designs: designs.size)
 
@@ -324,7 +332,7 @@ def _start_slopes(problem: Problem) -> dict[str, float]:
         return float(((next(ends) - next(ends)) / (2.0 * step))[0])
 
     if mechanism.has_rib:
-        return {"cam.base_radius": 0.0}  # both stand further out alike
+        return {"cam.base_radius": 0.0}  # both contacts move outwards by the same amount
     first, second = slope(problem.design), slope(mechanism.further_contacts[0].local_designs(problem.design))
     if mechanism.drive.one_disc:
         return {"cam.base_radius": first + second}
@@ -332,5 +340,5 @@ def _start_slopes(problem: Problem) -> dict[str, float]:
 
 
 def motion_response(problem: Problem, angles: FloatArray) -> ToolResponse | PairResponse:
-    """The answers of the motion of a problem, with one contact or two."""
+    """Response of the motion of a problem, with one contact or two."""
     return (PairResponse if problem.setup.mechanism.further_contacts else ToolResponse)(problem, angles)

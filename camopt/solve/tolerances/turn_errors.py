@@ -1,12 +1,11 @@
-"""The errors of a motion over the turn: totals at cam angles, where they are largest, and where they jump.
+"""First-order errors of the motion over the turn: contribution of each tolerance, totals, largest values and jumps.
 
-Contributions are sampled on every panel of the motion, on both sides of each jump, and every top that is nearly
-as high as the highest is looked at again between its neighbours: there they are smooth, but for kinks.
+A size with the error t moves the follower by c·t (``effects.error_response``), so its contribution lies between
+c·lower and c·upper. An eccentricity ε of the bore in any direction moves it by up to ε times the length of a vector
+of two responses.
 
-What each tolerance contributes to the error of the motion at each cam angle.
-
-A size that is off by t moves the motion by c·t (``effects.answers``): from c·lower to c·upper at worst. An axis
-of the bore that is off by ε in some direction moves it by ε times the length of a vector of two answers.
+Contributions are sampled on every panel of the motion, and on both sides of each jump. Every local maximum that is
+nearly as high as the highest is refined between its neighbours. There the contributions are smooth but for kinks.
 """
 
 from collections.abc import Callable, Iterator
@@ -32,136 +31,134 @@ from camopt.solve.tolerances.response import PairResponse, ToolResponse
 
 MOTION_NAMES = ("displacement", "velocity", "acceleration")
 BAND_NAME = "root sum square, 3σ"
-"""What the band of independent errors is called."""
+"""Name of the root sum square in tables."""
 PANEL_NODES = 24
-"""Cam angles of a panel of the motion."""
+"""Number of cam angles on a panel of the motion."""
 NEAR_HIGHEST = 1e-3
-"""Places this near to the highest, relative, are looked at again."""
+"""Local maxima with a smaller relative distance from the highest are refined."""
 PEAK_ZOOMS, PEAK_NODES = 5, 33
-"""How often, and with how many cam angles between the neighbours of the highest one."""
+"""Number of refinements of a maximum, and of cam angles between its neighbours in each."""
 MOST_NAMED_ANGLES = 6
-"""How many cam angles of impulses are named."""
+"""Largest number of impulses whose cam angles a message names."""
 SAME_JUMP_SIDES = 1e-9
-"""Two sides of a jump that differ by less, relative to the largest of the turn, are the same."""
+"""Both sides of a jump are equal if they differ by less, relative to the largest value of the turn."""
 
 
 class Contribution(NamedTuple):
-    """What a tolerance contributes to displacement, velocity and acceleration, each (3, m), by the cam angle."""
+    """Contribution of a tolerance to the errors of displacement, velocity and acceleration, shape (3, angles)."""
 
     key: str
-    """Of the tolerance, as ``follower.offset``."""
+    """Key of the tolerance, as ``follower.offset``."""
     lower: FloatArray
     upper: FloatArray
     deviation: FloatArray
-    """Standard deviation, of parts that are spread as the tolerance says."""
+    """Standard deviation over parts with the tolerance's distribution."""
     change: Callable[[], float]
-    """By how much it can change the displacement over the cam angles, of a dwell."""
+    """Computes the largest change of the displacement over the cam angles, for a dwell."""
     mean: FloatArray = np.zeros((RESPONSE_ORDERS, 1))
-    """Its mean over parts."""
+    """Mean over parts."""
     response: FloatArray = np.zeros((RESPONSE_ORDERS, 1))
-    """Of the motion to an error that may be one of a batch."""
+    """Response of the motion to an error of 1, for errors that may belong to a batch."""
     batch: str | None = None
     batch_means: FloatArray = np.zeros(1)
-    """What errors of the batch have in common (``draw.batch_mean_errors``)."""
+    """Mean errors of batches (``error_samples.batch_mean_errors``)."""
     beyond_zone: tuple[FloatArray, FloatArray] = (np.zeros((RESPONSE_ORDERS, 1)), np.zeros((RESPONSE_ORDERS, 1)))
-    """By how much values outside of the zone are below ``lower`` and above ``upper``."""
+    """Distance of the furthest parts below ``lower`` and above ``upper``."""
 
     @property
     def spreads_beyond_zone(self) -> bool:
-        """Whether parts are outside of the zone, more than the ends of a normal distribution."""
+        """Whether parts lie outside of the zone, more than the tails of a normal distribution with a Cpk of 1."""
         return any(bool(each.any()) for each in self.beyond_zone)
 
 
 def contributions(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[Contribution]:
-    """Those of the tolerances of a scene at cam angles (m,), rad."""
+    """Contributions of all tolerances of a scene at cam angles (rad)."""
     if problem.setup.mechanism.further_contacts:
         yield from _pair_contributions(scene, problem, angles)
         return
-    given, answers = scene.tolerances, ToolResponse(problem, angles)
+    tolerances, response = scene.tolerances, ToolResponse(problem, angles)
     for key, zone in tool_zones(scene, problem.nominal_numbers).items():
         yield _with_batch(
-            _number_contribution(key, answers.number_response(key), zone),
+            _number_contribution(key, response.number_response(key), zone),
             key,
-            given.number_and_angle_tolerances[key],
+            tolerances.number_and_angle_tolerances[key],
             zone,
         )
-    if given.profile:
-        yield _profile_contribution(answers.profile_response, given.profile, given.waves, float(np.ptp(angles)))
-    if given.bore_eccentricity:
-        yield _bore_contribution(answers.bore_responses, given.bore_eccentricity, float(np.ptp(angles)))
+    span = float(np.ptp(angles))
+    if tolerances.profile:
+        yield _profile_contribution(response.profile_response, tolerances.profile, tolerances.waves, span)
+    if tolerances.bore_eccentricity:
+        yield _bore_contribution(response.bore_responses, tolerances.bore_eccentricity, span)
 
 
 def _pair_contributions(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[Contribution]:
-    """The same of a follower with two contacts."""
-    given, answers, turned = scene.tolerances, PairResponse(problem, angles), float(np.ptp(angles))
+    """Contributions of all tolerances for a follower with two contacts."""
+    tolerances, response, span = scene.tolerances, PairResponse(problem, angles), float(np.ptp(angles))
     for tolerance, zone in tool_zones(scene, problem.nominal_numbers).items():
         if is_train_key(tolerance):
-            answer = ToolResponse(problem, angles).number_response(tolerance)
-            yield _with_batch(
-                _number_contribution(tolerance, answer, zone),
-                tolerance,
-                given.number_and_angle_tolerances[tolerance],
-                zone,
-            )
-            continue
-        for key, at in errors_by_contact(problem.setup.mechanism, tolerance).items():
-            found = _number_contribution(key, answers.error_response(at), zone)
-            yield _with_batch(found, tolerance, given.number_and_angle_tolerances[tolerance], zone)
-    if given.profile:
+            by_key = {tolerance: ToolResponse(problem, angles).number_response(tolerance)}
+        else:
+            contact_errors = errors_by_contact(problem.setup.mechanism, tolerance)
+            by_key = {key: response.error_response(at) for key, at in contact_errors.items()}
+        for key, number_response in by_key.items():
+            contribution = _number_contribution(key, number_response, zone)
+            yield _with_batch(contribution, tolerance, tolerances.number_and_angle_tolerances[tolerance], zone)
+    if tolerances.profile:
         for key, at in errors_by_contact(problem.setup.mechanism, "profile").items():
-            yield _profile_contribution(answers.error_response(at), given.profile, given.waves, turned)._replace(
-                key=key
-            )
-    if given.bore_eccentricity:
-        x, y = (answers.through_train((first - second) / 2.0) for first, second in answers.bore_responses)
-        yield _bore_contribution((x, y), given.bore_eccentricity, turned)
+            profile_response = response.error_response(at)
+            contribution = _profile_contribution(profile_response, tolerances.profile, tolerances.waves, span)
+            yield contribution._replace(key=key)
+    if tolerances.bore_eccentricity:
+        x, y = (response.through_train((first - second) / 2.0) for first, second in response.bore_responses)
+        yield _bore_contribution((x, y), tolerances.bore_eccentricity, span)
 
 
-def _with_batch(found: Contribution, key: str, given: Tolerance, zone: ToleranceZone) -> Contribution:
-    """What a number contributes, with the batch that it is of."""
-    if given.batch is None:
-        return found
+def _with_batch(contribution: Contribution, key: str, tolerance: Tolerance, zone: ToleranceZone) -> Contribution:
+    """A contribution with the batch of its tolerance, if it has one."""
+    if tolerance.batch is None:
+        return contribution
     unit = radians(1.0) if key in ANGLE_TOLERANCES else 1.0
-    return found._replace(batch=given.batch, batch_means=batch_mean_errors(given, zone, unit))
+    return contribution._replace(batch=tolerance.batch, batch_means=batch_mean_errors(tolerance, zone, unit))
 
 
-def _number_contribution(key: str, answer: FloatArray, zone: ToleranceZone) -> Contribution:
-    """What a number contributes that is off by no more than its zone."""
-    ends, most = (answer * zone.lower, answer * zone.upper), max(-zone.lower, zone.upper)
-    lower, upper, deviation = np.minimum(*ends), np.maximum(*ends), np.abs(answer) * zone.deviation
-    change, middle = lambda: most * float(np.ptp(answer[0])), answer * zone.mean
-    furthest = answer * (zone.lower - zone.below_lower), answer * (zone.upper + zone.above_upper)
+def _number_contribution(key: str, response: FloatArray, zone: ToleranceZone) -> Contribution:
+    """Contribution of a number with an error within its zone."""
+    ends, most = (response * zone.lower, response * zone.upper), max(-zone.lower, zone.upper)
+    lower, upper, deviation = np.minimum(*ends), np.maximum(*ends), np.abs(response) * zone.deviation
+    change, middle = lambda: most * float(np.ptp(response[0])), response * zone.mean
+    furthest = response * (zone.lower - zone.below_lower), response * (zone.upper + zone.above_upper)
     beyond = lower - np.minimum(*furthest), np.maximum(*furthest) - upper
-    return Contribution(key, lower, upper, deviation, change, middle, answer, beyond_zone=beyond)
+    return Contribution(key, lower, upper, deviation, change, middle, response, beyond_zone=beyond)
 
 
-def variances(found: list[Contribution], order: int) -> FloatArray:
-    """What each contributes to the variance of an order: its own, and half of what it has with each of its batch.
+def variances(contributions: list[Contribution], order: int) -> FloatArray:
+    """Contribution of each tolerance to the variance of an order, shape (tolerances, angles).
 
-    Below 0 of one that takes off what others of its batch add; their sum is the variance, (tolerances, m).
+    It is the tolerance's own variance plus its covariances with tolerances of the same batch. It is negative if the
+    error compensates the others of its batch. The contributions add up to the variance.
     """
-    own = np.array([np.square(each.deviation[order]) for each in found])
-    for one, other in permutations(range(len(found)), 2):
-        first, second = found[one], found[other]
+    shares = np.array([np.square(each.deviation[order]) for each in contributions])
+    for i, k in permutations(range(len(contributions)), 2):
+        first, second = contributions[i], contributions[k]
         if first.batch is not None and first.batch == second.batch:
-            together = float(np.mean(first.batch_means * second.batch_means))
-            own[one] = own[one] + first.response[order] * second.response[order] * together
-    return own
+            covariance = float(np.mean(first.batch_means * second.batch_means))
+            shares[i] = shares[i] + first.response[order] * second.response[order] * covariance
+    return shares
 
 
-def _bore_contribution(answers: tuple[FloatArray, FloatArray], distance: float, turned: float) -> Contribution:
-    """What an axis contributes that is off by no more than a distance, in any direction."""
-    most, swung = distance * np.hypot(*answers), sin(min(0.5 * turned, 0.5 * pi))
+def _bore_contribution(responses: tuple[FloatArray, FloatArray], distance: float, span: float) -> Contribution:
+    """Contribution of the bore's axis, with an eccentricity up to ``distance`` in any direction."""
+    most, swing = distance * np.hypot(*responses), sin(min(0.5 * span, 0.5 * pi))
     return Contribution(
-        "bore_eccentricity", -most, most, most / DEVIATIONS_AT_CPK_1, lambda: 2.0 * float(most[0].max()) * swung
+        "bore_eccentricity", -most, most, most / DEVIATIONS_AT_CPK_1, lambda: 2.0 * float(most[0].max()) * swing
     )
 
 
-def _profile_contribution(answer: FloatArray, zone: float, waves: int | None, turned: float) -> Contribution:
-    """What a profile contributes that stands out by no more than a zone, with some waves in a turn."""
-    most, swung = largest_profile_response(answer, zone, waves), sin(min(0.5 * turned * (waves or inf), 0.5 * pi))
+def _profile_contribution(response: FloatArray, zone: float, waves: int | None, span: float) -> Contribution:
+    """Contribution of the profile, with an error up to ``zone`` and at most ``waves`` waves in a turn."""
+    most, swing = largest_profile_response(response, zone, waves), sin(min(0.5 * span * (waves or inf), 0.5 * pi))
     return Contribution(
-        "profile", -most, most, most / DEVIATIONS_AT_CPK_1, lambda: 2.0 * float(most[0].max()) * swung
+        "profile", -most, most, most / DEVIATIONS_AT_CPK_1, lambda: 2.0 * float(most[0].max()) * swing
     )
 
 
@@ -169,13 +166,13 @@ TotalError = Callable[[list[Contribution], int], FloatArray]
 
 
 def no_tolerances_error(file: str) -> BadInput:
-    """The message on a scene without any."""
-    why = "names none: give one, such as profile = 0.02 or follower.roller_radius = 'h6'"
+    """The error for a scene without tolerances."""
+    why = "has no tolerance: add one, such as profile = 0.02 or follower.roller_radius = 'h6'"
     return BadInput([Mistake(file, "tolerances", None, why, bare=True)])
 
 
 class ErrorRange(NamedTuple):
-    """Between which values an error is, at each cam angle."""
+    """Least and largest error at each cam angle."""
 
     lower: FloatArray
     upper: FloatArray
@@ -185,38 +182,38 @@ class ErrorRange(NamedTuple):
         return np.asarray(np.maximum(-self.lower, self.upper))
 
 
-def worst_case_range(found: list[Contribution], order: int) -> ErrorRange:
-    """Those of the worst case of an order: all errors at the ends that move the motion the same way."""
-    lower, upper = (sum(getattr(each, end)[order] for each in found) for end in ("lower", "upper"))
+def worst_case_range(contributions: list[Contribution], order: int) -> ErrorRange:
+    """Worst case of an order: all errors at the ends of their zones that move the tool in the same direction."""
+    lower, upper = (sum(getattr(each, end)[order] for each in contributions) for end in ("lower", "upper"))
     return ErrorRange(lower, upper)
 
 
-def root_sum_square_range(found: list[Contribution], order: int) -> ErrorRange:
-    """The root sum square of an order: 3σ to either side of the mean, but within the worst case.
+def root_sum_square_range(contributions: list[Contribution], order: int) -> ErrorRange:
+    """Root sum square of an order: mean ± 3σ, but within the worst case.
 
-    Of parts that spread beyond their zones the worst case is that of the furthest parts.
+    For parts that spread beyond their zones the limit is the worst case of the furthest parts.
     """
-    middle, most = sum(each.mean[order] for each in found), worst_case_range(found, order)
-    half = DEVIATIONS_AT_CPK_1 * np.sqrt(np.maximum(variances(found, order).sum(axis=0), 0.0))
-    under, over = (sum(each.beyond_zone[side][order] for each in found) for side in (0, 1))
+    middle, most = sum(each.mean[order] for each in contributions), worst_case_range(contributions, order)
+    half = DEVIATIONS_AT_CPK_1 * np.sqrt(np.maximum(variances(contributions, order).sum(axis=0), 0.0))
+    under, over = (sum(each.beyond_zone[side][order] for each in contributions) for side in (0, 1))
     return ErrorRange(np.maximum(middle - half, most.lower - under), np.minimum(middle + half, most.upper + over))
 
 
-def worst_case_magnitude(found: list[Contribution], order: int) -> FloatArray:
-    """The worst case of an order, at each cam angle."""
-    return worst_case_range(found, order).magnitude
+def worst_case_magnitude(contributions: list[Contribution], order: int) -> FloatArray:
+    """Largest |error| of an order in the worst case, at each cam angle."""
+    return worst_case_range(contributions, order).magnitude
 
 
-def root_sum_square_magnitude(found: list[Contribution], order: int) -> FloatArray:
-    """The root sum square of an order, at each cam angle: |mean| + 3σ, but within the furthest parts."""
-    return root_sum_square_range(found, order).magnitude
+def root_sum_square_magnitude(contributions: list[Contribution], order: int) -> FloatArray:
+    """Root sum square |mean| + 3σ of an order at each cam angle, at most the worst case of the furthest parts."""
+    return root_sum_square_range(contributions, order).magnitude
 
 
 def angle_of_largest(nodes: FloatArray, value: Callable[[FloatArray], FloatArray]) -> float:
-    """The cam angle of the largest of a value over the turn, from those at nodes (``TurnErrors.nodes``), rad."""
+    """Cam angle of the largest value over the turn [rad], refined from the nodes (``TurnErrors.nodes``)."""
     values = value(nodes)
     most, same = values.max(), SAME_JUMP_SIDES * abs(values.max())
-    rising = values > np.roll(values, 1) + same  # of a plateau, as in a dwell, the first node alone
+    rising = values > np.roll(values, 1) + same  # on a plateau, as in a dwell, only the first node counts
     tops = np.flatnonzero(
         rising & (values >= np.roll(values, -1) - same) & (values >= most - NEAR_HIGHEST * abs(most))
     )
@@ -224,64 +221,64 @@ def angle_of_largest(nodes: FloatArray, value: Callable[[FloatArray], FloatArray
     low, high = nodes[np.maximum(tops - 1, 0)], nodes[np.minimum(tops + 1, nodes.size - 1)]
     for _ in range(PEAK_ZOOMS):
         inside = low + (high - low) * np.linspace(0.0, 1.0, PEAK_NODES)[:, None]
-        found = value(inside.ravel()).reshape(inside.shape)
-        k, column = found.argmax(axis=0), np.arange(tops.size)
+        heights = value(inside.ravel()).reshape(inside.shape)
+        k, column = heights.argmax(axis=0), np.arange(tops.size)
         low, high = inside[np.maximum(k - 1, 0), column], inside[np.minimum(k + 1, PEAK_NODES - 1), column]
-    places, heights = np.concatenate([inside[k, column], nodes]), np.concatenate([found.max(axis=0), values])
+    places, heights = np.concatenate([inside[k, column], nodes]), np.concatenate([heights.max(axis=0), values])
     return float(places[heights.argmax()])
 
 
 class Impulse(NamedTuple):
-    """The impulses of what a tolerance contributes: infinite from an order on, at some cam angles, rad."""
+    """Cam angles (rad) at which a tolerance's contribution of an order, and of higher ones, is infinite."""
 
     order: int
     at: float
-    """The first of ``places``."""
+    """The first of ``places`` [rad]."""
     places: tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class TurnErrors:
-    """The errors of one design over a turn of the cam, by its cam angle."""
+    """First-order errors of one design over a turn of the cam."""
 
     scene: Scene
     problem: Problem
 
     def contributions_at(self, angles: FloatArray) -> list[Contribution]:
-        """What each tolerance contributes at cam angles, rad."""
+        """Contribution of each tolerance at cam angles (rad)."""
         return [*contributions(self.scene, self.problem, angles)]
 
     def angle_of_largest_total(self, total: TotalError, order: int) -> float:
-        """The cam angle of the largest total of an order that is bounded, rad."""
+        """Cam angle of the largest total error of a bounded order [rad]."""
         return angle_of_largest(self.nodes, lambda angles: total(self.contributions_at(angles), order))
 
     def unbounded_tolerances(self, order: int) -> dict[str, float | None]:
-        """The keys of tolerances whose contribution to an order has no bound, each with the cam angle, rad.
+        """Tolerances whose contribution to an order is infinite, with the first cam angle at which it is [rad].
 
-        None of one that has no bound at any angle.
+        None instead of an angle if the contribution is infinite everywhere.
         """
         jumps = {key: impulse.at for key, impulse in self.impulses.items() if impulse.order <= order}
         return jumps | {each.key: None for each in self.node_contributions if np.isinf(each.upper[order]).any()}
 
     def impulse_angles_text(self, order: int) -> str:
-        """The cam angles of the impulses of an order in words, the first ones of many."""
-        every = sorted({at for each in self.impulses.values() if each.order <= order for at in each.places})
-        said = ", ".join(f"{degrees(at):.6g}" for at in every[:MOST_NAMED_ANGLES])
-        return f"{said} deg" + (
-            f" and at {len(every) - MOST_NAMED_ANGLES} more cam angles" if len(every) > MOST_NAMED_ANGLES else ""
+        """The cam angles of the impulses of an order as text; only the first ones of many."""
+        angles = sorted({at for each in self.impulses.values() if each.order <= order for at in each.places})
+        text = ", ".join(f"{degrees(at):.6g}" for at in angles[:MOST_NAMED_ANGLES])
+        return f"{text} deg" + (
+            f" and at {len(angles) - MOST_NAMED_ANGLES} more cam angles" if len(angles) > MOST_NAMED_ANGLES else ""
         )
 
     @cached_property
     def impulses(self) -> dict[str, "Impulse"]:
-        """The impulses of what tolerances contribute, by key of the tolerance; of those that have one.
+        """Impulses of contributions, by key of the tolerance; tolerances without an impulse are left out.
 
-        Where velocity or acceleration of the motion jumps, what an error does to it may jump too: the next slope is
-        an impulse there.
+        Where velocity or acceleration of the motion jumps, a contribution may jump too. Its derivative is then an
+        impulse.
         """
         places = np.array([jump.at for jump in self.problem.programme.jumps])
-        turn, found = self.problem.programme.strokes[-1].end, dict[str, Impulse]()
+        turn, impulses = self.problem.programme.strokes[-1].end, dict[str, Impulse]()
         if not places.size:
-            return found
+            return impulses
         before, after = (self.contributions_at(np.mod(places + side, turn)) for side in (-JUMP_SIDE, JUMP_SIDE))
         for left, right, usual in zip(before, after, self.node_contributions, strict=True):
             for order in reversed(range(RESPONSE_ORDERS - 1)):
@@ -292,17 +289,17 @@ class TurnErrors:
                 )
                 if jumps.size:
                     where = tuple(float(each) for each in places[jumps])
-                    found[left.key] = Impulse(order + 1, where[0], where)
-        return found
+                    impulses[left.key] = Impulse(order + 1, where[0], where)
+        return impulses
 
     @cached_property
     def node_contributions(self) -> list[Contribution]:
-        """The contributions at the nodes."""
+        """Contributions at the nodes."""
         return self.contributions_at(self.nodes)
 
     @cached_property
     def nodes(self) -> FloatArray:
-        """The cam angles at which errors are sampled, rad, in the order of the turn."""
+        """Cam angles at which errors are sampled [rad], in the order of the turn."""
         table = self.problem.programme.table
         half = table.half_width[:, None]
         inner = np.clip(np.linspace(-1.0, 1.0, PANEL_NODES) * half, JUMP_SIDE - half, half - JUMP_SIDE)

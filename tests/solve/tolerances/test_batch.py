@@ -164,7 +164,7 @@ def test_a_limit_beyond_the_axis_of_a_histogram_is_on_its_side(tmp_path):
 
 
 def test_what_cannot_be_drawn_is_said():
-    with pytest.raises(BadInput, match="tolerances: names none: give one, such as profile"):
+    with pytest.raises(BadInput, match="tolerances: has no tolerance: add one, such as profile"):
         camopt.sample_cams(FACE)
     with pytest.raises(BadInput, match="a whole number from 1 to"):
         camopt.sample_cams(scene_of("flat"), cams=0)

@@ -338,7 +338,7 @@ def test_parts_beyond_their_zone_count_in_the_root_sum_square_and_are_told(sprea
     assert asked.three_sigma / asked.worst == pytest.approx(min(mean + 3 * sigma, furthest) / 0.1, rel=1e-9)
     said = " ".join(str(found.table()).split())
     assert "beyond the tolerance of phase" in said
-    assert "independent, but for those of one batch, and" in said
+    assert "independent errors (except within a batch) with" in said
 
 
 def test_a_class_needs_the_size_that_it_is_of():
@@ -378,7 +378,7 @@ def test_the_command_shows_and_draws_them(command, tmp_path):
     assert endless["errors"][1]["shares"]["unbounded"] == ["profile"]
     code, out, err = command("tolerance", file, "--set", "tolerances=")
     assert (code, out) == (2, "")
-    assert "tolerances: names none: give one, such as profile = 0.02" in err
+    assert "tolerances: has no tolerance: add one, such as profile = 0.02" in err
 
 
 def test_the_command_says_why_an_error_is_infinite_and_shows_no_rounding_of_an_angle(command, tmp_path):
@@ -386,7 +386,7 @@ def test_the_command_says_why_an_error_is_infinite_and_shows_no_rounding_of_an_a
     file = tmp_path / "flat.toml"
     file.write_text(scene_of("flat", given={"profile": 0.01}).to_toml())
     out = command("tolerance", file)[1]
-    assert "without tolerances.waves: give it, such as waves = 20." in " ".join(out.split())
+    assert "without tolerances.waves: set it, such as waves = 20." in " ".join(out.split())
     places = [line.split()[-1] for line in out.splitlines() if "at cam angle" in line]
     assert places == ["0", "0"]
 

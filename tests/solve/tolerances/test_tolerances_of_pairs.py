@@ -416,7 +416,7 @@ def test_a_tolerance_of_the_profile_that_takes_the_preload_is_told(command, tmp_
     assert found.plays == camopt.tolerance(scene.toleranced).plays
     assert scene.toleranced.tolerances.profile == scene.part.profile_tolerance
     sheet = contact_distance(TrueCam(scene, resolve_design(scene)))
-    clearance = sheet.varies - 0.004
+    clearance = sheet.variation - 0.004
     assert -found.plays[1].least == pytest.approx(clearance, rel=1e-4)
     assert sheet.clearance == pytest.approx(clearance)
     said = f"the worst has a clearance of {-found.plays[1].least:.6g} deg"
