@@ -264,7 +264,7 @@ def test_without_a_feasible_design_the_nearest_miss_is_told(run, run_json):
 def test_a_miss_that_is_found_when_time_is_over_is_told_as_the_least_so_far(run):
     code, text, _ = run("optimise", "roller-1000rpm", "--max-pressure", "3", "--seconds", "1e-9")
     assert code == 1
-    assert "No feasible design in the time given. The least miss found so far:" in text
+    assert "No feasible design in the time given. Nearest miss so far:" in text
     assert "more `seconds` may prove it" in text
     assert "nearest miss" not in text
 

@@ -78,7 +78,7 @@ class ToleranceVerdicts:
 
     space: DesignSpace
     until: float = inf
-    """When they end (``clock.now``)."""
+    """When they end (``clock_seconds``)."""
     verdicts: dict[tuple[Any, ...], str] = field(default_factory=dict)
     """Of rows of which a verdict is known, by what they have of sizes and laws."""
     violating_errors: list[NumberErrors] = field(default_factory=list)

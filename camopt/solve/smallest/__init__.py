@@ -1,1 +1,4 @@
-"""The smallest cam: closed forms, cutting planes, branch and bound over sizes and angles, prices of bounds."""
+"""The smallest cam that meets all limits, with a proof, and what each limit costs.
+
+Start with ``optimise`` (the command), then ``smallest`` (one law, one train), ``branch_and_bound`` and ``prices``.
+"""

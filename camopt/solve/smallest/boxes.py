@@ -1,4 +1,4 @@
-"""Boxes of designs as arrays, how they are cut, and the loop that all searches for the smallest cam share.
+"""Boxes of designs as arrays, with the bisection that all proofs of the smallest cam share.
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11.
 """
@@ -20,26 +20,26 @@ from camopt.scene.problem.variables import Variable
 from camopt.solve.smallest.grid_search import spaced_sizes
 from camopt.solve.smallest.result import RELATIVE_GAP
 
-NARROW_SIDE = 1e-3 * RELATIVE_GAP  # of a size, or of the scale where that is larger
+NARROW_SIDE = 1e-3 * RELATIVE_GAP  # relative to a size, or to its unit if that is larger
 LEAST_BATCH = 32  # boxes examined together, at least: fewer take no less time
 
 
 @dataclass(frozen=True)
 class DesignBoxes:
-    """Boxes of designs: the least and largest of each variable, arrays (boxes,), and the side to be cut next."""
+    """Boxes of designs: the least and largest value of each variable, arrays (boxes,), and the side to cut next."""
 
     low: dict[str, FloatArray]
     high: dict[str, FloatArray]
     side: Any
     """Index into ``free``."""
     free: tuple[str, ...]
-    """What boxes have a range of, by field."""
+    """The fields that have a range."""
     scale: float
-    """Up to this size boxes are cut in the middle, mm; beyond, where one spans multiples, at the geometric mean."""
+    """Boxes are cut in the middle up to this size, mm; wide boxes beyond it are cut at the geometric mean."""
     units: dict[str, float]
-    """What each of them is of the order of."""
+    """The order of magnitude of each free variable."""
     discs: tuple[str, ...] = ("size",)
-    """The sizes, by field, the largest of which is to be least."""
+    """The fields of the sizes whose maximum is minimised."""
 
     @classmethod
     def single_box(
@@ -49,11 +49,11 @@ class DesignBoxes:
         variables: Mapping[str, Variable] | None = None,
         discs: tuple[str, ...] = ("size",),
     ) -> "DesignBoxes":
-        """The box between the given ends; what is none of the variables is a length."""
+        """The box between the given ends; a field without a ``Variable`` is a length."""
         low, high = ({n: np.array([end[k]]) for n, end in ends.items()} for k in (0, 1))
         free = tuple(n for n, (a, b) in ends.items() if b > a)
-        known = variables or {}
-        units = {n: known[n].magnitude(scale) if n in known else scale for n in free}
+        variables = variables or {}
+        units = {n: variables[n].magnitude(scale) if n in variables else scale for n in free}
         side = next(free.index(disc) for disc in discs if disc in free)
         return cls(low, high, np.array([side]), free, scale, units, discs)
 
@@ -62,57 +62,57 @@ class DesignBoxes:
 
     @property
     def least_sizes(self) -> FloatArray:
-        """The least size of each."""
+        """Least size in each box [mm]."""
         return reduce(np.maximum, (self.low[disc] for disc in self.discs))
 
     @property
     def largest_sizes(self) -> FloatArray:
-        """The largest size of each."""
+        """Largest size in each box [mm]."""
         return reduce(np.maximum, (self.high[disc] for disc in self.discs))
 
     @property
     def is_narrow(self) -> Any:
-        """Which boxes are so narrow that there is no use in cutting them."""
+        """Which boxes are too narrow to be cut."""
         return np.all(self._relative_widths < 1.0, axis=0)
 
     @property
     def _relative_widths(self) -> FloatArray:
-        """How many times each side is as wide as one that is not to be cut (sides, boxes)."""
+        """Width of each side over the least width that is cut (sides, boxes)."""
         least = [NARROW_SIDE * np.maximum(self.units[n], np.abs(self.low[n])) for n in self.free]
-        wide = np.array([self.high[n] - self.low[n] for n in self.free])
-        return np.where(wide > 0.0, wide, 0.0) / np.array(least)
+        widths = np.array([self.high[n] - self.low[n] for n in self.free])
+        return np.where(widths > 0.0, widths, 0.0) / np.array(least)
 
     def take(self, index: Any) -> "DesignBoxes":
         low, high = ({n: v[index] for n, v in ends.items()} for ends in (self.low, self.high))
         return replace(self, low=low, high=high, side=self.side[index])
 
     def cap_sizes(self, most: float) -> "DesignBoxes":
-        """The boxes without what is larger than a size."""
+        """The boxes without their parts above a size, mm."""
         return replace(self, high={**self.high, **{d: np.minimum(self.high[d], most) for d in self.discs}})
 
     def with_ends(self, low: dict[str, FloatArray], high: dict[str, FloatArray], side: Any) -> "DesignBoxes":
-        """The boxes with other ends of the sizes that have a range, and other sides to be cut, if wide enough."""
-        left = replace(self, low={**self.low, **low}, high={**self.high, **high}, side=side)
-        width = left._relative_widths
-        cut = np.take_along_axis(width, side[None], axis=0)[0] >= 1.0
-        return replace(left, side=np.where(cut, side, np.argmax(width, axis=0)))
+        """The boxes with other ends of their free variables, and ``side`` to cut, or the widest if it is narrow."""
+        boxes = replace(self, low={**self.low, **low}, high={**self.high, **high}, side=side)
+        widths = boxes._relative_widths
+        wide = np.take_along_axis(widths, side[None], axis=0)[0] >= 1.0
+        return replace(boxes, side=np.where(wide, side, np.argmax(widths, axis=0)))
 
     def append_boxes(self, other: "DesignBoxes") -> "DesignBoxes":
-        """These boxes and others."""
+        """These boxes, followed by others."""
         low = {n: np.concatenate([v, other.low[n]]) for n, v in self.low.items()}
         high = {n: np.concatenate([v, other.high[n]]) for n, v in self.high.items()}
         return replace(self, low=low, high=high, side=np.concatenate([self.side, other.side]))
 
     def as_designs(self, like: Designs) -> Designs:
-        """The boxes as designs of Intervals, of cams that turn as another one."""
+        """The boxes as designs of Intervals, with the other fields of the design ``like``."""
         return like.with_values({n: Interval(self.low[n], self.high[n]) for n in self.low})
 
     def middle_designs(self, like: Designs) -> Designs:
-        """The design in the middle of each, likewise."""
+        """The design in the middle of each box, with the other fields of ``like``."""
         return like.with_values({n: (low + self.high[n]) / 2.0 for n, low in self.low.items()})
 
     def halve_boxes(self) -> "DesignBoxes":
-        """Each box cut in two across its side."""
+        """The boxes, each cut in two across its side."""
         below, above = dict(self.high), dict(self.low)
         for k, name in enumerate(self.free):
             middle = self._middle_of_side(name)
@@ -122,41 +122,41 @@ class DesignBoxes:
 
     def _middle_of_side(self, name: str) -> FloatArray:
         low, high = self.low[name], self.high[name]
-        even = (low + high) / 2
+        mean = (low + high) / 2
         if name not in self.discs:
-            return even
+            return mean
         wide = high > 2.0 * np.maximum(low, self.scale)
-        return np.where(wide, spaced_sizes(low, high, self.scale, 3)[1], even)
+        return np.where(wide, spaced_sizes(low, high, self.scale, 3)[1], mean)
 
 
 class Bisection(ABC):
-    """A search in progress for the least size over boxes of the free variables."""
+    """A search for the least size by bisection of boxes of the free variables."""
 
     most_boxes: int
-    """After which the search is given up."""
+    """The search ends after this many boxes."""
     floor: float = inf
-    """The least size of the boxes that are not shown to be empty and not worth another look."""
+    """Least size of the boxes that were dropped without being proved empty, mm."""
 
     @abstractmethod
     def select_batch(self, boxes: DesignBoxes) -> tuple[DesignBoxes, DesignBoxes]:
-        """The boxes to look at next, and the rest."""
+        """The boxes to examine next, and the rest."""
 
     @abstractmethod
     def contract_boxes(self, boxes: DesignBoxes) -> DesignBoxes:
-        """Those of some boxes that may hold a smaller cam and can be cut, narrower, with the side to cut."""
+        """The boxes that may hold a smaller cam and can be cut, made narrower, with the side to cut."""
 
     def bisect(self, boxes: DesignBoxes, until: float) -> float:
-        """Search all boxes, or as many as there is time for (``clock.now``); a size that no cam undercuts."""
-        seen = 0
-        while len(boxes) and seen < self.most_boxes and clock_seconds() < until:
+        """Lower bound of the size over all boxes [mm], by as many cuts as there is time for (``clock_seconds``)."""
+        examined = 0
+        while len(boxes) and examined < self.most_boxes and clock_seconds() < until:
             while len(boxes) < LEAST_BATCH:
                 boxes = boxes.halve_boxes()
-            chosen, rest = self.select_batch(boxes)
-            seen += len(chosen)
-            boxes = rest.append_boxes(self.contract_boxes(chosen).halve_boxes())
+            batch, rest = self.select_batch(boxes)
+            examined += len(batch)
+            boxes = rest.append_boxes(self.contract_boxes(batch).halve_boxes())
         return float(np.min(boxes.least_sizes, initial=self.floor))
 
     def drop_finished(self, boxes: DesignBoxes, done: Any) -> DesignBoxes:
-        """The boxes without those that need no further search, though they may hold a feasible cam."""
+        """The boxes without the finished ones, whose least size goes into ``floor``."""
         self.floor = float(np.min(boxes.least_sizes[done], initial=self.floor))
         return boxes.take(~done)

@@ -1,8 +1,9 @@
-"""The least feasible size over a box of designs, by bisection of boxes, many at once.
+"""The least feasible size over a box of designs, by branch and bound on many boxes at once.
 
-Every size that camopt takes is covered, up to the given end or to the largest of all. A box is dropped only if its
-limits' own formulas, in interval arithmetic, show that it holds no feasible design, or if a feasible one is known
-that is as small. What is left when the search is stopped bounds how much smaller a cam may be.
+The search covers every size up to the end of the range, or up to the largest size that camopt accepts. It drops a
+box in two cases only. Either interval arithmetic on the formulas of the limits proves that the box holds no
+feasible design, or a feasible design is known that is as small. When the search stops, the boxes that remain bound
+how much smaller a cam may be.
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11.
 """
@@ -52,8 +53,8 @@ from camopt.solve.smallest.result import (
 )
 from camopt.solve.verdicts.feasible_filter import feasible_designs
 
-BOX_BATCH = 512  # boxes examined together, at most, to stop in time
-UNKNOWN_SIDE = -1  # which side to cut
+BOX_BATCH = 512  # boxes examined together, at most, so that the search stops in time
+UNKNOWN_SIDE = -1  # the side to cut is not known yet
 
 
 def branch_and_bound(
@@ -65,18 +66,18 @@ def branch_and_bound(
     discs: tuple[str, ...] = ("size",),
     start: Designs | None = None,
 ) -> SmallestCam:
-    """Least feasible size over a box of designs.
+    """The smallest feasible design of a box.
 
-    ``floor`` is a size that no feasible design is known to undercut; infinite if there is none. After ``until``
-    (``clock.now``) the best so far is the answer, not proved. ``discs`` are the sizes, by field, the largest of
-    which is meant, and ``start`` a feasible design, if one is known.
+    ``floor`` is a proved lower bound of the size, infinite if no design is feasible. After ``until``
+    (``clock_seconds``) the answer is the best so far, not proved. ``discs`` are the fields of the sizes whose
+    maximum is minimised. ``start`` is a feasible design, if one is known.
     """
     look = (
         GridOptimum(start)
         if start
         else search_coarse_grid(problem, bounds, GRID_VALUES if floor < inf else FEW_GRID_VALUES, until)
     )
-    none = max(negligible_size(problem, bounds), floor if len(discs) == 1 else 0.0)
+    least = max(negligible_size(problem, bounds), floor if len(discs) == 1 else 0.0)
     most = (
         largest_possible_size(problem, bounds)
         if look.design is None
@@ -84,7 +85,7 @@ def branch_and_bound(
     )
     if look.design is None and not look.motion_infeasible:
         most = _largest_assembled_size(problem, bounds, most)
-    ends = {disc: (max(bounds[disc][0], none), min(bounds[disc][1], most)) for disc in discs}
+    ends = {disc: (max(bounds[disc][0], least), min(bounds[disc][1], most)) for disc in discs}
     if look.design is not None and most <= floor + allowed_gap(look.design):
         return SmallestCam(look.design, floor, look.nearest, discs)
     if look.motion_infeasible or most <= floor or max(most - low for low, _ in ends.values()) <= 0.0:
@@ -98,33 +99,33 @@ def branch_and_bound(
         *mean_constraints_on_size(problem),
     ]
     search = BoxSearch(problem, constraints, crossings, look.design, until, discs)
-    found = search.bisect(boxes, until)
-    return SmallestCam(search.incumbent, max(found, floor), look.nearest, discs)
+    bound = search.bisect(boxes, until)
+    return SmallestCam(search.incumbent, max(bound, floor), look.nearest, discs)
 
 
 @dataclass
 class BoxSearch(Bisection):
-    """A search over sizes, and numbers that are free as they are."""
+    """Branch and bound over sizes, and over numbers of the cam that are free like sizes."""
 
     most_boxes = 1_000_000
 
     problem: Problem
     constraints: Sequence[ProblemConstraint[AnyConstraint]]
     crossings: KnownCrossings | None
-    """What shows that cams of a box cross themselves, if that is a limit."""
+    """Places where cams cross themselves, which prove boxes empty; None if crossing is not a limit."""
     incumbent: Designs | None
     """The smallest feasible design so far."""
     until: float = inf
-    """When to stop (``clock.now``)."""
+    """When to stop (``clock_seconds``)."""
     discs: tuple[str, ...] = ("size",)
-    """The sizes, by field, the largest of which is least."""
+    """The fields of the sizes whose maximum is minimised."""
 
     def sizes_of(self, designs: Designs) -> Any:
-        """The size of designs."""
+        """Size of each design [mm]."""
         return largest_disc_sizes(designs, self.discs)
 
     def select_batch(self, boxes: DesignBoxes) -> tuple[DesignBoxes, DesignBoxes]:
-        """The boxes to look at next, and the rest: the smallest cams, or the widest while none is feasible."""
+        """The boxes to examine next, and the rest: first the smallest, or without an incumbent the widest."""
         if len(boxes) <= BOX_BATCH:
             return boxes, boxes.take(slice(0, 0))
         low, high = boxes.least_sizes, boxes.largest_sizes
@@ -132,7 +133,7 @@ class BoxSearch(Bisection):
         return boxes.take(order[:BOX_BATCH]), boxes.take(order[BOX_BATCH:])
 
     def contract_boxes(self, boxes: DesignBoxes) -> DesignBoxes:
-        """Those of some boxes that may hold a smaller cam and can be cut, with the side to cut."""
+        """The boxes that may hold a smaller cam and can be cut, made narrower, with the side to cut."""
         boxes = self.without_crossings(boxes)
         self.improve_incumbent(boxes.take(boxes.side == UNKNOWN_SIDE))
         if self.incumbent is not None:
@@ -143,37 +144,38 @@ class BoxSearch(Bisection):
         if not len(boxes):
             return boxes
         designs = boxes.as_designs(self.problem.design)
-        seen = enclose_limits(self.problem, self.constraints, designs, list(boxes.free), self.discs)
-        unseen = boxes.side == UNKNOWN_SIDE
-        side = np.where(unseen, seen.side, boxes.side)
-        settled = self.undecidable_boxes(seen, seen.within_rounding & unseen & ~seen.empty)
-        boxes, kept = boxes.with_ends(seen.low, seen.high, side), ~seen.empty
-        return self.drop_finished(boxes.take(kept), (boxes.is_narrow | settled)[kept])
+        state = enclose_limits(self.problem, self.constraints, designs, list(boxes.free), self.discs)
+        unknown = boxes.side == UNKNOWN_SIDE
+        side = np.where(unknown, state.side, boxes.side)
+        undecidable = self.undecidable_boxes(state, state.within_rounding & unknown & ~state.empty)
+        boxes, kept = boxes.with_ends(state.low, state.high, side), ~state.empty
+        return self.drop_finished(boxes.take(kept), (boxes.is_narrow | undecidable)[kept])
 
-    def undecidable_boxes(self, seen: BoxState, alike: Any) -> Any:
-        """Of boxes whose designs hold all limits but for rounding, those where none does surely, nor in intervals.
+    def undecidable_boxes(self, state: BoxState, within_rounding: Any) -> Any:
+        """Which boxes ``within_rounding`` have no provably feasible design, in doubles or by intervals.
 
-        To cut such boxes tells no more: the bound is what a load is, or comes to.
+        In these boxes a limit equals its bound to rounding, as a constant load may. Cutting them decides nothing.
         """
-        problem = self.problem.without_deferred_limits
-        index = np.flatnonzero(alike)
-        alike[index[feasible_designs(problem, seen.inside.take(index))]] = False
-        inside = seen.inside.take(alike)
+        problem, undecided = self.problem.without_deferred_limits, within_rounding
+        index = np.flatnonzero(undecided)
+        undecided[index[feasible_designs(problem, state.inside.take(index))]] = False
+        inside = state.inside.take(undecided)
         inside = inside.take(np.argsort(self.sizes_of(inside), kind="stable"))
         first = first_design_where(
-            inside, lambda one: clock_seconds() < self.until and is_provably_feasible(problem, one, self.until)
+            inside,
+            lambda design: clock_seconds() < self.until and is_provably_feasible(problem, design, self.until),
         )
         if first is None:
-            return alike
+            return undecided
         if not self.problem.has_deferred_limits or is_provably_feasible(self.problem, first, self.until):
             self.incumbent = first
-        return alike & (self.sizes_of(seen.inside) < self.sizes_of(first))
+        return undecided & (self.sizes_of(state.inside) < self.sizes_of(first))
 
     def without_crossings(self, boxes: DesignBoxes) -> DesignBoxes:
-        """The parts of boxes that are not shown to hold only cams that cross themselves, with the side to cut.
+        """The boxes without parts in which every cam is proved to cross itself, with the side to cut.
 
-        Asked before any design of a box is looked at, which costs far more. Nothing tells which side to cut where
-        the one design looked at is not seen to cross itself.
+        This comes before any design of a box is evaluated, which costs far more. The side stays unknown if the
+        representative design of a box does not cross itself at a known place.
         """
         side = np.full(len(boxes), UNKNOWN_SIDE)
         if self.crossings is None or "size" not in boxes.free:
@@ -192,43 +194,43 @@ class BoxSearch(Bisection):
                 )
                 side[index] = np.where(over.at[0] > 0.0, widest_side(over, span), UNKNOWN_SIDE)
                 low[:, index], high[:, index], empty[index] = cut_boxes(over, low[:, index], high[:, index], point)
-        left_low, left_high = (dict(zip(free, end, strict=True)) for end in (low, high))
-        boxes = replace(boxes, low={**boxes.low, **left_low}, high={**boxes.high, **left_high}, side=side)
+        new_low, new_high = (dict(zip(free, end, strict=True)) for end in (low, high))
+        boxes = replace(boxes, low={**boxes.low, **new_low}, high={**boxes.high, **new_high}, side=side)
         return boxes.take(~empty)
 
     def improve_incumbent(self, boxes: DesignBoxes) -> None:
-        """Make the least feasible of the middles of boxes, also at their least and largest size, the incumbent."""
+        """Try the middle of each box at its least, middle and largest size; keep the smallest feasible design."""
         low, high = boxes.low, boxes.high
         for share in (0.0, 0.5, 1.0):
             points = designs_in_boxes(self.problem, low, high, share, self.discs)
-            if share == 0.0:  # where the curvature of the base circle decides, but for rounding
+            if share == 0.0:  # the curvature of the base circle may decide to within rounding
                 nudge = NUDGES[-1] * points.prime_radius
                 points = points.with_values({d: np.minimum(points.sizes[d] + nudge, high[d]) for d in self.discs})
             points = points.take(
                 self.sizes_of(points) < (inf if self.incumbent is None else self.sizes_of(self.incumbent))
             )
             points = points.take(np.argsort(self.sizes_of(points), kind="stable"))
-            found = first_feasible_design(self.problem, points, self.crossings, self.until)
-            self.incumbent = found or self.incumbent
+            design = first_feasible_design(self.problem, points, self.crossings, self.until)
+            self.incumbent = design or self.incumbent
 
 
 class DiscSearch(BoxSearch):
-    """A search for a size that one disc of a pair cannot be below, from the limits at its contact alone.
+    """Branch and bound for a lower bound of one disc of a pair, from the limits at its contact alone.
 
-    It ends at the size of the incumbent, or where there is a smaller disc that these limits allow.
+    The bound is at most the size of the incumbent.
     """
 
     most_boxes = 20_000
 
     def improve_incumbent(self, boxes: DesignBoxes) -> None:
-        """Nothing: other limits are not looked at."""
+        """Does nothing: a feasible design needs the other limits too."""
 
-    def undecidable_boxes(self, seen: BoxState, alike: Any) -> Any:
-        return np.zeros_like(alike)
+    def undecidable_boxes(self, state: BoxState, within_rounding: Any) -> Any:
+        return np.zeros_like(within_rounding)
 
 
 def floor_of_disc(problem: Problem, bounds: SizeBounds, pair: Designs, disc: str, until: float = inf) -> float:
-    """A size that one disc of a pair cannot be below, whatever the other is; up to that of a given pair."""
+    """Lower bound of one disc of a pair, whatever the other disc is [mm]; at most its size in ``pair``."""
     second = disc == SECOND_SIZE
     others = pair.second if not second else [name.removeprefix("second_") for name in pair.second]
     ends = bounds | {name: (float(pair.sizes[name][0]),) * 2 for name in others}
@@ -243,21 +245,21 @@ def floor_of_disc(problem: Problem, bounds: SizeBounds, pair: Designs, disc: str
 
 
 def _largest_assembled_size(problem: Problem, bounds: SizeBounds, most: float) -> float:
-    """The largest size, to 1e-12, at which some design of a coarse grid of the other sizes can be assembled.
+    """Largest size at which some design of a coarse grid of the other sizes can be assembled [mm], to 1e-12.
 
     A box across that border would hold a dead position, where tan β takes every value.
     """
 
-    def exists(designs: Designs) -> Any:
+    def can_assemble(designs: Designs) -> Any:
         return problem.setup.mechanism.can_assemble(designs, problem.programme)
 
     grid = coarse_grid(problem, bounds, problem.programme.lift, GRID_VALUES)
-    grid = grid.take(exists(grid))
-    if not len(grid) or np.any(exists(replace(grid, size=np.full(len(grid), most)))):
+    grid = grid.take(can_assemble(grid))
+    if not len(grid) or np.any(can_assemble(replace(grid, size=np.full(len(grid), most)))):
         return most
     low, high = grid.size, np.full(len(grid), most)
     while np.any(high - low > 1e-13 * high):
         middle = (low + high) / 2
-        held = exists(replace(grid, size=middle))
-        low, high = np.where(held, middle, low), np.where(held, high, middle)
+        exists = can_assemble(replace(grid, size=middle))
+        low, high = np.where(exists, middle, low), np.where(exists, high, middle)
     return float(np.max(low)) * (1.0 - 1e-12)

@@ -1,11 +1,11 @@
-"""The smallest cam by closed forms: a design that no feasible one undercuts in size, from the linear limits.
+"""The smallest cam by closed forms: a lower bound of the size from the linear limits, with its design.
 
 For a follower with a trace point the limits on the pressure angle are lines in (e, s₀):
 
     e + T·s₀ ≥ max (y' − T·y),    −e + T·s₀ ≥ max (−y' − T·y)
 
-so the smallest prime radius √(s₀² + e²) is the point of a convex polygon nearest to the origin; a flat face's
-radius and a cylindrical cam's pressure angle are linear in the size.
+The smallest prime radius √(s₀² + e²) belongs to the point of a convex polygon that is nearest to the origin. A flat
+face's profile radius and a cylindrical cam's pressure angle are linear in the size.
 """
 
 from itertools import combinations, product
@@ -23,18 +23,18 @@ from camopt.solve.smallest.result import RELATIVE_GAP
 from camopt.solve.verdicts.feasible_filter import feasible_designs
 
 LEAD_ZOOMS, LEADS_A_ZOOM = 14, 33
-"""How often a convex minimum is looked at between its neighbours, and at how many places: to rounding."""
-NUMBER_SHARES = 5  # of the range of each free number at which the smallest size is tried
-NUDGES = (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12)  # of the prime radius
+"""Rounds of the search for a convex minimum, and samples in each: enough to reach rounding."""
+NUMBER_SHARES = 5  # samples of the range of each free number at which the smallest size is tried
+NUDGES = (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12)  # relative to the prime radius
 
 
 def least_size(problem: Problem, bounds: SizeBounds) -> float:
-    """A lower bound of the size that needs no search: the given one, that of limits on it, and the base circle.
+    """Lower bound of the size without a search [mm]: from its range, limits on it, and the base circle.
 
-    A disc cam that dwells at its lowest is an arc of the base circle there, which has to hold the curvature.
+    A disc cam that dwells at its lowest is an arc of the base circle there, which must meet limits on curvature.
     """
-    of_limits = max((limit.least_size for limit in problem.limits), default=0.0)
-    least = max(bounds["size"][0], of_limits, negligible_size(problem, bounds))
+    limit_sizes = max((limit.least_size for limit in problem.limits), default=0.0)
+    least = max(bounds["size"][0], limit_sizes, negligible_size(problem, bounds))
     rests = any(stroke.kind == DWELL and stroke.low == 0.0 for stroke in problem.programme.strokes)
     if rests and problem.setup.mechanism.body.closed:
         least = max(least, least_profile_radius(problem))
@@ -42,16 +42,16 @@ def least_size(problem: Problem, bounds: SizeBounds) -> float:
 
 
 def least_profile_radius(problem: Problem) -> float:
-    """The least radius of curvature that limits ask of convex parts of the profile, mm."""
+    """Least radius of curvature that limits require of convex parts of the profile [mm]."""
     mechanism = problem.setup.mechanism
-    of_face = [-constraint.upper_bound() for constraint in constraints_on_curve(problem, mechanism.profile_radius)]
-    of_body = [constraint.factor for constraint in constraints_on_curve(problem, mechanism.curvature)]
-    radii = [offset.radius for offset in of_body if isinstance(offset, BodyRadiusPlus)]
-    return float(max([0.0, *of_face, *radii]))
+    face_radii = [-limit.upper_bound() for limit in constraints_on_curve(problem, mechanism.profile_radius)]
+    factors = [constraint.factor for constraint in constraints_on_curve(problem, mechanism.curvature)]
+    body_radii = [factor.radius for factor in factors if isinstance(factor, BodyRadiusPlus)]
+    return float(max([0.0, *face_radii, *body_radii]))
 
 
 def negligible_size(problem: Problem, bounds: SizeBounds) -> float:
-    """A size so small beside the lift and the follower's sizes that nothing limits a cam of it, mm."""
+    """Size below which a feasible cam has no effective limit [mm]: tiny beside lift and follower."""
     lift = 0.0 if problem.setup.angular else problem.programme.lift
     return RELATIVE_GAP * max(
         lift, *(abs(end) for name, ends in bounds.items() if name != "size" for end in ends), 0.0
@@ -59,16 +59,16 @@ def negligible_size(problem: Problem, bounds: SizeBounds) -> float:
 
 
 def pressure_tangents(problem: Problem) -> list[tuple[float, int]]:
-    """The limits on the pressure angle, as tan β and the kinds of stroke that they are about."""
+    """The limits on the pressure angle: tan β and the kinds of stroke that each applies to."""
     constraints = constraints_on_curve(problem, problem.setup.mechanism.pressure)
-    found = [(constraint.upper_bound(), constraint.kinds) for constraint in constraints]
-    return [(tangent, kinds) for tangent, kinds in found if problem.programme.has_kinds(kinds)]
+    tangents = [(constraint.upper_bound(), constraint.kinds) for constraint in constraints]
+    return [(tangent, kinds) for tangent, kinds in tangents if problem.programme.has_kinds(kinds)]
 
 
 def closed_form_design(problem: Problem, bounds: SizeBounds) -> Designs | None:
-    """A design that no feasible one undercuts in size, from the linear limits; None if there is no such form.
+    """The smallest design under the linear limits; None if there is no closed form for it.
 
-    It is as large as it has to be, beyond the range of the size too.
+    Its size may be above the range of the size.
     """
     mechanism = problem.setup.mechanism
     slopes = pressure_tangents(problem)
@@ -103,10 +103,10 @@ def _nearest_in_polygon(
     slopes: list[tuple[float, int]],
     least: float,
 ) -> tuple[float, float]:
-    """The lead e and prime radius of the smallest cam that holds the pressure angle, within the offsets.
+    """The lead e and prime radius of the smallest cam that meets the pressure angle, within the offsets.
 
-    s₀(e) is the largest of a few lines, so R_p² = e² + s₀² is convex in e: its least value lies at e = 0, at the
-    projection of the origin on a line, where two lines cross, or at an end of the interval.
+    s₀(e) is the largest of a few lines, so R_p² = e² + s₀² is convex in e. Its least value lies at e = 0, at the
+    projection of the origin on a line, at a crossing of two lines, or at an end of the interval.
     """
     ends = sorted(problem.design.sense * e for e in offset)
     if problem.robust_errors:
@@ -133,52 +133,53 @@ def _pressure_lines(programme: Programme, slopes: list[tuple[float, int]]) -> li
 def _nearest_for_all_cams(
     problem: Problem, ends: tuple[float, float], slopes: list[tuple[float, int]], least: float
 ) -> tuple[float, float]:
-    """The same of the smallest cam with which those that are off hold the pressure angle too.
+    """The lead e and prime radius of the smallest cam that meets the pressure angle with all its errors too.
 
-    One that is off by δe and δR needs R_p ≥ √((e + δe)² + s₀(e + δe)²) − δR: convex in e, as the largest of all is.
+    With errors δe and δR a cam needs R_p ≥ √((e + δe)² + s₀(e + δe)²) − δR. This is convex in e, and so is the
+    maximum over all errors.
     """
     sense = problem.design.sense
-    offs = [
+    variants = [
         (
-            np.array(_pressure_lines(own.programme, slopes)).reshape(-1, 2, 1),
-            sense * off.get("offset", 0.0),
-            off.get("roller_radius", 0.0) + off.get("size", 0.0),
+            np.array(_pressure_lines(variant.programme, slopes)).reshape(-1, 2, 1),
+            sense * errors.get("offset", 0.0),
+            errors.get("roller_radius", 0.0) + errors.get("size", 0.0),
         )
-        for own, off in ((problem, {}), *problem.error_variants)
+        for variant, errors in ((problem, {}), *problem.error_variants)
     ]
 
-    def primes(leads: FloatArray) -> FloatArray:
-        found = [np.full_like(leads, least)]
-        for slope, lead, radius in offs:
-            heights = np.max(slope[:, 0] + slope[:, 1] * (leads + lead), axis=0, initial=0.0)
-            found.append(np.hypot(leads + lead, heights) - radius)
-        return np.asarray(np.max(found, axis=0))
+    def prime_radii(leads: FloatArray) -> FloatArray:
+        radii = [np.full_like(leads, least)]
+        for lines, lead_error, radius_error in variants:
+            heights = np.max(lines[:, 0] + lines[:, 1] * (leads + lead_error), axis=0, initial=0.0)
+            radii.append(np.hypot(leads + lead_error, heights) - radius_error)
+        return np.asarray(np.max(radii, axis=0))
 
     low, high = ends
     for _ in range(LEAD_ZOOMS):
         leads = np.linspace(low, high, LEADS_A_ZOOM)
-        best = int(np.argmin(primes(leads)))
+        best = int(np.argmin(prime_radii(leads)))
         low, high = float(leads[max(best - 1, 0)]), float(leads[min(best + 1, LEADS_A_ZOOM - 1)])
-    return float(leads[best]), float(primes(leads)[best])
+    return float(leads[best]), float(prime_radii(leads)[best])
 
 
 def nudge_to_feasible(problem: Problem, design: Designs, bounds: SizeBounds) -> Designs | None:
-    """The design made larger by a few units in the last place, until rounding leaves it feasible.
+    """The design, enlarged by a few units in the last place until it is feasible despite rounding; else None.
 
-    Numbers that it brings may be any within bounds: those nearest to the middle are tried first.
+    Free numbers take samples of their ranges, those nearest to the middle first.
     """
     numbers = _number_samples(problem, bounds)
-    tried = max((column.size for column in numbers.values()), default=1)
-    steps = np.repeat(np.array(NUDGES) * design.prime_radius, tried)
+    samples = max((column.size for column in numbers.values()), default=1)
+    steps = np.repeat(np.array(NUDGES) * design.prime_radius, samples)
     larger = design.take(np.zeros(steps.size, dtype=int))
-    brought = {key: np.tile(column, len(NUDGES)) for key, column in numbers.items()}
-    larger = larger.with_values({"size": larger.size + steps, **brought})
+    columns = {key: np.tile(column, len(NUDGES)) for key, column in numbers.items()}
+    larger = larger.with_values({"size": larger.size + steps, **columns})
     held = np.flatnonzero(feasible_designs(problem, larger) & (larger.size <= bounds["size"][1]))
     return larger.take(held[:1]) if held.size else None
 
 
 def _number_samples(problem: Problem, bounds: SizeBounds) -> dict[str, FloatArray]:
-    """Values of free numbers all over their ranges, by key; those in the middle first."""
+    """Samples of the ranges of free numbers, by key; those in the middle first."""
     free = sorted(problem.setup.free & bounds.keys())
     if not free:
         return {}

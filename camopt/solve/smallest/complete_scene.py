@@ -1,4 +1,4 @@
-"""A scene with every size and number: its own, or those of its smallest cam where it leaves some to be found."""
+"""A scene with every size and number; the smallest cam supplies those that the scene leaves open."""
 
 from camopt.core.mistakes import Unmet
 from camopt.scene.problem.problem import resolve
@@ -7,20 +7,21 @@ from camopt.solve.smallest.optimise import optimise
 
 
 def with_all_sizes(scene: Scene) -> Scene:
-    """The scene itself if it gives all sizes and numbers; else that of the smallest cam, or the nearest miss.
+    """The scene itself if it gives all sizes and numbers; else that of the smallest cam, or of the nearest miss.
 
     Raises
     ------
     BadInput
         As ``optimise``.
     Unmet
-        If no cam can be put together.
+        If no cam can be assembled.
     """
     problem = resolve(scene)
     if not problem.missing_variables:
         return scene
-    found = optimise(scene)
-    design = found.best or found.nearest_miss
+    optimum = optimise(scene)
+    design = optimum.best or optimum.nearest_miss
     if design is None:
-        raise Unmet(f"no cam gives the sizes that the scene leaves open: {'; '.join(found.obstacles.values())}")
+        obstacles = "; ".join(optimum.obstacles.values())
+        raise Unmet(f"the scene leaves sizes open, and no cam can be assembled to supply them: {obstacles}")
     return design.scene

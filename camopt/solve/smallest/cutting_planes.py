@@ -1,10 +1,10 @@
 """The smallest cam of an oscillating follower, by cutting planes.
 
-Boxes alone (``branch_and_bound``) prove the same sizes, in 4 times the CPU seconds (60 scenes; 1.5 times in 18
-with free angles, up to 8.7 times in one), so the planes come first.
+The linear limits (``linear_forms``) at a few cam angles give a lower bound of the size, and the cam at this bound.
+The limits at the angles where this cam breaks them the most are added, until it breaks none.
 
-The limits that are linear (``linear_forms``) at a few cam angles give a cam that no feasible one undercuts. The
-limits at the angles where that cam breaks them the most are added, until it breaks none.
+Boxes alone (``branch_and_bound``) prove the same sizes, but take 4 times the CPU time (60 scenes; 1.5 times in 18
+scenes with free angles, up to 8.7 times in one). Hence the planes come first.
 
 Source: E. W. Cheney, A. A. Goldstein, Newton's method for convex programming and Tchebycheff approximation,
 Numerische Mathematik 1 (1959).
@@ -40,27 +40,27 @@ LINEAR_FORMS: dict[Any, LinearForm] = {
     oscillating_flat.MECHANISM.pressure: FACE_FORM,
     cylindrical_oscillating.MECHANISM.pressure: GROOVE_FORM,
 }
-"""By how the follower moves over the cam (``Mechanism.moves_as``)."""
-PLANE_SAMPLES = 96  # of each stroke, for a first set of planes
-FIRST_PLANES_TOLERANCE = 1e-6  # relative: what the first planes may be exceeded by at a sample
+"""The linear form of each oscillating follower, by its formula of the pressure angle."""
+PLANE_SAMPLES = 96  # samples of each stroke, for a first set of planes
+FIRST_PLANES_TOLERANCE = 1e-6  # relative: by how much samples may exceed the first planes
 PLANE_ROUNDS = 30
 PLANE_ROUNDING = 1e-15  # relative
 EASING_FACTORS = tuple(
     4.0**k for k in range(10)
-)  # times the last excess: how far inside the planes the cam is moved
+)  # how far the cam is moved inside the planes, in multiples of the last excess
 
 
 class LinearOptimum(NamedTuple):
-    """The smallest cam, if the linear limits alone decide; and a size that no feasible design undercuts."""
+    """The smallest cam, if the linear limits alone decide, and a lower bound of the size, mm."""
 
     design: Designs | None
     floor: float
 
 
 def cutting_plane_optimum(problem: Problem, bounds: SizeBounds, until: float = inf) -> LinearOptimum | None:
-    """The smallest cam from the linear limits; None for other mechanisms, and without such limits.
+    """The smallest cam under the linear limits; None for other mechanisms, or without such limits.
 
-    After ``until`` (``clock.now``) the least size that is known by then.
+    After ``until`` (``clock_seconds``) it is the lower bound so far.
     """
     form = LINEAR_FORMS.get(problem.setup.mechanism.pressure)
     limits = form.limits(problem) if form else []
@@ -81,12 +81,12 @@ def cutting_plane_optimum(problem: Problem, bounds: SizeBounds, until: float = i
             return LinearOptimum(None, inf)
         if floor < least * (1.0 - PLANE_TOLERANCE):
             return LinearOptimum(None, least)
-        found = _worst_planes(problem, limits, design)
-        excess = float(-np.min(_plane_margins(found, point)) / np.linalg.norm(point))
+        worst = _worst_planes(problem, limits, design)
+        excess = float(-np.min(_plane_margins(worst, point)) / np.linalg.norm(point))
         inside = _feasible_within_planes(problem, form, bounds, (ranges, planes), excess, floor)
         if inside is not None or excess < PLANE_TOLERANCE:
             return LinearOptimum(inside, floor)
-        planes = np.concatenate([planes, found[_plane_margins(found, point) < 0.0]])
+        planes = np.concatenate([planes, worst[_plane_margins(worst, point) < 0.0]])
     return LinearOptimum(None, floor)
 
 
@@ -98,7 +98,7 @@ def _feasible_within_planes(
     excess: float,
     floor: float,
 ) -> Designs | None:
-    """The smallest cam a little inside of the planes, if it is feasible and no larger than the gap allows."""
+    """The smallest cam a little inside the planes, if it is feasible and no larger than the gap allows."""
     ranges, limits = planes
     for times in EASING_FACTORS if excess < RELATIVE_GAP else ():
         inner = limits.copy()
@@ -107,14 +107,14 @@ def _feasible_within_planes(
         design = None if point is None else _design_at_point(problem, form, point, bounds)
         if design is None or design.size[0] - floor > allowed_gap(design) / 2:
             return None
-        design = replace(design, size=np.clip(design.size, *bounds["size"]))  # off by rounding
+        design = replace(design, size=np.clip(design.size, *bounds["size"]))  # rounding may leave the range
         if feasible_designs(problem, design)[0]:
             return design
     return None
 
 
 def _plane_margins(planes: Planes, point: FloatArray) -> FloatArray:
-    """How far inside each plane a point lies."""
+    """Distance of a point from each plane, positive inside."""
     return np.asarray(planes[:, :3] @ point - planes[:, 3])
 
 
@@ -127,7 +127,7 @@ def _design_at_point(problem: Problem, form: LinearForm, point: FloatArray, boun
 
 
 def _first_planes(form: LinearForm, limits: list[LinearLimit], programme: Programme, bounds: SizeBounds) -> Planes:
-    """The planes that decide at a sample of cam angles, found by exchange among them; some milliseconds."""
+    """The planes that are active at a sample of cam angles, by exchange among them; it takes some milliseconds."""
     ranges, planes = form.range_planes(programme, bounds), np.empty((0, 4))
     samples = [group for limit in limits for group in limit.planes(_sample_motion(programme, limit.kinds))]
     for _ in range(PLANE_ROUNDS):
@@ -143,18 +143,18 @@ def _first_planes(form: LinearForm, limits: list[LinearLimit], programme: Progra
 
 
 def _sample_motion(programme: Programme, kinds: int) -> FloatArray:
-    """The motion at a sample of the strokes of some kinds."""
+    """The motion (y, y', y'') at samples of the strokes of some kinds."""
     shares = (np.arange(PLANE_SAMPLES) + 0.5) / PLANE_SAMPLES
     angles = np.concatenate([s.start + s.angle * shares for s in programme.strokes if s.kind & kinds])
     return programme.motion_at(angles[(programme.kinds_at(angles) & kinds) != 0])[:3]
 
 
 def _worst_planes(problem: Problem, limits: list[LinearLimit], design: Designs) -> Planes:
-    """Each limit at the cam angles where a design holds it the least, on both sides of them."""
-    case, found = EvaluationBlock(problem.setup, problem.programme, design), []
+    """The planes of each limit at the cam angles where a design breaks it the most, on both sides of them."""
+    block, worst = EvaluationBlock(problem.setup, problem.programme, design), []
     for limit in limits:
-        where = case.extremes(limit.curve, [(limit.kinds, goal) for goal in limit.goals]).where[:, 0]
+        where = block.extremes(limit.curve, [(limit.kinds, goal) for goal in limit.goals]).where[:, 0]
         angles = problem.programme.one_sided_angles(where, limit.kinds)
         planes = limit.planes(problem.programme.motion_at(angles.ravel())[:3])
-        found += [group[k :: len(where)] for k, group in enumerate(planes)]
-    return np.concatenate(found)
+        worst += [group[k :: len(where)] for k, group in enumerate(planes)]
+    return np.concatenate(worst)

@@ -1,8 +1,8 @@
-"""Boxes of designs: the proof that a box holds no feasible design, and the part of a box that may hold one.
+"""Limits enclosed over boxes of designs: which boxes are empty, and which part of a box may be feasible.
 
-Every feasible design holds a limit at every cam angle. The formula of the limit at one angle, run on a box together
-with its slopes by the sizes (``numerics.sloped_interval``), bounds the excess of all designs of the box. If that is
-above 0, the box is empty; if it is above 0 at one end of a size, that end is cut off.
+A feasible design meets a limit at every cam angle. The limit's formula at one angle is evaluated over a box, with
+its slopes by the sizes (``numerics.sloped_interval``). This bounds the excess of all designs of the box. If the
+bound is above 0, the box is empty. If it is above 0 at one end of a size, that end is cut off.
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 8 (interval Newton).
 """
@@ -38,7 +38,7 @@ ConstraintType = TypeVar("ConstraintType", bound=AnyConstraint, covariant=True)
 
 
 class ProblemConstraint(NamedTuple, Generic[ConstraintType]):
-    """A constraint on designs, with the problem of their motion."""
+    """A constraint on designs, with the problem whose motion it uses."""
 
     problem: Problem
     constraint: ConstraintType
@@ -47,52 +47,51 @@ class ProblemConstraint(NamedTuple, Generic[ConstraintType]):
 def constraints_on_size(
     problem: Problem, of: Callable[[Limit], Sequence[Constraint]] = lambda limit: limit.constraints
 ) -> list[ProblemConstraint[Constraint]]:
-    """The constraints of the limits that depend on the sizes of the cam, or on numbers that it brings.
+    """The constraints of limits that depend on sizes or numbers of the cam.
 
-    Those of all cams that have to hold them, with the motion that each has by its train.
+    In a robust problem there is one set for each cam with errors, with the motion of its own train. ``of`` selects
+    the constraints of a limit.
     """
     return [
-        ProblemConstraint(own, shifted_constraint(constraint_on_designs(constraint), off))
-        for own, off in ((problem, {}), *problem.error_variants)
-        for limit in own.limits
+        ProblemConstraint(variant, shifted_constraint(constraint_on_designs(constraint), errors))
+        for variant, errors in ((problem, {}), *problem.error_variants)
+        for limit in variant.limits
         if not limit.is_of_motion
         for constraint in of(limit)
     ]
 
 
-def shifted_constraint(constraint: Constraint, off: NumberErrors) -> Constraint:
-    """What a constraint says of the design that is off by so much."""
-    if not off:
+def shifted_constraint(constraint: Constraint, errors: NumberErrors) -> Constraint:
+    """The constraint evaluated for the cam with these errors, as a constraint on nominal designs."""
+    if not errors:
         return constraint
-    made, factor, unit = constraint.curve, constraint.factor, constraint.unit
+    curve, factor, unit = constraint.curve, constraint.factor, constraint.unit
     return constraint._replace(
-        curve=lambda designs, programme: made(add_errors(designs, off), programme),
-        factor=lambda designs: factor(add_errors(designs, off)),
-        unit=lambda designs: unit(add_errors(designs, off)),
+        curve=lambda designs, programme: curve(add_errors(designs, errors), programme),
+        factor=lambda designs: factor(add_errors(designs, errors)),
+        unit=lambda designs: unit(add_errors(designs, errors)),
     )
 
 
 def constraint_on_designs(constraint: Constraint) -> Constraint:
-    """A constraint whose curve is that of designs."""
+    """The constraint with a curve of designs, even if it limits a derivative of the motion alone."""
     return constraint._replace(curve=curve_of_designs(constraint.curve, constraint.kinds))
 
 
-def curve_of_designs(made: Any, strokes: int) -> Any:
-    """A curve as that of designs: what strokes have of a derivative of the motion at most is the same for all."""
-    return partial(_constant_curve, derivative=made, strokes=strokes) if isinstance(made, Derivative) else made
+def curve_of_designs(curve: Any, strokes: int) -> Any:
+    """A curve of designs; a derivative of the motion becomes its peak over the strokes, equal for all designs."""
+    return partial(_constant_curve, derivative=curve, strokes=strokes) if isinstance(curve, Derivative) else curve
 
 
 def _constant_curve(designs: Designs, programme: Programme, derivative: Derivative, strokes: int) -> Linear:
     """The largest magnitude of a derivative of the motion, as a curve."""
-    most, none = (
-        derivative_peak(derivative.source_motion(programme), derivative.order, strokes),
-        np.zeros(len(designs)),
-    )
-    return Linear(none, none, none, none + most)
+    peak = derivative_peak(derivative.source_motion(programme), derivative.order, strokes)
+    zeros = np.zeros(len(designs))
+    return Linear(zeros, zeros, zeros, zeros + peak)
 
 
 def mean_constraints_on_size(problem: Problem) -> list[ProblemConstraint[TurnMeanConstraint]]:
-    """The constraints on means of the limits that depend on the size of the cam."""
+    """The constraints on means over the turn that depend on the size of the cam."""
     means = (limit.mean_constraint for limit in problem.limits if not limit.is_of_motion)
     return [ProblemConstraint(problem, mean) for mean in means if mean is not None]
 
@@ -104,26 +103,26 @@ def designs_in_boxes(
     share: float,
     discs: Sequence[str] = ("size",),
 ) -> Designs:
-    """One design of each box: its middle, but at a given share of the way from least to largest size."""
+    """One design of each box: its middle, with the size at a share of the way from least to largest."""
     middle = {name: (low[name] + high[name]) / 2 for name in low}
     sizes = {disc: low[disc] + share * (high[disc] - low[disc]) for disc in discs}
     return problem.design.with_values({**middle, **sizes})
 
 
 class BoxState(NamedTuple):
-    """The results of n boxes."""
+    """The state of n boxes after their limits are enclosed."""
 
     empty: Any
-    """Which hold no feasible design (n,)."""
+    """Which boxes hold no feasible design (n,)."""
     within_rounding: Any
-    """Of which no design is seen to exceed a limit by more than rounding (n,)."""
+    """Over which boxes no limit is exceeded by more than rounding (n,)."""
     inside: Designs
-    """One design of each."""
+    """One design of each box."""
     side: Any
-    """The free size to cut next (n,)."""
+    """The free variable to cut next (n,)."""
     low: dict[str, FloatArray]
     high: dict[str, FloatArray]
-    """The ends between which the feasible designs lie, (n,) of each free size."""
+    """The ends between which the feasible designs lie, (n,) of each free variable."""
 
 
 def enclose_limits(
@@ -133,53 +132,53 @@ def enclose_limits(
     free: list[str],
     discs: Sequence[str] = ("size",),
 ) -> BoxState:
-    """The limits over boxes, each at the cam angles where it is worst for one design of the box.
+    """The state of boxes from each limit at the cam angles where one design of the box exceeds it the most.
 
-    The side to cut is the one across which the excess over the worst limit changes the most; the longest, where no
-    assembled design of the box is at hand.
+    The side to cut is the one across which the excess over the worst limit changes the most. It is the longest side
+    if no design of the box is known that can be assembled.
     """
     empty = problem.setup.mechanism.cannot_assemble(box, problem.programme)
     inside, exists = representative_designs(problem, box, free, ~empty)
     intervals: dict[str, Any] = box.values
     low, high = (np.array([getattr(intervals[n], end) for n in free]) for end in ("low", "high"))
     side, index, level = np.argmax(high - low, axis=0), np.flatnonzero(exists), exists.copy()
-    present = [each for each in constraints if each.problem.programme.has_kinds(each.constraint.kinds)]
+    present = [item for item in constraints if item.problem.programme.has_kinds(item.constraint.kinds)]
     if index.size and present:
         point = np.array([inside.values[n][index] for n in free])
         span = Interval(low[:, index] - point, high[:, index] - point)
         with np.errstate(all="ignore"):
             over = _box_excesses(present, box.take(index), inside.take(index), free)
-            together = over
+            with_sums = over
             for disc in set(discs).intersection(free) if len(free) > 1 else ():
-                together = with_weighted_sum(together, span, free.index(disc))
+                with_sums = with_weighted_sum(with_sums, span, free.index(disc))
             level[index] = over.is_within_rounding
             side[index] = widest_side(over, span)
-            low[:, index], high[:, index], empty[index] = cut_boxes(together, low[:, index], high[:, index], point)
+            low[:, index], high[:, index], empty[index] = cut_boxes(with_sums, low[:, index], high[:, index], point)
     ends = (dict(zip(free, end, strict=True)) for end in (low, high))
     return BoxState(empty, level, inside, side, *ends)
 
 
 def present_constraints(problem: Problem, constraints: Sequence[Constraint]) -> list[Constraint]:
-    """Those of some constraints whose strokes the motion has."""
-    return [each for each in constraints if problem.programme.has_kinds(each.kinds)]
+    """The constraints whose kinds of stroke occur in the motion."""
+    return [constraint for constraint in constraints if problem.programme.has_kinds(constraint.kinds)]
 
 
 def _box_excesses(
     constraints: Sequence[ProblemConstraint[AnyConstraint]], box: Designs, inside: Designs, free: list[str]
 ) -> Excesses:
-    """The limits on both sides of the cam angles where one design of each box exceeds them the most.
+    """The excesses on both sides of the cam angles where one design of each box exceeds the limits the most.
 
-    Those on means are over the whole turn.
+    A limit on a mean has one excess, over the whole turn.
     """
-    count, found, cases = len(inside), [], dict[int, EvaluationBlock]()
+    count, parts, blocks = len(inside), [], dict[int, EvaluationBlock]()
     for problem, constraint in constraints:
         if isinstance(constraint, TurnMeanConstraint):
-            found.append(Excesses.from_sloped_value(mean_excess(problem, constraint, box, inside, free)))
+            parts.append(Excesses.from_sloped_value(mean_excess(problem, constraint, box, inside, free)))
             continue
         goals = [(constraint.kinds, LARGEST if side > 0.0 else LEAST) for side in constraint.sides]
-        case = cases.setdefault(id(problem), EvaluationBlock(problem.setup, problem.programme, inside))
+        block = blocks.setdefault(id(problem), EvaluationBlock(problem.setup, problem.programme, inside))
         angles = problem.programme.one_sided_angles(
-            case.extremes(constraint.curve, goals).where, constraint.kinds
+            block.extremes(constraint.curve, goals).where, constraint.kinds
         ).ravel()
         rows = angles.size // count
         designs, like = sloped_boxes(box, inside, free, rows)
@@ -187,26 +186,27 @@ def _box_excesses(
         value = value_of(constraint.curve(designs, problem.programme), ..., state)
         sides = np.tile(np.repeat(constraint.sides, count), 2)
         excess = as_sloped_interval(excess_of(constraint, sides, as_quotient(value), designs), like)
-        found.append(Excesses.from_sloped_value(excess, rows))
-    return chained_excesses(found)
+        parts.append(Excesses.from_sloped_value(excess, rows))
+    return chained_excesses(parts)
 
 
 def state_with_rounding(state: State, programme: Programme) -> State:
-    """A state at cam angles with the rounding of their laws, and of what a train brings."""
+    """A state at cam angles as intervals that cover the rounding of laws and of the train's forces."""
     table = programme.table
     errors = table.error.max(axis=0)[:4]
     y, y1, y2, y3 = (Interval(x - e, x + e) for x, e in zip(state[:4], errors, strict=True))
     load = state.load
     if isinstance(table.load, TrainLoadTable):
-        off = [error for force in table.load for error in force.error[:, :2].max(axis=0)]
-        load = TrainForces(*(Interval(x - e, x + e) for x, e in zip(cast(TrainForces, load), off, strict=True)))
+        rounding = [error for force in table.load for error in force.error[:, :2].max(axis=0)]
+        forces = zip(cast(TrainForces, load), rounding, strict=True)
+        load = TrainForces(*(Interval(x - e, x + e) for x, e in forces))
     return State(y, y1, y2, y3, load)
 
 
 def representative_designs(problem: Problem, box: Designs, free: list[str], wanted: Any) -> tuple[Designs, Any]:
-    """A design of each wanted box that can be assembled, and whether one is found.
+    """A design of each wanted box that can be assembled, and whether there is one.
 
-    Tried in turn: the middle; the largest size with the offset nearest to zero; the least size; every corner.
+    Tried in turn: the middle, the largest size with the offset nearest to zero, the least size, every corner.
     """
     intervals: dict[str, Any] = box.values
     low = {name: interval.low for name, interval in intervals.items()}

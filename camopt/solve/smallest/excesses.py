@@ -1,9 +1,9 @@
-"""Excesses of limits over boxes of designs, and the part of a box that they leave.
+"""Excesses over limits in boxes of designs, and the part of each box that may be feasible.
 
-Two limits together bound a size more closely than each alone. With e_j ≤ 0 the constraints of a feasible cam, and
-weights w_j ≥ 0, Σ w_j·e_j ≤ 0 holds too. Where a cam is held by several limits at once, the right weights cancel
-the slopes by all angles and sizes but the cam's own, and the sum bounds that: they are the multipliers of the
-linear programme that the constraints are at the middle of a box.
+Two limits together bound a size more closely than each alone. A feasible cam has e_j ≤ 0 for every constraint, so
+Σ w_j·e_j ≤ 0 for any weights w_j ≥ 0. If several limits are active at once, the right weights cancel the slopes by
+all angles and sizes except the cam's own size, and the sum bounds that size. These weights are the multipliers of a
+linear programme: the constraints linearised at the middle of a box.
 
 Sources: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 8 (interval Newton);
 A. Neumaier, Interval Methods for Systems of Equations, ch. 5 (preconditioning).
@@ -19,41 +19,41 @@ from camopt.core.numerics import FloatArray
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.sloped_interval import SlopedInterval
 
-SIDE_ROUNDING = 1e-15  # relative, of an end of a side
-UNBOUNDED_SLOPE = 1e300  # in place of a slope without bounds
-EXCESS_ROUNDING = 1e-11  # relative: no excess above it is rounding
+SIDE_ROUNDING = 1e-15  # relative rounding of an end of a side
+UNBOUNDED_SLOPE = 1e300  # stands for a slope without bounds
+EXCESS_ROUNDING = 1e-11  # relative: an excess above it is not rounding
 ARRAY_FIELDS = ("least", "most", "at", "rounding")
 
 
 class Excesses(NamedTuple):
-    """The excess of n boxes over the limits at m cam angles, relative: above 0 no design is feasible."""
+    """The relative excess of n boxes over the limits at m cam angles; above 0 the limit is exceeded."""
 
     least: FloatArray
-    """Over each box (m, n)."""
+    """Lower bound over each box (m, n)."""
     most: FloatArray
-    """Over each box (m, n)."""
+    """Upper bound over each box (m, n)."""
     at: FloatArray
-    """At one design of each box, no more than it is (m, n)."""
+    """Lower bound at one design of each box (m, n)."""
     slopes: Interval
-    """By each of the d free sizes (d, m, n)."""
+    """Slopes by each of the d free variables (d, m, n)."""
     rounding: FloatArray
-    """Of the excess at one design (m, n)."""
+    """Rounding of the excess at the one design (m, n)."""
 
     @classmethod
     def from_sloped_value(cls, excess: SlopedInterval, rows: int = 1) -> "Excesses":
         """The excess over one limit at ``rows`` cam angles, one after the other, for each box."""
-        known = excess.value.low, excess.value.high, excess.at.low, excess.at.high - excess.at.low
-        least, most, at, rounding = (x.reshape(rows, -1) for x in known)
+        columns = excess.value.low, excess.value.high, excess.at.low, excess.at.high - excess.at.low
+        least, most, at, rounding = (x.reshape(rows, -1) for x in columns)
         return cls(least, most, at, excess.slopes.reshape(-1, rows, at.shape[1]), rounding)
 
     @property
     def is_exceeded(self) -> Any:
-        """Over which boxes some limit is exceeded (n,)."""
+        """Which boxes are empty: every design exceeds some limit (n,)."""
         return np.any(self.least > 0.0, axis=0)
 
     @property
     def is_within_rounding(self) -> Any:
-        """Over which boxes no limit is seen to be exceeded by more than rounding (n,)."""
+        """Over which boxes no limit is exceeded by more than rounding (n,)."""
         return np.all(self.most <= np.fmin(self.rounding, EXCESS_ROUNDING), axis=0)
 
 
@@ -73,20 +73,21 @@ def widest_side(over: Excesses, span: Interval) -> Any:
 
 
 def feasible_span(over: Excesses, span: Interval) -> Interval:
-    """The parts (d, n) of each side, seen from the point, in which every limit may be held.
+    """The part (d, n) of each side, relative to the point, in which every limit may be met.
 
-    With e the excess at the point less what other sizes can take off it, G·t ≤ −e has to hold at the distance t.
+    Let e be the excess at the point, less the most that the other variables can take off it. A feasible design at
+    the distance t along the side has G·t ≤ −e.
     """
-    moved = over.slopes * Interval(span.low[:, None], span.high[:, None])
-    slack = SIDE_ROUNDING * (np.abs(over.at) + moved.largest_magnitude.sum(axis=0))
+    changes = over.slopes * Interval(span.low[:, None], span.high[:, None])
+    slack = SIDE_ROUNDING * (np.abs(over.at) + changes.largest_magnitude.sum(axis=0))
     low, high = span.low.copy(), span.high.copy()
     for k in range(len(low)):
-        others = np.delete(moved.low, k, axis=0).sum(axis=0)
+        others = np.delete(changes.low, k, axis=0).sum(axis=0)
         rest = over.at + others - slack
-        asked = rest > 0.0
+        is_cut = rest > 0.0
         below, above = -rest / over.slopes.high[k], -rest / over.slopes.low[k]
-        smaller = ~asked | ((over.slopes.high[k] > 0.0) & (below >= span.low[k]))
-        larger = ~asked | ((over.slopes.low[k] < 0.0) & (above <= span.high[k]))
+        smaller = ~is_cut | ((over.slopes.high[k] > 0.0) & (below >= span.low[k]))
+        larger = ~is_cut | ((over.slopes.low[k] < 0.0) & (above <= span.high[k]))
         most = np.where(larger, span.high[k], np.where(smaller, below, -np.inf))
         least = np.where(smaller, span.low[k], np.where(larger, above, np.inf))
         low[k], high[k] = least.max(axis=0), most.min(axis=0)
@@ -96,36 +97,36 @@ def feasible_span(over: Excesses, span: Interval) -> Interval:
 def cut_boxes(
     over: Excesses, low: FloatArray, high: FloatArray, point: FloatArray
 ) -> tuple[FloatArray, FloatArray, Any]:
-    """The ends (d, n) of boxes after cutting (``feasible_span``), rounded outwards, and which are empty (n,).
+    """The ends (d, n) of boxes cut to ``feasible_span``, rounded outwards, and which boxes are empty (n,).
 
-    The excesses are seen from a point of each box.
+    The excesses are expanded about one point of each box.
     """
     span = Interval(low - point, high - point)
-    left, rounding = feasible_span(over, span), SIDE_ROUNDING * (np.abs(point) + span.largest_magnitude)
-    low, high = np.maximum(low, point + left.low - rounding), np.minimum(high, point + left.high + rounding)
+    part, rounding = feasible_span(over, span), SIDE_ROUNDING * (np.abs(point) + span.largest_magnitude)
+    low, high = np.maximum(low, point + part.low - rounding), np.minimum(high, point + part.high + rounding)
     return low, high, over.is_exceeded | np.any(low > high, axis=0)
 
 
 def with_weighted_sum(over: Excesses, span: Interval, size: int) -> Excesses:
-    """Excesses (m, n) and, after them, their sum with the weights that bound a size of the first box the most.
+    """Excesses (m, n), followed by their weighted sum that best bounds a size in the first box.
 
-    The weights serve all boxes, those near the first one best. ``span`` is each box from its middle (d, n).
+    The weights are valid for all boxes, and best for those near the first. ``span`` is each box relative to its
+    middle (d, n).
     """
     weights = _constraint_multipliers(over, span, size)
-    some = np.flatnonzero(weights)
-    if some.size < 2:
+    active = np.flatnonzero(weights)
+    if active.size < 2:
         return over
-    ends = [
-        np.tensordot(weights[some], end[:, some], (0, 1))[:, None] for end in (over.slopes.low, over.slopes.high)
-    ]
-    at = (weights[some] @ over.at[some])[None]
-    rounding, bound = (weights[some] @ over.rounding[some])[None], np.full(at.shape, inf)
-    at = at - SIDE_ROUNDING * (weights[some] @ np.abs(over.at[some]))
+    weights = weights[active]
+    ends = [np.tensordot(weights, end[:, active], (0, 1))[:, None] for end in (over.slopes.low, over.slopes.high)]
+    at = (weights @ over.at[active])[None]
+    rounding, bound = (weights @ over.rounding[active])[None], np.full(at.shape, inf)
+    at = at - SIDE_ROUNDING * (weights @ np.abs(over.at[active]))
     return chained_excesses([over, Excesses(-bound, bound, at, Interval(*ends), rounding)])
 
 
 def _constraint_multipliers(over: Excesses, span: Interval, size: int) -> FloatArray:
-    """The multiplier of each constraint where the size is least over the first box, whatever its range there."""
+    """The multiplier of each constraint when the linear programme minimises the size over the first box."""
     width = span.high[:, 0] - span.low[:, 0]
     width = np.where(width > 0.0, width, 1.0)
     rows = width * (over.slopes.low + over.slopes.high)[..., 0].T / 2.0
@@ -135,10 +136,10 @@ def _constraint_multipliers(over: Excesses, span: Interval, size: int) -> FloatA
     if usable.size:
         ends = np.array([span.low[:, 0], span.high[:, 0]]).T / width[:, None]
         ends[size] = -inf, inf
-        by = scale[usable]
-        found = scipy.optimize.linprog(
-            np.arange(width.size) == size, rows[usable] / by[:, None], -over.at[usable, 0] / by, bounds=ends
+        scale = scale[usable]
+        solution = scipy.optimize.linprog(
+            np.arange(width.size) == size, rows[usable] / scale[:, None], -over.at[usable, 0] / scale, bounds=ends
         )
-        if found.status == 0:
-            weights[usable] = np.maximum(-found.ineqlin.marginals, 0.0) / by
+        if solution.status == 0:
+            weights[usable] = np.maximum(-solution.ineqlin.marginals, 0.0) / scale
     return weights

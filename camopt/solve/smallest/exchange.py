@@ -1,9 +1,9 @@
-"""The proof that every cam within tolerances holds the limits with a smallest one, and cams that break them.
+"""Robust smallest cams by exchange: the proof over all tolerances, and the cams with errors that break a limit.
 
-Those at the corners of the zones are looked at with each design that is tried; none at first, where links have
-tolerances. If the proof over the whole box then finds other cams that break limits, the worst near them are added
-to those that have to hold them, and so on: no robust cam is smaller than the smallest of those that hold the limits
-for some cams of the box.
+The search evaluates each design with the cams at the corners of the tolerance zones, or with none of them at first
+if links have tolerances. The proof then covers the whole box of tolerances. If it finds other cams that break
+limits, the worst near them join the search, which runs again. A few cams of the box give a lower bound: no robust
+cam is smaller than the smallest design that is feasible with these cams.
 
 Source: J. W. Blankenship, J. E. Falk, Infinitely constrained optimization problems, J. Optim. Theory Appl. 19
 (1976).
@@ -26,18 +26,18 @@ from camopt.solve.verdicts.limit_verdicts import excesses
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED, worst_verdict
 
 CAM_EXCHANGES = 16
-"""How often a cam within the tolerances that breaks a limit is added to those that have to hold it."""
+"""Most rounds in which cams with errors that break a limit join the search."""
 
 
 def certify_answer(
     problem: Problem, answer: SmallestCam, bounds: SizeBounds, until: float
 ) -> tuple[SmallestCam, list[NumberErrors]]:
-    """An answer with the verdict on every cam within the tolerances; by how much those are off that break limits.
+    """The answer with the verdict on every cam within the tolerances, and the errors of cams that break limits.
 
-    Where rounding leaves the proof open, a cam is tried that is larger by less than what sizes are proved to.
+    If rounding leaves the proof open, a design is tried that is larger by less than the gap of a proved size.
     """
     assert answer.design is not None
-    verdict, offs = certify_over_tolerances(problem, answer.design, until)
+    verdict, violating = certify_over_tolerances(problem, answer.design, until)
     if verdict == UNDECIDED:
         room = (allowed_gap(answer.design) - (answer.gap if answer.is_proved else 0.0)) / 2.0
         larger = answer.with_larger_sizes(np.array([room]))
@@ -48,48 +48,46 @@ def certify_answer(
             and certify_over_tolerances(problem, larger, until)[0] == HELD
         ):
             return replace(answer, design=larger, every_cam=HELD), []
-    return replace(answer, every_cam=verdict), offs
+    return replace(answer, every_cam=verdict), violating
 
 
-def violating_cams(problem: Problem, design: Designs, offs: Sequence[NumberErrors]) -> list[NumberErrors]:
-    """Those of some cams that are off which break a limit: of limits that no proof decides."""
+def violating_cams(problem: Problem, design: Designs, errors: Sequence[NumberErrors]) -> list[NumberErrors]:
+    """The errors with which a design breaks a limit, in doubles; for limits that no proof decides."""
     return [
-        off for off in offs if not feasible_designs(replace(problem, robust_errors=(off,)), design, perhaps=True)[0]
+        error
+        for error in errors
+        if not feasible_designs(replace(problem, robust_errors=(error,)), design, perhaps=True)[0]
     ]
 
 
 def certify_over_tolerances(problem: Problem, design: Designs, until: float) -> tuple[str, list[NumberErrors]]:
-    """The verdict on all cams within the tolerances of a design; how far off one is for each broken limit."""
-    ends, nominal, verdicts, offs = (
-        tolerance_ranges(problem, design),
-        nominal_numbers(problem, design),
-        [],
-        list[NumberErrors](),
-    )
+    """The verdict on all cams within a design's tolerances, and the errors of one cam for each broken limit."""
+    ends, nominal = tolerance_ranges(problem, design), nominal_numbers(problem, design)
+    verdicts, violating = [], list[NumberErrors]()
     for limit in problem.limits:
-        found = limit_over_box(problem, limit, design, ends, until)
-        if found.verdict == BROKEN and found.witness is not None:
-            values = found.witness.values
-            off = {field: float(values[field][0]) - at for field, at in nominal.items() if field in values}
-            offs.append(_worsen_violation(problem, limit, design, off))
-        verdicts.append(found.verdict)
-    return worst_verdict(verdicts), offs
+        limit_verdict = limit_over_box(problem, limit, design, ends, until)
+        if limit_verdict.verdict == BROKEN and limit_verdict.witness is not None:
+            values = limit_verdict.witness.values
+            errors = {field: float(values[field][0]) - at for field, at in nominal.items() if field in values}
+            violating.append(_worsen_violation(problem, limit, design, errors))
+        verdicts.append(limit_verdict.verdict)
+    return worst_verdict(verdicts), violating
 
 
-def _worsen_violation(problem: Problem, limit: Limit, design: Designs, off: NumberErrors) -> NumberErrors:
-    """By how much a cam is off that breaks a limit more: each number in turn at an end, if that is worse."""
-    most = _cam_excess(problem, limit, design, off)
+def _worsen_violation(problem: Problem, limit: Limit, design: Designs, errors: NumberErrors) -> NumberErrors:
+    """Errors that break a limit more: each number in turn goes to an end of its zone if that is worse."""
+    most = _cam_excess(problem, limit, design, errors)
     for field, zone in problem.zones.items():
         for end in (zone.lower, zone.upper):
-            other = {**off, field: end}
+            other = {**errors, field: end}
             if (excess := _cam_excess(problem, limit, design, other)) > most:
-                off, most = other, excess
-    return off
+                errors, most = other, excess
+    return errors
 
 
-def _cam_excess(problem: Problem, limit: Limit, design: Designs, off: NumberErrors) -> float:
-    """By how much a cam that is off exceeds a limit."""
-    shared, brought = problem.split_errors(off)
-    own, cam = problem.with_number_errors(shared), add_errors(design, brought)
-    limits = [each for each in own.limits if (each.name, each.bound) == (limit.name, limit.bound)]
-    return float(excesses(limits, columns_for(own, limits, cam), cam).max())
+def _cam_excess(problem: Problem, limit: Limit, design: Designs, errors: NumberErrors) -> float:
+    """Relative excess of a cam with these errors over a limit."""
+    shared_errors, cam_errors = problem.split_errors(errors)
+    variant, cam = problem.with_number_errors(shared_errors), add_errors(design, cam_errors)
+    limits = [other for other in variant.limits if (other.name, other.bound) == (limit.name, limit.bound)]
+    return float(excesses(limits, columns_for(variant, limits, cam), cam).max())

@@ -1,4 +1,4 @@
-"""The free variables of one cam, sizes and angles, and the excesses over limits around it."""
+"""The free variables of one cam (sizes, numbers, angles), and the excesses over limits around it."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from camopt.scene.problem.variables import Variable
 from camopt.solve.smallest.turns import SegmentAngles
 from camopt.solve.verdicts.limit_verdicts import worst_excesses
 
-EXCESS_STEP = 1e-6  # of a scale: differences are taken over it
+EXCESS_STEP = 1e-6  # step of differences, relative to a variable's scale
 
 
 class RangeEnd(NamedTuple):
@@ -35,9 +35,9 @@ class RangeEnd(NamedTuple):
 
 @dataclass(frozen=True)
 class FreeVariables:
-    """The free variables of the cam that a problem's design is.
+    """The free variables of one cam, the design of a problem.
 
-    Its size first, other sizes (mm), other numbers that it brings (in the units of the scene), those of its train,
+    Their order: its size and its other sizes (mm), its other numbers (units of the scene), numbers of its train,
     angles (deg).
     """
 
@@ -45,35 +45,35 @@ class FreeVariables:
     turns: SegmentAngles
     """The turns that free angles allow."""
     angles: FloatArray
-    """Those of freed segments."""
+    """The angles of freed segments, deg."""
 
     @classmethod
     def from_problem(cls, problem: Problem) -> "FreeVariables":
-        """The freedom of a problem's design, in the turn of its scene."""
+        """The free variables of a problem's design, in the turn of its scene."""
         turns = SegmentAngles(problem, (None, None))
         return cls(problem, turns, turns.scene_angles)
 
     @cached_property
     def variables(self) -> tuple[Variable, ...]:
-        """What is free: the size always, others where ``[search]`` gives them a range."""
-        own, varied = self.problem.variables[0], self.problem.search_space.variables
+        """The free variables: always the size, others if they have a range in ``[search]``."""
+        size, varied = self.problem.variables[0], self.problem.search_space.variables
         free = [v for v in varied.values() if v.is_free and v.field != "size"]
         designs = [v for v in free if v.is_size or v.key in self.problem.setup.free]
-        return (varied.get("size", own), *designs, *self.train_variables, *self.turns.variables)
+        return (varied.get("size", size), *designs, *self.train_variables, *self.turns.variables)
 
     @property
     def train_variables(self) -> tuple[Variable, ...]:
-        """The numbers of its train in ranges."""
-        return tuple(each for each in self.problem.search_space.trains if each.has_range)
+        """The numbers of the train with a range."""
+        return tuple(number for number in self.problem.search_space.trains if number.has_range)
 
     @property
     def design_variables(self) -> tuple[Variable, ...]:
-        """Those that are no angles and no numbers of its train."""
+        """The sizes and numbers of the cam itself, without those of its train and angles."""
         return self.variables[: len(self.variables) - len(self.turns.freed_segments) - len(self.train_variables)]
 
     @cached_property
     def values(self) -> FloatArray:
-        """The variables of the cam."""
+        """The values of the variables for the cam."""
         values = [float(self.problem.design.values[each.field][0]) for each in self.design_variables]
         return np.array(
             [*values, *(self.problem.setup.given[each.key] for each in self.train_variables), *self.angles]
@@ -81,12 +81,12 @@ class FreeVariables:
 
     @cached_property
     def scales(self) -> FloatArray:
-        """Their orders, for the prime radius of the cam."""
+        """Order of magnitude of each variable, for the prime radius of the cam."""
         return np.array([each.magnitude(float(self.problem.design.prime_radius[0])) for each in self.variables])
 
     @cached_property
     def directions(self) -> FloatArray:
-        """Along which the variables may change, scaled, (variables, directions): angles keep their sum."""
+        """Scaled directions in which the variables may change (variables, directions); angles keep their sum."""
         steps, sizes = np.diag(self.scales), len(self.variables) - len(self.turns.freed_segments)
         if not self.turns.freed_segments:
             return steps
@@ -96,38 +96,38 @@ class FreeVariables:
 
     @cached_property
     def disc_indices(self) -> list[int]:
-        """The numbers of the variables the largest of which is the size: of a pair both, the larger one first."""
-        found = [k for k, each in enumerate(self.design_variables) if each.field in ("size", SECOND_SIZE)]
-        return sorted(found, key=lambda k: -float(self.values[k]))
+        """The indices of the variables that are sizes of discs; both of a pair, the larger one first."""
+        discs = [k for k, variable in enumerate(self.design_variables) if variable.field in ("size", SECOND_SIZE)]
+        return sorted(discs, key=lambda k: -float(self.values[k]))
 
     @property
     def range_ends(self) -> Iterator[RangeEnd]:
-        """The ends of the ranges that ``[search]`` gives to the variables."""
+        """The ends of the variables' ranges in ``[search]``."""
         for number, each in enumerate(self.variables):
             if each.has_range:
                 yield RangeEnd(f"{each.search_key}.start", each.range_ends[0], each.unit, number, -1.0)
                 yield RangeEnd(f"{each.search_key}.stop", each.range_ends[1], each.unit, number, 1.0)
-            elif each.is_searched:  # of the cam's own sizes a list, which stands for all between them
+            elif each.is_searched:  # a list of the cam's size stands for the range between its ends
                 yield RangeEnd(each.search_key, each.range_ends[0], each.unit, number, -1.0)
 
     def excesses_at_steps(self, limits: Sequence[Limit], steps: FloatArray) -> FloatArray:
         """The relative excesses over limits, (limits, points), at steps along the directions (points, directions).
 
-        What would be below the least that it may be within two steps is moved up before.
+        A variable within four steps of its lower bound is raised first, so that no step falls below the bound.
         """
         least = np.array([each.lower_bound for each in self.variables])
         values = np.maximum(self.values, least + 4.0 * EXCESS_STEP * self.scales) + steps @ self.directions.T
-        found = np.empty((len(limits), len(values)))
-        moving, trains = values[:, len(self.design_variables) :], [each.key for each in self.train_variables]
-        for moved in dict.fromkeys(map(tuple, moving)):
-            some = np.flatnonzero((moving == moved).all(axis=1))
-            numbers, freed = dict(zip(trains, moved, strict=False)), moved[len(trains) :]
+        excesses = np.empty((len(limits), len(values)))
+        motions, trains = values[:, len(self.design_variables) :], [each.key for each in self.train_variables]
+        for motion in dict.fromkeys(map(tuple, motions)):
+            points = np.flatnonzero((motions == motion).all(axis=1))
+            numbers, freed = dict(zip(trains, motion, strict=False)), motion[len(trains) :]
             problem = self.turns.problem_of(np.array(freed)) if freed else self.problem
             problem = problem.with_numbers(numbers) if numbers else problem
             if problem.setup.mechanism.has_no_assembly:
-                found[:, some] = np.inf
+                excesses[:, points] = np.inf
                 continue
-            varied = {each.field: values[some, number] for number, each in enumerate(self.design_variables)}
-            designs = problem.design.take(np.zeros(some.size, dtype=int)).with_values(varied)
-            found[:, some] = worst_excesses(problem, limits, designs)
-        return found
+            varied = {each.field: values[points, number] for number, each in enumerate(self.design_variables)}
+            designs = problem.design.take(np.zeros(points.size, dtype=int)).with_values(varied)
+            excesses[:, points] = worst_excesses(problem, limits, designs)
+        return excesses

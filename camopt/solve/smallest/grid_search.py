@@ -1,6 +1,6 @@
-"""A first look at a box of designs: a coarse grid, and finer and finer ones around its best design.
+"""Grid searches without proof: a coarse grid over a box of designs, then finer grids around the best design.
 
-They look for the least excess, or the smallest feasible design. A search without proof.
+They search for the least excess over limits, or for the smallest feasible design.
 """
 
 from collections.abc import Callable, Iterator
@@ -29,48 +29,48 @@ from camopt.solve.verdicts.limit_verdicts import bound_excesses, least_excess
 GRID_VALUES, FEW_GRID_VALUES = (
     9,
     4,
-)  # of a free size in the coarse grid; few where there is no feasible design to find
-GRID_SIZES = 800  # of the cam in the coarse grid
-GRID_BATCH = 512  # designs looked at together
+)  # values of a free size in the coarse grid; few if no feasible design is expected
+GRID_SIZES = 800  # sizes of the cam in the coarse grid
+GRID_BATCH = 512  # designs evaluated together
 UNCOMPILED_DESIGNS, SMALL_BLOCK = (
     2048,
     64,
-)  # designs of a grid for which no kernel is compiled, and how many of them then
-ZOOM_STEPS = 7  # of a grid along each free size
+)  # grids up to this many designs do not compile a kernel, and are evaluated in blocks of this size
+ZOOM_STEPS = 7  # points of a grid along each free size
 ZOOM_FACTOR = 2.5  # the factor from grid to grid
-NEAR_ZOOMS, CLOSE_ZOOMS = 12, 22  # grids: 1e-5 and 1e-9 of the first
+NEAR_ZOOMS, CLOSE_ZOOMS = 12, 22  # numbers of grids; the last is 1e-5 and 1e-9 as wide as the first
 DesignChoice = Callable[[Designs, FloatArray], int]
-"""The best of some designs, by their excesses over the limits of all that have to hold them, (limits, designs)."""
+"""The index of the best design, from designs and their excesses (limits, designs)."""
 
 
 @dataclass(frozen=True)
 class GridOptimum:
-    """The smallest feasible design seen; without one the nearest to it, if any can be assembled."""
+    """The smallest feasible design of a grid; without one the nearest miss, if any design can be assembled."""
 
     design: Designs | None
     nearest: Designs | None = None
     motion_infeasible: bool = False
-    """Whether some limit is exceeded whatever the sizes: the motion decides it, or its corners make it infinite."""
+    """Whether the motion alone breaks some limit at any size, or its corners make the limited quantity infinite."""
 
 
 def search_coarse_grid(
     problem: Problem, bounds: SizeBounds, values: int = GRID_VALUES, until: float = inf
 ) -> GridOptimum:
-    """The best designs of a coarse grid, with ``values`` of each free size but the cam's; ends after ``until``."""
+    """The best design of a coarse grid, with ``values`` of each free variable except the size."""
     points = coarse_grid(problem, bounds, problem.programme.lift, values)
     points = points.take(problem.setup.mechanism.can_assemble(points, problem.programme))
     points = points.take(np.argsort(largest_disc_sizes(points, free_discs(bounds)), kind="stable"))
     crossings = crossing_memory(problem)
     for block in _split_blocks(points, until):
-        found = first_feasible_design(problem, block, crossings, until)
-        if found is not None:
-            return GridOptimum(found)
+        design = first_feasible_design(problem, block, crossings, until)
+        if design is not None:
+            return GridOptimum(design)
     if not len(points):
         return GridOptimum(None)
-    seen = [bound_excesses(problem, block, frozenset(), until) for block in _split_blocks(points, until)]
-    excess, surely = (np.concatenate([getattr(each, side) for each in seen], axis=1) for side in ("outer", "inner"))
-    if _exceeds_at_any_size(problem, surely) or any(
-        _motion_breaks_limit(*other) for other in problem.all_variants(points.take([0]))
+    bounded = [bound_excesses(problem, block, frozenset(), until) for block in _split_blocks(points, until)]
+    excess, inner = (np.concatenate([getattr(b, side) for b in bounded], axis=1) for side in ("outer", "inner"))
+    if _exceeds_at_any_size(problem, inner) or any(
+        _motion_breaks_limit(*variant) for variant in problem.all_variants(points.take([0]))
     ):
         return GridOptimum(None, points.take([least_excess(excess)]), motion_infeasible=True)
     near = find_nearest_miss(problem, bounds, points.take([least_excess(excess)]), until)
@@ -78,23 +78,20 @@ def search_coarse_grid(
 
 
 def spaced_sizes(low: Any, high: Any, scale: float, count: int) -> FloatArray:
-    """Sizes from low to high, (count, …), even up to a scale and geometric beyond."""
+    """Sizes from low to high, (count, …), evenly spaced up to a scale and geometrically beyond."""
     sizes = scale * np.sinh(np.linspace(np.arcsinh(low / scale), np.arcsinh(high / scale), count))
     return np.asarray(np.clip(sizes, low, high))
 
 
 def size_scale(problem: Problem, bounds: SizeBounds, lift: float | None = None) -> float:
-    """A length of the order of the largest sizes of interest, mm.
-
-    Of a motion with another lift than that of the problem if one is given.
-    """
+    """A length of the order of the largest sizes of interest [mm]; ``lift`` replaces that of the problem."""
     sizes = (ends for name, ends in bounds.items() if name in SIZE_FIELDS and name != "size")
     lengths = [*(end for ends in sizes for end in ends), bounds["size"][0]]
     return max([abs(length) for length in lengths] + [problem.programme.lift if lift is None else lift])
 
 
 def coarse_grid(problem: Problem, bounds: SizeBounds, lift: float, values: int) -> Designs:
-    """Sizes even near the least and geometric beyond, at a few values of each other free size."""
+    """A grid of sizes, even near the least and geometric beyond, at ``values`` of each other free variable."""
     low, high = bounds["size"][0], largest_possible_size(problem, bounds)
     scale = size_scale(problem, bounds, lift)
     near = np.linspace(low, min(high, low + 20 * scale), GRID_SIZES // 2)
@@ -110,15 +107,15 @@ def coarse_grid(problem: Problem, bounds: SizeBounds, lift: float, values: int) 
 
 
 def largest_possible_size(problem: Problem, bounds: SizeBounds) -> float:
-    """The largest size worth a look: the given one, or what limits on it or the triangle of an arm allow."""
+    """Upper bound of the size [mm]: from its range, limits on it, and the triangle of a pivoted follower."""
     reach = bounds["centre_distance"][1] + bounds["arm_length"][1] + max(bounds["face_offset"][1], 0.0)
-    triangle = "centre_distance" in problem.setup.mechanism.sizes
-    of_limits = max(min((limit.most_size for limit in problem.limits), default=inf), bounds["size"][0])
-    return min(bounds["size"][1], of_limits, reach if triangle else inf, LARGEST_VALUE)
+    has_triangle = "centre_distance" in problem.setup.mechanism.sizes
+    limit_sizes = max(min((limit.most_size for limit in problem.limits), default=inf), bounds["size"][0])
+    return min(bounds["size"][1], limit_sizes, reach if has_triangle else inf, LARGEST_VALUE)
 
 
 def _split_blocks(points: Designs, until: float) -> Iterator[Designs]:
-    """The designs a block at a time; after ``until`` none but the first ``GRID_BATCH``."""
+    """The designs block by block; after ``until`` only the first ``GRID_BATCH``."""
     size = SMALL_BLOCK if len(points) <= UNCOMPILED_DESIGNS else GRID_BATCH
     for first in range(0, len(points), size):
         if first >= GRID_BATCH and clock_seconds() > until:
@@ -127,12 +124,13 @@ def _split_blocks(points: Designs, until: float) -> Iterator[Designs]:
 
 
 def _motion_breaks_limit(problem: Problem, design: Designs) -> bool:
-    """Whether a cam exceeds a limit by its motion alone."""
-    of_motion = replace(problem, limits=tuple(limit for limit in problem.limits if limit.is_of_motion))
-    return _exceeds_at_any_size(of_motion, bound_excesses(of_motion, design, frozenset()).inner)
+    """Whether a cam's motion alone exceeds a limit."""
+    motion_problem = replace(problem, limits=tuple(limit for limit in problem.limits if limit.is_of_motion))
+    return _exceeds_at_any_size(motion_problem, bound_excesses(motion_problem, design, frozenset()).inner)
 
 
 def _exceeds_at_any_size(problem: Problem, excess: FloatArray) -> bool:
+    """Whether the excesses (limits, designs) prove that a limit is exceeded at any size."""
     for limit, over in zip(problem.limits, excess, strict=True):
         if limit.is_of_motion and np.all(over > 0.0):
             return True
@@ -144,29 +142,29 @@ def _exceeds_at_any_size(problem: Problem, excess: FloatArray) -> bool:
 
 
 def find_nearest_miss(problem: Problem, bounds: SizeBounds, design: Designs, until: float = inf) -> Designs:
-    """A design that exceeds its limits less than the given one; the best so far after ``until`` (``clock.now``)."""
+    """A design near a given one that exceeds its limits the least; the best so far after ``until``."""
     return _zoom_grids(problem, bounds, design, lambda designs, excess: least_excess(excess), NEAR_ZOOMS, until)
 
 
 def shrink_on_grids(
     problem: Problem, bounds: SizeBounds, design: Designs, zooms: int = NEAR_ZOOMS, until: float = inf
 ) -> Designs | None:
-    """A feasible design near the given one, which need not be feasible, as small as grids show; None if none is."""
-
+    """The smallest feasible design that grids find near a given one; None if they find none."""
     discs = free_discs(bounds)
 
     def smallest(designs: Designs, excess: FloatArray) -> int:
         worst = np.max(excess, axis=0, initial=-inf)
         size = np.where(worst <= 0.0, largest_disc_sizes(designs, discs), inf)
-        return int(np.lexsort((worst, size))[0])  # of one size the one with the most room
+        return int(np.lexsort((worst, size))[0])  # at equal sizes the least excess
 
-    found = _zoom_grids(problem, bounds, design, smallest, zooms, until)
-    return found if feasible_designs(problem, found)[0] else None
+    best = _zoom_grids(problem, bounds, design, smallest, zooms, until)
+    return best if feasible_designs(problem, best)[0] else None
 
 
 def _zoom_grids(
     problem: Problem, bounds: SizeBounds, design: Designs, choice: DesignChoice, zooms: int, until: float = inf
 ) -> Designs:
+    """The best design of successive grids, each around the best design of the last and finer."""
     free = {name: ends for name, ends in bounds.items() if ends[1] > ends[0]}
     spans = {name: (b - a) / 8 if np.isfinite(b - a) else inf for name, (a, b) in free.items()}
     spans["size"] = min(spans.get("size", inf), float(design.prime_radius[0]) / 4)
@@ -175,16 +173,14 @@ def _zoom_grids(
             break
         steps = [np.linspace(-1, 1, ZOOM_STEPS) * spans[name] for name in free]
         mesh = [m.ravel() for m in np.meshgrid(*steps, indexing="ij")]
-        moved = {n: np.clip(design.values[n] + m, *free[n]) for n, m in zip(free, mesh, strict=True)}
+        columns = {n: np.clip(design.values[n] + m, *free[n]) for n, m in zip(free, mesh, strict=True)}
         ones = np.ones(mesh[0].size if mesh else 1)
-        points = design.with_values({n: moved.get(n, v * ones) for n, v in design.values.items()})
+        points = design.with_values({n: columns.get(n, v * ones) for n, v in design.values.items()})
         points = points.take(problem.setup.mechanism.can_assemble(points, problem.programme) & (points.size > 0.0))
         if len(points):
-            every = [
-                bound_excesses(own, each, frozenset(), until).outer for own, each in problem.all_variants(points)
-            ]
-            excess = np.concatenate(every)
-            if clock_seconds() > until:  # not all is known
+            variants = problem.all_variants(points)
+            excess = np.concatenate([bound_excesses(*pair, frozenset(), until).outer for pair in variants])
+            if clock_seconds() > until:  # some excesses may be missing
                 break
             design = points.take([choice(points, excess)])
         spans = {name: span / ZOOM_FACTOR for name, span in spans.items()}

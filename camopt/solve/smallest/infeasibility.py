@@ -1,7 +1,7 @@
-"""The reason why no design within bounds is feasible, in words.
+"""Why no design within bounds is feasible, in words.
 
-These are, in this order: parts that cannot be put together; each limit that no design holds; limits that can each
-be held, but not together. And the range of the cam's size, if a cam of another size is feasible.
+The reason is the first of these that applies: the parts cannot be assembled; no design meets a limit, taken alone;
+no design meets a smallest set of limits together. The range of the size is added if a cam beyond it is feasible.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -19,8 +19,8 @@ from camopt.solve.smallest.grid_search import FEW_GRID_VALUES, coarse_grid, sear
 from camopt.solve.smallest.smallest import solve_smallest_cam
 from camopt.solve.tables.cells import number_text, with_unit
 
-REASON_DIGITS = 6  # of a size that a reason tells
-MOST_LISTED_BOXES = 3  # whose choices of sizes a reason lists
+REASON_DIGITS = 6  # digits of a size in a reason
+MOST_LISTED_BOXES = 3  # boxes whose sizes a reason lists
 
 
 @dataclass(frozen=True)
@@ -28,70 +28,69 @@ class Infeasibility:
     """Why no design within bounds is feasible."""
 
     cause: str
-    """Limits by name, or what keeps parts from being put together."""
+    """The names of limits, or why parts cannot be assembled."""
     size_range: str = ""
-    """The range of the cam's size, where a cam beyond it is feasible."""
+    """The range of the size, if a cam beyond it is feasible."""
     size: float = inf
     """The size of that cam, mm."""
     is_smallest: bool = True
-    """Whether that is the smallest one, for certain."""
+    """Whether that cam is proved to be the smallest."""
 
     def __str__(self) -> str:
         return self.cause + self.range_in_words()
 
     def range_in_words(self, where: str = "") -> str:
-        """The range, and the cam beyond it; ``where`` says what other sizes that has."""
+        """The range, and the cam beyond it; ``where`` describes the other sizes of this cam."""
         if not self.size_range:
             return ""
-        which = "the smallest feasible cam has" if self.is_smallest else "feasible is one of"
+        which = "the smallest feasible cam has" if self.is_smallest else "a feasible cam has"
         cam = f"{which} {with_unit(self.size, 'mm')}{f', where {where}' if where else ''}"
         return f", within the range of {self.size_range}; {cam}"
 
 
 def find_infeasibility(problem: Problem, bounds: SizeBounds, until: float = inf) -> Infeasibility:
-    """The limits that no design within bounds meets.
+    """The limits that no design within bounds meets, alone or together.
 
-    After ``until`` (``clock.now``) more limits may be named together than it takes to stop them.
+    After ``until`` (``clock_seconds``) the set named together may be larger than needed.
     """
     problem = at_rounding_error(problem)
     return replace(_feasible_beyond_range(problem, bounds, until), cause=_blocking_limits(problem, bounds, until))
 
 
 def join_infeasibilities(reasons: Mapping[str, Infeasibility]) -> str:
-    """The reasons of boxes of sizes, by what each box has of them in words; those that are alike only once.
+    """One text of the reasons of all boxes, each reason once, with the boxes that it applies to.
 
-    Of the cams beyond a range the smallest is told.
+    The keys describe the sizes of the boxes. A reason names the smallest cam beyond the range, over its boxes.
     """
-    alike: dict[tuple[str, str], list[str]] = {}
-    for where, each in reasons.items():
-        alike.setdefault((each.cause, each.size_range), []).append(where)
+    boxes_by_cause: dict[tuple[str, str], list[str]] = {}
+    for where, reason in reasons.items():
+        boxes_by_cause.setdefault((reason.cause, reason.size_range), []).append(where)
     texts = []
-    for (stopped_by, _), places in alike.items():
-        best = min(places, key=lambda where: reasons[where].size)
-        here = f", where {join_words(places, MOST_LISTED_BOXES)}" if len(alike) > 1 else ""
-        texts.append(f"{stopped_by}{here}{reasons[best].range_in_words(best)}")
+    for (cause, _), boxes in boxes_by_cause.items():
+        best = min(boxes, key=lambda where: reasons[where].size)
+        where = f", where {join_words(boxes, MOST_LISTED_BOXES)}" if len(boxes_by_cause) > 1 else ""
+        texts.append(f"{cause}{where}{reasons[best].range_in_words(best)}")
     return "; ".join(texts)
 
 
 def _blocking_limits(problem: Problem, bounds: SizeBounds, until: float) -> str:
+    """The names of the limits that no design meets, alone or together, or why parts cannot be assembled."""
     grid = coarse_grid(replace(problem, limits=()), bounds, problem.programme.lift, FEW_GRID_VALUES)
     if not problem.setup.mechanism.can_assemble(grid, problem.programme).any():
         return f"assembly: {problem.setup.mechanism.assembly}"
-    first = (
-        problem.without_deferred_limits.limits
-    )  # those that are asked last are asked of designs that hold all others
-    alone = [limit.name for limit in first if _limits_exclude_all([limit], problem, bounds, until)]
-    if alone:
+    limits = problem.without_deferred_limits.limits  # deferred limits need designs that meet all others
+    if alone := [limit.name for limit in limits if _limits_exclude_all([limit], problem, bounds, until)]:
         return ", ".join(alone)
-    together = irreducible_set(problem.limits, lambda some: not _limits_exclude_all(some, problem, bounds, until))
+    together = irreducible_set(problem.limits, lambda rest: not _limits_exclude_all(rest, problem, bounds, until))
     names = [limit.name for limit in together]
     if len(names) == 1:
         return names[0]
-    return f"{join_names(names)} together{' or some of them (not proved which)' if clock_seconds() > until else ''}"
+    late = " (perhaps fewer of them: the search ran out of time)" if clock_seconds() > until else ""
+    return f"{join_names(names)} together{late}"
 
 
 def _feasible_beyond_range(problem: Problem, bounds: SizeBounds, until: float) -> Infeasibility:
-    """The range of the cam's size, if one is given and a cam beyond it is feasible."""
+    """The range of the size, if there is one and a cam beyond it is feasible; without a cause."""
     low, high = bounds["size"]
     answer = solve_smallest_cam(problem, {**bounds, "size": (0.0, inf)}, until) if high < inf else None
     if answer is None or answer.design is None:
@@ -106,13 +105,13 @@ def _feasible_beyond_range(problem: Problem, bounds: SizeBounds, until: float) -
 
 
 def round_size_up(size: float) -> float:
-    """A size to six digits, no smaller but for 1e-9 of it."""
+    """A size rounded up to six digits; one that is above a multiple by less than 1e-9 is rounded down to it."""
     unit = 10.0 ** (floor(log10(size)) + 1 - REASON_DIGITS)
     return ceil(size / unit * (1.0 - 1e-9)) * unit
 
 
 def _limits_exclude_all(limits: Sequence[Limit], problem: Problem, bounds: SizeBounds, until: float) -> bool:
-    """Whether it is proved that no design holds these limits."""
+    """Whether it is proved that no design meets these limits."""
     relaxed = replace(problem, limits=tuple(limits))
     if search_coarse_grid(relaxed, bounds, FEW_GRID_VALUES, until).design is not None:
         return False

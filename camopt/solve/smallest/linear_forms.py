@@ -1,8 +1,8 @@
-"""Oscillating followers whose limits are linear: where the cam centre may lie, seen from the follower's pivot.
+"""Oscillating followers: limits that are linear in the position of the cam centre, relative to the pivot.
 
-With the follower's lowest position along the x axis the cam centre lies at (u, v) = c·(cos ψ₀, sin ψ₀). Let w be
-the length l of the arm or the offset f of the face. At every cam angle the limits on the pressure angle, and all
-those of a flat face, are linear in (u, v, w), with q = 1 ± ψ':
+Let the x axis run along the follower's lowest position. The cam centre then lies at (u, v) = c·(cos ψ₀, sin ψ₀).
+Let w be the length l of the arm or the offset f of the face. At every cam angle the limits on the pressure angle,
+and all limits of a flat face, are linear in (u, v, w), with q = 1 ± ψ':
 
     arm            |l·q − c·cos ψ| ≤ T·c·sin ψ                       prime radius √((u − l)² + v²)
     face           |f|·q ≤ T·c·cos ψ                                 base radius f + v
@@ -10,10 +10,12 @@ those of a flat face, are linear in (u, v, w), with q = 1 ± ψ':
                    c·cos ψ ≤ t·q
     cylinder       |l·ψ' ± R_m·sin ψ| ≤ T·R_m·cos ψ                  mean radius u, with w = l
 
-and c·cos ψ = u·cos y − v·sin y, c·sin ψ = u·sin y + v·cos y. For an arm these half-planes are Flocke's construction
-(K. A. Flocke, Zur Konstruktion von Kurvengetrieben bei Verarbeitungsmaschinen, VDI-Forschungsheft 345, 1931). The
-centre distance has a range, so that the smallest cam within some planes is no linear programme: (u, v) lies in a
-ring. With two or three unknowns all points where it can lie are listed.
+where c·cos ψ = u·cos y − v·sin y and c·sin ψ = u·sin y + v·cos y. For an arm these half-planes are Flocke's
+construction (K. A. Flocke, Zur Konstruktion von Kurvengetrieben bei Verarbeitungsmaschinen, VDI-Forschungsheft 345,
+1931).
+
+The centre distance has a range, so (u, v) lies in a ring. The smallest cam within the planes is therefore not the
+solution of a linear programme. With two or three unknowns, all points where the smallest cam can lie are listed.
 """
 
 from collections.abc import Callable
@@ -32,8 +34,8 @@ from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.problem.problem import Problem, constraints_on_curve
 from camopt.solve.smallest.closed_form import pressure_tangents
 
-PLANE_TOLERANCE = 1e-12  # relative: what a plane may be exceeded by rounding
-PARALLEL_SINE = 1e-13  # the sine between planes that have no corner worth a look
+PLANE_TOLERANCE = 1e-12  # relative: by how much rounding may exceed a plane
+PARALLEL_SINE = 1e-13  # planes with a smaller sine between them count as parallel
 
 BOTH_EXTREMES = (LARGEST, LEAST)
 
@@ -45,50 +47,50 @@ class LinearLimit(NamedTuple):
     """A limit that is linear in (u, v, w) at each cam angle."""
 
     curve: Any
-    """Of the mechanism."""
+    """The mechanism's curve that is limited."""
     kinds: int
     goals: tuple[int, ...]
-    """Extremes of the curve that the limit is about."""
+    """The extremes of the curve that are limited."""
     plane: Callable[..., tuple[Any, Any, Any, Any]]
     """From +1 for the largest value or −1 for the least, and the motion (y, y', y''), to (a, b, c, d)."""
 
     def planes(self, motion: FloatArray) -> list[Planes]:
         """The planes at cam angles (m,), for each goal."""
-        found = []
+        planes = []
         for goal in self.goals:
             parts = self.plane(1.0 if goal == LARGEST else -1.0, *motion)
             rows = np.stack(np.broadcast_arrays(*parts, motion[0])[:4], axis=1)
             lengths = np.linalg.norm(rows[:, :3], axis=1, keepdims=True)
-            found.append(rows / np.where(lengths > 0.0, lengths, 1.0))  # a groove at rest may ask nothing: 0 ≥ 0
-        return found
+            planes.append(rows / np.where(lengths > 0.0, lengths, 1.0))  # a groove at rest may give 0 ≥ 0
+        return planes
 
 
 @dataclass(frozen=True)
 class LinearForm:
-    """How the sizes of a mechanism and its limits look in (u, v, w)."""
+    """The limits and sizes of a mechanism in the unknowns (u, v, w)."""
 
     limits: Callable[[Problem], list[LinearLimit]]
     range_planes: Callable[[Programme, SizeBounds], Planes]
-    """Planes that no limit makes: what assembly asks for, and ranges of sizes."""
+    """The planes that come from assembly and from ranges of sizes."""
     least_point: Callable[[Planes, SizeBounds], FloatArray | None]
-    """The (u, v, w) of least size that some planes and the ranges of the sizes allow; None if they allow none."""
+    """The (u, v, w) of least size within planes and the ranges of the sizes; None if there is none."""
     sizes: Callable[[FloatArray, float], dict[str, float]]
-    """The sizes at (u, v, w), with a roller."""
+    """The sizes at (u, v, w), for a roller radius."""
 
 
 # Arms with a trace point
 
 
 def _arm_limits(problem: Problem) -> list[LinearLimit]:
-    sense, found = problem.design.sense, []
+    sense, limits = problem.design.sense, []
     for tangent, kinds in pressure_tangents(problem):
 
         def plane(sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent) -> tuple[Any, ...]:
             s, c = np.sin(y), np.cos(y)
             return tangent * s + sign * c, tangent * c - sign * s, -sign * (1.0 + sense * y1), 0.0
 
-        found.append(LinearLimit(oscillating.MECHANISM.pressure, kinds, BOTH_EXTREMES, plane))
-    return found
+        limits.append(LinearLimit(oscillating.MECHANISM.pressure, kinds, BOTH_EXTREMES, plane))
+    return limits
 
 
 def _arm_ranges(programme: Programme, bounds: SizeBounds) -> Planes:
@@ -97,10 +99,11 @@ def _arm_ranges(programme: Programme, bounds: SizeBounds) -> Planes:
 
 
 def _least_arm(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
-    """Where the cam centre lies for an arm of length 1, which is then made as short as the ranges allow.
+    """The cam centre and arm of least prime radius: found for an arm of length 1, then scaled.
 
-    The prime radius is |O − 1|·max(l₁, c₁/|O|). Its least value lies on a line where one of the two factors is
-    stationary, where two lines meet, or where a line meets a circle on which a range ends.
+    The arm is as short as the ranges allow, so the prime radius is |O − 1|·max(l₁, c₁/|O|). Its least value lies on
+    a line where one of the two factors is stationary, where two lines meet, or where a line meets a circle on which
+    a range ends.
     """
     arms, (nearest, farthest) = bounds["arm_length"], bounds["centre_distance"]
     lengths = np.linalg.norm(planes[:, :2], axis=1)
@@ -129,7 +132,7 @@ def _least_arm(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
 
 
 def _line_crossings(normal: FloatArray, height: FloatArray) -> FloatArray:
-    """Where each two lines meet."""
+    """The crossings of each two lines."""
     i, j = np.triu_indices(len(height), 1)
     cross = normal[i, 0] * normal[j, 1] - normal[i, 1] * normal[j, 0]
     i, j, cross = (each[np.abs(cross) > PARALLEL_SINE] for each in (i, j, cross))
@@ -147,15 +150,15 @@ def _arm_sizes(point: FloatArray, roller: float) -> dict[str, float]:
 
 
 def _face_limits(problem: Problem) -> list[LinearLimit]:
-    mechanism, sense, found = oscillating_flat.MECHANISM, problem.design.sense, []
+    mechanism, sense, limits = oscillating_flat.MECHANISM, problem.design.sense, []
     if not oscillating_flat.least_turning_rate(sense, problem.programme) > 0.0:
-        return []  # no face of any size keeps in touch
+        return []  # no face of any size stays in contact
     for tangent, kinds in pressure_tangents(problem):
 
         def pressure(sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent) -> tuple[Any, ...]:
             return tangent * np.cos(y), -tangent * np.sin(y), -sign * (1.0 + sense * y1), 0.0
 
-        found.append(LinearLimit(mechanism.pressure, kinds, BOTH_EXTREMES, pressure))
+        limits.append(LinearLimit(mechanism.pressure, kinds, BOTH_EXTREMES, pressure))
     for constraint in constraints_on_curve(problem, mechanism.profile_radius):
 
         def radius(
@@ -165,14 +168,14 @@ def _face_limits(problem: Problem) -> list[LinearLimit]:
             a, b = (2.0 * q - 1.0) / q**2, y2 / q**3
             return s * a + c * b, c * a - s * b, 1.0, least
 
-        found.append(LinearLimit(mechanism.profile_radius, ALL_STROKES, (LEAST,), radius))
+        limits.append(LinearLimit(mechanism.profile_radius, ALL_STROKES, (LEAST,), radius))
     for constraint in (each for each in constraints_on_curve(problem, mechanism.reach) if each.goal != LEAST):
 
         def reach(sign: float, y: Any, y1: Any, y2: Any, most: float = constraint.upper_bound()) -> tuple[Any, ...]:
             return -np.cos(y), np.sin(y), 0.0, -most * (1.0 + sense * y1)
 
-        found.append(LinearLimit(mechanism.reach, ALL_STROKES, (LARGEST,), reach))
-    return found
+        limits.append(LinearLimit(mechanism.reach, ALL_STROKES, (LARGEST,), reach))
+    return limits
 
 
 def _face_ranges(programme: Programme, bounds: SizeBounds) -> Planes:
@@ -185,30 +188,33 @@ def _face_ranges(programme: Programme, bounds: SizeBounds) -> Planes:
 
 
 def _least_face(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
-    """The least v + w lies where three planes meet, where two meet a cylinder of the least or largest centre
-    distance, or where v + w is stationary on the ellipse in which a plane cuts such a cylinder."""
+    """The point of least base radius v + w.
+
+    It lies where three planes meet, where two planes meet a cylinder of the least or largest centre distance, or
+    where v + w is stationary on the ellipse in which a plane cuts such a cylinder.
+    """
     nearest, farthest = bounds["centre_distance"]
-    points = [_plane_corners(planes)]
+    candidates = [_plane_corners(planes)]
     for radius in {nearest, farthest}:
-        points += [_edge_points(planes, radius), _ellipse_points(planes, radius)]
-    found = np.concatenate(points)
-    distance = np.hypot(found[:, 0], found[:, 1])
+        candidates += [_edge_points(planes, radius), _ellipse_points(planes, radius)]
+    points = np.concatenate(candidates)
+    distance = np.hypot(points[:, 0], points[:, 1])
     held = (distance >= nearest * (1.0 - PLANE_TOLERANCE)) & (distance <= farthest * (1.0 + PLANE_TOLERANCE))
-    found = found[held]
-    scale = 1.0 + np.linalg.norm(found, axis=1)
-    found = found[np.all(found @ planes[:, :3].T >= planes[:, 3] - PLANE_TOLERANCE * scale[:, None], axis=1)]
-    return found[np.argmin(found[:, 1] + found[:, 2])] if len(found) else None
+    points = points[held]
+    scale = 1.0 + np.linalg.norm(points, axis=1)
+    points = points[np.all(points @ planes[:, :3].T >= planes[:, 3] - PLANE_TOLERANCE * scale[:, None], axis=1)]
+    return points[np.argmin(points[:, 1] + points[:, 2])] if len(points) else None
 
 
 def _plane_corners(planes: Planes) -> FloatArray:
-    """Where each three planes meet."""
+    """The points where three planes meet."""
     triples = planes[np.array(list(combinations(range(len(planes)), 3)))]
     triples = triples[np.abs(np.linalg.det(triples[:, :, :3])) > PARALLEL_SINE]
     return np.asarray(np.linalg.solve(triples[:, :, :3], triples[:, :, 3:])[:, :, 0])
 
 
 def _edge_points(planes: Planes, radius: float) -> FloatArray:
-    """Where the line in which each two planes meet pierces the cylinder |(u, v)| = radius."""
+    """The points where the line common to two planes pierces the cylinder |(u, v)| = radius."""
     i, j = np.triu_indices(len(planes), 1)
     along = np.cross(planes[i, :3], planes[j, :3])
     steep = np.sum(along[:, :2] ** 2, axis=1) > PARALLEL_SINE**2
@@ -225,7 +231,7 @@ def _edge_points(planes: Planes, radius: float) -> FloatArray:
 
 
 def _ellipse_points(planes: Planes, radius: float) -> FloatArray:
-    """Where v + w is stationary on the cut of each plane with the cylinder |(u, v)| = radius."""
+    """The points where v + w is stationary on the cut of a plane with the cylinder |(u, v)| = radius."""
     sloped = planes[np.abs(planes[:, 2]) > PARALLEL_SINE]
     slope = np.stack([-sloped[:, 0] / sloped[:, 2], 1.0 - sloped[:, 1] / sloped[:, 2]], axis=1)
     slope = slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), PARALLEL_SINE)
@@ -244,15 +250,15 @@ def _face_sizes(point: FloatArray, roller: float) -> dict[str, float]:
 
 
 def _groove_limits(problem: Problem) -> list[LinearLimit]:
-    sense, half, found = problem.design.sense, problem.programme.lift / 2, []
+    sense, half, limits = problem.design.sense, problem.programme.lift / 2, []
     mechanism = cylindrical_oscillating.MECHANISM
     for tangent, kinds in pressure_tangents(problem):
 
         def plane(sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent) -> tuple[Any, ...]:
             return tangent * np.cos(y - half) - sign * sense * np.sin(y - half), 0.0, -sign * y1, 0.0
 
-        found.append(LinearLimit(mechanism.pressure, kinds, BOTH_EXTREMES, plane))
-    return found
+        limits.append(LinearLimit(mechanism.pressure, kinds, BOTH_EXTREMES, plane))
+    return limits
 
 
 def _groove_ranges(programme: Programme, bounds: SizeBounds) -> Planes:
@@ -260,7 +266,7 @@ def _groove_ranges(programme: Programme, bounds: SizeBounds) -> Planes:
 
 
 def _least_groove(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
-    """The least mean radius of the shortest arm; longer arms need larger ones."""
+    """The point of least mean radius, with the shortest arm: longer arms need larger mean radii."""
     arm = bounds["arm_length"][0]
     a, rest = planes[:, 0], planes[:, 3] - planes[:, 2] * arm
     rising, falling = a > PARALLEL_SINE, a < -PARALLEL_SINE

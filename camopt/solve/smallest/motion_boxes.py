@@ -1,7 +1,8 @@
-"""The smallest cam over sizes and motions together, by bisection of boxes of both, many at once.
+"""The smallest cam over sizes and motions together, by branch and bound on many boxes of both at once.
 
-A box is dropped only if a limit at some cam angle shows that it holds no feasible cam, or if a feasible cam is
-known that is as small. What is left when the search is stopped bounds how much smaller a cam may be.
+The search drops a box in two cases only: a limit at some cam angle proves that the box holds no feasible cam, or a
+feasible cam is known that is as small. When the search stops, the boxes that remain bound how much smaller a cam
+may be.
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11.
 """
@@ -23,62 +24,62 @@ from camopt.solve.smallest.result import SmallestCam, allowed_gap, crossing_memo
 from camopt.solve.smallest.smallest import solve_small_cam
 from camopt.solve.verdicts.sloped_designs import sloped_boxes
 
-MOTION_BATCH = 256  # boxes examined together, at most, to stop in time
-SEARCHED_MIDDLES = 12  # boxes whose middle is searched: the best motion so far may be in another valley
-LADDER_ROUNDS, LADDER_SIZES = 3, 16  # how often so many sizes of a box are looked at, closer and closer
+MOTION_BATCH = 256  # boxes examined together, at most, so that the search stops in time
+SEARCHED_MIDDLES = 12  # boxes whose middle is searched: another local optimum may be better
+LADDER_ROUNDS, LADDER_SIZES = 3, 16  # rounds of sizes of a box that are tried, each round finer, and sizes in each
 
 
 class BoxExcesses(NamedTuple):
-    """What is above 0 only where no cam of a box is feasible."""
+    """Excesses over boxes; if one is above 0 over a box, no cam of it is feasible."""
 
     limits: Sequence[Excesses]
     others: Sequence[Excesses] = ()
-    """What is asked besides."""
+    """Excesses over conditions that are no limits."""
     guides: Sequence[Excesses] = ()
-    """What tells which side to cut, and nothing else."""
+    """Excesses that decide which side to cut, and prove nothing."""
 
 
 class MotionSearch(Bisection):
-    """A search among motions, and sizes of their cams, below the best cam so far."""
+    """Branch and bound over motions and the sizes of their cams, below the best cam so far."""
 
     most_boxes = 50_000
     problem: Problem
     bounds: SizeBounds
     until: float
-    """When it is to stop (``clock.now``)."""
+    """When to stop (``clock_seconds``)."""
     best: SmallestCam
     """The smallest cam so far."""
     best_motion: Any
-    """What its motion is told by."""
+    """The numbers that define its motion: freed angles, or numbers of the train."""
     lift: float | None = None
-    """Of motions, where it is not that of the problem's."""
+    """Lift of the motions, if it differs from the problem's."""
     batch_count: int = 0
 
     @property
     @abstractmethod
     def motion_fields(self) -> Collection[str]:
-        """What decides the motion, by field of boxes."""
+        """The fields of boxes that define the motion."""
 
     @abstractmethod
     def search_ends(self) -> SizeBounds:
-        """Between which sizes, and numbers that decide the motion, are worth a look."""
+        """The ranges of sizes, and of numbers that define the motion, that may hold a smaller cam."""
 
     @abstractmethod
     def motion_at_middle(self, boxes: DesignBoxes) -> tuple[Problem, Any]:
-        """The problem of a motion in the middle of the first box, and what it is told by."""
+        """The problem with a motion in the middle of the first box, and the numbers that define this motion."""
 
     @abstractmethod
     def learn_worst_places(self, design: Designs, problem: Problem) -> None:
-        """Look for the places where a design in the middle of a box exceeds limits the most."""
+        """Store the cam angles where a design in the middle of a box exceeds limits the most."""
 
     @abstractmethod
     def box_excesses(self, boxes: Designs, inside: Designs, like: SlopedInterval) -> BoxExcesses:
-        """What limits say of boxes as designs of ranges with slopes, as ``like`` is."""
+        """The excesses over boxes, given as designs of sloped intervals like ``like``."""
 
     def run(self) -> SmallestCam:
-        """The smallest cam, with a size that no cam undercuts."""
+        """The smallest cam, with the lower bound of its size."""
         ends = self.search_ends()
-        floor, most = ends["size"]  # most often no cam may be as small
+        floor, most = ends["size"]  # most often floor exceeds most, and no smaller cam exists
         if most > floor:
             scale = size_scale(self.problem, self.bounds, self.lift)
             floor = self.bisect(
@@ -87,16 +88,16 @@ class MotionSearch(Bisection):
         return replace(self.best, floor=floor)
 
     def possible_boxes(self, boxes: DesignBoxes) -> DesignBoxes:
-        """What of some boxes can be a motion at all."""
+        """The parts of boxes that contain motions at all."""
         return boxes
 
     def select_batch(self, boxes: DesignBoxes) -> tuple[DesignBoxes, DesignBoxes]:
-        """Those with the smallest cams, and the rest."""
+        """The boxes with the smallest cams, and the rest."""
         order = np.argsort(boxes.low["size"], kind="stable")
         return boxes.take(order[:MOTION_BATCH]), boxes.take(order[MOTION_BATCH:])
 
     def contract_boxes(self, boxes: DesignBoxes) -> DesignBoxes:
-        """What of some boxes may be part of a motion and hold a smaller cam, which is looked for there."""
+        """The parts of boxes that may hold a smaller cam; the middle of the first box is tried on the way."""
         boxes = self.possible_boxes(boxes)
         if not len(boxes):
             return boxes
@@ -105,19 +106,19 @@ class MotionSearch(Bisection):
         return self.contract_by_limits(boxes)
 
     def contract_by_limits(self, boxes: DesignBoxes) -> DesignBoxes:
-        """Those of some boxes that may hold a smaller cam, without what limits cut off, and the side to cut."""
+        """The boxes that may hold a smaller cam, without the parts that limits exclude, with the side to cut."""
         if self.best.design is not None:
             boxes = self.drop_finished(boxes, boxes.low["size"] >= self.best.size - allowed_gap(self.best.design))
             boxes = boxes.cap_sizes(self.best.size)
         if not len(boxes):
             return boxes
         inside = boxes.middle_designs(self.problem.design)
-        looked, like = sloped_boxes(boxes.as_designs(self.problem.design), inside, list(boxes.free), 1)
+        sloped, like = sloped_boxes(boxes.as_designs(self.problem.design), inside, list(boxes.free), 1)
         middle = np.array([inside.values[name] for name in boxes.free])
         low, high = (np.array([ends[name] for name in boxes.free]) for ends in (boxes.low, boxes.high))
         with np.errstate(all="ignore"):
             reach = like.span
-            limits, others, guides = self.box_excesses(looked, inside, like)
+            limits, others, guides = self.box_excesses(sloped, inside, like)
             if not limits:
                 return boxes.with_ends({}, {}, np.argmax(reach.high, axis=0))
             over = chained_excesses([*limits, *others])
@@ -125,20 +126,20 @@ class MotionSearch(Bisection):
                 with_weighted_sum(over, reach, boxes.free.index("size")), low, high, middle
             )
             side = widest_side(chained_excesses([*limits, *guides]), reach)
-        named = (dict(zip(boxes.free, each, strict=True)) for each in (low, high))
-        boxes = boxes.with_ends(next(named), next(named), side).take(~empty)
+        new_low, new_high = (dict(zip(boxes.free, end, strict=True)) for end in (low, high))
+        boxes = boxes.with_ends(new_low, new_high, side).take(~empty)
         return self.drop_finished(boxes, boxes.is_narrow)
 
     def search_middle(self, boxes: DesignBoxes, *, closely: bool) -> None:
-        """Look at cams in the middle of the least box, and for where they exceed limits the most."""
+        """Try cams in the middle of the first box, and store where they exceed limits the most."""
         design = boxes.take(slice(1)).middle_designs(self.problem.design)
-        problem, told = self.motion_at_middle(boxes)
+        problem, motion = self.motion_at_middle(boxes)
         self.learn_worst_places(design, problem)
         if problem.setup.mechanism.has_no_assembly:
             return
         design = design.without_numbers(self.motion_fields)
         if closely:
-            self.update_best(solve_small_cam(problem, self.bounds, self.best.design, self.until), told)
+            self.update_best(solve_small_cam(problem, self.bounds, self.best.design, self.until), motion)
         rounding = allowed_gap(design) / 4.0
         low, high = (float(ends["size"][0]) for ends in (boxes.low, boxes.high))
         high = min(high + rounding, self.best.size)
@@ -148,10 +149,10 @@ class MotionSearch(Bisection):
             cam = first_feasible_design(problem, ladder, crossing_memory(problem), self.until)
             if cam is None:
                 return
-            self.update_best(SmallestCam(cam, 0.0), told)
+            self.update_best(SmallestCam(cam, 0.0), motion)
             low, high = float(cam.size[0]) - (sizes[1] - sizes[0]), float(cam.size[0])
 
-    def update_best(self, answer: SmallestCam, told: Any) -> None:
-        """Make a cam the best if it is smaller."""
+    def update_best(self, answer: SmallestCam, motion: Any) -> None:
+        """Keep a cam and its motion if it is smaller than the best."""
         if answer.size < self.best.size:
-            self.best, self.best_motion = answer, told
+            self.best, self.best_motion = answer, motion

@@ -1,15 +1,16 @@
-"""Multipliers: how much each bound that a smallest cam just meets adds to its size.
+"""Lagrange multipliers of a smallest cam: how much each active limit adds to its size.
 
-With z the free sizes and angles, among them the size R, and c ≤ 0 what binds, limits and ends of ``[search]``,
+Let z be the free sizes and angles, among them the size R. Let c_i ≤ 0 be the active constraints: limits and ends of
+ranges in ``[search]``. Then
 
     ∇R + Σ λ_i ∇c_i = 0,  λ_i ≥ 0   (Karush, Kuhn and Tucker),      dR/db = Σ λ_i ∂c_i/∂b   (envelope theorem)
 
-for a bound b, the price of b. With the size alone free, and one limit, that is −(∂c/∂b)/(∂c/∂R).
+where dR/db is the price of a bound b. If only the size is free and one limit is active, it is −(∂c/∂b)/(∂c/∂R).
 
-The excess of a limit is that of the largest value of a curve. Where a curve is as large at two cam angles, the
-excess has a kink, with a gradient on each side, and each has a multiplier: they are looked for at points around the
-cam. Where multipliers are not unique, as when one of two limits that bind would be enough, easing a bound saves the
-least that they allow, and tightening it costs the most: linear programmes.
+The excess of a limit comes from the largest value of a curve. If a curve is equally large at two cam angles, the
+excess has a kink with a gradient on each side. Each gradient has its own multiplier; camopt samples them at points
+around the cam. If one of two active limits would be enough, the multipliers are not unique. Easing a bound then
+saves the least that they allow, and tightening it costs the most. Both are linear programmes.
 
 Sources: J. Nocedal, S. J. Wright, Numerical Optimization, ch. 12; J. Gauvin, F. Dubeau, Differential properties of
 the marginal function in mathematical programming, Mathematical Programming Study 19 (1982); J. V. Burke, A. S.
@@ -29,61 +30,62 @@ from camopt.scene.problem.limit import Limit
 from camopt.solve.smallest.free_variables import EXCESS_STEP, FreeVariables
 from camopt.solve.verdicts.limit_verdicts import excesses_of_variants
 
-ACTIVE_DISTANCE = 1e-6  # a limit within this relative distance of its bound holds the optimum
-KINK_LINES = 2  # lines by direction along which the sides of kinks are sought
-KINK_STEPS = 10.0  # steps from the cam to points on them
-STRAIGHT_BEND = 1e-3  # of its slope: by which a slope may change over a step, where there is no kink
-GRADIENT_RESIDUAL = 1e-2  # of ∇R: what multipliers may leave of it; more, and something else holds the cam
-KINK_ERROR = 1e-4  # of ∇R: what differences err by at kinks
-FAINT_FACTOR = 10.0  # times that room: a multiplier that may be 0 and is no larger is 0
-EQUAL_PRICES = 1e-2  # relative: prices that differ by no more are one
+ACTIVE_DISTANCE = 1e-6  # a limit within this relative distance of its bound is active
+KINK_LINES = 2  # sampled lines for each direction, to find the sides of kinks
+KINK_STEPS = 10.0  # distance of the samples from the cam, in steps
+STRAIGHT_BEND = 1e-3  # largest relative change of a slope over a step without a kink
+GRADIENT_RESIDUAL = 1e-2  # relative to ∇R: largest residual; with more, another condition holds the cam
+KINK_ERROR = 1e-4  # relative to ∇R: error of differences at kinks
+FAINT_FACTOR = 10.0  # a multiplier that may be 0 counts as 0 up to this many times its error
+EQUAL_PRICES = 1e-2  # relative: prices that differ by no more count as equal
 
 
 @dataclass(frozen=True)
 class ActiveConstraint:
-    """A bound that a cam just meets, as a limit c ≤ 0 on the cam's free variables."""
+    """An active bound, as a constraint c ≤ 0 on the cam's free variables."""
 
     key: str
     value: float
     unit: str
     relation: str
     gradients: FloatArray
-    """Of c, along the directions of a freedom: one, or one for each side of a kink (gradients, directions)."""
+    """Gradients of c along the free directions, one for each side of a kink (gradients, directions)."""
     bound_derivative: float
     """∂c/∂value."""
     limit: Limit | None = None
-    """The limit of the scene; None for an end of a range of ``[search]``."""
+    """The limit of the scene; None for an end of a range in ``[search]``."""
 
 
 class PriceRates(NamedTuple):
-    """mm of size per unit of a bound; not a number where the multipliers do not explain the cam."""
+    """Change of the size per unit of a bound [mm per unit]; NaN if the multipliers do not explain the cam."""
 
     eased: float
     tightened: float
 
 
 ZERO_RATES = PriceRates(0.0, 0.0)
-"""Of a bound that holds nothing: the cam just happens to meet it."""
+"""The rates of a bound that the cam meets by chance, and which does not limit its size."""
 
 
 def active_constraints(freedom: FreeVariables) -> list[ActiveConstraint]:
-    """The bounds that a cam just meets, of limits and of ``[search]``; not of limits that are held or not."""
+    """The active bounds of a cam, from limits and from ``[search]``; limits without a value are left out."""
     problem = freedom.problem
     limits = problem.without_deferred_limits.limits
-    cams, columns, found = zip(*excesses_of_variants(problem, limits, problem.design), strict=True)
-    excess = np.array(found)[:, :, 0]
+    cams, columns, excesses = zip(*excesses_of_variants(problem, limits, problem.design), strict=True)
+    excess = np.array(excesses)[:, :, 0]
     worst, most = excess.argmax(axis=0), excess.max(axis=0)
-    met = [number for number, over in enumerate(most) if over > -ACTIVE_DISTANCE]
+    active = [number for number, over in enumerate(most) if over > -ACTIVE_DISTANCE]
     bounds = []
-    for number, gradients in zip(met, _excess_gradients(freedom, [limits[k] for k in met]), strict=True):
-        limit, of = limits[number], worst[number]
+    for number, gradients in zip(active, _excess_gradients(freedom, [limits[k] for k in active]), strict=True):
+        limit, cam = limits[number], worst[number]
         unit = limit.quantity.unit if limit.quantity else "mm"
-        by_value = float(limit.excess_derivative(columns[of], cams[of])[0])
+        by_value = float(limit.excess_derivative(columns[cam], cams[cam])[0])
         bounds.append(ActiveConstraint(limit.key, limit.bound, unit, limit.relation, gradients, by_value, limit))
     return [*bounds, *_active_range_ends(freedom)]
 
 
 def _active_range_ends(freedom: FreeVariables) -> Iterator[ActiveConstraint]:
+    """The ends of ranges in ``[search]`` that the cam lies at."""
     for end in freedom.range_ends:
         if end.side * (freedom.values[end.variable] - end.value) > -ACTIVE_DISTANCE * freedom.scales[end.variable]:
             gradient = end.side * freedom.directions[[end.variable]]
@@ -91,7 +93,7 @@ def _active_range_ends(freedom: FreeVariables) -> Iterator[ActiveConstraint]:
 
 
 def _excess_gradients(freedom: FreeVariables, limits: Sequence[Limit]) -> Iterator[FloatArray]:
-    """The gradients of each limit's excess, by central differences: at the cam, or around it if it has a kink."""
+    """The gradients of each limit's excess by central differences: at the cam, or around it if there is a kink."""
     count = freedom.directions.shape[1]
     around = np.random.default_rng(0).normal(size=(KINK_LINES * count, count))
     around *= KINK_STEPS * EXCESS_STEP / np.linalg.norm(around, axis=1, keepdims=True)
@@ -100,7 +102,7 @@ def _excess_gradients(freedom: FreeVariables, limits: Sequence[Limit]) -> Iterat
     points = (centres[:, None] + steps).reshape(-1, count)
     for values in freedom.excesses_at_steps(limits, points).reshape(len(limits), len(centres), len(steps)):
         middle, ahead, behind = values[:, :1], values[:, 1 : count + 1], values[:, count + 1 :]
-        with np.errstate(invalid="ignore"):  # infinite beyond an undercut
+        with np.errstate(invalid="ignore"):  # excesses are infinite beyond an undercut
             slopes, bends = (
                 (ahead - behind) / (2.0 * EXCESS_STEP),
                 np.abs(ahead + behind - 2.0 * middle) / EXCESS_STEP,
@@ -112,7 +114,7 @@ def _excess_gradients(freedom: FreeVariables, limits: Sequence[Limit]) -> Iterat
 def price_rates(
     freedom: FreeVariables, bounds: Sequence[ActiveConstraint], others: Mapping[str, FloatArray] | None = None
 ) -> dict[str, PriceRates]:
-    """What each bound costs, by its key; and other numbers, by which each bound's c has the derivatives given."""
+    """The price of each bound, by its key, and of ``others``: numbers with the derivatives of each c by them."""
     names, slopes = dict.fromkeys(bound.key for bound in bounds), dict(others or {})
     larger, *other = freedom.disc_indices
     goal = freedom.directions[larger]
@@ -120,50 +122,52 @@ def price_rates(
         bounds = [
             *bounds,
             ActiveConstraint("", 0.0, "mm", "≤", freedom.directions[other] - goal, 0.0),
-        ]  # not larger
-        slopes = {key: np.append(each, 0.0) for key, each in slopes.items()}
-    own = {key: np.array([each.bound_derivative if each.key == key else 0.0 for each in bounds]) for key in names}
-    slopes = own | slopes
+        ]  # the other disc is not the larger one
+        slopes = {key: np.append(by_bound, 0.0) for key, by_bound in slopes.items()}
+    slopes = {
+        key: np.array([bound.bound_derivative if bound.key == key else 0.0 for bound in bounds]) for key in names
+    } | slopes
     columns = np.vstack([np.empty((0, goal.size)), *(bound.gradients for bound in bounds)]).T
-    size = np.linalg.norm(columns, axis=0)
-    size[size == 0.0] = 1.0
-    columns = columns / size
-    whose = np.repeat(np.arange(len(bounds)), [len(bound.gradients) for bound in bounds])
-    weights, left = _fit_multipliers(columns, goal)
-    if left > GRADIENT_RESIDUAL * np.linalg.norm(goal):
+    lengths = np.linalg.norm(columns, axis=0)
+    lengths[lengths == 0.0] = 1.0
+    columns = columns / lengths
+    bound_indices = np.repeat(np.arange(len(bounds)), [len(bound.gradients) for bound in bounds])
+    weights, residual = _fit_multipliers(columns, goal)
+    if residual > GRADIENT_RESIDUAL * np.linalg.norm(goal):
         return dict.fromkeys(slopes, PriceRates(nan, nan))
-    room = float(left + KINK_ERROR * np.linalg.norm(goal))
-    found = {}
+    error = float(residual + KINK_ERROR * np.linalg.norm(goal))
+    rates = {}
     for key, by_bound in slopes.items():
-        of_key = by_bound[whose] / size
-        one = float(weights @ of_key)
+        slope = by_bound[bound_indices] / lengths
+        price = float(weights @ slope)
         low, high = sorted(
-            (_least_price(of_key, columns, goal, room), -_least_price(-of_key, columns, goal, room)), key=abs
+            (_least_price(slope, columns, goal, error), -_least_price(-slope, columns, goal, error)), key=abs
         )
-        noise = room * np.abs(of_key).max()
-        if abs(one) <= noise and abs(high) <= FAINT_FACTOR * noise:
-            found[key] = ZERO_RATES
+        noise = error * np.abs(slope).max()
+        if abs(price) <= noise and abs(high) <= FAINT_FACTOR * noise:
+            rates[key] = ZERO_RATES
             continue
-        found[key] = PriceRates(one, one) if abs(high - low) <= EQUAL_PRICES * abs(high) else PriceRates(low, high)
-    return found
+        is_unique = abs(high - low) <= EQUAL_PRICES * abs(high)
+        rates[key] = PriceRates(price, price) if is_unique else PriceRates(low, high)
+    return rates
 
 
 def _fit_multipliers(columns: FloatArray, goal: FloatArray) -> tuple[FloatArray, float]:
-    """Multipliers that leave the least of ∇R, and how much that is."""
+    """The multipliers λ ≥ 0 of least residual |∇R + Σ λ·∇c|, and this residual."""
     if not columns.size:
         return np.zeros(0), inf
-    if columns.shape == (1, 1):  # of the size alone, and one limit: scipy takes longer to import than all the rest
+    if columns.shape == (1, 1):  # one variable and one limit need no scipy, which is slow to import
         weights = np.maximum(-goal / columns[0], 0.0)
         return weights, float(np.abs(goal + columns[0] * weights)[0])
-    weights, left = scipy.optimize.nnls(columns, -goal)
-    return weights, left
+    weights, residual = scipy.optimize.nnls(columns, -goal)
+    return weights, residual
 
 
-def _least_price(slopes: FloatArray, columns: FloatArray, goal: FloatArray, room: float) -> float:
-    """The least sum of multipliers times slopes, of all that leave no more than some room; −∞ if it has none."""
+def _least_price(slopes: FloatArray, columns: FloatArray, goal: FloatArray, error: float) -> float:
+    """The least Σ λ·slope over all multipliers whose residuals are within an error; −∞ if it is unbounded."""
     if columns.shape == (1, 1):
-        middle, reach = -goal[0] / columns[0, 0], room / abs(columns[0, 0])
+        middle, reach = -goal[0] / columns[0, 0], error / abs(columns[0, 0])
         return float(min(slopes[0] * max(middle + side * reach, 0.0) for side in (-1.0, 1.0)))
-    both, most = np.vstack([columns, -columns]), np.concatenate([room - goal, room + goal])
+    both, most = np.vstack([columns, -columns]), np.concatenate([error - goal, error + goal])
     answer = scipy.optimize.linprog(slopes, both, most)
     return float(answer.fun) if answer.status == 0 else -inf

@@ -1,4 +1,4 @@
-"""A small cam over the angles of a turn as well, by the simplex method of Nelder and Mead; no proof.
+"""A small cam over sizes and the angles of a turn, by the simplex method of Nelder and Mead, without proof.
 
 Source: J. A. Nelder, R. Mead, A simplex method for function minimization, Computer Journal 7 (1965).
 """
@@ -20,11 +20,14 @@ from camopt.solve.smallest.result import SmallestCam, allowed_gap
 from camopt.solve.smallest.smallest import solve_small_cam
 from camopt.solve.smallest.turns import SegmentAngles, TurnOptimum, better_turn
 
-INFEASIBLE_COST = 1e9  # mm, what is without a feasible design costs a descent
-NARROW_RANGE = 1e-9  # deg
-DESCENT_MOVES = 80  # of a descent, for each angle
-LEAST_TRADE, TRADE_GAIN = 1e-3, 1e-7  # of trades between segments: deg, and share of the size
-ROUGH_END, FINE_END = 1e-6, 1e-10  # where a descent ends, mm and shares of a range
+INFEASIBLE_COST = 1e9  # mm: cost of a point without a feasible design
+NARROW_RANGE = 1e-9  # deg: angles with narrower ranges are fixed
+DESCENT_MOVES = 80  # most evaluations of a descent, for each angle
+LEAST_TRADE, TRADE_GAIN = (
+    1e-3,
+    1e-7,
+)  # smallest trade between segments, deg, and smallest gain, relative to the size
+ROUGH_END, FINE_END = 1e-6, 1e-10  # tolerances at which a descent ends, mm and shares of a range
 
 
 def descend_simplex(
@@ -36,9 +39,10 @@ def descend_simplex(
     until: float,
     ends: tuple[float, float] | None = None,
 ) -> FloatArray:
-    """Where a simplex of a start and a step along each variable comes to by so many moves for each, or ``until``.
+    """The point of least cost that the simplex method reaches from a start, with ``steps`` along each variable.
 
-    It ends where steps and costs differ by no more than ``closest``; ``ends`` are those of all variables.
+    It ends at ``moves`` evaluations for each variable, after ``until``, or when the steps and costs of the simplex
+    differ by no more than ``closest``. ``ends`` is the range of every variable.
     """
 
     def stop(intermediate_result: Any) -> None:
@@ -55,7 +59,7 @@ def descend_simplex(
 
 
 class NelderMead:
-    """A descent over the angles from the best turn so far; no proof, but most often the optimum."""
+    """Descents over the angles from the best turn so far; without proof, but most often they reach the optimum."""
 
     def __init__(self, turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum | None = None) -> None:
         self.turns, self.bounds, self.box = turns, bounds, turns.box
@@ -65,7 +69,7 @@ class NelderMead:
         )
 
     def try_few_turns(self) -> TurnOptimum:
-        """The best turn by the closed form, if it decides; else the best of the middle, corners and the scene."""
+        """The best turn by the closed form, if it decides; else the best of the middle, corner and scene turns."""
         self.solve_turn(self.best.freed_angles)
         if self.free.size > 1 and self.descend_by_closed_form():
             return self.best
@@ -77,7 +81,7 @@ class NelderMead:
         return self.best
 
     def run(self) -> TurnOptimum:
-        """The turn that descents reach from the best one so far."""
+        """The best turn that descents reach from the best one so far."""
         if self.free.size > 1 and self.best.answer.design is not None:
             self.descend_from_best(self.size_of_turn, 0.05, ROUGH_END)
             self.trade_angles(self.size_of_turn, self.best.freed_angles)
@@ -85,7 +89,7 @@ class NelderMead:
         return self.best
 
     def solve_turn(self, freed: FloatArray, *, closely: bool = False) -> SmallestCam:
-        """A small cam for a turn."""
+        """A small cam for a turn, kept if it is the best so far."""
         best, problem = self.best.answer.design, self.turns.problem_of(freed)
         answer = solve_small_cam(problem, self.bounds, best, self.turns.until, closely=closely)
         if answer.design is None and best is None:
@@ -94,52 +98,52 @@ class NelderMead:
         return answer
 
     def size_of_turn(self, freed: FloatArray, *, closely: bool = False) -> float:
-        """The size of a small cam for a turn; none is found when the time is over."""
+        """Size of a small cam for a turn [mm]; ``INFEASIBLE_COST`` if there is none or the time is over."""
         if clock_seconds() > self.turns.until:
             return INFEASIBLE_COST
         return min(self.solve_turn(freed, closely=closely).size, INFEASIBLE_COST)
 
     def closed_form_size(self, freed: FloatArray) -> float:
-        """The size by the closed form alone; most often no other limit asks for more."""
+        """Size by the closed form alone [mm]; most often no other limit needs a larger one."""
         design = closed_form_design(self.turns.problem_of(freed), self.bounds)
         return INFEASIBLE_COST if design is None else float(design.size[0])
 
     def descend_by_closed_form(self) -> bool:
-        """Descend by the closed form; whether the cam that it ends at holds all other limits too."""
+        """Descend by the closed form; True if the cam at the end meets all other limits too."""
         for reach in (0.05, 1e-3):
             turn = self.trade_angles(
                 self.closed_form_size, self.descend_from_best(self.closed_form_size, reach, FINE_END)
             )
-            least, reached = self.closed_form_size(turn), self.solve_turn(turn)
+            least, answer = self.closed_form_size(turn), self.solve_turn(turn)
             decided = (
                 least < INFEASIBLE_COST
-                and reached.design is not None
-                and reached.size <= least + allowed_gap(reached.design)
+                and answer.design is not None
+                and answer.size <= least + allowed_gap(answer.design)
             )
         return decided
 
     def shifted_turn(self, start: FloatArray, order: IndexArray, steps: FloatArray) -> FloatArray:
-        """A turn whose free segments but the last, in some order, are longer by shares of their ranges."""
-        wanted, lengths = start.copy(), steps * (self.box.high - self.box.low)[order[:-1]]
-        wanted[order[:-1]] += lengths
-        wanted[order[-1]] -= lengths.sum()
-        return wanted
+        """A turn with free segments longer by shares of their ranges; the last in order makes up the total."""
+        shifted, lengths = start.copy(), steps * (self.box.high - self.box.low)[order[:-1]]
+        shifted[order[:-1]] += lengths
+        shifted[order[-1]] -= lengths.sum()
+        return shifted
 
     def trade_angles(self, cost: Callable[[FloatArray], float], turn: FloatArray) -> FloatArray:
-        """From a turn, give degrees of one segment to another as long as that helps, up to their ends.
+        """The turn after moving degrees from one segment to another for as long as that reduces the cost.
 
-        Two segments at a time are the edges of the box of turns: those at an end of their range stay exactly there.
+        Pairs of segments follow the edges of the box of turns, and stay exactly on an end of a range.
         """
         least, step = cost(turn), float(np.max(self.box.high - self.box.low)) / 4.0
         while step > LEAST_TRADE and clock_seconds() < self.turns.until:
             before = least
             for longer, shorter in permutations(self.free, 2):
-                taken, given = self.box.high[longer] - turn[longer], turn[shorter] - self.box.low[shorter]
-                room = min(taken, given)
-                moved = min(step, room)
+                most_gain, most_loss = self.box.high[longer] - turn[longer], turn[shorter] - self.box.low[shorter]
+                room = min(most_gain, most_loss)
+                trade = min(step, room)
                 other = turn.copy()
-                other[longer] = self.box.high[longer] if moved == taken else turn[longer] + moved
-                other[shorter] = self.box.low[shorter] if moved == given else turn[shorter] - moved
+                other[longer] = self.box.high[longer] if trade == most_gain else turn[longer] + trade
+                other[shorter] = self.box.low[shorter] if trade == most_loss else turn[shorter] - trade
                 size = cost(other) if room > 0.0 else inf
                 if size < least:
                     turn, least = other, size
@@ -147,16 +151,16 @@ class NelderMead:
         return turn
 
     def descend_from_best(self, cost: Callable[[FloatArray], float], reach: float, closest: float) -> FloatArray:
-        """The turn of least cost that a simplex of a given reach finds from the best one."""
+        """The turn of least cost that a simplex reaches from the best one; ``reach`` is its first step."""
         start = self.best.freed_angles
         room = np.minimum(start - self.box.low, self.box.high - start)[self.free]
         order = self.free[np.argsort(room, kind="stable")]
         inwards = np.where(self.box.high - start >= start - self.box.low, reach, -reach)[order[:-1]]
 
         def cost_at_steps(steps: FloatArray) -> float:
-            wanted = self.shifted_turn(start, order, steps)
-            outside = float(np.maximum(self.box.low - wanted, wanted - self.box.high).max(initial=0.0))
-            return cost(wanted) if outside <= 0.0 else INFEASIBLE_COST * (1.0 + outside)
+            turn = self.shifted_turn(start, order, steps)
+            outside = float(np.maximum(self.box.low - turn, turn - self.box.high).max(initial=0.0))
+            return cost(turn) if outside <= 0.0 else INFEASIBLE_COST * (1.0 + outside)
 
         steps = descend_simplex(
             cost_at_steps, np.zeros(inwards.size), inwards, (closest, closest), DESCENT_MOVES, self.turns.until

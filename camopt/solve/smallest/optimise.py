@@ -1,4 +1,4 @@
-"""Optimise: the smallest cam of a scene over its laws and sizes, with what holds it."""
+"""``camopt.optimise``: the smallest cam of a scene over its laws and sizes, with its active limits."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -43,47 +43,48 @@ from camopt.solve.verdicts.limit_verdicts import (
 )
 from camopt.solve.verdicts.verdict_words import UNDECIDED
 
-OPTIMISE_SECONDS = 60.0  # of a search, unless told
-NOMINAL_PARTS = 3  # of so many parts of the time, one is for the nominal cam beside a robust one
-CLEARANCE_SIZES = 48  # sizes above the optimum at which feasibility is looked at
+OPTIMISE_SECONDS = 60.0  # default time of a search
+NOMINAL_PARTS = 3  # a robust search gives one of this many parts of its time to the nominal cam
+CLEARANCE_SIZES = 48  # sizes above the optimum at which feasibility is evaluated
 
 
 @options_by_keyword
 @with_progress_bar("laws")
 def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: float = OPTIMISE_SECONDS) -> Optimum:
-    """Find the smallest base radius (mean radius of a cylindrical cam) with which every limit of a scene is met.
+    """Find the smallest base radius (mean radius of a cylindrical cam) that meets every limit of a scene.
 
-    The base radius is free, within the range that ``[search]`` gives it, if any. For other sizes and numbers, such
-    as a spring rate, a range in ``[search]`` means any value in it, and a list one of its values; what ``[search]``
-    does not name stays as it is in the scene. Of two discs that both have a range the larger one is made least, and
-    then the other one beside it, by its own sizes. Where the proof for ranges of numbers of the train takes too
-    long, the answer is the best of the trains that were tried all over them and on the way down from there.
+    The base radius is free, within its range in ``[search]`` if it has one. For other sizes and numbers, such as a
+    spring rate, a range in ``[search]`` allows any value in it, and a list allows its values only. Whatever
+    ``[search]`` does not name keeps its value in the scene. If both discs of a pair have a range, camopt minimises
+    the larger disc, then the smaller one by its own sizes. If the proof over ranges of the train's numbers takes
+    too long, the answer is the best train of a sample of these ranges and of descents from it.
 
-    With ``search.robust`` every cam whose numbers are within ``[tolerances]``, those of its train too, has to hold
-    the limits, as one of its own; the size that is found is nominal. It is proved that no smaller cam is robust;
-    that this one is, is proved over the whole box of numbers, not at its corners alone (``every_cam``).
+    With ``search.robust`` every cam within ``[tolerances]``, those of the train included, must meet the limits; the
+    size is the nominal one. camopt then proves that no smaller cam is robust. It also proves over the whole box of
+    tolerances, not only at its corners, that this cam is robust (``every_cam``).
 
     Parameters
     ----------
     scene : Scene, str or os.PathLike
-        Limits, and in ``[search]`` the laws to try and what is free.
+        Limits, and in ``[search]`` the laws to try and the free variables.
     progress : callable or True, optional
         True shows a progress bar. A function is called with (laws done, laws in all). If it
         returns False, the search ends.
     seconds : float, default 60
-        Time for the search, shared between the laws. If it runs out, the answer is the smallest cam found so far,
+        Time for the search [s], shared between the laws. If it runs out, the answer is the smallest cam so far,
         with ``proved`` False and its gap.
 
     Returns
     -------
     Optimum
-        The smallest cam of each law, and of all (``best``), as designs with their scenes; or what is in the way.
+        The smallest cam of each law and of all laws (``best``), as designs with their scenes; for a law without a
+        feasible cam, the limits that prevent one (``obstacles``).
 
     Raises
     ------
     BadInput
-        If nothing limits the size from below, so that there is no smallest cam; if ``[search]`` varies the diameter
-        of the shaft, or a number that a quantity needs above 0 down to 0.
+        If nothing limits the size from below, so that there is no smallest cam. If ``[search]`` varies the diameter
+        of the shaft, or lets a number reach 0 that a quantity needs above 0.
     Stopped
         If ``progress`` returned False.
 
@@ -100,12 +101,12 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
     """
     scene = scene_from(scene)
     problem, end = at_rounding_error(resolve(scene)), search_end(seconds)
-    shared = [each for each in problem.search_space.numbers if each.role == "shared"]
-    fixed = [*variation_mistakes(problem.file, shared, "optimise takes"), *_train_range_mistakes(problem)]
-    if fixed := [*given_profile_mistakes(problem, "the base radius"), *fixed]:
-        raise BadInput(fixed)
+    shared = [number for number in problem.search_space.numbers if number.role == "shared"]
+    mistakes = [*variation_mistakes(problem.file, shared, "optimise takes"), *_train_range_mistakes(problem)]
+    if mistakes := [*given_profile_mistakes(problem, "the base radius"), *mistakes]:
+        raise BadInput(mistakes)
     problem = problem_with_free_numbers(problem)
-    found: dict[str, dict[str, Any]] = {}
+    quantities: dict[str, dict[str, Any]] = {}
     cams: dict[str, Problem] = {}
     sizes: dict[str, float] = {}
     misses: list[tuple[tuple[float, float], dict[str, Any]]] = []
@@ -118,19 +119,19 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
         turns = SegmentAngles(problem, pair, until=until)
         nominal = _nominal_optimum(problem.with_programme(programme), turns, time_share(until, NOMINAL_PARTS))
         answers, least = solve_all_boxes(problem.with_programme(programme), turns, until)
-        out_of_time |= clock_seconds() > until or any(each.out_of_time for each in answers)
+        out_of_time |= clock_seconds() > until or any(answer.out_of_time for answer in answers)
         if least is not None:
             assert least.answer.design is not None
-            alone, design = least.problem.absorb_fixed_numbers(least.answer.design)
-            found[laws] = _optimum_quantities(alone, replace(least.answer, design=design), until) | least.angles
-            found[laws] |= _nominal_comparison(least.answer, nominal)
+            reduced, design = least.problem.absorb_fixed_numbers(least.answer.design)
+            quantities[laws] = _optimum_quantities(reduced, replace(least.answer, design=design), until)
+            quantities[laws] |= least.angles | _nominal_comparison(least.answer, nominal)
             cams[laws], sizes[laws] = replace(least.problem, design=least.answer.design), least.answer.size
             continue
         obstacles[laws] = _infeasibility_in_words(answers, max(until, time_share(end, len(programmes) - done)))
         misses += [_miss_quantities(each.problem, each.answer.nearest) for each in answers if each.answer.nearest]
-    order = sorted(found, key=lambda laws: sizes[laws])
-    ranked = DesignsByLaw((laws, Design(found[laws], scene)) for laws in order)
-    least_miss = None if found else min(misses, key=lambda miss: miss[0], default=None)
+    order = sorted(quantities, key=lambda laws: sizes[laws])
+    ranked = DesignsByLaw((laws, Design(quantities[laws], scene)) for laws in order)
+    least_miss = None if quantities else min(misses, key=lambda miss: miss[0], default=None)
     nearest = least_miss and Design(least_miss[1], scene)
     best = next(iter(ranked.values()), None)
     warnings = tuple(_optimum_warnings(cams[order[0]], best)) if best else ()
@@ -138,12 +139,12 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
 
 
 def search_end(seconds: float) -> float:
-    """The time (``clock.now``) at which a search of given seconds must stop.
+    """Time (``clock_seconds``) at which a search must stop [s].
 
     Raises
     ------
     BadInput
-        If they are no number above 0.
+        If ``seconds`` is not a number above 0.
     """
     if not (isinstance(seconds, int | float) and seconds > 0.0):
         raise BadInput([Mistake("camopt", "seconds", seconds, "a number above 0")])
@@ -151,74 +152,74 @@ def search_end(seconds: float) -> float:
 
 
 class BoxOptimum(NamedTuple):
-    """The answer for one box of sizes: with the turn of the cam and, where angles are free, what it chooses."""
+    """The smallest cam in one box of sizes, with its turn."""
 
     problem: Problem
-    """With the turn that was chosen."""
+    """The problem with the turn of this cam."""
     bounds: SizeBounds
     answer: SmallestCam
     freed_angles: FloatArray
     """The angles of freed segments, deg."""
     angles: dict[str, Any]
+    """``angles_deg`` of all segments, if some are free; else empty."""
     out_of_time: bool = False
-    """Whether the time was over before a search among trains was."""
+    """Whether the search among trains ran out of time."""
 
 
 def solve_all_boxes(
     problem: Problem, turns: SegmentAngles, until: float
 ) -> tuple[list[BoxOptimum], BoxOptimum | None]:
-    """The smallest cam of each train and box of sizes, and that of all, if there is one, with what is proved of it.
+    """The smallest cam of each train and box of sizes, and the smallest of all, if there is one, with its proof.
 
-    Where every cam within tolerances has to hold the limits, by exchange (``smallest.exchange``).
+    If every cam within tolerances must meet the limits, the method is exchange (``smallest.exchange``).
 
     Raises
     ------
     BadInput
         If nothing limits the size.
     """
-    every = problem.robust_errors
-    if train_entries(problem.zones):  # of many trains few matter, which the proof finds
-        problem, turns = _with_extra_cams(problem, turns, ())
+    corner_errors = problem.robust_errors
+    if train_entries(problem.zones):  # few of the many trains at corners matter; the proof finds these
+        problem, turns = _with_robust_errors(problem, turns, ())
     for _ in range(CAM_EXCHANGES if problem.zones else 1):
         answers = list(solve_each_train(problem, turns, until))
         least = _smallest_of_boxes(problem, answers)
         if least is None or not problem.zones:
             break
-        proved, offs = certify_answer(least.problem, least.answer, least.bounds, until)
-        known = [*every, *(off for off in problem.robust_errors if off not in every)]
-        least = least._replace(answer=proved, problem=replace(least.problem, robust_errors=tuple(known)))
+        proved, violating = certify_answer(least.problem, least.answer, least.bounds, until)
+        all_errors = [*corner_errors, *(error for error in problem.robust_errors if error not in corner_errors)]
+        least = least._replace(answer=proved, problem=replace(least.problem, robust_errors=tuple(all_errors)))
         if proved.every_cam == UNDECIDED and proved.design is not None:
-            offs = violating_cams(
-                least.problem, proved.design, [off for off in every if off not in problem.robust_errors]
-            )
-        if not offs:
+            new = [error for error in corner_errors if error not in problem.robust_errors]
+            violating = violating_cams(least.problem, proved.design, new)
+        if not violating:
             break
-        problem, turns = _with_extra_cams(problem, turns, (*problem.robust_errors, *offs))
+        problem, turns = _with_robust_errors(problem, turns, (*problem.robust_errors, *violating))
     return answers, least
 
 
-def _with_extra_cams(
-    problem: Problem, turns: SegmentAngles, offs: tuple[NumberErrors, ...]
+def _with_robust_errors(
+    problem: Problem, turns: SegmentAngles, errors: tuple[NumberErrors, ...]
 ) -> tuple[Problem, SegmentAngles]:
-    """The problem, and its turns, where the cams that are off so have to hold the limits."""
-    return replace(problem, robust_errors=offs), replace(turns, problem=replace(turns.problem, robust_errors=offs))
+    """The problem and its turns, in which cams with these errors must meet the limits too."""
+    robust = replace(turns.problem, robust_errors=errors)
+    return replace(problem, robust_errors=errors), replace(turns, problem=robust)
 
 
 def solve_each_train(problem: Problem, turns: SegmentAngles, until: float) -> Iterator[BoxOptimum]:
-    """The smallest cam of each train of which ``[search]`` lists the numbers, and of each box of sizes."""
+    """The smallest cam of each train that ``[search]`` lists, in each box of sizes."""
     trains = listed_trains(problem)
     for done, numbers in enumerate(trains):
-        end, here = time_share(until, len(trains) - done), problem.with_numbers(numbers)
-        if here.setup.mechanism.has_no_assembly:
-            yield from (
-                BoxOptimum(here, box, SmallestCam(None, inf), turns.scene_angles, {}) for box in search_boxes(here)
-            )
+        end, listed = time_share(until, len(trains) - done), problem.with_numbers(numbers)
+        if listed.setup.mechanism.has_no_assembly:
+            for box in search_boxes(listed):
+                yield BoxOptimum(listed, box, SmallestCam(None, inf), turns.scene_angles, {})
         else:
-            yield from _solve_each_box(here, replace(turns, problem=turns.problem.with_numbers(numbers)), end)
+            yield from _solve_each_box(listed, replace(turns, problem=turns.problem.with_numbers(numbers)), end)
 
 
 def _solve_each_box(problem: Problem, turns: SegmentAngles, until: float) -> Iterator[BoxOptimum]:
-    """The smallest cam of each box of sizes, with one train, or with the best train in its ranges."""
+    """The smallest cam of each box of sizes, with the problem's train or with the best train in its ranges."""
     boxes = search_boxes(problem)
     for done, bounds in enumerate(boxes):
         end = time_share(until, len(boxes) - done)
@@ -235,7 +236,7 @@ def _solve_each_box(problem: Problem, turns: SegmentAngles, until: float) -> Ite
 
 
 def _smallest_of_boxes(problem: Problem, answers: list[BoxOptimum]) -> BoxOptimum | None:
-    """The smallest cam of all boxes, with what is proved of it; None if there is none."""
+    """The smallest cam of all boxes, with the lower bound over all of them; None if there is none."""
     least = min(answers, key=lambda each: each.answer.size)
     if least.answer.design is None:
         return None
@@ -247,71 +248,73 @@ def _smallest_of_boxes(problem: Problem, answers: list[BoxOptimum]) -> BoxOptimu
 
 
 def _infeasibility_in_words(answers: list[BoxOptimum], until: float) -> str:
-    """Why no box of sizes holds a feasible design; box by box, where the reasons differ."""
+    """Why no box of sizes holds a feasible design, box by box where the reasons differ."""
     reasons = {}
-    for done, each in enumerate(answers):
-        reasons[describe_listed_values(each.problem, each.bounds)] = _infeasibility_of_box(
-            each, time_share(until, len(answers) - done)
+    for done, box in enumerate(answers):
+        reasons[describe_listed_values(box.problem, box.bounds)] = _infeasibility_of_box(
+            box, time_share(until, len(answers) - done)
         )
     return join_infeasibilities(reasons)
 
 
-def _infeasibility_of_box(each: BoxOptimum, until: float) -> Infeasibility:
-    """The reason for one box; after ``until`` what its nearest miss breaks."""
-    mechanism = each.problem.setup.mechanism
+def _infeasibility_of_box(box: BoxOptimum, until: float) -> Infeasibility:
+    """The reason for one box; after ``until``, the limits that its nearest miss breaks."""
+    mechanism = box.problem.setup.mechanism
     if mechanism.has_no_assembly:
         return Infeasibility(f"assembly: {mechanism.assembly}")
-    if each.answer.is_proved and (clock_seconds() <= until or each.answer.nearest is None):
-        return find_infeasibility(each.problem, each.bounds, until)
-    if each.answer.nearest is None:
-        return Infeasibility("nothing that was found (not proved)")
-    rows = evaluate_rows(each.problem, each.answer.nearest, frozenset(), until)
+    if box.answer.is_proved and (clock_seconds() <= until or box.answer.nearest is None):
+        return find_infeasibility(box.problem, box.bounds, until)
+    if box.answer.nearest is None:
+        return Infeasibility("unknown limits (not proved)")
+    rows = evaluate_rows(box.problem, box.answer.nearest, frozenset(), until)
     return Infeasibility(f"{rows.records()[0]['violated'].replace(',', ', ')} (not proved)")
 
 
 def _train_range_mistakes(problem: Problem) -> Iterator[Mistake]:
-    """A mistake for each number of the train that has a range where angles have one too."""
-    for each in free_train_numbers(problem) if problem.search_space.angles else ():
-        why = "optimise takes a list of it where angles of the motion are free, or the angles of the scene"
-        yield Mistake(problem.file, each.search_key, None, why, bare=True)
+    """A mistake for each number of the train with a range, if angles of the motion have ranges too."""
+    for number in free_train_numbers(problem) if problem.search_space.angles else ():
+        why = (
+            "cannot have a range while angles of the motion are free: "
+            "give optimise a list of values, or fix the angles"
+        )
+        yield Mistake(problem.file, number.search_key, None, why, bare=True)
 
 
 def _idle_numbers(problem: Problem, binding: Sequence[str]) -> Iterator[str]:
-    """The keys of numbers with a range that change no limit which holds the problem's own design."""
+    """The keys of free numbers that change no active limit of the problem's design."""
     limits = [limit for limit in problem.without_deferred_limits.limits if limit.name in binding]
-    for each in problem.search_space.numbers:
-        if each.is_free:
-            ends = problem.design.take([0, 0]).with_values({each.field: np.array(each.range_ends)})
+    for number in problem.search_space.numbers:
+        if number.is_free:
+            ends = problem.design.take([0, 0]).with_values({number.field: np.array(number.range_ends)})
             low, high = worst_excesses(problem, limits, ends).T
             if np.array_equal(low, high):
-                yield each.key
+                yield number.key
 
 
 def _optimum_warnings(problem: Problem, best: Design) -> Iterator[str]:
-    """What to know of the smallest cam, which is the problem's design.
+    """Warnings on the smallest cam, which is the problem's design.
 
-    Numbers that do not hold its size; whether no limit that was set does; and where no proof covers trains that
-    were not tried.
+    They name trains without a proof, numbers that the size does not depend on, and a cam whose active limits are
+    all built in, none from ``[limits]``.
     """
-    alone, design = problem.absorb_design_numbers(problem.design)
-    yield from warnings_of(replace(alone, design=design))
+    reduced, design = problem.absorb_design_numbers(problem.design)
+    yield from warnings_of(replace(reduced, design=design))
     if (ranges := free_train_numbers(problem)) and not best["proved"]:
-        numbers = join_names(each.key for each in ranges)
-        yield f"the best of the trains that were tried in the ranges of {numbers}: no proof covers the others"
+        numbers = join_names(number.key for number in ranges)
+        yield f"best of the trains tried in the ranges of {numbers}: no proof covers the others"
     if idle := [*_idle_numbers(problem, best["binding"])]:
-        given = (
-            "one value of many that hold the limits is given; a sweep with it among its objectives finds the best"
-        )
-        yield f"the size does not depend on {join_names(idle)} here: {given}"
-    unasked = {limit.name for limit in problem.limits if not limit.set_by_scene}
-    if best["binding"] and unasked.issuperset(best["binding"]):
-        holds = f"only {join_names(best['binding'])} holds this cam"
+        names = join_names(idle)
+        remedy = f"sweep with {names} as an objective to find the best"
+        yield f"the size does not depend on {names} here: camopt shows one feasible value of many; {remedy}"
+    built_in = {limit.name for limit in problem.limits if not limit.set_by_scene}
+    if best["binding"] and built_in.issuperset(best["binding"]):
+        holds = f"the size of this cam is limited by {join_names(best['binding'])} alone"
         unset = unset_build_limits(problem.limits, problem.setup)
-        yield f"{holds}: [limits] such as {join_names(unset)} make it one to build" if unset else holds
+        yield f"{holds}: for a cam to build, set [limits] such as {join_names(unset)}" if unset else holds
 
 
 def _miss_quantities(problem: Problem, design: Designs) -> tuple[tuple[float, float], dict[str, Any]]:
-    """The excess of a design over its limits, of the worst cam that has to hold them, and its quantities."""
+    """The rank of a design by its excess over the limits, with all robust cams, and its quantities."""
     rows = evaluate_rows(problem, design, problem.evaluated_quantities | problem.size_names)
     excess = worst_excesses(problem, problem.limits, design)
     values = rows.records()[0]
@@ -321,7 +324,7 @@ def _miss_quantities(problem: Problem, design: Designs) -> tuple[tuple[float, fl
 
 
 def _optimum_quantities(problem: Problem, answer: SmallestCam, until: float) -> dict[str, Any]:
-    """The quantities of an optimum, the limits that bind it, and where feasibility is clear above it."""
+    """The quantities of an optimum, its active limits, its gap, and the size above which larger cams are clear."""
     design = answer.design
     assert design is not None
     rows = evaluate_rows(problem, design, problem.evaluated_quantities | problem.size_names)
@@ -347,16 +350,16 @@ def _optimum_quantities(problem: Problem, answer: SmallestCam, until: float) -> 
 
 
 def _nominal_optimum(problem: Problem, turns: SegmentAngles, until: float) -> SmallestCam | None:
-    """The smallest cam that holds the limits itself, to stand beside a robust one; none where all do so."""
+    """The smallest cam without tolerances, to compare a robust one with; None if the problem is not robust."""
     if not problem.zones:
         return None
-    alone = replace(turns, problem=replace(turns.problem, zones={}, robust_errors=()), until=until)
-    _, least = solve_all_boxes(replace(problem, zones={}, robust_errors=()), alone, until)
+    nominal_turns = replace(turns, problem=replace(turns.problem, zones={}, robust_errors=()), until=until)
+    _, least = solve_all_boxes(replace(problem, zones={}, robust_errors=()), nominal_turns, until)
     return least and least.answer
 
 
 def _nominal_comparison(robust: SmallestCam, nominal: SmallestCam | None) -> dict[str, Any]:
-    """The size of the smallest nominal cam, whether it is proved, and by how much a robust one is larger."""
+    """The size of the smallest nominal cam, whether it is proved, and by how much the robust one is larger."""
     if nominal is None:
         return {}
     larger = robust.size - nominal.size
@@ -364,11 +367,11 @@ def _nominal_comparison(robust: SmallestCam, nominal: SmallestCam | None) -> dic
 
 
 def _clear_size(problem: Problem, answer: SmallestCam, until: float) -> float:
-    """The least size above which no size looked at is shown to break a limit, the other sizes being the optimum's.
+    """Least size above which no larger cam of a geometric grid breaks a limit [mm]; infinite if the largest does.
 
-    Of a pair both discs are larger by as much, where both are free, and the size is that of the first. Feasibility
-    is looked at on a geometric grid, from ten times the prime radius down, and the last change found is bisected,
-    until the time is over. An infeasible gap narrower than the grid can be missed.
+    The other sizes are those of the optimum. If both discs of a pair are free, both grow by the same length, and
+    the size is that of the first. The grid is searched downwards from ten times the prime radius. The first change
+    is bisected, until the time is over. An infeasible gap narrower than the grid can be missed.
     """
     design = answer.design
     assert design is not None
@@ -380,16 +383,16 @@ def _clear_size(problem: Problem, answer: SmallestCam, until: float) -> float:
 
     if not holds_limits(sizes[-1:])[0]:
         return inf
-    bad, clear = -1, CLEARANCE_SIZES - 1
-    while bad < clear - 1:
+    broken, clear = -1, CLEARANCE_SIZES - 1
+    while broken < clear - 1:
         if clock_seconds() > until:
             return float(sizes[clear])
-        some = np.arange(max(clear - LAST_DESIGNS_AT_ONCE, bad + 1), clear)
-        bad = int(np.max(some[~holds_limits(sizes[some])], initial=bad))
-        clear = max(int(some[0]), bad + 1)
-    if bad < 0:
+        block = np.arange(max(clear - LAST_DESIGNS_AT_ONCE, broken + 1), clear)
+        broken = int(np.max(block[~holds_limits(sizes[block])], initial=broken))
+        clear = max(int(block[0]), broken + 1)
+    if broken < 0:
         return size
-    low, high = sizes[bad], sizes[clear]
+    low, high = sizes[broken], sizes[clear]
     while high - low > RELATIVE_GAP * prime_radius and clock_seconds() <= until:
         middle = (low + high) / 2
         low, high = (low, middle) if holds_limits(np.array([middle]))[0] else (middle, high)

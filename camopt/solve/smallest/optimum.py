@@ -1,4 +1,4 @@
-"""What optimise finds: the smallest cam of each law, what binds it, and what its bounds cost."""
+"""The result of ``optimise``: the smallest cam of each law, its active limits, and what these cost."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from camopt.solve.tables.cells import with_unit
 from camopt.solve.tables.designs import Design, designs_table, laws_shown, miss_sections, with_law
 from camopt.solve.tables.result import Result, Table, to_json_values
 
-LARGEST_FAILS = "the largest that was tried does, or cannot be assembled"
+LARGEST_FAILS = "the largest cam tried does, or cannot be assembled"
 
 
 @dataclass(frozen=True)
@@ -24,43 +24,44 @@ class Optimum(Result):
     Each ``Design`` is a mapping from quantity to value, and has a ``scene``. Besides the quantities that the scene
     calls for, it has:
 
-    - ``binding``: the limits that it just meets, so that it cannot be smaller;
-    - ``proved``: whether it is proved that no feasible design of that law is smaller by more than 1e-9 of the prime
-      radius; of two discs that both have a range it is the larger one that counts, and the other one beside it;
+    - ``binding``: the active limits, which keep the cam from being smaller;
+    - ``proved``: whether camopt proved that no feasible design of that law is smaller by more than 1e-9 of the
+      prime radius. If both discs of a pair have a range, this is proved of the larger disc, and of the smaller one
+      beside it;
     - ``gap_mm``: by how much a feasible design might be smaller;
     - ``angles_deg``: the angles of all segments, if ``[search]`` varies some;
-    - ``every_cam``, with ``search.robust``: whether every cam within the tolerances of its numbers holds every
-      limit: held (proved over the whole box), undecided, or broken, where no cam was found that all hold;
-    - ``nominal_mm``, likewise: the size of the smallest cam of which the nominal one alone holds them, and
-      ``safety_mm``, by how much the robust one is larger: what safety costs; ``nominal_proved``, as ``proved``;
+    - ``every_cam``, with ``search.robust``: whether every cam within the tolerances meets every limit: held (proved
+      over the whole box), undecided, or broken (the search met no design whose cams all meet them);
+    - ``nominal_mm``, with ``search.robust``: the size of the smallest cam without tolerances. ``nominal_proved``
+      says whether this size is proved. ``safety_mm`` is by how much the robust cam is larger: what safety costs;
     - ``clear_above_mm``: all larger designs that were tried above this size are feasible. It exceeds the optimum if
       larger cams break a limit again, and is infinite if large cams fail, as with oscillating followers.
 
     Attributes
     ----------
     scene : Scene
-        What was asked.
+        The scene that was solved.
     best : Design or None
         The smallest cam of all; None if no law has a feasible design.
     by_law : dict
         The smallest cam of each law, the smallest first.
     obstacles : dict
-        For each law without a feasible design, the limits that are in the way.
+        For each law without a feasible design, the limits that prevent one.
     nearest_miss : Design or None
-        If no law has a feasible design: the one that breaks its limits the least; ``violated`` names them.
-        Of those found so far where ``out_of_time``.
+        If no law has a feasible design: the design that breaks its limits the least; ``violated`` names them.
+        If ``out_of_time``: the best of the designs tried so far.
     out_of_time : bool
         Whether a search ran out of time, so that its answer is not proved.
     warnings : tuple of str
-        What to know of the best cam unasked, as of an ``Evaluation``.
+        Warnings on the best cam, like those of an ``Evaluation``.
     prices : dict or None
-        What ``camopt.prices`` finds of each law, where it was computed, as the command does.
+        The prices of each law (``camopt.prices``) if they were computed, as the command does.
 
     Examples
     --------
     >>> scene = camopt.find_scene("roller-1000rpm").replace(**{"search.law": ["cycloidal"]})
-    >>> found = camopt.optimise(scene)
-    >>> found.best["binding"], found.best["gap_mm"] < 1e-6
+    >>> optimum = camopt.optimise(scene)
+    >>> optimum.best["binding"], optimum.best["gap_mm"] < 1e-6
     (['pressure_angle', 'pressure_angle_return'], True)
     """
 
@@ -79,7 +80,7 @@ class Optimum(Result):
         return f"<Optimum of {self.scene.name}: {len(self.by_law)} laws; {what}>"
 
     def table(self) -> Table | None:
-        """The smallest cam of each law with what binds it; whether that is proved, where it is not for all."""
+        """The smallest cam of each law with its active limits; with its gap, if some cam is not proved."""
         rows = with_law(self.by_law.values())
         if not rows:
             return None
@@ -93,7 +94,7 @@ class Optimum(Result):
         return designs_table(title, resolve(self.scene), rows, last)
 
     def sections(self) -> Iterator[Table | str]:
-        """The smallest cam of each law, what is not proved, prices; or the nearest miss."""
+        """The smallest cam of each law, the proofs that are missing, and prices; or the nearest miss."""
         name = self.scene.name
         if best := self.table():
             yield best
@@ -104,52 +105,53 @@ class Optimum(Result):
                 less = with_unit(row["gap_mm"], "mm")
                 yield f"{law or name}: not proved; a feasible cam may be smaller by up to {less}"
             if not row.get("nominal_proved", True):
-                yield f"{law or name}: the nominal optimum is not proved; a smaller one may exist"
+                yield f"{law or name}: the smallest nominal cam is not proved; a smaller one may exist"
         yield from self._larger_cams()
         if self.out_of_time:
-            yield "The search ran out of time; more `seconds` may prove it or find a smaller cam."
+            yield "The search ran out of time; more `seconds` may prove this cam or find a smaller one."
         if any((self.prices or {}).values()):
             yield from self._price_sections(self.prices or {})
         if self.nearest_miss and self.out_of_time:
             yield from miss_sections(
-                self.nearest_miss, "No feasible design in the time given. The least miss found so far:"
+                self.nearest_miss, "No feasible design in the time given. Nearest miss so far:"
             )
         elif self.nearest_miss:
             yield from miss_sections(self.nearest_miss)
 
     def _larger_cams(self) -> Iterator[str]:
-        """Sentences on laws of which larger cams may break a limit."""
+        """A sentence on each law whose larger cams may break a limit."""
         size_name = resolve(self.scene).size_name
         for law, row in self.by_law.items():
             clear = row["clear_above_mm"]
             if clear > row[size_name]:
-                tried = f"above {with_unit(clear, 'mm')} none that was tried does"
+                tried = f"all cams tried above {with_unit(clear, 'mm')} meet the limits"
                 tried = tried if isfinite(clear) else LARGEST_FAILS
-                late = ", and not all were looked at in the time" if self.out_of_time else ""
+                late = " (time ran out before all were tried)" if self.out_of_time else ""
                 yield f"{law or self.scene.name}: larger cams may break a limit again{late}; {tried}."
 
     def _price_sections(self, prices: dict[str, list[Price]]) -> Iterator[Table | str]:
-        """The price of each bound, the size of the cam without it, the limits that bind that cam."""
+        """The price of each active limit, the size of the cam without it, and the next limits."""
         yield ""
         yield price_table(prices, ["law", *PRICE_COLUMNS] if len(prices) > 1 else PRICE_COLUMNS)
-        every = [price for each in prices.values() for price in each]
-        ranges = [price for price in every if price.key.startswith("search.")]
-        if any(price.price is None or price.tightened is None for price in every):
-            yield f"{UNKNOWN_PRICE} as a price: what has no bound, such as no undercut, holds the cam as well."
-        if any(price.next is None and price not in ranges for price in every):
-            late = "that cam was not found and proved in the time; more `seconds` may do"
-            yield f"{UNKNOWN_PRICE} without a limit or tolerance: {late}."
+        all_prices = [price for each in prices.values() for price in each]
+        ranges = [price for price in all_prices if price.key.startswith("search.")]
+        if any(price.price is None or price.tightened is None for price in all_prices):
+            why = "the cam is also held by a condition without a value, such as no undercut"
+            yield f"{UNKNOWN_PRICE} in a price: {why}."
+        if any(price.next is None and price not in ranges for price in all_prices):
+            late = "not proved in the time; more `seconds` may do"
+            yield f"{UNKNOWN_PRICE} in the size without a limit or tolerance: {late}."
         if any(price.next is None for price in ranges):
-            yield f"{UNKNOWN_PRICE} without the end of a range: it is not sought."
+            yield f"{UNKNOWN_PRICE} in the size without the end of a range: not computed."
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Warnings, and walls that are thin."""
+        """Warnings, and thin walls."""
         thin = no_wall(self.scene, self.best.get("base_radius_mm")) if self.best else ()
         return (*self.warnings, *thin)
 
     def document(self) -> dict[str, Any]:
-        """The best design, those of each law, what is in the way, and prices."""
+        """The best design, the designs of each law, the obstacles and the prices."""
         return {
             **to_json_values(next(iter(self.by_law.values()), {})),
             "by_law": self.by_law,

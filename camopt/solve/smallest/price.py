@@ -1,4 +1,4 @@
-"""The price of a bound, and a table of several."""
+"""Prices of active limits (shadow prices), and their table."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -15,11 +15,12 @@ PRICE_COLUMNS = ("bound", "as set", "price", "tightened", "size without it", "ho
 
 @dataclass(frozen=True)
 class Price:
-    """The price of a bound that a smallest cam just meets.
+    """The price of an active limit of a smallest cam (shadow price).
 
-    ``price`` and ``tightened`` are derivatives: how the size (base radius, of two free discs that of the larger
-    one, or mean radius of a cylindrical cam) changes per unit of the bound, for small changes. Those of free laws
-    are of what these minimise, in its unit in place of mm, and have no cam without the bound.
+    ``price`` and ``tightened`` are derivatives: the change of the size per unit of the bound, for small changes.
+    The size is the base radius (of two free discs, the larger one's), or the mean radius of a cylindrical cam.
+    Prices of free laws are changes of their objective, in its unit instead of mm; the fields from ``size_without``
+    on are then None.
 
     Attributes
     ----------
@@ -27,23 +28,24 @@ class Price:
         The bound's key in the scene, as ``limits.pressure_angle``; ``search.offset.stop`` for an end of a range,
         ``tolerances.profile`` for a tolerance.
     bound : float
-        Its value; of a tolerance the larger of its ends, µm (deg): with the price both ends go out or in.
+        Its value. For a tolerance: the larger of its two ends, µm (deg); the price is for moving both ends.
     unit : str
-        Of the bound.
+        Unit of the bound.
     relation : str
-        How what is bounded must compare with the bound: ≤, ≥ or ±, where its magnitude must be ≤.
+        How the limited quantity must compare with the bound: ≤, ≥, or ± if its magnitude must be ≤.
     price : float or None
-        mm per unit, as the bound is eased, a tolerance narrowed; None where something that has no bound holds the
-        cam as well.
+        Change of the size as the bound is eased, or a tolerance narrowed [mm per unit]. None if a condition
+        without a value, such as no undercut, also holds the cam.
     tightened : float or None
-        mm per unit, as the bound is tightened: not ``price`` where another bound would be enough to hold the cam.
+        Change of the size as the bound is tightened [mm per unit]. It differs from ``price`` if another limit would
+        hold the cam by itself.
     size_without : float or None
-        The size of the smallest cam without this limit, or with a tolerance of 0, mm: easing it saves no more. 0
-        where nothing else limits the size; None where it was not sought (an end of a range), or not proved in time.
+        Size of the smallest cam without this limit, or with a tolerance of 0 [mm]; easing the bound saves no more.
+        0 if nothing else limits the size; None for an end of a range, or if it was not proved in time.
     holds_to : float or None
-        What the cam of ``size_without`` has of what is bounded: beyond it, easing saves nothing more.
+        Value of the limited quantity for the cam of ``size_without``; easing beyond it saves nothing.
     next : tuple of str or None
-        The keys of what the cam of ``size_without`` just meets, bounds or what every cam must hold.
+        The keys of the active limits of the cam of ``size_without``.
 
     Examples
     --------
@@ -72,7 +74,7 @@ class Price:
         return self.to_dict()
 
     def in_words(self, unit_of_size: str = "mm") -> dict[str, str]:
-        """The price as a row of texts, with the unit of what is minimised."""
+        """The price as a row of texts; ``unit_of_size`` is that of the objective."""
         unit = f"{shown_unit(unit_of_size)} per {shown_unit(self.unit) or 'unit'}".lstrip()
 
         def cost(value: float | None) -> str:
@@ -95,7 +97,7 @@ class Price:
 
 
 class Prices(Result, dict[str, list[Price]]):
-    """The prices of the bounds of each law: a mapping, whose rows ``to_pandas`` gives."""
+    """The prices of the active limits, by law: a mapping, whose rows ``to_pandas`` returns."""
 
     main_rows: ClassVar[str] = "prices"
 
@@ -108,10 +110,10 @@ class Prices(Result, dict[str, list[Price]]):
         return {"prices": [{"law": law, **vars(price)} for law, each in self.items() for price in each]}
 
     def table(self) -> Table:
-        """A row for each bound of each law, without columns in which nothing is known."""
+        """A row for each bound of each law, without empty columns."""
         rows = [price.in_words(self.unit_of_size) for each in self.values() for price in each]
-        known = [name for name in PRICE_COLUMNS if any(row[name] not in ("", UNKNOWN_PRICE) for row in rows)]
-        return price_table(self, ["law", *known] if len(self) > 1 else known, self.unit_of_size)
+        filled = [name for name in PRICE_COLUMNS if any(row[name] not in ("", UNKNOWN_PRICE) for row in rows)]
+        return price_table(self, ["law", *filled] if len(self) > 1 else filled, self.unit_of_size)
 
 
 def price_table(prices: Mapping[str, Iterable[Price]], names: Iterable[str], unit_of_size: str = "mm") -> Table:

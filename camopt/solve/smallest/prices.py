@@ -1,6 +1,6 @@
-"""The price of each bound that a smallest cam just meets, and what holds the cam without it.
+"""``camopt.prices``: the price of each active limit of a smallest cam, and the cam without this limit.
 
-Prices of tolerances are derivatives by each of them, which may be wider.
+Tolerances have prices too: derivatives of the size by the width of each tolerance.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -37,35 +37,36 @@ from camopt.solve.tables.designs import joined_laws
 from camopt.solve.verdicts.effect_runs import columns_for
 from camopt.solve.verdicts.limit_verdicts import excesses, worst_excesses
 
-BOUND_ROUNDING = 1e-9  # of a bound
+BOUND_ROUNDING = 1e-9  # relative to a bound
 MICRON, DEGREE = ("µm", 1e-3), ("deg", radians(1.0))
 TOLERANCE_STEP = 1e-3
-"""Of a tolerance: differences are taken over it."""
+"""Step of differences, relative to a tolerance."""
 
 
 @dataclass(frozen=True)
 class PricedTolerance:
-    """A tolerance, by its key in the scene."""
+    """A tolerance that has a price."""
 
     key: str
+    """Its key in the scene."""
     band: ErrorBand
-    """mm or rad; of other numbers in their unit."""
+    """mm or rad; for other numbers in their unit."""
     unit: str
     unit_size: float
-    """Of the unit, mm or rad."""
+    """The unit in mm or rad."""
     set_band: Callable[[ToleranceBands, ErrorBand], ToleranceBands]
     field: str = ""
-    """Of designs, if they have it."""
+    """The field of designs with this tolerance, if there is one."""
 
     @property
     def bound(self) -> float:
-        """The larger of its ends, in its unit."""
+        """The larger of its two ends, in its unit."""
         return max(-self.band.low, self.band.high) / self.unit_size
 
     def problem_with_band(self, problem: Problem, band: ErrorBand) -> Problem:
         """The problem with other ends of this tolerance."""
-        given, zones = problem.setup.errors, dict(problem.zones)
-        setup = problem.setup if given is None else replace(problem.setup, errors=self.set_band(given, band))
+        bands, zones = problem.setup.errors, dict(problem.zones)
+        setup = problem.setup if bands is None else replace(problem.setup, errors=self.set_band(bands, band))
         if self.field in zones:
             zones[self.field] = ToleranceZone(band.low, band.high, zones[self.field].deviation)
             zones = {field: zone for field, zone in zones.items() if zone.lower or zone.upper}
@@ -74,22 +75,23 @@ class PricedTolerance:
         return replace(problem, setup=setup, limits=limits, zones=zones, robust_errors=initial_robust_errors(zones))
 
     def excess_slopes(self, problem: Problem, limits: list[Limit]) -> FloatArray:
-        """How the excess over each limit of a problem's design changes as both ends go out, per unit."""
+        """Change of the relative excess over each limit per unit of the tolerance, as both ends move outwards."""
         step = TOLERANCE_STEP * self.bound * self.unit_size
-        names, found = [limit.name for limit in limits], []
-        for by in (step, -step):
-            wider = self.problem_with_band(problem, ErrorBand(self.band.low - by, self.band.high + by))
-            own = {limit.name: limit for limit in wider.limits}
-            found.append(worst_excesses(wider, [own[name] for name in names], problem.design)[:, 0])
-        return np.asarray((found[0] - found[1]) / (2.0 * step) * self.unit_size)
+        names, excesses = [limit.name for limit in limits], []
+        for change in (step, -step):
+            band = ErrorBand(self.band.low - change, self.band.high + change)
+            changed = self.problem_with_band(problem, band)
+            changed_limits = {limit.name: limit for limit in changed.limits}
+            excesses.append(worst_excesses(changed, [changed_limits[name] for name in names], problem.design)[:, 0])
+        return np.asarray((excesses[0] - excesses[1]) / (2.0 * step) * self.unit_size)
 
 
 def tolerances_of(problem: Problem) -> Iterator[PricedTolerance]:
     """The tolerances of a problem that are above 0."""
-    given, variables = problem.setup.errors, {each.field: each for each in problem.variables}
-    fields = {each.key: field for field, each in variables.items()}
-    sizes = {} if given is None else {variables[field].key: band for field, band in given.sizes.items()}
-    others = {} if given is None else {**given.second, **{key: band for key, (band, _) in given.links.items()}}
+    bands, variables = problem.setup.errors, {variable.field: variable for variable in problem.variables}
+    fields = {variable.key: field for field, variable in variables.items()}
+    sizes = {} if bands is None else {variables[field].key: band for field, band in bands.sizes.items()}
+    others = {} if bands is None else {**bands.second, **{key: band for key, (band, _) in bands.links.items()}}
     zones = {variables[field].key: ErrorBand(zone.lower, zone.upper) for field, zone in problem.zones.items()}
     for key, band in {**sizes, **others, **zones}.items():
         if band.low or band.high:
@@ -98,73 +100,74 @@ def tolerances_of(problem: Problem) -> Iterator[PricedTolerance]:
             yield PricedTolerance(
                 f"tolerances.{key}", band, *unit, partial(_with_number_band, key, fields[key]), fields[key]
             )
-    if given is None:
+    if bands is None:
         return
     for key, name in (("profile", "profile"), ("bore_eccentricity", "bore")):
-        if size := getattr(given, name):
+        if size := getattr(bands, name):
             yield PricedTolerance(
                 f"tolerances.{key}", ErrorBand(-size, size), *MICRON, partial(_with_error_field, name)
             )
     for key, name in (("phase", "phase"), ("face_tilt", "tilt"), ("disc_phase", "disc_phase")):
-        band = getattr(given, name)
+        band = getattr(bands, name)
         if band.low or band.high:
             yield PricedTolerance(f"tolerances.{key}", band, *DEGREE, partial(_with_error_field, name))
 
 
-def _with_number_band(key: str, field: str, given: ToleranceBands, band: ErrorBand) -> ToleranceBands:
-    """Errors with other ends of a size of the follower, of its second contact, or of a number of the train."""
-    sizes, second, links = dict(given.sizes), dict(given.second), dict(given.links)
+def _with_number_band(key: str, field: str, bands: ToleranceBands, band: ErrorBand) -> ToleranceBands:
+    """The tolerances with another one of a size of the follower or second contact, or of a number of the train."""
+    sizes, second, links = dict(bands.sizes), dict(bands.second), dict(bands.links)
     if field in sizes:
         sizes[field] = band
     if key in second:
         second[key] = band
     if key in links:
         links[key] = band, links[key][1]
-    return replace(given, sizes=sizes, second=second, links=links)
+    return replace(bands, sizes=sizes, second=second, links=links)
 
 
-def _with_error_field(name: str, given: ToleranceBands, band: ErrorBand) -> ToleranceBands:
-    """Errors with another tolerance of an angle, or of a distance, which has one number."""
-    value: Any = band if isinstance(getattr(given, name), ErrorBand) else band.high
-    return replace(given, **{name: value})
+def _with_error_field(name: str, bands: ToleranceBands, band: ErrorBand) -> ToleranceBands:
+    """The tolerances with another one of an angle, or of a distance, which has a single number."""
+    value: Any = band if isinstance(getattr(bands, name), ErrorBand) else band.high
+    return replace(bands, **{name: value})
 
 
 @singledispatch
 def prices(what: Any, seconds: float = OPTIMISE_SECONDS) -> Prices:
-    """Find what each bound costs that holds a result, and what would hold the smallest cam of known laws next.
+    """Find what each active limit of a result costs, and for known laws the smallest cam without it.
 
-    Bounds are those of ``[limits]``, the diameter of the shaft, the ends of ranges in ``[search]``, the tolerances
-    that a limit which holds the cam depends on (one on errors, and any with ``search.robust``), and of a synthesis
-    the peaks of ``[synthesis]``, also if taken by default. What every cam must hold, such as no undercut, has no
-    bound and no price. A price is that of small changes.
+    Active limits may come from ``[limits]``, the diameter of the shaft, ends of ranges in ``[search]``, and for a
+    synthesis the peaks of ``[synthesis]``, defaults included. A tolerance has a price if an active limit depends on
+    it: a limit on errors, or any limit with ``search.robust``. Conditions without a value, such as no undercut,
+    have no price. Prices hold for small changes.
 
-    Of what ``optimise`` found: at the smallest cam, ∇R + Σ λ·∇c = 0 for its size R, the excesses c of what it just
-    meets, and multipliers λ ≥ 0; then a bound b costs dR/db = Σ λ·∂c/∂b. For large changes the smallest cam is
-    sought again without the limit.
+    For a result of ``optimise``: the smallest cam has ∇R + Σ λ·∇c = 0, with its size R, the excesses c of its
+    active limits, and multipliers λ ≥ 0. The price of a bound b is dR/db = Σ λ·∂c/∂b. For large changes, camopt
+    solves for the smallest cam again without the limit.
 
-    Of what ``synthesise`` found: the derivative of the least objective, with other laws for each value of the
-    bound; mm of size per unit of the bound where the size is minimised. With the multipliers λ of the constraints c
-    of the convex programme, a bound b costs df/db = ∂(f + Σ λ·c)/∂b. Laws that are a local optimum (``convex`` is
-    False) have the prices of that optimum, within a few per cent.
+    For a result of ``synthesise``: the price is the derivative of the least objective, while the laws change with
+    the bound. It is mm of size per unit of the bound if the size is minimised. With the multipliers λ of the
+    constraints c of the convex programme, it is df/db = ∂(f + Σ λ·c)/∂b. If the laws are a local optimum
+    (``convex`` is False), the prices are those of this optimum, within a few per cent.
 
     Parameters
     ----------
     what : Optimum or Synthesis
-        What ``optimise`` or ``synthesise`` found.
+        A result of ``optimise`` or ``synthesise``.
     seconds : float, default 60
-        Time for the searches without each limit, shared between them; a synthesis takes none.
+        Time for the searches without each limit [s], shared between them; a synthesis takes none.
 
     Returns
     -------
     Prices
-        A mapping: for each law, a ``Price`` for each bound that its cam just meets; not for an end of a range that
-        holds nothing, where another value makes the cam no larger. Of a synthesis ``tightened`` is ``price``; none
-        where a solver fails, or where steps end at no local optimum.
+        A mapping: for each law, a ``Price`` for each active limit of its cam. An end of a range is left out if
+        another value makes the cam no larger. For a synthesis ``tightened`` equals ``price``; there are no prices
+        if the solver fails, or if its steps do not reach a local optimum.
 
     Raises
     ------
     BadInput
-        For another result, seconds that are no number above 0, and a scene that ``synthesise`` does not take.
+        For another result, for ``seconds`` that are not a number above 0, and for a scene that ``synthesise`` does
+        not accept.
 
     References
     ----------
@@ -177,29 +180,27 @@ def prices(what: Any, seconds: float = OPTIMISE_SECONDS) -> Prices:
     >>> price.key, round(price.price, 3), price.unit
     ('limits.pressure_angle', -2.708, 'deg')
     """
-    others = (
-        "any other cam has none: optimise its scene, or see sensitivities for what each size and number changes"
-    )
-    allowed = f"what optimise or synthesise found; {others}"
+    remedy = "for another cam optimise its scene, or see sensitivities for the effect of each size and number"
+    allowed = f"a result of optimise or synthesise; {remedy}"
     raise BadInput([Mistake("camopt", "what", type(what).__name__, allowed)])
 
 
 @prices.register
 def prices_of_smallest(optimum: Optimum, seconds: float = OPTIMISE_SECONDS) -> Prices:
-    """The prices of the smallest cam of each law, what would hold it next sought in so many seconds."""
+    """The prices of the smallest cam of each law, with the cams without each limit; see ``prices``."""
     end = search_end(seconds)
     cams = dict(_free_variables_by_law(optimum))
-    found = {law: _active_prices(cams[law]) for law in optimum.by_law}
-    left = sum(len(each) for each in found.values())
-    for law, each in found.items():
-        for number, price in enumerate(each):
-            each[number] = _with_next_optimum(price, cams[law], time_share(end, left))
-            left -= 1
-    return Prices(found)
+    prices_by_law = {law: _active_prices(cams[law]) for law in optimum.by_law}
+    remaining = sum(len(law_prices) for law_prices in prices_by_law.values())
+    for law, law_prices in prices_by_law.items():
+        for number, price in enumerate(law_prices):
+            law_prices[number] = _with_next_optimum(price, cams[law], time_share(end, remaining))
+            remaining -= 1
+    return Prices(prices_by_law)
 
 
 def _free_variables_by_law(optimum: Optimum) -> Iterator[tuple[str, FreeVariables]]:
-    """The smallest cam of each law; not by its scene, which may be one that a part in it forbids."""
+    """The free variables of the smallest cam of each law, from its quantities: its scene may not be resolvable."""
     problem = problem_with_free_numbers(at_rounding_error(resolve(optimum.scene)))
     for programme, pair in law_choices(problem).items():
         laws = joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
@@ -207,43 +208,42 @@ def _free_variables_by_law(optimum: Optimum) -> Iterator[tuple[str, FreeVariable
         if row is None:
             continue
         numbers = {each.key: row[each.quantity] for each in problem.search_space.trains}
-        moved = problem.with_programme(programme).with_numbers(numbers)
-        turns = SegmentAngles(moved, pair)
+        law_problem = problem.with_programme(programme).with_numbers(numbers)
+        turns = SegmentAngles(law_problem, pair)
         varied = [each for each in problem.variables if each.is_size or each.key in problem.setup.free]
         values = {each.field: np.array([row[each.quantity]]) for each in varied if each.quantity in row}
         freed = np.array([row["angles_deg"][segment] for segment in turns.freed_segments])
-        turned = turns.problem_of(freed) if turns.freed_segments else moved
-        yield laws, FreeVariables(replace(turned, design=problem.design.with_values(values)), turns, freed)
+        turn_problem = turns.problem_of(freed) if turns.freed_segments else law_problem
+        yield laws, FreeVariables(replace(turn_problem, design=problem.design.with_values(values)), turns, freed)
 
 
 def _active_prices(cam: FreeVariables) -> list[Price]:
-    """The prices of the bounds that a smallest cam just meets, without what would hold it next."""
+    """The prices of the active limits of a smallest cam, without the cams that lack them."""
     bounds = active_constraints(cam)
-    tolerances = {each.key: each for each in tolerances_of(cam.problem)}
-    slopes = {key: _constraint_slopes(each, cam, bounds) for key, each in tolerances.items()}
-    costs = price_rates(cam, bounds, slopes)
-    binding = _significant_constraints(bounds, costs)
-    asked = {bound.key: bound for bound in binding if bound.limit is None or bound.limit.set_by_scene}
-    found = [(key, bound.value, bound.unit, bound.relation) for key, bound in asked.items()]
-    found += [(key, each.bound, each.unit, "±") for key, each in tolerances.items() if np.any(slopes[key])]
-    return [
-        Price(*each, _finite_price(costs[each[0]].eased), _finite_price(costs[each[0]].tightened)) for each in found
-    ]
+    tolerances = {tolerance.key: tolerance for tolerance in tolerances_of(cam.problem)}
+    slopes = {key: _constraint_slopes(tolerance, cam, bounds) for key, tolerance in tolerances.items()}
+    rates = price_rates(cam, bounds, slopes)
+    binding = _significant_constraints(bounds, rates)
+    priced = {bound.key: bound for bound in binding if bound.limit is None or bound.limit.set_by_scene}
+    rows = [(key, bound.value, bound.unit, bound.relation) for key, bound in priced.items()]
+    rows += [(key, each.bound, each.unit, "±") for key, each in tolerances.items() if np.any(slopes[key])]
+    return [Price(*row, _finite_price(rates[row[0]].eased), _finite_price(rates[row[0]].tightened)) for row in rows]
 
 
 def _constraint_slopes(
     tolerance: PricedTolerance, cam: FreeVariables, bounds: list[ActiveConstraint]
 ) -> FloatArray:
-    """How what bounds ask changes with a tolerance, per unit of it; 0 of ends of ranges."""
+    """Change of each constraint per unit of a tolerance; 0 for ends of ranges."""
     limits = [bound.limit for bound in bounds if bound.limit is not None]
-    found = iter(tolerance.excess_slopes(cam.problem, limits))
-    return np.array([0.0 if bound.limit is None else next(found) for bound in bounds])
+    slopes = iter(tolerance.excess_slopes(cam.problem, limits))
+    return np.array([0.0 if bound.limit is None else next(slopes) for bound in bounds])
 
 
 def _significant_constraints(
-    bounds: list[ActiveConstraint], costs: Mapping[str, PriceRates]
+    bounds: list[ActiveConstraint], rates: Mapping[str, PriceRates]
 ) -> list[ActiveConstraint]:
-    return [bound for bound in bounds if bound.limit is not None or costs[bound.key] != ZERO_RATES]
+    """All active limits, and the ends of ranges that have a price."""
+    return [bound for bound in bounds if bound.limit is not None or rates[bound.key] != ZERO_RATES]
 
 
 def _finite_price(value: float) -> float | None:
@@ -251,7 +251,7 @@ def _finite_price(value: float) -> float | None:
 
 
 def _with_next_optimum(price: Price, cam: FreeVariables, until: float) -> Price:
-    """A price with the smallest cam without its limit, if that is found and proved in time."""
+    """The price with the smallest cam without its limit, if that cam is proved in time."""
     limits = [limit for limit in cam.problem.limits if limit.key == price.key]
     tolerance = next((each for each in tolerances_of(cam.problem) if each.key == price.key), None)
     if not (limits or tolerance) or clock_seconds() >= until:
@@ -269,19 +269,17 @@ def _with_next_optimum(price: Price, cam: FreeVariables, until: float) -> Price:
         return price
     other = FreeVariables(replace(least.problem, design=least.answer.design), turns, least.freed_angles)
     bounds = active_constraints(other)
-    following = tuple(
-        dict.fromkeys(bound.key for bound in _significant_constraints(bounds, price_rates(other, bounds)))
-    )
+    next_keys = (bound.key for bound in _significant_constraints(bounds, price_rates(other, bounds)))
     holds_to = _bound_at_cam(price, limits, other) if limits else None
-    return replace(price, size_without=least.answer.size, holds_to=holds_to, next=following)
+    return replace(price, size_without=least.answer.size, holds_to=holds_to, next=tuple(dict.fromkeys(next_keys)))
 
 
 def _bound_at_cam(price: Price, limits: Sequence[Limit], cam: FreeVariables) -> float | None:
-    """The bound that a cam just meets: the least strict that one of some limits asks of it."""
+    """The bound at which the limits of a price would be active for another cam, in the unit of the bound."""
     design, problem = cam.problem.design, cam.problem
     columns = columns_for(problem, limits, design)
     slopes = np.array([limit.excess_derivative(columns, design)[0] for limit in limits])
     excess = excesses(limits, columns, design)[:, 0]
-    asked = np.argmax(excess / np.abs(slopes))
-    met = float(price.bound - excess[asked] / slopes[asked])
-    return _finite_price(met if abs(met) > BOUND_ROUNDING * abs(price.bound) else 0.0)
+    worst = np.argmax(excess / np.abs(slopes))
+    bound = float(price.bound - excess[worst] / slopes[worst])
+    return _finite_price(bound if abs(bound) > BOUND_ROUNDING * abs(price.bound) else 0.0)

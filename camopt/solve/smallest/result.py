@@ -1,4 +1,4 @@
-"""The answer of the search for the smallest cam, and the tests that it uses."""
+"""The smallest cam that a search found, and the tests of feasibility that all searches share."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,67 +20,67 @@ RELATIVE_GAP = 1e-9  # of the prime radius: a size is proved if the least feasib
 
 
 def free_discs(bounds: SizeBounds) -> tuple[str, ...]:
-    """The sizes, by field of designs, the largest of which is to be least: of a pair both, if both have a range."""
+    """The fields of the sizes whose maximum is minimised: both discs of a pair if both have a range, else one."""
     low, high = bounds.get(SECOND_SIZE, (0.0, 0.0))
     return ("size", SECOND_SIZE) if low < high else ("size",)
 
 
 def largest_disc_sizes(designs: Designs, discs: tuple[str, ...]) -> Any:
-    """The largest of some sizes of each design."""
+    """Size of the largest disc of each design [mm]."""
     return reduce(np.maximum, (designs.sizes[disc] for disc in discs))
 
 
 @dataclass(frozen=True)
 class SmallestCam:
-    """The answer for one programme: the design, or why there is none."""
+    """The smallest design for one programme with its lower bound, or the nearest miss."""
 
     design: Designs | None
     floor: float
-    """A size that no feasible design of these bounds undercuts, mm; infinite if there is none."""
+    """Proved lower bound of the size of feasible designs, mm; infinite if there are none."""
     nearest: Designs | None = None
-    """Without a design: the one of those looked at that exceeds its limits the least."""
+    """If there is no design: the tried one that exceeds its limits the least."""
     discs: tuple[str, ...] = ("size",)
-    """The sizes, by field, the largest of which is least."""
+    """The fields of the sizes whose maximum is minimised."""
     second_disc_gap: float = 0.0
     """By how much the smaller disc of a pair may be smaller beside the larger one, mm."""
     every_cam: str = ""
-    """Whether every cam within the tolerances holds the limits with the design, if they have to."""
+    """The verdict on every cam within the tolerances of the design; empty if the problem is not robust."""
 
     @property
     def size(self) -> float:
-        """The size of the design; infinite if there is none."""
+        """Size of the design [mm]; infinite if there is none."""
         return inf if self.design is None else float(largest_disc_sizes(self.design, self.discs)[0])
 
     @property
     def gap(self) -> float:
-        """By how much a feasible design of these bounds may be smaller, mm; 0 where none exists at all."""
+        """By how much a feasible design may be smaller [mm]; 0 if it is proved that none exists."""
         return max(self.second_disc_gap, 0.0 if self.size <= self.floor else float(self.size - self.floor))
 
     @property
     def is_proved(self) -> bool:
-        """Whether no feasible design of these bounds is smaller by more than ``allowed_gap``."""
+        """Whether it is proved that no feasible design is smaller by more than ``allowed_gap``."""
         return self.gap <= (0.0 if self.design is None else allowed_gap(self.design))
 
     def with_larger_sizes(self, by: FloatArray) -> Designs:
-        """The design with the sizes that are made least larger by some lengths, mm."""
+        """The design with its minimised sizes increased by each of some lengths, mm."""
         assert self.design is not None
-        moved = self.design.take(np.zeros(by.size, dtype=int))
-        return moved.with_values({disc: moved.sizes[disc] + by for disc in self.discs})
+        copies = self.design.take(np.zeros(by.size, dtype=int))
+        return copies.with_values({disc: copies.sizes[disc] + by for disc in self.discs})
 
 
 def allowed_gap(design: Designs) -> float:
-    """How much smaller than a proved design the least feasible one may be, mm."""
+    """How much smaller the smallest feasible design may be than a proved one [mm]."""
     return RELATIVE_GAP * float(design.prime_radius[0])
 
 
 def first_feasible_design(
     problem: Problem, designs: Designs, crossings: KnownCrossings | None, until: float = inf
 ) -> Designs | None:
-    """The first of some designs that is feasible, if there is one that is found before ``until`` (``clock.now``).
+    """The first feasible one of some designs, or None if none is found before ``until`` (``clock_seconds``).
 
-    Limits that are asked last cost too much to ask them of all: they are asked of one design, then of twice as
-    many, and so on. Where a design is found to cross itself, all others that do so there are left out.
-    ``crossings``, what is known of them, is None where no limit is asked last.
+    Deferred limits cost too much to evaluate for all designs. camopt evaluates them for one design, then for twice
+    as many, and so on. Once a design crosses itself, all others that cross at the same place are dropped.
+    ``crossings`` remembers these places; it is None if no limit is deferred.
     """
     designs = designs.take(feasible_designs(problem.without_deferred_limits, designs))
     if crossings is None:
@@ -88,18 +88,18 @@ def first_feasible_design(
     count = 1
     while len(designs) and clock_seconds() <= until:
         designs = designs.take(~crossings.cross_at_known(designs))
-        some, designs = designs.take(slice(0, count)), designs.take(slice(count, None))
-        held = np.flatnonzero(feasible_designs(problem, some))
+        block, designs = designs.take(slice(0, count)), designs.take(slice(count, None))
+        held = np.flatnonzero(feasible_designs(problem, block))
         if held.size:
-            return some.take(held[:1])
-        if len(some):
-            crossings.learn_crossing(some.take([0]))
+            return block.take(held[:1])
+        if len(block):
+            crossings.learn_crossing(block.take([0]))
         count = min(2 * count, LAST_DESIGNS_AT_ONCE)
     return None
 
 
 def is_provably_feasible(problem: Problem, design: Designs, until: float = inf) -> bool:
-    """Whether a design is feasible, decided in intervals where doubles do not tell, before the time is over."""
+    """Whether a design is proved feasible before ``until``, by intervals where doubles do not decide."""
     return all(
         evaluate_rows(own, each, frozenset(), until).column("feasible")[0]
         for own, each in problem.all_variants(design)
@@ -107,19 +107,19 @@ def is_provably_feasible(problem: Problem, design: Designs, until: float = inf) 
 
 
 def crossing_memory(problem: Problem) -> KnownCrossings | None:
-    """A memory for cams that cross themselves, still empty; None if crossing is allowed."""
+    """An empty memory of places where cams cross themselves; None if no limit is deferred."""
     return KnownCrossings(problem.setup, problem.programme) if problem.has_deferred_limits else None
 
 
 def first_design_where(designs: Designs, holds: Callable[[Designs], bool]) -> Designs | None:
-    """The first design that meets a costly condition, by bisection, assuming that all after it meet it too."""
-    found, low, high = None, 0, len(designs) - 1
+    """The first design that meets a costly condition, by bisection; assumes that all after it meet it too."""
+    first, low, high = None, 0, len(designs) - 1
     middle = 0
     while low <= high:
-        one = designs.take([middle])
-        if holds(one):
-            found, high = one, middle - 1
+        design = designs.take([middle])
+        if holds(design):
+            first, high = design, middle - 1
         else:
             low = middle + 1
         middle = (low + high) // 2
-    return found
+    return first

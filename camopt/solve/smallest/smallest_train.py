@@ -1,14 +1,14 @@
-"""The smallest cam over numbers of the train as well: the best of many in their ranges, descents from it, a proof.
+"""The smallest cam over sizes and numbers of the train: a sample of trains, descents from the best, then a proof.
 
-Each train gives the follower another motion, of which the smallest cam is sought as that of any other: a small one
-where many trains are tried, the smallest itself near the best of them (simplex method of Nelder and Mead). Boxes of
-sizes and trains (``motion_boxes``) then prove that no other train has a smaller cam, or find it; where they run
-out, the answer is the best of the trains that were tried.
+Each train gives the follower another motion, and each motion has its smallest cam. A small cam, without proof, is
+enough for the sample and the first descents (simplex method of Nelder and Mead). Boxes of sizes and trains
+(``motion_boxes``) then prove that no other train has a smaller cam, or find that train. If the boxes do not finish,
+a finer descent solves for the smallest cam itself, and the answer is the best train tried.
 
-A box is dropped if a limit at some cam angle (``train_limits``) shows that it holds no feasible cam, or if none of
-its trains, or of its cams, can be put together. Limits on what trains alone do, the transmission angle and the
-forces in joints, and on means over the turn do the same. Means under loads that change over the turn, and those of
-guides with friction, drop no box; a cam has to hold them like all others to be the answer.
+A box is dropped if a limit at some cam angle (``train_limits``) proves that it holds no feasible cam, or if none of
+its trains or cams can be assembled. Limits on the train alone (transmission angle, forces in joints) and on means
+over the turn drop boxes too. Means under loads that change over the turn, or with friction in guides, drop no box;
+the answer meets them all the same.
 """
 
 from collections.abc import Callable, Collection, Iterator
@@ -43,26 +43,26 @@ from camopt.solve.verdicts.driven_boxes import train_keys
 SPREAD_TRAINS, CORNERED_NUMBERS = (
     16,
     3,
-)  # trains all over the ranges; of how many numbers at most the ends of all as well
-TRAIN_DESCENTS = 1  # from the best of them, before boxes
-PHASE_SHARES = 1 / 6, 1 / 4, 5 / 6  # of the time: when trains all over, on the way down, and boxes are left
+)  # sampled trains; up to this many numbers the corners of their ranges are tried too
+TRAIN_DESCENTS = 1  # descents from the best sampled trains, before boxes
+PHASE_SHARES = 1 / 6, 1 / 4, 5 / 6  # shares of the time after which the sample, the first descents and boxes end
 
 
 class TrainOptimum(NamedTuple):
-    """The smallest cam of the trains that were tried, with the problem of its train."""
+    """The smallest cam of the trains tried, with the problem of its train."""
 
     problem: Problem
     answer: SmallestCam
     out_of_time: bool = False
-    """Whether the time was over before the search was."""
+    """Whether the search ran out of time."""
 
 
 class TrainBoxSearch(MotionSearch):
-    """A search among the trains of a problem, below the best cam so far."""
+    """Branch and bound over the trains of a problem, below the best cam so far."""
 
-    def __init__(self, problem: Problem, bounds: SizeBounds, found: TrainOptimum, until: float) -> None:
+    def __init__(self, problem: Problem, bounds: SizeBounds, best: TrainOptimum, until: float) -> None:
         self.problem, self.bounds, self.until = at_rounding_error(problem), bounds, until
-        self.best, self.best_motion = found.answer, found.problem
+        self.best, self.best_motion = best.answer, best.problem
         self.limits = TrainLimits.from_problem(self.problem.with_free_keys(self.motion_fields))
 
     @cached_property
@@ -70,8 +70,8 @@ class TrainBoxSearch(MotionSearch):
         return train_keys(self.problem)
 
     def search_ends(self) -> SizeBounds:
-        of_limits = max((limit.least_size for limit in self.problem.limits), default=0.0)
-        least = max(self.bounds["size"][0], of_limits, negligible_size(self.problem, self.bounds))
+        limit_sizes = max((limit.least_size for limit in self.problem.limits), default=0.0)
+        least = max(self.bounds["size"][0], limit_sizes, negligible_size(self.problem, self.bounds))
         most = min(largest_possible_size(self.problem, self.bounds), self.best.size)
         trains = {each.key: each.range_ends for each in self.problem.search_space.trains if each.has_range}
         return {**self.bounds, **trains, "size": (least, most)}
@@ -92,30 +92,30 @@ class TrainBoxSearch(MotionSearch):
 
 
 def listed_trains(problem: Problem) -> list[NumberSetting]:
-    """The combinations of numbers of the train of which ``[search]`` lists values; one without any."""
-    listed = [each for each in problem.search_space.trains if not each.has_range]
-    values = product(*(each.grid_values.tolist() for each in listed))
-    return [dict(zip((each.key for each in listed), each, strict=True)) for each in values]
+    """All combinations of the train's numbers that ``[search]`` lists; one empty combination if it lists none."""
+    listed = [number for number in problem.search_space.trains if not number.has_range]
+    combinations = product(*(number.grid_values.tolist() for number in listed))
+    return [dict(zip((number.key for number in listed), values, strict=True)) for values in combinations]
 
 
 def free_train_numbers(problem: Problem) -> list[Variable]:
-    """The numbers of the train of which ``[search]`` gives a range."""
-    return [each for each in problem.search_space.trains if each.has_range]
+    """The numbers of the train with a range in ``[search]``."""
+    return [number for number in problem.search_space.trains if number.has_range]
 
 
 class Descent(NamedTuple):
-    """How to go down from a train."""
+    """The settings of a descent over trains."""
 
     reach: float
-    """The first step, a share of each range."""
+    """First step, a share of each range."""
     moves: int
-    """Trains that are tried at most, for each number."""
+    """Most trains tried, for each number."""
     share: float
-    """Of each range: it ends where steps are no longer, and sizes differ by no more than ``size``."""
+    """It ends when steps are at most this share of each range, and sizes differ by at most ``size``."""
     size: float
     """mm"""
     solve: Callable[..., SmallestCam]
-    """What finds the cam of one train."""
+    """The function that finds the cam of one train."""
 
 
 ROUGH_DESCENT, FINE_DESCENT = (
@@ -124,45 +124,45 @@ ROUGH_DESCENT, FINE_DESCENT = (
 )
 
 
-def _is_of_tool(limit: Limit) -> bool:
-    """Whether a limit is about the motion of the tool."""
+def _limits_tool_motion(limit: Limit) -> bool:
     curves = [constraint.curve for constraint in limit.constraints]
-    return any(isinstance(each, Derivative) and not each.at_follower for each in curves)
+    return any(isinstance(curve, Derivative) and not curve.at_follower for curve in curves)
 
 
 @dataclass
 class TrainOptimiser:
-    """A search among trains, by the shares that their numbers take of their ranges."""
+    """A search among trains; each train is given by its shares, the positions of its numbers in their ranges."""
 
     problem: Problem
     bounds: SizeBounds
     until: float
-    """When it is to stop (``clock.now``)."""
+    """When to stop (``clock_seconds``)."""
     optima: dict[tuple[float, ...], TrainOptimum] = field(default_factory=dict)
-    """The best of each train by those shares."""
+    """The smallest cam of each train tried, by its shares."""
     out_of_time: bool = False
-    """Whether a train was left out because the time was over."""
+    """Whether a train was skipped because the time was over."""
 
     def run(self) -> TrainOptimum:
-        """The smallest cam of all trains that were tried."""
+        """The smallest cam of all trains tried, with the lower bound over all trains."""
         spread, rough, boxes = (clock_seconds() + part * (self.until - clock_seconds()) for part in PHASE_SHARES)
         for shares in self._sample_shares():
             self.size_of_train(shares, solve_small_cam, spread)
         for start in self._best_shares(TRAIN_DESCENTS):
             self.descend_from_train(start, ROUGH_DESCENT, rough)
-        found = self._bound_all_trains(boxes)
-        if found.answer.is_proved:
-            return found
+        bounded = self._bound_all_trains(boxes)
+        if bounded.answer.is_proved:
+            return bounded
         self.out_of_time |= clock_seconds() > boxes
         for start in self._best_shares(1):
             self.descend_from_train(start, FINE_DESCENT, self.until)
-        best = min(found, self._best_train, key=lambda each: each.answer.size)
-        return best._replace(answer=replace(best.answer, floor=found.answer.floor), out_of_time=self.out_of_time)
+        best = min(bounded, self._best_train, key=lambda train: train.answer.size)
+        return best._replace(answer=replace(best.answer, floor=bounded.answer.floor), out_of_time=self.out_of_time)
 
     def _bound_all_trains(self, until: float) -> TrainOptimum:
-        """The best train, with a size that no cam of any train undercuts.
+        """The best train, with a lower bound of the size over all trains.
 
-        Where the follower's motion is given, the limits that the tool does not enter hold for all trains.
+        If the scene gives the motion at the follower, limits that do not involve the tool are the same for all
+        trains, and give the bound.
         """
         if not self.problem.programme.given_at_follower:
             search = TrainBoxSearch(self.problem, self.bounds, self._best_train, until)
@@ -170,19 +170,21 @@ class TrainOptimiser:
             return TrainOptimum(search.best_motion, answer)
         best, floor, train = self._best_train, 0.0, self.problem.setup.train
         if train is None or not train.carried:
-            alone = tuple(each for each in self.problem.limits if each.constraints and not _is_of_tool(each))
-            floor = solve_smallest_cam(replace(self.problem, limits=alone), self.bounds, until=until).floor
+            limits = tuple(
+                limit for limit in self.problem.limits if limit.constraints and not _limits_tool_motion(limit)
+            )
+            floor = solve_smallest_cam(replace(self.problem, limits=limits), self.bounds, until=until).floor
         return best._replace(answer=replace(best.answer, floor=floor))
 
     @property
     def _best_train(self) -> TrainOptimum:
-        """The best of all trains that were tried."""
+        """The train with the smallest cam of all trains tried."""
         return min(
             self.optima.values(), key=lambda each: (each.answer.size, each.problem.setup.mechanism.has_no_assembly)
         )
 
     def size_of_train(self, shares: FloatArray, solve: Callable[..., SmallestCam], until: float) -> float:
-        """The size of the cam of a train; none is looked for when the time is over."""
+        """Size of the cam of a train [mm]; ``INFEASIBLE_COST`` if there is none or the time is over."""
         if self.optima and clock_seconds() > until:
             self.out_of_time = True
             return INFEASIBLE_COST
@@ -191,35 +193,35 @@ class TrainOptimiser:
             each.key: float(each.values_at_shares(np.array(s))) for each, s in zip(variables, shares, strict=True)
         }
         problem = self.problem.with_numbers(values)
-        apart = problem.setup.mechanism.has_no_assembly
-        found = TrainOptimum(problem, SmallestCam(None, inf) if apart else solve(problem, self.bounds, until=until))
+        has_no_assembly = problem.setup.mechanism.has_no_assembly
+        answer = SmallestCam(None, inf) if has_no_assembly else solve(problem, self.bounds, until=until)
         key = tuple(map(float, shares))
-        if key not in self.optima or found.answer.size < self.optima[key].answer.size:
-            self.optima[key] = found
-        return min(found.answer.size, INFEASIBLE_COST)
+        if key not in self.optima or answer.size < self.optima[key].answer.size:
+            self.optima[key] = TrainOptimum(problem, answer)
+        return min(answer.size, INFEASIBLE_COST)
 
-    def descend_from_train(self, start: FloatArray, how: Descent, until: float) -> None:
-        """Go down from a train by a simplex."""
-        cost, steps = (
-            partial(self.size_of_train, solve=how.solve, until=until),
-            np.where(start > 0.5, -how.reach, how.reach),
-        )
-        descend_simplex(cost, start, steps, (how.share, how.size), how.moves, until, ends=(0.0, 1.0))
+    def descend_from_train(self, start: FloatArray, descent: Descent, until: float) -> None:
+        """Descend from a train by the simplex method; all trains tried go into ``optima``."""
+        cost = partial(self.size_of_train, solve=descent.solve, until=until)
+        steps = np.where(start > 0.5, -descent.reach, descent.reach)
+        closest = descent.share, descent.size
+        descend_simplex(cost, start, steps, closest, descent.moves, until, ends=(0.0, 1.0))
 
     def _best_shares(self, count: int) -> list[FloatArray]:
-        """The best trains with a feasible cam."""
-        feasible = (shares for shares, each in self.optima.items() if each.answer.design is not None)
+        """The shares of the best trains with a feasible cam."""
+        feasible = (shares for shares, train in self.optima.items() if train.answer.design is not None)
         return [np.array(shares) for shares in sorted(feasible, key=lambda s: self.optima[s].answer.size)[:count]]
 
     def _sample_shares(self) -> Iterator[FloatArray]:
-        """The train of the scene, those at the ends of few ranges, and others all over them."""
-        count = len(free_train_numbers(self.problem))
-        # the scene's own train, or the nearest to it in the ranges
+        """The shares of the scene's train, of the corners of few ranges, and of a sample of all ranges."""
+        numbers = free_train_numbers(self.problem)
+        count = len(numbers)
+        # the scene's own train, or the nearest one within the ranges
         shares = []
-        for each in free_train_numbers(self.problem):
-            low, high = each.range_ends
-            own = self.problem.setup.given[each.key]
-            shares.append(0.5 if own is None or high == low else (own - low) / (high - low))
+        for number in numbers:
+            low, high = number.range_ends
+            value = self.problem.setup.given[number.key]
+            shares.append(0.5 if value is None or high == low else (value - low) / (high - low))
         yield np.clip(shares, 0.0, 1.0)
         for corner in product((0.0, 1.0), repeat=count) if count <= CORNERED_NUMBERS else ():
             yield np.array(corner)

@@ -1,12 +1,12 @@
-"""The smallest cam over the angles of a turn as well: freed segments share out the degrees that they have together.
+"""The smallest cam over sizes and the angles of a turn; the freed segments share a fixed total of degrees.
 
-A few turns, and a descent by the closed form if it decides, give a small cam. Where the size is convex in the
-angles, lines prove it at once; elsewhere boxes of sizes and angles prove it, or find a smaller cam
-(``turn_boxes``). Where they run out, a descent over the angles looks for one more.
+A few turns, with a descent by the closed form if it decides, give a small cam. If the size is convex in the angles,
+lines prove this cam at once. Otherwise boxes of sizes and angles prove it or find a smaller one (``turn_boxes``).
+If the boxes do not finish, a descent over the angles tries to improve it.
 
-Where the size has a closed form it is the largest of functions a + b/angleⁿ, b ≥ 0, or the least prime radius under
-such: convex in the angles, as long as no stroke has a velocity at its ends. Between two angles it then lies above
-the lines through its neighbours.
+A size with a closed form is the largest of functions a + b/angleⁿ, b ≥ 0, or the least prime radius under such
+functions. It is convex in the angles if no stroke has a velocity at its ends. Between two angles it then lies above
+the lines through neighbouring points.
 """
 
 from dataclasses import replace
@@ -26,45 +26,41 @@ from camopt.solve.smallest.smallest import solve_smallest_cam
 from camopt.solve.smallest.turn_boxes import TurnBoxSearch
 from camopt.solve.smallest.turns import SegmentAngles, TurnOptimum, better_turn
 
-NEIGHBOUR_STEP = 1e-4  # deg between the neighbours of the optimum that prove it
+NEIGHBOUR_STEP = 1e-4  # deg between the points near the optimum that prove it
 
 
 def smallest_over_turns(turns: SegmentAngles, bounds: SizeBounds) -> TurnOptimum:
-    """The design of least size over the angles as well, with its proven gap."""
-    none = TurnOptimum(SmallestCam(None, 0.0), turns.scene_angles)
-    found = reduce(better_turn, (NelderMead(each, bounds).try_few_turns() for each in turns.turn_kinds), none)
+    """The smallest design over sizes and angles, with its proved lower bound."""
+    best = TurnOptimum(SmallestCam(None, 0.0), turns.scene_angles)
+    best = reduce(better_turn, (NelderMead(kind, bounds).try_few_turns() for kind in turns.turn_kinds), best)
     floors = []
-    for each in turns.turn_kinds:
-        found = _with_floor(found, floor_if_convex(each, bounds, found))
-        if not found.answer.is_proved:
-            search = TurnBoxSearch(each, bounds, found)
-            found = TurnOptimum(search.run(), search.best_motion)
-        floors.append(found.answer.floor)
-    found = _with_floor(found, min(floors))
-    if found.answer.is_proved:
-        return found
-    descended = (NelderMead(each, bounds, found).run() for each in turns.turn_kinds)
-    return _with_floor(_solve_best_turn(turns, bounds, reduce(better_turn, descended, found)), min(floors))
+    for kind in turns.turn_kinds:
+        best = _with_floor(best, floor_if_convex(kind, bounds, best))
+        if not best.answer.is_proved:
+            search = TurnBoxSearch(kind, bounds, best)
+            best = TurnOptimum(search.run(), search.best_motion)
+        floors.append(best.answer.floor)
+    best = _with_floor(best, min(floors))
+    if best.answer.is_proved:
+        return best
+    descended = (NelderMead(kind, bounds, best).run() for kind in turns.turn_kinds)
+    return _with_floor(_solve_best_turn(turns, bounds, reduce(better_turn, descended, best)), min(floors))
 
 
-def _solve_best_turn(turns: SegmentAngles, bounds: SizeBounds, found: TurnOptimum) -> TurnOptimum:
-    """The smallest cam of a turn, which a descent only nears, if there is time."""
-    if found.answer.design is None or clock_seconds() > turns.until:
-        return found
-    return better_turn(
-        found,
-        TurnOptimum(
-            solve_smallest_cam(turns.problem_of(found.freed_angles), bounds, turns.until), found.freed_angles
-        ),
-    )
+def _solve_best_turn(turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum) -> TurnOptimum:
+    """The smallest cam of the best turn, if there is time; a descent has only come near it."""
+    if best.answer.design is None or clock_seconds() > turns.until:
+        return best
+    answer = solve_smallest_cam(turns.problem_of(best.freed_angles), bounds, turns.until)
+    return better_turn(best, TurnOptimum(answer, best.freed_angles))
 
 
-def _with_floor(found: TurnOptimum, floor: float) -> TurnOptimum:
-    return TurnOptimum(replace(found.answer, floor=floor), found.freed_angles)
+def _with_floor(turn: TurnOptimum, floor: float) -> TurnOptimum:
+    return TurnOptimum(replace(turn.answer, floor=floor), turn.freed_angles)
 
 
-def floor_if_convex(turns: SegmentAngles, bounds: SizeBounds, found: TurnOptimum) -> float:
-    """A size that no cam undercuts, from sizes near the best turn; 0 where the size is not known to be convex."""
+def floor_if_convex(turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum) -> float:
+    """Lower bound of the size from sizes near the best turn [mm]; 0 if the size may not be convex."""
     box, total = turns.box, turns.scene_angles.sum()
     laws = [stroke.law for stroke in turns.programme_of(box.high).strokes if stroke.law is not None]
     if len(turns.freed_segments) != 2 or any(law_peaks(law)["jumps"] == "velocity" for law in laws):
@@ -74,7 +70,7 @@ def floor_if_convex(turns: SegmentAngles, bounds: SizeBounds, found: TurnOptimum
         design = closed_form_design(turns.problem_of(np.array([angle, total - angle])), bounds)
         return None if design is None else float(design.size[0])
 
-    near = [found.freed_angles[0] + k * NEIGHBOUR_STEP for k in (-2, -1, 0, 1, 2)]
+    near = [best.freed_angles[0] + k * NEIGHBOUR_STEP for k in (-2, -1, 0, 1, 2)]
     angles = sorted({float(np.clip(angle, box.low[0], box.high[0])) for angle in near})
     sizes = [size(angle) for angle in angles]
     if len(angles) < 3 or any(value is None for value in sizes):
@@ -83,24 +79,25 @@ def floor_if_convex(turns: SegmentAngles, bounds: SizeBounds, found: TurnOptimum
 
 
 def convex_floor(angles: list[float], values: list[float]) -> float:
-    """A lower bound of a convex function from its values at all of these places but the first and the last.
+    """Lower bound of a convex function, from its values at all of the angles except the first and the last.
 
-    Between two places it lies above the lines through the two to the left and through the two to the right.
+    Between two angles the function lies above the line through the two points to the left, and above the line
+    through the two points to the right.
     """
     ends, at = (angles[0], angles[-1]), angles[1:-1]
     points = zip(at, values, strict=True)
     lines = [(*first, (second[1] - first[1]) / (second[0] - first[0])) for first, second in pairwise(points)]
     floor = inf
     for k, (left, right) in enumerate(zip([ends[0], *at], [*at, ends[1]], strict=True)):
-        around = [lines[i] for i in (k - 2, k) if 0 <= i < len(lines)]
-        floor = min(floor, _envelope_minimum(around, left, right))
+        neighbours = [lines[i] for i in (k - 2, k) if 0 <= i < len(lines)]
+        floor = min(floor, _envelope_minimum(neighbours, left, right))
     return floor
 
 
 def _envelope_minimum(lines: list[tuple[float, float, float]], left: float, right: float) -> float:
-    """The least value of the largest of one or two lines between two places.
+    """Least value between two places of the maximum of one or two lines.
 
-    A line is a place, the value there, and the slope.
+    Each line is a place, the value there, and the slope.
     """
 
     def value(x: float) -> float:

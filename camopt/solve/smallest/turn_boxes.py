@@ -1,11 +1,12 @@
-"""The smallest cam over sizes and angles together, by bisection of boxes of both, many at once (``motion_boxes``).
+"""The smallest cam over sizes and angles together, by branch and bound on boxes of both (``motion_boxes``).
 
-A box is dropped if a limit at some share of a stroke shows that it holds no feasible cam, or if its angles are no
-part of a turn. At a share of a stroke the displacement is known, whatever the angle; y', y'' and y''' fall with the
-angle, its square and its cube. So the formula of a limit there, run on a box of sizes and angles with its slopes
-(``enclosure``), bounds the excess of all cams of the box, in all turns that have the stroke. Limits that depend on
-where in the turn a stroke is, as under a load over the turn, drop no box; a cam has to hold them like all others to
-be the answer.
+A box is dropped if a limit at some share of a stroke proves that it holds no feasible cam, or if its angles fit no
+turn. At a share of a stroke the displacement does not depend on the angle; y', y'' and y''' fall with the angle,
+its square and its cube. A limit's formula there is evaluated over a box of sizes and angles, with its slopes
+(``enclosure``). This bounds the excess of all cams of the box, in all turns that have the stroke.
+
+Limits that depend on where in the turn a stroke lies, as under a load over the turn, drop no box; the answer meets
+them all the same.
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11.
 """
@@ -39,26 +40,26 @@ from camopt.solve.smallest.motion_boxes import BoxExcesses, MotionSearch
 from camopt.solve.smallest.turns import SAME_POSITION, AngleRanges, SegmentAngles, TurnOptimum
 from camopt.solve.verdicts.constraint_boxes import excess_of
 
-STROKE_IDLE_EXCESS = -0.5  # a limit that no point of a box exceeds by more, relative, is not looked at more closely
-STROKE_SHARES = 17  # of a stroke at which every box is looked at, even
-ADDED_PLACES = 64  # and so many more at most, where cams that were looked at exceed a limit the most
+STROKE_IDLE_EXCESS = -0.5  # relative: a limit with no greater excess at any sampled point of boxes is skipped
+STROKE_SHARES = 17  # evenly spaced places of a stroke at which every box is evaluated
+ADDED_PLACES = 64  # most further places, where designs tried so far exceed a limit the most
 
 
 @dataclass
 class StrokeLimit:
-    """One constraint of a limit on one stroke, and the places at which boxes are looked at."""
+    """One constraint of a limit on one stroke, and the places at which boxes are evaluated."""
 
     constraint: Constraint
     stroke: Stroke
-    """From a cam angle of 0."""
+    """The stroke, starting at a cam angle of 0."""
     turn: Programme
     """A turn that has the stroke."""
     angle_name: str | None
-    """Under which designs bring its angle (deg); None where it is the stroke's own."""
+    """The number of designs that holds its angle (deg); None if the stroke's own angle is fixed."""
     even_motion: FloatArray
-    """y, y', y'' and y''' by the share of the stroke, at places (4, places)."""
+    """y, y', y'' and y''' by the share of the stroke, at evenly spaced places (4, places)."""
     added_motion: FloatArray
-    """As ``even``, where a cam exceeds the limit the most."""
+    """The same at places where a design exceeds the limit the most."""
 
     @classmethod
     def from_constraint(
@@ -85,13 +86,13 @@ class StrokeLimit:
         new = _one_sided_motion(stroke, where / angle, kinds)
         self.added_motion = np.concatenate([self.added_motion, new], axis=1)[:, -ADDED_PLACES:]
 
-    def _turn_curve(self, designs: Designs, alone: Programme) -> Any:
+    def _turn_curve(self, designs: Designs, stroke_alone: Programme) -> Any:
         return self.constraint.curve(designs, self.turn)
 
     def box_excesses(self, box: Designs, inside: Designs, like: SlopedInterval) -> Iterator[Excesses]:
-        """The excess at the place where one design of each box exceeds the limit the most, if a limit is near.
+        """The excess at the place where one design of each box exceeds the limit the most, if it is near the limit.
 
-        Boxes are designs of ranges with slopes, as ``like`` is.
+        The boxes are designs of sloped intervals like ``like``.
         """
         places, count = np.concatenate([self.even_motion, self.added_motion], axis=1), like.size
         points = inside.take(np.tile(np.arange(count), places.shape[1]))
@@ -105,93 +106,93 @@ class StrokeLimit:
             yield Excesses.from_sloped_value(as_sloped_interval(self._constraint_excess(side, worst, box), like))
 
     def _constraint_excess(self, side: float, state: Any, designs: Designs) -> Any:
-        """What is above 0 where designs exceed the limit."""
+        """Relative excess of designs over the limit."""
         y, y1, y2, y3 = state[:4]
         angle: Any = (
             self.stroke.angle if self.angle_name is None else designs.numbers[self.angle_name] * (np.pi / 180.0)
         )
-        fast = 1.0 / angle
-        square = np.square(fast)
-        made = self.constraint.curve(designs, self.turn)
-        value = value_of(made, ..., State(y, y1 * fast, y2 * square, y3 * (fast * square)))
+        rate = 1.0 / angle
+        square = np.square(rate)
+        curve = self.constraint.curve(designs, self.turn)
+        value = value_of(curve, ..., State(y, y1 * rate, y2 * square, y3 * (rate * square)))
         return excess_of(self.constraint, np.full(y.size, side), as_quotient(value), designs)
 
 
 def _one_sided_motion(stroke: Stroke, shares: FloatArray, kinds: int) -> FloatArray:
-    """The motion by the share of a stroke on both sides of some shares, where it moves in ways of some kinds."""
-    alone = _unit_stroke(stroke)
-    return np.asarray(alone.motion_at(alone.one_sided_angles(shares, kinds).ravel()))
+    """The motion and its derivatives by the share of a stroke, on both sides of some shares with these kinds."""
+    unit_stroke = _unit_stroke(stroke)
+    return np.asarray(unit_stroke.motion_at(unit_stroke.one_sided_angles(shares, kinds).ravel()))
 
 
 def _unit_stroke(stroke: Stroke) -> Programme:
-    """The stroke alone, over an angle of 1."""
+    """A programme of the stroke alone, over an angle of 1."""
     return Programme((replace(stroke, angle=1.0, given=None),))
 
 
 class TurnBoxSearch(MotionSearch):
-    """A search among the turns that have the same segments, below the best cam so far."""
+    """Branch and bound over the turns with the same segments, below the best cam so far."""
 
-    def __init__(self, turns: SegmentAngles, bounds: SizeBounds, found: TurnOptimum) -> None:
+    def __init__(self, turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum) -> None:
         self.turns, self.bounds, self.until = turns, bounds, turns.until
-        self.best, self.best_motion = found
+        self.best, self.best_motion = best
         self.problem, self.box = at_rounding_error(turns.problem), turns.box
         self.longest = turns.programme_of(self.box.high)
-        """The strokes at their longest angles: no turn, but each of its strokes is one of turns."""
+        """The strokes at their longest angles; together they exceed a turn, but each occurs in some turn."""
         self.lift = self.longest.lift
         self.limits = [*self._stroke_limits()]
 
     def _stroke_limits(self) -> Iterator[tuple[Problem, StrokeLimit]]:
-        """The limits on strokes, each with the problem of the train that moves them."""
-        for own, asked in groupby(constraints_on_size(self.problem_without_load), lambda each: each.problem):
+        """The limits on strokes, each with the problem (of the nominal cam or a robust variant) that moves them."""
+        for variant, group in groupby(constraints_on_size(self.problem_without_load), lambda item: item.problem):
             longest = self.longest
-            if own.programme is not self.problem.programme:
-                longest = replace(self.turns, problem=own).programme_of(self.box.high)
-            for each in asked:
+            if variant.programme is not self.problem.programme:
+                longest = replace(self.turns, problem=variant).programme_of(self.box.high)
+            for _, constraint in group:
                 for stroke, name in self.strokes_of(longest).items():
-                    limit = StrokeLimit.from_constraint(each.constraint, stroke, longest, name)
-                    if limit.even_motion.size:  # the constraint is about the stroke
-                        yield own, limit
+                    limit = StrokeLimit.from_constraint(constraint, stroke, longest, name)
+                    if limit.even_motion.size:  # the constraint applies to the stroke
+                        yield variant, limit
 
     @cached_property
     def problem_without_load(self) -> Problem:
-        """With the limits that are the same wherever in the turn a stroke is."""
+        """The problem without limits that depend on where in the turn a stroke lies."""
         if self.longest.load is None:
             return self.problem
         limits = tuple(limit for limit in self.problem.limits if not self.reads_load(limit))
         return replace(self.problem, limits=limits)
 
     def reads_load(self, limit: Limit) -> bool:
-        """Whether a limit is about a load that changes over the turn."""
-        made = (constraint.curve(self.problem.design, self.longest) for constraint in limit.constraints)
-        return any(type(curve) in LOADED_CURVES for curve in made)
+        """Whether a limit depends on a load that changes over the turn."""
+        curves = (constraint.curve(self.problem.design, self.longest) for constraint in limit.constraints)
+        return any(type(curve) in LOADED_CURVES for curve in curves)
 
     @cached_property
     def motion_fields(self) -> dict[str, int]:
-        """The place among the freed segments of each that moves, by the name that its angle has in boxes."""
+        """The index among the freed segments of each stroke, by the field of its angle in boxes."""
         angles = enumerate(self.turns.variables)
         return {each.field: k for k, each in angles if self.turns.segments[each.segment].segment != "dwell"}
 
     @cached_property
     def shared_strokes(self) -> dict[Stroke, str | None]:
-        """What all of these turns have."""
+        """The strokes and dwells that all of these turns have; see ``strokes_of``."""
         return self.strokes_of(self.longest)
 
     def strokes_of(self, turn: Programme) -> dict[Stroke, str | None]:
-        """Those of a turn with the longest angles: strokes with the names of their angles, and rests, without."""
+        """The strokes of a turn of longest angles, with the fields of their angles, and its dwells, with None."""
         least, longest = self.turns.all_angles(self.box.low), self.turns.all_angles(self.box.high)
-        fields = {each.segment: each.field for each in self.turns.variables}
-        found: dict[Stroke, str | None] = {}
+        fields = {angle.segment: angle.field for angle in self.turns.variables}
+        strokes: dict[Stroke, str | None] = {}
         present = [i for i in range(len(longest)) if longest[i] > 0.0]
         for i, stroke in zip(present, turn.strokes, strict=True):
             if stroke.kind != DWELL:
-                found[stroke] = fields.get(i)
-            elif least[i] > 0.0 or abs(stroke.low) <= SAME_POSITION:  # one is at the lowest in all these turns
-                found[stroke] = None
-        return found
+                strokes[stroke] = fields.get(i)
+            elif least[i] > 0.0 or abs(stroke.low) <= SAME_POSITION:  # all these turns have a dwell at the lowest
+                strokes[stroke] = None
+        return strokes
 
     @cached_property
     def total_range(self) -> tuple[float, float]:
-        """The least and the most that the freed strokes have together, deg."""
+        """The least and the largest sum of the freed strokes' angles [deg]."""
         dwells = [k for k in range(len(self.turns.freed_segments)) if k not in self.motion_fields.values()]
         total = float(self.turns.scene_angles.sum())
         slack = SIDE_ROUNDING * total
@@ -203,12 +204,12 @@ class TurnBoxSearch(MotionSearch):
 
     def learn_worst_places(self, design: Designs, problem: Problem) -> None:
         if self.problem.setup.mechanism.can_assemble(design, self.longest)[0]:
-            for own, limit in self.limits:
-                limit.add_worst_place(own, design)
+            for variant, limit in self.limits:
+                limit.add_worst_place(variant, design)
 
     def box_excesses(self, boxes: Designs, inside: Designs, like: SlopedInterval) -> BoxExcesses:
-        alone = [each for _, limit in self.limits for each in limit.box_excesses(boxes, inside, like)]
-        return BoxExcesses(alone, [*self.sum_excesses(boxes)])
+        excesses = [excess for _, limit in self.limits for excess in limit.box_excesses(boxes, inside, like)]
+        return BoxExcesses(excesses, [*self.sum_excesses(boxes)])
 
     def search_ends(self) -> SizeBounds:
         least = least_size(self.problem.with_programme(self.longest), self.bounds)
@@ -221,37 +222,37 @@ class TurnBoxSearch(MotionSearch):
         return {**self.bounds, **angles, "size": (least, most)}
 
     def least_stroke_angle(self, stroke: Stroke) -> float:
-        """The least angle of a stroke, deg, at which it holds the limits on velocity, acceleration and jerk."""
+        """Least angle of a stroke that meets the limits on velocity, acceleration and jerk [deg]."""
         least = 0.0
         for constraint in self.problem.constraints:
             if not isinstance(constraint.curve, Derivative):
                 continue
-            asked = constraint.curve.source_motion(self.longest).strokes[self.longest.strokes.index(stroke)]
-            if constraint.kinds & asked.kind:
+            source = constraint.curve.source_motion(self.longest).strokes[self.longest.strokes.index(stroke)]
+            if constraint.kinds & source.kind:
                 order = constraint.curve.order
-                ends = weighted_range(Programme((asked,)), (0.0,) * order + (1.0,), ALL_STROKES)
+                ends = weighted_range(Programme((source,)), (0.0,) * order + (1.0,), ALL_STROKES)
                 share = max(-ends[0], ends[1]) / constraint.upper_bound()
                 least = max(least, np.degrees(stroke.angle) * share ** (1.0 / order) * (1.0 - 16.0 * SIDE_ROUNDING))
         return float(least)
 
     def sum_excesses(self, boxes: Designs) -> Iterator[Excesses]:
-        """That strokes leave the dwells what these can take."""
-        together = sum(boxes.numbers[name] for name in self.motion_fields)
-        if isinstance(together, SlopedInterval):
-            for excess in (together - self.total_range[1], self.total_range[0] - together):
+        """The excesses of the sum of the strokes' angles over its range."""
+        total = sum(boxes.numbers[name] for name in self.motion_fields)
+        if isinstance(total, SlopedInterval):
+            for excess in (total - self.total_range[1], self.total_range[0] - total):
                 yield Excesses.from_sloped_value(excess / 360.0)
 
     def possible_boxes(self, boxes: DesignBoxes) -> DesignBoxes:
-        """What of some boxes can be part of a turn."""
+        """The parts of boxes whose angles fit a turn."""
         names = list(self.motion_fields)
         low, high = (np.array([ends[name] for name in names]) for ends in (boxes.low, boxes.high))
         low = np.maximum(low, self.total_range[0] - (high.sum(axis=0) - high))
         high = np.minimum(high, self.total_range[1] - (low.sum(axis=0) - low))
-        ends = ({n: end for n, end in zip(names, each, strict=True) if n in boxes.free} for each in (low, high))
+        ends = ({n: end for n, end in zip(names, side, strict=True) if n in boxes.free} for side in (low, high))
         return boxes.with_ends(next(ends), next(ends), boxes.side).take(np.all(low <= high + SAME_POSITION, axis=0))
 
     def turn_at_middle(self, boxes: DesignBoxes) -> FloatArray:
-        """A turn in the middle of the first box; dwells share what strokes leave, if they can."""
+        """A turn in the middle of the first box; dwells share the remaining degrees, if their ranges allow it."""
         low, high = self.box.low.copy(), self.box.high.copy()
         for name, k in self.motion_fields.items():
             low[k] = high[k] = (boxes.low[name][0] + boxes.high[name][0]) / 2.0

@@ -1,4 +1,4 @@
-"""The turns of a scene whose freed segments share out the degrees that they have together."""
+"""The turns of a scene whose freed segments share a fixed total of degrees."""
 
 from dataclasses import dataclass, replace
 from math import inf
@@ -18,7 +18,7 @@ SAME_POSITION = 1e-9  # mm or deg of displacement
 
 
 class AngleRanges(NamedTuple):
-    """Angles of the freed segments from ``low`` to ``high``, deg, of the turns among them."""
+    """A box of turns: the freed segments' angles from ``low`` to ``high``, deg."""
 
     low: FloatArray
     high: FloatArray
@@ -31,9 +31,9 @@ class SegmentAngles:
     problem: Problem
     laws: LawPair
     skipped_dwells: tuple[int, ...] = ()
-    """Freed dwells that these turns go without."""
+    """Freed dwells that are absent in these turns."""
     until: float = inf
-    """When the search among them is to stop (``clock.now``)."""
+    """When a search among these turns must stop (``clock_seconds``)."""
 
     @property
     def segments(self) -> tuple[MotionSegment, ...]:
@@ -42,92 +42,92 @@ class SegmentAngles:
 
     @property
     def variables(self) -> list[Variable]:
-        """The angles that ``[search]`` frees."""
+        """The free angles of ``[search]``."""
         return self.problem.search_space.angles
 
     @property
     def freed_segments(self) -> tuple[int, ...]:
-        """The segments that have them."""
+        """The indices of the segments with a free angle."""
         return tuple(each.segment for each in self.variables)
 
     @property
     def scene_angles(self) -> FloatArray:
-        """The angles of the freed segments in the scene itself."""
+        """The angles of the freed segments in the scene itself [deg]."""
         return np.array([self.segments[i].angle for i in self.freed_segments])
 
     @property
     def box(self) -> AngleRanges:
-        """All angles."""
+        """The box of all turns."""
         low, high = np.array([each.range_ends for each in self.variables], dtype=float).reshape(-1, 2).T
         high[[i in self.skipped_dwells for i in self.freed_segments]] = 0.0
         return self.tighten_ranges(AngleRanges(low, high))
 
     @property
     def turn_kinds(self) -> list["SegmentAngles"]:
-        """The turns in which the follower rests at its lowest, and, where they may, those in which it does not.
+        """The turns with a dwell at the lowest position, and, if possible, those without one.
 
-        However short, such a rest is an arc of the base circle, and has its curvature.
+        However short, such a dwell is an arc of the base circle, and has its curvature.
         """
         ends = segment_positions(self.segments)
         lowest = min(ends)
-        rests = [
+        dwells = [
             i for i, s in enumerate(self.segments) if s.segment == "dwell" and ends[i] - lowest <= SAME_POSITION
         ]
-        without = replace(self, skipped_dwells=tuple(i for i in rests if i in self.freed_segments))
+        without = replace(self, skipped_dwells=tuple(i for i in dwells if i in self.freed_segments))
         least = dict(zip(self.freed_segments, self.box.low, strict=True))
-        gone = all(least.get(i, self.segments[i].angle) == 0.0 for i in rests)
-        room = without.box.high.sum() >= self.scene_angles.sum()
-        return [self, without] if rests and gone and room else [self]
+        may_vanish = all(least.get(i, self.segments[i].angle) == 0.0 for i in dwells)
+        fits = without.box.high.sum() >= self.scene_angles.sum()
+        return [self, without] if dwells and may_vanish and fits else [self]
 
     @property
     def corner_turns(self) -> list[FloatArray]:
-        """Turns whose segments, one after the other in a few orders, are as long as they can be, the rest short."""
-        box, count, found = self.box, len(self.freed_segments), []
+        """Turns whose first segments, in each of a few orders, are as long as possible, and the rest short."""
+        box, count, turns = self.box, len(self.freed_segments), []
         for first in range(count):
-            for way in (1, -1):
-                freed, left = box.low.copy(), self.scene_angles.sum() - box.low.sum()
-                for k in (first + way * np.arange(count)) % count:
-                    more = min(left, box.high[k] - box.low[k])
-                    freed[k], left = freed[k] + more, left - more
-                found.append(freed)
-        return found
+            for direction in (1, -1):
+                freed, remaining = box.low.copy(), self.scene_angles.sum() - box.low.sum()
+                for k in (first + direction * np.arange(count)) % count:
+                    more = min(remaining, box.high[k] - box.low[k])
+                    freed[k], remaining = freed[k] + more, remaining - more
+                turns.append(freed)
+        return turns
 
     def tighten_ranges(self, box: AngleRanges) -> AngleRanges:
-        """The least box of the same turns: what others cannot take or give is no choice."""
+        """The smallest box of the same turns: without angles that the other segments cannot complete."""
         total = self.scene_angles.sum()
         low = np.maximum(box.low, total - (box.high.sum() - box.high))
         high = np.minimum(box.high, total - (box.low.sum() - box.low))
         return AngleRanges(np.minimum(low, high), high)
 
     def all_angles(self, freed: FloatArray) -> list[float]:
-        """The angles of all segments of a turn."""
-        given = dict(zip(self.freed_segments, map(float, freed), strict=True))
-        return [given.get(i, s.angle) for i, s in enumerate(self.segments)]
+        """The angles of all segments of a turn [deg]."""
+        angles = dict(zip(self.freed_segments, map(float, freed), strict=True))
+        return [angles.get(i, s.angle) for i, s in enumerate(self.segments)]
 
     def programme_of(self, freed: FloatArray) -> Programme:
-        """The turn with these angles of its freed segments."""
+        """The programme of the turn with these freed angles."""
         angles = self.all_angles(freed)
         segments = [s._replace(angle=angle) for s, angle in zip(self.segments, angles, strict=True)]
         angular, laws, load = self.problem.given_turns, self.problem.laws, self.problem.programme.load
-        asked = Programme.from_segments(segments, angular=angular, laws=laws, load=load)
-        return self.problem.with_programme(self.problem.follower_motion(asked)).follower_motion_with_laws(
+        programme = Programme.from_segments(segments, angular=angular, laws=laws, load=load)
+        return self.problem.with_programme(self.problem.follower_motion(programme)).follower_motion_with_laws(
             *self.laws
         )
 
     def problem_of(self, freed: FloatArray) -> Problem:
-        """The problem of the turn with these angles of its freed segments."""
+        """The problem with the turn of these freed angles."""
         return self.problem.with_programme(self.programme_of(freed))
 
     def turn_at_shares(self, share: FloatArray, box: AngleRanges) -> FloatArray:
-        """A turn of a box by the share of each segment's range that it takes, more or less: the total is kept."""
-        wanted, total = box.low + share * (box.high - box.low), self.scene_angles.sum()
-        over = wanted.sum() - total
-        room = wanted - box.low if over > 0.0 else box.high - wanted
-        return np.asarray(np.clip(wanted - over * room / (room.sum() or 1.0), box.low, box.high))
+        """A turn of a box near these shares of the segments' ranges; the shares give way to keep the total."""
+        angles, total = box.low + share * (box.high - box.low), self.scene_angles.sum()
+        excess = angles.sum() - total
+        room = angles - box.low if excess > 0.0 else box.high - angles
+        return np.asarray(np.clip(angles - excess * room / (room.sum() or 1.0), box.low, box.high))
 
 
 class TurnOptimum(NamedTuple):
-    """The smallest cam of the turns looked at, and the angles of its freed segments."""
+    """The smallest cam of the turns tried, and the angles of its freed segments, deg."""
 
     answer: SmallestCam
     freed_angles: FloatArray

@@ -382,7 +382,9 @@ def test_a_cam_whose_rollers_leave_no_rib_is_none(tmp_path):
     scene["follower"]["roller_spacing"] = 2.2 * scene["follower"]["roller_radius"]
     found = camopt.optimise(Scene.from_dict({**scene, "search": {"mean_radius": {"start": 1, "stop": 200}}}))
     best, wanted = found.best, "curvature_radius and rib_thickness_min_mm"
-    assert found.warnings == (f"only no_rib holds this cam: [limits] such as {wanted} make it one to build",)
+    assert found.warnings == (
+        f"the size of this cam is limited by no_rib alone: for a cam to build, set [limits] such as {wanted}",
+    )
     angles = np.linspace(0.0, 2.0 * np.pi, 20_001)
     thin, none = (
         Scene.from_dict({**scene, "cam": {**scene["cam"], "mean_radius": best["mean_radius_mm"] * by}})

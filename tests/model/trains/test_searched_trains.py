@@ -190,7 +190,7 @@ def test_what_does_not_search_trains_says_so():
         synthesise(scene)
     freed = {"rise": {"start": 100, "stop": 120}, "dwell": {"start": 50, "stop": 90}}
     both = scene.replace(**{f"search.angle_{kind}": ends for kind, ends in freed.items()})
-    with pytest.raises(BadInput, match=r"optimise takes a list of it where angles of the motion are free"):
+    with pytest.raises(BadInput, match=r"cannot have a range while angles of the motion are free"):
         optimise(both)
 
 

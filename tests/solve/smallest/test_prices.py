@@ -331,7 +331,7 @@ def test_no_cam_has_no_prices():
 
 def test_what_has_no_prices_is_told():
     with pytest.raises(
-        BadInput, match=r"what = 'Scene': must be what optimise or synthesise found; .*optimise its scene"
+        BadInput, match=r"what = 'Scene': must be a result of optimise or synthesise; .*optimise its scene"
     ):
         prices(CASES["knife"])
 
