@@ -64,7 +64,7 @@ ONE_MISTAKE = [
     ("cylinder", {"part.bore": 184}, "part.bore = 184.0: must leave a wall to the bottom of the groove (radi"),
     ("cylinder", {"part.groove_depth": 130}, "part.keyway_depth = 4.4: must leave a wall to the bottom of the gro"),
     ("cylinder", {"part.groove_depth": 200}, "part.groove_depth = 200.0: must be below twice the mean radius (200"),
-    ("cylinder", {"part.thickness": 83}, "part.thickness = 83.0: must be above 83.2433, the length over which the"),
+    ("cylinder", {"part.thickness": 83}, "part.thickness = 83.0: must be above 83.2433, the length of the groove"),
 ]  # fmt: skip
 
 

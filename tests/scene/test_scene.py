@@ -290,7 +290,7 @@ ONE_MISTAKE = [
         "follower.dynamics.mass = 3: a disc cam with an oscillating roller follower has none; it has inertia, ",
     ),
     ("arm", {"follower.offset": 3}, "follower.offset = 3: a disc cam with an oscillating roller follower has none"),
-    ("roller", {"follower.roller_diameter": 20}, "follower.roller_diameter = 20: not a known key; follower.roller_r"),
+    ("roller", {"follower.roller_diameter": 20}, "follower.roller_diameter = 20: not a known key; give follower.roller_r"),
     (
         "groove",
         {"cam.base_radius": 40},

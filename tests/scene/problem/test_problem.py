@@ -48,7 +48,7 @@ def test_numbers_and_bounds_that_are_set_are_those_of_a_scene_that_gives_them(ke
 
 
 def test_a_problem_keeps_no_scene_but_for_other_numbers():
-    assert {field.name for field in fields(Problem) if "Scene" in str(field.type)} == {"values"}
+    assert {field.name for field in fields(Problem) if "Scene" in str(field.type)} == {"scene_values"}
     assert {field.name for field in fields(SceneValues)} == {"_scene"}
 
 
