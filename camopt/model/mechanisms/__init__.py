@@ -1,6 +1,6 @@
 """Mechanisms: pairings of cam and follower.
 
-One module each, all with one record, MECHANISM; further drives of such cams have a module with MECHANISMS.
+Each pairing is a module with one record, ``MECHANISM``. Grooves in a face, pairs and ribs make theirs from these.
 """
 
 from camopt.model.mechanisms import (
@@ -41,24 +41,25 @@ MECHANISMS: dict[tuple[str, str, bool], Mechanism] = {
         cylindrical_oscillating.MECHANISM,
     )
 }
-"""By form of the cam, motion of the follower, and whether its face is flat: each with its usual drive."""
+"""The mechanisms with their usual drive, by form of the cam, motion of the follower, and whether its face is
+flat."""
 DRIVEN: tuple[Mechanism, ...] = (*face_groove.FACE_GROOVE_MECHANISMS, *pairs.PAIR_MECHANISMS, *ribs.RIB_MECHANISMS)
-"""Those with another drive than the usual one."""
+"""The mechanisms with another drive."""
 
 
 def mechanisms_for(form: str, motion: str, contact: str) -> list[Mechanism]:
-    """The mechanisms of a form of cam, a motion and a contact of its follower, that with its usual drive first.
+    """The mechanisms of a form of cam, a motion of the follower and its contact, the usual drive first.
 
-    Where none has the contact, those of that form and motion.
+    If none has the contact, all mechanisms of the form and motion.
     """
-    known = [m for m in (*MECHANISMS.values(), *DRIVEN) if (m.body.form, m.motion.name) == (form, motion)]
-    return [m for m in known if TIPS.get(contact) in m.tips] or known
+    mechanisms = [m for m in (*MECHANISMS.values(), *DRIVEN) if (m.body.form, m.motion.name) == (form, motion)]
+    return [m for m in mechanisms if TIPS.get(contact) in m.tips] or mechanisms
 
 
 def mechanism_for(form: str, motion: str, contact: str, drive: str | None = None) -> Mechanism:
     """The mechanism of a scene's ``cam.form``, ``follower.motion``, ``follower.contact`` and ``drive.kind``.
 
-    Where none has that drive, or none is named, the one with the usual drive.
+    Without a drive, or with one that no such mechanism has, the one with the usual drive.
     """
-    known = mechanisms_for(form, motion, contact)
-    return next((m for m in known if m.drive.name == drive), known[0])
+    mechanisms = mechanisms_for(form, motion, contact)
+    return next((m for m in mechanisms if m.drive.name == drive), mechanisms[0])

@@ -1,6 +1,8 @@
-"""Cylindrical cam, translating follower, developed at the mean radius R_m: the curve (R_m·θ, y).
+"""Cylindrical cam, translating follower, developed at the mean radius R_m.
 
-tan β = y'/R_m,    κ = (y''/R_m²) / (1 + (y'/R_m)²)^{3/2};    both flanks of the groove touch the roller
+The pitch curve is (R_m·θ, y), and both walls of the groove touch the roller:
+
+    tan β = y'/R_m,    κ = (y''/R_m²) / (1 + (y'/R_m)²)^{3/2}
 """
 
 from typing import Any
@@ -28,13 +30,13 @@ def cylindrical_pressure_derivatives(f, i, at):
 
 @curve_type
 def cylindrical_path(at, mean_radius):
-    """The length of the pitch curve by the cam angle, √(R_m² + y'²) [mm/rad]."""
+    """Length of the pitch curve per cam angle, √(R_m² + y'²) [mm/rad]."""
     return np.sqrt(np.square(mean_radius) + np.square(at.y1))
 
 
 @curve_type
 def cylindrical_speed_change(at, mean_radius):
-    """The derivative of that length by the cam angle [mm/rad²]."""
+    """Derivative of ``cylindrical_path`` by the cam angle [mm/rad²]."""
     return speed_change(at.y1, at.y2, mean_radius, 0.0)
 
 
@@ -52,9 +54,9 @@ def _cylindrical_contact(design: Designs, lift: float, angle: Any, y: Any, y1: A
     return ContactPoint(angle * design.size, y, -y1, y * 0.0 + design.size)
 
 
-def _cylindrical_shift(design: Designs, lift: float, y: Any, y1: Any, off: ContactErrors) -> ContactShift:
-    """On the developed surface the follower has one line on which it moves."""
-    across, up = off.point_shift(_cylindrical_contact(design, lift, y * 0.0, y, y1))
+def _cylindrical_shift(design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors) -> ContactShift:
+    """On the developed surface the follower moves along one line, so both shifts are those of the point."""
+    across, up = errors.point_shift(_cylindrical_contact(design, lift, y * 0.0, y, y1))
     return ContactShift(up, across / design.size)
 
 

@@ -1,18 +1,18 @@
 """Cylindrical cam, oscillating follower, developed at the mean radius R_m.
 
-The arm of length l is square to the cam's axis at mid-swing and carries the roller on an arc, here laid on the
-developed (tangent) plane. With ψ = y − h/2 and the upper sign for a ccw cam the curve is
+The arm of length l is square to the cam's axis at mid-swing. It carries the roller on an arc, which is laid on the
+developed (tangent) plane. With ψ = y − h/2 and the upper sign for a ccw cam the pitch curve is
 
     (R_m·θ ∓ l·(cos ψ − cos ψ_end), l·sin ψ)
 
-so that, with σ = +1 for ccw and −1 for cw,
+With σ = +1 for ccw and −1 for cw,
 
     tan β = (l·ψ' + σ·R_m·sin ψ)/(R_m·cos ψ),    N² = R_m² + 2σR_m·l·sin ψ·ψ' + l²ψ'²
     κ = (β' − σψ')/N = (R_m·l·(cos ψ·ψ'' − sin ψ·ψ'²) − σl²ψ'³)/N³
 
-Known deviation: the true arc leaves the cylinder. At its ends it stands x = l(1 − cos ½h) off the plane's line
-of contact, and lies x²/(2R_m) above the cylinder; wrapping it instead of laying it flat shifts a point by about
-x³/(6R_m²) round the cylinder (for l = 100, h = 20°, R_m = 60 mm: x = 1.5 mm, 0.02 mm and 0.0002 mm).
+Approximation: the true arc leaves the cylinder. At its ends it is x = l(1 − cos ½h) from the plane's line of
+contact and x²/(2R_m) above the cylinder. Wrapping the arc round the cylinder, instead of laying it flat, would
+shift a point by about x³/(6R_m²). For l = 100, h = 20° and R_m = 60 mm these are 1.5 mm, 0.02 mm and 0.0002 mm.
 """
 
 from collections.abc import Mapping
@@ -32,7 +32,7 @@ from camopt.model.motion.programme import Programme
 
 @curve_type
 def swinging_pressure(at, mean_radius, arm_length, cosine, sine, sense):
-    """tan β; ``cosine`` and ``sine`` are those of the arm at the start."""
+    """tan β; ``cosine`` and ``sine`` belong to the arm's angle at displacement 0."""
     cosine, sine = rotate(cosine, sine, at.y)
     return (arm_length / mean_radius * at.y1 + sense * sine) / cosine
 
@@ -52,7 +52,7 @@ def swinging_pressure_derivatives(f, i, at):
 
 @curve_type
 def swinging_path(at, mean_radius, arm_length, cosine, sine, sense):
-    """The length of the pitch curve by the cam angle, N [mm/rad]."""
+    """Length of the pitch curve per cam angle, N [mm/rad]."""
     cosine, sine = rotate(cosine, sine, at.y)
     swing = sense * arm_length * at.y1
     return np.sqrt(np.square(mean_radius + swing * sine) + np.square(swing * cosine))
@@ -67,7 +67,7 @@ def swinging_curvature(at, mean_radius, arm_length, cosine, sine, sense):
 
 @curve_type
 def swinging_speed_change(at, mean_radius, arm_length, cosine, sine, sense):
-    """The derivative of that length by the cam angle [mm/rad²]."""
+    """Derivative of ``swinging_path`` by the cam angle, N' [mm/rad²]."""
     w, w1, s, s1 = course_over_cylinder(at, mean_radius, arm_length, cosine, sine, sense)
     return speed_change(w, w1, s, s1)
 
@@ -88,10 +88,10 @@ def _swinging_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any)
     return ContactPoint(x, sine * l, -y1 * cosine * l, y1 * sine * (sense * l) + design.size)
 
 
-def _swinging_shift(design: Designs, lift: float, y: Any, y1: Any, off: ContactErrors) -> ContactShift:
-    """The arm turns until its end is as high as the point, and the surface moves until both meet."""
-    psi, l, longer, sense = y - lift / 2, design.arm_length, off.size_error("arm_length"), design.sense  # noqa: E741
-    across, up = off.point_shift(_swinging_contact(design, lift, y * 0.0, y, y1))
+def _swinging_shift(design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors) -> ContactShift:
+    """The arm turns until its end is at the height of the shifted point; then the cam turns until both meet."""
+    psi, l, longer, sense = y - lift / 2, design.arm_length, errors.size_error("arm_length"), design.sense  # noqa: E741
+    across, up = errors.point_shift(_swinging_contact(design, lift, y * 0.0, y, y1))
     cosine, sine = np.cos(psi), np.sin(psi)
     moved = angle_growth(sine, cosine, (up - sine * longer) / (longer + l))
     fall = np.sin(psi + moved * 0.5) * np.sin(moved * 0.5) * 2.0

@@ -1,4 +1,4 @@
-"""Designs as a structure of arrays, and the record of a mechanism."""
+"""Designs as a structure of arrays, and ``Mechanism``, the record of a pairing of cam and follower."""
 
 from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -27,27 +27,29 @@ FIELDS = {
     "mean_radius": "size",
     "base_radius": "size",
 }
-"""The arrays of ``Designs`` by the keys of a scene that give them or vary them, the slowest of a sweep first."""
+"""The arrays of ``Designs``, by the keys of a scene that give or vary them. A sweep varies the first one
+slowest."""
 SECOND_FIELDS = {
     "drive.arm_length": "second_arm_length",
     "drive.roller_radius": "second_roller_radius",
     "drive.offset": "second_offset",
     "drive.base_radius": "second_size",
 }
-"""Likewise the sizes of a second contact of the follower, which has those of the first where they are not given."""
+"""The sizes of a follower's second contact, by key of a scene; one that is not given is that of the first
+contact."""
 SECOND_SIZE = SECOND_FIELDS["drive.base_radius"]
 SECOND_FIELD_NAMES = frozenset(SECOND_FIELDS.values())
 SizeBounds = dict[str, tuple[float, float]]
-"""Closed intervals of the sizes of a design, by field of Designs; equal ends where a size is fixed."""
+"""Closed intervals of the sizes of a design, by field of ``Designs``; a fixed size has equal ends."""
 
 
 @dataclass(frozen=True)
 class Designs:
-    """Sizes of n designs that share a programme; lengths in mm, each an array (n,).
+    """Sizes of n designs that share a programme [mm], each an array (n,).
 
-    ``size`` is that of the cam's body: the base radius of a disc, the mean radius of a cylinder. ``roller_radius``
-    is the radius of whatever round body touches the cam: 0 for a knife edge, the face radius of a spherical face.
-    ``sense`` is +1 for a cam that turns ccw, −1 for cw. Sizes that a mechanism has not are 0.
+    ``size`` is the base radius of a disc, or the mean radius of a cylinder. ``roller_radius`` is the radius of the
+    round body that touches the cam: the face radius of a spherical face, 0 for a knife edge. ``sense`` is +1 for a
+    cam that turns ccw, −1 for cw. Sizes that a mechanism does not have are 0.
     """
 
     size: FloatArray
@@ -59,12 +61,13 @@ class Designs:
     roller_spacing: FloatArray
     sense: float
     numbers: Mapping[str, FloatArray] = field(default_factory=dict)
-    """Other numbers of the scene that designs differ in, by key, in its units, each (n,).
+    """Other numbers of the scene in which designs differ, by key, in the scene's units, each (n,).
 
-    In searches of turns the angles of strokes too, deg: formulas of curves do not read them.
+    Searches of turns put the angles of strokes here too [deg]; no formula of a curve reads them.
     """
     second: Mapping[str, FloatArray] = field(default_factory=dict)
-    """Those sizes of a second contact that are not as of the first, by field (``SECOND_FIELDS``), each (n,)."""
+    """The sizes of a second contact that differ from those of the first, by field (``SECOND_FIELDS``), each
+    (n,)."""
 
     def __len__(self) -> int:
         return int(self.size.size)
@@ -72,15 +75,15 @@ class Designs:
     def take(self, index: Any) -> "Designs":
         """The designs at an index, mask or slice."""
         arrays = self.values
-        apart = {id(each): each for each in arrays.values()}  # sizes that a mechanism has not share an array
-        found = {key: each[index] for key, each in apart.items()}
-        taken = self.with_values({name: found[id(each)] for name, each in arrays.items()})
-        if "height" in vars(self):  # known already
-            vars(taken)["height"] = self.height[index]
-        return taken
+        distinct = {id(array): array for array in arrays.values()}  # unused sizes share one array of zeros
+        parts = {key: array[index] for key, array in distinct.items()}
+        designs = self.with_values({name: parts[id(array)] for name, array in arrays.items()})
+        if "height" in vars(self):  # cached already
+            vars(designs)["height"] = self.height[index]
+        return designs
 
     def replace_at(self, index: Any, others: "Designs") -> "Designs":
-        """The designs, those at an index replaced by others."""
+        """The designs with those at an index replaced by others."""
         arrays = {name: values.copy() for name, values in self.values.items()}
         for name, values in others.values.items():
             arrays[name][index] = values
@@ -99,12 +102,12 @@ class Designs:
         )
 
     def without_numbers(self, names: Container[str]) -> "Designs":
-        """The designs without some of the numbers that they bring."""
+        """The designs without some of their numbers."""
         return replace(self, numbers={name: each for name, each in self.numbers.items() if name not in names})
 
     @property
     def number_values(self) -> dict[str, float]:
-        """The numbers that one design brings, by key."""
+        """The numbers of a single design, by key."""
         return {key: float(value[0]) for key, value in self.numbers.items()}
 
     @property
@@ -123,146 +126,163 @@ class Designs:
 
     @cached_property
     def height(self) -> FloatArray:
-        """√(R_p² − e²), mm: how high a trace point moves above the cam's axis at least, if it does not swing."""
+        """Least height of a translating trace point above the cam's axis, √(R_p² − e²) [mm]."""
         root: FloatArray = difference_of_squares_root(self.size, self.offset, self.roller_radius)
         return root
 
     @cached_property
     def point_designs(self) -> "Designs":
-        """As ``with_point_follower``."""
-        prime, lost = exact_sum(self.size, self.roller_radius)
-        return replace(self, size=prime, roller_radius=lost)
+        """The designs of ``with_point_follower``."""
+        prime, rounding = exact_sum(self.size, self.roller_radius)
+        return replace(self, size=prime, roller_radius=rounding)
 
     @property
     def lead(self) -> FloatArray:
-        """The signed offset of the formulas: positive if it lowers the pressure angle of the rise."""
+        """Signed offset of the formulas [mm]; positive if it lowers the pressure angle of the rise."""
         return self.sense * self.offset
 
 
 def concatenate(parts: Iterable[Designs]) -> Designs:
-    """Designs one after the other, of cams that turn the same way."""
+    """Several designs joined into one structure; their cams turn the same way."""
     parts = list(parts)
     return parts[0].with_values({n: np.concatenate([part.values[n] for part in parts]) for n in parts[0].values})
 
 
 def with_point_follower(designs: Designs) -> Designs:
-    """Designs without a roller that have the same pitch curves: of disc cams, the prime circle as base circle.
+    """Disc cams of the same pitch curves with a knife edge: the prime circle becomes the base circle.
 
-    Curves take the sum of size and roller radius to its last digit. What rounding takes off the prime radius stays
-    as a tiny "roller radius", so that the sum is the same, and equal designs come of pitch curves that are equal.
+    Curves need the sum of size and roller radius to its last digit. So the rounding error of the prime radius stays
+    as a tiny "roller radius". Equal pitch curves then give equal designs.
     """
     return designs.point_designs
 
 
 def without_roller(designs: Designs) -> Designs:
-    """Designs whose pitch curves do not depend on the roller, without it."""
+    """Designs with roller radius 0; for mechanisms whose pitch curve does not depend on the roller."""
     return replace(designs, roller_radius=np.zeros(len(designs)))
 
 
 def without_size(designs: Designs) -> Designs:
-    """Designs of which a size of the cam moves the whole profile along its normal, without it."""
+    """Designs with cam size 0; for mechanisms where the size only moves the profile along its normal."""
     return replace(designs, size=np.zeros(len(designs)))
 
 
 def with_central_face(designs: Designs) -> Designs:
-    """Designs of which a face, further from its pivot by as much as the base circle is larger, moves the whole
-    profile along its normal, with the face through the pivot."""
+    """Designs with the flat face through its pivot.
+
+    A larger face offset, with a base radius larger by as much, only moves the profile along its normal.
+    """
     return replace(designs, size=designs.size - designs.face_offset, face_offset=np.zeros(len(designs)))
 
 
 def unshared_pitch(designs: Designs) -> Designs:
-    """Designs that share no pitch curve."""
+    """The designs themselves; for mechanisms where no two designs share a pitch curve."""
     return designs
 
 
 SizeFault = tuple[str, Any, str]
-"""A key of a scene, its value if that is at fault, and what is wrong."""
+"""A key of a scene, its value if that is wrong (else None), and the message."""
 
 
 class Travel(NamedTuple):
-    """The trace point in the ground frame, as complex x + iy, and the cam's outward normal there."""
+    """The trace point in the ground frame, as complex x + iy [mm], and the cam's outward unit normal there."""
 
     trace: ComplexArray
     normal: ComplexArray
 
 
 class FurtherContact(NamedTuple):
-    """A further contact of the follower, seen as that of an ordinary cam (``mechanisms.pairs``)."""
+    """A second contact of the follower, as the contact of an ordinary cam (``mechanisms.pairs``)."""
 
     mechanism: "Mechanism"
-    """With the curves of its own motion, over that of the follower."""
+    """Its curves take the motion of the follower, and compute with the motion at this contact."""
     local_designs: Callable[[Designs], Designs]
-    """From designs to their sizes at this contact."""
+    """The sizes of designs at this contact."""
 
 
 class Mechanism(NamedTuple):
-    """A pairing of cam and follower: the curves of its quantities, and its points.
+    """A pairing of cam and follower: the curves of its quantities, and the points of contact.
 
     Curves are NamedTuples with a registered formula (``numerics.curves``). A mechanism with a trace point has
-    ``curvature`` (of the pitch curve), a flat-faced one ``profile_radius`` and ``reach``.
+    ``curvature``, a flat-faced one ``profile_radius`` and ``reach``.
     """
 
     body: Body
     drive: DriveKind
-    """What keeps its follower on the cam."""
+    """What keeps the follower on the cam."""
     motion: FollowerMotion
     tips: tuple[Tip, ...]
-    """What may touch the cam."""
+    """The kinds of tip that may touch the cam."""
     sizes: tuple[str, ...]
-    """The fields of ``Designs`` that its follower has; ``roller_radius`` only with a tip that has a radius."""
+    """The fields of ``Designs`` that the follower has; ``roller_radius`` only if its tip has a radius."""
     name: str
     pressure: Callable[[Designs, Programme], Any]
     """Curve tan β."""
     assembly_margins: Callable[[Designs, Programme], tuple[Any, ...]]
-    """Numbers, or Intervals over boxes of designs, all above 0 where a design can be assembled at every angle."""
+    """Numbers that are all positive if a design can be assembled at every angle; Intervals for boxes of designs."""
     assembly: str
-    """That condition in words."""
+    """The condition of assembly in words."""
     contact: Callable[[Designs, float, Any, Any, Any], ContactPoint]
-    """From a design, the lift, the cam angle (rad), y and y' to where the follower touches or traces the cam."""
+    """The contact, or the trace point, from a design, the lift, the cam angle [rad], y and y'."""
     shifted_contact: Callable[[Designs, float, Any, Any, ContactErrors], ContactShift]
-    """From a design, the lift, y, y' and what is off to where the follower rests on the point it would touch."""
+    """The contact of a real follower at the same point of the cam, from a design, the lift, y, y' and the
+    errors."""
     sliding: Callable[[Designs, Programme], Any] | None = None
-    """Curve of the speed at which the trace point or the flat face slides over a disc cam, mm/rad."""
+    """Curve of the speed of the trace point or the flat face over a disc cam [mm/rad]."""
     curvature: Callable[[Designs, Programme], Any] | None = None
+    """Curve of the curvature of the pitch curve [1/mm]."""
     start: Callable[[Designs], Any] | None = None
-    """Of a disc cam, the height of the trace point, or the angle of the arm, at displacement 0."""
+    """Height of a disc cam's trace point [mm], or angle of the arm [rad], at displacement 0."""
     trace_point: Callable[[Designs, Any], tuple[Any, Any]] | None = None
-    """(x, y) of the trace point in the ground frame, from its heights or angles; the prime radius is not used."""
+    """(x, y) of the trace point in the ground frame, from its height or angle; the prime radius is not used."""
     profile_radius: Callable[[Designs, Programme], Any] | None = None
+    """Curve of the radius of curvature of a flat-faced follower's profile [mm]."""
     reach: Callable[[Designs, Programme], Any] | None = None
+    """Curve of the contact's place along a flat face [mm]."""
     outline: Callable[[Designs, Programme, Any], Any] | None = None
-    """Curve whose largest value is that of the distance of a disc cam's profile from its axis, mm; the profile is
-    so far beyond the trace point (a flat face touches it)."""
+    """Curve whose largest value is the largest distance of a disc cam's profile from its axis [mm].
+
+    Its third argument is how far the profile is beyond the trace point; a flat face does not use it.
+    """
     path: Callable[[Designs, Programme], Any] | None = None
-    """Of a cylindrical cam, curve of how far the trace point moves along the developed groove, mm/rad."""
+    """Curve of the speed of the trace point along a groove; of a cylinder's, in its development [mm/rad]."""
     speeding: Callable[[Designs, Programme], Any] | None = None
-    """Curve of the derivative by the cam angle of the speed of the trace point over the cam, mm/rad²."""
+    """Curve of the change of the trace point's speed over the cam with the cam angle [mm/rad²]."""
     pitch: Callable[[Designs], Designs] = unshared_pitch
-    """For designs those with the same pitch curves that are alike if these are; of a flat face: the same but for
-    how far ``parallel`` has moved the profile. What effects find of pitch curves they find of these."""
+    """Reduces designs to standard ones with the same pitch curve: two are equal if their pitch curves are.
+
+    With a flat face, two are equal if only ``parallel`` makes a difference. Effects compute quantities of the pitch
+    curve once for each standard design.
+    """
     profile: Callable[[Designs], Designs] | None = None
-    """As ``pitch``, where effects find of the pitch curve what ``parallel`` changes too."""
+    """Reduces designs as ``pitch`` does, for mechanisms whose quantities of the pitch curve depend on
+    ``parallel``."""
     parallel: str = "roller_radius"
-    """The size, by field of ``Designs``, that moves the profile along its normal, as the roller does from a pitch
-    curve (a flat face square to the motion: the base radius)."""
+    """The size, by field of ``Designs``, that moves the profile along its normal.
+
+    A roller moves it from the pitch curve; with a flat face square to the motion the base radius moves it.
+    """
     misfit: Callable[[Mapping[str, float]], SizeFault | None] = lambda sizes: None
-    """From the sizes of one design in mm, by field, and its ``lift`` in the unit of the motion: why it cannot be
-    put together at its lowest or highest position; KeyError where it needs one that is not there."""
+    """Why a design cannot be assembled at its lowest or highest position, or None.
+
+    It takes the sizes of one design by field [mm] and its ``lift`` in the unit of the motion. Raises KeyError if a
+    size is missing.
+    """
     on_profile: Callable[[Mapping[str, float], float], OnProfile] | None = None
-    """From such sizes and the sense of rotation, the follower as it meets arcs and lines of a profile."""
+    """The follower on a profile of arcs and lines, from the same sizes and the sense of rotation."""
     way: float = 1.0
-    """−1 for a contact that a force on the follower presses on which points back towards the cam."""
+    """−1 if a force towards the cam's axis presses the follower on this contact, else 1."""
     reverses: bool = False
-    """Whether its own motion is that of the follower reversed."""
+    """Whether the motion at this contact is that of the follower reversed."""
     further_contacts: tuple[FurtherContact, ...] = ()
-    """The contacts of the follower beside this one."""
+    """The other contacts of the follower."""
 
     def follower_keys(self, tip: Tip) -> tuple[str, ...]:
         """The keys of ``[follower]`` that give the sizes of a follower with a tip."""
         return tuple(filter(None, (tip.radius if name == "roller_radius" else name for name in self.sizes)))
 
     def keys(self, tip: Tip) -> tuple[str, ...]:
-        """The keys of a scene that give its sizes, as ``cam.base_radius``, that of the body first."""
+        """The keys of a scene that give its sizes, such as ``cam.base_radius``; that of the body first."""
         return (f"cam.{self.body.size}", *(f"follower.{key}" for key in self.follower_keys(tip)))
 
     @property
@@ -272,116 +292,116 @@ class Mechanism(NamedTuple):
 
     @property
     def flat_faced(self) -> bool:
-        """Whether the follower's face is flat: no trace point, so that there is no pitch curve."""
+        """Whether the follower's face is flat; then there is no trace point and no pitch curve."""
         return self.curvature is None
 
     def moves_as(self, *others: "Mechanism") -> bool:
-        """Whether its follower moves over the cam as in one of some mechanisms, whatever keeps it there."""
+        """Whether its follower moves over the cam as in one of the other mechanisms, whatever the drive."""
         return any(self.pressure is other.pressure for other in others)
 
     @property
     def pitch_ignores_parallel(self) -> bool:
-        """Whether pitch curves do not depend on ``parallel`` at all; else on its sum with the size of the cam."""
+        """Whether pitch curves do not depend on ``parallel``; if they do, they depend on its sum with ``size``."""
         return self.pitch in (without_roller, without_size)
 
     @property
     def profile_or_pitch(self) -> Callable[[Designs], Designs]:
-        """For designs those with the same profiles, but for how far ``parallel`` has moved them."""
+        """Reduces designs to standard ones; two are equal if their profiles differ only by ``parallel``."""
         return self.profile or self.pitch
 
     @property
     def pitch_curves(self) -> tuple[Callable[[Designs, Programme], Any] | None, ...]:
-        """Its curves that designs with the same pitch curve share."""
+        """The curves that designs with the same pitch curve share."""
         if self.flat_faced:
             return (self.reach,) if self.profile else (self.pressure, self.reach)
         return self.pressure, self.curvature, self.sliding, self.path, self.speeding
 
     @property
     def size_quantities(self) -> dict[str, str]:
-        """The quantity that each of its sizes is in tables, by field of ``Designs``."""
+        """The quantities of its sizes in tables, by field of ``Designs``."""
         second = {SECOND_FIELDS[key]: f"second_{key.partition('.')[2]}_mm" for key in self.second_keys}
         return {"size": self.body.size_quantity, **{field: f"{field}_mm" for field in self.sizes}, **second}
 
     @property
     def second_keys(self) -> tuple[str, ...]:
-        """The keys of a scene that give sizes of a second contact, where they are not those of the first."""
-        own = self.drive.keys if self.further_contacts else ()
-        return tuple(key for key in SECOND_FIELDS if key.partition(".")[2] in own)
+        """The keys of a scene that give sizes of a second contact."""
+        drive_keys = self.drive.keys if self.further_contacts else ()
+        return tuple(key for key in SECOND_FIELDS if key.partition(".")[2] in drive_keys)
 
     @property
     def two_profiles(self) -> bool:
-        """Whether its second contact is on a profile of its own: of a second disc, or another flank of a rib."""
+        """Whether its second contact is on another profile: that of a second disc, or another flank of a rib."""
         return bool(self.further_contacts) and not self.drive.one_disc
 
     @property
     def has_rib(self) -> bool:
-        """Whether two rollers of its follower have a rib of the cam between them."""
+        """Whether a rib of the cam is between two rollers of its follower."""
         return bool(self.further_contacts) and self.touches_rib
 
     @property
     def touches_rib(self) -> bool:
-        """Whether its follower touches a rib, with both rollers or as one of them."""
+        """Whether it is a follower on a rib, or one roller of such a follower."""
         return "roller_spacing" in self.sizes
 
     @property
     def trace_speed(self) -> Callable[[Designs, Programme], Any] | None:
-        """Curve of the speed of the trace point over the cam, mm/rad."""
+        """Curve of the speed of the trace point over the cam [mm/rad]; None with a flat face."""
         return self.path or (None if self.flat_faced else self.sliding)
 
     @property
     def pulls(self) -> bool:
-        """Whether a flank bears a force that pulls the follower back towards the cam."""
+        """Whether a flank can pull the follower back towards the cam."""
         return any(flank.pressing < 0.0 for flank in self.flanks)
 
     @property
     def is_positive(self) -> bool:
-        """Whether the cam itself keeps the follower where it is, whatever the sign of the force."""
+        """Whether the cam drives the follower both ways (form closure), without a spring."""
         return self.pulls or bool(self.further_contacts)
 
     @property
     def two_sided(self) -> bool:
-        """Whether each bend of the pitch curve is a bulge of one flank and a hollow of another."""
+        """Whether the flanks are on both sides of the pitch curve; a bulge of one is then a hollow of the other."""
         return len({flank.side for flank in self.flanks}) > 1
 
     @property
     def cut_as_by_roller(self) -> bool:
-        """Whether nothing larger than the roller cuts its flanks: both of a groove, and those of a cylinder at each
+        """Whether a cutter of the roller's size cuts its flanks: those of a groove, and those of a cylinder at any
         depth."""
         return self.two_sided or self.body.developed
 
     def travel(self, design: Designs, programme: Programme, angles: FloatArray) -> Travel:
         """Trace point (flat faces: contact point) and unit normal of one design at cam angles (m,)."""
         lift, (y, y1, *_) = programme.lift, self.contact_programme(programme).motion_at(angles)
-        found = self.contact(design, lift, angles, y, y1)
-        normal = found.across + 1j * found.up
-        return Travel(found.x + 1j * found.y, normal / np.abs(normal))
+        point = self.contact(design, lift, angles, y, y1)
+        normal = point.across + 1j * point.up
+        return Travel(point.x + 1j * point.y, normal / np.abs(normal))
 
     def contact_programme(self, programme: Programme) -> Programme:
-        """The motion that the cam gives at this contact, from that of the follower."""
+        """The motion at this contact, from that of the follower."""
         return programme.reversed_programme if self.reverses else programme
 
     def with_no_assembly(self, why: str) -> "Mechanism":
-        """The same of which no design can be assembled, for a reason."""
+        """The same mechanism where no design can be assembled, with the reason."""
         return self._replace(assembly_margins=_no_assembly_margin, assembly=why)
 
     @property
     def has_no_assembly(self) -> bool:
-        """Whether it is one of which no design can be assembled."""
+        """Whether no design can be assembled (``with_no_assembly``)."""
         return self.assembly_margins is _no_assembly_margin
 
     def can_assemble(self, designs: Designs, programme: Programme) -> BoolArray:
         """Which designs can be assembled at every cam angle."""
-        held = np.ones(len(designs), dtype=bool)
+        fits = np.ones(len(designs), dtype=bool)
         for margin in self.assembly_margins(designs, programme):
-            held &= margin > 0.0
-        return held
+            fits &= margin > 0.0
+        return fits
 
     def cannot_assemble(self, boxes: Designs, programme: Programme) -> BoolArray:
-        """Which boxes (designs of Intervals) hold no design that can be assembled."""
-        lacking = np.zeros(len(boxes), dtype=bool)
+        """Which boxes (designs of Intervals) contain no design that can be assembled."""
+        empty = np.zeros(len(boxes), dtype=bool)
         for margin in self.assembly_margins(boxes, programme):
-            lacking |= as_interval(margin).high <= 0.0
-        return lacking
+            empty |= as_interval(margin).high <= 0.0
+        return empty
 
 
 def _no_assembly_margin(designs: Designs, programme: Programme) -> tuple[FloatArray]:

@@ -1,7 +1,7 @@
-"""The elements of which mechanisms are made: bodies of cams, what follows them, and what keeps both together.
+"""The elements of mechanisms: bodies of cams, motions and tips of followers, and drives.
 
 The body of a cam has flanks, the sides that touch the follower. A follower has a motion, and a tip that touches the
-cam. A drive keeps it there: a spring, flanks that push it and pull it back, or two contacts.
+cam. A drive keeps the tip on the cam: a spring, a groove whose walls push and pull, or two contacts.
 """
 
 from typing import Literal, NamedTuple
@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 from camopt.core.quantities.scene_numbers import NUMBERS
 
 CamForm = Literal["disc", "cylindrical"]
-"""The forms of cams, as ``cam.form`` has them."""
+"""The forms of cams, the values of ``cam.form``."""
 
 
 class Body(NamedTuple):
@@ -17,23 +17,23 @@ class Body(NamedTuple):
 
     form: CamForm
     words: str
-    """What it is called."""
+    """Its name in sentences."""
     cam: tuple[str, ...]
-    """The keys of ``[cam]`` that it alone has, that of its size first."""
+    """The keys of ``[cam]`` that only this body has; that of its size first."""
     developed: bool
-    """Whether its curves are drawn on its mantle, laid flat. Others turn about the axis in a plane square to it."""
+    """Whether its curves are drawn on the developed cylinder; if not, in a plane square to the axis."""
     closed: bool
     """Whether a profile goes round the axis in a plane: it encloses an area, and may cross itself."""
     bounded: bool
-    """Whether that profile is its edge: it encloses the section of the cam."""
+    """Whether the profile is the edge of the cam, so that it encloses the cam's section."""
     part: tuple[str, ...]
-    """The keys of ``[part]`` that it alone has."""
+    """The keys of ``[part]`` that only this body has."""
     solid: tuple[str, ...]
-    """The keys of ``[part]`` without which its mass is not known, the density apart."""
+    """The keys of ``[part]`` that its mass needs, besides the density."""
     flank_height: str = ""
-    """The key of ``[part]`` that says how high its flanks are; "" of a disc that has them over its thickness."""
+    """The key of ``[part]`` for the height of its flanks; "" if they go over the thickness of the disc."""
     foot: str = ""
-    """Where these are the lowest, in words."""
+    """The lowest place of the flanks, in words."""
 
     @property
     def size(self) -> str:
@@ -47,7 +47,7 @@ class Body(NamedTuple):
 
     @property
     def size_quantity(self) -> str:
-        """The quantity that says how large it is."""
+        """The quantity of its size in tables."""
         return f"{self.size}_mm"
 
 
@@ -108,64 +108,64 @@ RIBBED_DISC = Body(
     flank_height="rib_height",
 )
 BODIES: dict[str, Body] = {body.form: body for body in (DISC, CYLINDER)}
-"""By form: the usual one of each."""
+"""The usual body of each form."""
 EVERY_BODY = (DISC, FACE_GROOVE, CYLINDER, RIBBED_CYLINDER, RIBBED_DISC)
 WHICH_DISC = "disc"
-"""What messages call the number of one of the discs of a pair."""
+"""The word before the number of a pair's disc, in messages."""
 
 
 INNER_SIDE = -1.0
-"""The side of the trace point on which the profile of an open cam is (``Flank.side``)."""
+"""The side of an open cam's profile, seen from the trace point (``Flank.side``)."""
 
 
 class Flank(NamedTuple):
     """A side of a cam that touches the follower, one follower radius from the pitch curve."""
 
     name: str
-    """What tells it from the other ones, seen along the motion of the follower over the cam; "" of the only one."""
+    """Its name, as seen along the motion of the follower over the cam; "" for the only flank."""
     side: float
-    """Where it is along the outward normal of the pitch curve: −1 below the trace point, +1 beyond it."""
+    """Its side along the outward normal of the pitch curve: −1 below the trace point, +1 beyond it."""
     pressing: float
-    """The sign of the normal force N that presses the follower on it."""
+    """The sign of the normal force that presses the follower on it."""
     kind: str = "flank"
-    """What it is called, after its name."""
+    """The noun after its name."""
     bulge: float = 1.0
-    """1 if κ > 0 of the pitch curve bends it towards the follower, −1 if away from it."""
+    """1 if κ > 0 of the pitch curve bends the flank towards the follower, −1 if away from it."""
 
     @property
     def words(self) -> str:
-        """It in words."""
+        """Name and noun, such as "inner wall"."""
         return f"{self.name} {self.kind}"
 
 
 OUTER_PROFILE = (Flank("", -1.0, 1.0),)
-"""The profile of an open cam: it can push the follower outward, and not pull it back."""
+"""The profile of an open cam: it pushes the follower outward, and cannot pull it back."""
 GROOVE_WALLS = (Flank("right", -1.0, 1.0, bulge=-1.0), Flank("left", 1.0, -1.0))
-"""Both walls of a groove: the one pushes the roller outward, the other pulls it back."""
+"""The walls of a groove: one pushes the roller outward, the other pulls it back."""
 FACE_WALLS = (Flank("inner", INNER_SIDE, 1.0, "wall"), Flank("outer", -INNER_SIDE, -1.0, "wall", bulge=-1.0))
-"""Those of a groove in the face of a disc, whichever way it turns."""
+"""The walls of a groove in the face of a disc, whichever way it turns."""
 
 
 MotionName = Literal["translating", "oscillating"]
-"""How followers move, as ``follower.motion`` has it."""
+"""The motions of followers, the values of ``follower.motion``."""
 TipName = Literal["knife", "roller", "flat", "spherical"]
-"""What touches the cam, as ``follower.contact`` has it."""
+"""The tips of followers, the values of ``follower.contact``."""
 
 
 class FollowerMotion(NamedTuple):
-    """The way in which a follower moves: along a line, or about a pivot."""
+    """The motion of a follower: along a line, or about a pivot."""
 
     name: MotionName
     words: str
     """The name with its article."""
     angular: bool
-    """Whether its displacement is an angle, and what moves it a moment."""
+    """Whether its displacement is an angle, and its load a moment."""
     unit: str
-    """Of its displacement in a scene."""
+    """The unit of its displacement in a scene."""
 
     @property
     def dynamics(self) -> tuple[str, ...]:
-        """The keys of ``[follower.dynamics]`` that it alone has."""
+        """The keys of ``[follower.dynamics]`` that only this motion has."""
         return tuple(each.name for each in NUMBERS if (each.turns if self.angular else each.slides))
 
 
@@ -181,7 +181,7 @@ class Tip(NamedTuple):
     radius: str = ""
     """The key of its radius in ``[follower]``; "" if it has none."""
     trace: str = ""
-    """What its trace point is, in words."""
+    """Its trace point, in words."""
 
 
 KNIFE, ROLLER, FLAT, SPHERICAL = (
@@ -196,11 +196,11 @@ ROUND_TIPS = (KNIFE, ROLLER, SPHERICAL)
 
 
 DriveName = Literal["spring", "groove", "conjugate", "breadth", "diameter", "rib"]
-"""What keeps a follower on its cam, as ``drive.kind`` has it."""
+"""The drives that keep a follower on its cam, the values of ``drive.kind``."""
 
 
 class DriveKind(NamedTuple):
-    """A way to keep a follower on its cam. Mechanisms say on which cams, and with which followers, there is one."""
+    """A way to keep a follower on its cam."""
 
     name: DriveName
     words: str
@@ -208,9 +208,9 @@ class DriveKind(NamedTuple):
     flanks: tuple[Flank, ...]
     """The sides of the cam that touch the follower."""
     keys: tuple[str, ...] = ()
-    """The keys of ``[drive]`` that it has, besides its kind."""
+    """The keys of ``[drive]`` that it has, besides ``kind``."""
     one_disc: bool = False
-    """Whether two contacts of the follower are on one disc, half a turn apart."""
+    """Whether both contacts of the follower are on one disc, half a turn apart."""
 
 
 SPRUNG = DriveKind("spring", "a spring", flanks=OUTER_PROFILE)

@@ -1,11 +1,11 @@
-"""Disc cam with a groove in its face, which drives a roller by both of its walls.
+"""Disc cam with a groove in its face, whose two walls drive a roller.
 
 The roller's centre moves as over an open disc cam, with the same pressure angle and the same pitch curve. The walls
-are at R_r to both sides of it: the inner one pushes the roller outward, and its least radius is R_b; the outer one
-pulls it back. So every bend of the pitch curve is a hollow of one wall, and |κ|·R_r < 1 has to hold. The outer wall
-is farthest from the axis where the trace point C is:
+are R_r from the pitch curve, one on each side. The inner wall pushes the roller outward; its least radius is R_b.
+The outer wall pulls the roller back. Every bend of the pitch curve is a hollow of one wall, so |κ|·R_r < 1 has to
+hold. The outer wall is farthest from the axis where the trace point C is:
 
-    R_out = max |C| + R_r        (and half the clearance, where there is one)
+    R_out = max |C| + R_r        (plus half the clearance, if there is one)
 
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 1 (form-closed track cams).
 """
@@ -16,7 +16,7 @@ from camopt.model.mechanisms.elements import FACE_GROOVE, FACE_WALLS, GROOVED, R
 
 
 def _with_groove(mechanism: Mechanism) -> Mechanism:
-    """The mechanism of an open disc cam with its pitch curve as the middle of a groove."""
+    """The mechanism of an open disc cam, with its pitch curve as the middle of a groove."""
     return mechanism._replace(
         body=FACE_GROOVE,
         drive=GROOVED._replace(flanks=FACE_WALLS),

@@ -10,10 +10,9 @@ from camopt.model.motion.programme import Programme
 
 
 class CamCurves(NamedTuple):
-    """Curves of one design at cam angles (m,). A disc cam in its own frame; a cylindrical cam developed.
+    """Curves of one design at cam angles (m,): a disc cam in its own frame, a cylindrical cam developed.
 
-    ``profile`` has a row for each flank of the mechanism. For a flat face pitch curve and profile
-    are the same: the contact points.
+    ``profile`` has one row for each flank. With a flat face, pitch curve and profile are both the contact points.
     """
 
     pitch: ComplexArray
@@ -41,28 +40,28 @@ def cam_curves(
 
 
 def mirror_curves(curves: CamCurves) -> CamCurves:
-    """The curves of a second disc in the cam's own frame, from those in the mirror (``mechanisms.pairs``)."""
+    """The curves of a second disc in the cam's own frame, from mirrored ones (``mechanisms.pairs``)."""
     return CamCurves(*(each.conj() for each in curves))
 
 
 def normal_distances(mechanism: Mechanism, radius: float, cutter_radius: float | None = None) -> dict[str, float]:
-    """Distance (mm) of each curve of one design along the normal of its pitch curve, or of its flat face, by name.
+    """Distance of each curve of one design along the normal of its pitch curve or flat face, by name [mm].
 
-    ``radius`` is that of the follower's round body with half its clearance.
+    The curves are ``pitch`` (not with a flat face, which has no trace point), ``profile``, and, if its radius is
+    given, ``cutter``, the path of the cutter's centre. A groove has ``profile_left`` and ``profile_right``, seen
+    along the motion of the roller in it, and its cutter paths likewise.
 
-    ``pitch`` (not for a flat face, which has no trace point), ``profile``, and ``cutter``, the path of the centre
-    of a cutter, if its radius is given. A groove has ``profile_left`` and ``profile_right``, and two cutter paths
-    likewise: left and right are seen along the motion of the roller in it.
+    ``radius`` is that of the follower's round body plus half its clearance.
     """
-    found = {} if mechanism.flat_faced else {"pitch": 0.0}
-    out = {"profile": -radius} | ({} if cutter_radius is None else {"cutter": cutter_radius - radius})
-    for name, distance in out.items():
+    distances = {} if mechanism.flat_faced else {"pitch": 0.0}
+    outward = {"profile": -radius} | ({} if cutter_radius is None else {"cutter": cutter_radius - radius})
+    for name, distance in outward.items():
         for flank in reversed(mechanism.flanks):
-            found[f"{name}_{flank.name}" if flank.name else name] = -flank.side * distance
-    return found
+            distances[f"{name}_{flank.name}" if flank.name else name] = -flank.side * distance
+    return distances
 
 
 def profile_points(mechanism: Mechanism, design: Designs, programme: Programme, angles: FloatArray) -> ComplexArray:
-    """The profile of a disc cam at cam angles in rad."""
+    """Points of a disc cam's profile at cam angles in rad [mm]."""
     points: ComplexArray = cam_curves(mechanism, design, programme, angles).profile[0]
     return points

@@ -1,8 +1,8 @@
 """Disc cam, oscillating follower with a trace point at the end of its arm.
 
-Pivot at distance c to the right of the cam centre, arm of length l above; ψ is the angle at the pivot between
-the line to the cam centre and the arm, ψ = ψ₀ + y and cos ψ₀ = (c² + l² − R_p²)/(2cl). With q = 1 + p, where
-p = ψ' for a ccw cam and −ψ' for a cw one:
+The pivot is at the distance c to the right of the cam centre; the arm has the length l and lies above that line.
+The angle at the pivot between the line and the arm is ψ = ψ₀ + y, with cos ψ₀ = (c² + l² − R_p²)/(2cl). With q = 1
++ p, where p = ψ' for a ccw cam and −ψ' for a cw one:
 
     tan β = (l·q − c·cos ψ)/(c·sin ψ),    N² = l²q² + c² − 2clq·cos ψ
     κ_pitch = (q ∓ β') / N = (l²q³ + c² − cl·(q(1+q)·cos ψ + ψ''·sin ψ)) / N³   (− for a ccw cam)
@@ -37,7 +37,7 @@ from camopt.model.motion.programme import Programme
 
 @curve_type
 def oscillating_pressure(at, centre_distance, arm_length, cosine, sine, sense):
-    """tan β; ``cosine`` and ``sine`` are those of ψ₀."""
+    """tan β; ``cosine`` and ``sine`` are cos ψ₀ and sin ψ₀."""
     cosine, sine = rotate(cosine, sine, at.y)
     return (arm_length * (1.0 + sense * at.y1) - centre_distance * cosine) / (centre_distance * sine)
 
@@ -75,14 +75,14 @@ def oscillating_speed_change(at, centre_distance, arm_length, cosine, sine, sens
 
 @curve_type
 def oscillating_outline(at, centre_distance, arm_length, cosine, sine, roller_radius):
-    """Distance of the trace point from the cam's axis less R_r [mm]."""
+    """Distance of the trace point from the cam's axis, minus R_r [mm]."""
     cosine, sine = rotate(cosine, sine, at.y)
     across = np.square(arm_length - centre_distance * cosine)
     return np.sqrt(across + np.square(centre_distance * sine)) - roller_radius
 
 
 def first_angle(designs: Designs) -> FloatArray:
-    """Angle of the arm at displacement 0, ψ₀ [rad]."""
+    """Angle ψ₀ of the arm at displacement 0 [rad]."""
     angle: FloatArray = triangle_angle(
         designs.centre_distance, designs.arm_length, designs.size, designs.roller_radius
     )
@@ -106,39 +106,40 @@ def _oscillating_margins(designs: Designs, programme: Programme) -> tuple[Any, .
 
 
 def trace_point(designs: Designs, angle: Any) -> tuple[Any, Any]:
+    """(x, y) of the trace point in the ground frame, at an angle of the arm [mm]."""
     l = designs.arm_length  # noqa: E741
     return designs.centre_distance - l * np.cos(angle), l * np.sin(angle)
 
 
 def _oscillating_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
-    """The trace point moves as the arm and the cam turn: the normal is p − σ·y'·(c − p) for a pivot c."""
+    """The contact; its normal is p − σ·y'·(c − p), with the trace point p and the pivot c."""
     return _trace_contact(design, *trace_point(design, y + first_angle(design)), y1)
 
 
 def _trace_contact(design: Designs, x: Any, height: Any, y1: Any) -> ContactPoint:
-    """The contact of a trace point."""
     turn = y1 * design.sense
     return ContactPoint(x, height, x - turn * (design.centre_distance - x), height + turn * height)
 
 
-def _oscillating_shift(design: Designs, lift: float, y: Any, y1: Any, off: ContactErrors) -> ContactShift:
-    """The law of cosines of the triangle with its sides off: cos ψ falls by g."""
+def _oscillating_shift(design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors) -> ContactShift:
+    """From the law of cosines for the triangle with errors in its sides: cos ψ falls by ``fall``."""
     angle = y + first_angle(design)
     cosine, sine = direction(angle)
     c, l, dc, dl = (  # noqa: E741
         design.centre_distance,
         design.arm_length,
-        off.size_error("centre_distance"),
-        off.size_error("arm_length"),
+        errors.size_error("centre_distance"),
+        errors.size_error("arm_length"),
     )
-    at = _trace_contact(design, c - l * cosine, l * sine, y1)
-    across, up = off.point_shift(at)
-    square = across * (at.x * 2.0 + across) + up * (at.y * 2.0 + up) - dc * (2.0 * c + dc) - dl * (2.0 * l + dl)
+    point = _trace_contact(design, c - l * cosine, l * sine, y1)
+    across, up = errors.point_shift(point)
+    square = across * (point.x * 2.0 + across) + up * (point.y * 2.0 + up)
+    square = square - dc * (2.0 * c + dc) - dl * (2.0 * l + dl)
     fall = (square + (c * dl + l * dc + dc * dl) * 2.0 * cosine) / ((c + dc) * (l + dl) * 2.0)
     moved = -angle_growth(cosine, sine, -fall)
     rise = np.cos(angle + moved * 0.5) * np.sin(moved * 0.5) * 2.0
     tip = dc - (cosine - fall) * dl + fall * l, (sine + rise) * dl + rise * l
-    return ContactShift(moved, cam_turn_to_point(design.sense, at, (across, up), tip))
+    return ContactShift(moved, cam_turn_to_point(design.sense, point, (across, up), tip))
 
 
 def _oscillating_misfit(sizes: Mapping[str, float]) -> SizeFault | None:
@@ -150,7 +151,7 @@ def _oscillating_misfit(sizes: Mapping[str, float]) -> SizeFault | None:
     start = degrees(triangle_angle(centre, arm, sizes["size"], sizes["roller_radius"]))
     if start + lift < 180.0:
         return None
-    return "motion.lift", None, f"the arm starts at {start:g} deg and rises {lift:g}: it stays below 180 deg"
+    return "motion.lift", None, f"the arm starts at {start:g} deg and rises by {lift:g}: it must stay below 180 deg"
 
 
 def _oscillating_on_profile(sizes: Mapping[str, float], sense: float) -> OscillatingPoint:
@@ -172,7 +173,7 @@ MECHANISM = Mechanism(
     start=first_angle,
     trace_point=trace_point,
     assembly_margins=_oscillating_margins,
-    assembly="prime radius, arm and centre distance have to form a triangle throughout the lift",
+    assembly="prime radius, arm and centre distance have to form a triangle at every displacement",
     contact=_oscillating_contact,
     shifted_contact=_oscillating_shift,
     pitch=with_point_follower,

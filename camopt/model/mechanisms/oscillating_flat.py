@@ -1,7 +1,8 @@
 """Disc cam, oscillating flat-faced follower.
 
-The face is a line at distance f from the pivot; ψ is the angle at the pivot between the line to the cam centre
-and the face, R_b = f + c·sin ψ₀. With q = 1 + p, p = ψ' for a ccw cam and −ψ' for a cw one, q > 0 needed:
+The face is a line at the distance f from the pivot. The angle ψ at the pivot is between the line to the cam centre
+and the face; R_b = f + c·sin ψ₀. With q = 1 + p, where p = ψ' for a ccw cam and −ψ' for a cw one; q > 0 has to
+hold:
 
     contact at t = c·cos ψ / q along the face,    tan β = f / t
     ρ = f + c·(sin ψ·(2q − 1)/q² + cos ψ·ψ''/q³),    slides at q·f + c·sin ψ per rad
@@ -25,7 +26,7 @@ from camopt.model.motion.programme import Programme
 
 @curve_type
 def swinging_face_sliding(at, face_offset, centre_distance, cosine, sine, sense):
-    """Speed of sliding [mm/rad]; ``cosine`` and ``sine`` are those of ψ₀."""
+    """Sliding speed [mm/rad]; ``cosine`` and ``sine`` are cos ψ₀ and sin ψ₀."""
     _, sine = rotate(cosine, sine, at.y)
     return (1.0 + sense * at.y1) * face_offset + centre_distance * sine
 
@@ -39,7 +40,7 @@ def swinging_face_pressure(at, face_offset, centre_distance, cosine, sine, sense
 
 @curve_type
 def swinging_face_radius(at, face_offset, centre_distance, cosine, sine, sense):
-    """ρ of the profile [mm]."""
+    """Radius of curvature of the profile, ρ [mm]."""
     cosine, sine = rotate(cosine, sine, at.y)
     q = 1.0 + sense * at.y1
     return face_offset + centre_distance * (sine * ((2.0 * q - 1.0) / (q * q)) + cosine * (at.y2 / (q * q * q)))
@@ -47,7 +48,7 @@ def swinging_face_radius(at, face_offset, centre_distance, cosine, sine, sense):
 
 @curve_type
 def swinging_face_reach(at, face_offset, centre_distance, cosine, sine, sense):
-    """Distance t of the contact from the pivot along the face [mm]."""
+    """Distance of the contact from the pivot along the face, t [mm]."""
     cosine, _ = rotate(cosine, sine, at.y)
     return centre_distance * cosine / (1.0 + sense * at.y1)
 
@@ -86,7 +87,7 @@ def _swinging_face_margins(designs: Designs, programme: Programme) -> tuple[Any,
 
 
 def least_turning_rate(sense: float, programme: Programme) -> float:
-    """The least q, at which the face turns against the cam."""
+    """Least value of q = 1 ± ψ' over the turn; above 0, the face turns slower than the cam."""
     return 1.0 + programme.least_speed(sense)
 
 
@@ -98,23 +99,23 @@ def _swinging_face_contact(design: Designs, lift: float, angle: Any, y: Any, y1:
     return ContactPoint(sine * f - t * cosine + c, cosine * f + t * sine, sine, cosine)
 
 
-def _swinging_face_shift(design: Designs, lift: float, y: Any, y1: Any, off: ContactErrors) -> ContactShift:
-    """The distance of the face from the axis, f + c·sin ψ, is larger by δn; the cam turns back with the face."""
-    at = _swinging_face_contact(design, lift, 0.0, y, y1)
-    more = off.profile_error(at) - off.size_error("face_offset") - at.across * off.size_error("centre_distance")
-    moved = angle_growth(at.across, at.up, more / (design.centre_distance + off.size_error("centre_distance")))
+def _swinging_face_shift(design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors) -> ContactShift:
+    """The distance of the face from the axis, f + c·sin ψ, grows by δn; the cam turns back with the face."""
+    point, wider = _swinging_face_contact(design, lift, 0.0, y, y1), errors.size_error("centre_distance")
+    more = errors.profile_error(point) - errors.size_error("face_offset") - point.across * wider
+    moved = angle_growth(point.across, point.up, more / (design.centre_distance + wider))
     return ContactShift(moved, -(moved * design.sense))
 
 
 def _swinging_face_misfit(sizes: Mapping[str, float]) -> SizeFault | None:
     base, face, centre, lift = (sizes[name] for name in ("size", "face_offset", "centre_distance", "lift"))
     if not abs(base - face) < centre:
-        between = f"between base radius and face offset ({abs(base - face):g})"
-        return "follower.centre_distance", centre, f"must be above the difference {between}"
+        why = f"must be above the difference between base radius and face offset ({abs(base - face):g})"
+        return "follower.centre_distance", centre, why
     start = degrees(asin((base - face) / centre))
     if start + lift < 90.0:
         return None
-    return "motion.lift", None, f"the face starts at {start:g} deg and rises {lift:g}: it stays below 90 deg"
+    return "motion.lift", None, f"the face starts at {start:g} deg and rises by {lift:g}: it must stay below 90 deg"
 
 
 def _swinging_face_on_profile(sizes: Mapping[str, float], sense: float) -> OscillatingFace:
@@ -134,7 +135,7 @@ MECHANISM = Mechanism(
     reach=lambda designs, programme: swinging_face_reach(*_swinging_face_fields(designs)),
     outline=lambda designs, programme, beyond: swinging_face_outline(*_swinging_face_fields(designs)[:4]),
     assembly_margins=_swinging_face_margins,
-    assembly="the face has to touch the base circle, and to swing by less than the cam turns",
+    assembly="the face has to touch the base circle, and to swing slower than the cam turns",
     contact=_swinging_face_contact,
     shifted_contact=_swinging_face_shift,
     misfit=_swinging_face_misfit,

@@ -1,22 +1,23 @@
 """Two contacts on one follower: pairs of discs, and yokes about one disc.
 
-The second contact is on the other side of the camshaft. Seen in a mirror along the axis through the first contact's
-ground, y → −y, it is that of an ordinary cam which turns the other way and moves its follower by
+The second contact is on the other side of the camshaft. In the mirror y → −y of the ground frame it is the contact
+of an ordinary cam that turns the other way. That cam moves its follower by
 
     y₂ = h − y,    y₂' = −y',    y₂'' = −y''                    (oscillating: ψ₂ = η − ψ₁, so that y₂ = h − y too)
 
-with the sizes of a second disc of its own (its offset is the x of its roller, as that of the first is). So the
-follower cannot leave either disc: of rollers that translate at the offsets e₁ and e₂ the distance along the motion
-is
+The second disc has its own sizes; its offset is the x of its roller, as the offset of the first disc is. The
+follower cannot leave either disc, because the distance between its contacts does not change. Two translating
+rollers with the offsets e₁ and e₂ have the distance
 
     d = √(R_p1² − e₁²) + √(R_p2² − e₂²) + h
 
-and the angle between two arms is η = ψ₀₁ + ψ₀₂ + h, whatever the cam angle. A yoke has both contacts on one disc,
-which needs y(θ) + y(θ + π) = h: then the second disc is the first, half a turn later. The distance of two flat
-faces, the breadth of the disc, is 2·R_b + h; by Barbier's theorem it is 1/π of the length of the profile, and of
-the radii of curvature ρ(θ) + ρ(θ + π) is the breadth too.
+along the motion, and two arms have the angle η = ψ₀₁ + ψ₀₂ + h between them, at every cam angle.
 
-Each curve of the second contact is an ordinary one, run on the state that is reversed (``ReversedCurve``).
+A yoke has both contacts on one disc, so y(θ) + y(θ + π) = h has to hold: the second disc is the first, half a turn
+later. The distance of two flat faces, the breadth of the disc, is 2·R_b + h. It equals ρ(θ) + ρ(θ + π), and by
+Barbier's theorem 1/π of the length of the profile.
+
+Each curve of the second contact is an ordinary curve that takes the reversed state (``ReversedCurve``).
 
 Sources: Rothbart, Cam Design Handbook, ch. 3 (conjugate and yoke cams); Yaglom and Boltyanskii, Convex Figures,
 ch. 7 (curves of constant width).
@@ -38,14 +39,14 @@ from camopt.model.mechanisms.elements import BREADTH_YOKE, CONJUGATE, DIAMETER_Y
 from camopt.model.motion.programme import Programme
 
 CONTACT_CURVES = ("pressure", "sliding", "speeding", "curvature", "profile_radius", "reach", "outline", "path")
-"""The curves of a mechanism that are of its contact with a cam."""
+"""The curves of a mechanism that describe its contact with the cam."""
 HALF_TURN_SAMPLES = 1801  # over half a turn
 SAME_HALVES = 1e-9  # of the lift
 HALVES_HAVE_TO = "y(θ) + y(θ + 180°) has to be the lift at every cam angle"
 
 
 class ReversedCurve(NamedTuple):
-    """A curve of a motion that is reversed: of lift − y, in place of y."""
+    """A curve of the reversed motion: it takes lift − y in place of y."""
 
     curve: Any
     lift: FloatArray
@@ -57,7 +58,7 @@ def reversed_curve(f, i, at):
 
 
 def _reversing_maker(make: Callable[..., Any]) -> Callable[..., ReversedCurve]:
-    """What makes a curve of the reversed motion, over the motion itself."""
+    """A maker of curves, from one for the reversed motion to one for the motion itself."""
 
     def make_reversed(designs: Designs, programme: Programme, *more: Any) -> ReversedCurve:
         return ReversedCurve(make(designs, programme, *more), designs.size * 0.0 + programme.lift)
@@ -66,7 +67,7 @@ def _reversing_maker(make: Callable[..., Any]) -> Callable[..., ReversedCurve]:
 
 
 def second_discs(designs: Designs) -> Designs:
-    """The second discs of pairs, seen in the mirror."""
+    """The second discs of pairs, mirrored."""
 
     def second_size(name: str) -> Any:
         return designs.second.get(f"second_{name}", getattr(designs, name))
@@ -83,63 +84,63 @@ def second_discs(designs: Designs) -> Designs:
 
 
 def _opposed_mechanism(mechanism: Mechanism) -> Mechanism:
-    """The mechanism of a second contact: its curves are those of its own motion, over that of the follower."""
+    """The mechanism of a second contact: its curves take the follower's motion and reverse it."""
     curves: dict[str, Any] = {
-        name: made and _reversing_maker(made) for name in CONTACT_CURVES if (made := getattr(mechanism, name))
+        name: _reversing_maker(make) for name in CONTACT_CURVES if (make := getattr(mechanism, name))
     }
     return mechanism._replace(**curves, way=-1.0, reverses=True)
 
 
 class HalfTurnMisfit(NamedTuple):
-    """How far the motions of two halves of a turn are from y(θ) + y(θ + π) = h."""
+    """How far a motion is from y(θ) + y(θ + π) = h."""
 
     off: float
-    """The largest |y(θ) + y(θ + π) − h|, mm."""
+    """The largest |y(θ) + y(θ + π) − h| [mm]."""
     at: float
-    """The cam angle of it, rad."""
+    """The cam angle of the largest misfit [rad]."""
 
 
 @lru_cache(maxsize=256)
 def half_turn_misfit(programme: Programme) -> HalfTurnMisfit:
-    """Whether a yoke can move so: where both its contacts, half a turn apart, would not fit the least."""
+    """Largest misfit of the two contacts of a yoke with this motion, and its place."""
     angles = np.linspace(0.0, np.pi, HALF_TURN_SAMPLES)
-    off = np.abs(
+    misfits = np.abs(
         programme.motion_at(angles)[0]
         + programme.motion_at(np.mod(angles + np.pi, 2.0 * np.pi))[0]
         - programme.lift
     )
-    place = int(np.argmax(off))
-    return HalfTurnMisfit(float(off[place]), float(angles[place]))
+    place = int(np.argmax(misfits))
+    return HalfTurnMisfit(float(misfits[place]), float(angles[place]))
 
 
 def with_second_contact(
-    mechanism: Mechanism, second: Mechanism, seen: Callable[[Designs], Designs], **changes: Any
+    mechanism: Mechanism, second: Mechanism, local_designs: Callable[[Designs], Designs], **changes: Any
 ) -> Mechanism:
-    """A mechanism with a second contact, as that sees designs."""
+    """A mechanism with a second contact; ``local_designs`` gives the sizes at that contact."""
 
     def margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
-        of_second = second.assembly_margins(seen(designs), programme)
-        return *mechanism.assembly_margins(designs, programme), *of_second
+        second_margins = second.assembly_margins(local_designs(designs), programme)
+        return *mechanism.assembly_margins(designs, programme), *second_margins
 
-    contact = FurtherContact(second._replace(pitch=unshared_pitch), seen)
+    contact = FurtherContact(second._replace(pitch=unshared_pitch), local_designs)
     return mechanism._replace(
         assembly_margins=margins, further_contacts=(contact,), pitch=unshared_pitch, **changes
     )
 
 
 def _yoke_mechanism(mechanism: Mechanism, **changes: Any) -> Mechanism:
-    """A mechanism with both contacts on one disc, which the motion has to allow."""
+    """A mechanism with both contacts on one disc; the motion has to allow it."""
     paired = with_second_contact(mechanism, _opposed_mechanism(mechanism), second_discs, **changes)
 
     def margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
-        room = SAME_HALVES * programme.lift - half_turn_misfit(programme).off
-        return *paired.assembly_margins(designs, programme), designs.size * 0.0 + room
+        margin = SAME_HALVES * programme.lift - half_turn_misfit(programme).off
+        return *paired.assembly_margins(designs, programme), designs.size * 0.0 + margin
 
     return paired._replace(assembly_margins=margins, assembly=f"{paired.assembly}, and {HALVES_HAVE_TO}")
 
 
 def _pair_mechanism(mechanism: Mechanism, *sizes: str) -> Mechanism:
-    """Two discs, each with a roller of one follower; the second has sizes of its own."""
+    """Two discs, each with a roller of one follower; ``sizes`` may differ at the second disc."""
     drive = CONJUGATE._replace(keys=(*CONJUGATE.keys, *sizes))
     name = f"conjugate pair, {mechanism.motion.name} follower with two rollers"
     opposed = _opposed_mechanism(mechanism)

@@ -1,33 +1,32 @@
-"""Cams with a rib, which two rollers of one follower have between them.
+"""Cams with a rib between two rollers of one follower.
 
-The rollers have the same radius, and their centres stand at the distance d, ``roller_spacing``: on a line along the
-motion (oscillating: on arms of the length l, with the angle δ between them). Each cuts a flank of its own, on one
-side of a pitch curve of its own, as walls of a groove are on both sides of one curve: that of an ordinary roller
-with the motion
+The rollers have the same radius. Their centres have the distance d (``roller_spacing``), on a line along the motion
+(oscillating: on arms of the length l, with the angle δ between them). Each roller has its own pitch curve and
+touches one flank of the rib. The pitch curve is that of an ordinary roller with the motion
 
     cylinder:  y ± d/2,        (oscillating) ψ ± δ/2
     disc:      y and y − d,    (oscillating) ψ and ψ − δ,        sin(δ/2) = d/(2l)
 
-So both touch at every cam angle, and the rib is thinner where the motion is steeper. Flanks that are parallels of
-one curve, a rib of one thickness, would leave the rollers room wherever the slope changes.
+So both rollers touch at every cam angle, and the rib is thinner where the motion is steeper. On a rib of constant
+thickness the rollers would have clearance wherever the slope changes.
 
-The first roller is beyond the rib: of a cylinder the upper one, of a disc the outer one, whose flank is that of an
-open cam. The second one is before the rib, on the side of its flank from which a force pulls the follower back. It
-is that of an ordinary cam too, on a disc of one that stands closer to the axis,
+The first roller pushes the follower outward: on a cylinder it is the upper roller, on a disc the outer one, whose
+flank is that of an open cam. The second roller is on the other side of the rib, from where the rib pulls the
+follower back. On a disc it is the roller of a second ordinary cam, nearer to the axis:
 
     s₀₂ = s₀ − d,    ψ₀₂ = ψ₀ − δ
 
-and touches its flank beyond its trace point. κ > 0 is where the pitch curve of a contact is convex, seen from its
-roller.
+Its flank lies beyond its trace point. κ > 0 where the pitch curve of a contact is convex, seen from its roller.
 
-With the angles α₁ and α₂ between the line through both rollers and the normals of their pitch curves, the rib is
+Let α₁ and α₂ be the angles between the line through both rollers and the normals of their pitch curves. With the
+pressure angles β₁ and β₂ and the sense of rotation σ (1 for a disc), the thickness of the rib is
 
     t = d·cos(½(α₁ + α₂))/cos(½(α₂ − α₁)) − 2·R_r,    α₁ = β₁ − σ·½δ,  α₂ = β₂ + σ·½δ    (translating: δ = 0)
 
-thick, with the pressure angle β at each and the sense of rotation σ (1 of a disc): so far apart are arcs about one
-centre that have these normals, and parallel lines. Over a cylinder, where a follower that translates has one β at
-both, no rib is thinner than the least t: with |tan β| ≤ tan β_max everywhere, two points of the pitch curves are at
-least d·cos β_max apart. Others are by a little thicker.
+This is the distance of two arcs about one centre with these normals, or of two parallel lines. On a cylinder with a
+translating follower both rollers have the same β, and the rib is nowhere thinner than the least t: with |tan β| ≤
+tan β_max everywhere, two points of the pitch curves are at least d·cos β_max apart. Other ribs are slightly
+thicker.
 
 Sources: Rothbart, Cam Design Handbook, ch. 3 (ribbed barrel cams); Norton, Cam Design and Manufacturing Handbook,
 ch. 1 (form-closed cams with a rib).
@@ -62,7 +61,7 @@ from camopt.model.motion.programme import Programme
 
 
 class ShiftedCurve(NamedTuple):
-    """A factor times a curve of a motion that is ahead: of y + by, in place of y."""
+    """A factor times a curve of a shifted motion: it takes y + by in place of y."""
 
     curve: Any
     by: FloatArray
@@ -77,72 +76,72 @@ def shifted_curve(f, i, at):
 
 
 def roller_advance(mechanism: Mechanism, designs: Designs) -> Any:
-    """By how much the first roller is ahead of the second one, mm; of a follower that swings δ, rad."""
-    apart = designs.roller_spacing
-    return 2.0 * np.arcsin(0.5 * apart / designs.arm_length) if mechanism.motion.angular else apart
+    """How far the first roller is ahead of the second: d [mm], or δ of an oscillating follower [rad]."""
+    spacing = designs.roller_spacing
+    return 2.0 * np.arcsin(0.5 * spacing / designs.arm_length) if mechanism.motion.angular else spacing
 
 
-def _advance_error(mechanism: Mechanism, designs: Designs, off: ContactErrors) -> Any:
-    """By how much further that is, where sizes of the follower are off."""
-    wider = off.size_error("roller_spacing")
+def _advance_error(mechanism: Mechanism, designs: Designs, errors: ContactErrors) -> Any:
+    """Error of ``roller_advance`` that errors of the follower's sizes cause [mm or rad]."""
+    wider = errors.size_error("roller_spacing")
     if not mechanism.motion.angular:
         return wider
-    longer, arm = off.size_error("arm_length"), designs.arm_length
+    longer, arm = errors.size_error("arm_length"), designs.arm_length
     sine = designs.roller_spacing / (2.0 * arm)
     more = (wider * 0.5 - longer * sine) / (longer + arm)
     return angle_growth(sine, np.sqrt((1.0 - sine) * (1.0 + sine)), more) * 2.0
 
 
-def _roller_mechanism(mechanism: Mechanism, share: float, still: float = 0.0) -> Mechanism:
-    """The mechanism of a roller that is ahead of its follower by a share of the distance of both.
+def _roller_mechanism(mechanism: Mechanism, share: float, included: float = 0.0) -> Mechanism:
+    """The mechanism of a roller that is ahead of its follower by a share of ``roller_advance``.
 
-    ``still`` is that of it by which the sizes of designs have it ahead already.
+    ``included`` is the share that the sizes of designs include already.
     """
 
     def roller_shift(design: Designs) -> Any:
-        return (share - still) * roller_advance(mechanism, design)
+        return (share - included) * roller_advance(mechanism, design)
 
     def contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
         return mechanism.contact(design, lift, angle, y + roller_shift(design), y1)
 
-    def rest(design: Designs, lift: float, y: Any, y1: Any, off: ContactErrors) -> ContactShift:
-        found = mechanism.shifted_contact(design, lift, y + roller_shift(design), y1, off)
-        return found._replace(moved=found.moved - _advance_error(mechanism, design, off) * share)
+    def shifted_contact(design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors) -> ContactShift:
+        shift = mechanism.shifted_contact(design, lift, y + roller_shift(design), y1, errors)
+        return shift._replace(moved=shift.moved - _advance_error(mechanism, design, errors) * share)
 
-    return mechanism._replace(contact=contact, shifted_contact=rest)
+    return mechanism._replace(contact=contact, shifted_contact=shifted_contact)
 
 
 def same_designs(designs: Designs) -> Designs:
-    """Designs as the second contact with a cylinder sees them."""
+    """The designs themselves: the sizes at both contacts of a cylinder are the same."""
     return designs
 
 
 def _inner_roller_start(mechanism: Mechanism, designs: Designs) -> Any:
-    """The height or angle of the second roller over a disc at displacement 0."""
+    """Height [mm] or angle [rad] of a disc's inner roller at displacement 0."""
     assert mechanism.start is not None
     return mechanism.start(designs) - roller_advance(mechanism, designs)
 
 
 def inner_cam_on_line(designs: Designs) -> Designs:
-    """The cam to which the inner roller of a follower that translates is the roller of an open one."""
+    """The open disc cam whose roller is the inner roller of a translating follower."""
     height = _inner_roller_start(translating.MECHANISM, designs)
     return _with_prime_radius(designs, np.sqrt(np.square(height) + np.square(designs.offset)))
 
 
 def inner_cam_on_arm(designs: Designs) -> Designs:
-    """Likewise of a follower that swings."""
+    """The open disc cam whose roller is the inner roller of an oscillating follower."""
     c, l = designs.centre_distance, designs.arm_length  # noqa: E741
     half = np.sin(0.5 * _inner_roller_start(oscillating.MECHANISM, designs))
     return _with_prime_radius(designs, np.sqrt(np.square(c - l) + 4.0 * (c * l) * np.square(half)))
 
 
 def _with_prime_radius(designs: Designs, prime: Any) -> Designs:
-    """Designs with a prime radius, by the size of their cam."""
+    """The designs with another prime radius; the base radius changes, the roller does not."""
     return replace(designs, size=prime - designs.roller_radius)
 
 
 def _shifted_maker(make: Any, by: Callable[[Designs], Any], factor: float) -> Any:
-    """What makes a curve of a motion that is ahead, times a factor."""
+    """A maker of curves, from one for the shifted motion to one for the motion itself, times a factor."""
 
     def make_shifted(designs: Designs, programme: Programme) -> ShiftedCurve:
         zero = designs.size * 0.0
@@ -156,9 +155,9 @@ def _zero_shift(designs: Designs) -> float:
 
 
 def _rib_side_mechanism(mechanism: Mechanism, body: Body, wall: Flank) -> Mechanism:
-    """The mechanism of one of the rollers at a rib, which has the flank where a groove would have a wall.
+    """The mechanism of one roller at a rib; ``wall`` is the wall of a groove in place of the flank.
 
-    Its curvature is seen from that roller, whose force is that of the follower if it pushes it outward.
+    The sign of the curvature is that seen from the roller.
     """
     curvature = (
         mechanism.curvature if wall.bulge > 0.0 else _shifted_maker(mechanism.curvature, _zero_shift, wall.bulge)
@@ -176,19 +175,19 @@ def _rib_side_mechanism(mechanism: Mechanism, body: Body, wall: Flank) -> Mechan
 
 
 def _rib_misfit(mechanism: Mechanism, sizes: Mapping[str, float]) -> SizeFault | None:
-    """Why the rollers of a design have no room for a rib, or no arms."""
-    if found := mechanism.misfit(sizes):
-        return found
-    apart, key = sizes["roller_spacing"], "follower.roller_spacing"
-    if apart <= (wide := 2.0 * sizes["roller_radius"]):
-        return key, apart, f"must be above the diameter of the rollers ({wide:g}): they have a rib between them"
-    if mechanism.motion.angular and apart >= (most := 2.0 * sizes["arm_length"]):
-        return key, apart, f"must be below twice the arm ({most:g})"
+    """Why a design has no space for a rib between its rollers, or no arms; None if it has both."""
+    if fault := mechanism.misfit(sizes):
+        return fault
+    spacing, key = sizes["roller_spacing"], "follower.roller_spacing"
+    if spacing <= (diameter := 2.0 * sizes["roller_radius"]):
+        return key, spacing, f"must be above the diameter of the rollers ({diameter:g}): the rib is between them"
+    if mechanism.motion.angular and spacing >= (most := 2.0 * sizes["arm_length"]):
+        return key, spacing, f"must be below twice the arm length ({most:g})"
     return None
 
 
 def _rib_margins(mechanism: Mechanism, designs: Designs) -> tuple[Any, ...]:
-    """Numbers above 0 where the rollers have a rib between them, and arms."""
+    """Numbers that are positive if there is space for a rib between the rollers, and for arms."""
     arms = (2.0 * designs.arm_length - designs.roller_spacing,) if mechanism.motion.angular else ()
     return designs.roller_spacing - 2.0 * designs.roller_radius, *arms
 
@@ -197,18 +196,16 @@ ROLLERS_STAND_APART = "the rollers have to stand apart by more than their diamet
 
 
 def _on_cylinder(mechanism: Mechanism) -> Mechanism:
-    """The mechanism of a grooved cylinder as that of a rib between two rollers."""
+    """The mechanism of a rib on a cylinder, from that of a groove."""
 
     def mechanism_at(wall: Flank) -> Mechanism:
-        """That of the roller on the other side of the wall that there would be."""
+        """The mechanism of the roller that is beyond a wall of the groove."""
 
         def wall_shift(designs: Designs) -> Any:
             return -0.5 * wall.side * roller_advance(mechanism, designs)
 
-        def shift_curve(make: Any) -> Any:
-            return (
-                _shifted_maker(make, wall_shift, 1.0) if mechanism.motion.angular else make
-            )  # the same wherever it translates
+        def shift_curve(make: Any) -> Any:  # curves of translating followers do not depend on y
+            return _shifted_maker(make, wall_shift, 1.0) if mechanism.motion.angular else make
 
         placed = _roller_mechanism(mechanism, -0.5 * wall.side)._replace(
             pressure=shift_curve(mechanism.pressure),
@@ -234,7 +231,7 @@ def _on_cylinder(mechanism: Mechanism) -> Mechanism:
 
 
 def _on_disc(mechanism: Mechanism, closer: Callable[[Designs], Designs]) -> Mechanism:
-    """The mechanism of an open disc cam as that of a rib on its face between two rollers."""
+    """The mechanism of a rib on the face of a disc, from that of an open disc cam."""
 
     def margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
         reach = closer(designs).size
@@ -246,13 +243,13 @@ def _on_disc(mechanism: Mechanism, closer: Callable[[Designs], Designs]) -> Mech
         )
 
     def misfit(sizes: Mapping[str, float]) -> SizeFault | None:
-        if found := _rib_misfit(mechanism, sizes):
-            return found
-        apart, most = sizes["roller_spacing"], _most_spacing(mechanism.motion.angular, sizes)
-        if apart < most:
+        if fault := _rib_misfit(mechanism, sizes):
+            return fault
+        spacing, most = sizes["roller_spacing"], _most_spacing(mechanism.motion.angular, sizes)
+        if spacing < most:
             return None
         why = f"must be below {most:g}: the inner roller would reach the axis of the cam"
-        return "follower.roller_spacing", apart, why
+        return "follower.roller_spacing", spacing, why
 
     inner, outer = FACE_WALLS
     return with_second_contact(
@@ -261,13 +258,13 @@ def _on_disc(mechanism: Mechanism, closer: Callable[[Designs], Designs]) -> Mech
             assembly=f"{mechanism.assembly}, {ROLLERS_STAND_APART}, and the inner one has to stay off the axis",
             misfit=misfit,
         ),
-        _rib_side_mechanism(_roller_mechanism(mechanism, -1.0, still=-1.0), RIBBED_DISC, outer),
+        _rib_side_mechanism(_roller_mechanism(mechanism, -1.0, included=-1.0), RIBBED_DISC, outer),
         closer,
     )
 
 
 def _most_spacing(angular: bool, sizes: Mapping[str, float]) -> Any:
-    """The distance of the rollers at which the inner one reaches the axis of the cam, mm."""
+    """Distance of the rollers at which the inner one reaches the axis of the cam [mm]."""
     prime, radius = sizes["size"] + sizes["roller_radius"], sizes["roller_radius"]
     if not angular:
         offset = sizes["offset"]

@@ -1,13 +1,12 @@
-"""Curvature of the curve that a trace point draws on the cam.
+"""Curvature of the pitch curve, which the trace point draws on the cam.
 
-In the cam's frame the trace point moves with a speed N along a direction that makes the angle β with that of no
-pressure: tan β = w/s and N² = w² + s², for a w and an s that each mechanism has. The direction turns by β', and
-with the frame that it is measured in, so
+In the cam's frame the trace point moves with the speed N. Its direction makes the pressure angle β with the
+direction of no pressure: tan β = w/s and N² = w² + s², with a formula for w and s from each mechanism. The
+direction turns with β and with the frame that β is measured in, so
 
     κ = (frame − β')/N,    β' = (w'·s − w·s')/N²
 
-A sum of squares keeps N apart from zero, and its bounds close, wherever the formula runs: on numbers, arrays,
-intervals and jets.
+As a sum of squares N² has close bounds that exclude zero, on numbers, arrays, intervals and jets.
 """
 
 from typing import Any
@@ -21,12 +20,12 @@ from camopt.core.numerics.trigonometry import rotate
 
 @overload_in_kernels
 def speed_change(w, w1, s, s1):
-    """N' from w and s, and their derivatives by the cam angle."""
+    """N' from w, s and their derivatives by the cam angle."""
     return (w * w1 + s * s1) / np.sqrt(np.square(w) + np.square(s))
 
 
 def turning_and_speed(w: Any, w1: Any, s: Any, s1: Any) -> Any:
-    """β' and N from w and s, and their derivatives by the cam angle."""
+    """β' and N from w, s and their derivatives by the cam angle."""
     return (_dual_turning_and_speed if type(w) is Dual and type(s1) is Dual else _turning_and_speed)(w, w1, s, s1)
 
 
@@ -36,7 +35,7 @@ def _turning_and_speed(w, w1, s, s1):
 
 
 def _dual_turning_and_speed(w, w1, s, s1):
-    """In dual numbers, with fewer operations than by the chain rule, which does not know that w' is ``w1``."""
+    """In dual numbers, with fewer operations than the chain rule takes, which cannot use that w' is ``w1``."""
     square, half = np.square(w.value) + np.square(s.value), w.value * w1.value + s.value * s1.value
     turn, speed = (w1.value * s.value - w.value * s1.value) / square, np.sqrt(square)
     turn1 = (w1.slope * s.value - w.value * s1.slope - 2.0 * turn * half) / square
@@ -50,14 +49,14 @@ def _compiled_turning_and_speed(w, w1, s, s1):
 
 @overload_in_kernels
 def trace_curvature(w, w1, s, s1, frame):
-    """κ from w and s, their derivatives by the cam angle, and the turning of the frame."""
+    """κ from w, s, their derivatives by the cam angle, and the rate at which the frame turns."""
     turn, speed = turning_and_speed(w, w1, s, s1)
     return (frame - turn) / speed
 
 
 @overload_in_kernels
 def course_of_arm(at, centre_distance, arm_length, cosine, sine, sense):
-    """w and s of the trace point on an arm over a disc, each with its derivative by the cam angle."""
+    """w and s of an oscillating follower on a disc, each with its derivative by the cam angle."""
     cosine, sine = rotate(cosine, sine, at.y)
     s, along = centre_distance * sine, centre_distance * cosine
     w = sense * (arm_length * (1.0 + sense * at.y1) - along)
@@ -66,7 +65,7 @@ def course_of_arm(at, centre_distance, arm_length, cosine, sine, sense):
 
 @overload_in_kernels
 def course_over_cylinder(at, mean_radius, arm_length, cosine, sine, sense):
-    """w and s of the trace point on an arm over a cylinder, each with its derivative by the cam angle."""
+    """w and s of an oscillating follower on a cylinder, each with its derivative by the cam angle."""
     cosine, sine = rotate(cosine, sine, at.y)
     s, across = mean_radius * cosine, mean_radius * sine
     w, w1 = -(arm_length * at.y1 + sense * across), -(arm_length * at.y2 + sense * s * at.y1)

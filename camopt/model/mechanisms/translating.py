@@ -1,8 +1,8 @@
 """Disc cam, translating follower with a trace point: knife edge, roller or spherical face.
 
-The follower has the displacement y, and y', y'' and so on are its derivatives by the cam angle in rad. The trace
-point is (offset, s) with s = s₀ + y and s₀ = √(R_p² − e²). The lead e is the offset if the cam turns ccw, and minus
-the offset if it turns cw. With w = y' − e:
+The displacement of the follower is y; y' and y'' are its derivatives by the cam angle in rad. The trace point is
+(offset, s) with s = s₀ + y and s₀ = √(R_p² − e²). The lead e is the offset if the cam turns ccw, and minus the
+offset if it turns cw. With w = y' − e:
 
     tan β = w / s,    N² = s² + w²,    κ_pitch = (1 − β') / N = (N² + w·y' − s·y'') / N³   (> 0 convex)
 
@@ -26,7 +26,7 @@ from camopt.model.motion.programme import Programme
 
 @curve_type
 def translating_pressure(at, lead, height):
-    """tan β; ``lead`` is e, ``trace_height`` is s₀ [mm]."""
+    """tan β; ``lead`` is e, ``height`` is s₀ [mm]."""
     return (at.y1 - lead) / (at.y + height)
 
 
@@ -37,13 +37,13 @@ def translating_pressure_derivatives(f, i, at):
 
 @curve_type
 def translating_speed(at, lead, height):
-    """N [mm/rad]."""
+    """Speed of the trace point over the cam, N [mm/rad]."""
     return np.sqrt(np.square(at.y + height) + np.square(at.y1 - lead))
 
 
 @curve_type
 def translating_speed_change(at, lead, height):
-    """N' [mm/rad²]."""
+    """Derivative of that speed by the cam angle, N' [mm/rad²]."""
     return speed_change(at.y1 - lead, at.y2, at.y + height, at.y1)
 
 
@@ -55,12 +55,12 @@ def translating_curvature(at, lead, height):
 
 @curve_type
 def translating_outline(at, lead, height, roller_radius):
-    """Distance of the trace point from the cam's axis less R_r [mm]."""
+    """Distance of the trace point from the cam's axis, minus R_r [mm]."""
     return np.sqrt(np.square(at.y + height) + np.square(lead)) - roller_radius
 
 
 def trace_height(designs: Designs) -> FloatArray:
-    """s₀, the trace point's least height above the cam centre, mm."""
+    """Least height of the trace point above the cam centre, s₀ [mm]."""
     return designs.height
 
 
@@ -73,13 +73,13 @@ def _translating_contact(design: Designs, lift: float, angle: Any, y: Any, y1: A
     return ContactPoint(s * 0.0 + design.offset, s, (design.lead - y1) * design.sense, s)
 
 
-def _translating_shift(design: Designs, lift: float, y: Any, y1: Any, off: ContactErrors) -> ContactShift:
-    """The point of the cam is turned to the follower's line, x = e + δe, where it has the height of a root."""
-    at, wide = _translating_contact(design, lift, 0.0, y, y1), off.size_error("offset")
-    across, up = off.point_shift(at)
-    more = (across - wide) * (at.x * 2.0 + across + wide) + up * (at.y * 2.0 + up)
-    moved = more / (np.sqrt(np.square(at.y) + more) + at.y)
-    return ContactShift(moved, cam_turn_to_point(design.sense, at, (across, up), (wide, moved)))
+def _translating_shift(design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors) -> ContactShift:
+    """The cam turns until its point is on the follower's line, x = e + δe; its distance from the axis stays."""
+    point, wide = _translating_contact(design, lift, 0.0, y, y1), errors.size_error("offset")
+    across, up = errors.point_shift(point)
+    more = (across - wide) * (point.x * 2.0 + across + wide) + up * (point.y * 2.0 + up)
+    moved = more / (np.sqrt(np.square(point.y) + more) + point.y)
+    return ContactShift(moved, cam_turn_to_point(design.sense, point, (across, up), (wide, moved)))
 
 
 def _translating_misfit(sizes: Mapping[str, float]) -> SizeFault | None:

@@ -1,6 +1,7 @@
-"""Disc cam, translating flat-faced follower, the face square to the motion.
+"""Disc cam, translating flat-faced follower; the face is square to the motion.
 
-    ρ = R_b + y + y'',    contact at y' from the cam centre along the face,    β = 0,    slides at R_b + y per rad
+    ρ = R_b + y + y'',    contact at y' from the cam centre along the face,    β = 0,    sliding speed R_b + y per
+    rad
 
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 7.
 """
@@ -18,6 +19,7 @@ from camopt.model.motion.profile_contact import TranslatingFace
 
 
 def _linear_curve(designs: Designs, y: float, y1: float, y2: float, constant: FloatArray) -> Linear:
+    """The curve y·(displacement) + y1·(velocity) + y2·(acceleration) + constant."""
     zeros = np.zeros(len(designs))
     return Linear(zeros + y, zeros + y1, zeros + y2, zeros + constant)
 
@@ -26,12 +28,12 @@ def _flat_face_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any
     return ContactPoint(y1 * design.sense, y + design.size, y * 0.0, y * 0.0 + 1.0)
 
 
-def _flat_face_shift(design: Designs, lift: float, y: Any, y1: Any, off: ContactErrors) -> ContactShift:
-    """The tilted face is at the distance R_b + y + δn from the axis, and meets the stem where that stands."""
-    at, half = _flat_face_contact(design, lift, 0.0, y, y1), np.sin(off.tilt * 0.5)
-    stem, sine, cosine = design.offset + off.size_error("offset"), np.sin(off.tilt), np.cos(off.tilt)
-    moved = (off.profile_error(at) + stem * sine + np.square(half) * 2.0 * at.y) / cosine
-    return ContactShift(moved, off.tilt * design.sense + y1 * 0.0)
+def _flat_face_shift(design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors) -> ContactShift:
+    """The tilted face is at the distance R_b + y + δn from the axis; the stem moves where the face crosses it."""
+    point, half = _flat_face_contact(design, lift, 0.0, y, y1), np.sin(errors.tilt * 0.5)
+    stem, sine, cosine = design.offset + errors.size_error("offset"), np.sin(errors.tilt), np.cos(errors.tilt)
+    moved = (errors.profile_error(point) + stem * sine + np.square(half) * 2.0 * point.y) / cosine
+    return ContactShift(moved, errors.tilt * design.sense + y1 * 0.0)
 
 
 MECHANISM = Mechanism(

@@ -61,8 +61,7 @@ class Arm:
         return (cosine * self.cosine - sine * self.sine) * self.length
 
     def sketch(self, driver: FloatArray, driven: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
-        """The arm with its roller, and the slide above it; if the slide drives the arm, the link before draws
-        it."""
+        """The arm with its roller and the slide; if the slide drives the arm, the link before draws it."""
         end = self.length * np.exp(1j * (self.start + driver))
         first, roller = complex(rect(self.length, self.start)), 0.035 * size
         members = [bar((np.zeros_like(end), end)), sliding_member("roller", np.array([roller]), end)]

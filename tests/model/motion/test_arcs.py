@@ -458,7 +458,7 @@ TOLD = [
     "profile: the elements do not go round the cam once",
     r"profile: the axis of the cam \(0, 0\) is outside the profile",
     "profile: the arcs are one circle about the cam's axis but for a millionth: nothing moves",
-    r"motion\.lift: the arm starts at .+ deg and rises .+: it stays below 180 deg",
+    r"motion\.lift: the arm starts at .+ deg and rises by .+: it must stay below 180 deg",
 ]
 """Why arcs and a follower make no motion, whatever their numbers are."""
 
