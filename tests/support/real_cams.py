@@ -67,32 +67,32 @@ class RealCams:
     waves: int = 0
     """Of the error of the profile, in a turn; 0 if it is the same all over."""
 
-    def errors(self, off: CamErrors, places: FloatArray, order: int) -> FloatArray:
+    def motion_errors(self, off: CamErrors, places: FloatArray, order: int) -> FloatArray:
         """The errors of position, velocity or acceleration (order 0, 1, 2) of cams (n,), where each is touched at
         the cam angle of ``places`` (n,), rad; in mm or rad by powers of rad."""
         return self.beyond(self.motion(off, places, order), order)
 
     def beyond(self, moved: RealMotion, order: int) -> FloatArray:
         """By how much a derivative of real motions is off that of the motion that is asked, at its cam angles."""
-        return moved.by_angle(order) - self._asked(self.within(moved.angle.terms[0]), order)
+        return moved.by_angle(order) - self._asked(self.angles_in_turn(moved.angle.terms[0]), order)
 
     def _asked(self, angles: FloatArray, order: int) -> FloatArray:
         """Where the tool is asked to be, from where the train starts, or a derivative of it."""
         asked = self.problem.programme.tool.motion_at(angles, order)[order]
         return np.asarray(asked + (self._tool_zero if order == 0 else 0.0))
 
-    def within(self, angles: FloatArray) -> FloatArray:
+    def angles_in_turn(self, angles: FloatArray) -> FloatArray:
         """Cam angles within the turn, rad."""
         return np.asarray(np.mod(angles, self.problem.programme.strokes[-1].end))
 
-    def touched(self, off: CamErrors, angles: FloatArray) -> FloatArray:
+    def contact_places(self, off: CamErrors, angles: FloatArray) -> FloatArray:
         """The places where cams are touched at cam angles."""
         places = angles
         for _ in range(TOUCHES):
-            places = places - (self.angle(off, places) - angles)
+            places = places - (self.contact_angles(off, places) - angles)
         return places
 
-    def angle(self, off: CamErrors, places: FloatArray) -> FloatArray:
+    def contact_angles(self, off: CamErrors, places: FloatArray) -> FloatArray:
         """The cam angles at which cams are touched at places, rad."""
         return np.asarray(self._rest(off, places, 0).angle.terms[0] - off.get("phase", 0.0))
 
@@ -107,7 +107,7 @@ class RealCams:
     def _rest(self, off: CamErrors, places: FloatArray, order: int) -> RealMotion:
         """The cam angle, but for the phase, and the displacement of the follower."""
         problem = self.problem
-        y = problem.programme.motion_at(self.within(places), order + 1)
+        y = problem.programme.motion_at(self.angles_in_turn(places), order + 1)
         motion = _series(y[:-1]), _series(y[1:])
         mechanism, place = problem.setup.mechanism, _line(places, order)
         given, angle = contact_errors({**off, "profile": self._standing(off, places, order)}), place
@@ -200,7 +200,7 @@ class RealPairs(RealCams):
         first, second = (RealCams(each, self.waves) for each in contact_problems(self.problem))
         return first, second
 
-    def errors(self, off: CamErrors, places: FloatArray, order: int) -> FloatArray:
+    def motion_errors(self, off: CamErrors, places: FloatArray, order: int) -> FloatArray:
         return self._errors(self.contacts[0].motion(self._own(0, off), places, order), off, order)
 
     def _errors(self, first: RealMotion, off: CamErrors, order: int) -> FloatArray:
@@ -208,7 +208,7 @@ class RealPairs(RealCams):
         train = self.problem.setup.train
         if train is None:
             return next(self._moved(first, off, [order]))
-        orders, angles = range(order + 1), self.within(first.angle.terms[0])
+        orders, angles = range(order + 1), self.angles_in_turn(first.angle.terms[0])
         asked = zip(
             self.problem.programme.motion_at(angles), self._moved(first, off, orders), FACTORIALS, strict=False
         )
@@ -216,23 +216,23 @@ class RealPairs(RealCams):
         tool = self.problem.train_with_errors(off).tool(follower + self._follower_zero).terms[order]
         return np.asarray(tool * FACTORIALS[order] - self._asked(angles, order))
 
-    def angle(self, off: CamErrors, places: FloatArray) -> FloatArray:
-        return self.contacts[0].angle(self._own(0, off), places)
+    def contact_angles(self, off: CamErrors, places: FloatArray) -> FloatArray:
+        return self.contacts[0].contact_angles(self._own(0, off), places)
 
     def motion(self, off: CamErrors, places: FloatArray, order: int) -> RealMotion:
         """The cam angle by the place, and to order 0 the tool."""
         found = self.contacts[0].motion(self._own(0, off), places, order)
         if order > 0:
             return found
-        asked = self._asked(self.within(found.angle.terms[0]), 0)
+        asked = self._asked(self.angles_in_turn(found.angle.terms[0]), 0)
         return RealMotion(found.angle, Taylor([asked + self._errors(found, off, 0)]))
 
     def _moved(self, first: RealMotion, off: CamErrors, orders: Iterable[int]) -> Iterator[FloatArray]:
         """The errors of the follower, in the middle of both contacts, and their derivatives by the cam angle."""
         (one, second), other = self.contacts, self._own(1, off)
-        places = second.touched(other, first.angle.terms[0])
+        places = second.contact_places(other, first.angle.terms[0])
         for order in orders:
-            moved = second_motion_sign(self.problem.setup.mechanism) * second.errors(other, places, order)
+            moved = second_motion_sign(self.problem.setup.mechanism) * second.motion_errors(other, places, order)
             yield (one.beyond(first, order) - moved) / 2.0
 
     def _own(self, place: int, off: CamErrors) -> CamErrors:

@@ -1,25 +1,23 @@
-"""The largest error of the motion of each of many cams, exact at its cam angle.
+"""Random errors of many cams, and the largest error of the motion of each.
 
-Where it is, the first order says: the answers of the motion at some cam angles times the errors of a cam, one
-matrix product for all cams. There the exact error is computed, and at the top of the parabola through these of
-three places; where that is beside a joint of the motion, at the joint too. What is found is the true error of the
-cam at some angle, and so never more than its largest one; ``missed`` says by how much it is less on some of the
-cams, by a dense scan of exact errors.
+**Largest error.** The first order locates it: responses of the motion at many cam angles times the errors of the
+cams, one matrix product for all cams. The exact error is computed there, and at the top of the parabola through
+three neighbours. If the place is beside a joint of the motion, the joint is tried too. The result is the true error
+of the cam at some angle, so it never exceeds the largest one. ``missed_error`` tells by a dense scan of some cams
+how much it falls short.
 
-Errors of cams, drawn as ``[tolerances]`` says by scrambled Sobol points.
+**Random errors** come from scrambled Sobol points. A number has the distribution of its tolerance over its zone.
+The errors of the profile and of the bore's axis have two normal parts, each with a third of the tolerance as
+standard deviation. So at each place of the profile, and in each direction of the axis, 99.73 % of the cams are
+within. Normal distributions are not truncated: some cams are outside of the tolerances, and no proof covers these.
+Measured errors are drawn with equal probability.
 
-A number has the distribution of its tolerance over its zone. The profile and the axis of the bore, whose tolerances
-are a zone to either side and a distance, have two normal parts each with a third of it as standard deviation: at
-each place of the profile, and in each direction of the axis, 99.73 % of the cams are within. Nothing is cut off a
-normal distribution: some cams are outside of the tolerances, and no proof is of these. Measured errors are drawn as
-they are, each as often as the others.
-
-Errors of one batch go together: the share s of the variance of a normal number is that of the batch,
+Errors of one batch are correlated. A share s of the variance of a normal number belongs to the batch,
 
     z = √s·z_batch + √(1 − s)·z_own
 
-and the error is where a share Φ(z) of its own distribution is below. Two normal errors have the correlation
-√(s₁·s₂); of others it is a little less.
+and the error is the quantile Φ(z) of its own distribution. Two normal errors have the correlation √(s₁·s₂); for
+other distributions it is slightly less.
 
 Source: A. B. Owen, Scrambling Sobol' and Niederreiter-Xing points, J. Complexity 14 (1998).
 """
@@ -46,32 +44,32 @@ from camopt.solve.tolerances.real_cam import RealCam
 from camopt.solve.tolerances.response import motion_response
 
 SCREEN_NODES = 480
-"""Cam angles at which the first order is looked at, at least."""
+"""Least number of cam angles at which the first order is computed."""
 NODES_OF_A_WAVE = 12
-"""And in a wave of the profile's error."""
+"""Least number of cam angles in a wave of the profile's error."""
 JOINT_NEARNESS = 2.0
-"""How many steps between these a joint of the motion is away from the largest error that may be at it."""
+"""A joint of the motion is tried if it is at most this many steps from the largest error."""
 DWELL_SCREEN_NODES = 24
 EXACT_CAMS_AT_ONCE = 2**14
-"""Cams: what is computed of them stays in the cache of a processor."""
+"""Cams in a block whose exact errors stay in the cache of a processor."""
 SCREENED_CAMS_AT_ONCE = 2**8
-"""Cams, likewise, of which the first order is looked at, at all cam angles."""
+"""Cams in a block whose first-order errors at all cam angles stay in the cache."""
 SAME_RESPONSE = 1e-12
-"""Answers that are this near to each other, relative to the largest, are the same."""
+"""Responses are equal if they differ by less, relative to the largest."""
 THREADS = 2
 SCANNED_CAMS = 50
-"""Cams whose largest errors are compared with those of a dense scan."""
+"""Number of cams whose largest errors are compared with a dense scan."""
 DENSE_FACTOR = 4
-"""How many times as many cam angles that has."""
+"""Factor of the number of cam angles in the dense scan."""
 Work = TypeVar("Work")
 ExactErrors = Callable[[CamErrors, FloatArray], FloatArray]
-"""The errors of some cams, each where it is touched at a cam angle of its own."""
+"""Computes the error of each cam, at the contact with its own place."""
 OutwardMeasure = Callable[[FloatArray], FloatArray]
-"""What of errors is to be the largest: they, their magnitude, or what they are the other way."""
+"""The measure of errors to maximise: the error, its magnitude, or its negative."""
 
 
 class LargestError(NamedTuple):
-    """The largest |error| of each cam, and the place on the cam, rad; (n,) each."""
+    """Largest |error| of each cam, and the place on the cam [rad], both of shape (cams,)."""
 
     error: FloatArray
     place: FloatArray
@@ -79,16 +77,15 @@ class LargestError(NamedTuple):
 
 @dataclass(frozen=True)
 class FirstOrderScreen:
-    """Cam angles of a turn, or of a part of it, with the answers of the motion."""
+    """Cam angles of a turn, or of a part of it, with the first-order response of the motion."""
 
     places: FloatArray
-    """In their order, (m,)."""
+    """Rising cam angles [rad]."""
     responses: FloatArray
-    """(errors, m), of real and imaginary parts one after the other."""
+    """Shape (errors, places); real and imaginary parts are separate errors."""
 
     @cached_property
     def widest_step(self) -> float:
-        """The largest step between places."""
         return float(np.diff(self.places).max())
 
     @property
@@ -96,62 +93,60 @@ class FirstOrderScreen:
         """Whether errors are the same at all places."""
         return bool(np.ptp(self.responses, axis=1).max() <= SAME_RESPONSE * np.abs(self.responses).max())
 
-    def first_order_peaks(self, off: CamErrors, outward: OutwardMeasure) -> list[LargestError]:
-        """Where errors are the largest to first order: the place below, it, and the one above."""
-        errors, beside, found = real_error_columns(off), np.array([[-1], [0], [1]]), []
+    def first_order_peaks(self, cams: CamErrors, outward: OutwardMeasure) -> list[LargestError]:
+        """Largest first-order error of each cam with its neighbours: the place before it, it, and the one after."""
+        errors, beside, blocks = real_error_columns(cams), np.array([[-1], [0], [1]]), []
         for first in range(0, len(errors), SCREENED_CAMS_AT_ONCE):
             values = outward(errors[first : first + SCREENED_CAMS_AT_ONCE] @ self.responses)
             index = np.clip(values.argmax(axis=1) + beside, 0, self.places.size - 1)
-            found.append([np.take_along_axis(values, index.T, axis=1).T, self.places[index]])
-        return [LargestError(*each) for each in zip(*np.concatenate(found, axis=2), strict=True)]
+            blocks.append([np.take_along_axis(values, index.T, axis=1).T, self.places[index]])
+        return [LargestError(*each) for each in zip(*np.concatenate(blocks, axis=2), strict=True)]
 
 
-def real_error_columns(off: CamErrors) -> FloatArray:
-    """The errors of cams as real numbers, (n, errors)."""
-    found = [
-        part for each in off.values() for part in ((each.real, each.imag) if np.iscomplexobj(each) else (each,))
-    ]
-    return np.column_stack(found)
+def real_error_columns(cams: CamErrors) -> FloatArray:
+    """Errors of cams as real numbers, shape (cams, errors)."""
+    return np.column_stack(
+        [part for each in cams.values() for part in ((each.real, each.imag) if np.iscomplexobj(each) else (each,))]
+    )
 
 
 @dataclass(frozen=True)
 class LargestErrorSearch:
-    """How to find the largest errors of cams."""
+    """Finds the largest errors of the motion of many cams."""
 
     real_cam: RealCam
     keys: tuple[str, ...]
-    """Of the errors that cams have, in their order."""
+    """Keys of the errors of the cams, in their order."""
 
-    def largest_motion_errors(self, off: CamErrors, order: int) -> LargestError:
-        """The largest |error| of position, velocity or acceleration of each cam."""
-        return _join_largest_errors(map_cam_blocks(off, lambda some: self._motion_errors_of_block(some, order)))
+    def largest_motion_errors(self, cams: CamErrors, order: int) -> LargestError:
+        """Largest |error| of position, velocity or acceleration (order 0, 1, 2) of each cam over the turn."""
+        return _join_largest_errors(map_cam_blocks(cams, lambda block: self._motion_errors_of_block(block, order)))
 
-    def largest_dwell_changes(self, off: CamErrors) -> FloatArray:
-        """By how much the tool of each cam moves at most while its follower rests on the arc of one dwell, (n,)."""
-        return np.concatenate([*map_cam_blocks(off, self._dwell_changes_of_block)])
+    def largest_dwell_changes(self, cams: CamErrors) -> FloatArray:
+        """Largest movement of each cam's tool while its follower rests on the arc of one dwell, shape (cams,)."""
+        return np.concatenate([*map_cam_blocks(cams, self._dwell_changes_of_block)])
 
     @property
     def has_dwells(self) -> bool:
         """Whether the tool dwells."""
         return bool(self._dwell_screens)
 
-    def missed_error(self, off: CamErrors, order: int) -> float:
-        """By how much the largest |errors| found are less than those of a dense scan, at most, of some cams."""
-        count = count_cams(off)
-        some = take_cams(off, np.unique(np.linspace(0, count - 1, SCANNED_CAMS).astype(int)))
-        found, places = self._motion_errors_of_block(some, order).error, self.nodes(DENSE_FACTOR * SCREEN_NODES)
-        errors = self._exact_error_magnitude(order)
+    def missed_error(self, cams: CamErrors, order: int) -> float:
+        """Largest difference between a dense scan and the largest error found, over a sample of the cams."""
+        sample = take_cams(cams, np.unique(np.linspace(0, count_cams(cams) - 1, SCANNED_CAMS).astype(int)))
+        largest, places = self._motion_errors_of_block(sample, order).error, self.nodes(DENSE_FACTOR * SCREEN_NODES)
+        exact = self._exact_error_magnitude(order)
 
-        def scan_cams(few: CamErrors) -> FloatArray:
-            every = {key: np.repeat(each, places.size) for key, each in few.items()}
-            found = errors(every, np.tile(places, count_cams(few))).reshape(-1, places.size)
-            return np.asarray(found.max(axis=1))
+        def scan_cams(block: CamErrors) -> FloatArray:
+            repeated = {key: np.repeat(each, places.size) for key, each in block.items()}
+            errors = exact(repeated, np.tile(places, count_cams(block))).reshape(-1, places.size)
+            return np.asarray(errors.max(axis=1))
 
-        highest = np.concatenate([*map_cam_blocks(some, scan_cams, ceil(EXACT_CAMS_AT_ONCE / places.size))])
-        return float(np.max(np.maximum(highest - found, 0.0)))
+        highest = np.concatenate([*map_cam_blocks(sample, scan_cams, ceil(EXACT_CAMS_AT_ONCE / places.size))])
+        return float(np.max(np.maximum(highest - largest, 0.0)))
 
     def nodes(self, count: int) -> FloatArray:
-        """Cam angles in the order of the turn, at least so many, with both sides of each joint, rad."""
+        """At least ``count`` cam angles in the order of the turn, with both sides of each joint [rad]."""
         end = self.real_cam.problem.programme.strokes[-1].end
         waves = NODES_OF_A_WAVE * self.real_cam.waves * count // SCREEN_NODES
         even = np.linspace(0.0, end, 2 + max(count, waves))[1:-1]
@@ -159,60 +154,55 @@ class LargestErrorSearch:
         return np.unique(np.concatenate([even, sides]))
 
     def _exact_error_magnitude(self, order: int) -> ExactErrors:
-        return lambda off, places: np.abs(self.real_cam.motion_errors(off, places, order))
+        return lambda cams, places: np.abs(self.real_cam.motion_errors(cams, places, order))
 
-    def _motion_errors_of_block(self, off: CamErrors, order: int) -> LargestError:
-        screen, errors = self._turn_screens[order], self._exact_error_magnitude(order)
-        found = _climb_to_peak(errors, off, screen, np.abs)
+    def _motion_errors_of_block(self, cams: CamErrors, order: int) -> LargestError:
+        screen, exact = self._turn_screens[order], self._exact_error_magnitude(order)
+        largest = _climb_to_peak(exact, cams, screen, np.abs)
         for place in self._jump_sides(order):
-            found = _larger_errors(found, _largest_at_places(errors, off, np.full(found.place.size, place)))
-        away = np.abs(found.place[:, None] - self._joints)
-        some = np.flatnonzero(away.min(axis=1) <= JOINT_NEARNESS * screen.widest_step)
-        near, joint = take_cams(off, some), self._joints[away[some].argmin(axis=1)]
+            at_jump = _largest_at_places(exact, cams, np.full(largest.place.size, place))
+            largest = _larger_errors(largest, at_jump)
+        distance = np.abs(largest.place[:, None] - self._joints)
+        index = np.flatnonzero(distance.min(axis=1) <= JOINT_NEARNESS * screen.widest_step)
+        near, joint = take_cams(cams, index), self._joints[distance[index].argmin(axis=1)]
         for side in (-JUMP_SIDE, JUMP_SIDE):
-            found = _raise_some_errors(
-                found, some, _largest_at_places(errors, near, self._contact_places(near, joint + side))
-            )
-        return found
+            places = self.real_cam.contact_places(near, joint + side)
+            largest = _raise_some_errors(largest, index, _largest_at_places(exact, near, places))
+        return largest
 
     @cached_property
     def _joints(self) -> FloatArray:
-        """Where pieces of the motion meet, rad: a slope of it may jump, there on the cam and at that cam angle."""
+        """Cam angles at which pieces of the motion meet [rad]: a derivative may jump there."""
         programme = self.real_cam.problem.programme
         return np.unique([*programme.starts, *(jump.at for jump in programme.jumps)])
 
-    def largest_error_angle(self, off: CamErrors, largest: LargestError, cam: int) -> float:
-        """The cam angle at which a cam has its largest error, deg."""
+    def largest_error_angle(self, cams: CamErrors, largest: LargestError, cam: int) -> float:
+        """Cam angle at which the cam of index ``cam`` has its largest error [deg]."""
         one = slice(cam, cam + 1)
-        touched = self.real_cam.contact_angles(take_cams(off, one), largest.place[one])
-        return float(np.degrees(self.real_cam.angles_in_turn(touched)[0]))
+        angles = self.real_cam.contact_angles(take_cams(cams, one), largest.place[one])
+        return float(np.degrees(self.real_cam.angles_in_turn(angles)[0]))
 
-    def errors_at_angle(self, off: CamErrors, angle: float, order: int) -> FloatArray:
-        """The errors of cams at one cam angle, rad."""
-        parts = map_cam_blocks(off, lambda some: self._angle_errors_of_block(some, angle, order))
-        return np.concatenate([*parts])
+    def errors_at_angle(self, cams: CamErrors, angle: float, order: int) -> FloatArray:
+        """Errors of cams at one cam angle (rad)."""
 
-    def _angle_errors_of_block(self, off: CamErrors, angle: float, order: int) -> FloatArray:
-        return self.real_cam.motion_errors(off, self._contact_places(off, np.full(count_cams(off), angle)), order)
+        def errors_of_block(block: CamErrors) -> FloatArray:
+            places = self.real_cam.contact_places(block, np.full(count_cams(block), angle))
+            return self.real_cam.motion_errors(block, places, order)
 
-    def _contact_places(self, off: CamErrors, angles: FloatArray) -> FloatArray:
-        return self.real_cam.contact_places(off, angles)
+        return np.concatenate([*map_cam_blocks(cams, errors_of_block)])
 
-    def _dwell_changes_of_block(self, off: CamErrors) -> FloatArray:
-        def position(off: CamErrors, places: FloatArray) -> FloatArray:
-            return self.real_cam.tool_positions(off, places)
-
-        moved = np.zeros(count_cams(off))
+    def _dwell_changes_of_block(self, cams: CamErrors) -> FloatArray:
+        position, changes = self.real_cam.tool_positions, np.zeros(count_cams(cams))
         for screen in self._dwell_screens:
             if screen.is_constant:  # errors that do not turn with the cam
                 continue
-            high = _climb_to_peak(position, off, screen, np.positive)
-            low = _climb_to_peak(lambda *at: -position(*at), off, screen, np.negative)
-            moved = np.maximum(moved, high.error + low.error)
-        return moved
+            high = _climb_to_peak(position, cams, screen, np.positive)
+            low = _climb_to_peak(lambda *at: -position(*at), cams, screen, np.negative)
+            changes = np.maximum(changes, high.error + low.error)
+        return changes
 
     def _jump_sides(self, order: int) -> Iterator[float]:
-        """Both sides of the jumps of a derivative, or a lower one: to first order it has an impulse there."""
+        """Both sides of each jump of the derivative of an order or a lower one [rad]: there it has an impulse."""
         turn = self.real_cam.problem.programme.strokes[-1].end
         for jump in self.real_cam.problem.programme.jumps:
             if jump.order <= order:
@@ -220,54 +210,53 @@ class LargestErrorSearch:
 
     @cached_property
     def _turn_screens(self) -> list[FirstOrderScreen]:
-        """One for each order."""
+        """One screen for each order."""
         places = self.nodes(SCREEN_NODES)
-        answers = self._motion_responses(places)
+        responses = self._motion_responses(places)
         return [
-            FirstOrderScreen(places, np.ascontiguousarray(answers[:, order])) for order in range(RESPONSE_ORDERS)
+            FirstOrderScreen(places, np.ascontiguousarray(responses[:, order])) for order in range(RESPONSE_ORDERS)
         ]
 
     @cached_property
     def _dwell_screens(self) -> list[FirstOrderScreen]:
-        """One for each dwell of the tool."""
-        found = []
+        """One screen for each dwell of the tool."""
+        screens = []
         for stroke in self.real_cam.problem.programme.tool.dwells:
             count = max(DWELL_SCREEN_NODES, ceil(NODES_OF_A_WAVE * self.real_cam.waves * stroke.angle / 6.0))
             places = np.linspace(stroke.start, stroke.end - JUMP_SIDE, count)
-            found.append(FirstOrderScreen(places, np.ascontiguousarray(self._motion_responses(places)[:, 0])))
-        return found
+            screens.append(FirstOrderScreen(places, np.ascontiguousarray(self._motion_responses(places)[:, 0])))
+        return screens
 
     def _motion_responses(self, places: FloatArray) -> FloatArray:
-        """Those of the motion to each error, (errors, orders, places)."""
-        answers = motion_response(self.real_cam.problem, places)
-        return np.array([row for key in self.keys for row in answers.response_rows(key, self.real_cam.waves)])
+        """First-order response of the motion to each error, shape (errors, orders, places)."""
+        response = motion_response(self.real_cam.problem, places)
+        return np.array([row for key in self.keys for row in response.response_rows(key, self.real_cam.waves)])
 
 
-def count_cams(off: CamErrors) -> int:
-    """How many cams there are."""
-    return len(next(iter(off.values())))
+def count_cams(cams: CamErrors) -> int:
+    return len(next(iter(cams.values())))
 
 
-def take_cams(off: CamErrors, index: IntArray | slice) -> CamErrors:
-    """Some of the cams."""
-    return {key: each[index] for key, each in off.items()}
+def take_cams(cams: CamErrors, index: IntArray | slice) -> CamErrors:
+    """The cams of an index or a slice."""
+    return {key: each[index] for key, each in cams.items()}
 
 
 def _climb_to_peak(
-    errors: ExactErrors, off: CamErrors, screen: FirstOrderScreen, outward: OutwardMeasure
+    exact: ExactErrors, cams: CamErrors, screen: FirstOrderScreen, outward: OutwardMeasure
 ) -> LargestError:
-    """The largest error of each cam, from what it is to first order at some places."""
-    below, best, above = screen.first_order_peaks(off, outward)
+    """Largest error of each cam, at the first-order peak or at the top of the parabola about it."""
+    below, best, above = screen.first_order_peaks(cams, outward)
     between = np.clip(_parabola_top(below, best, above), below.place, above.place)
-    return _larger_errors(_largest_at_places(errors, off, best.place), _largest_at_places(errors, off, between))
+    return _larger_errors(_largest_at_places(exact, cams, best.place), _largest_at_places(exact, cams, between))
 
 
-def _largest_at_places(errors: ExactErrors, off: CamErrors, places: FloatArray) -> LargestError:
-    return LargestError(errors(off, places), places)
+def _largest_at_places(exact: ExactErrors, cams: CamErrors, places: FloatArray) -> LargestError:
+    return LargestError(exact(cams, places), places)
 
 
 def _parabola_top(below: LargestError, at: LargestError, above: LargestError) -> FloatArray:
-    """Where the parabola through three values is largest; in the middle if it is no parabola."""
+    """Place of the largest value of the parabola through three points; the middle one if there is no parabola."""
     a, b, c = below.place, at.place, above.place
     with np.errstate(all="ignore"):
         rise, fall = (at.error - below.error) / (b - a), (above.error - at.error) / (c - b)
@@ -276,26 +265,25 @@ def _parabola_top(below: LargestError, at: LargestError, above: LargestError) ->
 
 
 def _larger_errors(one: LargestError, other: LargestError) -> LargestError:
-    """The larger error of each cam; one that is no number is the largest."""
+    """The larger error of each cam; NaN counts as the largest."""
     second = ~(other.error <= one.error) & ~np.isnan(one.error)
     return LargestError(*(np.where(second, b, a) for a, b in zip(one, other, strict=True)))
 
 
-def _raise_some_errors(found: LargestError, some: IntArray, other: LargestError) -> LargestError:
-    """With the larger error of each of some cams."""
-    error, place = (each.copy() for each in found)
-    error[some], place[some] = _larger_errors(LargestError(error[some], place[some]), other)
+def _raise_some_errors(largest: LargestError, index: IntArray, other: LargestError) -> LargestError:
+    """Largest errors, in which the cams of ``index`` have the larger one of theirs and ``other``."""
+    error, place = (each.copy() for each in largest)
+    error[index], place[index] = _larger_errors(LargestError(error[index], place[index]), other)
     return LargestError(error, place)
 
 
 def map_cam_blocks(
-    off: CamErrors, work: Callable[[CamErrors], Work], at_once: int = EXACT_CAMS_AT_ONCE
+    cams: CamErrors, work: Callable[[CamErrors], Work], at_once: int = EXACT_CAMS_AT_ONCE
 ) -> Iterator[Work]:
-    """What work gives for some cams at a time, in their order."""
-    count = count_cams(off)
-    parts = [take_cams(off, slice(first, first + at_once)) for first in range(0, count, at_once)]
+    """Results of a function for blocks of cams, in their order."""
+    blocks = [take_cams(cams, slice(first, first + at_once)) for first in range(0, count_cams(cams), at_once)]
     with ThreadPoolExecutor(THREADS) as pool:
-        yield from pool.map(work, parts)
+        yield from pool.map(work, blocks)
 
 
 def _join_largest_errors(parts: Iterator[LargestError]) -> LargestError:
@@ -303,11 +291,11 @@ def _join_largest_errors(parts: Iterator[LargestError]) -> LargestError:
 
 
 COMPLEX_PARTS = {"profile": ("cosine", "sine"), "bore_eccentricity": ("x", "y")}
-"""What the two parts of an error are that is a complex number."""
+"""Names of the real and imaginary part of a complex error."""
 BATCH_GRID = 256
-"""Shares of batches, and of parts of a batch, for what errors of one batch have in common."""
+"""Number of quantiles of batches, and of parts of a batch, for the mean errors of batches."""
 OPEN_SHARE_RANGE = 2.0**-60, 1.0 - 2.0**-53
-"""Shares that are not 0 or 1."""
+"""Least and largest share that is not 0 or 1."""
 SampledErrors = dict[str, FloatArray]
 
 
@@ -316,68 +304,61 @@ def single_key(key: str) -> Iterable[str]:
 
 
 def sample_errors(
-    scene: Scene, nominal: NumberErrors, cams: int, seed: int, each_of: Callable[[str], Iterable[str]] = single_key
+    scene: Scene, nominal: NumberErrors, cams: int, seed: int, keys_of: Callable[[str], Iterable[str]] = single_key
 ) -> SampledErrors:
-    """The errors of cams, by key of ``[tolerances]``, in mm or rad, of numbers in their units; those with two parts
-    are complex. ``each_of`` says which errors a tolerance is of, where it is of several."""
-    made, given = dict(_error_makers(scene, nominal)), scene.tolerances.number_and_angle_tolerances
-    of = {part: key for key in made for part in each_of(key)}
-    makers = {part: made[key] for part, key in of.items()}
-    batches = sorted({each.batch for each in given.values() if each.batch is not None})
-    count = sum(each for each, _ in makers.values())
+    """Random errors of cams by key of ``[tolerances]``: mm or rad, numbers in their own units.
+
+    Errors with two parts are complex. ``keys_of`` gives the keys of the errors that one tolerance permits.
+    """
+    makers, tolerances = dict(_error_makers(scene, nominal)), scene.tolerances.number_and_angle_tolerances
+    tolerance_keys = {key: tolerance for tolerance in makers for key in keys_of(tolerance)}
+    batches = sorted({each.batch for each in tolerances.values() if each.batch is not None})
+    count = sum(makers[tolerance][0] for tolerance in tolerance_keys.values())
     points = sobol_points(count + len(batches), cams, seed).T
-    own, common = iter(points[:count]), dict(zip(batches, points[count:], strict=True))
-    found = SampledErrors()
-    for key, (parts, make) in makers.items():
-        shares = [next(own) for _ in range(parts)]
-        if of[key] in given and (batch := given[of[key]].batch) is not None:
-            shares = [_correlate_with_batch(shares[0], common[batch], given[of[key]].shared)]
-        found[key] = make(*shares)
-    return found
+    rows, batch_rows = iter(points[:count]), dict(zip(batches, points[count:], strict=True))
+    errors = SampledErrors()
+    for key, tolerance in tolerance_keys.items():
+        parts, make = makers[tolerance]
+        shares = [next(rows) for _ in range(parts)]
+        if tolerance in tolerances and (batch := tolerances[tolerance].batch) is not None:
+            shares = [_correlate_with_batch(shares[0], batch_rows[batch], tolerances[tolerance].shared)]
+        errors[key] = make(*shares)
+    return errors
 
 
 ErrorMaker = tuple[int, Callable[..., FloatArray]]
-"""How many points an error takes, and the error by the shares of all cams that are below it."""
+"""Number of parts of an error, and a function that gives the error from the share of each part for all cams."""
 
 
 def _error_makers(scene: Scene, nominal: NumberErrors) -> Iterator[tuple[str, ErrorMaker]]:
-    given = scene.tolerances
+    tolerances = scene.tolerances
     for key, zone in number_and_angle_zones(scene, nominal).items():
-        yield (
-            key,
-            (
-                1,
-                partial(
-                    _tolerance_quantile,
-                    given.number_and_angle_tolerances[key],
-                    zone,
-                    radians(1.0) if key in ANGLE_TOLERANCES else 1.0,
-                ),
-            ),
-        )
-    if given.profile:
+        unit = radians(1.0) if key in ANGLE_TOLERANCES else 1.0
+        tolerance = tolerances.number_and_angle_tolerances[key]
+        yield key, (1, partial(_tolerance_quantile, tolerance, zone, unit))
+    if tolerances.profile:
         yield (
             "profile",
-            _complex_error_maker(given.profile)
-            if given.waves
-            else (1, partial(_normal_quantile, _symmetric_zone(given.profile))),
+            _complex_error_maker(tolerances.profile)
+            if tolerances.waves
+            else (1, partial(_normal_quantile, _symmetric_zone(tolerances.profile))),
         )
-    if given.bore_eccentricity:
-        yield "bore_eccentricity", _complex_error_maker(given.bore_eccentricity)
+    if tolerances.bore_eccentricity:
+        yield "bore_eccentricity", _complex_error_maker(tolerances.bore_eccentricity)
 
 
-def _correlate_with_batch(own: FloatArray, common: FloatArray, shared: float) -> FloatArray:
-    """Shares of normal numbers of which a part of the variance is that of the batch."""
-    first, second = (scipy.special.ndtri(np.clip(each, *OPEN_SHARE_RANGE)) for each in (common, own))
+def _correlate_with_batch(shares: FloatArray, batch_shares: FloatArray, shared: float) -> FloatArray:
+    """Shares of normal numbers, with the part ``shared`` of their variance from the batch."""
+    first, second = (scipy.special.ndtri(np.clip(each, *OPEN_SHARE_RANGE)) for each in (batch_shares, shares))
     return np.asarray(scipy.special.ndtr(np.sqrt(shared) * first + np.sqrt(1.0 - shared) * second))
 
 
-def batch_mean_errors(given: Tolerance, zone: ToleranceZone, unit: float = 1.0) -> FloatArray:
-    """The mean error of the parts of a batch, at even shares of batches, less that of all: (m,)."""
+def batch_mean_errors(tolerance: Tolerance, zone: ToleranceZone, unit: float = 1.0) -> FloatArray:
+    """Mean error of the parts of a batch less the mean of all batches, at evenly spaced quantiles of batches."""
     z = scipy.special.ndtri((np.arange(BATCH_GRID) + 0.5) / BATCH_GRID)
     z = z / np.std(z)
-    own = scipy.special.ndtr(np.sqrt(given.shared) * z[:, None] + np.sqrt(1.0 - given.shared) * z)
-    means = _tolerance_quantile(given, zone, unit, own).mean(axis=1)
+    shares = scipy.special.ndtr(np.sqrt(tolerance.shared) * z[:, None] + np.sqrt(1.0 - tolerance.shared) * z)
+    means = _tolerance_quantile(tolerance, zone, unit, shares).mean(axis=1)
     return np.asarray(means - means.mean())
 
 
@@ -386,18 +367,18 @@ def _symmetric_zone(size: float) -> ToleranceZone:
 
 
 def _complex_error_maker(size: float) -> ErrorMaker:
-    of = partial(_normal_quantile, _symmetric_zone(size))
-    return 2, lambda real, imaginary: np.asarray(of(real) + 1j * of(imaginary))
+    quantile = partial(_normal_quantile, _symmetric_zone(size))
+    return 2, lambda real, imaginary: np.asarray(quantile(real) + 1j * quantile(imaginary))
 
 
-def _tolerance_quantile(given: Tolerance, zone: ToleranceZone, unit: float, share: FloatArray) -> FloatArray:
-    """Where a share of the parts is below, of the distribution of a tolerance over its zone."""
-    if given.values is not None:
-        values = unit * np.sort(given.values)
+def _tolerance_quantile(tolerance: Tolerance, zone: ToleranceZone, unit: float, share: FloatArray) -> FloatArray:
+    """Quantile of the distribution of a tolerance over its zone: the error below which a share of the parts is."""
+    if tolerance.values is not None:
+        values = unit * np.sort(tolerance.values)
         return np.asarray(values[np.minimum((share * values.size).astype(int), values.size - 1)])
-    if given.distribution == "uniform":
+    if tolerance.distribution == "uniform":
         return np.asarray(zone.lower + share * (zone.upper - zone.lower))
-    if given.distribution == "triangular":
+    if tolerance.distribution == "triangular":
         half = (zone.upper - zone.lower) / 2.0
         nearest = np.sqrt(2.0 * np.minimum(share, 1.0 - share))
         return np.asarray(zone.mean + np.sign(share - 0.5) * half * (1.0 - nearest))
@@ -409,21 +390,21 @@ def _normal_quantile(zone: ToleranceZone, share: FloatArray) -> FloatArray:
 
 
 def exceed_tolerances(errors: CamErrors, ends: Mapping[str, tuple[float, float]]) -> BoolArray:
-    """Whether cams have an error outside of its tolerance, by the ends of each (``touching.error_ranges``)."""
-    found = np.zeros(next(iter(errors.values())).size, dtype=bool)
+    """Whether each cam has an error outside of the ranges ``ends`` (``errors.error_ranges``)."""
+    outside = np.zeros(next(iter(errors.values())).size, dtype=bool)
     for key, value in errors.items():
         low, high = ends[key]
-        found |= np.abs(value) > high if np.iscomplexobj(value) else (value < low) | (value > high)
-    return found
+        outside |= np.abs(value) > high if np.iscomplexobj(value) else (value < low) | (value > high)
+    return outside
 
 
 def real_error_parts(errors: CamErrors) -> SampledErrors:
-    """The errors as real numbers, by key and part, as ``bore_eccentricity.x``; mm, or deg of angles."""
-    found: SampledErrors = {}
+    """Errors as real numbers by key and part, as ``bore_eccentricity.x``: mm, angles in deg."""
+    real: SampledErrors = {}
     for key, value in errors.items():
         if np.iscomplexobj(value):
             names = COMPLEX_PARTS[key.partition(" ")[0]]
-            found |= {f"{key}.{part}": each for part, each in zip(names, (value.real, value.imag), strict=True)}
+            real |= {f"{key}.{part}": each for part, each in zip(names, (value.real, value.imag), strict=True)}
         else:
-            found[key] = np.degrees(value) if key in ANGLE_TOLERANCES else value
-    return found
+            real[key] = np.degrees(value) if key in ANGLE_TOLERANCES else value
+    return real

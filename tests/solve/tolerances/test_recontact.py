@@ -92,7 +92,9 @@ def test_the_largest_error_of_a_cam_is_that_of_a_scan_over_cam_angles(contact, l
         most = found.largest_motion_errors(off, order).error
         for cam, value in enumerate(most):
             one = {key: np.full(angles.size, each[cam]) for key, each in off.items()}
-            scanned = np.abs(found.real_cam.motion_errors(one, found._contact_places(one, angles), order)).max()
+            scanned = np.abs(
+                found.real_cam.motion_errors(one, found.real_cam.contact_places(one, angles), order)
+            ).max()
             assert scanned * (1 - 0.01) <= value <= scanned * (1 + 1e-3)
 
 

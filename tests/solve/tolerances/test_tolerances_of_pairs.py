@@ -385,9 +385,9 @@ def test_a_batch_of_pairs_behind_a_train_has_the_motion_of_the_exact_contact_of_
         return RealCam(problem).error_at_tool(off, theta, [moved]).error
 
     before, at, after = (exact(angles + side * step) for side in (-1, 0, 1))
-    np.testing.assert_allclose(cams.errors(off, places, 0), at, rtol=1e-9)
-    np.testing.assert_allclose(cams.errors(off, places, 1), (after - before) / (2 * step), rtol=1e-6)
-    np.testing.assert_allclose(cams.errors(off, places, 2), (after - 2 * at + before) / step**2, rtol=6e-3)
+    np.testing.assert_allclose(cams.motion_errors(off, places, 0), at, rtol=1e-9)
+    np.testing.assert_allclose(cams.motion_errors(off, places, 1), (after - before) / (2 * step), rtol=1e-6)
+    np.testing.assert_allclose(cams.motion_errors(off, places, 2), (after - 2 * at + before) / step**2, rtol=6e-3)
     (found, *_), most = (
         camopt.sample_cams(scene, cams=4).errors,
         worst_case_magnitude(search.turn.node_contributions, 0).max(),

@@ -212,7 +212,7 @@ def test_the_errors_told_of_the_worst_cam_are_those_of_a_motion_that_is_as_far_o
     scene = Scene.from_dict({**scene_of(contact, "ccw"), "tolerances": given})
     worst, problem = camopt.tolerance(scene).worst_case, resolve_design(scene)
     places = np.linspace(0.0, 2 * np.pi, 20_001)[:-1]
-    errors = motion_scale(problem.setup, 0) * RealCams(problem).errors(
+    errors = motion_scale(problem.setup, 0) * RealCams(problem).motion_errors(
         errors_at_places(worst.errors, places.size), places, 0
     )
     assert np.abs(errors).max() == pytest.approx(abs(worst.error), rel=1e-6)

@@ -55,7 +55,7 @@ def test_no_cam_passes_beyond_the_bound(kind):
     off.pop(BORE_DIRECTION, None)
     for found in passages(scene)[:: 1 if is_deep() else 3]:
         angles = np.full(count, radians(found.bound_deg))
-        error = cams.errors(off, cams.touched(off, angles), 0)
+        error = cams.motion_errors(off, cams.contact_places(off, angles), 0)
         side = dwells_and_passages.PASSAGE_SIDES[found.passage, found.end]
         above = side * (programme.motion_at(angles[:1])[0] + error - found.lift * programme.unit)
         assert above.max() <= 1e-13

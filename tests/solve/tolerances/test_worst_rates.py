@@ -55,7 +55,7 @@ def exact(search, errors, places):
     """The errors of a motion by exact re-contact."""
     turned = search.contact_error(errors, places).angle - places
     cams = cams_of(search.problem, search.cam.waves)
-    return cams.errors(real_off(search, errors, places, turned), places, search.order)
+    return cams.motion_errors(real_off(search, errors, places, turned), places, search.order)
 
 
 def random_errors(search, rng, count):
@@ -236,7 +236,7 @@ def test_the_errors_told_of_the_worst_cams_are_those_of_motions_that_are_as_far_
     problem, places = resolve_design(scene), np.linspace(0.0, 2 * np.pi, 5_001)[:-1]
     for order, worst in enumerate(camopt.tolerance(scene).worst_cases[1:], start=1):
         off = errors_at_places(worst.errors, places.size)
-        known = np.abs(RealCams(problem, WAVES).errors(off, places, order)).max() * motion_scale(
+        known = np.abs(RealCams(problem, WAVES).motion_errors(off, places, order)).max() * motion_scale(
             problem.setup, order
         )
         assert known == pytest.approx(abs(worst.error), rel=1e-4)
