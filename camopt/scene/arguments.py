@@ -1,4 +1,4 @@
-"""Arguments of the public functions: scenes by name or path, options by keyword, numbers of things."""
+"""Arguments of the public functions: scenes by name or path, counts, options by keyword."""
 
 import os
 import warnings
@@ -20,19 +20,19 @@ FunctionResult = TypeVar("FunctionResult")
 
 
 def scene_from(what: SceneSource) -> Scene:
-    """The scene that a caller gives, names or has in a file; errors are those of ``find_scene``."""
+    """The scene itself, or by name or path; errors are those of ``find_scene``."""
     if isinstance(what, Scene):
         return what
     if isinstance(what, (str, os.PathLike)):
         return find_scene(what)
-    hint = "; Scene.from_dict makes one of a mapping" if isinstance(what, dict) else ""
-    hint = "; this has one as its scene" if isinstance(getattr(what, "scene", None), Scene) else hint
+    hint = "; Scene.from_dict makes a scene from a mapping" if isinstance(what, dict) else ""
+    hint = "; use its attribute scene" if isinstance(getattr(what, "scene", None), Scene) else hint
     allowed = f"a Scene, the name of a shipped scene, or a TOML file{hint}"
     raise BadInput([Mistake("camopt", "scene", what, allowed)])
 
 
 def check_count(name: str, value: Any, least: int = 1) -> None:
-    """BadInput for a number of things that is no whole number, or too small; None leaves the choice to camopt."""
+    """Raise BadInput unless a count is a whole number of at least ``least``, or None for camopt's choice."""
     if value is not None and (not isinstance(value, int) or isinstance(value, bool) or value < least):
         raise BadInput([Mistake("camopt", name, value, f"a whole number of at least {least}")])
 
@@ -40,9 +40,9 @@ def check_count(name: str, value: Any, least: int = 1) -> None:
 def options_by_keyword(
     function: Callable[OptionParameters, FunctionResult],
 ) -> Callable[OptionParameters, FunctionResult]:
-    """Let a function still read its keyword-only options by position, for one version, with a warning.
+    """Let a function accept its keyword-only options by position for one more version, with a warning.
 
-    Sentences that it would tell go to the logger "camopt" if there is no ``tell``.
+    Without a ``tell``, messages of the function go to the logger "camopt".
     """
     parameters = signature(function).parameters.values()
     most = sum(each.kind is Parameter.POSITIONAL_OR_KEYWORD for each in parameters)
@@ -53,7 +53,7 @@ def options_by_keyword(
         options: dict[str, Any] = dict(kwargs)
         extra = dict(zip(names, args[most:], strict=False))
         if extra and len(args) <= most + len(names) and not extra.keys() & options.keys():
-            what = f"{function.__name__} takes {', '.join(extra)} by keyword; the next version reads no position"
+            what = f"{function.__name__} takes {', '.join(extra)} by keyword; the next version requires it"
             warnings.warn(what, DeprecationWarning, stacklevel=2)
             args, options = args[:most], options | extra  # type: ignore[assignment]
         if "tell" in names and options.get("tell") is None and LOG.isEnabledFor(INFO):

@@ -1,7 +1,7 @@
-"""Checks across the tables of a scene: its mechanism's needs, and whether motion and sizes fit together.
+"""Checks across the tables of a scene: the needs of its mechanism, and whether motion and sizes fit together.
 
-They work on a typed scene without its wrong values (``scene.faultless_tables``); where inputs are missing they say
-nothing. Each fault is (key, value, what is wrong).
+They read a typed scene without its wrong values (``scene.faultless_tables``). A check whose inputs are missing
+yields nothing. Each fault is (key, value, what is wrong).
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -37,13 +37,15 @@ if TYPE_CHECKING:
     from camopt.scene.scene import Scene
 
 KINDS, LAW_KEYS = ("rise", "return", "dwell"), ("law", "law_rise", "law_return")
-LARGEST_PLAY = 0.1  # of the radius of a roller: its clearance or interference, which theory takes for small
+LARGEST_PLAY = (
+    0.1  # largest clearance or interference, as a share of the roller's radius: the theory is for small ones
+)
 GUIDE_KEYS = tuple(each.name for each in NUMBERS if each.guide)
 """The keys of a guide in ``[follower.dynamics]``."""
 
 
 def faults_of(scene: "Scene", data: Mapping[str, Any]) -> Iterator[Fault]:
-    """Every fault that needs more than one value to be seen, of a scene and of what it was made from."""
+    """Every fault that involves more than one value, in a scene and in the mapping it was made from."""
     yield from check_laws(data)
     yield from check_own_quantities(data)
     yield from check_load(scene)
@@ -60,17 +62,17 @@ def faults_of(scene: "Scene", data: Mapping[str, Any]) -> Iterator[Fault]:
     yield from _check_searched_laws(scene, law_names(law_tables(scene)))
     yield from _check_synthesis(scene, law_names(law_tables(scene)))
     follower = scene.follower
-    if found := mechanism_named(scene.cam.form, follower.motion, follower.contact, scene.drive.kind):
-        mechanism, tip = found
-        asked, lift = _lifts_of_scene(scene)
+    if pair := mechanism_named(scene.cam.form, follower.motion, follower.contact, scene.drive.kind):
+        mechanism, tip = pair
+        tool_lift, lift = _lifts_of_scene(scene)
         yield from _check_dynamics(scene, lift, mechanism, tip)
-        yield from _check_lash(scene, asked)
+        yield from _check_lash(scene, tool_lift)
         wrong = list(_check_drive(scene, mechanism, tip))
         yield from wrong
         if any(key == "drive.kind" for key, *_ in wrong):
-            return  # the mechanism of another drive has other keys
+            return  # another drive makes another mechanism, with other keys
         yield from _check_sizes(scene, mechanism, tip)
-        if lift is not None or not profiled:  # that a follower cannot be on its profile is told already
+        if lift is not None or not profiled:  # check_profile reports a follower that cannot run on its profile
             yield from _check_assembly(scene, lift, mechanism, tip)
         yield from check_part(scene, mechanism, lift, _trace_radius(scene, tip))
         yield from check_tolerances(scene, mechanism, tip, _mechanism_words(mechanism, tip))
@@ -79,24 +81,23 @@ def faults_of(scene: "Scene", data: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def _lifts_of_scene(scene: "Scene") -> Lifts:
-    """The largest lift of the motion that is asked, and that of the follower."""
-    # of moves it is that of their polynomials, of a profile that of its follower, which are made for it
+    """The largest lifts of tool and follower; moves and profiles are computed for it."""
     given = highest_on_profile(scene) if scene.profile else highest_displacement(scene)
     return lifts_through_train(scene, given) if scene.train else Lifts(given, given)
 
 
 def groove_run(scene: "Scene") -> float | None:
-    """The length over which the groove of a cylindrical cam runs along its axis, mm; None if not known."""
+    """Length of the groove of a cylindrical cam along its axis [mm]; None where unknown."""
     if not scene.mechanism.body.developed:
         return None
     return run_of_groove(scene, scene.mechanism, _lifts_of_scene(scene).follower, _trace_radius(scene, scene.tip))
 
 
 def _check_searched_motion(scene: "Scene") -> Iterator[Fault]:
-    """With a profile, no size that the motion follows from may be searched."""
+    """With a profile, refuse to search sizes, laws and angles that would change the motion."""
     for key in (*SEARCH_SIZES, *LAW_KEYS, *(f"angle_{kind}" for kind in KINDS)):
         if getattr(scene.search, key) not in (None, ()):
-            why = "the motion would change: it follows from the profile and the sizes of the follower"
+            why = "would change the motion, which follows from the profile and the sizes of the follower"
             yield f"search.{key}", None, why
 
 
@@ -107,7 +108,7 @@ def _check_searched_laws(scene: "Scene", laws: tuple[str, ...]) -> Iterator[Faul
 
 
 def _check_searched_angles(scene: "Scene") -> Iterator[Fault]:
-    """Each freed angle has its segment, and the ranges can hold the degrees that the angles share."""
+    """Check that the angles to vary have segments, and that their ranges allow the degrees that they share."""
     ranges, freed, reached = {}, [], True
     for kind in KINDS:
         key, given = f"search.angle_{kind}", getattr(scene.search, f"angle_{kind}")
@@ -128,7 +129,7 @@ def _check_searched_angles(scene: "Scene") -> Iterator[Fault]:
             reached = False
         here = [segment.angle for segment in scene.motion if segment.segment == kind]
         if any(segment.segment in POSITIONED_KINDS for segment in scene.motion):
-            yield key, None, "the angles of a motion with moves or constant velocities stay as they are"
+            yield key, None, "the angles of a motion with moves or constant velocities cannot vary"
             return
         if not here:
             yield key, None, f"the motion has no {kind}"
@@ -142,7 +143,7 @@ def _check_searched_angles(scene: "Scene") -> Iterator[Fault]:
     if len(freed) == 1:
         yield first, None, "no other segment can exchange degrees with it: give another kind a range too"
     elif not low - NEAR_END * total <= total <= high + NEAR_END * total:
-        shared = f"the segments with a range share {total:g} deg, their ranges allow between {low:g} and {high:g}"
+        shared = f"the segments with a range share {total:g} deg, but their ranges allow {low:g} to {high:g}"
         yield first, None, shared
 
 
@@ -159,13 +160,13 @@ def _mechanism_words(mechanism: Mechanism, tip: Tip) -> str:
 
 
 def _alternatives_text(names: Iterable[str]) -> str:
-    """Words to choose from."""
+    """Names to choose from, as in 'a', 'b' or 'c'."""
     *others, last = map(repr, names)
     return f"{', '.join(others)} or {last}" if others else last
 
 
 def _check_drive(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
-    """A drive is one that there is on such a cam, and has no keys of other drives."""
+    """Check that the mechanism exists with this drive, and that the drive has no keys of other drives."""
     kind, own = scene.drive.kind, mechanism.drive
     if kind is not None and kind != own.name and tip in mechanism.tips:
         known = mechanisms_for(mechanism.body.form, mechanism.motion.name, tip.name)
@@ -181,7 +182,7 @@ def _check_drive(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fau
 
 
 def _check_play(scene: "Scene", mechanism: Mechanism) -> Iterator[Fault]:
-    """A clearance, or an interference, is a small part of the roller, or of the disc that flat faces are on."""
+    """Check that a clearance or interference is small against the roller, or the disc between flat faces."""
     roller, base = known_number(scene.follower.roller_radius), known_number(scene.cam.base_radius)
     arm = known_number(scene.follower.arm_length)
     size, words = (roller, "roller's radius") if roller else (base, "base radius")
@@ -190,14 +191,14 @@ def _check_play(scene: "Scene", mechanism: Mechanism) -> Iterator[Fault]:
         if size is None or (swung and arm is None):
             continue
         most = degrees(LARGEST_PLAY * size / arm) if swung and arm else LARGEST_PLAY * size
-        least = f"must be at most a tenth of the {words}{' at the end of the arm' if swung else ''}"
+        why = f"must be at most a tenth of the {words}{' at the end of the arm' if swung else ''}"
         for place, choice in _values_by_place(scene, f"drive.{key}").items():
             if any(each > most for each in _known_choice_values(choice, "stop")):
-                yield place, VALUE_IN_SCENE, f"{least} ({most:.4g}{' deg' if swung else ''})"
+                yield place, VALUE_IN_SCENE, f"{why} ({most:.4g}{' deg' if swung else ''})"
 
 
 def _absent_key_text(key: str, mechanism: Mechanism) -> str:
-    """That there is no such key of a drive; one that it has with another follower, it has not with this one."""
+    """The message for a key that the drive does not have, or does not have with this follower."""
     drive, follower = mechanism.drive, f"{mechanism.drive.words} with {mechanism.motion.words} follower"
     if mechanism.second_keys and f"drive.{key}" in SECOND_FIELDS:
         return f"{follower} has none; it has {', '.join(mechanism.second_keys)}"
@@ -206,29 +207,29 @@ def _absent_key_text(key: str, mechanism: Mechanism) -> str:
 
 
 def _check_two_contacts(scene: "Scene", mechanism: Mechanism) -> Iterator[Fault]:
-    """What there is not of a follower with two contacts."""
+    """Faults of values that a follower with two contacts cannot have."""
     words = mechanism.drive.words
     if scene.profile:
         yield "profile", None, f"{words} is given by the [[motion]] of its follower"
     for name in (each for each in GUIDE_KEYS if each in mechanism.motion.dynamics):
         for place in _values_by_place(scene, f"follower.dynamics.{name}"):
-            why = f"the guide of {words} is not computed: which of both contacts it takes up is not known"
+            why = f"camopt does not compute the guide of {words}: the share of each contact is unknown"
             yield place, VALUE_IN_SCENE, why
     for key, other in (PRELOAD, PRELOAD[::-1]):
         for place in _values_by_place(scene, f"drive.{key}"):
             if not _values_by_place(scene, f"drive.{other}"):
-                why = f"goes with drive.{other}, which is missing: together they are a preload"
+                why = f"needs drive.{other}, which is missing: together they make a preload"
                 yield place, VALUE_IN_SCENE, why
     for place in _values_by_place(scene, "drive.clearance") if "clearance" in mechanism.drive.keys else ():
         if any(_values_by_place(scene, f"drive.{PRELOAD[0]}").values()):
-            why = "there is none between contacts with an interference: leave one of both out"
+            why = "contacts with an interference have no clearance: leave one of them out"
             yield place, VALUE_IN_SCENE, why
     if mechanism.drive.one_disc and scene.follower.offset not in (None, 0.0):
         yield "follower.offset", VALUE_IN_SCENE, f"must be 0 with {words}"
 
 
 def _check_sizes(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
-    """A mechanism has all its sizes, and no sizes of other mechanisms."""
+    """Check that a mechanism has all its sizes, and none of other mechanisms."""
     what, body, own = _mechanism_words(mechanism, tip), mechanism.body, mechanism.follower_keys(tip)
     if tip not in mechanism.tips:
         tips = _alternatives_text(each.name for each in mechanism.tips)
@@ -249,7 +250,7 @@ def _check_sizes(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fau
 
 
 def _check_dynamics(scene: "Scene", lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
-    """A follower that swings has an inertia and no guide; the guide never reaches the trace point."""
+    """Check that the follower has only keys of its motion, and that the guide never reaches the trace point."""
     motion, table = mechanism.motion, "follower.dynamics"
     for name in (key for other in MOTIONS.values() if other != motion for key in other.dynamics):
         for place in _values_by_place(scene, f"{table}.{name}"):
@@ -260,42 +261,42 @@ def _check_dynamics(scene: "Scene", lift: float | None, mechanism: Mechanism, ti
             )
     lever = _values_by_place(scene, SPRING_AT) if motion.angular else {}
     if lever and not any(_values_by_place(scene, key) for key in SPRING_NUMBERS):
-        yield next(iter(lever)), VALUE_IN_SCENE, "goes with spring_rate in N/mm or preload in N, which are missing"
+        yield next(iter(lever)), VALUE_IN_SCENE, "needs spring_rate in N/mm or preload in N, which are missing"
     for place, choice in (
         _values_by_place(scene, f"{table}.overhang") if "overhang" in motion.dynamics else {}
     ).items():
         if lift is not None and any(each < lift for each in _known_choice_values(choice)):
-            yield place, VALUE_IN_SCENE, f"must be at least the lift ({lift:g}): the rise shortens it by that much"
+            yield place, VALUE_IN_SCENE, f"must be at least the lift ({lift:g}), by which the rise shortens it"
     loads = _values_by_place(scene, f"{table}.load")
     if isinstance(loads.get(f"{table}.load"), tuple) and f"search.{table}.load" in loads:
-        why = f"the load of this scene changes over the turn ({table}.load), and no number replaces it"
+        why = f"{table}.load changes over the turn; a single number cannot replace it"
         yield f"search.{table}.load", VALUE_IN_SCENE, why
 
 
 def _check_lash(scene: "Scene", lift: float | None) -> Iterator[Fault]:
-    """A lash is taken up before the highest position, and its variation is smaller than the lash."""
+    """Check that a lash is smaller than the lift, and its variation at most the lash."""
     key = "follower.dynamics.lash"
     for place, choice in _values_by_place(scene, key).items():
         if lift is not None and any(each >= lift for each in _known_choice_values(choice)):
-            yield place, VALUE_IN_SCENE, f"must be below the lift ({lift:g}): what it drives would never move"
+            yield place, VALUE_IN_SCENE, f"must be below the lift ({lift:g}), or the driven part would never move"
     lash, varies = map(known_number, scene.numbers((key, f"{key}_variation")).values())
     if lash is not None and varies is not None and varies > lash:
         yield f"{key}_variation", varies, f"must be at most the lash ({lash:g})"
 
 
 def _values_by_place(scene: "Scene", key: str) -> dict[str, Any]:
-    """What a scene gives for a number by its place: in its table, and in ``[search]``."""
+    """The given values of a number by key: in its table, and in ``[search]``."""
     both = {key: scene.numbers((key,))[key], f"search.{key}": scene.search.choices_by_key.get(key)}
     return {place: value for place, value in both.items() if value is not None}
 
 
 def _check_assembly(scene: "Scene", lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
-    """Whether the design can be put together, at its lowest and its highest position."""
+    """Check that the mechanism can be assembled at its lowest and its highest position."""
     base, shaft = known_number(scene.cam.base_radius), known_number(scene.cam.shaft_diameter)
     if base and shaft and shaft / 2 > base:
         yield "cam.shaft_diameter", shaft, f"must be at most twice the base radius ({2 * base:g})"
     sizes = known_sizes(mechanism, tip, scene.follower, scene.cam) | ({} if lift is None else {"lift": lift})
-    with suppress(KeyError):  # what is missing is told on its own, or left to a search
+    with suppress(KeyError):  # a missing size has its own message, or is left to a search
         if misfit := mechanism.misfit(sizes):
             yield misfit
             return
@@ -305,7 +306,7 @@ def _check_assembly(scene: "Scene", lift: float | None, mechanism: Mechanism, ti
 def _check_second_assembly(
     scene: "Scene", mechanism: Mechanism, sizes: Mapping[str, float], shaft: float | None
 ) -> Iterator[Fault]:
-    """Likewise of a second contact with sizes of its own."""
+    """Check that a second contact with sizes of its own can be assembled."""
     given = {key: known_number(value) for key, value in scene.numbers(mechanism.second_keys).items()}
     own = {key: size for key, size in given.items() if size is not None}
     base = own.get("drive.base_radius")
@@ -318,12 +319,12 @@ def _check_second_assembly(
             place = misfit[0].replace("follower.", "drive.")
             key = (
                 place if place in own else [*own][-1]
-            )  # the first disc fits: of the second one a size of its own not
+            )  # the first disc fits, so that a size of the second contact must be wrong
             yield key, own[key], f"of the second disc: {misfit[2]}"
 
 
 def _trace_radius(scene: "Scene", tip: Tip) -> float | None:
-    """Distance of the trace point from the profile: the radius of a roller or spherical face; None if not known."""
+    """Distance from trace point to profile, the radius of a roller or spherical face [mm]; None where unknown."""
     return known_number(getattr(scene.follower, tip.radius)) if tip.radius else 0.0
 
 
@@ -340,16 +341,16 @@ def _check_search(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fa
             yield f"search.{key}", VALUE_IN_SCENE, "must be above 0"
     for name in search.minimise:
         if name in search.maximise:
-            yield "search.maximise", name, "is minimised too: an objective can be only one of the two"
+            yield "search.maximise", name, "is minimised too: leave one of them out"
     if search.law and (search.law_rise or search.law_return):
-        yield "search.law", VALUE_IN_SCENE, "name either law, or law_rise and law_return"
+        yield "search.law", VALUE_IN_SCENE, "give either law, or law_rise and law_return"
     for key in ("sampler", "seed"):
         if key in search.model_fields_set and search.samples is None:
-            yield f"search.{key}", VALUE_IN_SCENE, "belongs to search.samples, which is not given"
+            yield f"search.{key}", VALUE_IN_SCENE, "needs search.samples, which is missing"
 
 
 def _known_choice_values(choice: Any, end: str = "start") -> list[float]:
-    """The known values of a choice: of a range one of its ends."""
+    """The known values of a choice; of a range, one end."""
     values = [getattr(choice, end)] if isinstance(choice, StepRange) else choice
     return [
         each
@@ -365,10 +366,10 @@ def _check_limits(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fa
     if "outer_radius" in limits and mechanism.outline is None:
         yield "limits.outer_radius", VALUE_IN_SCENE, "only a disc cam has one"
     if "cutter_radius" in limits and tip == FLAT:
-        yield "limits.cutter_radius", VALUE_IN_SCENE, "a flat face makes no hollow flanks: any cutter will do"
+        yield "limits.cutter_radius", VALUE_IN_SCENE, "a flat face has no hollow flanks, so any cutter fits"
     elif "cutter_radius" in limits and mechanism.cut_as_by_roller:
         what = "rib" if mechanism.further_contacts else "groove"
-        why = f"the flanks of a {what} are cut with at most the radius of its roller: choose follower.roller_radius"
+        why = f"the cutter of a {what} is at most as large as its roller: set follower.roller_radius instead"
         yield "limits.cutter_radius", VALUE_IN_SCENE, why
     for key in ("velocity", "acceleration", "jerk"):
         if key in limits and not _values_by_place(scene, "cam.rpm"):

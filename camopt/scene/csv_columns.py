@@ -1,4 +1,4 @@
-"""Columns of numbers from CSV files, and messages for files of other kinds."""
+"""Read columns of numbers from CSV files, with plain messages for any other file."""
 
 import csv
 from collections.abc import Mapping
@@ -7,7 +7,7 @@ from pathlib import Path
 from camopt.core.mistakes import BadInput
 from camopt.core.storage.files import read_bytes, text_of
 
-MOST_SPANS = 2000  # of a law or load: each span of one is a panel of its own in every kernel
+MOST_SPANS = 2000  # points of a law or rows of a load; every span between two is a panel in every kernel
 NO_PREFIXES: Mapping[str, str] = {}
 SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}
 
@@ -15,13 +15,13 @@ SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}
 def read_csv_columns(
     folder: Path | None, name: str, wanted: tuple[str, ...], prefixes: Mapping[str, str] = NO_PREFIXES
 ) -> dict[str, list[float]]:
-    """Columns of numbers of a CSV file, by their names; a ValueError says what is wrong with it.
+    """Columns of numbers of a CSV file, by name; a ValueError says what is wrong with the file.
 
-    ``name`` is relative to ``folder``; None if no file may be named. ``prefixes`` of a column may stand before its
-    numbers, as IT before a grade.
+    ``name`` is relative to ``folder``; None if the scene may not name files. ``prefixes`` are texts allowed before
+    the numbers of a column, such as IT before a grade.
     """
     if folder is None:
-        raise ValueError("must be the data themselves: the scene of a table names no files")
+        raise ValueError("must be the data: a scene inside a table cannot name files")
     try:
         return _parse_columns(text_of(read_bytes(folder / name)), wanted, prefixes)
     except (OSError, BadInput, ValueError, csv.Error) as trouble:
@@ -46,20 +46,20 @@ def _parse_columns(text: str, wanted: tuple[str, ...], prefixes: Mapping[str, st
     names = [name.strip() for name in next(rows, [])]
     absent = [name for name in wanted if name not in names]
     if absent:
-        parted = next((word for sign, word in SEPARATORS.items() if sign in text.partition("\n")[0]), None)
-        told = f"its columns are parted by {parted}, not by commas" if parted else ""
-        raise ValueError(told or f"its first line has no {' and no '.join(absent)}")
-    found: dict[str, list[float]] = {name: [] for name in wanted}
+        separator = next((word for sign, word in SEPARATORS.items() if sign in text.partition("\n")[0]), None)
+        why = f"its columns are separated by {separator}, not by commas" if separator else ""
+        raise ValueError(why or f"its first line has no {' and no '.join(absent)}")
+    columns: dict[str, list[float]] = {name: [] for name in wanted}
     for row in filter(None, rows):
         if len(row) > len(names):
             count = f"{len(row)} values for {len(names)} columns"
-            raise ValueError(f"line {rows.line_num} has {count}; a number has no comma in it")
+            raise ValueError(f"line {rows.line_num} has {count}; write decimals with a point, not a comma")
         for name in wanted:
             text = row[names.index(name)].strip() if names.index(name) < len(row) else ""
-            found[name].append(_cell_number(text.removeprefix(prefixes.get(name, "")), name, rows.line_num))
-        if len(found[wanted[0]]) > MOST_SPANS:
+            columns[name].append(_cell_number(text.removeprefix(prefixes.get(name, "")), name, rows.line_num))
+        if len(columns[wanted[0]]) > MOST_SPANS:
             raise ValueError(f"has more than {MOST_SPANS} rows")
-    return found
+    return columns
 
 
 def _cell_number(text: str, name: str, line: int) -> float:

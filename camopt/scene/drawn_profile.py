@@ -1,12 +1,11 @@
-"""A profile that a scene names as a drawing (DXF): its outline as the arcs and lines of ``[[profile]]``.
+"""The profile in a drawing (DXF) that a scene names, as the arcs and lines of ``[[profile]]``.
 
-A drawing has the ends of its arcs in some digits, so that neighbours are tangent but for rounding. Each arc is one
-here that is tangent to its neighbours: its centre c and signed radius r are moved as little as it takes (least
-squares, by Newton's method) for
+A drawing rounds the ends of its arcs, so neighbours are not exactly tangent. Here each centre c and signed radius r
+moves by the least amount (least squares, by Newton's method) that makes neighbouring arcs tangent:
 
     |c₂ − c₁| = |r₁ − r₂|
 
-where two arcs meet; a line follows from the arcs beside it.
+A line follows from the arcs beside it.
 """
 
 from collections.abc import Iterator
@@ -23,25 +22,25 @@ from camopt.scene.mapping import value_at_key
 from camopt.scene.own_laws import LARGEST_NUMBER
 from camopt.scene.tables import MOST_SEGMENTS
 
-SAME_ARC = 1e-5  # of the radius: neighbours so near to each other are one arc
-SAME_LINE = 1e-7  # rad: of lines that are one
-TANGENT_GAP = 1e-10  # of the radii: what Newton's method leaves
+SAME_ARC = 1e-5  # share of the radius: neighbours that differ less are one arc
+SAME_LINE = 1e-7  # rad: neighbouring lines that differ less are one line
+TANGENT_GAP = 1e-10  # share of the radii: gap at which Newton's method stops
 NEWTON_ROUNDS = 20
 SHARP_CORNER = 0.02  # rad
-DRAWN_WITHIN = 1e-3  # mm: how far a vertex of the drawing may be from the arcs made of it
+DRAWN_WITHIN = 1e-3  # mm: largest distance of a vertex of the drawing from the tangent arcs
 
 
 def read_drawing(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
-    """Put the arcs and lines of a profile that names a file in place of the name, in ``data`` itself.
+    """Replace the name of a DXF file by its arcs and lines, in ``data`` itself.
 
-    ``folder`` is where the file is looked for; None if none may be named.
+    The path is relative to ``folder``; None if the scene may not name files.
     """
     name = data.get("profile")
     if not isinstance(name, str):
         return
     try:
         if folder is None:
-            raise ValueError("the scene of a table names no files")
+            raise ValueError("a scene inside a table cannot name files")
         rows = outline_elements(read_dxf_profile(folder / name), value_at_key(data, "cam.rotation") == "cw")
     except (OSError, ValueError) as trouble:
         reason = getattr(trouble, "strerror", None) or trouble
@@ -69,25 +68,25 @@ def outline_elements(outline: DrawnOutline, clockwise: bool) -> list[dict[str, A
         raise ValueError(f"its profile has {starts.sum():,} arcs and lines; at most {MOST_SEGMENTS:,} are allowed")
     radii, centres = _make_tangent(arcs.radii[starts], arcs.centres[starts])
     given = ((float(r), complex(c)) for r, c in zip(radii, centres, strict=True))
-    made = [ElementSpec(None) if np.isinf(r) else ElementSpec(r, c) for r, c in given]
-    _check_near(made, outline.vertices, np.cumsum(starts) - 1, clockwise)
+    elements = [ElementSpec(None) if np.isinf(r) else ElementSpec(r, c) for r, c in given]
+    _check_near(elements, outline.vertices, np.cumsum(starts) - 1, clockwise)
     return [
         {"element": "line"}
         if each.centre is None
         else {"element": "arc", "radius": each.radius, "x": each.centre.real, "y": each.centre.imag}
-        for each in made
+        for each in elements
     ]
 
 
 class _Arcs(NamedTuple):
-    """Radii, positive where convex and infinite of lines, and centres, of lines their tangents."""
+    """Radii [mm] (positive where convex, infinite for lines) and centres (for lines the unit tangents)."""
 
     radii: FloatArray
     centres: ComplexArray
 
 
 def _outline_arcs(outline: DrawnOutline, turn: float) -> _Arcs:
-    """The arcs of an outline that goes round anticlockwise (``turn`` 1) or clockwise (−1)."""
+    """The arcs of an outline that runs anticlockwise (``turn`` 1) or clockwise (−1)."""
     chords, bulges = outline.chords, outline.bulges
     with np.errstate(divide="ignore", invalid="ignore"):
         radii = turn * np.abs(chords) * (1.0 + bulges**2) / (4.0 * bulges)
@@ -97,7 +96,7 @@ def _outline_arcs(outline: DrawnOutline, turn: float) -> _Arcs:
 
 
 def _starts_of_arcs(arcs: _Arcs) -> BoolArray:
-    """Whether each is another arc or line than the one before it."""
+    """Whether each arc or line differs from the one before it."""
     size = np.where(np.isinf(arcs.radii), SAME_LINE, SAME_ARC * np.abs(arcs.radii))
     before = np.roll(arcs.radii, 1)
     with np.errstate(invalid="ignore"):
@@ -109,47 +108,48 @@ def _starts_of_arcs(arcs: _Arcs) -> BoolArray:
 
 
 def _make_tangent(radii: FloatArray, centres: ComplexArray) -> tuple[FloatArray, ComplexArray]:
-    """Radii and centres moved until neighbours that are both arcs touch."""
+    """Radii and centres, moved until neighbouring arcs are tangent."""
     after = np.roll(np.arange(radii.size), -1)
     both = np.flatnonzero(np.isfinite(radii) & np.isfinite(radii[after]) & (radii.size > 1))
     here, there = both, after[both]
     for _ in range(NEWTON_ROUNDS):
-        way, step = centres[there] - centres[here], radii[here] - radii[there]
-        off = np.abs(way) - np.abs(step)
-        if np.all(np.abs(off) <= TANGENT_GAP * (np.abs(radii[here]) + np.abs(radii[there]))):
+        distance, step = centres[there] - centres[here], radii[here] - radii[there]
+        gaps = np.abs(distance) - np.abs(step)
+        if np.all(np.abs(gaps) <= TANGENT_GAP * (np.abs(radii[here]) + np.abs(radii[there]))):
             break
         slopes, rows = np.zeros((both.size, 3, radii.size)), np.arange(both.size)
-        ahead, side = way / np.abs(way), np.sign(step)
+        direction, side = distance / np.abs(distance), np.sign(step)
         for place, sign in ((here, -1.0), (there, 1.0)):
             slopes[rows, 0, place] += sign * side
-            slopes[rows, 1, place] += sign * ahead.real
-            slopes[rows, 2, place] += sign * ahead.imag
+            slopes[rows, 1, place] += sign * direction.real
+            slopes[rows, 2, place] += sign * direction.imag
         flat = slopes.reshape(both.size, -1)
-        moved = (flat.T @ np.linalg.lstsq(flat @ flat.T, -off, rcond=None)[0]).reshape(3, -1)
-        radii, centres = radii + moved[0], centres + moved[1] + 1j * moved[2]
+        change = (flat.T @ np.linalg.lstsq(flat @ flat.T, -gaps, rcond=None)[0]).reshape(3, -1)
+        radii, centres = radii + change[0], centres + change[1] + 1j * change[2]
     return radii, centres
 
 
 def _check_near(elements: list[ElementSpec], vertices: ComplexArray, owners: IndexArray, clockwise: bool) -> None:
-    """ValueError if elements do not fit together, or not through the vertices where their owners begin."""
+    """Raise ValueError if the elements make no profile, or miss a vertex between the two they belong to."""
 
-    def plane(z: Any) -> Any:  # that of the motion, in which they go round anticlockwise
+    def plane(z: Any) -> Any:  # the plane of the motion, where elements run anticlockwise
         return z if clockwise else np.conjugate(z)
 
     try:
         parts = place_elements(
             [each if each.centre is None else ElementSpec(each.radius, plane(each.centre)) for each in elements]
         )
-    except ProfileFault as unfit:
-        raise ValueError(f"{f'element {unfit.number}: ' if unfit.number else ''}{unfit.why}") from None
-    beside = np.column_stack([owners, np.roll(owners, 1)])
-    off = [
+    except ProfileFault as fault:
+        raise ValueError(f"{f'element {fault.number}: ' if fault.number else ''}{fault.why}") from None
+    neighbours = np.column_stack([owners, np.roll(owners, 1)])
+    distances = [
         max(_distance_from_element(parts[k], z) for k in pair)
-        for pair, z in zip(beside, plane(vertices), strict=True)
+        for pair, z in zip(neighbours, plane(vertices), strict=True)
     ]
-    worst = int(np.argmax(off))
-    if off[worst] > DRAWN_WITHIN:
-        raise ValueError(f"tangent arcs and lines are {off[worst]:.2g} mm off at {_point_text(vertices[worst])}")
+    worst = int(np.argmax(distances))
+    if distances[worst] > DRAWN_WITHIN:
+        where = _point_text(vertices[worst])
+        raise ValueError(f"tangent arcs and lines miss the drawing by {distances[worst]:.2g} mm at {where}")
 
 
 def _point_text(point: complex) -> str:
@@ -157,7 +157,7 @@ def _point_text(point: complex) -> str:
 
 
 def _distance_from_element(part: ProfilePiece, point: complex) -> float:
-    """How far a point is from the circle or line that a part is on, mm."""
+    """Distance of a point from the circle or line of an element [mm]."""
     if part.radius is None:
         return abs((part.start.normal.conjugate() * point).real - part.height)
     return abs(abs(point - part.centre) - abs(part.radius))

@@ -13,15 +13,15 @@ from camopt.core.storage.files import read_bytes
 from camopt.core.storage.home import settle_home
 
 PROFILE_LAYER = "PROFILE"
-JOINING_GAP = 1e-3  # mm: ends so near to each other are one
-MOST_ENTITIES = 100_000  # of a drawing whose blocks are taken apart, with the vertices of polylines
-MOST_EDGE_PAIRS = 10_000_000  # of lines that end at one place: each is compared with each
+JOINING_GAP = 1e-3  # mm: ends at most this far apart are joined
+MOST_ENTITIES = 100_000  # entities of a drawing with its blocks expanded, and vertices of polylines
+MOST_EDGE_PAIRS = 10_000_000  # comparisons of lines that end at the same point
 
 
 class DrawnOutline(NamedTuple):
-    """A closed line from vertex to vertex, x + iy in mm, the last joined to the first.
+    """A closed line through vertices, x + iy in mm; the last vertex joins the first.
 
-    ``bulges`` are the tangents of a quarter of what each arc turns, anticlockwise positive; 0 of a line.
+    ``bulges`` are tan(α/4) for an arc of angle α, positive anticlockwise, and 0 for a line.
     """
 
     vertices: ComplexArray
@@ -33,40 +33,40 @@ class DrawnOutline(NamedTuple):
 
     @property
     def middles(self) -> ComplexArray:
-        """Half way along each arc."""
+        """The middle of each arc."""
         return self.vertices + self.chords * (0.5 - 0.5j * self.bulges)
 
     @property
     def corner_angles(self) -> FloatArray:
-        """By how much the direction jumps at each vertex, rad."""
+        """Change of direction at each vertex [rad]."""
         half = np.exp(2j * np.arctan(self.bulges))
         leaving, arriving = self.chords / half, np.roll(self.chords * half, 1)
         return np.abs(np.angle(leaving / arriving))
 
     @property
     def area(self) -> float:
-        """Positive if it runs anticlockwise; that of the polygon through its vertices and middles."""
+        """Area of the polygon through vertices and middles [mm²], positive if it runs anticlockwise."""
         points = np.column_stack([self.vertices, self.middles]).ravel()
         return float((points.conjugate() * np.roll(points, -1)).imag.sum() / 2)
 
     @property
     def reversed_outline(self) -> "DrawnOutline":
-        """The same from the same vertex, the other way round."""
+        """The outline in the other direction, from the same vertex."""
         return DrawnOutline(np.roll(self.vertices[::-1], 1), -self.bulges[::-1])
 
 
 def read_dxf_profile(path: Path) -> DrawnOutline:
-    """The profile in a file: the outline on the layer PROFILE, or if there is none the one that reaches furthest.
+    """The profile in a DXF file: the outline on the layer PROFILE, or else the one that reaches farthest.
 
     Raises
     ------
     ValueError
-        That says what is wrong with the file.
+        With a message on what is wrong with the file.
     OSError
-        If it cannot be read.
+        If the file cannot be read.
     """
     try:
-        read_bytes(path)  # a file with an end, of a size that a drawing has
+        read_bytes(path)  # refuses pipes and huge files
     except BadInput as trouble:
         raise ValueError(f"it must be {trouble.mistakes[0].allowed}") from None
     settle_home()
@@ -80,22 +80,22 @@ def read_dxf_profile(path: Path) -> DrawnOutline:
         entities: list[Any] = [*disassemble.recursive_decompose(document.modelspace())]
         upright.upright_all(entities)
         drawn = [each for each in entities if each.dxf.layer.upper() == PROFILE_LAYER] or entities
-        found = [each for each in _closed_outlines(drawn) if each.bulges.any() or each.vertices.size > 2]
+        outlines = [each for each in _closed_outlines(drawn) if each.bulges.any() or each.vertices.size > 2]
     except RecursionError:
         raise ValueError("its blocks are nested too deep") from None
     except (DXFError, UnicodeError, LookupError, TypeError, ArithmeticError) as trouble:
         raise ValueError(f"it is damaged, or no DXF ({trouble})") from None
-    if not found:
+    if not outlines:
         kinds = ", ".join(sorted({each.dxftype() for each in drawn})) or "nothing"
-        raise ValueError(f"no closed outline of arcs, lines or polylines is in it, but {kinds}")
-    largest = max(found, key=lambda each: float(np.abs([each.vertices, each.middles]).max()))
+        raise ValueError(f"it has no closed outline of arcs, lines or polylines; it has {kinds}")
+    largest = max(outlines, key=lambda each: float(np.abs([each.vertices, each.middles]).max()))
     return largest._replace(vertices=largest.vertices * _unit_in_mm(document.units))
 
 
 def _check_blocks(document: Any) -> None:
-    """ValueError if a block holds itself, or the drawing has too many entities to take its blocks apart.
+    """Raise ValueError if a block contains itself, or the expanded blocks have too many entities.
 
-    Each block is counted once, after those that it inserts: nested blocks multiply what they hold.
+    Blocks are counted after the blocks they insert, since nesting multiplies the entities.
     """
     blocks = {block.block_record_handle: block for block in document.blocks}
     inserted = {key: [_inserted_blocks(entity) for entity in block] for key, block in blocks.items()}
@@ -108,13 +108,13 @@ def _check_blocks(document: Any) -> None:
                 _entity_count(entity) * (1 + sum(counts[k] for k in inner)) for entity, inner in pairs
             )
     except CycleError as cycle:
-        raise ValueError(f'its block "{blocks[cycle.args[1][0]].name}" holds itself') from None
+        raise ValueError(f'its block "{blocks[cycle.args[1][0]].name}" contains itself') from None
     if counts[document.modelspace().block_record_handle] > MOST_ENTITIES:
-        raise ValueError(f"it has more than {MOST_ENTITIES:,} entities and vertices, with those of inserted blocks")
+        raise ValueError(f"it has more than {MOST_ENTITIES:,} entities and vertices, counting inserted blocks")
 
 
 def _inserted_blocks(entity: Any) -> set[str]:
-    """The handles of the blocks that an entity shows; that of a table is only named."""
+    """The handles of the blocks that an entity inserts; a table has only the name of its block."""
     from ezdxf.protocols import referenced_blocks
 
     handles = set(referenced_blocks(entity))
@@ -124,14 +124,14 @@ def _inserted_blocks(entity: Any) -> set[str]:
 
 
 def _entity_count(entity: Any) -> int:
-    """Number of entities, or vertices of a polyline, that an entity stands for."""
+    """Number of entities, or of vertices of a polyline, in an entity."""
     if entity.dxftype() == "INSERT":
         return max(1, int(entity.dxf.row_count * entity.dxf.column_count)) * (1 + len(entity.attribs))
     return len(entity) if "POLYLINE" in entity.dxftype() else 1
 
 
 def _unit_in_mm(unit: int) -> float:
-    """The length of a drawing's unit, mm; without one it is a millimetre."""
+    """Length of the drawing's unit [mm]; 1 if it has none."""
     from ezdxf import units
     from ezdxf.enums import InsertUnits
 
@@ -140,7 +140,7 @@ def _unit_in_mm(unit: int) -> float:
 
 
 def _closed_outlines(entities: Iterable[Any]) -> Iterator[DrawnOutline]:
-    """The closed ones: circles, closed polylines, and what loose arcs and lines make end to end."""
+    """Closed outlines: circles, closed polylines, and chains of arcs and lines."""
     from ezdxf import edgeminer, edgesmith
 
     loose = []
@@ -162,14 +162,14 @@ def _closed_outlines(entities: Iterable[Any]) -> Iterator[DrawnOutline]:
     ends = np.array([end.vec2 for edge in edges for end in (edge.start, edge.end)])
     _, meeting = np.unique(np.round(ends / JOINING_GAP), axis=0, return_counts=True)
     if (meeting**2).sum() > MOST_EDGE_PAIRS:
-        raise ValueError(f"{meeting.max():,} of its arcs and lines end at one place")
+        raise ValueError(f"{meeting.max():,} of its arcs and lines end at the same point")
     for chain in edgeminer.find_all_simple_chains(edgeminer.Deposit(edges, gap_tol=JOINING_GAP)):
         if edgeminer.is_loop(chain, gap_tol=JOINING_GAP):
             yield _outline_through(_polyline_corners(edgesmith.lwpolyline_from_chain(chain)))
 
 
 def _polyline_corners(polyline: Any) -> ComplexArray:
-    """Vertices of a polyline with the bulges after them, (n, 2)."""
+    """Vertices of a polyline, each with the bulge after it, (n, 2)."""
     if polyline.dxftype() == "LWPOLYLINE":
         rows = [(complex(x, y), bulge) for x, y, bulge in polyline.get_points("xyb")]
     else:
@@ -178,6 +178,6 @@ def _polyline_corners(polyline: Any) -> ComplexArray:
 
 
 def _outline_through(corners: ComplexArray) -> DrawnOutline:
-    """The outline through corners, those at one place taken for the last of them."""
-    apart = np.abs(np.roll(corners[:, 0], -1) - corners[:, 0]) > JOINING_GAP
-    return DrawnOutline(corners[apart, 0], corners[apart, 1].real)
+    """The outline through corners; of corners at the same point the last counts."""
+    distinct = np.abs(np.roll(corners[:, 0], -1) - corners[:, 0]) > JOINING_GAP
+    return DrawnOutline(corners[distinct, 0], corners[distinct, 1].real)

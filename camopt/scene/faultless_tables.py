@@ -1,4 +1,4 @@
-"""A scene with mistakes as a typed one without its wrong values, for checks of what goes together."""
+"""A scene with mistakes as a typed scene without its wrong values, for the checks across tables."""
 
 from collections.abc import Collection, Mapping
 from functools import cache
@@ -18,20 +18,20 @@ OMITTED = object()
 def faultless_table(
     model: type[AnyTable], given: Mapping[str, Any], wrong: Collection[str], place: str = ""
 ) -> AnyTable:
-    """The typed table of a mapping, unchecked, but for the values of some keys.
+    """The typed table of a mapping, unchecked, without the values of wrong keys.
 
-    A wrong number is not a number, a wrong word stays what it is, and any other wrong value is left out.
+    A wrong number becomes NaN, a wrong word stays, and any other wrong value is left out.
     """
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for name, field in model.model_fields.items():
         table, value = table_type_in(_key_type(model, name)), OMITTED
         if given.get(name) is not None:
             value = _faultless_value(model, name, given[name], wrong, f"{place}{name}")
         if value is OMITTED and field.is_required():
             value = table and faultless_table(table, {}, wrong)
-        found |= {} if value is OMITTED else {name: value}
+        values |= {} if value is OMITTED else {name: value}
     extra = given if model.model_config.get("extra") == "allow" else {}
-    return model.model_construct(**{**extra, **found})
+    return model.model_construct(**{**extra, **values})
 
 
 @cache
@@ -45,14 +45,14 @@ def _type_adapter(model: type[SceneTable], name: str) -> TypeAdapter[Any]:
 
 
 def _faultless_value(model: type[SceneTable], name: str, value: Any, wrong: Collection[str], key: str) -> Any:
-    """The typed value of a key of a table."""
+    """The typed value of a key of a table, or OMITTED."""
     kinds: list[Any] = [*union_members(_key_type(model, name))]
     origins: set[Any] = {get_origin(kind) for kind in kinds}
     table = table_type_in(_key_type(model, name))
     if key in wrong:
         words = str in kinds or Literal in origins
         if StepRange in kinds and tuple not in origins:
-            return StepRange.model_construct(start=nan, stop=nan)  # a range is asked, whatever its ends
+            return StepRange.model_construct(start=nan, stop=nan)  # still a range, with unknown ends
         return nan if float in kinds else value if words and isinstance(value, str) else OMITTED
     if table and isinstance(value, Mapping) and dict in origins:
         named = {each: row if isinstance(row, Mapping) else {} for each, row in value.items()}
@@ -73,7 +73,7 @@ def _faultless_value(model: type[SceneTable], name: str, value: Any, wrong: Coll
 
 
 def _drop_wrong_keys(value: Any, wrong: Collection[str], place: str) -> Any:
-    """A value without the wrong keys of the mappings in it, and lists of which an item is wrong."""
+    """A value without wrong keys of inner mappings, and without lists that have a wrong item."""
     if not isinstance(value, Mapping):
         return value
     kept = {name: each for name, each in value.items() if f"{place}{name}" not in wrong}

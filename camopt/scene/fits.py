@@ -1,7 +1,7 @@
-"""What ``[part]`` may say in short of the hole: a bore with its fit, and a keyway by DIN 6885.
+"""Short forms in ``[part]``: a bore with its fit, and a keyway by DIN 6885.
 
-``bore = "30 H7"`` stands for a diameter and a fit (ISO 286), ``keyway = "DIN 6885"`` for the width, its fit JS9 and
-the depth in the hub that the standard gives a bore of this diameter.
+``bore = "30 H7"`` sets a diameter and a fit (ISO 286). ``keyway = "DIN 6885"`` sets the width, its fit JS9 and the
+depth in the hub, by the diameter of the bore.
 
 Source: DIN 6885-1 (parallel keys, deep pattern).
 """
@@ -28,18 +28,18 @@ KEYWAYS = {
     170.0: (40.0, 9.4), 200.0: (45.0, 10.4), 230.0: (50.0, 11.4), 260.0: (56.0, 12.4), 290.0: (63.0, 12.4),
     330.0: (70.0, 14.4), 380.0: (80.0, 15.4), 440.0: (90.0, 17.4), 500.0: (100.0, 19.4),
 }  # fmt: skip
-"""By the largest bore of a range (mm): the width of the keyway and its depth in the hub (t₂), mm."""
+"""Width of the keyway and its depth in the hub (t₂) [mm], by the largest bore of a range [mm]."""
 DEPTH_TOLERANCES = {6.0: 0.1, 32.0: 0.2, 100.0: 0.3}
-"""By the largest width of a range (mm): how much deeper a keyway may be, mm."""
+"""Upper tolerance of the depth of a keyway [mm], by the largest width of a range [mm]."""
 
 
 def depth_tolerance(width: float) -> float:
-    """By how much a keyway of a width may be deeper, mm."""
+    """Upper tolerance of the depth of a keyway [mm], by its width [mm]."""
     return next((allowed for most, allowed in DEPTH_TOLERANCES.items() if width <= most), 0.3)
 
 
 def read_bore(data: dict[str, Any]) -> None:
-    """Put the diameter, a number or a text with its unit, and the fit in their places, in ``data`` itself."""
+    """Split a bore such as "30 H7" into diameter (a number, or a text with a unit) and fit, in ``data`` itself."""
     part = data.get("part")
     if (
         isinstance(part, dict)
@@ -51,7 +51,7 @@ def read_bore(data: dict[str, Any]) -> None:
 
 
 def read_keyway(data: dict[str, Any]) -> Iterator[Fault]:
-    """Put the sizes of a standard keyway in their places, by the bore in mm; in ``data`` itself."""
+    """Replace ``keyway`` by the sizes of the standard keyway for the bore, in ``data`` itself."""
     part = data.get("part")
     if isinstance(part, dict) and part.get("keyway") == STANDARD_KEYWAY and not isinstance(part.get("bore"), str):
         yield from _standard_keyway(data, part)
@@ -60,7 +60,7 @@ def read_keyway(data: dict[str, Any]) -> Iterator[Fault]:
 def _standard_keyway(data: Mapping[str, Any], part: dict[str, Any]) -> Iterator[Fault]:
     for key in ("keyway_width", "keyway_depth"):
         if part.get(key) is not None:
-            yield f"part.{key}", part[key], f"follows from part.keyway = {STANDARD_KEYWAY!r}: leave one of them out"
+            yield f"part.{key}", part[key], f"part.keyway = {STANDARD_KEYWAY!r} sets it: leave one of them out"
     bore = positive_length(
         data, "part.bore" if value_at_key(data, "part.bore") is not None else "cam.shaft_diameter"
     )

@@ -1,4 +1,4 @@
-"""Keys that had another name once, and are still read by it."""
+"""Former names of keys, which scenes may still use."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -7,11 +7,11 @@ from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import value_at_key
 
 FORMER_KEYS = {"accuracy.tolerance": "accuracy.relative_error"}
-"""The key of today, by the one that it was."""
+"""The present key, by its former name."""
 
 
 def read_former_keys(tables: dict[str, Any]) -> Iterator[Fault]:
-    """Put values of former keys under those of today, in ``tables`` itself; a fault where both are given."""
+    """Replace former keys by present ones, in ``tables`` itself; a fault where both are given."""
     for former, key in FORMER_KEYS.items():
         if (value := value_at_key(tables, former)) is None:
             continue

@@ -1,6 +1,7 @@
-"""The forms in which a scene gives a law: for each, the keys, the law that they make, and what may be wrong.
+"""The forms in which a scene can give a law: the keys of each form, how they make a law, and their checks.
 
-A new form is an entry of ``LAW_FORMS`` and its keys in ``tables.OwnLaw``. A fault is (key, value, what is wrong).
+A new form needs an entry of ``LAW_FORMS`` and its keys in ``tables.OwnLaw``. A fault is (key, value, what is
+wrong).
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -18,39 +19,35 @@ from camopt.model.motion.spline import EndCondition, SplineLaw, fit_table_spline
 
 Fault = tuple[str, Any, str]
 VALUE_IN_SCENE = object()
-"""The value of a fault that is what the scene has under its key."""
+"""Stands in a fault for the value that the scene has under the key."""
 LawValues = Mapping[str, Any]
-"""The values of a law by key: of the plain mapping of a scene, or of ``tables.OwnLaw``."""
-SPLINE_DEGREES = range(
-    3, 13
-)  # a jerk is its third derivative, and the panels of a motion hold polynomials of degree 12
-NEAR_END = 1e-9  # to 0 or 1, of what has to be just that
-MOST_LEEWAY = 0.005  # of a stroke: more is no noise
-LEAST_NOISE_POINTS, NOISE_SWING = (
-    16,
-    10.0,
-)  # points to tell noise from motion; standard deviations of it that a spline swings by
+"""The values of a law by key: from the plain mapping of a scene, or from ``tables.OwnLaw``."""
+SPLINE_DEGREES = range(3, 13)  # jerk needs degree 3; panels of a motion hold polynomials up to degree 12
+NEAR_END = 1e-9  # tolerance of a value that has to be 0 or 1
+MOST_LEEWAY = 0.005  # share of a stroke: a larger overshoot is not noise
+LEAST_NOISE_POINTS = 16  # points needed to separate noise from motion
+NOISE_SWING = 10.0  # standard deviations of the noise by which a spline may overshoot
 LEAST_GAP = 1e-6  # least distance of points or knots, and least share of a stroke
-LAW_ENDS = ((0, 0.0), (-1, 1.0))  # where a law starts and ends
+LAW_ENDS = ((0, 0.0), (-1, 1.0))  # index and value of the start and the end of a law
 
 
 class LawForm(NamedTuple):
-    """One way to give a law."""
+    """One form of a law in a scene."""
 
     what: str
     keys: tuple[str, ...]
     make: Callable[[str, LawValues, bool], Law]
-    """The law of a name, from a faultless table; mirrored it is 1 − s(1 − x)."""
+    """Makes the law from (name, faultless table, mirror); a mirrored law is 1 − s(1 − x)."""
     check: Callable[[str, LawValues], Iterator[Fault]]
-    """Every fault that needs more than one value to be seen, below the law's key."""
+    """Yields every fault that involves more than one value; the key of the law comes first."""
     is_for_moves: bool = False
-    """Whether it gives positions, for a move; if not, a unit stroke."""
+    """Whether the form gives positions for a move, not a unit stroke."""
 
 
 def law_form(law: LawValues) -> LawForm:
-    """The form of a law that has any of its keys: by the first, which no other form has, or else by any."""
-    own = [form for form in LAW_FORMS if law.get(form.keys[0]) is not None]
-    return next(iter(own or (form for form in LAW_FORMS if any(law.get(key) is not None for key in form.keys))))
+    """The form of a law: by the first key of a form, which is unique to it, or else by any key."""
+    forms = [form for form in LAW_FORMS if law.get(form.keys[0]) is not None]
+    return next(iter(forms or (form for form in LAW_FORMS if any(law.get(key) is not None for key in form.keys))))
 
 
 # ---------------------------------------------------------------------------------------- tables and B-splines
@@ -63,23 +60,23 @@ def _table_law(name: str, law: LawValues, mirror: bool) -> SplineLaw:
 
 
 TABLE_END_KEYS = ("rest", "reversal")
-"""The keys that say what the law of a table does at its ends."""
+"""The keys that set the end conditions of a table."""
 END_WORDS = {"both": (True, True), "start": (True, False), "end": (False, True), "none": (False, False)}
-"""Whether the start is meant, and the end, by the word for it."""
+"""Whether a word includes the start, and the end."""
 
 
 def unstated_reversal(law: LawValues, end: int) -> str:
-    """The key's value that would make the start (0) or the end (1) of a table's law a reversal, if nothing is said.
+    """The value of ``reversal`` that would make the start (0) or the end (1) of a table a reversal.
 
-    "" where the law is no table, or where ``rest`` or ``reversal`` says what it does there.
+    "" if the law is no table, or if ``rest`` or ``reversal`` already sets this end.
     """
-    at = 1 - end if law.get("mirror") else end
-    said = law.get("rest") or END_WORDS[law.get("reversal") or "none"][at]
-    return "" if law.get("x") is None or said else ("both" if law.get("reversal") else ("start", "end")[at])
+    side = 1 - end if law.get("mirror") else end
+    is_set = law.get("rest") or END_WORDS[law.get("reversal") or "none"][side]
+    return "" if law.get("x") is None or is_set else ("both" if law.get("reversal") else ("start", "end")[side])
 
 
 def _ends_of_table(law: LawValues) -> tuple[EndCondition, EndCondition]:
-    """What the law of a table does at its start and at its end: it rests where nothing else is said."""
+    """The end conditions of a table; an end is at rest unless ``rest`` or ``reversal`` says otherwise."""
     turns = END_WORDS[law.get("reversal") or "none"]
     rests = END_WORDS[law["rest"]] if law.get("rest") else tuple(not each for each in turns)
     start, end = (
@@ -90,7 +87,7 @@ def _ends_of_table(law: LawValues) -> tuple[EndCondition, EndCondition]:
 
 
 def end_leeway(law: LawValues) -> float:
-    """The distance by which noise or rounding may take the law of a table beyond its ends; 0 for other forms."""
+    """Share of the stroke by which noise or rounding may take a table beyond its ends; 0 for other forms."""
     x, s = law.get("x"), law.get("s")
     if x is None or s is None or len(x) < LEAST_NOISE_POINTS:
         return 0.0
@@ -105,7 +102,7 @@ def _spline_law(name: str, law: LawValues, mirror: bool) -> SplineLaw:
 
 
 def _positions_law(name: str, law: LawValues, mirror: bool) -> SplineLaw:
-    """The law of a move, whose displacement is counted from its start."""
+    """The law of a move, with displacements from its start."""
     ends, start = law["degree"] + 1, float(law["positions"][0])
     return SplineLaw(
         name, law["degree"], _with_exact_ends(law["knots"], ends), tuple(p - start for p in law["positions"])
@@ -113,7 +110,7 @@ def _positions_law(name: str, law: LawValues, mirror: bool) -> SplineLaw:
 
 
 def _mirrored_values(values: Sequence[float], mirror: bool) -> Sequence[float]:
-    """Values along x or s, from the other end if mirrored."""
+    """Values of x or s; mirrored, 1 − value in reverse order."""
     return [1.0 - value for value in reversed(values)] if mirror else values
 
 
@@ -125,11 +122,13 @@ def _check_table_points(key: str, law: LawValues) -> Iterator[Fault]:
     x, s = law["x"], law["s"]
     free = _ends_of_table(law) == (EndCondition.FREE, EndCondition.FREE)
     if len(x) < (3 if free else 2):
-        points = "three points at least, if it rests nowhere" if free else "two points at least, x = 0 and x = 1"
+        points = (
+            "at least three points, since both ends are free" if free else "at least two points, x = 0 and x = 1"
+        )
         yield f"{key}.x", x, f"needs {points}"
         return
     if any(map(all, zip(*(END_WORDS[law.get(name) or "none"] for name in TABLE_END_KEYS), strict=True))):
-        why = f"rest = {law['rest']!r} names the same end; a reversal has an acceleration, and what rests has none"
+        why = f"rest = {law['rest']!r} names the same end; a reversal has an acceleration, an end at rest has none"
         yield f"{key}.reversal", law["reversal"], why
         return
     if len(s) != len(x):
@@ -139,7 +138,7 @@ def _check_table_points(key: str, law: LawValues) -> Iterator[Fault]:
     yield from _check_ends(f"{key}.s", s, "a stroke runs from s = 0 to s = 1")
     for number, (before, after) in enumerate(pairwise(x), start=2):
         if not after - before >= LEAST_GAP:
-            yield f"{key}.x.{number}", after, f"must be above the {before:g} before it, by {LEAST_GAP:g} at least"
+            yield f"{key}.x.{number}", after, f"must be at least {LEAST_GAP:g} above the {before:g} before it"
             return
 
 
@@ -153,7 +152,7 @@ def _check_spline(key: str, law: LawValues) -> Iterator[Fault]:
 def _check_positions(key: str, law: LawValues) -> Iterator[Fault]:
     for name in ("mirror", "crossing", "peaks", "overshoot"):
         if law.get(name) not in (None, False):
-            yield f"{key}.{name}", law[name], "is for a law that runs from 0 to 1; this one has positions"
+            yield f"{key}.{name}", law[name], "is for a law from 0 to 1; this law has positions"
     yield from _check_knots(key, law, "positions")
 
 
@@ -161,7 +160,7 @@ def _check_knots(key: str, law: LawValues, values: str) -> Iterator[Fault]:
     degree, knots, count = law["degree"], law["knots"], len(law[values])
     needed = max(count, degree + 1) + degree + 1
     if count <= degree:
-        yield f"{key}.{values}", law[values], f"needs {degree + 1} at least, for degree {degree}"
+        yield f"{key}.{values}", law[values], f"needs at least {degree + 1} values for degree {degree}"
         return
     if len(knots) != needed:
         number = f"{count} {values} of degree {degree}"
@@ -176,7 +175,7 @@ def _check_knots(key: str, law: LawValues, values: str) -> Iterator[Fault]:
         yield f"{key}.knots", knots, f"must be in order, and equal or {LEAST_GAP:g} apart"
     for knot, times in distinct:
         if times > degree:
-            yield f"{key}.knots", knot, f"is there {times} times; more than the degree makes the motion jump"
+            yield f"{key}.knots", knot, f"occurs {times} times; more than {degree} times makes the motion jump"
 
 
 def _check_ends(key: str, values: Sequence[float], why: str) -> Iterator[Fault]:
@@ -200,13 +199,13 @@ def _check_polynomial(key: str, law: LawValues) -> Iterator[Fault]:
             yield f"{key}.{side}.1", law[side][0], f"must be {end:g}: a stroke runs from s = 0 to s = 1"
     degree = len(law["start"]) + len(law["end"]) - 1
     if degree > HIGHEST_DEGREE:
-        why = f"{degree + 1} conditions at both ends make a polynomial of degree {degree}"
-        why += f"; the highest is {HIGHEST_DEGREE}"
+        why = f"{degree + 1} conditions in all make a polynomial of degree {degree}"
+        why += f"; the highest degree is {HIGHEST_DEGREE}"
         yield f"{key}.end", None, why
 
 
 def _scca_law(name: str, law: LawValues, mirror: bool) -> SCCALaw:
-    """The law of some shares: the same mirrored."""
+    """The law of the given shares; its mirror image is the same law."""
     b, c, d, e = (*map(float, law["scca"]), 0.0)[:4]
     return SCCALaw(name, (b, c, d, e))
 
@@ -214,7 +213,7 @@ def _scca_law(name: str, law: LawValues, mirror: bool) -> SCCALaw:
 def _check_scca(key: str, law: LawValues) -> Iterator[Fault]:
     shares = law["scca"]
     if len(shares) not in (3, 4):
-        what = "must be three shares of the stroke, sine ramps, constant acceleration and cosine"
+        what = "must be three shares of the stroke (sine ramps, constant acceleration, cosine)"
         yield f"{key}.scca", shares, f"{what}, or four with constant velocity"
         return
     for number, share in enumerate(shares, start=1):
@@ -222,17 +221,21 @@ def _check_scca(key: str, law: LawValues) -> Iterator[Fault]:
             yield (
                 f"{key}.scca.{number}",
                 share,
-                f"must be 0, or from {LEAST_GAP:g} to 1: it is a share of the stroke",
+                f"must be 0, or a share of the stroke from {LEAST_GAP:g} to 1",
             )
             return
     if abs(sum(shares) - 1.0) > NEAR_END:
         yield f"{key}.scca", shares, f"the shares add up to {sum(shares):.10g}, not to 1"
     elif sum(shares[:3]) == 0.0:
-        yield f"{key}.scca", shares, "needs a share with acceleration; constant velocity alone is the law uniform"
+        yield (
+            f"{key}.scca",
+            shares,
+            "needs a share with acceleration; for constant velocity alone use the law uniform",
+        )
 
 
 def _built_in_law(name: str, law: LawValues, mirror: bool) -> Law:
-    """A built-in law, which keeps its own name unless it is mirrored."""
+    """A built-in law; it keeps its own name unless it is mirrored."""
     return MirroredLaw(name, LAWS[law["law"]]) if mirror else LAWS[law["law"]]
 
 
@@ -241,7 +244,7 @@ def _check_built_in(key: str, law: LawValues) -> Iterator[Fault]:
     if name not in LAWS:
         yield f"{key}.law", name, f"must be a built-in motion law; {nearest_law(name, LAWS)}"
     elif law.get("crossing") is None and law.get("peaks") is None and law.get("mirror") is not True:
-        yield f"{key}.law", name, "give crossing, peaks or mirror too; without them it is the built-in law"
+        yield f"{key}.law", name, "needs crossing, peaks or mirror; without them it is the built-in law"
 
 
 LAW_FORMS = (

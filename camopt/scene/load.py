@@ -1,4 +1,4 @@
-"""The external loads of a scene: constants, or tables over the turn, given as rows or as a CSV file."""
+"""The external loads of a scene: constant, or tables over the turn from rows or a CSV file."""
 
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
@@ -20,9 +20,9 @@ ROW_MESSAGE = "must be a row [cam angle in deg, load]"
 
 
 def split_load(load: Any, unit: float) -> tuple[float, ExternalLoad | None]:
-    """The constant part of a faultless load, in N (N·mm), and the part that changes over the turn.
+    """The constant part of a faultless load [N or N·mm], and the part that changes over the turn.
 
-    ``unit`` of the load in N (N·mm). A table of one value is that constant.
+    ``unit`` is that of the load in N (N·mm). A table with a single value is a constant.
     """
     if not isinstance(load, tuple):
         return (0.0 if load is None else load) * unit, None
@@ -33,7 +33,7 @@ def split_load(load: Any, unit: float) -> tuple[float, ExternalLoad | None]:
 
 
 def _load_tables(data: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """The tables that may have a load, by the key of the load: the follower's, and those of a train."""
+    """The tables that may have a load, by the key of the load: that of the follower, and stages of the train."""
     follower = data.get("follower")
     dynamics = follower.get("dynamics") if isinstance(follower, Mapping) else None
     if isinstance(dynamics, dict):
@@ -44,9 +44,9 @@ def _load_tables(data: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]
 
 
 def read_load(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
-    """Put the rows of each load that names a file in place of the name, in ``data`` itself.
+    """Replace each file that a load names by its rows, in ``data`` itself.
 
-    ``folder`` is where files are looked for; None if none may be named.
+    Paths are relative to ``folder``; None if the scene may not name files.
     """
     for key, table in _load_tables(data):
         load = table.get("load")
@@ -88,25 +88,23 @@ def _check_load_rows(key: str, rows: tuple[Any, ...]) -> Iterator[Fault]:
 
 
 def _check_angle_order(key: str, angles: list[float]) -> Iterator[Fault]:
-    """Cam angles go up; two are the same where the load jumps, 0 and 360 deg too."""
+    """Check that cam angles increase; two rows may share one (0 and 360 deg too), where the load jumps."""
     for number, (before, after) in enumerate(pairwise(angles), start=2):
         if before != after and not after - before >= LEAST_GAP:
-            why = (
-                f"must have a cam angle above the {before:g} deg before it, by {LEAST_GAP:g} at least, or the same"
-            )
+            why = f"must have a cam angle equal to the {before:g} deg before it, or at least {LEAST_GAP:g} more"
             yield f"{key}.{number}", after, why
             return
     if 0.0 < angles[0] + 360.0 - angles[-1] < LEAST_GAP:
         yield (
             f"{key}.{len(angles)}",
             angles[-1],
-            f"must be one turn after the first cam angle, or at least {LEAST_GAP:g} deg less",
+            f"must be 360 deg after the first cam angle, or at least {LEAST_GAP:g} deg less",
         )
         return
-    turned = [angle % 360.0 for angle in angles]
-    for number, angle in enumerate(turned, start=1):
-        if turned.count(angle) > 2:
-            yield f"{key}.{number}", angle, "is a cam angle of more than two rows; a jump has two"
+    wrapped = [angle % 360.0 for angle in angles]
+    for number, angle in enumerate(wrapped, start=1):
+        if wrapped.count(angle) > 2:
+            yield f"{key}.{number}", angle, "more than two rows have this cam angle; a jump has two"
             return
 
 

@@ -1,4 +1,4 @@
-"""The plain mapping of a scene, unchecked: its values by key, its numbers, its segments."""
+"""Read values from the plain, unchecked mapping of a scene."""
 
 from collections.abc import Iterator, Mapping
 from math import isfinite
@@ -6,7 +6,7 @@ from numbers import Real
 from typing import Any
 
 MOTION_AT_FOLLOWER = "follower"
-"""Whose motion a scene may give in place of that of its tool."""
+"""The value of ``motion_at`` for the motion of the follower."""
 
 
 def value_at_key(data: Mapping[str, Any], key: str) -> Any:
@@ -30,19 +30,19 @@ def finite_number(value: Any) -> float | None:
 
 
 def positive_length(data: Mapping[str, Any], key: str) -> float | None:
-    """A size, mm; None where it is missing or wrong."""
+    """A size [mm]; None if it is missing or wrong."""
     size = finite_number(value_at_key(data, key))
     return size if size and size > 0.0 else None
 
 
 def tables_in(value: Any) -> list[Mapping[str, Any]]:
-    """The tables of a list; an item that is no table counts as an empty one."""
+    """The tables in a list; any other item counts as an empty table."""
     rows = value if isinstance(value, (list, tuple)) else ()
     return [each if isinstance(each, Mapping) else {} for each in rows]
 
 
 def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
-    """The values of nested tables by dotted key, tables of a list counted from 1; any other list is one value."""
+    """The values of nested tables by dotted key; lists of tables count from 1, any other list is one value."""
     if isinstance(value, list) and any(isinstance(each, Mapping) for each in value):
         value = dict(enumerate(value, start=1))
     if not isinstance(value, Mapping):
@@ -58,5 +58,5 @@ def segment_tables(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 
 
 def given_at_follower(data: Mapping[str, Any]) -> bool:
-    """Whether the motion that a scene gives is its follower's, whatever the follower moves."""
+    """Whether a scene gives the motion of its follower, by a profile or by ``motion_at``."""
     return bool(data.get("profile")) or data.get("motion_at") == MOTION_AT_FOLLOWER

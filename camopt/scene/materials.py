@@ -3,14 +3,14 @@
 Sources: Norton, Machine Design, app. A, and Budynas and Nisbett, Shigley's Mechanical Engineering Design, table A-5
 (steel, cast irons, bronze); Munz and Fett, Ceramics (silicon nitride). Densities: the unit weights of Shigley's
 table A-5 by 9.81 m/s², rounded to 50 kg/m³; EN 1563 (ductile iron); ASTM F2094 (silicon nitride). Grades scatter by
-a few per cent: give ``cam_modulus``, ``part.density`` and the like where it matters.
+a few per cent: set ``cam_modulus``, ``part.density`` and similar keys where that matters.
 """
 
 from typing import NamedTuple
 
 
 class Material(NamedTuple):
-    """Young's modulus in GPa, Poisson's ratio, density in kg/m³."""
+    """Young's modulus [GPa], Poisson's ratio, density [kg/m³]."""
 
     modulus: float
     poisson: float

@@ -1,4 +1,4 @@
-"""The conditions on the moves of a scene: whether they can be met, and whether a named law meets them."""
+"""Checks of the conditions on moves: that they can be met, and that a named law meets them."""
 
 from collections.abc import Iterator, Sequence
 from itertools import accumulate
@@ -21,8 +21,8 @@ from camopt.scene.tables import Segment
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
 
-INSIDE_MOVE = 1e-6  # of a move: the least distance of a condition from its ends, and the least length of a range
-MOVE_SAMPLES = 257  # angles of a move
+INSIDE_MOVE = 1e-6  # share of a move: least distance of a condition from its ends, and least length of a range
+MOVE_SAMPLES = 257  # cam angles of a move
 
 
 def check_moves(scene: "Scene", given: Sequence[MotionSegment]) -> Iterator[Fault]:
@@ -37,13 +37,13 @@ def check_moves(scene: "Scene", given: Sequence[MotionSegment]) -> Iterator[Faul
 
 
 def has_laws(scene: "Scene", given: Sequence[MotionSegment]) -> bool:
-    """Whether all laws that segments name are there, and the scene's own are faultless."""
+    """Whether all laws that segments name exist, and the laws of the scene have no faults."""
     names = (segment.law for segment in given if segment.law is not None)
     return all(name in LAWS or name in scene.laws for name in names) and has_faultless_laws(scene)
 
 
 def turn_as_given(scene: "Scene", given: Sequence[MotionSegment]) -> Programme:
-    """The turn of faultless laws and segments, displacements as they are given."""
+    """The motion of faultless laws and segments, with displacements in the scene's unit."""
     own = {name: own_law(name, law) for name, law in scene.laws.items()}
     return Programme.from_segments(given, angular=False, laws={**LAWS, **own})
 
@@ -71,7 +71,7 @@ def _check_move_laws(scene: "Scene", given: Sequence[MotionSegment]) -> Iterator
 
 
 def _check_conditions(rows: Sequence[Segment]) -> Iterator[Fault]:
-    """Check that conditions on the way of a move are at angles inside it, and are not empty."""
+    """Check that conditions within a move are at cam angles inside it, and are not empty."""
     turned = 0.0
     for k, row in enumerate(rows, start=1):
         before, turned = turned, turned + row.angle
@@ -81,10 +81,10 @@ def _check_conditions(rows: Sequence[Segment]) -> Iterator[Fault]:
             room = INSIDE_MOVE * row.angle
             if all(getattr(each, name) is None for name in DERIVATIVE_NAMES):
                 names = f"{', '.join(DERIVATIVE_NAMES[:-1])} or {DERIVATIVE_NAMES[-1]}"
-                yield key, None, f"asks for nothing: give {names}"
+                yield key, None, f"has no condition: give {names}"
             elif start == end and not before + room <= start <= turned - room:
                 what = f"must be inside the move, between {before:g} and {turned:g} deg of the turn"
-                yield f"{key}.angle", VALUE_IN_SCENE, f"{what}; its end has keys of its own (to, velocity, …)"
+                yield f"{key}.angle", VALUE_IN_SCENE, f"{what}; for its end use to, velocity, …"
             elif start < end and not (before - room <= start and end <= turned + room and end - start >= room):
                 what = f"must be a range within the move, from {before:g} to {turned:g} deg of the turn"
                 yield f"{key}.angle", VALUE_IN_SCENE, what
@@ -101,9 +101,9 @@ def _check_contradictions(scene: "Scene", given: Sequence[MotionSegment]) -> Ite
         first, *others = contradiction.keys
         why = f"contradicts {join_words(others)}: {contradiction.headline}"
         if not others:
-            beside = "what is beside the moves, or the numbers at their ends (to)"
-            why = f"contradicts {beside}: {contradiction.headline.replace('all of these', 'both')}"
-        yield first, None, f"{why}; leave one out, or ask for a wider range"
+            others_text = "the segments next to the moves, or the positions at their ends (to)"
+            why = f"contradicts {others_text}: {contradiction.headline.replace('all of these', 'both')}"
+        yield first, None, f"{why}; leave one out, or give a wider range"
 
 
 def _unmet_conditions(law: Law, segment: MotionSegment, before: float, turned: float, key: str) -> Iterator[Fault]:
@@ -120,6 +120,6 @@ def _unmet_conditions(law: Law, segment: MotionSegment, before: float, turned: f
             if not each.low - room <= value <= each.high + room:
                 wanted = f"{each.low:.6g}" if each.low == each.high else f"{each.low:.6g} to {each.high:.6g}"
                 unit = "" if each.order == 0 else f" by rad{('', '²', '³')[each.order - 1]}"
-                why = f"has {each.key.rpartition('.')[2]} {value:.6g}{unit}; {each.key} asks for {wanted}"
+                why = f"has {each.key.rpartition('.')[2]} {value:.6g}{unit}; {each.key} requires {wanted}"
                 yield f"{key}.law", segment.law, why
                 break

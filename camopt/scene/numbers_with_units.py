@@ -1,4 +1,4 @@
-"""The numbers of a scene apart from its sizes, each in the unit in which it is read."""
+"""The numbers of a scene other than sizes, each in the unit of its key."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -9,7 +9,7 @@ from camopt.scene.speed import CRANK_SPEED_KEY, TURNS_OF_CRANK
 
 
 class NumberWithUnit(NamedTuple):
-    """A number of the scene, or the rows of a load: its key, its value and the unit of that."""
+    """A number of the scene, or the rows of a load, with its unit."""
 
     key: str
     value: Any
@@ -17,15 +17,15 @@ class NumberWithUnit(NamedTuple):
 
 
 def numbers_with_units(scene: Scene) -> list[NumberWithUnit]:
-    """The speed, and numbers of follower, spring, load, materials and train; of what turns moments by rad."""
+    """Speed, and numbers of follower, spring, load, materials and train; rotary stiffness is per rad."""
     names = scene.number_quantities
     given = {key: value for key, value in scene.numbers(NUMBER_COLUMNS).items() if value is not None}
-    found = [NumberWithUnit(key, value, QUANTITIES[names[key]].unit) for key, value in given.items()]
-    return [*_crank_speed(scene), *found, *_stage_numbers(scene)]
+    numbers = [NumberWithUnit(key, value, QUANTITIES[names[key]].unit) for key, value in given.items()]
+    return [*_crank_speed(scene), *numbers, *_stage_numbers(scene)]
 
 
 def _stage_numbers(scene: Scene) -> Iterator[NumberWithUnit]:
-    """The lengths and angles of each stage, and what it carries."""
+    """The lengths, angles, masses and forces of each stage."""
     for number, stage in enumerate(scene.train, start=1):
         for key, value in stage:
             if key in STAGE_NUMBER_KEYS and value is not None:
@@ -34,6 +34,6 @@ def _stage_numbers(scene: Scene) -> Iterator[NumberWithUnit]:
 
 
 def _crank_speed(scene: Scene) -> Iterator[NumberWithUnit]:
-    """The speed as it was given, if not as that of the cam."""
+    """The speed of the crankshaft, if the scene gives that."""
     if scene.by_crank and scene.cam.rpm is not None:
         yield NumberWithUnit(CRANK_SPEED_KEY, TURNS_OF_CRANK * scene.cam.rpm, "rev/min")

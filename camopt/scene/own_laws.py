@@ -1,7 +1,6 @@
-"""The scene's own laws: how they become laws, their files, and their checks.
+"""Motion laws that a scene defines: how tables become laws, their files, and their checks.
 
-The checks work on the tables of the laws, which forms of laws share. What a law is made from is in
-``law_forms``.
+``law_forms`` has the keys and checks of each form of law.
 """
 
 from collections.abc import Container, Iterator, Mapping
@@ -32,26 +31,26 @@ if TYPE_CHECKING:
 LAW_FORM_WORDS = (
     "law, scca, start and end, degree, knots and coefficients (of a move: positions), x and s, or a file"
 )
-SINGLE_VALUE_KEYS = {"degree", "law"}  # keys with one value
-LARGEST_NUMBER = 1e9  # that a number may be from 0
-LEAST_CROSSING = 0.01  # of a crossing to an end of the stroke
+SINGLE_VALUE_KEYS = {"degree", "law"}
+LARGEST_NUMBER = 1e9  # largest magnitude of a number
+LEAST_CROSSING = 0.01  # least distance of a crossing from the ends of the stroke
 
 
 LAW_NAMING_KEYS = ("law", "law_rise", "law_return", "peak_velocity", "peak_acceleration", "peak_jerk")
-"""Keys whose texts are names of laws, in whatever table."""
+"""Keys whose texts are names of laws, in any table."""
 
 
 def with_camopt_names(tables: Any, own: Container[str]) -> Any:
-    """The tables of a scene with laws and segments by the names of camopt; names of its ``own`` laws stay."""
+    """The tables of a scene with camopt's names of laws and segments; names of the scene's ``own`` laws stay."""
     if isinstance(tables, list):
         return [with_camopt_names(each, own) for each in tables]
     if not isinstance(tables, dict):
         return tables
-    found = {key: with_camopt_names(value, own) for key, value in tables.items()}
-    found |= {key: _camopt_law_names(value, own) for key, value in tables.items() if key in LAW_NAMING_KEYS}
-    if isinstance(kind := found.get("segment"), str):
-        found["segment"] = canonical_segment(kind)
-    return found
+    renamed = {key: with_camopt_names(value, own) for key, value in tables.items()}
+    renamed |= {key: _camopt_law_names(value, own) for key, value in tables.items() if key in LAW_NAMING_KEYS}
+    if isinstance(kind := renamed.get("segment"), str):
+        renamed["segment"] = canonical_segment(kind)
+    return renamed
 
 
 def _camopt_law_names(value: Any, own: Container[str]) -> Any:
@@ -61,12 +60,12 @@ def _camopt_law_names(value: Any, own: Container[str]) -> Any:
 
 
 def own_law(name: str, law: OwnLaw) -> Law:
-    """The law that a table of a scene describes. Its ends are at 0 and 1, without rounding."""
+    """The law of a table of a scene; it starts at exactly 0 and ends at exactly 1."""
     return own_law_from_values(name, vars(law))
 
 
 def own_law_from_values(name: str, law: LawValues) -> Law:
-    """The law that a faultless table of the plain mapping of a scene describes."""
+    """The law of a faultless table, by its values."""
     crossing, mirror, make = _zero_crossing(law), law.get("mirror") is True, law_form(law).make
     if crossing is None:
         return make(name, law, mirror)
@@ -74,7 +73,7 @@ def own_law_from_values(name: str, law: LawValues) -> Law:
 
 
 def _zero_crossing(law: LawValues) -> float | None:
-    """The x at which the acceleration crosses zero, if given: directly, or by the ratio of its peaks."""
+    """The given x at which the acceleration crosses zero, or x from the ratio of peaks; None without both."""
     if law.get("peaks") is not None:
         up, down = law["peaks"]
         return float(down / (up + down))
@@ -82,17 +81,17 @@ def _zero_crossing(law: LawValues) -> float | None:
 
 
 def law_names(laws: Mapping[str, Any]) -> tuple[str, ...]:
-    """The names of the laws that a rise or return can have: the built-in ones and others, by their tables."""
+    """The names of laws for rises and returns: built-in ones, and those in ``laws``."""
     return (*LAWS, *(name for name, law in laws.items() if not is_move_law(law)))
 
 
 def move_law_names(laws: Mapping[str, Any]) -> tuple[str, ...]:
-    """The names of the laws that a move can have."""
+    """The names of laws for moves."""
     return tuple(name for name, law in laws.items() if is_move_law(law))
 
 
 def law_tables(scene: "Scene") -> dict[str, LawValues]:
-    """The values of the scene's own laws by key, by name."""
+    """The values of the scene's own laws, by name and key."""
     return {name: vars(law) for name, law in scene.laws.items()}
 
 
@@ -102,7 +101,7 @@ def is_move_law(law: Any) -> bool:
 
 
 def keys_of_form(law: LawValues) -> list[str]:
-    """The keys of a law that tell its form."""
+    """The keys of a law that decide its form."""
     return [
         key for key in dict.fromkeys(key for form in LAW_FORMS for key in form.keys) if law.get(key) is not None
     ]
@@ -118,16 +117,16 @@ def own_law_tables(data: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def read_law_files(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
-    """Put the points of each law that names a file in place of the name, in ``data`` itself.
+    """Replace each file that a law names by its points, in ``data`` itself.
 
-    ``folder`` is where files are looked for; None if none may be named.
+    Paths are relative to ``folder``; None if the scene may not name files.
     """
     for name, law in own_law_tables(data).items():
         if not isinstance(law, dict) or not isinstance(law.get("file"), str):
             continue
         key = f"laws.{name}.file"
         if law.get("x") is not None or law.get("s") is not None:
-            yield key, law["file"], "give a file, or x and s"
+            yield key, law["file"], "give either a file, or x and s"
             continue
         try:
             columns = read_csv_columns(folder, law["file"], ("x", "s"))
@@ -142,7 +141,7 @@ def read_law_files(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]
 
 
 def check_laws(data: Mapping[str, Any]) -> Iterator[Fault]:
-    """Every fault of a scene's own laws that needs more than one value to be seen."""
+    """Every fault of a scene's own laws that involves more than one value."""
     for name, law in own_law_tables(data).items():
         if name in LAWS:
             yield "laws", name, "is a built-in law; give yours another name"
@@ -153,7 +152,7 @@ def check_laws(data: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def has_faultless_laws(scene: "Scene") -> bool:
-    """Whether a scene's own laws have no fault, neither of values nor of files."""
+    """Whether the values and files of a scene's own laws have no fault."""
     laws = law_tables(scene)
     named = any(law["file"] is not None for law in laws.values())
     return not (scene.has_wrong("laws") or named or any(check_laws({"laws": laws})))
@@ -161,7 +160,7 @@ def has_faultless_laws(scene: "Scene") -> bool:
 
 def _check_law(name: str, law: LawValues) -> Iterator[Fault]:
     key = f"laws.{name}"
-    if law.get("file") is not None:  # it could not be read, which is said
+    if law.get("file") is not None:  # read_law_files reported a file that it could not read
         return
     given = keys_of_form(law)
     if not given:
@@ -172,7 +171,7 @@ def _check_law(name: str, law: LawValues) -> Iterator[Fault]:
         yield f"{key}.{other}", law[other], f"{form.what} has none: give one of {LAW_FORM_WORDS}"
         return
     if "x" not in form.keys and (named := [k for k in TABLE_END_KEYS if law.get(k) is not None]):
-        yield f"{key}.{named[0]}", law[named[0]], f"{form.what} has none: it is for a table of x and s"
+        yield f"{key}.{named[0]}", law[named[0]], f"{form.what} has none; only a table of x and s has it"
         return
     absent = [k for k in form.keys if law.get(k) is None]
     for k in absent:
@@ -181,7 +180,7 @@ def _check_law(name: str, law: LawValues) -> Iterator[Fault]:
         return
     most = max((len(law[k]) for k in form.keys if k not in SINGLE_VALUE_KEYS), default=0)
     if most > MOST_SPANS:
-        yield f"{key}.{form.keys[-1]}", None, f"has {most} values; the most are {MOST_SPANS}"
+        yield f"{key}.{form.keys[-1]}", None, f"has {most} values; at most {MOST_SPANS} are allowed"
         return
     faults = list(form.check(key, law)) or list(_check_skew(key, law)) or list(_check_mirror(name, law))
     yield from faults or _check_overshoot(name, law)
@@ -196,12 +195,12 @@ def _check_skew(key: str, law: LawValues) -> Iterator[Fault]:
     if len(named) == 2:
         yield f"{key}.peaks", law["peaks"], "a law has either crossing or peaks"
     elif law.get("x") is not None:
-        yield where, value, "a table has none: the acceleration crosses zero where its points make it"
+        yield where, value, "a table has none: its points decide where the acceleration crosses zero"
     elif not LEAST_CROSSING <= (_zero_crossing(law) or 0.0) <= 1.0 - LEAST_CROSSING:
         room = f"from {LEAST_CROSSING:g} to {1.0 - LEAST_CROSSING:g} of the stroke"
-        yield where, value, f"the acceleration would cross zero at {_zero_crossing(law):g}; it has to be {room}"
+        yield where, value, f"the acceleration would cross zero at {_zero_crossing(law):g}; it must be {room}"
     elif not is_symmetric(law_form(law).make("", law, False)):
-        why = "moves the crossing of a law whose halves mirror each other, s(1 − x) = 1 − s(x); this one's do not"
+        why = "is for a symmetric law, s(1 − x) = 1 − s(x); this law is not symmetric"
         yield where, value, why
 
 
@@ -212,18 +211,22 @@ def _check_mirror(name: str, law: LawValues) -> Iterator[Fault]:
 
 
 def _check_overshoot(name: str, law: LawValues) -> Iterator[Fault]:
-    """Check that the law stays between the ends of its stroke, unless it may go beyond them.
+    """Check that a law without ``overshoot`` stays between 0 and 1.
 
-    By the least share of a stroke it may: of a lift of 25 mm that is 25 nm, which no cam has and splines of other
-    programs may. The lowest of the turn is on the base circle all the same.
+    ``LEAST_GAP`` is tolerated: it is 25 nm for a lift of 25 mm, less than any cam is made to, and splines of other
+    programs may overshoot that much. The lowest displacement of the turn is on the base circle in any case.
     """
     if law.get("overshoot") is True or law_form(law).is_for_moves:
         return
-    made = own_law_from_values(name, law)
-    if isinstance(made, SplineLaw) and min(made.coefficients) >= 0.0 and max(made.coefficients) <= 1.0:
-        return  # a spline is within the range of its coefficients
-    least, largest = law_range(made)
-    by = max(-least, largest - 1.0)
-    if by > max(end_leeway(law), LEAST_GAP):
-        within = "it has to stay between 0 and 1, unless overshoot = true allows it"
-        yield f"laws.{name}", None, f"s goes beyond its ends by {by:.2g}; {within}"
+    motion_law = own_law_from_values(name, law)
+    if (
+        isinstance(motion_law, SplineLaw)
+        and min(motion_law.coefficients) >= 0.0
+        and max(motion_law.coefficients) <= 1.0
+    ):
+        return  # a spline stays within the range of its coefficients
+    least, largest = law_range(motion_law)
+    excess = max(-least, largest - 1.0)
+    if excess > max(end_leeway(law), LEAST_GAP):
+        within = "it must stay between 0 and 1 unless overshoot = true"
+        yield f"laws.{name}", None, f"s goes beyond its ends by {excess:.2g}; {within}"

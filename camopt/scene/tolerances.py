@@ -365,7 +365,7 @@ def check_tolerances(scene: "Scene", mechanism: Mechanism, tip: Tip, name: str) 
     if given.disc_phase is not None and not mechanism.second_keys:
         yield "tolerances.disc_phase", None, "is for the two discs of a conjugate pair"
     if given.waves is not None and given.profile is None and drawn is None:
-        yield "tolerances.waves", VALUE_IN_SCENE, "goes with tolerances.profile, which is missing"
+        yield "tolerances.waves", VALUE_IN_SCENE, "needs tolerances.profile, which is missing"
     if given.profile is not None and drawn is not None:
         yield "part.profile_tolerance", VALUE_IN_SCENE, "tolerances.profile is given too: leave this one out"
 

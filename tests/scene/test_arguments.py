@@ -169,8 +169,8 @@ def set_speed(scene):
             lambda: camopt.evaluate(SCENE)["area_mm2"],
             "'area_mm2' was not computed; name it in the out",
         ),
-        "an evaluation": (lambda: camopt.evaluate(camopt.evaluate(SCENE)), "this has one as its scene"),
-        "a mapping": (lambda: camopt.evaluate(SCENE.to_dict()), "Scene.from_dict makes one of a mapping"),
+        "an evaluation": (lambda: camopt.evaluate(camopt.evaluate(SCENE)), "use its attribute scene"),
+        "a mapping": (lambda: camopt.evaluate(SCENE.to_dict()), "Scene.from_dict makes a scene from a mapping"),
         "a page of nothing": (
             lambda: camopt.report(camopt.optimise(NOTHING), "a.html"),
             "design; none was feasible",

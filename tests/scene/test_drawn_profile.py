@@ -125,8 +125,11 @@ def test_a_drawing_in_inches_is_as_large(tmp_path):
 
 BAD = {
     "corner": (lambda space: space.add_lwpolyline([(-9, -9), (9, -9), (9, 9)], close=True), "a corner of 135° at"),
-    "open": (lambda space: space.add_arc((0, 0), 5, 0, 350), "no closed outline of arcs, lines or polylines is in"),
-    "spline": (lambda space: space.add_spline([(1, 0), (0, 1), (-1, 0)]), "is in it, but SPLINE"),
+    "open": (
+        lambda space: space.add_arc((0, 0), 5, 0, 350),
+        "it has no closed outline of arcs, lines or polylines",
+    ),
+    "spline": (lambda space: space.add_spline([(1, 0), (0, 1), (-1, 0)]), "polylines; it has SPLINE"),
     "concentric": (lambda space: space.add_circle((0, 0), 5), "a circle about the cam's axis moves nothing"),
 }
 
@@ -176,18 +179,21 @@ def wave(space):
 
 
 FLAT_FOLLOWER = '[cam]\nform = "disc"\n[follower]\nmotion = "translating"\ncontact = "flat"\n'
-MANY = "it has more than 100,000 entities and vertices, with those of inserted blocks"
+MANY = "it has more than 100,000 entities and vertices, counting inserted blocks"
 ENDLESS = {
     "circles": (nested(20, copies(8), circle), MANY),
     "empty": (nested(20, copies(8), nothing), MANY),
     "oblique": (nested(20, copies(8, rotation=30, xscale=2), nothing), MANY),
     "array": (nested(2, arrays(30_000), nothing), MANY),
     "vertices": (nested(2, arrays(10), wave), MANY),
-    "itself": (nested(3, copies(1), lambda block: block.add_blockref("B1", (0, 0))), 'its block "B1" holds itself'),
+    "itself": (
+        nested(3, copies(1), lambda block: block.add_blockref("B1", (0, 0))),
+        'its block "B1" contains itself',
+    ),
     "deep": (nested(1500, copies(1), circle), "its blocks are nested too deep"),
     "star": (
         nested(3, copies(60, step=0), lambda block: block.add_line((0, 0), (1, 0))),
-        "3,600 of its arcs and lines end at one place",
+        "3,600 of its arcs and lines end at the same point",
     ),
     "wave": (wave, "its profile has 2,002 arcs and lines; at most 1,000 are allowed"),
 }

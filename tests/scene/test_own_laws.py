@@ -395,47 +395,47 @@ ONE_MISTAKE = [
     ({"laws.own-spline.degree": DELETED}, "laws.own-spline.degree: missing; a B-spline has coefficients, degree, kn"),
     ({"laws.own-spline.knots": [0, 1]}, "laws.own-spline.knots: has 2 values; 9 coefficients of degree 5 need 15"),
     ({"laws.m": {**BEZIER, "knots": [0] * 5 + [0.5] + [1] * 6}}, "laws.m.knots = [0, 0, 0, 0, 0, 0.5, 1, 1, 1, 1, 1, 1]: must start with 6 zeros and end with 6 ones"),
-    ({"laws.m": {**BEZIER, "coefficients": [0, 0, 0, 1, 1]}}, "laws.m.coefficients = [0, 0, 0, 1, 1]: needs 6 at least"),
+    ({"laws.m": {**BEZIER, "coefficients": [0, 0, 0, 1, 1]}}, "laws.m.coefficients = [0, 0, 0, 1, 1]: needs at least 6"),
     ({"laws.m": {**BEZIER, "coefficients": [0.1, 0, 0, 1, 1, 1]}}, "laws.m.coefficients.1 = 0.1: must be 0: s(0)"),
     ({"laws.m": {**BEZIER, "coefficients": [0, 0, 0, 1, 1, 2]}}, "laws.m.coefficients.6 = 2: must be 1: s(0)"),
     ({"laws.m": {**BEZIER, "coefficients": [0, 0, 0, float("nan"), 1, 1]}}, "laws.m.coefficients.4 = nan: must be a finite"),
-    ({"laws.m": {**BEZIER, "coefficients": [0, -0.1, 0, 1, 1, 1]}}, "laws.m: s goes beyond its ends by 0.025; it has to stay"),
-    ({"laws.m": {"degree": 3, "knots": [0] * 4 + [0.5] * 4 + [1] * 4, "coefficients": [0, 0, 0, 0, 1, 1, 1, 1]}}, "laws.m.knots = 0.5: is there 4 times; more than the degree"),
+    ({"laws.m": {**BEZIER, "coefficients": [0, -0.1, 0, 1, 1, 1]}}, "laws.m: s goes beyond its ends by 0.025; it must stay"),
+    ({"laws.m": {"degree": 3, "knots": [0] * 4 + [0.5] * 4 + [1] * 4, "coefficients": [0, 0, 0, 0, 1, 1, 1, 1]}}, "laws.m.knots = 0.5: occurs 4 times; more than 3 times makes"),
     ({"laws.m": {"degree": 3, "knots": [0] * 4 + [0.6, 0.5] + [1] * 4, "coefficients": [0, 0, 0, 1, 1, 1]}}, "laws.m.knots = [0, 0, 0, 0, 0.6, 0.5, 1, 1, 1, 1]: must be in order"),
     # tables
     ({"laws.own-table.s": DELETED}, "laws.own-table.s: missing; a table has x, s"),
     ({"laws.own-table.degree": 3}, "laws.own-table.degree = 3: a table has none: give one of law, scca, start"),
-    ({"laws.m": {"x": [0], "s": [0]}}, "laws.m.x = [0]: needs two points at least, x = 0 and x = 1"),
+    ({"laws.m": {"x": [0], "s": [0]}}, "laws.m.x = [0]: needs at least two points, x = 0 and x = 1"),
     ({"laws.m": {"x": [], "s": [0]}}, "laws.m.x = []: must be a list of at least one value"),
     ({"laws.m": {"x": [0, 1], "s": [0, 0.5, 1]}}, "laws.m.s: has 3 values, and x has 2"),
-    ({"laws.m": {"x": [0, 0.5, 0.5, 1], "s": [0, 0.4, 0.5, 1]}}, "laws.m.x.3 = 0.5: must be above the 0.5 before it"),
+    ({"laws.m": {"x": [0, 0.5, 0.5, 1], "s": [0, 0.4, 0.5, 1]}}, "laws.m.x.3 = 0.5: must be at least 1e-06 above the 0.5"),
     ({"laws.m": {"x": [0.2, 1], "s": [0, 1]}}, "laws.m.x.1 = 0.2: must be 0: a stroke runs from x = 0 to x = 1"),
     ({"laws.m": {"x": [0, 1], "s": [0, 0.9]}}, "laws.m.s.2 = 0.9: must be 1: a stroke runs from s = 0 to s = 1"),
     ({"laws.m": {"x": [0, "a", 1], "s": [0, 0.5, 1]}}, "laws.m.x.2 = 'a': must be a number"),
-    ({"laws.m": {"x": [0, 0.1, 0.9, 1], "s": [0, 0, 1, 1]}}, "laws.m: s goes beyond its ends by 0.00075; it has to"),
-    ({"laws.m": {"x": [k / 2500 for k in range(2501)], "s": [k / 2500 for k in range(2501)]}}, "laws.m.s: has 2501 values; the most are 2000"),
-    ({"laws.own-table.crossing": 0.4}, "laws.own-table.crossing = 0.4: a table has none: the acceleration crosses"),
+    ({"laws.m": {"x": [0, 0.1, 0.9, 1], "s": [0, 0, 1, 1]}}, "laws.m: s goes beyond its ends by 0.00075; it must"),
+    ({"laws.m": {"x": [k / 2500 for k in range(2501)], "s": [k / 2500 for k in range(2501)]}}, "laws.m.s: has 2501 values; at most 2000 are allowed"),
+    ({"laws.own-table.crossing": 0.4}, "laws.own-table.crossing = 0.4: a table has none: its points decide"),
     # polynomials
     ({"laws.m": {"start": [0, 0]}}, "laws.m.end: missing; a polynomial has start, end"),
     ({"laws.m": {"start": [], "end": [1]}}, "laws.m.start = []: must be a list of at least one value"),
     ({"laws.m": {"start": [0, "a"], "end": [1]}}, "laws.m.start.2 = 'a': must be a number"),
     ({"laws.m": {"start": [0.1, 0], "end": [1]}}, "laws.m.start.1 = 0.1: must be 0: a stroke runs from s = 0 to"),
     ({"laws.m": {"start": [0, 0], "end": [2]}}, "laws.m.end.1 = 2: must be 1: a stroke runs from s = 0 to s = 1"),
-    ({"laws.m": {"start": [0] * 7, "end": [1] + [0] * 6}}, "laws.m.end: 14 conditions at both ends make a polynomial of degree 13; the highest is 12"),
-    ({"laws.m": {"start": [0, -1], "end": [1]}}, "laws.m: s goes beyond its ends by 0.12; it has to stay between 0 and 1, unless overshoot = true allows it"),
+    ({"laws.m": {"start": [0] * 7, "end": [1] + [0] * 6}}, "laws.m.end: 14 conditions in all make a polynomial of degree 13; the highest degree is 12"),
+    ({"laws.m": {"start": [0, -1], "end": [1]}}, "laws.m: s goes beyond its ends by 0.12; it must stay between 0 and 1 unless overshoot = true"),
     ({"laws.m": {"start": [0], "end": [1], "x": [0, 1]}}, "laws.m.start = [0]: a table has none: give one of law, scca"),
     # the SCCA family
-    ({"laws.m": {"scca": [0.5, 0.5]}}, "laws.m.scca = [0.5, 0.5]: must be three shares of the stroke, sine ramps, constant acceleration and cosine, or four"),
+    ({"laws.m": {"scca": [0.5, 0.5]}}, "laws.m.scca = [0.5, 0.5]: must be three shares of the stroke (sine ramps, constant acceleration, cosine), or four"),
     ({"laws.m": {"scca": [0.5, 0.5, 0.1]}}, "laws.m.scca = [0.5, 0.5, 0.1]: the shares add up to 1.1, not to 1"),
-    ({"laws.m": {"scca": [0.5, -0.5, 1]}}, "laws.m.scca.2 = -0.5: must be 0, or from 1e-06 to 1: it is a share of the stroke"),
-    ({"laws.m": {"scca": [1e-9, 0.5, 0.5]}}, "laws.m.scca.1 = 1e-09: must be 0, or from 1e-06 to 1"),
-    ({"laws.m": {"scca": [0, 0, 0, 1]}}, "laws.m.scca = [0, 0, 0, 1]: needs a share with acceleration; constant velocity alone is the law uniform"),
+    ({"laws.m": {"scca": [0.5, -0.5, 1]}}, "laws.m.scca.2 = -0.5: must be 0, or a share of the stroke from 1e-06 to 1"),
+    ({"laws.m": {"scca": [1e-9, 0.5, 0.5]}}, "laws.m.scca.1 = 1e-09: must be 0, or a share of the"),
+    ({"laws.m": {"scca": [0, 0, 0, 1]}}, "laws.m.scca = [0, 0, 0, 1]: needs a share with acceleration; for constant velocity alone use the law uniform"),
     ({"laws.m": {"scca": 0.5}}, "laws.m.scca = 0.5: must be"),
     # built-in laws
     ({"laws.m": {"law": "cyclod", "crossing": 0.4}}, "laws.m.law = 'cyclod': must be a built-in motion law; did you mean cycloidal?"),
     ({"laws.m": {"law": "own-spline", "crossing": 0.4}}, "laws.m.law = 'own-spline': must be a built-in motion law"),
     ({"laws.m": {"law": 5, "crossing": 0.4}}, "laws.m.law = 5: must be the name of a motion law"),
-    ({"laws.m": {"law": "cycloidal"}}, "laws.m.law = 'cycloidal': give crossing, peaks or mirror too; without them it is the built-in law"),
+    ({"laws.m": {"law": "cycloidal"}}, "laws.m.law = 'cycloidal': needs crossing, peaks or mirror; without them it is the built-in law"),
     ({"laws.m": {"law": "cycloidal", "mirror": True}}, "laws.m.mirror = True: cycloidal is the same from both ends"),
     ({"laws.m": {"scca": [0.25, 0.5, 0.25], "mirror": True}}, "laws.m.mirror = True: the law is the same from both ends; leave it out"),
     ({"laws.m": {"scca": [0.3, 0, 0.7], "peaks": [2, 2], "mirror": True}}, "laws.m.mirror = True: the law is the same from both ends"),
@@ -444,20 +444,20 @@ ONE_MISTAKE = [
     ({"laws.m": {"x": [0, 0.5, 1], "s": [0, 0.5, 1], "mirror": True}}, "laws.m.mirror = True: the law is the same from both ends"),
     ({"laws.m": {"law": "cycloidal", "scca": [0.5, 0, 0.5]}}, "laws.m.law = 'cycloidal': an SCCA law has none: give one of"),
     # crossings
-    ({"laws.m": {"law": "cycloidal", "crossing": 1}}, "laws.m.crossing = 1: the acceleration would cross zero at 1; it has to be from 0.01 to 0.99 of the stroke"),
+    ({"laws.m": {"law": "cycloidal", "crossing": 1}}, "laws.m.crossing = 1: the acceleration would cross zero at 1; it must be from 0.01 to 0.99 of the stroke"),
     ({"laws.m": {"law": "cycloidal", "crossing": "a"}}, "laws.m.crossing = 'a': must be a number"),
     ({"laws.m": {"law": "cycloidal", "peaks": [1, 0]}}, "laws.m.peaks"),
     ({"laws.m": {"law": "cycloidal", "peaks": 5}}, "laws.m.peaks = 5: must be two numbers"),
     ({"laws.m": {"law": "cycloidal", "peaks": [1]}}, "laws.m.peaks = [1]: must be two numbers"),
-    ({"laws.m": {"law": "cycloidal", "peaks": [1, 1e6]}}, "laws.m.peaks = [1, 1000000.0]: the acceleration would cross zero at 0.999999; it has to be from 0.01"),
+    ({"laws.m": {"law": "cycloidal", "peaks": [1, 1e6]}}, "laws.m.peaks = [1, 1000000.0]: the acceleration would cross zero at 0.999999; it must be from 0.01"),
     ({"laws.m": {"law": "cycloidal", "peaks": [1, 2], "crossing": 0.4}}, "laws.m.peaks = [1, 2]: a law has either crossing or peaks"),
-    ({"laws.m": {"law": "double-harmonic", "crossing": 0.4}}, "laws.m.crossing = 0.4: moves the crossing of a law whose halves mirror each other"),
+    ({"laws.m": {"law": "double-harmonic", "crossing": 0.4}}, "laws.m.crossing = 0.4: is for a symmetric law, s(1 − x) = 1 − s(x)"),
     ({"laws.m": {**BEZIER, "overshoot": 1}}, "laws.m.overshoot = 1: must be true or false"),
     # files
     ({"laws.m": {"file": 5}}, "laws.m.file = 5: must be a text"),
     ({"laws.m": {"file": "absent.csv"}}, "laws.m.file = 'absent.csv': must be a CSV file with columns x and s: No such"),
     ({"laws.m": {"file": "a\x00b"}}, "laws.m.file = 'a\\x00b': must be a CSV file with columns x and s: "),
-    ({"laws.m": {"file": "lift.csv", "x": [0, 1]}}, "laws.m.file = 'lift.csv': give a file, or x and s"),
+    ({"laws.m": {"file": "lift.csv", "x": [0, 1]}}, "laws.m.file = 'lift.csv': give either a file, or x and s"),
 ]  # fmt: skip
 
 
@@ -471,12 +471,12 @@ def test_a_mistake_in_a_law_is_told(changes, line):
     ("content", "line"),
     [
         (b"", "its first line has no x and no s"),
-        (b"x;s\n0;0\n1;1", "its columns are parted by semicolons, not by commas"),
-        (b"x\ts\n0\t0\n1\t1", "its columns are parted by tabs, not by commas"),
+        (b"x;s\n0;0\n1;1", "its columns are separated by semicolons, not by commas"),
+        (b"x\ts\n0\t0\n1\t1", "its columns are separated by tabs, not by commas"),
         (b"PK\x03\x04\x14", "is an Excel workbook or another archive; save the table as CSV"),
         (b"\xd0\xcf\x11\xe0\xa1", "is an old Excel workbook; save the table as CSV"),
         ("x,s\n0,0\n1,1".encode("utf-16"), "is text in UTF-16; save it in UTF-8"),
-        (b"x,s\n0,0\n0,5,0,5\n1,1", "line 3 has 4 values for 2 columns; a number has no comma in it"),
+        (b"x,s\n0,0\n0,5,0,5\n1,1", "line 3 has 4 values for 2 columns; write decimals with a point"),
         (b"x,s\n0,0\n\xe4,0\n1,1", "is not UTF-8 text: line 3 has the byte 0xe4"),
         (b"x,s\n" + b"0,0\n" * 2001, "has more than 2000 rows"),
         (b"x,y\n0,0\n1,1", "its first line has no s"),
@@ -745,10 +745,10 @@ def test_a_spline_of_another_program_may_overshoot_by_rounding():
 def test_rest_is_for_tables():
     scene = find_scene("roller-1000rpm").to_dict()
     scene["laws"] = {"mine": {"scca": [0.2, 0.3, 0.5], "rest": "none"}}
-    with pytest.raises(BadInput, match=r"laws.mine.rest = 'none': .* it is for a table of x and s"):
+    with pytest.raises(BadInput, match=r"laws.mine.rest = 'none': .* only a table of x and s has it"):
         Scene.from_dict(scene)
     few = {"x": [0, 1], "s": [0, 1], "rest": "none"}
-    with pytest.raises(BadInput, match=r"laws.mine.x = .*needs three points at least"):
+    with pytest.raises(BadInput, match=r"laws.mine.x = .*needs at least three points"):
         Scene.from_dict({**scene, "laws": {"mine": few}})
     assert own_law_from_values("t", {**few, "reversal": "end"}).displacement(0.25) == pytest.approx(
         1 - 0.75**2

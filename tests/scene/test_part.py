@@ -119,7 +119,7 @@ SHORT_MISTAKES = [
     ({"bore": 20, "keyway": "DIN 6886"}, "part.keyway = 'DIN 6886': must be one of 'DIN 6885'"),
     (
         {"bore": 20, "keyway": "DIN 6885", "keyway_width": 5},
-        "part.keyway_width = 5: follows from part.keyway = 'DIN",
+        "part.keyway_width = 5: part.keyway = 'DIN",
     ),
     ({"bore": 5, "keyway": "DIN 6885"}, "part.keyway = 'DIN 6885': needs a bore above 6 mm, at most 500 mm"),
     ({"edges": [0.1]}, "part.edges = [0.1]: must be two numbers"),

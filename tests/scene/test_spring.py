@@ -53,7 +53,7 @@ def test_what_is_no_lever(lever):
 
 
 def test_it_goes_with_a_spring_and_with_an_arm():
-    with pytest.raises(BadInput, match=r"spring_at = 45: goes with spring_rate in N/mm or preload in N"):
+    with pytest.raises(BadInput, match=r"spring_at = 45: needs spring_rate in N/mm or preload in N"):
         rocker(spring_at=45)
     spring = {"mass": 1.0, "spring_rate": 3.0, "spring_at": 45}
     with pytest.raises(BadInput, match=r"spring_at = 45: .*a translating roller follower has none"):

@@ -267,10 +267,10 @@ def test_a_csv_file_is_its_rows(tmp_path):
         ([[0, float("nan")]], "load.1 = .* must be a row"),
         ([[-1, 0]], "load.1 = -1: must have a cam angle from 0 to 360"),
         ([[0, 2e9]], "load.1 = 2000000000.0: must have a load"),
-        ([[5, 1], [3, 1]], "load.2 = 3: must have a cam angle above the 5 deg"),
+        ([[5, 1], [3, 1]], "load.2 = 3: must have a cam angle equal to the 5 deg"),
         ([[5, 1], [5 + 1e-9, 1]], "load.2 = "),
-        ([[0, 1], [359.9999999, 3]], "load.2 = 359.9999999: must be one turn after"),
-        ([[0, 1], [0, 2], [360, 3]], "load.1 = 0.0: is a cam angle of more than two rows"),
+        ([[0, 1], [359.9999999, 3]], "load.2 = 359.9999999: must be 360 deg after"),
+        ([[0, 1], [0, 2], [360, 3]], "load.1 = 0.0: more than two rows have this cam angle"),
     ],
 )
 def test_mistakes_in_a_table(rows, message):

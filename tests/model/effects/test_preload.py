@@ -121,8 +121,8 @@ def test_a_limit_on_the_preload_holds_up_to_the_speed_at_which_a_contact_lets_go
         ("limits", "contact_force_min", "limits.pair_preload_ratio = 1"),
         ("limits", "contact_force_elastic", "limits.pair_preload_ratio = 1"),
         ("limits", "crossing_speed", "limits.pair_preload_ratio = 1"),
-        ("drive", "interference", "goes with drive.stiffness, which is missing"),
-        ("drive", "stiffness", "goes with drive.interference, which is missing"),
+        ("drive", "interference", "needs drive.stiffness, which is missing"),
+        ("drive", "stiffness", "needs drive.interference, which is missing"),
         ("drive", "offset", "an oscillating follower has none; it has drive.arm_length"),
     ],
 )

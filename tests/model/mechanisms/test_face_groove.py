@@ -277,7 +277,7 @@ def test_the_solid_has_the_volume_of_its_mass(tmp_path, curves):
         ({"part.hub_diameter": 30}, r"part.hub_diameter = 30: a grooved disc cam has none"),
         ({"cam.mean_radius": 30}, r"cam.mean_radius = 30: a grooved disc cam with an oscillating"),
         ({"drive.kind": None}, r"part.outer_diameter = 140.0: a disc cam has none"),
-        ({"limits.cutter_radius": 4}, "limits.cutter_radius = 4: the flanks of a groove are cut with at most"),
+        ({"limits.cutter_radius": 4}, "limits.cutter_radius = 4: the cutter of a groove is at most as large"),
     ],
 )  # fmt: skip
 def test_a_scene_that_cannot_be_is_told(changes, message):

@@ -420,7 +420,7 @@ BAD = {
     ),
     "both clearance and interference": (
         {"drive.clearance": 0.02, "drive.interference": 0.01, "drive.stiffness": 1e4},
-        r"drive\.clearance = 0\.02: there is none between contacts with an interference",
+        r"drive\.clearance = 0\.02: contacts with an interference have no clearance",
     ),
     "crossings under preload": (
         {"drive.interference": 0.01, "drive.stiffness": 1e4, "limits": {"crossing_speed": 0.1}},

@@ -264,7 +264,7 @@ def test_the_message_names_what_contradicts_and_what_helps():
         study.scene_with([{"angle": [50, 60], "velocity": [1, 2]}, {"angle": 55, "velocity": 3}])
     assert str(caught.value) == (
         "scene: motion.1.through.1.velocity: contradicts motion.1.through.2.velocity: "
-        "no motion meets all of these; leave one out, or ask for a wider range"
+        "no motion meets all of these; leave one out, or give a wider range"
     )
 
 
@@ -405,10 +405,10 @@ MISTAKES = [
         {"angle": 250, "position": 5},
         "motion.1.through.1.angle = 250: must be inside the move, between 0 and 200 deg",
     ),
-    ({"angle": 200, "position": 40}, "its end has keys of its own (to, velocity, …)"),
+    ({"angle": 200, "position": 40}, "for its end use to, velocity, …"),
     ({"angle": [190, 210], "position": 5}, "must be a range within the move, from 0 to 200 deg of the turn"),
     ({"angle": [20, 10], "position": 5}, "must be a cam angle, or a range [from, to], deg, from 0 to 360"),
-    ({"angle": 50}, "motion.1.through.1: asks for nothing: give position, velocity, acceleration or jerk"),
+    ({"angle": 50}, "motion.1.through.1: has no condition: give position, velocity, acceleration or jerk"),
     ({"position": 5}, "motion.1.through.1.angle: missing"),
     ({"angle": 50, "position": [8, 5]}, "motion.1.through.1.position"),
     ({"angle": 50, "position": "high"}, "motion.1.through.1.position"),
@@ -416,7 +416,7 @@ MISTAKES = [
     ({"angle": 50, "height": 5}, "motion.1.through.1.height"),
     ({"angle": inf, "position": 5}, "motion.1.through.1.angle"),
     ({"angle": 50, "velocity": 5, "per": "s"}, "per = 's': belongs to the segment, for all its derivatives"),
-    ({"angle": [0, 200], "velocity": [0, 5]}, "contradicts what is beside the moves, or the numbers at their ends"),
+    ({"angle": [0, 200], "velocity": [0, 5]}, "contradicts the segments next to the moves, or the positions at"),
 ]
 
 
@@ -446,7 +446,7 @@ def test_a_law_of_a_move_that_misses_a_condition_is_said():
     result = synthesise(study.scene_with([BELT], **{"synthesis.minimise": "jerk_rms", "synthesis.pieces": 12}))
     data = result.scene.to_dict()
     data["motion"][0]["through"][0]["velocity"] = 15
-    with pytest.raises(BadInput, match=r"has velocity 1\d\.?\d* by rad; motion.1.through.1.velocity asks for 15"):
+    with pytest.raises(BadInput, match=r"has velocity 1\d\.?\d* by rad; motion.1.through.1.velocity requires 15"):
         Scene.from_dict(data)
 
 

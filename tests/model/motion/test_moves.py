@@ -535,7 +535,7 @@ MISTAKES = [
     ),
     (
         [RISE_ROW, {"segment": "constant-velocity", "angle": 120, "to": 3, "velocity": 1}, {**BACK, "angle": 120}],
-        "motion.2.velocity = 1: give the velocity, or the position at its end (to): where it starts",
+        "motion.2.velocity = 1: give either the velocity or the position at its end (to): the segment",
     ),
     ([{**RISE_ROW, "lift": None}, BACK, REST], "motion.1.lift: missing; give the lift or the position at its end"),
     ([RISE_ROW, BACK, {**REST, "to": 0}], "motion.3.to = 0: a dwell has none"),
@@ -574,7 +574,7 @@ def test_an_arm_swings_no_further_than_it_may_inside_a_move():
 def test_angles_beside_moves_are_not_freed(kind):
     scene = scene_of(RISE_ROW, BACK, REST)
     scene["search"] = {f"angle_{kind}": {"start": 50, "stop": 150}}
-    with pytest.raises(BadInput, match=r"stay as they are|has no return"):
+    with pytest.raises(BadInput, match=r"cannot vary|has no return"):
         Scene.from_dict(scene)
 
 

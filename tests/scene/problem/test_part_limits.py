@@ -250,12 +250,12 @@ def test_no_cam_is_light_enough(key):
         (
             "bucket-valve",
             {"cutter_radius": 10},
-            "limits.cutter_radius = 10: a flat face makes no hollow flanks: any",
+            "limits.cutter_radius = 10: a flat face has no hollow flanks, so any",
         ),
         (
             "feeder-with-stop",
             {"cutter_radius": 12},
-            "limits.cutter_radius = 12: the flanks of a groove are cut with at most the radius of its",
+            "limits.cutter_radius = 12: the cutter of a groove is at most as large as its roller",
         ),
         ("two-pauses", {"area": -1}, "limits.area = -1: must be at least 1e-15"),
     ],

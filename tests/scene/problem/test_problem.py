@@ -70,7 +70,7 @@ def test_bounds_of_a_frontier_are_those_of_a_scene_that_sets_them(request):
     stricter = LOADED.replace(**{"limits.normal_force": 700})
     expected = [
         constraint.upper_bound()
-        for constraint in nonconvex_constraints_of(AxisMinimiser(stricter, ("size",), "size", ()).synthesis_problem)
+        for constraint in nonconvex_constraints_of(AxisMinimiser(stricter, ("size",), "size", ()).problem)
     ]
     request.getfixturevalue("unread")
     least = AxisMinimiser(LOADED, ("size", *held), "size", (*held,))

@@ -253,7 +253,7 @@ MISTAKES = [
             "search.angle_rise": {"start": 60, "stop": 70},
             "search.angle_return": {"start": 60, "stop": 70},
         },
-        "search.angle_rise: the segments with a range share 210 deg, their ranges allow between 120 and 140",
+        "search.angle_rise: the segments with a range share 210 deg, but their ranges allow 120 to 140",
     ),
     ({**ANGLES, "search.angle_fall": {"start": 60, "stop": 70}}, "search.angle_fall = "),
 ]

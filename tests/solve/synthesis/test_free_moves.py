@@ -305,11 +305,11 @@ def test_a_move_with_a_law_of_its_own_is_that_spline():
 MISTAKES = [
     (0, {"to": 11}, "motion.1.law = 'own': ends at 10; the move ends at 11"),
     (0, {"to": None}, "motion.1.to: missing; a move goes to a position"),
-    (0, {"velocity": 2}, "motion.1.law = 'own': has velocity 0 by rad; motion.1.velocity asks for 2"),
+    (0, {"velocity": 2}, "motion.1.law = 'own': has velocity 0 by rad; motion.1.velocity requires 2"),
     (
         0,
         {"acceleration": [-1, 1]},
-        "has acceleration -19.6968 by rad²; motion.1.acceleration asks for -1 to 1",
+        "has acceleration -19.6968 by rad²; motion.1.acceleration requires -1 to 1",
     ),
     (0, {"law": "poly345"}, "motion.1.law = 'poly345': is for a rise or return; a move takes a law of positions"),
     (0, {"law": "others"}, "motion.1.law = 'others': must be a motion law"),
@@ -328,8 +328,8 @@ LAWS = [
     ({"positions": [1, 1, 10, 10]}, "motion.1.law = 'own': starts at 1; the move starts at 0"),
     ({"positions": [0, 10]}, "laws.own.positions"),
     ({"knots": [0, 0, 0, 0, 1, 1, 1]}, "laws.own.knots: has 7 values; 4 positions of degree 3 need 8"),
-    ({"mirror": True}, "laws.own.mirror = True: is for a law that runs from 0 to 1; this one has positions"),
-    ({"peaks": [1, 2]}, "laws.own.peaks = [1, 2]: is for a law that runs from 0 to 1"),
+    ({"mirror": True}, "laws.own.mirror = True: is for a law from 0 to 1; this law has positions"),
+    ({"peaks": [1, 2]}, "laws.own.peaks = [1, 2]: is for a law from 0 to 1"),
     ({"coefficients": [0, 0, 1, 1]}, "laws.own.positions = [0, 0, 10, 10]: a B-spline has none"),
 ]
 

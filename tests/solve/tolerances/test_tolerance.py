@@ -251,7 +251,7 @@ def test_a_mirrored_cam_has_the_same_errors():
         ({"follower.offset": [1]}, "tolerances.follower.offset = [1]: must be a number, a class of ISO 286"),
         ({"phase": "h6"}, "tolerances.phase = 'h6': must be an angle in deg"),
         ({"face_tilt": 0.1}, "tolerances.face_tilt: is for a translating follower with a flat face"),
-        ({"waves": 3}, "tolerances.waves = 3: goes with tolerances.profile, which is missing"),
+        ({"waves": 3}, "tolerances.waves = 3: needs tolerances.profile, which is missing"),
         ({"profile": -0.1}, "tolerances.profile = -0.1: must be at least 0"),
         (
             {"roller_radius": 0.1},
