@@ -365,8 +365,7 @@ class Mechanism(NamedTuple):
 
     @property
     def cut_as_by_roller(self) -> bool:
-        """Whether a cutter of the roller's size cuts its flanks: those of a groove, and those of a cylinder at any
-        depth."""
+        """Whether a cutter of the roller's size cuts its flanks, as in a groove or on a cylinder."""
         return self.two_sided or self.body.developed
 
     def travel(self, design: Designs, programme: Programme, angles: FloatArray) -> Travel:

@@ -1,4 +1,4 @@
-"""Motion laws (one module each, all with the same verbs) and the programme that joins them into a turn."""
+"""Motion laws, one module or one member of a family each, and the programme that joins them into a turn."""
 
 from camopt.model.motion import (
     cycloidal,
@@ -45,4 +45,4 @@ _ALL: tuple[Law, ...] = (
 )
 
 LAWS: dict[str, Law] = {**installed_laws(), **{law.NAME: law for law in _ALL}}
-"""Every built-in law by the name that scenes use, and those of installed packages under names that no other has."""
+"""All laws by their names in scenes; a built-in law hides a law of an installed package with the same name."""

@@ -1,8 +1,7 @@
-"""Other names of laws and segments: of classrooms, German ones as in VDI 2143, and short English ones.
+"""Other names of laws and segments: those of textbooks, German ones of VDI 2143, and short English ones.
 
-Sources: VDI 2143 Blatt 1 (the names of its laws; read through what papers and programs quote of it); Volmer,
-Getriebetechnik: Kurvengetriebe. Those of classrooms: R. S. Khurmi, J. K. Gupta, Theory of Machines, chapter
-Cams, and lectures on it.
+Sources: VDI 2143 Blatt 1, by its quotations in papers and programs; Volmer, Getriebetechnik: Kurvengetriebe;
+for textbook names R. S. Khurmi, J. K. Gupta, Theory of Machines, chapter Cams, and lectures on it.
 """
 
 import re
@@ -29,7 +28,7 @@ ALIASES: dict[str, tuple[str, ...]] = {
     "poly56789": ("5-6-7-8-9-polynomial", "polynom-9-grades"),
     "modified-constant-velocity": ("mcv50",),
 }
-"""Other names of laws, by law."""
+"""Other names of each law."""
 SEGMENT_ALIASES: dict[str, tuple[str, ...]] = {
     "rise": ("outstroke", "outward stroke", "ascent", "lift"),
     "dwell": ("rest",),
@@ -37,12 +36,12 @@ SEGMENT_ALIASES: dict[str, tuple[str, ...]] = {
     "move": (),
     "constant-velocity": ("uniform velocity",),
 }
-"""Other names of segments, by kind."""
+"""Other names of each kind of segment."""
 LAST_WORDS = re.compile("(motion|period|stroke)$")
 
 
 def _name_letters(name: str) -> str:
-    """The letters and digits that tell a name from others: small, without "and", "equal" and ``LAST_WORDS``."""
+    """A name in small letters and digits only, without "and", "equal" and ``LAST_WORDS``."""
     words = re.findall(r"[^\W_]+", name.lower().replace(".", ""))
     return LAST_WORDS.sub("", "".join(word for word in words if word not in ("and", "equal")))
 
@@ -55,17 +54,17 @@ _LAWS, _SEGMENTS = _names_by_letters(LAWS, ALIASES), _names_by_letters(SEGMENT_A
 
 
 def canonical_law(name: str) -> str:
-    """The name that scenes use of a law by any of its names; a name that is none as it is."""
+    """A law's name in scenes, from any of its names; an unknown name is returned unchanged."""
     return name if name in LAWS else _LAWS.get(_name_letters(name), name)
 
 
 def canonical_segment(name: str) -> str:
-    """The kind of a segment by any of its names; a name that is none as it is."""
+    """The kind of a segment, from any of its names; an unknown name is returned unchanged."""
     return _SEGMENTS.get(_name_letters(name), name)
 
 
 def nearest_law(name: str, known: Iterable[str]) -> str:
-    """The end of a message: the known law with the most similar name, of all its names, or all known laws."""
+    """The end of a message on an unknown law: the known law with the most similar name, or all known laws."""
     by_letters = _names_by_letters(known := (*known,), ALIASES)
     close = get_close_matches(_name_letters(name), by_letters, n=1, cutoff=ALIKE_SHARE)
     return suggest_names(by_letters[close[0]] if close else name, known)

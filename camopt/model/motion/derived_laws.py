@@ -1,4 +1,4 @@
-"""Laws made of other laws: skewed, with another crossing of the acceleration, and mirrored, from the other end.
+"""Laws made from other laws: skewed, with another zero of the acceleration, and mirrored, run from the other end.
 
 Source: Rothbart, Cam Design Handbook, ch. 3 (skewed curves).
 """
@@ -15,12 +15,12 @@ from camopt.model.motion.law import Law
 
 @dataclass(frozen=True)
 class SkewedLaw:
-    """A symmetric law S whose acceleration crosses zero at x = c in place of ½, its velocity there as before.
+    """A symmetric law S whose acceleration crosses zero at x = c in place of ½; its velocity there is the same.
 
         s = 2c·S(x/2c) up to c,   s = 1 − 2(1 − c)·S((1 − x)/2(1 − c)) beyond
 
-    The largest acceleration is 1/2c times that of S, the largest deceleration 1/2(1 − c) times: c = d/(a + d) has
-    them in the ratio a : d. The jerk jumps at c unless that of S is zero in the middle.
+    The largest acceleration is that of S times 1/2c, the largest deceleration that of S times 1/2(1 − c). For the
+    ratio a : d of both, c = d/(a + d). The jerk jumps at c unless the jerk of S is zero in the middle.
     """
 
     NAME: str
@@ -42,7 +42,7 @@ class SkewedLaw:
         return (*(before * x for x in inner), self.crossing, *(1.0 - after * x for x in reversed(inner)))
 
     def _from_ends(self, x: ArrayLike) -> tuple[BoolArray, FloatArray, FloatArray]:
-        """A mask of x beyond the crossing, the stretch of its half, and x in the first half of S."""
+        """A mask of x beyond the crossing, the stretch factor there, and x mapped to the first half of S."""
         x = np.asarray(x, dtype=float)
         beyond = x > self.crossing
         stretch = 2.0 * np.where(beyond, 1.0 - self.crossing, self.crossing)
@@ -68,7 +68,10 @@ class SkewedLaw:
 
 @dataclass(frozen=True)
 class MirroredLaw:
-    """A law S from its other end: s = 1 − S(1 − x). Near its start s is right to rounding of the whole stroke."""
+    """A law S run from its other end: s = 1 − S(1 − x).
+
+    Near the start s has the rounding error of a whole stroke.
+    """
 
     NAME: str
     law: Law

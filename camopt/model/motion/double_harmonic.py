@@ -1,7 +1,7 @@
 """Double harmonic: s = ½(1 − cos πx) − ⅛(1 − cos 2πx) = sin⁴(πx/2).
 
-A smooth start (zero acceleration and jerk) and a hard stop: the acceleration at the end is −π². Made for a
-rise that turns at once into a return. Peaks: velocity 3√3π/8, acceleration π² (at the end, where it jumps).
+It starts smoothly (zero acceleration and jerk) and stops hard: the acceleration at the end is −π². It suits a rise
+that a return follows at once. Peaks: velocity 3√3π/8, acceleration π² (at the end, where it jumps).
 """
 
 import numpy as np

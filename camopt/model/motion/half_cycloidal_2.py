@@ -1,6 +1,6 @@
 """Half cycloidal C-2, from constant velocity to rest: s = x + sin(πx)/π.
 
-The second half of a cycloidal motion, C-1 from its other end. Its velocity is 2 at the start, where the
+The second half of a cycloidal motion: C-1 from its other end. Its velocity is 2 at the start, where the
 acceleration is zero. Peaks of acceleration π and of jerk π².
 """
 

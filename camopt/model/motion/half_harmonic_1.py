@@ -1,6 +1,6 @@
 """Half harmonic H-1, from a reversal to constant velocity: s = 1 − cos(πx/2).
 
-The first half of a simple harmonic motion. It starts with the acceleration π²/4, its largest, and ends with the
+The first half of a simple harmonic motion. It starts with its largest acceleration, π²/4, and ends with the
 velocity π/2 and no acceleration.
 """
 

@@ -1,7 +1,7 @@
 """Half harmonic H-2, from constant velocity to a reversal: s = sin(πx/2).
 
-The second half of a simple harmonic motion, H-1 from its other end. It starts with the velocity π/2 and no
-acceleration, and ends with the acceleration −π²/4, its largest.
+The second half of a simple harmonic motion: H-1 from its other end. It starts with the velocity π/2 and no
+acceleration, and ends with its largest deceleration, π²/4.
 """
 
 import numpy as np

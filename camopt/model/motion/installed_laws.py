@@ -18,12 +18,12 @@ from camopt.model.motion.spline import SplineLaw
 LAW_ENTRY_POINTS = "camopt.laws"
 PARTS_OF_LAW = ("TITLE", "SOURCE", "BREAKS", "displacement", "velocity", "acceleration", "jerk")
 EXACT_CLASSES = (PolynomialLaw, SCCALaw, SplineLaw)
-"""Classes whose laws are proved; of any other law the functions alone are known."""
+"""Classes of laws that proofs know between samples; of any other law only values of its functions are known."""
 END_ERROR = 1e-9  # of the displacement at the ends of the unit stroke
 
 
 class InstalledLaw(BySeries):
-    """The law of an entry point. Its package is imported when its first number is asked for."""
+    """The law of an entry point; its package is imported when the law is first evaluated."""
 
     def __init__(self, entry: EntryPoint) -> None:
         self.NAME = entry.name
@@ -34,33 +34,33 @@ class InstalledLaw(BySeries):
 
     @cached_property
     def law(self) -> Law:
-        """The law as its package has it.
+        """The law as its package defines it.
 
         Raises
         ------
         BadInput
-            If the package has none; the message names it.
+            If the package has no valid law; the message names the package.
         """
         try:
-            found: Law = self._entry.load()
-            missing = [name for name in PARTS_OF_LAW if not hasattr(found, name)]
+            law: Law = self._entry.load()
+            missing = [name for name in PARTS_OF_LAW if not hasattr(law, name)]
             with np.errstate(all="ignore"):
-                wrong = f"lacks {', '.join(missing)}" if missing else _law_fault(found)
-        except Exception as error:  # whatever a module does when it is imported, and a law when it is called
-            wrong = f"fails: {type(error).__name__}: {shorten(line_of(str(error)))}"
-        if wrong:
+                fault = f"lacks {', '.join(missing)}" if missing else _law_fault(law)
+        except Exception as error:  # anything may happen in a foreign module and its functions
+            fault = f"fails: {type(error).__name__}: {shorten(line_of(str(error)))}"
+        if fault:
             key = f"entry point {self.NAME} of {LAW_ENTRY_POINTS}"
-            raise BadInput([Mistake(f"package {self.package}", key, None, wrong, bare=True)])
-        return found
+            raise BadInput([Mistake(f"package {self.package}", key, None, fault, bare=True)])
+        return law
 
     @property
     def package(self) -> str:
-        """The package and its version."""
+        """Name and version of the package."""
         return f"{self._entry.dist.name} {self._entry.dist.version}" if self._entry.dist else self._entry.module
 
     @property
     def sampled(self) -> bool:
-        """Whether nothing is proved of the law between the points at which its functions are called."""
+        """Whether the law is known only at the points where its functions are called."""
         return type(self.law) not in EXACT_CLASSES or getattr(self.law, "sampled", False)
 
     @property
@@ -80,13 +80,13 @@ class InstalledLaw(BySeries):
 
 
 def _law_fault(law: Law) -> str:
-    """What is wrong with the numbers of a law, or nothing."""
+    """What is wrong with the numbers of a law; "" if nothing is."""
     breaks = tuple(law.BREAKS)
     if breaks[:1] != (0.0,) or breaks[-1:] != (1.0,) or list(breaks) != sorted({*breaks}):
         return f"has BREAKS {breaks}, which must rise from 0.0 to 1.0"
     inner = UNIT_SAMPLES[1:-1]
     if any(np.shape(each) != inner.shape or not np.isfinite(each).all() for each in law_derivatives(law, inner, 3)):
-        return "must give a finite number of its displacement, velocity, acceleration and jerk for each x"
+        return "must give a finite displacement, velocity, acceleration and jerk for each x"
     if np.abs(np.asarray(law.displacement(np.array([0.0, 1.0]))) - [0.0, 1.0]).max() > END_ERROR:
         return "must have the displacement 0 at x = 0 and 1 at x = 1"
     return ""
@@ -94,9 +94,12 @@ def _law_fault(law: Law) -> str:
 
 @cache
 def installed_laws() -> dict[str, InstalledLaw]:
-    """The laws of installed packages by name, none imported; of two of a name the first on the path of imports."""
-    found = reversed(tuple(entry_points(group=LAW_ENTRY_POINTS)))
-    return {each.name: InstalledLaw(each) for each in found if each.name and not {*each.name} & {*"+/"}}
+    """The laws of installed packages by name, not yet imported.
+
+    Of two laws with one name, the first on the import path counts.
+    """
+    entries = reversed(tuple(entry_points(group=LAW_ENTRY_POINTS)))
+    return {entry.name: InstalledLaw(entry) for entry in entries if entry.name and not {*entry.name} & {*"+/"}}
 
 
 def _installed_law(name: str) -> InstalledLaw:

@@ -1,14 +1,14 @@
 """A motion law: a module, or a member of a family of laws (a class), with four functions on the unit stroke.
 
-``displacement(x)`` runs from s(0) = 0 to s(1) = 1; ``velocity``, ``acceleration`` and ``jerk`` are its first
-three derivatives by x. ``BREAKS`` are the points between which all four are smooth, 0 and 1 included; *at* a
-break a verb may return either one-sided value, so the motion tables evaluate strictly between breaks.
+``displacement(x)`` runs from s(0) = 0 to s(1) = 1. ``velocity``, ``acceleration`` and ``jerk`` are its first three
+derivatives by x. ``BREAKS`` are the points between which all four are smooth, 0 and 1 included. At a break a
+function may return either one-sided value, so motion tables evaluate laws only between breaks.
 
-Laws need not rest at their ends. ``motion_task`` tells what a law joins, in the letters of VDI 2143.
+A law need not rest at its ends. ``motion_task`` names its motion at both ends by the letters of VDI 2143.
 
-A new law is a module of this folder or a member of a family, a name in the list of ``motion``, its exact form for
-the oracle of proofs in ``tests/support/balls/laws.py``, and its formula in ``tests/support/naive.py`` for the
-50-digit reference, which ``tests/data/make_reference.py`` computes.
+A new law needs four things: a module of this folder or a member of a family; its name in the list of
+``motion/__init__.py``; its exact form for the tests of proofs, in ``tests/support/balls/laws.py``; and its formula
+in ``tests/support/naive.py`` for the 50-digit reference, which ``tests/data/make_reference.py`` computes.
 """
 
 from collections.abc import Sequence
@@ -40,7 +40,7 @@ class Law(Protocol):
 
 
 class ByOrder:
-    """The four verbs of a law that has one formula for a derivative of any order."""
+    """The four functions of a law that has one formula for the derivative of any order."""
 
     def _derivative(self, x: ArrayLike, order: int) -> FloatArray:
         raise NotImplementedError
@@ -59,10 +59,10 @@ class ByOrder:
 
 
 class BySeries(ByOrder):
-    """The four verbs of a law whose lower derivatives come with the one that is asked for."""
+    """The four functions of a law that computes all derivatives up to some order together."""
 
     def _derivatives_to_order(self, x: ArrayLike, order: int) -> Sequence[FloatArray]:
-        """Displacement, velocity and so on, up to the derivative of some order."""
+        """Displacement and its derivatives up to an order."""
         raise NotImplementedError
 
     def _derivative(self, x: ArrayLike, order: int) -> FloatArray:
@@ -70,14 +70,14 @@ class BySeries(ByOrder):
 
 
 def law_derivatives(law: Law, x: ArrayLike, order: int) -> Sequence[FloatArray]:
-    """Displacement, velocity and so on of a law, up to the derivative of some order."""
+    """Displacement of a law and its derivatives up to an order."""
     if isinstance(law, BySeries):
         return law._derivatives_to_order(x, order)
     return [verb(x) for verb in (law.displacement, law.velocity, law.acceleration, law.jerk)[: order + 1]]
 
 
 def fold_to_half(x: ArrayLike) -> tuple[FloatArray, Any]:
-    """x mirrored into the first half of the stroke, and a mask of the mirrored ones.
+    """x mirrored into the first half of the stroke, and a mask of the mirrored values.
 
     A symmetric law, s(1−x) = 1 − s(x), is evaluated from the nearer end, where its formulas keep their digits.
     """
@@ -87,14 +87,16 @@ def fold_to_half(x: ArrayLike) -> tuple[FloatArray, Any]:
 
 
 VDI_STATES = {(False, False): "R", (True, False): "G", (False, True): "U", (True, True): "B"}
-"""Whether there is a velocity and an acceleration: rest (Rast), constant velocity (Geschwindigkeit), reversal
-(Umkehr), and motion in general (Bewegung)."""
+"""Letters of VDI 2143, by whether velocity and acceleration differ from 0.
+
+Rest (Rast), constant velocity (Geschwindigkeit), reversal (Umkehr), and motion in general (Bewegung).
+"""
 UNIT_SAMPLES = np.linspace(0.0, 1.0, 257)
 LAW_ROUNDING = 1e-9  # of the largest value: less is rounding
 
 
 def motion_task(law: Law) -> str:
-    """The motion task of VDI 2143 of a law, such as R-G, by its first two derivatives at both ends."""
+    """The motion task of a law by VDI 2143, such as R-G, from its velocity and acceleration at both ends."""
     ends = [
         np.abs(verb([0.0, 1.0])) > LAW_ROUNDING * np.abs(verb(UNIT_SAMPLES)).max()
         for verb in (law.velocity, law.acceleration)
@@ -105,12 +107,12 @@ def motion_task(law: Law) -> str:
 
 
 def is_still(law: Law) -> bool:
-    """Whether a law has no velocity at its ends, so that it makes no corner beside a dwell."""
+    """Whether the velocity of a law is zero at both ends, so that it makes no corner beside a dwell."""
     return not {"G", "B"} & set(motion_task(law))
 
 
 def is_symmetric(law: Law) -> bool:
-    """Whether the second half of a stroke is the first from its other end: s(1 − x) = 1 − s(x)."""
+    """Whether a law is symmetric: s(1 − x) = 1 − s(x)."""
     return bool(
         np.abs(law.displacement(UNIT_SAMPLES) + law.displacement(1.0 - UNIT_SAMPLES) - 1.0).max() <= LAW_ROUNDING
     )

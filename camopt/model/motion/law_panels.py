@@ -1,4 +1,4 @@
-"""Laws as panel polynomials (``numerics.piecewise``)."""
+"""Laws as polynomials on panels (``numerics.piecewise``)."""
 
 from collections.abc import Iterable, Sequence
 from functools import lru_cache, singledispatch
@@ -16,15 +16,15 @@ from camopt.core.numerics.stable_functions import matrix_product
 from camopt.model.motion.law import Law, law_derivatives
 
 JERK_DEGREE = TABLE_DEGREE - 3
-SAME_BREAK = 1e-12  # of a stroke: a cut this near to a break is one but for rounding
-KEPT_JERK = 1e-14  # of a law's jerk: panels that leave out more of it are halved
-MOST_HALVINGS = 8  # at most
+SAME_BREAK = 1e-12  # of a stroke: a cut this near to a break is the same but for rounding
+KEPT_JERK = 1e-14  # share of a law's jerk: panels whose polynomial misses more are halved
+MOST_HALVINGS = 8
 JERK_NODES, JERK_TO_POWERS = chebyshev_projection(JERK_DEGREE)
 JERK_CHECK_NODES, TO_CHEBYSHEV = chebyshev_series(JERK_DEGREE + 4)
 
 
 def cut_breaks(breaks: tuple[float, ...], cuts: tuple[float, ...]) -> tuple[float, ...]:
-    """The breaks of a unit stroke, and further cuts of it, in order."""
+    """The breaks of a unit stroke and further cuts, in order."""
     return tuple(
         sorted({*breaks, *(x for x in cuts if 0.0 < x < 1.0 and min(abs(x - b) for b in breaks) > SAME_BREAK)})
     )
@@ -33,7 +33,7 @@ def cut_breaks(breaks: tuple[float, ...], cuts: tuple[float, ...]) -> tuple[floa
 def _piece_panels(
     pieces: Iterable[tuple[float, ...]], counts: Iterable[int]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The lower ends, centres and half widths of the panels of pieces, by their ends."""
+    """Lower ends, centres and half widths of panels, from the ends of pieces and their counts of panels."""
     ends = [np.linspace(a, b, m + 1) for (a, b), m in zip(pieces, counts, strict=True)]
     low = np.concatenate([e[:-1] for e in ends])
     high = np.concatenate([e[1:] for e in ends])
@@ -41,18 +41,18 @@ def _piece_panels(
 
 
 class JerkCheck(NamedTuple):
-    """What was seen of the jerk on the panels of a piece."""
+    """The Chebyshev series of the jerk on the panels of a piece."""
 
     size: float
-    """The largest sum of the coefficients of its Chebyshev series."""
+    """The largest sum of the magnitudes of its coefficients."""
     excess: float
-    """By how much what the table leaves out may be more than rounding of x makes of the jerk."""
+    """By how much the terms beyond the table's degree may exceed the effect of rounding x."""
 
 
 def _check_jerks(
     law: Law, breaks: tuple[float, ...], counts: list[int], pieces: Sequence[int]
 ) -> dict[int, JerkCheck]:
-    """What is seen of some pieces."""
+    """The checks of some pieces, by their numbers."""
     _, centre, half = _piece_panels([breaks[k : k + 2] for k in pieces], [counts[k] for k in pieces])
     series = np.abs(matrix_product(law.jerk(centre[:, None] + half[:, None] * JERK_CHECK_NODES), TO_CHEBYSHEV.T))
     slope = matrix_product(series, np.arange(series.shape[1]) ** 2) / half
@@ -63,12 +63,12 @@ def _check_jerks(
 
 
 def _fine_counts(law: Law, breaks: tuple[float, ...], counts: list[int]) -> list[int]:
-    """Numbers of panels of the pieces, doubled while the Chebyshev series of the jerk goes on beyond rounding."""
-    seen, coarse = dict[int, JerkCheck](), list(range(len(counts)))
+    """Numbers of panels of the pieces, doubled until the table's degree holds the jerk up to rounding."""
+    checks, coarse = dict[int, JerkCheck](), list(range(len(counts)))
     for _ in range(MOST_HALVINGS):
-        seen |= _check_jerks(law, breaks, counts, coarse)
-        most = KEPT_JERK * max(each.size for each in seen.values())
-        coarse = [k for k, each in seen.items() if each.excess > most]
+        checks |= _check_jerks(law, breaks, counts, coarse)
+        most = KEPT_JERK * max(check.size for check in checks.values())
+        coarse = [k for k, check in checks.items() if check.excess > most]
         if not coarse:
             break
         counts = [2 * count if k in coarse else count for k, count in enumerate(counts)]
@@ -79,13 +79,13 @@ def _fine_counts(law: Law, breaks: tuple[float, ...], counts: list[int]) -> list
 def stroke_coefficients(
     law: Law, panels: int, cuts: tuple[float, ...]
 ) -> tuple[FloatArray, FloatArray, tuple[int, ...]]:
-    """A law as panel polynomials on the unit stroke.
+    """A law as polynomials on panels of the unit stroke.
 
-    The jerk is interpolated at Chebyshev points strictly inside each panel and integrated three times, with
-    the constants taken from the law at the panel's centre: so no derivative loses digits to differentiation.
+    The jerk is interpolated at Chebyshev points inside each panel and integrated three times. The constants are the
+    law's values at the panel's centre. So no derivative loses digits by differentiation.
 
-    Returns the coefficients (P, TABLE_DEGREE + 1) of s in powers of u, the panel ends (P + 1,), and the number of
-    panels in each piece. ``panels`` is the least number in a stroke; ``cuts`` are further ends of pieces.
+    ``panels`` is the least number of panels; ``cuts`` are further ends of pieces. Returns the coefficients
+    (P, TABLE_DEGREE + 1) of s in powers of u, the panel ends (P + 1,), and the number of panels in each piece.
     """
     breaks = cut_breaks(law.BREAKS, cuts)
     counts = [max(1, round(panels * (b - a))) for a, b in pairwise(breaks)]
@@ -102,7 +102,7 @@ def stroke_coefficients(
 @singledispatch
 @lru_cache(maxsize=256)
 def turning_points(law: Law, panels: int) -> tuple[float, ...]:
-    """Where a law turns back in a stroke: the roots of its velocity with a change of sign; none if monotone."""
+    """Places where a law turns back, x from 0 to 1: its velocity changes sign there. None if it is monotone."""
     series, ends, _ = stroke_coefficients(law, panels, ())
     centre, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
     velocity = polynomial.polyder(series.T) / half

@@ -1,8 +1,8 @@
-"""The joints of moves with their neighbours: velocity, acceleration and jerk there, and the motion between.
+"""The joints of moves with their neighbours: derivatives at the joints, and the motion between.
 
-A move ends with the derivatives that it was given, or else with those that the dwell or law after it starts with.
-It starts as what is before it ends. What is not given between two moves, or is given as a range, is as for the
-least jerk of all moves that follow each other (``move_run``).
+A move ends with the derivatives that the scene gives, or else with those at the start of the next dwell or law. It
+starts as the stroke before ends. Derivatives between two moves that are free, or have a range, follow from the
+least jerk of the whole run of consecutive moves (``move_run``).
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,40 +23,40 @@ from camopt.model.motion.stroke import Stroke
 
 
 def join_moves(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
-    """The strokes of a turn, each move with the motion that joins it to its neighbours.
+    """The strokes of a turn, each move with the law that joins it to its neighbours.
 
     Raises
     ------
-    Contradiction
-        If no motion meets all that is asked of moves that follow each other, or none was found.
+    InfeasibleMoves
+        If no motion meets all conditions on a run of moves, or none was found.
     """
     return _join_stroke_moves(tuple(strokes))
 
 
-@lru_cache(maxsize=256)  # a scene is checked, then resolved, and both need it
+@lru_cache(maxsize=256)  # checking a scene and resolving it both need it
 def _join_stroke_moves(strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
-    found = list(strokes)
+    joined = list(strokes)
     for places in _move_runs(strokes):
         moves = [strokes[i] for i in places]
         run = MoveRun(moves, strokes[places[0] - 1], strokes[(places[-1] + 1) % len(strokes)], strokes[0].low)
         run, states = solve_run(run)
         for i, move, (first, last) in zip(places, moves, run.spans, strict=True):
             law = _move_law(states[first : last + 1], run.angles[first:last])
-            found[i] = replace(move, law=law)
-            if any(each.wanted and each.wanted[0] for each in moves):
-                found[i] = _place_move(found[i], moves[0].low, float(states[first, 0]), float(states[last, 0]))
-    return tuple(found)
+            joined[i] = replace(move, law=law)
+            if any(other.wanted and other.wanted[0] for other in moves):
+                joined[i] = _place_move(joined[i], moves[0].low, float(states[first, 0]), float(states[last, 0]))
+    return tuple(joined)
 
 
 def _place_move(move: Stroke, start: float, before: float, after: float) -> Stroke:
-    """A move between heights above the start of its run."""
+    """A move with new positions at its ends, ``before`` and ``after``, above the start of its run."""
     assert move.given
     low, change = start + before * move.size, after - before
     return replace(move, low=low, high=low + change * move.size, given=move.given._replace(change=change))
 
 
 def _move_runs(strokes: Sequence[Stroke]) -> Iterator[list[int]]:
-    """Runs of consecutive moves round the turn, by their places."""
+    """The runs of consecutive moves round the turn, as indices of strokes."""
     count = len(strokes)
     starts = [i for i, stroke in enumerate(strokes) if stroke.is_open and not strokes[i - 1].is_open]
     if not starts and count and strokes[0].is_open:
@@ -69,7 +69,7 @@ def _move_runs(strokes: Sequence[Stroke]) -> Iterator[list[int]]:
 
 
 def _move_law(states: FloatArray, angles: FloatArray) -> Law:
-    """The law of a move over x from 0 to 1, from the states at its cuts, with y relative to its start."""
+    """The law of a move over x from 0 to 1, from the states at its cuts; y counts from its start."""
     from_start = states - states[0] * (np.arange(states.shape[1]) == 0)
     if angles.size == 1:
         powers = angles[0] ** np.arange(states.shape[1])

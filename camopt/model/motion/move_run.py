@@ -1,13 +1,15 @@
-"""A run of moves: the states of least jerk at the cam angles of its conditions.
+"""A run of consecutive moves: the motion of least jerk that meets their conditions.
 
-Of all motions that meet what is asked, the one of the least ∫ (y‴)² dθ is sought, a spline of degree 5 with four
-continuous derivatives where only positions are given. If a jerk is asked for at an angle of a run, the run has a
-continuous jerk (degree 7) and the least ∫ (y⁗)² dθ.
+The motion is the one with the least ∫ (y‴)² dθ among all that meet the conditions. If only positions are given, it
+is a spline of degree 5 with four continuous derivatives. If the jerk is given at an angle, the run has a continuous
+jerk (degree 7) and the least ∫ (y⁗)² dθ.
 
-A run is cut at each cam angle where something is asked. Between cuts the motion is the polynomial that joins two
-states, and what is asked all along a range of angles holds for its Bernstein coefficients on parts of that range:
-on twice as many where they do not suffice. That no motion at all meets the conditions is proved by means of its
-derivatives over such parts (divided differences), which no states at the cuts bring within their bounds.
+A run is cut at each cam angle of a condition. A state is y with its derivatives at a cut; between two cuts the
+motion is the polynomial that joins both states. A range of angles with a condition is cut into parts, and the
+condition is set on the Bernstein coefficients of each part. If no motion is found, the number of parts is doubled.
+
+The proof that no motion meets the conditions uses weighted means of derivatives over these parts (divided
+differences). Any motion has these means within the bounds of its derivatives; if no states can, no motion exists.
 
 Source: de Boor, A Practical Guide to Splines, ch. V and XIII (natural splines); Farin, Curves and Surfaces for
 CAGD, ch. 5 (Bernstein form).
@@ -27,15 +29,15 @@ from camopt.core.numerics.irreducible import irreducible_set
 from camopt.model.motion.run_states import LimitRows, States
 from camopt.model.motion.stroke import Condition, Stroke
 
-NEAR_ANGLE = 1e-6  # of the run: angles nearer than that are one
-TO_ACCELERATION, TO_JERK = 3, 4  # numbers of a state: up to the acceleration, up to the jerk
-RANGE_PARTS = (12, 24, 48)  # of a range of angles, the more the nearer a motion may come to its bounds
+NEAR_ANGLE = 1e-6  # of the run: angles nearer than this are the same
+TO_ACCELERATION, TO_JERK = 3, 4  # count of a state's numbers: up to the acceleration, up to the jerk
+RANGE_PARTS = (12, 24, 48)  # of a range of angles; with more parts a motion may come nearer to its bounds
 
 
 class InfeasibleMoves(Unmet):
-    """No motion meets all conditions of a run of moves, or none was found where there is no proof of that.
+    """No motion meets all conditions of a run of moves (``proved``), or none was found.
 
-    ``keys`` are those of a smallest set, in which each one counts.
+    ``keys`` are those of an irreducible set: without any one of them there is a motion.
     """
 
     def __init__(self, keys: Sequence[str], proved: bool) -> None:
@@ -50,47 +52,49 @@ class InfeasibleMoves(Unmet):
 
 
 BernsteinWeights = Callable[[int, int], FloatArray]
-"""Of the numbers of a state and the order of a derivative: weights of its Bernstein coefficients, a sum a row."""
+"""From the count of a state's numbers and the order of a derivative: weighted sums of its Bernstein coefficients,
+as rows of weights."""
 
 
 @dataclass(frozen=True)
 class MoveRun:
-    """Consecutive moves, their neighbours, and the displacement where the turn starts.
+    """Consecutive moves with their neighbours.
 
-    Displacements are counted from the start of the run, in mm or deg as given, angles in rad.
+    Displacements count from the start of the run, in the scene's unit (mm or deg); angles in rad.
     """
 
     moves: Sequence[Stroke]
     before: Stroke
     after: Stroke
     start: float
+    """The displacement at the start of the turn."""
     parts: int = RANGE_PARTS[0]
-    """Of a range of angles: the run is cut between them too."""
+    """The number of parts of a range of angles; the run is cut between them too."""
 
     @cached_property
     def conditions(self) -> list[Condition]:
         """The conditions on the moves, with cam angles from the start of the run."""
-        found, turned = [], 0.0
+        conditions, angle = [], 0.0
         up = (self.start - self.moves[0].low) / self.moves[0].size
         for move in self.moves:
             for each in move.conditions():
-                by, moved = turned - move.start, up * (each.order == 0)
-                start, end, low, high = each.start + by, each.end + by, each.low + moved, each.high + moved
-                found.append(Condition(each.key, each.order, start, end, low, high))
-            turned += move.angle
-        return found
+                by, rise = angle - move.start, up * (each.order == 0)
+                start, end, low, high = each.start + by, each.end + by, each.low + rise, each.high + rise
+                conditions.append(Condition(each.key, each.order, start, end, low, high))
+            angle += move.angle
+        return conditions
 
     @cached_property
     def cuts(self) -> FloatArray:
-        """The cam angles of its joints and of all conditions on the way."""
-        found = np.cumsum([0.0, *(move.angle for move in self.moves)])
-        most = found[-1]
+        """Cam angles of the joints, of all conditions, and between the parts of their ranges."""
+        cuts = np.cumsum([0.0, *(move.angle for move in self.moves)])
+        length = cuts[-1]
         for each in self.conditions:
-            found = _add_cuts(found, np.array([each.start, each.end]), NEAR_ANGLE * most)
+            cuts = _add_cuts(cuts, np.array([each.start, each.end]), NEAR_ANGLE * length)
         for each in self.conditions:
             parts = np.linspace(each.start, each.end, self.parts + 1)[1:-1]
-            found = _add_cuts(found, parts, max(NEAR_ANGLE * most, (each.end - each.start) / self.parts / 2))
-        return np.sort(found)
+            cuts = _add_cuts(cuts, parts, max(NEAR_ANGLE * length, (each.end - each.start) / self.parts / 2))
+        return np.sort(cuts)
 
     @property
     def angles(self) -> FloatArray:
@@ -98,7 +102,7 @@ class MoveRun:
 
     @property
     def spans(self) -> list[tuple[int, int]]:
-        """The places of the cuts where each move starts and ends."""
+        """The indices of the cuts where each move starts and ends."""
         ends = [self._cut_place(end) for end in np.cumsum([0.0, *(move.angle for move in self.moves)])]
         return list(pairwise(ends))
 
@@ -107,39 +111,42 @@ class MoveRun:
 
     @property
     def count(self) -> int:
-        """Numbers of a state: a run with a condition on its jerk at an angle has a continuous jerk."""
+        """Count of a state's numbers; with a condition on the jerk at an angle the jerk is one of them."""
         jerks = any(each.order == TO_JERK - 1 and each.start == each.end for each in self.conditions)
         return TO_JERK if jerks else TO_ACCELERATION
 
     @property
     def is_closed(self) -> bool:
-        """Whether the turn has these moves only, and ends where it starts."""
+        """Whether the turn consists of these moves only, so that the run ends where it starts."""
         return self.before.is_open
 
     def states(self, keys: Sequence[str] | None = None) -> FloatArray | None:
-        """The states at the cuts that meet all conditions, or those of some keys, with the least integral."""
+        """The states at the cuts with the least integral that meet the conditions (of some keys, or all)."""
         return self._allowed_states(keys, _identity_weights).least_states()
 
     def is_impossible(self, keys: Sequence[str] | None = None) -> bool:
-        """Whether it is proved that no motion meets the conditions, or those of some keys."""
+        """Whether it is proved that no motion meets the conditions (of some keys, or all)."""
         return self._allowed_states(keys, means_between).are_impossible()
 
     def _allowed_states(self, keys: Sequence[str] | None, weights: BernsteinWeights) -> States:
-        """The states that conditions of some keys (None for all) allow, by weights of Bernstein coefficients."""
+        """The states that the conditions of some keys (None for all) allow.
+
+        Conditions over a range bound weighted sums of Bernstein coefficients, with the ``weights``.
+        """
         low, high = self._state_ranges()
-        along: list[LimitRows] = []
+        limits: list[LimitRows] = []
         for each in (each for each in self.conditions if keys is None or each.key in keys):
             if each.start == each.end and each.order < self.count:
                 place = self._cut_place(each.start), each.order
                 low[place], high[place] = max(low[place], each.low), min(high[place], each.high)
             elif each.end > each.start:
-                along += self._range_limits(each, low.shape, weights)
+                limits += self._range_limits(each, low.shape, weights)
         if self.is_closed:
             low[0, 1:], high[0, 1:] = low[-1, 1:], high[-1, 1:]
-        return States(low, high, along, self.angles, self.is_closed)
+        return States(low, high, limits, self.angles, self.is_closed)
 
     def _state_ranges(self) -> tuple[FloatArray, FloatArray]:
-        """The ranges of the states: given at both ends of the run, and where positions are numbers."""
+        """Ranges of the states' numbers: fixed at both ends of the run and where a position is a number."""
         low, high = np.full((2, self.cuts.size, self.count), [[[-np.inf]], [[np.inf]]])
         changes = [move.given.change if move.given else 0.0 for move in self.moves]
         positions = np.cumsum([0.0, *changes])
@@ -151,8 +158,8 @@ class MoveRun:
             unit = self.moves[0].size
             low[0, 1:] = high[0, 1:] = _end_state(self.before, 1.0)[1 : self.count] / unit
             last = self.cuts.size - 1
-            asked = [each.order for each in self.conditions if self._cut_place(each.start) == last]
-            orders = [order for order in range(1, self.count) if order not in asked]
+            required = [each.order for each in self.conditions if self._cut_place(each.start) == last]
+            orders = [order for order in range(1, self.count) if order not in required]
             low[-1, orders] = high[-1, orders] = _end_state(self.after, 0.0)[orders] / unit
         return low, high
 
@@ -161,11 +168,11 @@ class MoveRun:
     ) -> list[LimitRows]:
         """The limits that a condition over a range of angles sets on the states at its cuts."""
         first, last = self._cut_place(condition.start), self._cut_place(condition.end)
-        found = []
+        limits = []
         for place, angle in zip(range(first, last), self.angles[first:last], strict=True):
             sums = weights(self.count, condition.order)
             values = np.zeros((len(sums), *shape))
-            per = angle**condition.order  # so that numbers of all orders are alike
+            per = angle**condition.order  # numbers of all orders then have one scale
             here = sums @ bernstein_derivative(self.count, condition.order) @ states_to_bernstein(self.count, angle)
             values[:, place : place + 2] = here.reshape(len(here), 2, self.count)
             sides = ((1.0, condition.low), (-1.0, condition.high))
@@ -173,22 +180,22 @@ class MoveRun:
             for side, end in sides[: 1 if equal else 2]:
                 if isfinite(end):
                     rows = side * values.reshape(len(values), -1)
-                    found.append(LimitRows(rows, np.full(len(values), side * end * per), equal))
-        return found
+                    limits.append(LimitRows(rows, np.full(len(values), side * end * per), equal))
+        return limits
 
 
 def solve_run(run: MoveRun) -> tuple[MoveRun, FloatArray]:
-    """A run with ranges in as many parts as it needs, and its states.
+    """A run with its ranges in as many parts as it needs, and its states.
 
     Raises
     ------
-    Contradiction
+    InfeasibleMoves
         If no motion meets all conditions, or none was found.
     """
     for parts in RANGE_PARTS:
         finer = replace(run, parts=parts)
-        if (found := finer.states()) is not None:
-            return finer, found
+        if (states := finer.states()) is not None:
+            return finer, states
         if parts == RANGE_PARTS[0]:
             _raise_if_impossible(replace(run, parts=RANGE_PARTS[-1]))
     raise InfeasibleMoves(
@@ -208,20 +215,20 @@ def _condition_keys(run: MoveRun) -> list[str]:
 
 
 def _add_cuts(cuts: FloatArray, others: FloatArray, apart: float) -> FloatArray:
-    """Cuts, and those of others that are not near any of them."""
-    for each in others:
-        if np.abs(cuts - each).min() > apart:
-            cuts = np.append(cuts, each)
+    """The cuts with those of others that are further than ``apart`` from all cuts."""
+    for angle in others:
+        if np.abs(cuts - angle).min() > apart:
+            cuts = np.append(cuts, angle)
     return cuts
 
 
 def _end_state(stroke: Stroke, x: float) -> FloatArray:
-    """y, y', y'', y''' where a stroke starts (x = 0) or ends (x = 1)."""
+    """y, y', y'', y''' at the start (x = 0) or the end (x = 1) of a stroke."""
     return stroke.motion(np.array([stroke.start + x * stroke.angle]))[:, 0]
 
 
 def states_to_bernstein(count: int, angle: float) -> FloatArray:
-    """The matrix from the states at both ends of an angle to the Bernstein coefficients of the motion between."""
+    """Matrix from the states at both ends of an angle to the Bernstein coefficients of the motion between."""
     degree = 2 * count - 1
     half = np.array(
         [[comb(i, k) / perm(degree, k) * angle**k if k <= i else 0.0 for k in range(count)] for i in range(count)]
@@ -232,23 +239,23 @@ def states_to_bernstein(count: int, angle: float) -> FloatArray:
 
 
 def bernstein_derivative(count: int, order: int) -> FloatArray:
-    """The matrix from Bernstein coefficients over [0, 1] to those of a derivative."""
+    """Matrix from Bernstein coefficients over [0, 1] to those of a derivative."""
     degree = 2 * count - 1
     return np.asarray(perm(degree, order) * np.diff(np.eye(degree + 1), order, axis=0))
 
 
 def _identity_weights(count: int, order: int) -> FloatArray:
-    """Every Bernstein coefficient: where all are within bounds, the motion is."""
+    """Weights of single Bernstein coefficients: if all are within bounds, the motion is."""
     return np.eye(2 * count - order)
 
 
 @cache
 def means_between(count: int, order: int) -> FloatArray:
-    """The means of a derivative over a range that the states at its ends give, of its Bernstein coefficients.
+    """Weights of Bernstein coefficients for means of a derivative that the states at both ends determine.
 
-    They are k! times divided differences of the motion, so means of its k-th derivative with the weight
-    (1 − x)ⁱ⁻¹xʲ⁻¹, i + j = k + 1, x from 0 to 1 over the range: of any motion they are within the bounds of that
-    derivative. With i or j = 0 they are its values at the ends.
+    The means are k! times divided differences of the motion: means of its k-th derivative with the weight
+    (1 − x)ⁱ⁻¹xʲ⁻¹, i + j = k + 1, x from 0 to 1 over the range. For any motion they are within the bounds of that
+    derivative. With i = 0 or j = 0 they are its values at the ends.
     """
     degree, rows = 2 * count - order - 1, []
     for i in range(max(0, order + 1 - count), min(order + 1, count) + 1):
@@ -261,5 +268,5 @@ def means_between(count: int, order: int) -> FloatArray:
 
 
 def _beta(p: int, q: int) -> float:
-    """The integral of xᵖ⁻¹ times that power of 1 − x over 0 to 1, Euler's of the first kind."""
+    """Euler's beta function B(p, q) of whole numbers."""
     return factorial(p - 1) * factorial(q - 1) / factorial(p + q - 1)

@@ -1,13 +1,13 @@
-"""Polynomials by boundary conditions: displacement, velocity, acceleration … given at both ends of a stroke.
+"""Polynomials from boundary conditions: displacement, velocity, acceleration … at both ends of a stroke.
 
     uniform      s = x
     cubic        s = x²(3 − 2x)
     poly8        s = 6.09755x³ − 20.7804x⁵ + 26.73155x⁶ − 13.60965x⁷ + 2.56095x⁸
 
-With uniform velocity the follower starts and stops at full speed: the velocity jumps at both ends, so the
-acceleration there is an impulse. A knife edge can follow the corner; a roller cannot (the convex corner undercuts).
-The cubic has no velocity at its ends; its peaks are 1.5 of velocity and 6 of acceleration (at the ends, where it
-jumps). The eighth-power polynomial is a rise that turns at once into a return.
+With uniform velocity the follower starts and stops at full speed: the velocity jumps at both ends, and the
+acceleration there is an impulse. A knife edge can follow such a corner; a roller cannot, because the convex corner
+undercuts. The cubic has zero velocity at its ends; its peaks are 1.5 of velocity and 6 of acceleration (at the
+ends, where it jumps). The eighth-power polynomial is for a rise that a return follows at once.
 
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 3 (polynomial functions); the Bernstein form is that of
 Farin, Curves and Surfaces for CAGD, ch. 5.
@@ -27,16 +27,17 @@ from numpy.typing import ArrayLike
 from camopt.core.numerics import FloatArray
 from camopt.model.motion.law import ByOrder
 
-HIGHEST_DEGREE = 12  # degree: the panels of a motion hold it without an error
+HIGHEST_DEGREE = 12  # the panels of a motion hold polynomials up to this degree without error
 
 
 @dataclass(frozen=True)
 class PolynomialLaw(ByOrder):
-    """The polynomial of least degree with the given s, s', s'', … at x = 0 (``start``) and at x = 1 (``end``).
+    """The polynomial of least degree with given s, s', s'', … at x = 0 (``start``) and at x = 1 (``end``).
 
-    Any number of conditions at either end, ``HIGHEST_DEGREE`` + 1 in all at most; s(1) may be any number. The
-    Bernstein coefficients follow from the conditions without a system of equations, in rational numbers, and are
-    rounded once. In this form a derivative that is zero at an end keeps all its digits near it.
+    Each end may have any number of conditions, both together at most ``HIGHEST_DEGREE`` + 1; s(1) may be any
+    number. The Bernstein coefficients follow from the conditions without a system of equations. They are computed
+    in rational numbers and rounded once. In this form a derivative that is zero at an end keeps all its digits near
+    it.
     """
 
     NAME: str
@@ -52,14 +53,14 @@ class PolynomialLaw(ByOrder):
 
     @cached_property
     def _bernstein_terms(self) -> list[FloatArray]:
-        """Of s and its first three derivatives: the factors of xᵏ(1 − x)ⁿ⁻ᵏ for k = 0 … n."""
+        """Factors of xᵏ(1 − x)ⁿ⁻ᵏ for k = 0 … n, of s and its first three derivatives."""
         before = _end_bernstein(self.start, self.degree)
         after = _end_bernstein([(-1.0) ** k * value for k, value in enumerate(self.end)], self.degree)
-        values, found = [*before, *reversed(after)], []
+        values, terms = [*before, *reversed(after)], []
         for degree in range(self.degree, self.degree - 4, -1):
-            found.append(np.array([comb(degree, k) * value for k, value in enumerate(values)], dtype=float))
+            terms.append(np.array([comb(degree, k) * value for k, value in enumerate(values)], dtype=float))
             values = [degree * (b - a) for a, b in pairwise(values)]
-        return found
+        return terms
 
     def _derivative(self, x: ArrayLike, order: int) -> FloatArray:
         x, terms = np.asarray(x, dtype=float)[..., None], self._bernstein_terms[order]
@@ -80,6 +81,6 @@ poly8 = PolynomialLaw(
 
 
 def _end_bernstein(derivatives: Iterable[float], degree: int) -> list[Fraction]:
-    """The first Bernstein coefficients, as many as derivatives at x = 0: Δᵏb₀ = s⁽ᵏ⁾(0)·(n − k)!/n!."""
+    """The first Bernstein coefficients, one for each derivative at x = 0: Δᵏb₀ = s⁽ᵏ⁾(0)·(n − k)!/n!."""
     steps = [Fraction(value) / perm(degree, k) for k, value in enumerate(derivatives)]
     return [sum((comb(j, k) * steps[k] for k in range(j + 1)), Fraction(0)) for j in range(len(steps))]

@@ -1,25 +1,25 @@
-"""The profile of a cam as arcs and lines, each tangent to the next, as points x + iy of the cam's plane in mm.
+"""The profile of a cam as arcs and lines, each tangent to the next; points are complex x + iy in mm.
 
-The plane is seen so that the follower meets the elements anticlockwise: mirrored if the cam turns ccw. An arc has
-a signed radius r, negative where the flank is hollow, and the point C + r·n where its outward normal is n. So two
-elements meet where both have one normal and one point:
+The plane of the cam is seen so that the follower meets the elements anticlockwise: mirrored if the cam turns ccw.
+An arc has the centre C and a signed radius r, negative on a hollow flank; its point with the outward normal n is C
++ r·n. Two elements meet at a point where both have the same normal:
 
     arc and arc               C₂ − C₁ = (r₁ − r₂)·n
     arc, line and arc         C₂ − C₁ = ((r₁ − r₂) + i·t)·n,  the line t > 0 long
     arcs r₁, r and r₂         C₂ − C₁ = (a − b·e^{iφ})·n,  a = r₁ − r, b = r₂ − r, the middle one turning by φ
 
-Source: Rothbart, Cam Design Handbook, ch. 3 (circular-arc and tangent cams); the relations are the loops closed.
+Source: Rothbart, Cam Design Handbook, ch. 3 (circular-arc and tangent cams); the relations are closed loops.
 """
 
 from collections.abc import Sequence
 from math import atan2, pi, sqrt
 from typing import NamedTuple
 
-TOUCHING_SHARE = 1e-9  # of the radii: what touches but for rounding, touches
+TOUCHING_SHARE = 1e-9  # of the radii: elements whose gap is no larger touch
 
 
 class ProfileFault(ValueError):
-    """The fault of an element (its number from 1), or of all of them (0)."""
+    """The fault of one element, by its number from 1, or of the whole profile (0)."""
 
     def __init__(self, number: int, why: str) -> None:
         super().__init__(why)
@@ -28,16 +28,16 @@ class ProfileFault(ValueError):
 
 
 class ElementSpec(NamedTuple):
-    """An arc or line as it is given."""
+    """An arc or line as the scene gives it."""
 
     radius: float | None
-    """None: a line."""
+    """None for a line."""
     centre: complex | None = None
-    """None: where it touches both neighbours."""
+    """None if the element is placed so that it touches both neighbours."""
 
 
 class ProfileJoint(NamedTuple):
-    """A point of the profile, and the outward normal there."""
+    """A point of the profile with its outward normal."""
 
     point: complex
     normal: complex
@@ -48,13 +48,13 @@ class ProfilePiece(NamedTuple):
 
     radius: float | None
     centre: complex
-    """Of a line the foot of the normal through the axis."""
+    """Centre of an arc; of a line the foot of the perpendicular from the axis."""
     start: ProfileJoint
     end: ProfileJoint
 
     @property
     def sweep(self) -> float:
-        """By how much the normal turns, rad: anticlockwise, unless the arc is hollow."""
+        """Angle by which the normal turns, anticlockwise; negative on a hollow arc [rad]."""
         if self.radius is None:
             return 0.0
         if self.start is self.end:
@@ -63,45 +63,43 @@ class ProfilePiece(NamedTuple):
 
     @property
     def height(self) -> float:
-        """Distance of a line from the axis, along its normal."""
+        """Distance of a line from the axis, along its normal [mm]."""
         return _height_along(self.start.point, self.start.normal)
 
     @property
     def is_concentric(self) -> bool:
-        """Whether it is an arc about the axis, on which the follower rests."""
+        """Whether it is an arc about the axis, where the follower dwells."""
         return self.radius is not None and abs(self.centre) <= TOUCHING_SHARE * abs(self.radius)
 
     def heights(self) -> list[float]:
-        """The least and the greatest distance from the axis; below 0 if the axis is outside."""
+        """Least and greatest distance from the axis inside the element [mm]; negative if the axis is outside."""
         if self.radius is None:
-            ahead = [(joint.point - self.centre) / (1j * joint.normal) for joint in (self.start, self.end)]
-            passed = ahead[0].real <= TOUCHING_SHARE * abs(self.centre) and ahead[1].real >= -TOUCHING_SHARE * abs(
-                self.centre
-            )
-            return [self.height] if passed else []
+            start, end = ((joint.point - self.centre) / (1j * joint.normal) for joint in (self.start, self.end))
+            room = TOUCHING_SHARE * abs(self.centre)
+            return [self.height] if start.real <= room and end.real >= -room else []
         if self.is_concentric:
             return [self.radius]
         away = self.centre / abs(self.centre)
         return [_height_along(self.centre, n) + self.radius for n in (away, -away) if self._contains_normal(n)]
 
     def _contains_normal(self, normal: complex) -> bool:
-        """Whether the arc has this normal, but for rounding."""
+        """Whether the arc has a point with this normal, up to rounding."""
         turned = abs(_turn_between(self.start.normal, normal, self.sweep > 0.0))
         return turned <= abs(self.sweep) + TOUCHING_SHARE or turned >= 2 * pi - TOUCHING_SHARE
 
 
 def phase(z: complex) -> float:
-    """The angle of a complex number, rad; that of ``cmath`` takes one that rounds to 0 for a fault."""
+    """Angle of a complex number [rad]; unlike ``cmath.phase`` it accepts one that rounds to 0."""
     return atan2(z.imag, z.real)
 
 
 def _height_along(point: complex, normal: complex) -> float:
-    """The distance of a point along a normal."""
+    """Distance of a point along a normal [mm]."""
     return (point * normal.conjugate()).real
 
 
 def _turn_between(start: complex, end: complex, forward: bool) -> float:
-    """The angle from one direction to another, rad: in (0, 2π], or in [−2π, 0) if not forward."""
+    """Angle from one direction to another [rad]: in [0, 2π) if ``forward``, else in (−2π, 0]."""
     angle = phase(end / start)
     return angle % (2 * pi) if forward else -(-angle % (2 * pi))
 
@@ -111,8 +109,8 @@ def place_elements(elements: Sequence[ElementSpec]) -> list[ProfilePiece]:
 
     Raises
     ------
-    Unfit
-        If no tangent arc or line is there, two arcs do not touch, or the elements do not go round once.
+    ProfileFault
+        If an element has no tangent place, two arcs do not touch, or the elements do not go round once.
     """
     if len(elements) == 1:
         return [_eccentric_circle(elements[0])]
@@ -130,7 +128,7 @@ def place_elements(elements: Sequence[ElementSpec]) -> list[ProfilePiece]:
 
 
 def _eccentric_circle(element: ElementSpec) -> ProfilePiece:
-    """One circle, from where it is nearest to the axis."""
+    """A profile of one circle, from its point nearest to the axis."""
     radius, centre = element.radius, element.centre
     if radius is None or centre is None or radius < 0.0:
         raise ProfileFault(1, "a profile of one element is an arc with its centre (x, y) and a radius above 0")
@@ -158,18 +156,18 @@ def _arc_centre(elements: Sequence[ElementSpec], k: int) -> complex | None:
 
 def _neighbour_arcs(elements: Sequence[ElementSpec], k: int) -> list[tuple[float, complex]]:
     """Radius and centre of the arcs before and after an element that has to touch both."""
-    found = []
+    arcs = []
     for other in (elements[k - 1], elements[(k + 1) % len(elements)]):
         if other.radius is None or other.centre is None:
-            raise ProfileFault(k + 1, "it touches its neighbours, which have to be arcs with centres (x, y)")
-        found.append((other.radius, other.centre))
-    return found
+            raise ProfileFault(k + 1, "its neighbours, which it touches, must be arcs with centres (x, y)")
+        arcs.append((other.radius, other.centre))
+    return arcs
 
 
 def _element_joint(
     elements: Sequence[ElementSpec], centres: Sequence[complex | None], k: int
 ) -> tuple[ProfileJoint, ProfileJoint]:
-    """The end of an element and the start of the next: the same point apart from rounding."""
+    """The end of an element and the start of the next; both are the same point up to rounding."""
     after = (k + 1) % len(elements)
     if elements[k].radius is None:
         return _line_ends(elements, k)[1:] * 2
@@ -202,11 +200,11 @@ def _line_ends(elements: Sequence[ElementSpec], k: int) -> tuple[ProfileJoint, P
 
 
 def least_radius(parts: Sequence[ProfilePiece]) -> float:
-    """The least radius of a profile, mm.
+    """Least distance of a profile from the axis [mm].
 
     Raises
     ------
-    Unfit
+    ProfileFault
         If the axis is not inside the profile.
     """
     least = min((height for part in parts for height in part.heights()), key=abs)

@@ -1,17 +1,17 @@
-"""The position of a follower on an arc or a line of a cam that is given by its profile.
+"""The position of a follower on an arc or a line of a given profile.
 
-Seen as in ``profile``, the cam stands still and the follower goes round it anticlockwise. Where it has turned by θ,
-the direction of an arc's centre C = m·e^{iγ}, or of a line's normal e^{iγ}, is behind it by δ = θ − γ. A trace
-point is on the arc with radius p = r + R_r about C, or on the line at distance D = d + R_r from the axis:
+As in ``profile``, the cam is fixed and the follower goes round it anticlockwise. At the cam angle θ the direction
+of an arc's centre C = m·e^{iγ}, or of a line's normal e^{iγ}, is behind the follower by δ = θ − γ. A trace point
+moves on an arc of radius p = r + R_r about C, or on a line at the distance D = d + R_r from the axis:
 
     translating, lead e     s = m·cos δ ± √(p² − u²),  u = e + m·sin δ        s = (D + e·sin δ)/cos δ
     oscillating, arm l      ψ = σ·arg B ± acos((b² + l² − p²)/(2·b·l))        ψ = acos((c·cos δ − D)/l) − σ·δ
     translating face        R = r + m·cos δ
     oscillating face, f     ψ = σ·arg B + asin((r − f)/b)
 
-with the vector from the centre to the pivot B = b·e^{i arg B} = c − m·e^{−iδ}, σ = 1 for a ccw cam and −1 for cw,
-and the sign that of p, which is negative in a hollow flank. These are the slider-crank, the four-bar linkage and
-the Scotch yoke that move as the follower does while it is on one arc. The formulas take numbers of any kind.
+B = b·e^{i arg B} = c − m·e^{−iδ} is the vector from the centre to the pivot; σ = 1 for a ccw cam and −1 for cw. The
+sign ± is that of p, which is negative on a hollow flank. While the follower is on one arc it moves as the
+equivalent slider-crank, four-bar linkage or Scotch yoke. The formulas take numbers of any kind.
 
 Source: Norton, Design of Machinery, ch. 4 (position analysis of linkages); Rothbart, Cam Design Handbook, ch. 3.
 """
@@ -29,15 +29,15 @@ class JointPosition(NamedTuple):
     """The position of a follower at a joint of the profile."""
 
     turned: float
-    """By how much it has gone round, rad."""
+    """The cam angle [rad]."""
     position: float
-    """Its height above the axis, mm, or its angle at the pivot, rad."""
+    """Height above the axis [mm], or angle at the pivot [rad]."""
     lead: float
-    """Above 0 where the cam drives it, as cos β; not a number where it cannot be."""
+    """A number that is positive, as cos β, if the cam can drive the follower; nan if there is no position."""
 
 
 class ProfileContact(Protocol):
-    """A follower in contact with a profile. Arcs have a radius and a distance of their centre, lines a distance."""
+    """A follower on a profile; an arc has a radius and the distance of its centre, a line a distance."""
 
     @property
     def radius(self) -> float: ...
@@ -50,7 +50,7 @@ class ProfileContact(Protocol):
 
 @dataclass(frozen=True)
 class TranslatingPoint:
-    """A knife edge, roller or spherical face of a radius, mm, and the lead of its axis."""
+    """A translating knife edge, roller or spherical face: its radius and the lead of its axis [mm]."""
 
     radius: float
     eccentricity: float
@@ -76,7 +76,7 @@ class TranslatingPoint:
 
 @dataclass(frozen=True)
 class OscillatingPoint:
-    """A knife edge, roller or spherical face of a radius at the end of an arm, mm; the sense of the cam."""
+    """A knife edge, roller or spherical face at the end of an arm [mm], and the sense of the cam."""
 
     radius: float
     centre_distance: float
@@ -108,7 +108,7 @@ class OscillatingPoint:
 
 @dataclass(frozen=True)
 class TranslatingFace:
-    """A flat face square to the motion."""
+    """A translating flat face, square to the motion."""
 
     radius: ClassVar[float] = 0.0
     is_flat: ClassVar[bool] = True
@@ -125,7 +125,7 @@ class TranslatingFace:
 
 @dataclass(frozen=True)
 class OscillatingFace:
-    """A flat face at a distance from its pivot, mm; the sense of the cam."""
+    """A flat face that swings about a pivot [mm], and the sense of the cam."""
 
     centre_distance: float
     face_offset: float
@@ -160,5 +160,5 @@ def _vector_to_pivot(centre_distance: float, distance: float, angle: Series) -> 
 
 
 def _arc_side(radius: float) -> float:
-    """1 for an arc that is round, −1 for one that is hollow."""
+    """1 for a convex arc, −1 for a hollow one."""
     return 1.0 if radius > 0.0 else -1.0

@@ -1,4 +1,4 @@
-"""A programme: rises, dwells and returns in the order of one turn, and the external load that goes with it."""
+"""A programme: the rises, dwells and returns of one turn in order, with the load over the turn."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -47,9 +47,9 @@ from camopt.model.motion.stroke import (
 )
 
 TURN_PANELS = 24
-LEAST_JUMP = 1e-9  # jumps below this share of the largest value in the turn are rounding
-JUMP_SIDE = 1e-12  # rad, to either side of a jump
-OVERSHOOT = 1e-12  # by how much rounding may take a law below 0 or above 1
+LEAST_JUMP = 1e-9  # of the largest value in the turn: smaller jumps are rounding
+JUMP_SIDE = 1e-12  # rad: distance to either side of a jump
+OVERSHOOT = 1e-12  # rounding may take a law below 0 or above 1 by this much
 
 
 class Jump(NamedTuple):
@@ -64,34 +64,36 @@ class Jump(NamedTuple):
 
 @dataclass(frozen=True)
 class Programme:
-    """The motion of one turn. Hashable; its tables are made once and shared.
+    """The motion of one turn. Hashable; its tables are computed once and shared.
 
-    Displacements are counted from the lowest of the turn, which is on the base circle.
+    Displacements count from the lowest position of the turn, which is on the base circle.
     """
 
     strokes: tuple[Stroke, ...]
     load: ExternalLoad | TrainLoad | None = None
-    """What the external load is over the turn, unless it is constant; with a train, all that it brings."""
+    """The external load over the turn, if it is not constant; with a train, the load of the train."""
     start: float = 0.0
-    """The displacement at the start of the turn, as a proof takes it: mm, or deg where it is angular."""
+    """The displacement at the start of the turn as proofs take it [mm, or deg if angular]."""
     radii: tuple[float, ...] = ()
-    """Of a cam that is given by its profile: of the arcs of the pitch curve (of a flat face: of the profile), mm;
-    below 0 where hollow, infinite for a line."""
+    """Radii of a given profile's pitch curve, with a flat face of the profile itself [mm].
+
+    Negative on hollow flanks, infinite for lines; empty if the profile is not given.
+    """
     tool_programme: "Programme | None" = None
-    """The motion of the tool that the follower drives through a train, if there is one; without loads."""
+    """The motion of the tool that the follower drives through a train; without loads."""
     given_at_follower: bool = False
-    """Whether that of the follower is the one that is given, and the tool's follows from it."""
+    """Whether the scene gives the motion of the follower, so that the tool's motion follows from it."""
     reverse_of: "Programme | None" = None
-    """The turn whose displacement y is lift − y here, if this one is reversed."""
+    """The turn of which this is the reversed one, lift − y."""
 
     @property
     def tool(self) -> "Programme":
-        """The motion that is asked: that of the tool, or without a train of the follower itself."""
+        """The motion of the tool; without a train, the follower is the tool."""
         return self.tool_programme or self
 
     @property
     def given_programme(self) -> "Programme":
-        """The motion that is given: that of the tool, or of the follower itself, without what a train brings."""
+        """The motion that the scene gives, of the tool or of the follower; without the load of a train."""
         if self.tool_programme is None:
             return self
         return replace(self, tool_programme=None, load=None) if self.given_at_follower else self.tool_programme
@@ -105,44 +107,44 @@ class Programme:
         laws: Mapping[str, Law] = LAWS,
         load: ExternalLoad | TrainLoad | None = None,
     ) -> "Programme":
-        """From segments as they are given; those of no length drop out. Displacements are in deg if ``angular``."""
+        """The motion of the scene's segments; those of no length are left out. Lifts in deg if ``angular``."""
         start, strokes = build_strokes([MotionSegment(*each) for each in segments], angular=angular, laws=laws)
         return cls(join_moves(strokes), load, start).on_base_circle()
 
     def with_laws(self, rise: Law | None, fall: Law | None) -> "Programme":
         """The same turn with other laws on its rises and returns (None keeps them)."""
-        chosen = {RISE: rise, RETURN: fall}
-        strokes = [replace(s, law=chosen.get(s.kind) or s.law) for s in self.strokes]
+        laws = {RISE: rise, RETURN: fall}
+        strokes = [replace(s, law=laws.get(s.kind) or s.law) for s in self.strokes]
         return replace(self, strokes=join_moves(strokes)).on_base_circle()
 
     @cached_property
     def reversed_programme(self) -> "Programme":
-        """The turn with the displacement lift − y, without loads and train: that of a second disc of a pair."""
-        strokes = tuple(each.reversed_stroke(self.lift) for each in self.strokes)
+        """The turn with the displacement lift − y, without loads and train, as for the second disc of a pair."""
+        strokes = tuple(stroke.reversed_stroke(self.lift) for stroke in self.strokes)
         return Programme(strokes, start=(self.lift - self.strokes[0].low) / self.unit, reverse_of=self)
 
     def on_base_circle(self) -> "Programme":
-        """The same turn with its displacements relative to the lowest one."""
+        """The same turn with displacements from its lowest position."""
         least, most = self.levels
         if abs(least) <= LEAST_JUMP * (most - least):
             return self
         start = self.start - least / self.unit
         up = start * self.unit - self.strokes[0].low
-        moved = tuple(replace(s, low=s.low + up, high=s.high + up) for s in self.strokes)
-        return replace(self, strokes=moved, start=start)
+        strokes = tuple(replace(s, low=s.low + up, high=s.high + up) for s in self.strokes)
+        return replace(self, strokes=strokes, start=start)
 
     @property
     def unit(self) -> float:
-        """The unit of given positions, in mm or rad."""
+        """The scene's unit of displacement, in mm or rad."""
         return next((stroke.given.unit for stroke in self.strokes if stroke.given), 1.0)
 
     def law_names(self, kind: int) -> str:
-        """The laws of the strokes of a kind of the tool, in order, joined by "+" where they differ."""
+        """The laws of the tool's strokes of a kind, in order; different ones are joined by "+"."""
         return "+".join(dict.fromkeys(s.law.NAME for s in self.tool.strokes if s.kind == kind and s.law))
 
     @property
     def has_sampled_law(self) -> bool:
-        """Whether a law comes from the points of a table or the functions of a package: unknown between."""
+        """Whether a law is known at samples only: from the points of a table, or the functions of a package."""
         return any(isinstance(s.law, SplineLaw | InstalledLaw) and s.law.sampled for s in self.tool.strokes)
 
     @property
@@ -152,112 +154,112 @@ class Programme:
 
     @property
     def lift(self) -> float:
-        """The highest displacement of the turn, mm (rad)."""
+        """Highest displacement of the turn [mm or rad]."""
         return self.levels[1]
 
     @cached_property
     def levels(self) -> tuple[float, float]:
-        """The lowest and the highest displacement of the turn, mm (rad): where strokes end, or turn back."""
-        found = [y for stroke in self.strokes for y in (stroke.low, stroke.high)]
+        """Lowest and highest displacement of the turn [mm or rad], at ends of strokes or turning points."""
+        levels = [y for stroke in self.strokes for y in (stroke.low, stroke.high)]
         for stroke in self.strokes:
             if stroke.law is not None and (places := turning_points(stroke.law, TURN_PANELS)):
-                found += (stroke.low + stroke.size * stroke.law.displacement(np.array(places))).tolist()
-        return min(found), max(found)
+                levels += (stroke.low + stroke.size * stroke.law.displacement(np.array(places))).tolist()
+        return min(levels), max(levels)
 
     def has_kinds(self, kinds: int) -> bool:
-        """Whether any piece of the turn has one of some kinds, or moves in one of some ways."""
+        """Whether any piece of the turn has one of some kinds or directions."""
         return bool(self.kinds & kinds)
 
     @cached_property
     def kinds(self) -> int:
-        """All kinds of its pieces, and ways in which it moves."""
+        """All kinds and directions of its pieces, as bits."""
         return int(np.bitwise_or.reduce(self.table.kind))
 
     @cached_property
     def table(self) -> MotionTable:
-        """The programme as panel polynomials."""
+        """The programme as polynomials on panels."""
         return _build_table(self)
 
     @property
     def starts(self) -> FloatArray:
-        """The cam angle at which each piece of the table starts, rad."""
+        """Cam angle at which each piece of the table starts [rad]."""
         first = self.table.first_panel[:-1]
         return np.asarray(self.table.centre[first] - self.table.half_width[first])
 
     @cached_property
     def jumps(self) -> tuple[Jump, ...]:
-        """Where y' or y'' is discontinuous, the end of the turn joined to its start."""
+        """The jumps of y' or y''; the end of the turn is joined to its start."""
         return tuple(find_jumps(self, (1, 2)))
 
     @cached_property
     def unseen_jump(self) -> float:
-        """The largest jump of y'' that is rounding."""
+        """Largest jump of y'' that counts as rounding."""
         return LEAST_JUMP * float(self.table.most[:, 2].max()) + 2.0 * float(self.table.error[:, 2].max())
 
     @cached_property
     def dwells(self) -> tuple[Stroke, ...]:
-        """The dwells, in the order of the turn: neighbouring ones are one, and so are the last and the first.
+        """The dwells in the order of the turn; neighbouring dwells are joined, also across the end of the turn.
 
-        One over the end of the turn ends beyond it; at the angles there the last stroke, which rests, goes on.
+        A dwell across the end of the turn has its end beyond 2π; the last stroke continues at these angles.
         """
         rests = [stroke.kind == DWELL for stroke in self.strokes]
         first = rests.index(False) if rests[-1] and not all(rests) else 0
         order = self.strokes[first:] + self.strokes[:first]
         runs = [[*run] for rest, run in groupby(order, lambda stroke: stroke.kind == DWELL) if rest]
-        return tuple(replace(run[0], angle=sum(each.angle for each in run), given=None) for run in runs)
+        return tuple(replace(run[0], angle=sum(stroke.angle for stroke in run), given=None) for run in runs)
 
     @property
     def corners(self) -> tuple[Jump, ...]:
-        """Jumps of y': the acceleration there is an impulse, the pitch curve has a corner."""
+        """The jumps of y', where the acceleration is an impulse and the pitch curve has a corner."""
         return tuple(j for j in self.jumps if j.order == 1)
 
     def motion_at(self, angles: FloatArray, order: int = 3) -> FloatArray:
-        """(y, y', y'', y''') up to an order at cam angles (rad), one row each, from the laws themselves."""
+        """Rows of y, y', y'' … up to an order, at cam angles in rad, from the laws themselves."""
         angles = np.asarray(angles, dtype=float)
-        out = np.zeros((order + 1, *angles.shape))
+        rows = np.zeros((order + 1, *angles.shape))
         edges = np.array([s.start for s in self.strokes])
         index = np.searchsorted(edges, angles, side="right") - 1
         for k in np.unique(index[index >= 0]):
             here = index == k
-            out[:, here] = self.strokes[k].motion(angles[here], order)
-        return out
+            rows[:, here] = self.strokes[k].motion(angles[here], order)
+        return rows
 
     def state(self, angles: FloatArray) -> State:
-        """The state of the follower at the given cam angles, which curves take."""
+        """The state of the follower at cam angles, which curves take."""
         motion = self.motion_at(angles)
         load = None if self.load is None else self.load.state(angles, motion, motion_ways(self.kinds_at(angles)))
         y, y1, y2, y3 = motion
         return State(y, y1, y2, y3, load)
 
     def least_speed(self, sense: float) -> float:
-        """The least y' of the turn, or with a sense of −1 of the turn the other way."""
+        """Least y' of the turn; with the sense −1 that of the turn run backwards [mm or rad per rad]."""
         return min(sense * speed for speed in weighted_range(self, (0, 1), ALL_STROKES))
 
     def panels_of(self, kinds: int) -> BoolArray:
-        """The panels of the table in pieces of some kinds, or of some ways."""
+        """Mask of the table's panels in pieces of some kinds or directions."""
         return np.repeat((self.table.kind & kinds) != 0, np.diff(self.table.first_panel))
 
     def kinds_at(self, angles: FloatArray) -> IntArray:
-        """The kinds of the pieces at cam angles, and the ways in which the follower moves there."""
+        """Kinds and directions of the pieces at cam angles."""
         return np.asarray(self.table.kind[np.searchsorted(self.starts[1:], angles, side="right")])
 
     def one_sided_angles(self, angles: FloatArray, kinds: int) -> FloatArray:
-        """The cam angles just before and just after the given ones, (2, …), for both one-sided values at a jump.
+        """Cam angles just before and just after others, (2, …), for both one-sided values at a jump.
 
-        All lie in pieces of the given kinds: an angle that does not becomes that of the other side, or else the
-        middle of one of the pieces. (0, …) if there is no such piece.
+        All are in pieces of some kinds. An angle outside them is replaced by that of the other side, or else by the
+        middle of such a piece. (0, …) if there is no such piece.
         """
         table, starts = self.table, self.starts
-        chosen = np.flatnonzero(table.kind & kinds)
-        if not chosen.size:
+        pieces = np.flatnonzero(table.kind & kinds)
+        if not pieces.size:
             return np.empty((0, *angles.shape))
-        middle = np.mean([*starts, self.strokes[-1].end][chosen[0] : chosen[0] + 2])
+        middle = np.mean([*starts, self.strokes[-1].end][pieces[0] : pieces[0] + 2])
         sides = np.mod(np.stack([angles - JUMP_SIDE, angles + JUMP_SIDE]), self.strokes[-1].end)
         inside = (self.kinds_at(sides) & kinds) != 0
         return np.where(inside, sides, np.where(inside[::-1], sides[::-1], middle))
 
     def cuts(self, stroke: Stroke) -> tuple[float, ...]:
-        """Where the motion turns back or the load has a corner, as shares of a stroke; those outside it too."""
+        """Turning points of the motion and corners of the load, as shares of a stroke; corners outside it too."""
         corners = tuple((angle - stroke.start) / stroke.angle for angle in (self.load.angles if self.load else ()))
         return corners if stroke.law is None else (*turning_points(stroke.law, TURN_PANELS), *corners)
 
@@ -310,33 +312,33 @@ def _build_table(programme: Programme) -> MotionTable:
 
 
 def _piece_kind(stroke: Stroke, way: int) -> int:
-    """The kind of a piece of a stroke: that of the stroke, or for a move, that of its direction."""
+    """The kind of a piece: that of its stroke, or in a move the kind of its direction."""
     return next(kind for kind in WAY_OF if WAY_OF[kind] == way) if stroke.is_move else stroke.kind
 
 
 def find_jumps(programme: Programme, orders: Sequence[int]) -> list[Jump]:
-    """Where derivatives of some orders are discontinuous: of a piece the first of them alone."""
+    """The jumps of derivatives of some orders; at the start of a piece only the first order that jumps."""
     table = programme.table
     pieces = np.arange(table.kind.size)
     first = table.nodes[table.first_panel[:-1] + pieces]
     last = table.nodes[table.first_panel[1:] + pieces]
     scale = np.max(np.abs(table.nodes), axis=0)
     start = table.centre[table.first_panel[:-1]] - table.half_width[table.first_panel[:-1]]
-    found = []
+    jumps = []
     for q in pieces:
         change = first[q] - last[q - 1]
         for order in orders:
             if abs(change[order]) > LEAST_JUMP * scale[order]:
                 kinds = int(table.kind[q] | table.kind[q - 1])
-                found.append(Jump(order, float(start[q]), float(change[order]), float(first[q, order]), kinds))
+                jumps.append(Jump(order, float(start[q]), float(change[order]), float(first[q, order]), kinds))
                 break
-    return found
+    return jumps
 
 
 def derivative_peak(programme: Programme, order: int, kinds: int) -> float:
-    """Largest |derivative of that order| over the strokes of the given kinds, by cam angle.
+    """Largest magnitude of a derivative by the cam angle, over strokes of some kinds.
 
-    Infinite where a lower derivative jumps in one of them or at its ends.
+    Infinite if a lower derivative jumps in one of them or at its ends.
     """
     if any(j.order < order and j.kinds & kinds for j in programme.jumps):
         return inf
@@ -344,49 +346,50 @@ def derivative_peak(programme: Programme, order: int, kinds: int) -> float:
     return max(-least, largest, 0.0)
 
 
-USUAL_ORDERS = 4  # up to the jerk: all are made at once, for one is seldom asked without the others
+USUAL_ORDERS = 4  # up to the jerk: all are computed together, as callers seldom need only one
 
 
 @lru_cache(maxsize=4096)
 def weighted_range(
     programme: Programme, weights: tuple[float, ...], kinds: int, load: float = 0.0, carried: float = 0.0
 ) -> tuple[float, float]:
-    """Least and largest value of w₀·y + w₁·y' + w₂·y'' + … over the strokes of the given kinds.
+    """Least and largest value of w₀·y + w₁·y' + w₂·y'' + … over strokes of some kinds.
 
-    ``load`` is the factor of an external load that changes, ``carried`` that of what a train carries. Exact: the
-    extremes of each panel's polynomial, found from the roots of its derivative; one-sided values at jumps.
+    ``load`` is the weight of a changing external load, ``carried`` that of the inertia of a train. The values are
+    exact: extremes of the panels' polynomials, from the roots of their derivatives, and one-sided values at jumps.
     (inf, -inf) if there is no such stroke.
     """
-    found = _derivative_bounds(programme, max(len(weights), USUAL_ORDERS), kinds)
-    if found is None:
+    arrays = _derivative_bounds(programme, max(len(weights), USUAL_ORDERS), kinds)
+    if arrays is None:
         return inf, -inf
     factors, terms = np.array((*weights, load, carried)), [*range(len(weights)), -2, -1]
-    series, slope, ends, slopes, bounds = (_weighted_sum(factors, each[terms]) for each in found)
+    series, slope, ends, slopes, bounds = (_weighted_sum(factors, array[terms]) for array in arrays)
     low, high = bounds.min(axis=0), bounds.max(axis=0)
     least, largest, rounding = float(ends.min()), float(ends.max()), OVERSHOOT * max(-low.min(), high.max())
-    turning = (slopes.min(axis=0) < 0) & (slopes.max(axis=0) > 0)  # the others have no extreme inside,
-    beyond = (low < least + rounding) | (high > largest - rounding)  # or none that exceeds an end
+    turning = (slopes.min(axis=0) < 0) & (slopes.max(axis=0) > 0)  # other panels have no extreme inside,
+    beyond = (low < least + rounding) | (high > largest - rounding)  # or none that exceeds the ends'
     inside = [v for k in np.flatnonzero(turning & beyond) for v in _stationary_values(series[:, k], slope[:, k])]
     return min([least, *inside]), max([largest, *inside])
 
 
 @lru_cache(maxsize=256)
 def _derivative_bounds(programme: Programme, orders: int, kinds: int) -> tuple[FloatArray, ...] | None:
-    """Of y, y', y'' …, load and inertia on the panels of some kinds: coefficients, slopes', ends, bounds of both.
+    """Polynomials of y, y', y'' …, load and inertia on panels of some kinds, with their slopes and bounds.
 
-    Each is (orders + 2, …, panels), but for ends, (orders + 2, panels, 2). Bounds are Bernstein coefficients, those
-    of slopes first: where they are of one sign, a slope has no root.
+    Returns the coefficients, those of the slopes, the values at the ends, bounds of the slopes and bounds of the
+    values. Each array is (orders + 2, …, panels), that of the ends (orders + 2, panels, 2). Bounds are Bernstein
+    coefficients: if those of a slope have one sign, it has no root.
     """
     table = programme.table
-    chosen = programme.panels_of(kinds)
-    if not chosen.any():
+    panels = programme.panels_of(kinds)
+    if not panels.any():
         return None
-    y, h = table.coefficients[chosen].T, table.half_width[chosen]
+    y, h = table.coefficients[panels].T, table.half_width[panels]
     series = np.zeros((orders + 2, *y.shape))
     for order in range(orders):
         series[order, : len(y) - order] = polynomial.polyder(y, order) / h**order
     for place, force in enumerate((load_series(table), carried_series(table)), start=orders):
-        series[place, : len(force)] = force[:, chosen]
+        series[place, : len(force)] = force[:, panels]
     slope = series[:, 1:] * np.arange(1.0, len(y))[:, None]
     by_powers, slopes = np.moveaxis(series, 1, 0), np.moveaxis(slope, 1, 0)
     bounds = (matrix_product(bernstein(len(each) - 1), each) for each in (slopes, by_powers))
@@ -395,18 +398,21 @@ def _derivative_bounds(programme: Programme, orders: int, kinds: int) -> tuple[F
 
 
 def _weighted_sum(factors: FloatArray, terms: FloatArray) -> FloatArray:
-    """The sum of terms (orders + 1, …), each times its factor."""
+    """Sum of terms (orders + 2, …), each times its factor."""
     used = np.flatnonzero(factors)
     return matrix_product(factors[used], terms[used])
 
 
 def _stationary_values(series: FloatArray, slope: FloatArray) -> list[float]:
-    """Values of a polynomial where it is stationary in [−1, 1]."""
+    """Values of a polynomial at its stationary points in [−1, 1]."""
     return [float(polynomial.polyval(u, series)) for u in places_of_sign_change(slope)]
 
 
 def mean_of_powers(programme: Programme, order: int, power: int) -> float:
-    """1/2π·∫ (y⁽ᵏ⁾)ᵖ dθ over the turn, p = 1 or 2; Gauss's rule on each panel, exact for its polynomial."""
+    """Mean of a power of a derivative over the turn, 1/2π·∫ (y⁽ᵏ⁾)ᵖ dθ with p = 1 or 2.
+
+    Gauss's rule on each panel is exact for its polynomial.
+    """
     table = programme.table
     nodes, weights, _ = gauss_rule(table.coefficients.shape[1])
     values = polynomial.polyval(nodes, polynomial.polyder(table.coefficients.T, order), tensor=True)
@@ -415,12 +421,12 @@ def mean_of_powers(programme: Programme, order: int, power: int) -> float:
 
 
 def root_mean_square(programme: Programme, order: int) -> float:
-    """√(1/2π·∫ (y⁽ᵏ⁾)² dθ) over the turn."""
+    """Root mean square of a derivative over the turn, √(1/2π·∫ (y⁽ᵏ⁾)² dθ)."""
     return sqrt(mean_of_powers(programme, order, 2))
 
 
 def law_range(law: Law) -> tuple[float, float]:
-    """Least and largest displacement of a law's unit stroke: 0 and 1, or beyond by more than rounding."""
+    """Least and largest displacement of a law's unit stroke; exactly 0 and 1 up to rounding."""
     least, largest = weighted_range(Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),)), (1.0,), RISE)
     return least if least < -OVERSHOOT else 0.0, largest if largest > 1.0 + OVERSHOOT else 1.0
 
@@ -429,7 +435,7 @@ LAW_PEAKS = {"peak_velocity": 1, "peak_acceleration": 2, "peak_jerk": 3}
 
 
 def law_peaks(law: Law) -> dict[str, float | str]:
-    """Peak velocity, acceleration and jerk of a law's unit stroke between dwells, and which derivative jumps."""
+    """Peak velocity, acceleration and jerk of a law's unit stroke between dwells, and the derivative that jumps."""
     rest = Stroke(DWELL, None, 1.0, 1.0, 1.0, 1.0)
     rise = Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0)
     fall = Stroke(RETURN, law, 2.0, 1.0, 1.0, 0.0)
@@ -443,7 +449,7 @@ def law_peaks(law: Law) -> dict[str, float | str]:
 
 
 def peaks_inside(law: Law) -> dict[str, float]:
-    """The largest derivatives within a law's unit stroke, without its ends."""
-    alone = Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),))
-    spans = {name: weighted_range(alone, (0.0,) * order + (1.0,), RISE) for name, order in LAW_PEAKS.items()}
-    return {name: max(abs(least), abs(largest)) for name, (least, largest) in spans.items()}
+    """Peak velocity, acceleration and jerk within a law's unit stroke; jumps at its ends do not count."""
+    stroke = Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),))
+    ranges = {name: weighted_range(stroke, (0.0,) * order + (1.0,), RISE) for name, order in LAW_PEAKS.items()}
+    return {name: max(abs(least), abs(largest)) for name, (least, largest) in ranges.items()}

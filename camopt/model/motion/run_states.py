@@ -1,4 +1,4 @@
-"""The states of a run of moves at its cuts: those of the least integral within linear limits, if there are any."""
+"""The states of a run of moves at its cuts that have the least integral within linear limits (``move_run``)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,12 +12,12 @@ from numpy.polynomial import polynomial
 from camopt.core.numerics import BoolArray, FloatArray, IntArray
 from camopt.core.numerics.quadratic import constrained_least_squares, least_violation, solve_equations
 
-SINGLE_NUMBER = 1e-12  # of the run's largest number: ranges no wider are single numbers
-CERTAIN_MISS = 1e-5  # of the numbers of a limit: states that must miss one by more do not exist
+SINGLE_NUMBER = 1e-12  # of the run's largest number: ranges no wider than this are single numbers
+CERTAIN_MISS = 1e-5  # of the numbers of a limit: if every state misses one by more, none exists
 
 
 class LimitRows(NamedTuple):
-    """Linear limits on the states, one after another: ``rows`` @ states ≥ ``least``, or equal to it."""
+    """Linear limits on the states: ``rows`` @ states ≥ ``least``, or equal to it if ``equal``."""
 
     rows: FloatArray
     least: FloatArray
@@ -26,21 +26,21 @@ class LimitRows(NamedTuple):
 
 @dataclass(frozen=True)
 class States:
-    """States at cuts (joints, orders) within their ranges and limits; ``closed``, the last joint is the first."""
+    """States at cuts (joints, orders) within ranges and limits; in a ``closed`` run the last joint is the first."""
 
     low: FloatArray
     high: FloatArray
-    along: Sequence[LimitRows]
+    limits: Sequence[LimitRows]
     angles: FloatArray
     closed: bool
 
     @property
     def is_empty(self) -> bool:
-        """Whether a range has no number."""
+        """Whether any range is empty."""
         return bool(np.any(self.low > self.high))
 
     def least_states(self) -> FloatArray | None:
-        """The states of the least integral, if any meet all limits."""
+        """The states of the least integral that meet all limits, or None."""
         if self.is_empty:
             return None
         size = 1.0 / np.linalg.norm(self.factor[:, self.free_places], axis=0)
@@ -48,13 +48,13 @@ class States:
         solutions = solve_equations(same * size, values, self.largest)
         if solutions is None:
             return None
-        (start, others), own = solutions, self.factor[:, self.free_places] * size
-        offset, rows = self.factor @ self.fixed_numbers + own @ start, rows * size
-        found = constrained_least_squares(own @ others, offset, rows @ others, least - rows @ start, self.largest)
-        return None if found is None else self._full_states(size * (start + others @ found))
+        (start, basis), factor = solutions, self.factor[:, self.free_places] * size
+        offset, rows = self.factor @ self.fixed_numbers + factor @ start, rows * size
+        best = constrained_least_squares(factor @ basis, offset, rows @ basis, least - rows @ start, self.largest)
+        return None if best is None else self._full_states(size * (start + basis @ best))
 
     def are_impossible(self) -> bool:
-        """Whether any states miss a limit by more than a solver can."""
+        """Whether all states miss a limit by more than the error of a solver."""
         if self.is_empty:
             return True
         size = 1.0 / np.linalg.norm(self.factor[:, self.free_places], axis=0)
@@ -63,13 +63,13 @@ class States:
 
     @property
     def _order_scale(self) -> FloatArray:
-        """What makes numbers of all orders alike."""
+        """Factors that bring numbers of all orders to one scale."""
         joints, count = self.low.shape
         return np.tile(self.angles.mean() ** np.arange(count), joints)
 
     @cached_property
     def place(self) -> IntArray:
-        """The places of the states' numbers; the last joint of a closed run has those of the first."""
+        """Index of each of the states' numbers; the last joint of a closed run has the indices of the first."""
         joints, count = self.low.shape
         place = np.arange(joints * count).reshape(joints, count)
         if self.closed:
@@ -78,7 +78,7 @@ class States:
 
     @cached_property
     def factor(self) -> FloatArray:
-        """The matrix from the numbers to what has the integral as its square."""
+        """Matrix from the numbers to a vector whose square is the integral."""
         count = self.low.shape[1]
         factor = np.zeros((self.angles.size * count, self.place.size))
         for i, share in enumerate(self.angles / self.angles.mean()):
@@ -103,7 +103,7 @@ class States:
 
     @property
     def fixed_numbers(self) -> FloatArray:
-        """The numbers that are given, 0 for others."""
+        """The fixed numbers; 0 for others."""
         return np.where(self.is_fixed, self.number_ranges[0], 0.0)
 
     @cached_property
@@ -111,31 +111,22 @@ class States:
         return np.unique(self.place.ravel()[~self.is_fixed])
 
     def _limits(self, equal: bool) -> tuple[FloatArray, FloatArray]:
-        """Rows on the free numbers, and what they are at least, or equal to."""
-        some = [each for each in self.along if each.equal == equal]
-        onto = np.eye(self.place.size)[
-            self.place.ravel()
-        ]  # to all numbers of the states from those that are chosen
-        rows = (
-            np.concatenate([np.empty((0, self.place.size)), *(each.rows for each in some)])
-            / self._order_scale
-            @ onto
-        )
-        least = np.concatenate([np.empty(0), *(each.least for each in some)]) - rows @ self.fixed_numbers
+        """Linear limits on the free numbers, as rows and their least (or equal) values; ranges are among them."""
+        limits = [limit for limit in self.limits if limit.equal == equal]
+        spread = np.eye(self.place.size)[self.place.ravel()]  # from distinct numbers to all numbers of the states
+        rows = np.concatenate([np.empty((0, self.place.size)), *(limit.rows for limit in limits)])
+        rows = rows / self._order_scale @ spread
+        least = np.concatenate([np.empty(0), *(limit.least for limit in limits)]) - rows @ self.fixed_numbers
         rows = rows[:, self.free_places]
-        sides = (
-            ()
-            if equal
-            else ((1.0, self.number_ranges[0][self.free_places]), (-1.0, -self.number_ranges[1][self.free_places]))
-        )
-        for side, end in sides:
-            given = np.isfinite(end)
-            rows = np.concatenate([rows, side * np.eye(self.free_places.size)[given]])
-            least = np.concatenate([least, end[given]])
+        low, high = (end[self.free_places] for end in self.number_ranges)
+        for side, end in () if equal else ((1.0, low), (-1.0, -high)):
+            bounded = np.isfinite(end)
+            rows = np.concatenate([rows, side * np.eye(self.free_places.size)[bounded]])
+            least = np.concatenate([least, end[bounded]])
         return rows, least
 
     def _full_states(self, numbers: FloatArray) -> FloatArray:
-        """The states with free numbers."""
+        """The states, from the free numbers."""
         low, high = self.number_ranges
         states = self.fixed_numbers
         states[self.free_places] = np.clip(numbers, low[self.free_places], high[self.free_places])
@@ -144,7 +135,10 @@ class States:
 
 @cache
 def _integral_factor(count: int) -> FloatArray:
-    """From p, p', … at 0 and at 1, what has ∫₀¹ (p⁽ᵏ⁾)² dx as its square, k = ``count``, for p of degree 2k − 1."""
+    """Matrix from p, p', … at 0 and at 1 to a vector with the square ∫₀¹ (p⁽ᵏ⁾)² dx.
+
+    k is ``count``, and the polynomial p has the degree 2k − 1.
+    """
     orders, degrees = range(count), range(2 * count)
     ends = [[perm(n, k) * x ** max(n - k, 0) for n in degrees] for x in (0, 1) for k in orders]
     powers = np.linalg.inv(np.array(ends, dtype=float))  # in a column one of these derivatives is 1, the others 0

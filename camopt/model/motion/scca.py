@@ -1,14 +1,14 @@
-"""The SCCA family: accelerations of quarter sines, constants and cosines (sine–constant–cosine acceleration).
+"""The SCCA family of laws: sine–constant–cosine acceleration.
 
-On the first half of the stroke the acceleration rises as a quarter sine over b/2, is constant (A) over c/2 and
-falls as a cosine over d/2; a share e of the stroke at constant velocity may follow. The second half mirrors the
-first: s(1 − x) = 1 − s(x). With p = b + c + d, and p + e = 1:
+In the first half of the stroke the acceleration rises as a quarter sine over b/2, is constant (A) over c/2, and
+falls as a cosine over d/2. A share e of the stroke at constant velocity may follow. The second half mirrors the
+first: s(1 − x) = 1 − s(x). With p = b + c + d and p + e = 1:
 
-    A = 1/{[(π² − 8)(b² − d²) − 2π(π − 2)·b·p + π²p²]/(4π²) + V·e},   V = (b + d)/π + c/2,
+    A = 1/{[(π² − 8)(b² − d²) − 2π(π − 2)·b·p + π²p²]/(4π²) + V·e},   V = (b + d)/π + c/2
 
-and the peaks are V·A of velocity, A of acceleration and πA/b (or πA/d, if more) of jerk. Without b the acceleration
-jumps at the ends, without d between c and what follows. The family joins parabolic (b, c, d = 0, 1, 0), harmonic
-(0, 0, 1) and cycloidal motion (½, 0, ½).
+The peaks are V·A of velocity, A of acceleration, and the larger of πA/b and πA/d of jerk. With b = 0 the
+acceleration jumps at the ends; with d = 0 it jumps after the constant part. The family includes parabolic (b, c, d
+= 0, 1, 0), harmonic (0, 0, 1) and cycloidal motion (½, 0, ½).
 
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 3.
 """
@@ -26,11 +26,11 @@ from camopt.core.numerics.stable_functions import angle_minus_sine
 from camopt.model.motion.law import fold_to_half
 
 Verb = Callable[[FloatArray, float], FloatArray]
-"""Of a distance t from the start of a piece and of its length, under an acceleration of 1 at most."""
+"""A derivative in a piece, from the distance t to its start and its length, for a largest acceleration of 1."""
 
 
 def _quarter_frequency(length: float) -> float:
-    """The angular frequency of a quarter sine."""
+    """Angular frequency of a quarter sine."""
     return np.pi / 2 / length
 
 
@@ -49,16 +49,15 @@ CONSTANT: tuple[Verb, ...] = (
 FALL: tuple[Verb, ...] = (
     lambda t, length: 2.0 * np.sin(_quarter_frequency(length) / 2 * t) ** 2 / _quarter_frequency(length) ** 2,
     lambda t, length: np.sin(_quarter_frequency(length) * t) / _quarter_frequency(length),
-    lambda t, length: np.sin(
-        _quarter_frequency(length) * (length - t)
-    ),  # cos: full digits where it passes through zero
+    # the cosine as a sine from the end, with full digits where it passes through zero
+    lambda t, length: np.sin(_quarter_frequency(length) * (length - t)),
     lambda t, length: -_quarter_frequency(length) * np.sin(_quarter_frequency(length) * t),
 )
 ZERO: tuple[Verb, ...] = (lambda t, _: np.zeros_like(t),) * 4
 
 
 class Quarter(NamedTuple):
-    """A piece of the first half of a stroke, and s and v at its start."""
+    """A piece of the first half of a stroke, with s and v at its start."""
 
     verbs: tuple[Verb, ...]
     start: float
@@ -69,9 +68,9 @@ class Quarter(NamedTuple):
 
 @dataclass(frozen=True)
 class SCCALaw:
-    """A law by the shares (b, c, d, e) of its stroke: sine ramps, constant acceleration, cosine, constant velocity.
+    """A law from the shares (b, c, d, e) of its stroke: sine, constant acceleration, cosine, constant velocity.
 
-    Shares are 0 or more, and those but e not all 0. Should they not add up to 1, they are shares of their sum.
+    Shares are 0 or more, and b, c and d not all 0. If their sum is not 1, they are divided by it.
     """
 
     NAME: str
@@ -81,19 +80,19 @@ class SCCALaw:
 
     @cached_property
     def _half_pieces(self) -> list[Quarter]:
-        """The pieces of the first half that are not empty, scaled so that s is ½ at its end."""
-        found, start, s, v = [], 0.0, 0.0, 0.0
+        """The pieces of the first half that are not empty, for a largest acceleration of 1."""
+        pieces, start, s, v = [], 0.0, 0.0, 0.0
         for verbs, share in zip((RAMP, CONSTANT, FALL, ZERO), self.shares, strict=True):
             if share > 0.0:
                 length = share / sum(self.shares) / 2
-                found.append(Quarter(verbs, start, length, s, v))
+                pieces.append(Quarter(verbs, start, length, s, v))
                 gain_s, gain_v = (float(verb(np.array(length), length)) for verb in verbs[:2])
                 start, s, v = start + length, s + v * length + gain_s, v + gain_v
-        return found
+        return pieces
 
     @cached_property
     def _largest_acceleration(self) -> float:
-        """The largest acceleration."""
+        """Largest acceleration, so that s is ½ at mid-stroke."""
         verbs, _, length, s, v = self._half_pieces[-1]
         return 0.5 / (s + v * length + float(verbs[0](np.array(length), length)))
 
@@ -105,13 +104,13 @@ class SCCALaw:
         return (0.0, *inner, *middle, *(1.0 - x for x in reversed(inner)), 1.0)
 
     def _half_derivative(self, near: FloatArray, order: int) -> FloatArray:
-        """A derivative on the first half of the stroke."""
-        found = np.zeros_like(near)
+        """A derivative in the first half of the stroke."""
+        values = np.zeros_like(near)
         for verbs, start, length, s, v in self._half_pieces:
             t = near - start
             before = (s + v * t, v, 0.0, 0.0)[order]
-            found = np.where(near < start, found, before + verbs[order](t, length))
-        return self._largest_acceleration * found
+            values = np.where(near < start, values, before + verbs[order](t, length))
+        return self._largest_acceleration * values
 
     def displacement(self, x: ArrayLike, /) -> FloatArray:
         near, mirrored = fold_to_half(x)
@@ -141,11 +140,13 @@ modified_constant_velocity = SCCALaw(
     "modified constant velocity (50 %)",
     "Sankyo Seisakusho, Cam Terminology (MCV curve); its shares: docs.rs/dsmc, trajectory/mcv.rs",
 )
-"""A modified sine with half of the stroke at constant velocity. Peaks: 1.2753, 8.0127, 201.38."""
+"""A modified sine with half of the stroke at constant velocity. Peaks of velocity, acceleration and jerk: 1.2753,
+8.0127, 201.38."""
 cycloidal_constant_velocity = SCCALaw(
     "cycloidal-constant-velocity",
     (0.25, 0.0, 0.25, 0.5),
     "cycloidal, constant velocity (50 %)",
     "MechDesigner, MotionDesigner Reference: Cycloidal-CV50",
 )
-"""Half a cycloidal acceleration over a quarter of the stroke at each end. Peaks: 4/3, 8π/3, 32π²/3."""
+"""Half a cycloidal motion over a quarter of the stroke at each end. Peaks of velocity, acceleration and jerk: 4/3,
+8π/3, 32π²/3."""

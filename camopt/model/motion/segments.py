@@ -1,4 +1,4 @@
-"""The given segments of a turn, and the strokes made from them."""
+"""The segments of a turn as the scene gives them, and the strokes made from them."""
 
 from collections.abc import Mapping, Sequence
 from math import radians
@@ -20,13 +20,13 @@ from camopt.model.motion.stroke import (
 MOVE, CONSTANT_VELOCITY = "move", "constant-velocity"
 SEGMENT_KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL, MOVE: ALL_STROKES, CONSTANT_VELOCITY: ALL_STROKES}
 LIFT_SIGNS = {"rise": 1.0, "return": -1.0, "dwell": 0.0, MOVE: 1.0, CONSTANT_VELOCITY: 1.0}
-"""Of the lift of a segment: which way it goes."""
-NO_DWELL = 1e-12  # deg: a shorter dwell is the rounding of the other angles
-SAME_LIFT = 1e-9  # displacements nearer than this share of a stroke are the same but for rounding
+"""The sign of a segment's lift."""
+NO_DWELL = 1e-12  # deg: a shorter dwell is a rounding error of the other angles
+SAME_LIFT = 1e-9  # of a stroke: displacements nearer than this are the same but for rounding
 
 
 class MotionSegment(NamedTuple):
-    """A given segment of the turn: cam angle in deg, displacements in mm, or deg if they are angular."""
+    """A segment of the turn as the scene gives it: cam angle in deg, displacements in mm, or deg if angular."""
 
     segment: str
     angle: float
@@ -35,22 +35,22 @@ class MotionSegment(NamedTuple):
     to: float | None = None
     """The position at its end, in place of the lift."""
     wanted: tuple[RequiredValue, ...] = ()
-    """Of a move: what is asked of y', y'' … at its end, by the cam angle in rad."""
+    """The required values of y', y'' … at the end of a move, by the cam angle in rad."""
     between: tuple[float, float] | None = None
-    """Of a move between others: from where to where the position at its end may be, if it is not given."""
+    """The range of positions at the end of a move between others, if no position is given."""
     through: tuple[PassingCondition, ...] = ()
-    """Of a move: what is asked of it on its way, with positions."""
+    """The conditions on a move before its end, with positions."""
     key: str = ""
-    """Of the segment in its scene."""
+    """The key of the segment in its scene."""
 
     @property
     def change(self) -> float:
-        """The change of displacement, if no position is given."""
+        """Change of displacement by its lift."""
         return LIFT_SIGNS[self.segment] * self.lift
 
 
 def start_position(segments: Sequence[MotionSegment]) -> float:
-    """The position at which a turn starts: the last that is given, and the lifts after it; 0 if none is given."""
+    """Position at the start of a turn: the last given position plus the lifts after it; 0 without positions."""
     position = 0.0
     for segment in segments:
         position = position + segment.change if segment.to is None else segment.to
@@ -58,29 +58,29 @@ def start_position(segments: Sequence[MotionSegment]) -> float:
 
 
 def segment_lifts(segments: Sequence[MotionSegment]) -> list[float]:
-    """The change of displacement in each segment."""
-    position, found = start_position(segments), []
+    """Change of displacement in each segment."""
+    position, changes = start_position(segments), []
     for segment in segments:
-        found.append(segment.change if segment.to is None else segment.to - position)
+        changes.append(segment.change if segment.to is None else segment.to - position)
         position = position + segment.change if segment.to is None else segment.to
-    return found
+    return changes
 
 
 def segment_positions(segments: Sequence[MotionSegment]) -> list[float]:
-    """The position at the start of the turn, and at the end of each segment."""
-    found = [start_position(segments)]
+    """Position at the start of the turn and at the end of each segment."""
+    positions = [start_position(segments)]
     for change in segment_lifts(segments):
-        found.append(found[-1] + change)
-    return found
+        positions.append(positions[-1] + change)
+    return positions
 
 
 def build_strokes(
     segments: Sequence[MotionSegment], *, angular: bool, laws: Mapping[str, Law]
 ) -> tuple[float, list[Stroke]]:
-    """The given position where the turn starts, and its strokes; moves get their laws later (``joints``)."""
+    """Position at the start of the turn, and its strokes; moves get their laws later (``move_joints``)."""
     start = start_position(segments)
     strokes: list[Stroke] = []
-    turned, y = 0.0, start * ExactNumbers(0.0, 0.0, angular).unit
+    angle, y = 0.0, start * ExactNumbers(0.0, 0.0, angular).unit
     for segment, change in zip(segments, segment_lifts(segments), strict=True):
         if segment.angle < NO_DWELL:
             continue
@@ -88,20 +88,20 @@ def build_strokes(
         segment = segment._replace(
             wanted=(_relative_position(start, segment.between), *segment.wanted), through=through
         )
-        strokes.append(_segment_stroke(segment, ExactNumbers(segment.angle, change, angular), turned, y, laws))
-        turned, y = strokes[-1].end, strokes[-1].high
+        strokes.append(_segment_stroke(segment, ExactNumbers(segment.angle, change, angular), angle, y, laws))
+        angle, y = strokes[-1].end, strokes[-1].high
     return start, strokes
 
 
-def _relative_position(start: float, asked: RequiredValue) -> RequiredValue:
-    """A position, or a range of them, relative to another."""
-    if asked is None:
+def _relative_position(start: float, required: RequiredValue) -> RequiredValue:
+    """A position or range of positions, relative to ``start``."""
+    if required is None:
         return None
-    return (asked[0] - start, asked[1] - start) if isinstance(asked, tuple) else asked - start
+    return (required[0] - start, required[1] - start) if isinstance(required, tuple) else required - start
 
 
 def _relative_passing(through: PassingCondition, start: float) -> PassingCondition:
-    """Conditions at cam angles in rad, with positions relative to a given one."""
+    """A condition at cam angles in rad, with positions relative to ``start``."""
     position, *others = through.required_values
     return PassingCondition(
         radians(through.start), radians(through.end), (_relative_position(start, position), *others)
@@ -121,9 +121,6 @@ def _segment_stroke(
         law = PolynomialLaw(CONSTANT_VELOCITY.replace("-", " "), (0.0,), (given.change,))
     elif segment.law is not None:
         law = laws[segment.law]
-    kind, angle, named = (
-        SEGMENT_KINDS[segment.segment],
-        radians(given.angle),
-        wanted is not None and law is not None,
-    )
+    kind, angle = SEGMENT_KINDS[segment.segment], radians(given.angle)
+    named = wanted is not None and law is not None
     return Stroke(kind, law, start, angle, low, high, given, wanted, segment.through, segment.key, named)

@@ -1,4 +1,4 @@
-"""Laws of the user's own: a B-spline on the unit stroke, given as such or drawn through the points of a table.
+"""Laws of the user as B-splines on the unit stroke: given by knots and coefficients, or fitted to a table.
 
 Source: de Boor, A Practical Guide to Splines, ch. IX–XIII.
 """
@@ -16,14 +16,14 @@ from numpy.typing import ArrayLike
 from camopt.core.numerics import FloatArray
 from camopt.model.motion.law import ByOrder
 
-QUINTIC = 5  # the least odd degree whose spline can rest (v = a = 0) at both ends and keeps the jerk continuous
+QUINTIC = 5  # the least odd degree with a continuous jerk whose spline can rest (v = a = 0) at both ends
 
 
 @dataclass(frozen=True)
 class SplineLaw(ByOrder):
-    """A clamped B-spline with s(0) = 0 and s(1) = 1; ``sampled`` if it was drawn through the points of a table.
+    """A clamped B-spline with s(0) = 0 and s(1) = 1; ``sampled`` if it was fitted to the points of a table.
 
-    An inner knot as often as the degree lets the velocity jump, once less the acceleration.
+    At an inner knot with the multiplicity of the degree the velocity jumps; with one less, the acceleration.
     """
 
     NAME: str
@@ -40,46 +40,47 @@ class SplineLaw(ByOrder):
 
     @cached_property
     def _derivatives(self) -> list[tuple[FloatArray, FloatArray]]:
-        """Knots and coefficients of the spline and its first three derivatives, differenced exactly, rounded once.
+        """Knots and coefficients of the spline and its first three derivatives.
 
-        Differences of rounded coefficients cancel: the jerk of a table of 300 points would lose eight digits.
+        The differences are exact and rounded once. Differences of rounded coefficients would cancel: the jerk of a
+        table of 300 points would lose eight digits.
         """
         knots, values = ([Fraction(v) for v in row] for row in (self.knots, self.coefficients))
-        found = []
+        derivatives = []
         for degree in range(self.degree, self.degree - 4, -1):
-            found.append((np.array(knots, dtype=float), np.array(values, dtype=float)))
+            derivatives.append((np.array(knots, dtype=float), np.array(values, dtype=float)))
             widths = [b - a for a, b in zip(knots[1:], knots[degree + 1 : -1], strict=False)]
             steps = [b - a for a, b in pairwise(values)]
             values = [degree * s / w if w else Fraction(0) for s, w in zip(steps, widths, strict=True)]
             knots = knots[1:-1]
-        return found
+        return derivatives
 
     def _derivative(self, x: ArrayLike, order: int) -> FloatArray:
-        """A derivative by de Boor's algorithm: steps between coefficients, which keep the digits."""
+        """A derivative by de Boor's algorithm, as steps between coefficients, which keep the digits."""
         (knots, values), degree, x = self._derivatives[order], self.degree - order, np.asarray(x, dtype=float)
         k = np.clip(np.searchsorted(knots, x, side="right") - 1, degree, values.size - 1)
         place = k - degree + np.arange(degree + 1).reshape(-1, *([1] * x.ndim))
-        found: FloatArray = values[place]
+        points: FloatArray = values[place]
         for level in range(1, degree + 1):
             left, right = knots[place[level:]], knots[place[level:] + degree + 1 - level]
-            found = found[:-1] + (x - left) / (right - left) * (found[1:] - found[:-1])
-        result: FloatArray = found[0]
+            points = points[:-1] + (x - left) / (right - left) * (points[1:] - points[:-1])
+        result: FloatArray = points[0]
         return result
 
 
 class EndCondition(Enum):
-    """What the law of a table does at an end; its value is which derivatives are zero there."""
+    """The end condition of a table's law; the value has the orders of the derivatives that are zero there."""
 
     REST = (1, 2)
-    """No velocity and no acceleration."""
+    """Zero velocity and acceleration."""
     REVERSAL = (1, 3)
-    """No velocity; the acceleration is that of the least ∫ s‴²."""
+    """Zero velocity; the acceleration makes ∫ s‴² least."""
     FREE = (3, 4)
-    """Velocity and acceleration are those of the least ∫ s‴²."""
+    """Velocity and acceleration make ∫ s‴² least."""
 
     @property
     def level(self) -> int:
-        """How many of the coefficients are the same as the one at the end: one more than the first derivatives."""
+        """Number of equal coefficients at the end: 1 plus the number of leading derivatives that are zero."""
         return 1 + sum(order == place for place, order in enumerate(self.value, start=1))
 
 
@@ -90,12 +91,12 @@ def fit_table_spline(
     s: tuple[float, ...],
     ends: tuple[EndCondition, EndCondition] = (EndCondition.REST, EndCondition.REST),
 ) -> SplineLaw:
-    """The quintic spline through the points of a table that has the least mean-square jerk with such ends."""
+    """The quintic spline of least mean-square jerk through the points of a table, with these end conditions."""
     from scipy.interpolate import make_interp_spline
 
     zero: Any = tuple([(order, 0.0) for order in end.value] for end in ends)
     spline = make_interp_spline(x, s, k=QUINTIC, bc_type=zero)
     coefficients = spline.c
     at_start, at_end = (end.level for end in ends)
-    coefficients[:at_start], coefficients[-at_end:] = 0.0, 1.0  # what zero derivatives mean, without rounding
+    coefficients[:at_start], coefficients[-at_end:] = 0.0, 1.0  # as zero derivatives require, without rounding
     return SplineLaw(name, QUINTIC, tuple(spline.t.tolist()), tuple(coefficients.tolist()), sampled=True)

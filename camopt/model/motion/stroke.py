@@ -1,4 +1,4 @@
-"""A stroke: the motion of the follower in one segment of the turn. What kinds there are, and conditions on it."""
+"""A stroke: the motion of the follower in one segment of the turn, with its kind and the conditions on it."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -10,57 +10,57 @@ import numpy as np
 from camopt.core.numerics import FloatArray, IntArray
 from camopt.model.motion.law import Law, law_derivatives
 
-RISE, RETURN, DWELL = 1, 2, 4  # bits, so that a question can ask for several kinds at once
+RISE, RETURN, DWELL = 1, 2, 4  # bits, so that a mask can hold several kinds
 ALL_STROKES = RISE | RETURN | DWELL
-OUTWARD, INWARD, RESTING = 8, 16, 32  # which way a piece moves: the sign of y', whatever its stroke
+OUTWARD, INWARD, RESTING = 8, 16, 32  # the direction of a piece of a stroke: the sign of y'
 WAYS = OUTWARD | INWARD | RESTING
 WAY_OF = {RISE: OUTWARD, RETURN: INWARD, DWELL: RESTING}
 REVERSED_KINDS = {RISE: RETURN, RETURN: RISE, OUTWARD: INWARD, INWARD: OUTWARD}
 
 DERIVATIVE_NAMES = ("position", "velocity", "acceleration", "jerk")
-"""Of y and its derivatives by the cam angle, by order."""
+"""The names of y and its derivatives by the cam angle, by order."""
 SOLVER_TOLERANCE = (1e-6, 1e-6, 1e-5, 1e-3)
-"""By what share of its largest value a motion, and each derivative, may miss what is asked: a solver does."""
-END_TOLERANCE = 1e-9  # of a stroke: an angle as close as that to its end is there
-RANGE_SAMPLES = 2001  # angles of a range at which a condition is looked at
+"""Error of a solver: by which share of its largest value a motion or derivative may miss a condition, by order."""
+END_TOLERANCE = 1e-9  # of a stroke: an angle this near to its end counts as the end
+RANGE_SAMPLES = 2001  # angles of a range at which a condition is checked
 
 
 def motion_ways(kinds: IntArray) -> FloatArray:
-    """Which way the follower moves in pieces of some kinds: out (1), in (−1), or not (0)."""
+    """Direction of the follower in pieces of some kinds: out (1), in (−1), or at rest (0)."""
     return np.asarray(((kinds & OUTWARD) != 0) * 1.0 - ((kinds & INWARD) != 0))
 
 
 def reversed_kinds(kinds: Any) -> Any:
-    """The kinds, and ways, of a motion that goes in where one with these goes out."""
-    both = RISE | RETURN | OUTWARD | INWARD
+    """Kinds and directions of the reversed motion: rises become returns, outward becomes inward."""
+    reversible = RISE | RETURN | OUTWARD | INWARD
     others = (((kinds & kind) != 0) * other for kind, other in REVERSED_KINDS.items())
-    return sum(others, kinds & ~both)
+    return sum(others, kinds & ~reversible)
 
 
 def stroke_ways(kinds: int) -> int:
-    """The ways in which the follower moves in strokes of some kinds."""
+    """Directions of the follower in strokes of some kinds, as bits."""
     return sum(way for kind, way in WAY_OF.items() if kind & kinds)
 
 
 class Condition(NamedTuple):
-    """Bounds on the motion or one of its derivatives, at a cam angle or all along a range of them."""
+    """Bounds on the motion or one of its derivatives, at a cam angle or over a range of angles."""
 
     key: str
-    """Of the scene that asks for it."""
+    """The key of the scene that sets it."""
     order: int
     start: float  # cam angles, rad
     end: float
-    low: float  # mm (rad, or deg) by radᵏ; infinite where nothing is asked
+    low: float  # mm (rad, or deg) per radᵏ; infinite without a bound
     high: float
 
     def widen_range(self, share: float) -> "Condition":
-        """The condition with a range that is wider by a share; one value stays as it is."""
+        """The condition with its range of values widened by a share; a single value stays."""
         by = share * (self.high - self.low)
         return self._replace(low=self.low - by, high=self.high + by) if isfinite(by) else self
 
 
 class ExactNumbers(NamedTuple):
-    """A segment's numbers as they were given, which a proof takes as exact."""
+    """The numbers of a segment as the scene gives them; proofs take them as exact."""
 
     angle: float  # deg
     change: float  # of the displacement, mm, or deg if angular
@@ -68,36 +68,36 @@ class ExactNumbers(NamedTuple):
 
     @property
     def unit(self) -> float:
-        """Of the displacement, in mm (rad)."""
+        """The unit of the displacement, in mm (rad)."""
         return pi / 180 if self.angular else 1.0
 
 
 class PassingCondition(NamedTuple):
-    """A condition on a move from one cam angle of the turn to another, or at one; deg as given, else rad."""
+    """A condition on a move at a cam angle, or over a range of angles; deg in segments, rad in strokes."""
 
     start: float
     end: float
     required_values: tuple["RequiredValue", ...]
-    """Of y, y', y'' … as those of ``Stroke.wanted``."""
+    """For y, y', y'' …, as those of ``Stroke.wanted``."""
 
 
 RequiredValue = float | tuple[float, float] | None
-"""A number, from where to where it may be, or nothing that is asked."""
+"""A number, a range of numbers, or None for any number."""
 
 
-def required_range(asked: RequiredValue) -> tuple[float, float]:
-    """The range of a number that is asked for."""
-    if asked is None:
+def required_range(required: RequiredValue) -> tuple[float, float]:
+    """Least and largest number that a required value allows."""
+    if required is None:
         return -inf, inf
-    return asked if isinstance(asked, tuple) else (asked, asked)
+    return required if isinstance(required, tuple) else (required, required)
 
 
 @dataclass(frozen=True)
 class Stroke:
-    """One segment of a turn: cam angle in rad, displacements at its ends in mm (rad when oscillating).
+    """One segment of a turn: cam angles in rad, displacements at its ends in mm (rad of an oscillating follower).
 
-    A stroke of kind TURN is a move: it rises, dwells and returns as it goes, and its law is no unit stroke, but the
-    displacement itself as it was given (mm or deg) over x from 0 to 1, counted from its start.
+    A stroke of the kind ``ALL_STROKES`` is a move, which may rise, dwell and return. Its law is not a unit stroke,
+    but the displacement from its start in the scene's unit (mm or deg), over x from 0 to 1.
     """
 
     kind: int
@@ -107,18 +107,20 @@ class Stroke:
     low: float  # displacement at its start
     high: float  # and at its end
     given: ExactNumbers | None = None
-    """What its angle and displacements are made from; None where they are exact themselves."""
+    """The scene's numbers for its angle and displacements; None if these are exact themselves."""
     wanted: tuple[RequiredValue, ...] | None = None
-    """Of a move: what is asked of y, y', y'' … at its end as given, mm (deg) by rad. Its y is counted from the
-    start of the turn, and None where ``high`` has it."""
+    """The required values of y, y', y'' … at the end of a move, in mm (deg) per radᵏ.
+
+    y counts from the start of the turn, and is None if ``high`` has it.
+    """
     through: tuple[PassingCondition, ...] = ()
-    """What is asked of it on its way, at cam angles in rad."""
+    """The conditions on a move before its end, at cam angles in rad."""
     key: str = ""
-    """Of its segment in the scene."""
+    """The key of its segment in the scene."""
     named: bool = False
-    """Whether the law of a move was given; if not, it follows from what is beside it (``joints``)."""
+    """Whether the scene gives the law of a move; if not, the law follows from its neighbours (``move_joints``)."""
     way: float = 1.0
-    """−1 in a turn that is reversed."""
+    """−1 in a reversed turn, else 1."""
 
     @property
     def end(self) -> float:
@@ -130,56 +132,53 @@ class Stroke:
 
     @property
     def is_open(self) -> bool:
-        """Whether its law follows from its neighbours."""
+        """Whether it is a move whose law follows from its neighbours."""
         return self.wanted is not None and not self.named
 
     @property
     def is_free(self) -> bool:
-        """Whether it may have another law than its own: it is neither a dwell nor at constant velocity."""
+        """Whether another law may replace its law: not in a dwell, nor at constant velocity."""
         return self.wanted is not None if self.is_move else self.kind != DWELL
 
     @property
     def size(self) -> float:
-        """The factor of its law."""
+        """The factor of its law [mm or rad]."""
         if self.is_move and self.given:
             return self.way * self.given.unit
         return self.high - self.low
 
     def reversed_stroke(self, lift: float) -> "Stroke":
         """The same stroke with the displacement lift − y."""
-        kind, given = int(reversed_kinds(self.kind)), self.given
-        turned = given and given._replace(change=-given.change)
-        low, high = lift - self.low, lift - self.high
-        return replace(self, kind=kind, low=low, high=high, given=turned, way=-self.way)
+        kind, given = int(reversed_kinds(self.kind)), self.given and self.given._replace(change=-self.given.change)
+        return replace(self, kind=kind, low=lift - self.low, high=lift - self.high, given=given, way=-self.way)
 
     def required_conditions(self, start: float) -> Iterator[Condition]:
-        """The conditions on a move, or on a stretch at constant velocity, in mm (rad) by rad.
+        """The conditions on a move or on a segment of constant velocity, in mm (rad) per radᵏ.
 
         ``start`` is the displacement at the start of the turn.
         """
         if self.is_move and not (self.wanted and self.wanted[0]):
             yield Condition(f"{self.key}.to", 0, self.end, self.end, self.high, self.high)
-        for each in self.conditions():
-            up = start * (each.order == 0)
-            yield each._replace(low=up + each.low * self.size, high=up + each.high * self.size)
+        for condition in self.conditions():
+            up = start * (condition.order == 0)
+            yield condition._replace(low=up + condition.low * self.size, high=up + condition.high * self.size)
 
     def conditions(self) -> Iterator[Condition]:
-        """The given conditions on a move at its end and on its way; y is relative to the start of the turn.
+        """The scene's conditions on a move, at its end and before; y counts from the start of the turn.
 
-        Not the position at its end, where that is a number: ``high`` has it.
+        A position at its end that is a number is not among them: ``high`` has it.
         """
         for order, name in enumerate(("to", *DERIVATIVE_NAMES[1:])):
             yield from _conditions_of_order(f"{self.key}.{name}", order, self.end, self.end, self.wanted or ())
-        for number, each in enumerate(self.through, start=1):
+        for number, passing in enumerate(self.through, start=1):
             for order, name in enumerate(DERIVATIVE_NAMES):
-                yield from _conditions_of_order(
-                    f"{self.key}.through.{number}.{name}", order, each.start, each.end, each.required_values
-                )
+                key = f"{self.key}.through.{number}.{name}"
+                yield from _conditions_of_order(key, order, passing.start, passing.end, passing.required_values)
 
     def part_under(self, condition: Condition) -> tuple[float, float] | None:
-        """The range of x, from 0 to 1, on which a condition holds; None if it does not hold in this stroke.
+        """The range of x in this stroke to which a condition applies, or None.
 
-        One at the angle where the stroke starts is about the stroke before.
+        A condition at the angle where the stroke starts applies to the stroke before.
         """
         low, high = ((angle - self.start) / self.angle for angle in (condition.start, condition.end))
         low, high = (round(x) if abs(x - round(x)) <= END_TOLERANCE else x for x in (low, high))
@@ -188,29 +187,29 @@ class Stroke:
         return (max(low, 0.0), min(high, 1.0)) if low < 1.0 and high > 0.0 else None
 
     def values_at(self, condition: Condition) -> FloatArray:
-        """The values that a condition is about, at its angle or at many of its range; empty outside the stroke."""
+        """The values that a condition bounds, at its angle or at samples of its range; empty outside the stroke."""
         part = self.part_under(condition)
         if part is None:
             return np.empty(0)
-        low, high = part  # where a range ends the jerk may jump
+        low, high = part  # the jerk may jump at the ends of a range
         x = np.linspace(low + END_TOLERANCE, high - END_TOLERANCE, RANGE_SAMPLES) if low < high else np.array([low])
         return np.asarray(self.motion(self.start + self.angle * x)[condition.order])
 
     def motion(self, angles: FloatArray, order: int = 3) -> FloatArray:
-        """(y, y', y'', y''') up to an order at cam angles of the stroke, one row each."""
+        """Rows of y, y', y'' … up to an order, at cam angles of the stroke."""
         if self.law is None:
             return np.stack([np.full_like(angles, self.low), *np.zeros((order, *angles.shape))])
         x = np.clip((angles - self.start) / self.angle, 0.0, 1.0)
-        found = enumerate(law_derivatives(self.law, x, order))
-        rows = np.stack([self.size * each / self.angle**k for k, each in found])
+        derivatives = enumerate(law_derivatives(self.law, x, order))
+        rows = np.stack([self.size * values / self.angle**k for k, values in derivatives])
         rows[0] += self.low
         return rows
 
 
 def _conditions_of_order(
-    key: str, order: int, start: float, end: float, asked: tuple[RequiredValue, ...]
+    key: str, order: int, start: float, end: float, required: tuple[RequiredValue, ...]
 ) -> Iterator[Condition]:
-    """A condition, if there is one of that order."""
-    low, high = required_range(asked[order] if order < len(asked) else None)
+    """The condition of one order, if the required values have one."""
+    low, high = required_range(required[order] if order < len(required) else None)
     if isfinite(low) or isfinite(high):
         yield Condition(key, order, start, end, low, high)

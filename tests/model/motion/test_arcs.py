@@ -334,7 +334,7 @@ def arc(radius, *centre):
 BAD = [
     ([BASE, LINE, arc(8, 0, 10), LINE], "roller", "profile.2: no line touches both neighbours"),
     ([BASE, flank(10), NOSE, LINE], "roller", "profile.2: no arc of this radius touches both neighbours"),
-    ([BASE, LINE, LINE, NOSE], "roller", "profile.2: it touches its neighbours, which have to be arcs"),
+    ([BASE, LINE, LINE, NOSE], "roller", "profile.2: its neighbours, which it touches, must be arcs"),
     ([BASE, arc(60, 10, 10), NOSE, LINE], "roller", "profile.2: does not touch the arc before it, by 20.9 mm"),
     ([BASE, arc(20, 0, 0), NOSE, LINE], "roller", "profile.2: has the centre of the arc before it"),
     ([BASE], "roller", "profile.1: a circle about the cam's axis moves nothing"),
@@ -453,11 +453,11 @@ def test_a_fixed_centre_is_as_good_as_a_found_one():
 TOLD = [
     r"profile\.[24]: no arc of this radius touches both neighbours",
     r"profile\.[1-4]: a flat face jumps over a hollow flank: only arcs with a radius above 0 move it smoothly",
-    r"profile\.[1-4]: too steep: the pressure angle would exceed 89 deg, or the follower does not come so far",
+    r"profile\.[1-4]: too steep: the pressure angle would exceed 89 deg, or the follower does not reach so far",
     r"profile\.[1-4]: the follower bridges this hollow flank: its radius \(.+\) is too large for it",
     "profile: the elements do not go round the cam once",
     r"profile: the axis of the cam \(0, 0\) is outside the profile",
-    "profile: the arcs are one circle about the cam's axis but for a millionth: nothing moves",
+    "profile: the arcs are one circle about the cam's axis to within a millionth: nothing moves",
     r"motion\.lift: the arm starts at .+ deg and rises by .+: it must stay below 180 deg",
 ]
 """Why arcs and a follower make no motion, whatever their numbers are."""

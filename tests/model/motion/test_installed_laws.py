@@ -76,9 +76,9 @@ BROKEN = {
     "nothing": "fails: AttributeError: module 'shop_laws' has no attribute 'law'",
     "odd": "lacks TITLE, SOURCE, BREAKS, displacement",
     "low": "must have the displacement 0 at x = 0 and 1 at x = 1",
-    "endless": "must give a finite number of its displacement, velocity, acceleration and jerk",
+    "endless": "must give a finite displacement, velocity, acceleration and jerk",
     "backwards": "has BREAKS (0.0, 0.7, 0.3, 1.0), which must rise from 0.0 to 1.0",
-    "brief": "must give a finite number of its displacement, velocity, acceleration and jerk for each x",
+    "brief": "must give a finite displacement, velocity, acceleration and jerk for each x",
 }
 SCENE = """
     import sys

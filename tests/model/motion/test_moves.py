@@ -566,7 +566,7 @@ def test_an_arm_swings_no_further_than_it_may_inside_a_move():
     """The highest of a move may be between its ends: what cannot be put together is told all the same."""
     scene = cam_with("arm")
     scene["motion"] = [{**BACK, "to": 60, "velocity": 300}, {**BACK, "to": 0}, REST]
-    with pytest.raises(BadInput, match="stays below 180 deg"):
+    with pytest.raises(BadInput, match="must stay below 180 deg"):
         Scene.from_dict(scene)
 
 
