@@ -135,7 +135,7 @@ MISTAKEN = {
     "certify": (lambda: camopt.certify(SCENE.replace(**{"cam.base_radius": None})), "cam.base_radius: missing"),
     "load": (
         lambda: camopt.load(str(Path(__file__))),
-        "must be a Parquet table that camopt wrote; this is none, or damaged",
+        "must be a Parquet table that camopt wrote; this is another file, or damaged",
     ),
     "evaluate_designs": (
         lambda: camopt.evaluate_designs(SCENE, {"base_radius": [50.0]}),

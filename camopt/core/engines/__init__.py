@@ -1,7 +1,7 @@
-"""Engines work on many items: in threads or processes of this machine, or on a Dask cluster; and their progress.
+"""Engines run work on many items in parallel: in threads or processes of this machine, or on a Dask cluster.
 
-An engine gives work a few items that follow each other, on whatever of its workers is free, and yields what comes
-of them in the order of the items, never far ahead of the reader. Results do not depend on the engine.
+An engine gives consecutive items to a free worker. It yields the results in the order of the items, and runs only a
+few items ahead of the reader. Results do not depend on the engine. ``progress`` reports how far the work is.
 """
 
 import re
@@ -22,22 +22,22 @@ class Engine(Protocol):
 
     @property
     def workers(self) -> int:
-        """The number of items worked on at a time, as known now."""
+        """Number of items that are worked on at a time; on a cluster, it changes with the workers."""
         ...
 
     def in_order(
         self, work: Callable[[Sequence[Item]], WorkResult], items: Sequence[Item], sample: Sequence[Item] = ()
     ) -> Iterator[WorkResult]:
-        """The results of ``work`` for all items, some items at a time, in order.
+        """Yield the results of ``work`` for all items, a few items at a time, in order.
 
         Parameters
         ----------
         work : callable
-            Takes a few items that follow each other. Where workers are processes it is pickled, once for each.
+            Takes a few consecutive items. For workers that are processes, it is pickled once for each worker.
         items : sequence
             The items.
         sample : sequence
-            A few items, of which a cluster learns how many make a task.
+            A few items that a cluster times to decide how many make a task.
         """
         ...
 
@@ -46,13 +46,13 @@ class Engine(Protocol):
 def cluster(scheduler: str = LOCAL, workers: int | None = None) -> Iterator[Engine]:
     """Connect to a Dask cluster, an engine for ``sweep`` and ``frontier`` within the block.
 
-    Workers may join later, and die. Each needs the same camopt, numpy, scipy, numba and Python as this machine.
+    Workers may join later or die. Each needs the same camopt, numpy, scipy, numba and Python as this machine.
 
     Parameters
     ----------
     scheduler : str, default "local"
-        The address of a Dask scheduler, such as "tcp://host:8786". "local" starts a cluster of processes on this
-        machine, which ends with the block; a script that does so needs ``if __name__ == "__main__":``.
+        Address of a Dask scheduler, such as "tcp://host:8786". "local" starts a cluster of processes on this
+        machine, which ends with the block; a script that uses it needs ``if __name__ == "__main__":``.
     workers : int, optional
         Processes of a local cluster; one per core by default.
 
@@ -64,9 +64,9 @@ def cluster(scheduler: str = LOCAL, workers: int | None = None) -> Iterator[Engi
     Raises
     ------
     BadInput
-        If Dask is not installed, for another ``scheduler``, or if a worker has other versions than this machine.
+        If Dask is not installed, ``scheduler`` is no such address, or a worker has other versions.
     OSError
-        If no scheduler answers, or it has no workers; if one task ends all workers that try it.
+        If no scheduler answers, it has no workers, or one task kills every worker that tries it.
 
     References
     ----------
@@ -86,7 +86,7 @@ def cluster(scheduler: str = LOCAL, workers: int | None = None) -> Iterator[Engi
         allowed = f'the address of a Dask scheduler, such as tcp://host:8786, or "{LOCAL}"'
         mistakes.append(Mistake("camopt", "scheduler", scheduler, allowed))
     if scheduler != LOCAL and workers is not None:
-        why = f'belongs to the scheduler "{LOCAL}"; a cluster has the workers that it has'
+        why = f'is only for the scheduler "{LOCAL}"; another cluster has its own workers'
         mistakes.append(Mistake("camopt", "workers", workers, why, bare=True))
     if mistakes:
         raise BadInput(mistakes)

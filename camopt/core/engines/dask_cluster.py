@@ -1,4 +1,4 @@
-"""A Dask cluster: workers on many machines, which may join late and die; Dask gives their tasks to others."""
+"""A Dask cluster: workers on many machines. They may join late or die; Dask then gives their tasks to others."""
 
 import pickle
 import warnings
@@ -27,30 +27,33 @@ from camopt.core.engines.interrupts import hold_interrupts
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.storage.version import version_of_rows
 
-TASK_SECONDS, TASK_BYTES = 2.0, 1 << 26  # of work and of its result, at most about
-TASKS_AHEAD, LEAST_TASKS = (
-    4,
-    4,
-)  # tasks for each thread: with workers or unread at a time, at most; in all, at least
-CONNECT_SECONDS, WORKER_SECONDS = 20.0, 60.0  # seconds to wait for a scheduler, and for a worker where it has none
-END_SECONDS, SILENT_LEVEL = 0.5, CRITICAL + 1  # for a worker to end by itself; a level of messages
+TASK_SECONDS, TASK_BYTES = 2.0, 1 << 26  # rough largest duration of a task, and size of its result
+TASKS_AHEAD, LEAST_TASKS = 4, 4  # tasks per thread: most that are submitted and unread; fewest in all
+CONNECT_SECONDS, WORKER_SECONDS = 20.0, 60.0  # seconds to wait for a scheduler, and for its first worker
+END_SECONDS, SILENT_LEVEL = 0.5, CRITICAL + 1  # seconds for a worker to end; level above all messages
 SETTINGS = {
-    "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,  # else blocks take twice as long
-    "distributed.deploy.lost-worker-timeout": WORKER_SECONDS,  # its 15 s are too few on a busy machine
+    "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,  # without this, blocks take twice as long
+    "distributed.deploy.lost-worker-timeout": WORKER_SECONDS,  # the default of 15 s is too short on a busy machine
 }
-unpickle_work = lru_cache(maxsize=2)(pickle.loads)  # work keeps pitch curves from one task to the next
+unpickle_work = lru_cache(maxsize=2)(pickle.loads)  # cached: work keeps pitch curves from one task to the next
 LOGGERS = ("distributed", "distributed.client", "distributed.gc", "tornado.application", "asyncio")
 
 
 def result_versions() -> str:
-    """The versions on which a result depends."""
+    """Versions on which a result depends."""
     return f"camopt {version_of_rows()}, numpy {np.__version__}, scipy {scipy.__version__}"
 
 
 def run_items(work: bytes, expected: str, items: Sequence[Any]) -> Any:
-    """Work on some items, in a worker with the same versions."""
-    if (own := result_versions()) != expected:
-        why = f"a worker like this machine, which has {expected}; it has {own}"
+    """Work on some items in a worker.
+
+    Raises
+    ------
+    BadInput
+        If the worker has other versions than the machine that sent the work.
+    """
+    if (versions := result_versions()) != expected:
+        why = f"a worker with the same versions as this machine, {expected}; it has {versions}"
         raise BadInput([Mistake("camopt", "scheduler", get_worker().address, why)])
     return unpickle_work(work)(items)
 
@@ -64,7 +67,7 @@ class Cluster:
 
     @property
     def workers(self) -> int:
-        """The threads of all present workers; at least one, for a worker that is still to come."""
+        """Number of threads of all present workers; at least one, because workers may still join."""
         self._check_connected()
         threads: dict[str, int] = self.client.nthreads()
         return max(1, sum(threads.values()))
@@ -72,33 +75,33 @@ class Cluster:
     def in_order(
         self, work: Callable[[Sequence[Item]], WorkResult], items: Sequence[Item], sample: Sequence[Item] = ()
     ) -> Iterator[WorkResult]:
-        """The results of ``work`` for some items at a time, as ``Engine`` says."""
-        pickled, here, futures = pickle.dumps(work), result_versions(), deque[Future[WorkResult]]()
+        """Yield the results of ``work`` for a few items at a time; see ``Engine``."""
+        pickled, versions, futures = pickle.dumps(work), result_versions(), deque[Future[WorkResult]]()
         try:
             count = self._items_of_task(work, len(items), sample) if sample else 1
             for first in range(0, len(items), count):
-                some = items[first : first + count]
-                futures.append(self.client.submit(run_items, pickled, here, some, pure=False))
+                task = items[first : first + count]
+                futures.append(self.client.submit(run_items, pickled, versions, task, pure=False))
                 if len(futures) >= TASKS_AHEAD * self.workers:
                     yield self._result(futures.popleft())
             while futures:
                 yield self._result(futures.popleft())
         except KilledWorker:
-            why = "all workers died that tried one task: they may lack memory; the cluster's logs say more"
+            why = "one task killed every worker that tried it: they may lack memory; see the cluster's logs"
             raise ChildProcessError(ECHILD, why, self.address) from None
         except (Exception, CancelledError):
-            self._check_connected()  # Dask has other words for it
+            self._check_connected()  # else Dask's own message is shown
             raise
 
     def _items_of_task(self, work: Callable[[Any], Any], items: int, sample: Sequence[Any]) -> int:
-        """The number of items of a task, from the seconds and bytes of a sample."""
+        """Number of items in a task, from the seconds and bytes that a sample takes."""
         start, result = monotonic(), work(sample)
         seconds, size = max(1e-6, monotonic() - start), len(pickle.dumps(result))
         by_sample = len(sample) * min(TASK_SECONDS / seconds, TASK_BYTES / size)
         return max(1, min(int(by_sample), ceil(items / (LEAST_TASKS * self.workers))))
 
     def _result(self, future: "Future[Any]") -> Any:
-        """The result of a task; an error of it is raised here."""
+        """Wait for the result of a task; its error is raised here."""
         while True:
             try:
                 return future.result(timeout=WORKER_SECONDS)
@@ -106,9 +109,7 @@ class Cluster:
                 if future.status == "error":
                     raise
             try:
-                self.client.wait_for_workers(
-                    1, timeout=WORKER_SECONDS
-                )  # without any, nobody would ever do the task
+                self.client.wait_for_workers(1, timeout=WORKER_SECONDS)  # without workers the task would never end
             except TimeoutError:
                 raise ConnectionError(ECONNRESET, "the Dask scheduler has no workers", self.address) from None
 
@@ -119,9 +120,9 @@ class Cluster:
 
 @contextmanager
 def connect_cluster(scheduler: str, workers: int | None) -> Iterator[Cluster]:
-    """The cluster of a scheduler, or one of processes of this machine that lives as long as the block."""
+    """Connect to the cluster of a scheduler, or to a local one, which ends with the block."""
     with ExitStack() as stack:
-        for logger in map(getLogger, LOGGERS):  # Dask's messages about its own parts
+        for logger in map(getLogger, LOGGERS):  # hide Dask's messages about its own parts
             stack.callback(logger.setLevel, logger.level)
             logger.setLevel(SILENT_LEVEL)
         local = scheduler == LOCAL
@@ -139,16 +140,16 @@ def connect_cluster(scheduler: str, workers: int | None) -> Iterator[Cluster]:
 
 @contextmanager
 def _local_cluster(count: int) -> Iterator[str]:
-    """The address of a scheduler in this process with workers that are processes, and end with it."""
-    own_port = {"dashboard_address": "127.0.0.1:0"}  # not one that others may have
+    """Start a scheduler in this process with ``count`` worker processes, and yield its address."""
+    free_port = {"dashboard_address": "127.0.0.1:0"}
     settings = {"threads_per_worker": 1, "memory_limit": 1.0 / count, "silence_logs": SILENT_LEVEL}
     with dask.config.set(SETTINGS):
-        with hold_interrupts():  # of threads and processes that begin here
-            made = LocalCluster(n_workers=0, dashboard_address=None, scheduler_kwargs=own_port, **settings)
-        with made:
-            made.scale(count)
+        with hold_interrupts():  # threads and processes that start here get none
+            cluster = LocalCluster(n_workers=0, dashboard_address=None, scheduler_kwargs=free_port, **settings)
+        with cluster:
+            cluster.scale(count)
             try:
-                yield made.scheduler_address
-            finally:  # nobody waits any more for what workers are at
-                ends = [worker.close for worker in made.workers.values()]
-                made.sync(lambda: gather(*(end(timeout=END_SECONDS) for end in ends), return_exceptions=True))
+                yield cluster.scheduler_address
+            finally:  # the workers' unfinished tasks are not needed
+                ends = [worker.close for worker in cluster.workers.values()]
+                cluster.sync(lambda: gather(*(end(timeout=END_SECONDS) for end in ends), return_exceptions=True))

@@ -1,4 +1,4 @@
-"""Interrupts (Ctrl-C) that wait."""
+"""Hold back interrupts (Ctrl-C) for a moment."""
 
 import signal
 from collections.abc import Iterator
@@ -8,14 +8,14 @@ from multiprocessing import resource_tracker
 
 @contextmanager
 def hold_interrupts() -> Iterator[None]:
-    """Interrupts wait until the end of the block; threads and processes that start in it never get one.
+    """Hold interrupts until the end of the block. Threads and processes that start in it never get one.
 
-    Windows knows no such thing: there they come at once.
+    Windows cannot do this: there, interrupts come at once.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    resource_tracker.ensure_running()  # its start lets interrupts in again
+    resource_tracker.ensure_running()  # its start would release interrupts
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

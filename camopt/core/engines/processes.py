@@ -1,7 +1,7 @@
-"""Processes of this machine, by loky: for work that is mostly Python.
+"""Processes of this machine, by loky, for work that is mostly Python.
 
-A process ends at once when its end of a pipe says that the process that started it is gone, however that came to
-pass.
+Each process holds one end of a pipe to its parent. When the parent is gone for any reason, the pipe closes and the
+process ends at once.
 """
 
 import os
@@ -20,9 +20,9 @@ from loky.backend import resource_tracker
 from camopt.core.engines import Item, WorkResult
 from camopt.core.engines.interrupts import hold_interrupts
 
-ITEM_TRIES = 2  # for an item alone, each of which ends with a dead process
+ITEM_TRIES = 2  # tries of an item by itself, after its process died
 THREAD_SETTINGS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-"""Environment variables by which a library limits its threads; processes share the cores."""
+"""Environment variables that limit the threads of libraries, because the processes share the cores."""
 
 
 class Processes:
@@ -30,18 +30,18 @@ class Processes:
 
     def __init__(self, workers: int) -> None:
         self.workers = workers
-        self._ears, self._mouth = Pipe(duplex=False)  # the other end says that this process lives
+        self._alive_receiver, self._alive_sender = Pipe(duplex=False)  # closed when this process ends
         self._executor = self._start()
 
     def in_order(
         self, work: Callable[[Sequence[Item]], WorkResult], items: Sequence[Item], sample: Sequence[Item] = ()
     ) -> Iterator[WorkResult]:
-        """The result of each item, as ``Engine`` says; this process works itself on one item, or as one worker.
+        """Yield the result of each item; see ``Engine``. One item, or one worker, is run in this process.
 
         Raises
         ------
         OSError
-            If an item ends every process that works on it.
+            If an item kills every process that works on it.
         """
         if min(self.workers, len(items)) <= 1:
             yield from (work((item,)) for item in items)
@@ -52,60 +52,60 @@ class Processes:
                 result = futures[number].result()
             except BrokenProcessPool:
                 result = self._result_alone(work, item)
-                rest = zip(futures[number + 1 :], items[number + 1 :], strict=True)
+                later = zip(futures[number + 1 :], items[number + 1 :], strict=True)
                 futures[number + 1 :] = [
-                    future if has_result(future) else self._submit(work, other) for future, other in rest
+                    future if has_result(future) else self._submit(work, other) for future, other in later
                 ]
             yield result
 
     def end(self) -> None:
-        """End all processes at once, even in the middle of an item."""
+        """End all processes at once, even during an item."""
         self._executor.shutdown(kill_workers=True)
-        self._mouth.close()
-        self._ears.close()
+        self._alive_sender.close()
+        self._alive_receiver.close()
 
     def _submit(self, work: Callable[[Sequence[Item]], WorkResult], item: Item) -> "Future[WorkResult]":
-        """Begin with an item, in new processes if there are none."""
-        resource_tracker.ensure_running()  # its start lets interrupts in again
-        with hold_interrupts():  # processes inherit this
+        """Start an item, in new processes if there are none."""
+        resource_tracker.ensure_running()  # its start would release interrupts
+        with hold_interrupts():  # the processes inherit this
             submitted: Future[WorkResult] = self._executor.submit(work, (item,))
         return submitted
 
     def _result_alone(self, work: Callable[[Sequence[Item]], WorkResult], item: Item) -> WorkResult:
-        """The result of an item in new processes, where nothing else can end them."""
+        """Run one item in new processes, where no other item can kill them."""
         for _ in range(ITEM_TRIES):
             self._restart()
             with suppress(BrokenProcessPool):
                 return self._submit(work, item).result()
         self._restart()
-        raise OSError(f"a process was ended from outside, for want of memory perhaps, {ITEM_TRIES} times")
+        raise OSError(f"a process was killed from outside {ITEM_TRIES} times; perhaps the memory is too small")
 
     def _restart(self) -> None:
         self._executor.shutdown(kill_workers=True)
         self._executor = self._start()
 
     def _start(self) -> ProcessPoolExecutor:
-        """Processes, which begin with the first item."""
+        """Make the pool; its processes start with the first item."""
         threads = str(max(1, (os.cpu_count() or 1) // self.workers))
         environment = {name: threads for name in THREAD_SETTINGS if name not in os.environ}
         return ProcessPoolExecutor(
-            self.workers, initializer=exit_after_parent, initargs=(self._ears,), env=environment
+            self.workers, initializer=exit_after_parent, initargs=(self._alive_receiver,), env=environment
         )
 
 
 def has_result(future: "Future[Any]") -> bool:
-    """Whether an item is done: its process did not die of it or beside it."""
+    """Whether an item has a result or an error of its own, and not that of a dead process."""
     return future.done() and not isinstance(future.exception(), BrokenProcessPool)
 
 
-def exit_after_parent(ears: Any) -> None:
-    """Have this process end when its parent is gone. Interrupts and standard output are the parent's alone."""
+def exit_after_parent(alive_receiver: Any) -> None:
+    """End this process when its parent is gone; ignore interrupts and standard output, which are the parent's."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
     def wait() -> None:
         try:
-            ears.recv()
+            alive_receiver.recv()
         finally:
             os._exit(1)
 
@@ -114,7 +114,7 @@ def exit_after_parent(ears: Any) -> None:
 
 @contextmanager
 def processes(count: int) -> Iterator[Processes]:
-    """An engine of ``count`` processes, which end with the block."""
+    """Yield an engine of ``count`` processes, which end with the block."""
     engine = Processes(count)
     try:
         yield engine

@@ -1,4 +1,4 @@
-"""Progress of long work: how callers see it, how they end the work, and a bar for those who want one."""
+"""Progress of long work: reports to the caller, who can stop the work, and a progress bar."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -10,24 +10,24 @@ from typing import Any, ParamSpec, TypeVar
 from camopt.core.mistakes import BadInput, Mistake, Stopped
 
 Advance = Callable[[int, int], bool | None]
-"""Called with how much is done, and of how much, which may change; False ends the work."""
+"""Function of the amount done and of the total, which may change; it returns False to stop the work."""
 Progress = Advance | bool
-"""What a caller gives: a function, or True for a progress bar."""
+"""Argument of callers: a function, or True for a progress bar."""
 
 CallParameters = ParamSpec("CallParameters")
 CallResult = TypeVar("CallResult")
 
-LOG_DELAY, LOG_INTERVAL = 10.0, 30.0  # seconds before the first line in a log, and between lines at least
-LARGE_TOTAL = 10_000  # from which counts are shown as 12.3k or 252M
+LOG_DELAY, LOG_INTERVAL = 10.0, 30.0  # seconds before the first line in a log, and shortest between lines
+LARGE_TOTAL = 10_000  # totals from here on are shown as 12.3k or 252M
 
 
 def report_progress(progress: Progress | None, done: int, total: int) -> None:
-    """Tell a caller how far the work is.
+    """Report to the caller how far the work is.
 
     Raises
     ------
     Stopped
-        If the caller's answer is False. None, which most functions return, is no answer.
+        If the caller's function returns False. None, which most functions return, lets the work go on.
     """
     if callable(progress) and progress(done, total) is False:
         raise Stopped("stopped by the caller")
@@ -36,19 +36,19 @@ def report_progress(progress: Progress | None, done: int, total: int) -> None:
 def with_progress_bar(
     unit: str,
 ) -> Callable[[Callable[CallParameters, CallResult]], Callable[CallParameters, CallResult]]:
-    """Let a function show a progress bar where its ``progress`` is True."""
+    """Decorate a function to show a progress bar if its ``progress`` is True."""
 
     def decorate(function: Callable[CallParameters, CallResult]) -> Callable[CallParameters, CallResult]:
         @wraps(function)
         def run(*args: CallParameters.args, **kwargs: CallParameters.kwargs) -> CallResult:
-            given = signature(function).bind(*args, **kwargs)
-            progress = given.arguments.get("progress")
+            call = signature(function).bind(*args, **kwargs)
+            progress = call.arguments.get("progress")
             if progress not in (None, True, False) and not callable(progress):
                 raise BadInput([Mistake("camopt", "progress", progress, "a function, True, False or None")])
             if progress is not True:
                 return function(*args, **kwargs)
-            with progress_bar(unit) as given.arguments["progress"]:
-                return function(*given.args, **given.kwargs)
+            with progress_bar(unit) as call.arguments["progress"]:
+                return function(*call.args, **call.kwargs)
 
         return run
 
@@ -57,7 +57,7 @@ def with_progress_bar(
 
 @contextmanager
 def progress_bar(unit: str) -> Iterator[Advance]:
-    """A progress bar for a terminal or a notebook, and a line now and then for a log, on standard error."""
+    """Show a progress bar on standard error in a terminal or notebook; in a log, a line now and then."""
     from tqdm.auto import tqdm
 
     in_log = not sys.stderr.isatty() and "ipykernel.zmqshell" not in sys.modules
@@ -85,7 +85,7 @@ def progress_bar(unit: str) -> Iterator[Advance]:
 
 
 class _LogLines:
-    """Standard error for a bar that prints lines, since a log cannot move its cursor back."""
+    """Standard error for a bar that prints lines, because a log cannot move its cursor back."""
 
     def write(self, text: str) -> None:
         if line := text.strip():

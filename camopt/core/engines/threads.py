@@ -1,4 +1,4 @@
-"""Threads of this process: for kernels, which let others run beside them."""
+"""Threads of this process, for compiled kernels, which release Python's lock."""
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -20,23 +20,23 @@ class Threads:
     def in_order(
         self, work: Callable[[Sequence[Item]], WorkResult], items: Sequence[Item], sample: Sequence[Item] = ()
     ) -> Iterator[WorkResult]:
-        """What work gives for each item, as ``Engine`` says.
+        """Yield the result of each item; see ``Engine``.
 
-        While no kernel is ready, the first comes from this thread, so that an interrupt ends it while it compiles.
+        If no kernel is compiled yet, this thread does the first item, so that an interrupt can end the compilation.
         """
-        waiting = ((item,) for item in items)
-        yield from map(work, islice(waiting, 0 if READY_KERNELS else 1))
-        begin = Event()  # of all threads together: one at work would keep this one from beginning the next
+        tasks = ((item,) for item in items)
+        yield from map(work, islice(tasks, 0 if READY_KERNELS else 1))
+        begin = Event()  # all threads begin together: a thread at work would delay the start of the next
         pool = ThreadPoolExecutor(self.workers, initializer=begin.wait)
         running, busy = deque[Future[WorkResult]](), True
         try:
-            for some in islice(waiting, self.workers + 1):
-                running.append(pool.submit(work, some))
+            for task in islice(tasks, self.workers + 1):
+                running.append(pool.submit(work, task))
             begin.set()
             while running:
                 yield running.popleft().result()
-                for some in islice(waiting, 1):
-                    running.append(pool.submit(work, some))
+                for task in islice(tasks, 1):
+                    running.append(pool.submit(work, task))
             busy = False
         finally:
             begin.set()

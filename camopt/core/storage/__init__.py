@@ -1,3 +1,4 @@
-"""Files on disk: whole or not there, published as one result, checked by its manifest.
+"""Files on disk: each is written whole or not at all, results are published at once, and manifests are checked.
 
-The version that is written into them is here too."""
+``version`` has the version that is written into files.
+"""

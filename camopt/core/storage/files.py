@@ -1,4 +1,4 @@
-"""Paths settled before the work; files that appear only when they are whole, and on disk."""
+"""Paths, which are checked before the work, and files, which get their names only when they are complete."""
 
 import os
 import re
@@ -26,37 +26,40 @@ BINARY_STARTS = {
 }
 PARTIAL = ".partial"
 WORK_FOLDER = ".camopt"
-"""The folder, inside that of a result, for what is not finished."""
+"""Folder inside a result's folder, for unfinished files."""
 NO_SYNC_ERRORS = {EBADF, EINVAL, ENOSYS, ENOTSUP, EROFS}
-"""What file systems say that cannot sync."""
-ORPHAN_SECONDS = 24 * 3600.0  # seconds
+"""Errors of file systems that cannot sync."""
+ORPHAN_SECONDS = 24 * 3600.0  # age of temporary files whose run must have died
 URL_START = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
 
 
 def path_of(path: str | os.PathLike[str]) -> Path:
-    """A path as users write it: a first ``~`` is the home folder, and ``./~`` is a folder of that name.
+    """Read a path as users write it: a leading ``~`` is the home folder, and ``./~`` is a folder of that name.
 
-    A ValueError completes the sentence "must be …".
+    Raises
+    ------
+    ValueError
+        If it is no path. The message completes the sentence "must be …".
     """
     if not os.fspath(path):
         raise ValueError("a path; it is empty")
     if URL_START.match(os.fspath(path)):
         raise ValueError("a path on this machine, not an address")
     try:
-        found = Path(path).expanduser() if os.fspath(path).startswith("~") else Path(path)
+        expanded = Path(path).expanduser() if os.fspath(path).startswith("~") else Path(path)
     except RuntimeError:
         raise ValueError("a path; its home folder is not known") from None
-    return found.absolute() if str(found).startswith("~") else found  # read again, it is the same
+    return expanded.absolute() if str(expanded).startswith("~") else expanded  # so that reading it twice is safe
 
 
 def check_path(path: Any, key: str) -> None:
-    """BadInput for what is no path at all, such as a table."""
+    """Raise BadInput for an object that is no path, such as a table."""
     if not isinstance(path, (str, bytes, os.PathLike)):
         raise BadInput([Mistake("camopt", key, type(path).__name__, "a path")])
 
 
 def checked_path(path: str | os.PathLike[str], key: str) -> Path:
-    """A path as users write it; BadInput if it is none."""
+    """Read a path as users write it; raise BadInput if it is none."""
     check_path(path, key)
     try:
         return path_of(path)
@@ -65,7 +68,7 @@ def checked_path(path: str | os.PathLike[str], key: str) -> Path:
 
 
 def checked_suffix(path: str | os.PathLike[str], key: str, known: tuple[str, ...]) -> str:
-    """The suffix of a path in lower case; BadInput unless it is one of the known."""
+    """The suffix of a path in lower case; raise BadInput unless it is one of ``known``."""
     suffix = Path(path).suffix.lower()
     if suffix not in known:
         listed = " or ".join(filter(None, (", ".join(known[:-1]), known[-1])))
@@ -75,7 +78,7 @@ def checked_suffix(path: str | os.PathLike[str], key: str, known: tuple[str, ...
 
 @contextmanager
 def regular_file(path: str | os.PathLike[str]) -> Iterator[BufferedReader]:
-    """A file to read, if it has an end and can be searched: no pipe, no device.
+    """Open a regular file for reading.
 
     Raises
     ------
@@ -91,7 +94,7 @@ def regular_file(path: str | os.PathLike[str]) -> Iterator[BufferedReader]:
 
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """The bytes of a user's text file. Errors are those of ``regular_file``, and BadInput if it has no end."""
+    """Bytes of a user's text file. It raises the errors of ``regular_file``, and BadInput above 16 MiB."""
     with regular_file(path) as file:
         data = file.read(LARGEST_TEXT + 1)
     if len(data) > LARGEST_TEXT:
@@ -101,7 +104,7 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
 
 
 def text_of(data: bytes) -> str:
-    """The text in a file of a user; a ValueError says what the file is if not text in UTF-8, as in "is …"."""
+    """Decode a user's text file; a ValueError says what a file that is no UTF-8 text is, as in "is …"."""
     for start, kind in BINARY_STARTS.items():
         if data.startswith(start):
             raise ValueError(f"is {kind}")
@@ -118,11 +121,11 @@ def check_writable(path: str | os.PathLike[str]) -> None:
     Raises
     ------
     OSError
-        With ``path`` in it, if not.
+        If it cannot. The error names ``path``.
     """
     if Path(path).is_dir():
         raise IsADirectoryError(EISDIR, os.strerror(EISDIR), os.fspath(path))
-    # whether a folder takes files; if not, an OSError with the name that the user gave
+    # an error must name the path that the user gave, not the temporary file
     try:
         TemporaryFile(dir=Path(path).parent).close()
     except OSError as trouble:
@@ -131,20 +134,20 @@ def check_writable(path: str | os.PathLike[str]) -> None:
 
 @contextmanager
 def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A temporary path beside ``path``, renamed to it if the block ends well, and removed if not.
+    """Yield a temporary path beside ``path``. It is renamed to ``path`` if the block ends well, else removed.
 
-    The file is on disk before it gets its name. The mode of an earlier file stays; so does a link, which then leads
-    to the new file. Temporary files that runs left that died more than a day ago are removed.
+    The file is synced to disk before the renaming. The mode of an earlier file stays. A link stays too, and then
+    points to the new file. Temporary files that are more than a day old are removed: their runs have died.
 
     Raises
     ------
     OSError
-        With ``path`` in it, if the file cannot be written, or a folder or a device has its name.
+        If the file cannot be written, or a folder or a device has its name. The error names ``path``.
 
     Warns
     -----
     TidyingWarning
-        If the file has its name, and something failed after that.
+        If something fails after the file has its name.
     """
     path = Path(path)
     target = Path(os.path.realpath(path)) if path.is_symlink() else path
@@ -166,41 +169,41 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 class TidyingWarning(RuntimeWarning):
-    """A result is published, and whole; something failed after that."""
+    """A result is published and complete, but tidying up failed afterwards."""
 
 
 class LossWarning(str):
-    """A sentence on data that will be removed."""
+    """A sentence about data that will be removed."""
 
 
 def warn_untidy(trouble: OSError, path: Path) -> None:
-    """Warn of trouble after a file or a folder was published."""
+    """Warn of an error after a file or folder was published."""
     what = trouble.strerror or str(trouble)
     warn(f"{path}: published; tidying failed: {what}", TidyingWarning, stacklevel=2)
 
 
 @contextmanager
 def attribute_errors_to(path: Path, *temporary: Path) -> Iterator[None]:
-    """Let an OSError that names a temporary file, or no file, name the intended one; others stay."""
+    """Make an OSError about a temporary file, or about no file, name ``path``; others stay as they are."""
     try:
         yield
     except OSError as trouble:
         if trouble.filename is not None and Path(os.fsdecode(trouble.filename)) not in temporary:
-            raise  # of another file, which the block writes as well
+            raise  # about another file that the block writes
         reason = os.strerror(trouble.errno) if trouble.errno else str(trouble)
         raise error_of_file(trouble, reason, path) from None
 
 
 def error_of_file(trouble: OSError, reason: str, path: Path) -> OSError:
-    """The same error, of another file, with its notes."""
-    found = OSError(trouble.errno or 0, reason, os.fspath(path))
+    """Copy an error and its notes, with another file and reason."""
+    error = OSError(trouble.errno or 0, reason, os.fspath(path))
     for note in getattr(trouble, "__notes__", ()):
-        found.add_note(note)
-    return found
+        error.add_note(note)
+    return error
 
 
 def check_replaceable(target: Path) -> None:
-    """An OSError if something else than a file is there: a folder, a pipe, a device."""
+    """Raise an OSError if a folder, pipe or device has the file's name."""
     if target.is_dir():
         raise IsADirectoryError(EISDIR, os.strerror(EISDIR))
     if target.exists() and not target.is_file():
@@ -208,16 +211,16 @@ def check_replaceable(target: Path) -> None:
 
 
 def sync_to_disk(path: Path) -> None:
-    """Wait until a file, or the names in a folder, are on disk, where the system can do that.
+    """Wait until a file, or the list of names in a folder, is on disk, if the system can do that.
 
     Raises
     ------
     OSError
-        If the disk is full, or fails.
+        If the disk is full or fails.
     """
     try:
         descriptor = os.open(path, os.O_RDWR if os.name == "nt" else os.O_RDONLY)
-    except PermissionError:  # a folder that may be written to and not read; any folder of Windows
+    except PermissionError:  # a folder that cannot be read, or any folder on Windows
         return
     try:
         os.fsync(descriptor)
@@ -229,7 +232,7 @@ def sync_to_disk(path: Path) -> None:
 
 
 def _remove_orphans(target: Path) -> None:
-    """Remove temporary files of a target whose writers are gone since long."""
+    """Remove a target's temporary files that are more than a day old."""
     with suppress(OSError):
         for partial in target.parent.glob(f".{escape(target.name)}.*{PARTIAL}"):
             if time() - partial.lstat().st_mtime > ORPHAN_SECONDS:
@@ -242,6 +245,6 @@ def _remove_partial(partial: Path) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a small file."""
+    """Write a small text file, whole or not at all."""
     with whole_file(path) as partial:
         partial.write_text(text, encoding="utf-8", newline="\n")  # the same bytes on every system

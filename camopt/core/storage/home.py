@@ -1,11 +1,11 @@
-"""A user without a home, as in a container that runs as a number."""
+"""Users without a home folder, as in a container that runs under a numeric user id."""
 
 import os
 from pathlib import Path
 
 
 def settle_home() -> None:
-    """Give a user whom the system does not know an empty home; ezdxf looks for settings and fonts there."""
+    """Set an empty home folder if the system knows none; ezdxf looks for settings and fonts there."""
     try:
         Path.home()
     except RuntimeError:

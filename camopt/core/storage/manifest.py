@@ -1,6 +1,6 @@
-"""The manifest of a folder: which files the result of each command has, with their digests.
+"""The manifest of a folder: the files in the result of each command, with their digests.
 
-A command writes it last. So a file that it does not name, or that differs from what it names, is of another run, or
+A command writes the manifest last. So a file that it does not name, or whose digest differs, is from another run or
 damaged, and is refused.
 """
 
@@ -22,13 +22,13 @@ from camopt.core.storage.version import VERSION
 
 MANIFEST = "manifest.json"
 PARQUET_SUFFIX = ".parquet"
-"""The ending of tables, which nobody edits: those that are not as they were written are damaged."""
+"""Suffix of tables. Nobody edits tables, so a changed one is damaged."""
 MANIFEST_MARKS = b'"camopt"', b'"results"', b'"digest"'
 DIGEST_TEXT, FILE_NAME = re.compile(r"[0-9a-f]{64}"), re.compile(r"[^./\\\0][^/\\\0]*")
 
 
 class FileEntry(NamedTuple):
-    """What a manifest says of a file."""
+    """Digest and size of a file, as its manifest has them."""
 
     sha256: str
     bytes: int
@@ -38,11 +38,11 @@ class CommandResult(NamedTuple):
     """The result of one command."""
 
     files: Mapping[str, FileEntry]
-    """By name; a result with nothing found has none."""
+    """Entries by file name; empty for a result without files."""
     question: Any = None
-    """What was asked, as JSON has it; None if nothing tells, or another command took over a file."""
+    """Question to the command, as JSON; None if unknown, or if another command has replaced a file."""
     answer: Any = None
-    """What the command says of its result, as JSON has it."""
+    """Answer of the command about its result, as JSON."""
 
 
 @dataclass(frozen=True)
@@ -53,17 +53,17 @@ class Manifest:
     camopt: str = VERSION
 
     def with_result(self, command: str, result: CommandResult) -> "Manifest":
-        """The manifest with another result of a command, which takes over names of files that others have."""
-        others = {each: _drop_files(other, result.files) for each, other in self.results.items()}
+        """The manifest with a new result of a command. Files with the same names leave other commands' results."""
+        others = {name: _drop_files(other, result.files) for name, other in self.results.items()}
         return Manifest({**others, command: result})
 
     @property
     def files(self) -> dict[str, FileEntry]:
-        """The files of all results, by name."""
+        """Entries of all results' files, by name."""
         return {name: entry for result in self.results.values() for name, entry in result.files.items()}
 
     def to_json(self) -> str:
-        """The text of the file, with a digest of itself."""
+        """Text of the manifest, with a digest of itself."""
         about = {
             "camopt": self.camopt,
             "results": {n: _result_document(self.results[n]) for n in sorted(self.results)},
@@ -73,28 +73,28 @@ class Manifest:
 
 
 def _drop_files(result: CommandResult, names: Container[str]) -> CommandResult:
-    """A result without the files that another one has taken over; nothing tells then what it was asked."""
-    kept = {name: entry for name, entry in result.files.items() if name not in names}
-    return result if len(kept) == len(result.files) else CommandResult(kept)
+    """A result without the files that another result replaces; if any is replaced, without its question too."""
+    remaining = {name: entry for name, entry in result.files.items() if name not in names}
+    return result if len(remaining) == len(result.files) else CommandResult(remaining)
 
 
 def _result_document(result: CommandResult) -> dict[str, Any]:
-    """A result for JSON, without unknown fields."""
+    """A result for JSON, without the fields that are None."""
     plain = result._asdict() | {"files": {name: entry._asdict() for name, entry in result.files.items()}}
     return {name: value for name, value in plain.items() if value is not None}
 
 
 class DamagedManifest(BadInput):
-    """A manifest of camopt is not as it was written; also one that is empty, no JSON, or of an older camopt."""
+    """A manifest of camopt was changed, is empty or no JSON, or is from an older version."""
 
 
 def manifest_of(folder: str | os.PathLike[str]) -> Manifest | None:
-    """The manifest of a folder; None if there is none, or it is another program's.
+    """Read the manifest of a folder; None if there is none, or it belongs to another program.
 
     Raises
     ------
     DamagedManifest
-        If it is not as it was written.
+        If it was changed since camopt wrote it.
     OSError
         If it cannot be read.
     """
@@ -106,12 +106,12 @@ def manifest_of(folder: str | os.PathLike[str]) -> Manifest | None:
         manifest = Manifest(results, str(about["camopt"]))
         if manifest.to_json().encode() == data:
             return manifest
-    except (FileNotFoundError, BadInput):  # there is none, or a pipe, or one longer than any that camopt writes
+    except (FileNotFoundError, BadInput):  # no file, a pipe, or a file longer than any manifest of camopt
         return None
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         if sum(mark in data for mark in MANIFEST_MARKS) < 2 and _is_json(data):
             return None
-    why = "the manifest that this version of camopt wrote; this is damaged, or of another version"
+    why = "a manifest that this version of camopt wrote; this one is damaged, or of another version"
     raise DamagedManifest([Mistake("camopt", "file", str(path), why)])
 
 
@@ -120,22 +120,22 @@ def _is_json(data: bytes) -> bool:
         json.loads(data)
     except ValueError:
         return False
-    except RecursionError:  # too deep for this one to tell
+    except RecursionError:  # too deep for this parser
         return True
     return True
 
 
 def _parse_result(files: Any, question: Any = None, answer: Any = None) -> CommandResult:
-    """A result as it was written: its names are of files in its folder. ValueError or TypeError if it is odd."""
+    """Read a result from JSON; raise ValueError or TypeError for a wrong form, or a file outside the folder."""
     entries = {name: FileEntry(**entry) for name, entry in files.items()}
-    whole = all(DIGEST_TEXT.fullmatch(each.sha256) and type(each.bytes) is int for each in entries.values())
-    if not whole or not all(map(FILE_NAME.fullmatch, entries)):
+    valid = all(DIGEST_TEXT.fullmatch(entry.sha256) and type(entry.bytes) is int for entry in entries.values())
+    if not valid or not all(map(FILE_NAME.fullmatch, entries)):
         raise ValueError
     return CommandResult(entries, question, answer)
 
 
 def readable_manifest(folder: Path) -> Manifest:
-    """The manifest of a folder; an empty one if there is none, or it is damaged. OSError if it cannot be read."""
+    """The manifest of a folder, or an empty one if it is missing or damaged. OSError if it cannot be read."""
     try:
         return manifest_of(folder) or Manifest()
     except DamagedManifest:
@@ -143,7 +143,7 @@ def readable_manifest(folder: Path) -> Manifest:
 
 
 def entry_of(file: BufferedReader) -> FileEntry:
-    """The entry of an open file as it is now; the file is read from its start to its end, and set to its start."""
+    """Entry of an open file. The file is read whole, and then set to its start."""
     file.seek(0)
     digest = file_digest(file, "sha256").hexdigest()
     size = file.tell()
@@ -152,7 +152,7 @@ def entry_of(file: BufferedReader) -> FileEntry:
 
 
 def has_entry(path: Path, entry: FileEntry) -> bool:
-    """Whether a file is there, and is as its entry says. OSError if it cannot be read."""
+    """Whether a file exists and matches its entry. OSError if it cannot be read."""
     try:
         with regular_file(path) as file:
             return os.fstat(file.fileno()).st_size == entry.bytes and entry_of(file) == entry
@@ -161,26 +161,27 @@ def has_entry(path: Path, entry: FileEntry) -> bool:
 
 
 def result_paths(folder: Path, pattern: str, manifest: Manifest | None) -> list[Path]:
-    """The files of a folder whose names match a pattern, sorted by name: those of its manifest, if there is one."""
+    """Files of a folder that match a pattern, sorted by name; only those of the manifest, if there is one."""
     names = manifest.files if manifest else [path.name for path in folder.glob("*")]
     return [folder / name for name in sorted(names) if fnmatchcase(name, pattern)]
 
 
 @contextmanager
 def whole_result_file(path: str | os.PathLike[str], manifest: Manifest | None = None) -> Iterator[BufferedReader]:
-    """A file to read, as the manifest beside it names it; as it is where there is no manifest.
+    """Open a file for reading, checked against the manifest beside it, if there is one.
 
     Parameters
     ----------
     path : str or os.PathLike
         The file.
     manifest : Manifest, optional
-        That of the folder, where several files have to be of one run.
+        Manifest of the folder, if several files must be from one run.
 
     Raises
     ------
     BadInput
-        If the manifest does not name the file, or another one of its name, or is damaged; and as ``regular_file``.
+        If the manifest does not name the file, has another digest for it, or is damaged. Also the errors of
+        ``regular_file``.
     OSError
         If there is no such file, or it cannot be read.
     """
@@ -192,10 +193,12 @@ def whole_result_file(path: str | os.PathLike[str], manifest: Manifest | None = 
 
 
 def _manifest_fault(name: str, file: BufferedReader, manifest: Manifest) -> str:
-    """What a manifest has against a file; empty if it is the one that it names."""
+    """Why a file does not match the manifest; empty if it does."""
     entry = manifest.files.get(name)
     if entry is None:
-        return f"{MANIFEST} beside it does not name it: it is of another run; it can be read in a folder of its own"
+        return (
+            f"{MANIFEST} beside it does not name it, so it is of another run; move it to another folder to read it"
+        )
     if entry_of(file) == entry:
         return ""
-    return f"it is not the one that {MANIFEST} names: it is damaged, was changed, or is of another run"
+    return f"it differs from the file that {MANIFEST} names: it is damaged, was changed, or is from another run"

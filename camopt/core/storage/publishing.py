@@ -1,9 +1,9 @@
-"""Results of several files: each appears in its folder as a whole, or the older one stays, or readers refuse it.
+"""Publish results of several files at once: a folder has the new result or the old one, and never a mixture.
 
-A run writes its files to ``.camopt/COMMAND``, and has the folder to itself. In the end it writes the new manifest
-there, from which on it only goes forward: the old files go, the new ones get their names, and the manifest gets its
-name last. If it dies in between, the next run in the folder goes on from there; until then the manifest in the
-folder does not name what is there, and readers refuse it. Files and folders are synced before each step.
+A run locks the folder and writes its files to ``.camopt/COMMAND``. At the end it writes the new manifest there.
+From then on there is no way back: the old files are removed, the new files get their names, and the manifest gets
+its name last. If the run dies in between, the next run in the folder finishes these steps. Until then the manifest
+in the folder does not match the files, and readers refuse them. Files and folders are synced before each step.
 """
 
 import os
@@ -43,7 +43,7 @@ from camopt.core.storage.manifest import (
 
 LOCK_FILE = "lock"
 REVISION = "revision"
-"""The folder, beside those of commands, in which single files of a result are written anew."""
+"""Staging folder for single files of a result that are written again."""
 
 
 @dataclass
@@ -53,15 +53,15 @@ class Publication:
     Attributes
     ----------
     folder : pathlib.Path
-        Where they will be.
+        Folder of the result.
     staging : pathlib.Path
-        Where they are written.
+        Folder in which the files are written first.
     may_write : tuple of str
-        Names, or patterns of names.
+        Names of allowed files, or patterns.
     answer : Any
-        What to tell whoever asks the same again, in what JSON takes; it is kept if it is set before the end.
+        Answer for the next run with the same question, as JSON. It must be set before the end of the block.
     files : tuple of pathlib.Path
-        What was published; nothing before the end.
+        Published files; empty before the end of the block.
     """
 
     folder: Path
@@ -71,7 +71,7 @@ class Publication:
     files: tuple[Path, ...] = field(default=())
 
     def path(self, name: str) -> Path:
-        """The path at which a file is written."""
+        """Path at which a file is to be written."""
         if not _matches(name, self.may_write):
             raise KeyError(f"{name} is none of {', '.join(self.may_write)}")
         return self.staging / name
@@ -93,70 +93,69 @@ def publication(
 ) -> Iterator[Publication]:
     """Publish a result of several files in a folder: it replaces the earlier one if the block ends well.
 
-    Files that no manifest names, and texts that were edited, stay; where they would be replaced, the result is
-    refused.
+    Files that no manifest names, and edited texts, are never replaced: a result that would replace one is refused.
 
     Parameters
     ----------
     folder : str or os.PathLike
-        It is made if there is none, and goes again if nothing is in it at the end.
+        Folder of the result. A new folder is made, and removed again if it stays empty.
     command : str
-        Whose earlier result is replaced; results of other commands stay.
+        Command whose earlier result is replaced; results of other commands stay.
     may_write : tuple of str
-        Names, or patterns such as ``optimum-*.toml``.
+        Names of allowed files, or patterns such as ``optimum-*.toml``.
     revises : bool, default False
-        Whether files of the earlier result that the block does not write stay; so does what it answers.
+        Whether the earlier result stays, with its answer, but for the files that the block writes.
     question : Any, optional
-        What is asked, in what JSON takes: ``published_answer`` gives the ``answer`` to who asks the same again.
+        Question to the command, as JSON. ``published_answer`` returns the ``answer`` for the same question.
     keeps : tuple of str, default ()
-        Names, or patterns, of files in the staging folder that stay if the block fails: finished work.
+        Names or patterns of files in the staging folder that stay if the block fails, such as finished work.
 
     Raises
     ------
     OSError
-        If a file cannot be written, or another run has the folder.
+        If a file cannot be written, or another run has locked the folder.
     BadInput
-        If another program's file has the name of the manifest, or the user's that of a file of the result, or a
-        file of the earlier result was edited; for an empty ``folder``.
+        If ``folder`` is empty, a file of the user or of another program would be replaced, or a file of the earlier
+        result was edited.
 
     Warns
     -----
     TidyingWarning
-        If the result is published, and something failed after that.
+        If something fails after the result is published.
     """
     folder = _checked_folder(folder)
     with _locked_work_folder(folder) as work:
-        made = Publication(folder, work / (REVISION if revises else command), may_write)
+        output = Publication(folder, work / (REVISION if revises else command), may_write)
         try:
             _finish_publications(folder, work)
-            made.staging.mkdir(exist_ok=True)
-            _remove_unfinished(made.staging, keeps)
+            output.staging.mkdir(exist_ok=True)
+            _remove_unfinished(output.staging, keeps)
             _check_ownership(folder, command, {name for name in may_write if "*" not in name}, revises)
-            yield made
-            _publish(made, command, revises, question)
+            yield output
+            _publish(output, command, revises, question)
         except BaseException as end:
-            if not (made.staging / MANIFEST).exists():
-                _remove_unfinished(made.staging, keeps)
+            if not (output.staging / MANIFEST).exists():
+                _remove_unfinished(output.staging, keeps)
             if isinstance(end, OSError):
-                _raise_of_result(end, made)
+                _raise_of_result(end, output)
             raise
         finally:
-            with suppress(OSError):  # there is finished work in it
-                made.staging.rmdir()
+            with suppress(OSError):  # if finished work is in it
+                output.staging.rmdir()
 
 
 def _checked_folder(folder: str | os.PathLike[str]) -> Path:
     check_path(folder, "out")
-    if not os.fspath(folder):  # as the shell gives a variable that is not set; a Path would be the current folder
+    if not os.fspath(folder):  # an unset variable of the shell; as a Path it would be the current folder
         raise BadInput([Mistake("camopt", "out", "", "a folder; it is empty")])
     return Path(folder)
 
 
 @contextmanager
 def _locked_work_folder(folder: Path) -> Iterator[Path]:
-    """The work folder in a folder, which this run has to itself; what it made goes again if it stays empty."""
+    """Lock a folder and yield its work folder. Folders that were made for it are removed if they stay empty."""
     work = folder / WORK_FOLDER
-    made = [each for each in (folder, *folder.parents) if not each.exists()]
+    new_folders = [parent for parent in (folder, *folder.parents) if not parent.exists()]
     try:
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -164,8 +163,8 @@ def _locked_work_folder(folder: Path) -> Iterator[Path]:
             raise error_of_file(
                 trouble, "this is neither a folder nor a link to one", Path(trouble.filename)
             ) from None
-        for each in made:
-            sync_to_disk(each.parent)
+        for new in new_folders:
+            sync_to_disk(new.parent)
         with attribute_errors_to(folder, work), suppress(FileExistsError):
             work.mkdir()
         if work.is_symlink() or not work.is_dir():
@@ -181,15 +180,15 @@ def _locked_work_folder(folder: Path) -> Iterator[Path]:
         finally:
             lock.release()
     finally:
-        if made and _is_unused(folder, work):
+        if new_folders and _is_unused(folder, work):
             with suppress(OSError):
                 (work / LOCK_FILE).unlink(missing_ok=True)
-                for each in (work, *made):
-                    each.rmdir()
+                for new in (work, *new_folders):
+                    new.rmdir()
 
 
 def _is_unused(folder: Path, work: Path) -> bool:
-    """Whether a folder holds no more than the lock."""
+    """Whether a folder holds nothing but the lock."""
     try:
         return {*os.listdir(folder)} <= {WORK_FOLDER} and {*os.listdir(work)} <= {LOCK_FILE}
     except OSError:
@@ -197,11 +196,11 @@ def _is_unused(folder: Path, work: Path) -> bool:
 
 
 def _remove_unfinished(staging: Path, keeps: tuple[str, ...]) -> None:
-    """Remove what is left of a run, but for its finished work."""
+    """Remove the files of a run that failed, except its finished work."""
     with suppress(OSError):
-        for left in staging.iterdir():
-            if not _matches(left.name, keeps):
-                remove_path(left)
+        for path in staging.iterdir():
+            if not _matches(path.name, keeps):
+                remove_path(path)
 
 
 def remove_path(path: Path) -> None:
@@ -213,7 +212,7 @@ def remove_path(path: Path) -> None:
 
 
 def _check_ownership(folder: Path, command: str, names: Iterable[str], revises: bool) -> None:
-    """BadInput if a file to be replaced, or to go with the earlier result, is the user's or was edited."""
+    """Raise BadInput if a file that would be replaced or removed belongs to the user, or was edited."""
     manifest = readable_manifest(folder)
     earlier = manifest.results.get(command, CommandResult({}))
     mistakes = [
@@ -238,24 +237,22 @@ def _is_of_another_program(folder: Path) -> bool:
 
 
 def _ownership_fault(path: Path, manifest: Manifest) -> str:
-    """What of a file is not camopt's, in words; empty if all is, or there is no file."""
+    """Why a file must not be replaced; empty if camopt wrote it, or there is no file."""
     entry = manifest.files.get(path.name)
     if not path.is_file():
         return ""
     if entry is None:
         return "no manifest names this as a file of camopt"
-    return (
-        "" if path.suffix == PARQUET_SUFFIX or has_entry(path, entry) else "this was edited since camopt wrote it"
-    )
+    unchanged = path.suffix == PARQUET_SUFFIX or has_entry(path, entry)
+    return "" if unchanged else "this was edited since camopt wrote it"
 
 
-def _publish(made: Publication, command: str, revises: bool, question: Any) -> None:
-    """Publish what was written: sync it, write down that it is published, and do so."""
-    folder, entries = made.folder, {}
-    staged = [each for each in sorted(made.staging.iterdir()) if _matches(each.name, made.may_write)]
-    _check_ownership(
-        folder, command, {each.name for each in staged}, revises
-    )  # again: the work may have taken days
+def _publish(output: Publication, command: str, revises: bool, question: Any) -> None:
+    """Sync the written files, write their manifest, and give both their names."""
+    folder, entries = output.folder, {}
+    staged = [path for path in sorted(output.staging.iterdir()) if _matches(path.name, output.may_write)]
+    # checked again, because the work may have taken days
+    _check_ownership(folder, command, {path.name for path in staged}, revises)
     for file in staged:
         with attribute_errors_to(folder / file.name):
             check_replaceable(folder / file.name)
@@ -265,37 +262,37 @@ def _publish(made: Publication, command: str, revises: bool, question: Any) -> N
     old = readable_manifest(folder)
     earlier = old.results.get(command)
     if not entries and earlier is None:
-        remove_path(made.staging)  # there is nothing, and there was nothing
+        remove_path(output.staging)  # neither a new nor an earlier result
         return
     if revises and earlier:
         result = earlier._replace(files={**earlier.files, **entries})
     else:
-        result = CommandResult(entries, question, made.answer)
+        result = CommandResult(entries, question, output.answer)
     text = old.with_result(command, result).to_json()
-    if len(text) > LARGEST_TEXT:  # nobody could read it
+    if len(text) > LARGEST_TEXT:  # readers would refuse it
         text = old.with_result(command, CommandResult(result.files)).to_json()
-    written = made.staging / f"{MANIFEST}.new"
-    written.write_text(text, encoding="utf-8", newline="\n")
-    for path in (written, made.staging, made.staging.parent, folder):
+    new_manifest = output.staging / f"{MANIFEST}.new"
+    new_manifest.write_text(text, encoding="utf-8", newline="\n")
+    for path in (new_manifest, output.staging, output.staging.parent, folder):
         sync_to_disk(path)
-    os.replace(written, made.staging / MANIFEST)
-    sync_to_disk(made.staging)
-    made.files = tuple(folder / name for name in entries)
-    _finish_publication(folder, made.staging)
+    os.replace(new_manifest, output.staging / MANIFEST)
+    sync_to_disk(output.staging)
+    output.files = tuple(folder / name for name in entries)
+    _finish_publication(folder, output.staging)
 
 
 def _finish_publication(folder: Path, staging: Path) -> None:
-    """Do what the manifest in a staging folder says, as far as it is not done: old files out, new ones in.
+    """Do the remaining steps for a staging folder with a manifest: remove old files and name the new ones.
 
     Raises
     ------
     OSError
-        If that fails before the manifest has its name; the next run goes on from there.
+        If a step fails before the manifest has its name; the next run finishes the steps.
 
     Warns
     -----
     TidyingWarning
-        If something fails after that.
+        If something fails after the manifest has its name.
     """
     new, old = manifest_of(staging), readable_manifest(folder)
     assert new
@@ -310,7 +307,7 @@ def _finish_publication(folder: Path, staging: Path) -> None:
         sync_to_disk(folder)
         os.replace(staging / MANIFEST, folder / MANIFEST)
     except OSError as trouble:
-        why = f"not wholly published, which the next run goes on with: {trouble.strerror or trouble}"
+        why = f"only partly published; the next run finishes it: {trouble.strerror or trouble}"
         raise error_of_file(trouble, why, folder) from None
     try:
         sync_to_disk(folder)
@@ -320,7 +317,7 @@ def _finish_publication(folder: Path, staging: Path) -> None:
 
 
 def _finish_publications(folder: Path, work: Path) -> None:
-    """Go on where runs died that were publishing."""
+    """Finish the publications of runs that died."""
     for staging in sorted(work.iterdir()):
         if (staging / MANIFEST).exists():
             with suppress(DamagedManifest):
@@ -328,21 +325,21 @@ def _finish_publications(folder: Path, work: Path) -> None:
                     _finish_publication(folder, staging)
 
 
-def _raise_of_result(trouble: OSError, made: Publication) -> None:
-    """Raise an error that names the file of the result that cannot be written, not the temporary one."""
-    if isinstance(trouble.filename, str) and Path(trouble.filename).is_relative_to(made.staging.parent):
+def _raise_of_result(trouble: OSError, output: Publication) -> None:
+    """Raise an error about a temporary file again, with the name of the result's file."""
+    if isinstance(trouble.filename, str) and Path(trouble.filename).is_relative_to(output.staging.parent):
         name = Path(trouble.filename).name
-        meant = made.folder / name if _matches(name, made.may_write) else made.folder
-        raise error_of_file(trouble, trouble.strerror or str(trouble), meant) from None
+        target = output.folder / name if _matches(name, output.may_write) else output.folder
+        raise error_of_file(trouble, trouble.strerror or str(trouble), target) from None
 
 
 def finish_publishing(folder: Path) -> None:
-    """Go on where a run died that was publishing in a folder; nothing if there is none.
+    """Finish the publication of a run that died in a folder, if there is one.
 
     Raises
     ------
     OSError
-        If another run has the folder, or it cannot be put in order.
+        If another run has locked the folder, or a file cannot be written.
     """
     if any((folder / WORK_FOLDER).glob(f"*/{MANIFEST}")):
         with _locked_work_folder(folder) as work:
@@ -350,14 +347,14 @@ def finish_publishing(folder: Path) -> None:
 
 
 def published_answer(folder: str | os.PathLike[str], command: str, question: Any) -> Any:
-    """What a command said of its result in a folder; None if it was asked something else, or a file is not whole.
+    """Answer of a command in a folder to the same question; None for another question, or if a file is damaged.
 
-    What a run left that died while it published is put in order first.
+    The publication of a run that died is finished first.
 
     Raises
     ------
     OSError
-        If another run has the folder, or it cannot be put in order.
+        If another run has locked the folder, or a file cannot be written.
     BadInput
         For an empty ``folder``.
     """
@@ -366,18 +363,18 @@ def published_answer(folder: str | os.PathLike[str], command: str, question: Any
     result = readable_manifest(folder).results.get(command)
     if result is None or question != result.question:
         return None
-    whole = all(has_entry(folder / name, entry) for name, entry in result.files.items())
-    return result.answer if whole else None
+    complete = all(has_entry(folder / name, entry) for name, entry in result.files.items())
+    return result.answer if complete else None
 
 
 @contextmanager
 def revision(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """The path to rewrite a file: as a part of the result that has it, or the path itself.
+    """Yield the path at which to rewrite a file: staged if a result has the file, else the path itself.
 
     Raises
     ------
     OSError
-        If the file cannot be written, or another run writes to the folder.
+        If the file cannot be written, or another run has locked the folder.
     """
     path = Path(path)
     results = readable_manifest(path.parent).results
@@ -385,5 +382,5 @@ def revision(path: str | os.PathLike[str]) -> Iterator[Path]:
     if command is None:
         yield path
     else:
-        with publication(path.parent, command, (path.name,), revises=True) as made:
-            yield made.path(path.name)
+        with publication(path.parent, command, (path.name,), revises=True) as output:
+            yield output.path(path.name)

@@ -1,4 +1,4 @@
-"""Tables of camopt as Parquet files: written whole or not at all, refused if damaged or something else."""
+"""Tables of camopt as Parquet files: written whole or not at all, and refused if damaged or foreign."""
 
 import json
 import os
@@ -16,10 +16,10 @@ from camopt.core.storage.manifest import Manifest, whole_result_file
 ARROW_TYPES = {float: pa.float64(), bool: pa.bool_(), str: pa.string()}
 COLUMN_TYPES = (*ARROW_TYPES.values(), pa.int64(), pa.null(), pa.list_(pa.string()))
 SCENE_KEY, VERSION_KEY = b"camopt_scene", b"camopt_version"
-PANDAS_KEY = b"PANDAS_ATTRS"  # where pandas, from 2.1 on, keeps and finds the attrs of a table
+PANDAS_KEY = b"PANDAS_ATTRS"  # where pandas keeps the attrs of a table, from 2.1 on
 ROWS_IN_GROUP = 1 << 17
 ARROW_ERRORS = (pa.ArrowException, ValueError, OSError, MemoryError)
-"""What pyarrow raises of a file that is no good."""
+"""Errors of pyarrow about an unreadable file."""
 PARQUET_OPTIONS: dict[str, Any] = {"compression": "zstd", "write_page_checksum": True}
 
 
@@ -27,19 +27,19 @@ def write_table(table: pa.Table, path: str | os.PathLike[str]) -> None:
     """Write a table, whole or not at all."""
     table = table.replace_schema_metadata(with_pandas_attributes(table.schema).metadata)
     with whole_file(path) as partial, pa.OSFile(os.fsencode(partial), "wb") as file:
-        # items of lists keep their name
+        # else the items of lists are renamed
         pq.write_table(
             table, file, row_group_size=ROWS_IN_GROUP, use_compliant_nested_type=False, **PARQUET_OPTIONS
         )
 
 
 def read_table(path: str | os.PathLike[str], manifest: Manifest | None = None) -> pa.Table:
-    """A table that camopt wrote, as the manifest beside it names it, if there is one.
+    """Read a table that camopt wrote, checked against the manifest beside it, if there is one.
 
     Raises
     ------
     BadInput
-        If the file is something else, or damaged.
+        If the file is no table of camopt, or damaged.
     OSError
         If there is no such file, or it cannot be read.
     """
@@ -48,7 +48,7 @@ def read_table(path: str | os.PathLike[str], manifest: Manifest | None = None) -
 
 
 class TableFile:
-    """A table that camopt wrote, open to be read whole or by columns; errors are those of ``read_table``."""
+    """A table that camopt wrote, open for reading, whole or by columns. It raises the errors of ``read_table``."""
 
     def __init__(self, path: str | os.PathLike[str], file: BinaryIO) -> None:
         self._path = path
@@ -58,70 +58,76 @@ class TableFile:
             self.count: int = self._parquet.metadata.num_rows
             if VERSION_KEY not in (self.layout.metadata or {}):
                 raise no_table_error(path, self._writer)
-            if why := _schema_fault(self.layout):  # before the data, of which odd types may be
+            if why := _schema_fault(self.layout):  # checked before the data are read
                 raise no_table_error(path, why)
 
     @property
     def _writer(self) -> str:
-        """Which program wrote the table; of a frame of camopt's that pandas wrote, how to go on."""
+        """The program that wrote the table; for camopt's rows that pandas wrote, what to do."""
         if b'"scene"' in (self.layout.metadata or {}).get(PANDAS_KEY, b""):
-            return "pandas wrote this: give the frame that pandas.read_parquet reads, in place of the path"
+            return "pandas wrote this: read it with pandas.read_parquet, and give the frame in place of the path"
         return f"another program ({self._parquet.metadata.created_by}) wrote this"
 
     def read(self, columns: list[str] | None = None) -> pa.Table:
-        """Some columns, or all."""
+        """Read some columns, or all."""
         with _arrow_errors_as_bad_input(self._path):
-            # threads that hold a file of Python abort a process that ends just then (apache/arrow#34314)
+            # with threads, a process that ends during the reading aborts (apache/arrow#34314)
             table = self._parquet.read(columns, use_threads=False)
-        return table.replace_schema_metadata(self.layout.metadata)  # the file has them twice; these were read
+        return table.replace_schema_metadata(
+            self.layout.metadata
+        )  # the file has its metadata twice; these were checked
 
 
 @contextmanager
 def _arrow_errors_as_bad_input(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Arrow's error about a file that is no table, as BadInput."""
+    """Turn Arrow's errors about a file that is no table into BadInput."""
     try:
         yield
     except BadInput:
         raise
     except ARROW_ERRORS as trouble:
         if isinstance(trouble, OSError) and trouble.errno:
-            raise  # of the disk
-        why = f"this is none, or damaged: {str(trouble).splitlines()[0]}" if str(trouble) else "this is none"
+            raise  # an error of the disk
+        why = (
+            f"this is another file, or damaged: {str(trouble).splitlines()[0]}"
+            if str(trouble)
+            else "this is another file"
+        )
         raise no_table_error(path, why) from None
 
 
 def no_table_error(path: str | os.PathLike[str], why: str) -> BadInput:
-    """The message on a file that is no table of camopt."""
+    """Error about a file that is no table of camopt."""
     allowed = f"a Parquet table that camopt wrote; {why}"
     return BadInput([Mistake("camopt", "table", os.fsdecode(path), allowed)])
 
 
 def _schema_fault(layout: pa.Schema) -> str:
-    """The fault of the schema of a table; empty if there is none."""
+    """What is wrong with the schema of a table; empty if nothing is."""
     for field in layout:
         if field.type not in COLUMN_TYPES:
             return f"its column {field.name!r} has the type {field.type}"
     if len({*layout.names}) < len(layout.names):
         return "two of its columns have the same name"
     try:
-        said = table_facts(layout)
+        facts = table_facts(layout)
     except (ValueError, RecursionError):
         return "its metadata are not text, or its front is not JSON"
     front = {"points": int, "hypervolume": float | int}
-    if not _has_types(said["front"], front) or not _has_types(said["sweep"], {"designs": int}):
-        return "what it says of its front or its sweep has not the form of camopt"
+    if not _has_types(facts["front"], front) or not _has_types(facts["sweep"], {"designs": int}):
+        return "the facts about its front or its sweep have another form than camopt's"
     return ""
 
 
-def _has_types(said: Any, kinds: Mapping[str, Any]) -> bool:
-    """Whether a part of the metadata, if there is one, is a mapping with values of some types."""
-    return said is None or (
-        isinstance(said, dict) and all(isinstance(said.get(name), kind) for name, kind in kinds.items())
+def _has_types(facts: Any, kinds: Mapping[str, Any]) -> bool:
+    """Whether a part of the metadata is missing, or a mapping with values of the given types."""
+    return facts is None or (
+        isinstance(facts, dict) and all(isinstance(facts.get(name), kind) for name, kind in kinds.items())
     )
 
 
 def table_facts(layout: pa.Schema) -> dict[Hashable | None, Any]:
-    """The facts in the metadata of a table."""
+    """Units, symbols, descriptions, scene, front, sweep and version in the metadata of a table."""
     columns = {field.name: _decode_metadata(field.metadata) for field in layout}
     whole = _decode_metadata(layout.metadata)
     return {
@@ -136,7 +142,7 @@ def table_facts(layout: pa.Schema) -> dict[Hashable | None, Any]:
 
 
 def with_pandas_attributes(layout: pa.Schema) -> pa.Schema:
-    """The schema of a table, with its facts where pandas finds them for ``attrs``."""
+    """The schema of a table with its facts also where pandas looks for ``attrs``."""
     facts = json.dumps(table_facts(layout), ensure_ascii=False)
     return layout.with_metadata({**(layout.metadata or {}), PANDAS_KEY: facts.encode()})
 

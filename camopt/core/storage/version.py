@@ -1,15 +1,14 @@
-"""The version, in one place; pyproject.toml reads it from here."""
+"""The version of camopt; pyproject.toml reads it from here."""
 
 VERSION = "0.2.0"
 __version__ = VERSION
 SITE = ""
-"""The address of the documentation, to which the schema of scenes has its links lead; none yet."""
+"""Address of the documentation, for links in the schema of scenes; empty while there is no site."""
 
 
 def version_of_rows() -> str:
-    """The version of camopt and of its kernels: with the same one, the same question has the same answer."""
-    from camopt.core.kernels.version import (
-        version_of_kernels,
-    )  # hashlib is imported only here: OpenSSL takes long to load
+    """Version of camopt and of its kernels. Equal versions give equal results for the same scene."""
+    # imported only here: hashlib loads OpenSSL, which takes long
+    from camopt.core.kernels.version import version_of_kernels
 
     return f"{VERSION} {version_of_kernels()}"

@@ -125,7 +125,7 @@ def test_a_worker_with_other_versions_is_refused(engine, monkeypatch, share):
     (line,) = str(refusal.value).splitlines()
     worker, why = line.removeprefix("camopt: scheduler = 'tcp://127.0.0.1:").split("': ")
     assert worker.isdecimal()
-    assert why == f"must be a worker like this machine, which has {other}; it has {own}"
+    assert why == f"must be a worker with the same versions as this machine, {other}; it has {own}"
 
 
 def test_the_versions_are_all_on_which_a_result_depends(monkeypatch):
@@ -149,7 +149,7 @@ def test_few_results_wait_to_be_read(engine, tmp_path):
 
 def test_a_task_that_ends_every_worker_is_given_up(engine):
     patient = allow_failures(engine, 0)
-    with pytest.raises(ChildProcessError, match="all workers died that tried one task"):
+    with pytest.raises(ChildProcessError, match="one task killed every worker that tried it"):
         list(engine.in_order(death, range(1)))
     allow_failures(engine, patient)
 
@@ -273,7 +273,7 @@ def test_a_task_has_items_for_a_second_or_two(monkeypatch, seconds, size, items,
     [
         (("nowhere",), "scheduler = 'nowhere': must be the address of a Dask scheduler"),
         (("tcp://",), "scheduler = 'tcp://': must be the address"),
-        (("tcp://10.0.0.1:8786", 4), 'workers = 4: belongs to the scheduler "local"'),
+        (("tcp://10.0.0.1:8786", 4), 'workers = 4: is only for the scheduler "local"'),
     ],
 )
 def test_what_is_no_cluster_is_refused(arguments, message):

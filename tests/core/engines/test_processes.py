@@ -96,7 +96,7 @@ def test_what_a_killed_process_did_is_done_by_another(engine, tmp_path):
 
 
 def test_what_kills_each_process_is_told(engine):
-    with pytest.raises(OSError, match="was ended from outside, for want of memory perhaps"):
+    with pytest.raises(OSError, match="was killed from outside 2 times; perhaps the memory is too small"):
         list(engine.in_order(killed, range(2)))
 
 

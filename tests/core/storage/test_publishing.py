@@ -307,7 +307,7 @@ def test_a_manifest_names_no_files_elsewhere(tmp_path, name):
     about["results"]["sweep"]["files"] = {name: {"sha256": "0" * 64, "bytes": 1}}
     digest = sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
     (tmp_path / MANIFEST).write_text(json.dumps({**about, "digest": digest}))
-    with pytest.raises(DamagedManifest, match="this is damaged"):
+    with pytest.raises(DamagedManifest, match="this one is damaged"):
         manifest_of(tmp_path)
 
 
@@ -447,7 +447,10 @@ def test_a_run_that_died_while_it_published_is_finished_by_the_next_one(tmp_path
         publish(tmp_path, {"a.txt": "2", "b.txt": "2"})
     assert {*seen(tmp_path).values()} <= {"2"}
     for name in seen(tmp_path) if renamed < 3 else ():
-        with pytest.raises(BadInput, match="not the one that manifest"), whole_result_file(tmp_path / name):
+        with (
+            pytest.raises(BadInput, match="it differs from the file that manifest"),
+            whole_result_file(tmp_path / name),
+        ):
             pass
     finish_publishing(tmp_path)
     assert seen(tmp_path) == {"a.txt": "2", "b.txt": "2"}
@@ -475,7 +478,7 @@ def test_what_the_manifest_does_not_name_or_that_differs_is_not_read(tmp_path):
     with whole_result_file(tmp_path / "a.txt") as file:
         assert file.read() == b"1"
     (tmp_path / "a.txt").write_text("2")
-    with pytest.raises(BadInput, match="not the one"), whole_result_file(tmp_path / "a.txt"):
+    with pytest.raises(BadInput, match="it differs from"), whole_result_file(tmp_path / "a.txt"):
         pass
 
 

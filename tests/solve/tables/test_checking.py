@@ -100,7 +100,7 @@ def test_a_table_that_is_certified_stays_a_part_of_its_result(made, result):
     assert sorted(os.listdir(result)) == [".camopt", *sorted(FILES)]
     assert read_table(table).drop_columns(["proof"]).equals(before)
     shutil.copy(made / "other" / "manifest.json", result)
-    with pytest.raises(BadInput, match=r"it is not the one that manifest\.json names"):
+    with pytest.raises(BadInput, match=r"it differs from the file that manifest\.json names"):
         certify_table(table)
     for text in ("", '{"camopt": "0.1.0", "results"'):
         (result / "manifest.json").write_text(text, encoding="utf-8")

@@ -110,7 +110,7 @@ def test_a_damaged_table_never_says_anything_else(table, published, data):
         if damaged == whole:
             assert read_table(published).equals(table)
         else:
-            with pytest.raises(BadInput, match=r"it is not the one that manifest\.json names"):
+            with pytest.raises(BadInput, match=r"it differs from the file that manifest\.json names"):
                 read_table(published)
     finally:
         published.write_bytes(whole)
