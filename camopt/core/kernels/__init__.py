@@ -1,6 +1,7 @@
-"""How functions become machine code: marks for them, and their registration with numba.
+"""Kernels: functions that are compiled to machine code by numba, and kept on disk.
 
-``compile`` has the marks, ``address_calls`` the calls from one kernel to another, ``kernel_cache`` the files.
-Machine code that is on disk is run by ``machine_code`` with ``arguments``, without numba: only ``dispatchers`` and
-``numba_types`` import it, and ``compile`` imports them when a kernel is to be compiled.
+Read ``compile`` first: it decides when a kernel is compiled. ``marks`` has the decorators, ``address_calls`` the
+calls from one kernel to another, ``kernel_cache`` the files. ``machine_code`` runs machine code from disk, with
+``arguments``, without numba. Only ``dispatchers`` and ``numba_types`` import numba; ``compile`` imports them when a
+kernel must be compiled.
 """

@@ -1,11 +1,10 @@
 """Calls by address: one compiled search serves every curve.
 
-numba compiles a function for the types of its arguments, and with it all that it calls. A search that took a curve
-as an argument would be compiled anew for each kind of curve, seconds each time. So the search takes the address of
-the curve, and of the few functions that evaluate it, and only those are compiled for each curve.
+numba compiles a function, with all functions that it calls, for the types of its arguments. A search that took a
+curve as an argument would be compiled again for each kind of curve, which takes seconds. So the search takes the
+address of the curve and of the few functions that evaluate it. Only these functions are compiled for each curve.
 
-Called from Python, an address is the thing itself, and everything runs as it is written. What numba is told of it
-is in ``numba_types``.
+In plain Python, an address is the object itself. ``numba_types`` registers addresses with numba.
 """
 
 from collections.abc import Callable
@@ -17,12 +16,12 @@ from camopt.core.kernels.marks import called_by_kernels
 
 
 def address_of_values(values):
-    """The address at which a kernel keeps values until it returns; they are read by ``[0]``."""
+    """Address at which a kernel keeps ``values`` until it returns; ``[0]`` reads them."""
     return (values,)
 
 
 def called_by_address(returns: Any, *arguments: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Mark a function that is called by address, with the types of all arguments but the first, an address."""
+    """Mark a function that is called by address. The first argument is an address; the others have these types."""
 
     def mark(function: Callable[..., Any]) -> Any:
         part = called_by_kernels(function)
@@ -33,7 +32,7 @@ def called_by_address(returns: Any, *arguments: Any) -> Callable[[Callable[..., 
 
 
 def function_address(function, values):
-    """The address of a function that ``evaluates``, compiled for the types of some values."""
+    """Address of a function that evaluates ``values``, compiled for their types."""
     return function
 
 
@@ -53,5 +52,5 @@ class AddressedKernel:
 
     @cached_property
     def address(self) -> int:
-        """Of the machine code, which is compiled here if it is not yet."""
+        """Address of the machine code, which is compiled now if it was not."""
         return int(self.kernel.machine_code(self.code.arguments).address)

@@ -1,7 +1,7 @@
-"""What machine code is called with: the kinds of a kernel's arguments, and the numbers it takes for them.
+"""Arguments of machine code: their kinds, and the numbers that are passed for them.
 
-numba takes values apart until only numbers are left: of an array two places that count references to it (unused
-here), its size, the bytes of an item, its address, its shape and its strides; of a tuple what is in it.
+Machine code takes only numbers. For an array these are two pointers for reference counts (unused here), its size,
+the bytes of an item, its address, its shape and its strides. For a tuple they are the numbers of its items.
 """
 
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ import numpy as np
 
 
 class ArgumentKind(NamedTuple):
-    """What numba calls the type of a number, and the dimensions and layout of an array of such; 0: the number."""
+    """Type of a number by numba's name, with dimensions and layout of an array of such; 0 dimensions: a number."""
 
     name: str
     dimensions: int = 0
@@ -21,14 +21,14 @@ class ArgumentKind(NamedTuple):
 
 
 class Record(NamedTuple):
-    """The type of a tuple: its class, and the types of its fields."""
+    """Type of a tuple: its class and the types of its fields."""
 
     owner: type
     fields: tuple[Any, ...]
 
 
 class Code(NamedTuple):
-    """The type of a function's address: what it returns, and the types of its arguments."""
+    """Type of a function's address: the types of its result and of its arguments."""
 
     returns: Any
     arguments: tuple[Any, ...]
@@ -43,17 +43,16 @@ NUMBER_KINDS: dict[type, ArgumentKind] = {
 }
 ITEM_KINDS = {np.dtype(float): "float64", np.dtype(np.int64): "int64", np.dtype(bool): "boolean"}
 C_TYPES = {NONE: c_void_p, COUNT: c_int64, NUMBER: c_double, BOOLEAN: c_bool, ADDRESS: c_void_p}
-POINTERS = None, None  # to what counts the references to an array
+POINTERS = None, None  # to the reference counts of an array
 
 
 def kind_of(value: Any) -> Any:
-    """The type of an argument: a ``ArgumentKind``, a ``Record``, or the ``Code`` of a kernel that is called by its
-    address.
+    """Type of an argument: an ``ArgumentKind``, a ``Record``, or the ``Code`` of a kernel called by its address.
 
     Raises
     ------
     TypeError
-        If no kernel takes it.
+        If no kernel takes such an argument.
     """
     owner = type(value)
     if owner is np.ndarray and value.ndim and value.dtype in ITEM_KINDS:
@@ -69,7 +68,7 @@ def kind_of(value: Any) -> Any:
 
 
 def flatten_arguments(values: Any) -> list[Any]:
-    """What machine code takes for some arguments."""
+    """Numbers that machine code takes for some arguments."""
     numbers: list[Any] = []
     for value in values:
         if type(value) is np.ndarray:
@@ -82,18 +81,18 @@ def flatten_arguments(values: Any) -> list[Any]:
 
 
 class PinnedTuple:
-    """A tuple whose arrays stay where they are: its type and numbers are found once, not in each call."""
+    """A tuple whose arrays never move, so that its type and numbers are computed once and not at each call."""
 
     record: Record
     numbers: list[Any]
 
 
 def pin_arrays(value: Any) -> Any:
-    """A NamedTuple as one of arrays that nobody replaces by others."""
+    """Copy a NamedTuple to a ``PinnedTuple``; its arrays must never be replaced."""
     owner: Any = type(value)
-    made = _pinned_class(owner)(*value)
-    made.record, made.numbers = kind_of(value), flatten_arguments(value)
-    return made
+    pinned = _pinned_class(owner)(*value)
+    pinned.record, pinned.numbers = kind_of(value), flatten_arguments(value)
+    return pinned
 
 
 @cache
@@ -102,7 +101,7 @@ def _pinned_class(owner: Any) -> Any:
 
 
 def _array_address(array: Any) -> int:
-    """Where the numbers of an array are; what numpy says takes several times as long."""
+    """Address of an array's numbers; numpy's own interface takes several times as long."""
     try:
         return addressof(c_char.from_buffer(array))
     except (TypeError, ValueError, BufferError):  # not in C order, read-only, or empty
@@ -110,7 +109,7 @@ def _array_address(array: Any) -> int:
 
 
 def c_types_of(kinds: Any) -> Iterator[Any]:
-    """The types of these numbers."""
+    """C types of the numbers that are passed for arguments of some kinds."""
     for kind in kinds:
         if isinstance(kind, Record):
             yield from c_types_of(kind.fields)

@@ -1,12 +1,12 @@
-"""Kernels, and the rule when a kernel is compiled.
+"""Kernels, and the rule that decides when a kernel is compiled.
 
-A kernel for many designs is compiled, in this process, once per machine, when its uncompiled runs would take longer
-than that.
+A kernel for many designs first runs uncompiled, as plain numpy. It is compiled when its uncompiled runs would take
+longer than the compilation. The machine code is kept on disk, so each machine compiles a kernel once.
 
-Both are known as work, not as seconds of the clock: on a busy machine the same is compiled as on an idle one. The
-unit of work is the value of a simple curve at one cam angle of one design, evaluated by numpy among many: about
-30 ns. A run counts its work as it goes. It is given up, and the kernel compiled, when the runs of this process have
-done the work for which the kernel could have been compiled, so no command does more than twice what was needed.
+Both times are counted as work and not in seconds, so that a busy machine compiles the same kernels as an idle one.
+The unit of work is one value of a simple curve, for one design at one cam angle, evaluated by numpy in a large
+array: about 30 ns. A run counts its work. When the runs of this process have done as much work as the compilation
+takes, the run is given up and the kernel compiled. So no command does more than twice the work that was needed.
 """
 
 import os
@@ -29,18 +29,18 @@ if TYPE_CHECKING:
     from camopt.core.kernels.machine_code import MachineCode, ObjectCode
 
 
-FORMULA_CALL_WORK = 8_000  # work: the calls of numpy that evaluate a simple curve, for however few values
-COMPILATION = 25e6  # work done uncompiled in the time in which a small kernel is compiled
-CURVE_SHARE = 0.7  # of that: each curve of which a curve is made
-NUMBA_SHARE = 2.0  # of that: the import of numba
-LOADING = 1e6  # work done in the time in which llvmlite is imported, which loads machine code
-NEVER_COMPILE = os.environ.get("NUMBA_DISABLE_JIT", "0") not in {"", "0"}  # everything runs as it is written
+FORMULA_CALL_WORK = 8_000  # work of the numpy calls for a simple curve, even for a single value
+COMPILATION = 25e6  # work that takes as long uncompiled as compiling a small kernel
+CURVE_SHARE = 0.7  # share of COMPILATION for each curve inside a curve
+NUMBA_SHARE = 2.0  # share of COMPILATION for the import of numba
+LOADING = 1e6  # work that takes as long as importing llvmlite, which loads machine code
+NEVER_COMPILE = os.environ.get("NUMBA_DISABLE_JIT", "0") not in {"", "0"}  # everything runs as plain Python
 
 
 class Kernel(KernelPart):
-    """A kernel that is compiled when it is called, and kept on disk. It returns nothing and raises nothing.
+    """A kernel that is compiled at its first call and kept on disk. It returns nothing and raises nothing.
 
-    ``size`` says how many times as long as a small kernel it takes to compile.
+    ``size`` is the time of its compilation divided by that of a small kernel.
     """
 
     is_kernel = True
@@ -49,7 +49,7 @@ class Kernel(KernelPart):
         super().__init__(function)
         self.size = size
         self.plain_work: Counter[Kinds] = Counter()
-        self.made: dict[Kinds, MachineCode] = {}
+        self.loaded: dict[Kinds, MachineCode] = {}
         self.files: dict[Kinds, KernelFile] = {}
 
     def __call__(self, *arguments: Any) -> None:
@@ -59,22 +59,22 @@ class Kernel(KernelPart):
             self.machine_code(tuple(map(kind_of, arguments)))(arguments)
 
     def machine_code(self, kinds: Kinds) -> "MachineCode":
-        """What runs for arguments of some types: from disk, or compiled; once, whatever threads ask for it."""
-        if kinds not in self.made:
+        """Machine code for arguments of some types, from disk or compiled. Threads get the same object."""
+        if kinds not in self.loaded:
             with COMPILE_LOCK:
-                if kinds not in self.made:
-                    self.made[kinds] = self.file(kinds).machine_code(self.object_code)
+                if kinds not in self.loaded:
+                    self.loaded[kinds] = self.file(kinds).machine_code(self.object_code)
                     READY_KERNELS.append(self.py_func.__qualname__)
-        return self.made[kinds]
+        return self.loaded[kinds]
 
     def object_code(self, kinds: Kinds) -> "ObjectCode":
-        """Compile the kernel by numba."""
+        """Compile the kernel with numba."""
         from camopt.core.kernels.dispatchers import object_code
 
         return object_code(self, kinds)
 
     def file(self, kinds: Kinds) -> "KernelFile":
-        """Where machine code is kept on disk."""
+        """File of the machine code on disk."""
         from camopt.core.kernels.kernel_cache import KernelFile, kernel_folder
 
         if kinds not in self.files:
@@ -82,23 +82,23 @@ class Kernel(KernelPart):
         return self.files[kinds]
 
     def work_until_compiled(self, kinds: Kinds) -> float:
-        """The work that uncompiled runs of this process may still do before it pays to compile the kernel."""
+        """Work that uncompiled runs of this process may still do before compiling the kernel pays."""
         numba = 0.0 if "numba" in sys.modules else NUMBA_SHARE
         cost = COMPILATION * (numba + self.size * (1.0 + CURVE_SHARE * curves_in(kinds[0])))
         return cost - self.plain_work[kinds]
 
 
 class TooMuchWork(Exception):
-    """An uncompiled run has done so much work that it is given up."""
+    """An uncompiled run has done more work than it may."""
 
 
 class PlainRun(local):
-    """The uncompiled run of a thread: the work it has done, the most it may do, and how much a value counts."""
+    """Uncompiled run of a thread: its work, the most work that it may do, and the work of one value."""
 
     work, most, weight = 0.0, np.inf, 1.0
 
     def count(self, values: float) -> None:
-        """Count the work of one formula for some values; ``TooMuchWork`` if the run may not do that much."""
+        """Count the work of one formula for some values; raise ``TooMuchWork`` above the run's most."""
         self.work += self.weight * (FORMULA_CALL_WORK + values)
         if self.work > self.most:
             raise TooMuchWork
@@ -108,14 +108,14 @@ PLAIN_RUN = PlainRun()
 
 
 class KernelForMany(Kernel):
-    """A kernel that runs uncompiled until it pays to compile it. Both give the same bits.
+    """A kernel that runs uncompiled until compiling it pays. Both ways give the same bits.
 
-    A kernel that is on disk is taken at once, but where all that is asked takes no longer than to import what loads
-    it. ``work`` is the least that an uncompiled run does for each number that it fills.
+    A kernel on disk is loaded at once, unless the uncompiled run takes less time than importing llvmlite. ``work``
+    is the least work of an uncompiled run for each number that it fills.
     """
 
     whole_work = 0.0
-    """Of uncompiled runs of all kernels."""
+    """Work of the uncompiled runs of all kernels."""
 
     def __init__(self, function: Callable[..., Any], *, size: float = 1.0, work: float = 1.0) -> None:
         super().__init__(function, size=size)
@@ -126,7 +126,7 @@ class KernelForMany(Kernel):
             self.run_uncompiled(arguments, np.inf)
             return
         kinds = tuple(map(kind_of, arguments))
-        while kinds not in self.made:
+        while kinds not in self.loaded:
             called = self.called_kernels(kinds, arguments)
             least = self.work * largest_array_size(arguments) * curves_in(kinds[0])
             most = self.most_work(called, least)
@@ -138,19 +138,19 @@ class KernelForMany(Kernel):
         self.machine_code(kinds)(arguments)
 
     def called_kernels(self, kinds: Kinds, arguments: tuple[Any, ...]) -> "list[tuple[Kernel, Kinds]]":
-        """The kernel and those that it calls by their address, each with the types of its arguments."""
-        others = [(each.kernel, each.code.arguments) for each in arguments if hasattr(each, "kernel")]
+        """The kernel and the kernels that it calls by address, each with the types of its arguments."""
+        others = [(curve.kernel, curve.code.arguments) for curve in arguments if hasattr(curve, "kernel")]
         return [*others, (self, kinds)]
 
     def most_work(self, called: "list[tuple[Kernel, Kinds]]", least: float) -> float:
-        """The most work that a run may do uncompiled, of which it does ``least``; 0 where kernels are on disk."""
-        unloaded = LOADING - self.whole_work
-        if unloaded > least and "llvmlite" not in sys.modules:
-            return unloaded
+        """Most work that an uncompiled run may do, if it needs at least ``least``; 0 if all kernels are on disk."""
+        before_loading = LOADING - self.whole_work
+        if before_loading > least and "llvmlite" not in sys.modules:
+            return before_loading
         missing = [
             kernel.work_until_compiled(kinds)
             for kernel, kinds in called
-            if not (kinds in kernel.made or kernel.file(kinds).exists)
+            if not (kinds in kernel.loaded or kernel.file(kinds).exists)
         ]
         return max(missing, default=0.0)
 
@@ -164,7 +164,7 @@ class KernelForMany(Kernel):
                 kernel.plain_work[kinds] += done
 
     def run_uncompiled(self, arguments: tuple[Any, ...], most: float) -> None:
-        """Run the function as it is written, or raise ``TooMuchWork`` after so much work."""
+        """Run the function as plain Python; raise ``TooMuchWork`` after ``most`` work."""
         PLAIN_RUN.work, PLAIN_RUN.most, PLAIN_RUN.weight = 0.0, most, curves_in(kind_of(arguments[0]))
         try:
             with np.errstate(all="ignore"):  # as machine code
@@ -174,14 +174,14 @@ class KernelForMany(Kernel):
 
 
 def largest_array_size(arguments: tuple[Any, ...]) -> int:
-    """The numbers in the largest array that a call has to fill."""
+    """Size of the largest array among the arguments, which the call fills."""
     return max((values.size for values in arguments if isinstance(values, np.ndarray)), default=0)
 
 
 def curves_in(kind: Any) -> int:
-    """How many curves a curve is made of: itself, and those in its fields."""
+    """Number of curves in a curve: itself and the curves in its fields."""
     fields = kind.fields if isinstance(kind, Record) else ()
-    return 1 + sum(curves_in(each) for each in fields if isinstance(each, Record))
+    return 1 + sum(curves_in(field) for field in fields if isinstance(field, Record))
 
 
 compiled: Callable[..., Any] = Kernel

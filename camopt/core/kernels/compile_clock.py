@@ -1,4 +1,4 @@
-"""Compilation of kernels: its time in this process, and a message when it begins; and whether some are ready."""
+"""Time that this process has spent compiling kernels, a notice when it begins, and the loaded kernels."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -6,19 +6,19 @@ from time import monotonic
 
 
 class CompileClock:
-    """Counts the seconds of compilation; one kernel may compile another."""
+    """Counts the seconds of compilation. Compilations may be nested."""
 
     def __init__(self) -> None:
         self.depth, self.since, self.seconds = 0, 0.0, 0.0
-        self.tell: Callable[[], None] | None = None
+        self.notify: Callable[[], None] | None = None
 
     def begin(self) -> None:
         if self.depth == 0:
             self.since = monotonic()
         self.depth += 1
-        tell, self.tell = self.tell, None
-        if tell:
-            tell()
+        notify, self.notify = self.notify, None
+        if notify:
+            notify()
 
     def end(self) -> None:
         self.depth -= 1
@@ -28,14 +28,14 @@ class CompileClock:
 
 COMPILE_CLOCK = CompileClock()
 READY_KERNELS: list[str] = []
-"""The kernels whose machine code is loaded, by name, once for each kind of arguments."""
+"""Names of the kernels whose machine code is loaded, once for each kind of arguments."""
 
 
 @contextmanager
-def compilation_notice(tell: Callable[[], None]) -> Iterator[None]:
-    """Call ``tell`` once if a kernel is compiled within the block."""
-    COMPILE_CLOCK.tell = tell
+def compilation_notice(notify: Callable[[], None]) -> Iterator[None]:
+    """Call ``notify`` once if a kernel is compiled within the block."""
+    COMPILE_CLOCK.notify = notify
     try:
         yield
     finally:
-        COMPILE_CLOCK.tell = None
+        COMPILE_CLOCK.notify = None

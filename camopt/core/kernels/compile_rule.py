@@ -1,4 +1,4 @@
-"""Other rules when kernels are compiled, for programs that know better."""
+"""Other rules for compiling kernels, for programs that know their work in advance."""
 
 from math import inf
 
@@ -6,10 +6,10 @@ from camopt.core.kernels import compile
 
 
 def compile_never() -> None:
-    """Compile no kernel from here on: plain formulas take milliseconds a design, a compiler seconds."""
+    """Compile no more kernels: plain formulas take milliseconds a design, a compilation takes seconds."""
     compile.COMPILATION = inf
 
 
 def compile_at_once() -> None:
-    """Compile each kernel when it is first called, for the commands after this one."""
+    """Compile each kernel at its first call, so that later commands find it on disk."""
     compile.COMPILATION = compile.LOADING = 0.0

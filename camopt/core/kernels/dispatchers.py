@@ -1,4 +1,4 @@
-"""The compile options of the package, each with its reason, and what numba makes of marked functions."""
+"""Numba's compile options, each with its reason, and its dispatchers for marked functions."""
 
 import gc
 import warnings
@@ -34,17 +34,17 @@ from camopt.core.kernels.numba_types import (
 )
 
 FLAGS: dict[str, Any] = {
-    "_nrt": False,  # arrays are made outside: code that counts references to them takes long to compile
+    "_nrt": False,  # kernels make no arrays, and code for reference counts takes long to compile
     "nogil": True,  # blocks of designs run on threads
     "error_model": "numpy",  # 1/0 is inf, as in the formulas; Python's model would add a branch to each division
     "fastmath": False,  # inf and signed zeros decide feasibility; and no reordering: results are bit-identical
 }
 
-NUMBA_PREFIXES = ("numba_", "NRT_", "Py")  # how names of functions begin that are there where numba is
+NUMBA_PREFIXES = ("numba_", "NRT_", "Py")  # first letters of functions that exist only where numba is loaded
 
 
 class Listener(event.Listener):
-    """Is notified of each kernel that numba compiles."""
+    """Numba notifies it of each compilation."""
 
     def on_start(self, happening: Any) -> None:
         COMPILE_CLOCK.begin()
@@ -68,14 +68,14 @@ class Dispatcher(CPUDispatcher):
 
 
 def dispatcher_of(part: KernelPart) -> Any:
-    """What numba compiles a function by: one for each, whatever threads ask for it, and whole before any has it."""
+    """Numba's dispatcher of a function: one for all threads, complete before any thread gets it."""
     with COMPILE_LOCK:
         if "dispatcher" not in vars(part):
             options = UNWRAPPED_OPTIONS if part.is_kernel else INLINE_OPTIONS if part.inline else LINKED_OPTIONS
-            made: Any = numba.njit(**options, **FLAGS)(part.py_func)
-            made.__class__ = Dispatcher
-            made.part = part
-            vars(part)["dispatcher"] = made
+            dispatcher: Any = numba.njit(**options, **FLAGS)(part.py_func)
+            dispatcher.__class__ = Dispatcher
+            dispatcher.part = part
+            vars(part)["dispatcher"] = dispatcher
         return vars(part)["dispatcher"]
 
 
@@ -83,20 +83,22 @@ KernelPart.make_dispatcher = staticmethod(dispatcher_of)
 
 
 def object_code(kernel: KernelPart, kinds: Kinds) -> ObjectCode:
-    """A kernel, compiled for arguments of some types."""
+    """Compile a kernel for arguments of some types."""
     signature = numba_type(NONE)(*map(numba_type, kinds))
     with _without_garbage_collection():
         compiled = kernel.dispatcher.get_compile_result(signature)
     _, _, (content, bitcode) = compiled.library.serialize_using_object_code()
     functions = binding.parse_bitcode(bitcode).functions
-    lent = any(each.is_declaration and each.name.startswith(NUMBA_PREFIXES) for each in functions)
-    whole = not (lent or compiled.library.has_dynamic_globals)
+    calls_numba = any(
+        function.is_declaration and function.name.startswith(NUMBA_PREFIXES) for function in functions
+    )
+    whole = not (calls_numba or compiled.library.has_dynamic_globals)
     return ObjectCode(compiled.fndesc.llvm_func_name, content, whole)
 
 
 @contextmanager
 def _without_garbage_collection() -> Iterator[None]:
-    """A block in which no garbage is looked for: numba makes so many objects that it took a tenth of its time."""
+    """Turn garbage collection off for the block: numba makes many objects, and it took a tenth of the time."""
     enabled = gc.isenabled()
     gc.disable()
     try:

@@ -1,11 +1,11 @@
 """Machine code of kernels on disk, in files with digests that show damage.
 
-A file emptied by a power failure must not stop every later run, nor one with a flipped bit crash or compute
-something else. Each file starts with its digest. A file that is odd in any way is as none: the kernel is compiled,
-and the file written, anew. A folder or disk that takes no files is no trouble either.
+A file that a power failure emptied must not stop later runs, and a flipped bit must not change a result. So each
+file starts with its digest. If anything about a file is wrong, the kernel is compiled again and the file replaced.
+If the folder or disk takes no files, kernels are compiled in each process.
 
-What is in the folder runs in this process. So it is a folder of this user, closed to all others, or it is not used.
-numba has a cache of its own, which serves only those who import numba: half a second in every command.
+The code in the folder runs in this process. So the folder is used only if it belongs to this user and is closed to
+all others. Numba's own cache would need numba, whose import takes half a second in every command.
 """
 
 import inspect
@@ -27,29 +27,29 @@ from camopt.core.kernels.machine_code import MachineCode, ObjectCode, processor
 from camopt.core.kernels.version import version_of_kernels
 
 DIGEST_SIZE = sha256().digest_size
-UNUSED_SECONDS = 30 * 24 * 3600.0  # seconds after which a folder of another version is removed
+UNUSED_SECONDS = 30 * 24 * 3600.0  # time after which an unused folder of another version is removed
 PRIVATE_MODE = 0o700
 NO_FOLDER = Path(os.devnull)
 
 
 def with_digest(content: bytes) -> bytes:
-    """The content of a file with its digest in front."""
+    """File content: the digest, then the content."""
     return sha256(content).digest() + content
 
 
 def checked_content(data: bytes) -> bytes | None:
-    """The content of a checked file; None if it is damaged."""
+    """Content of a file without its digest; None if the file is damaged."""
     digest, content = data[:DIGEST_SIZE], data[DIGEST_SIZE:]
     return content if sha256(content).digest() == digest else None
 
 
 class KernelFile:
-    """The machine code of a function for arguments of some kinds, on one kind of processor.
+    """File of a function's machine code, for arguments of some kinds and one kind of processor.
 
     Raises
     ------
     OSError
-        If the function's source is no file.
+        If the function has no source file.
     """
 
     def __init__(self, function: Any, kinds: tuple[Any, ...], folder: Path) -> None:
@@ -60,7 +60,7 @@ class KernelFile:
         self._file = folder / f"{stem}-{self._key.hex()[:16]}.kernel"
 
     def machine_code(self, compile_code: Callable[[tuple[Any, ...]], ObjectCode]) -> MachineCode:
-        """The machine code from disk, or compiled and kept. Of two processes that do so at once, one file stays."""
+        """Machine code from disk, or compiled and kept. If two processes compile at once, one file stays."""
         code = self.read()
         if code is None:
             code = compile_code(self._kinds)
@@ -72,7 +72,7 @@ class KernelFile:
         return self._file.is_file()
 
     def read(self) -> ObjectCode | None:
-        """The kernel; None if there is none on disk that is whole."""
+        """Read the kernel; None if the file is missing or damaged."""
         try:
             content = checked_content(self._file.read_bytes())
         except OSError:
@@ -83,7 +83,7 @@ class KernelFile:
         return ObjectCode(name.decode(), code)
 
     def write(self, code: ObjectCode) -> None:
-        """Keep a kernel that is whole, if there is room for it."""
+        """Write a whole kernel to disk, if the disk takes it."""
         if not code.whole:
             return
         content = self._key + code.name.encode() + b"\n" + code.content
@@ -98,23 +98,23 @@ class KernelFile:
 
 @cache
 def kernel_folder() -> Path:
-    """The folder of the kernels of this version of the package."""
+    """Folder of the kernels for this version of the package."""
     return open_version_folder(cache_root(os.environ.get("NUMBA_CACHE_DIR", "")), version_of_kernels())
 
 
-def cache_root(named: str) -> Path:
-    """The folder of kernels: as configured, or in the user's folder; None for a user without a home folder."""
+def cache_root(configured: str) -> Path:
+    """Folder of kernels: as configured, or in the user's cache; ``NO_FOLDER`` for a user without a home."""
     try:
-        root = Path(named) if named else user_cache_path("camopt")
+        root = Path(configured) if configured else user_cache_path("camopt")
     except RuntimeError:
         return NO_FOLDER
-    return root if named or root.is_absolute() else NO_FOLDER
+    return root if configured or root.is_absolute() else NO_FOLDER
 
 
 def open_version_folder(root: Path, version: str) -> Path:
-    """The folder of a version of the kernels, made if it can be; those of other versions go when long unused.
+    """Open the folder of a version of the kernels, or make it. Long unused folders of other versions are removed.
 
-    If others may have put files into it, it is not used, and a line on standard error says so.
+    A folder that is open to other users is not used, with a line on standard error.
     """
     folder = root / version
     with suppress(OSError):
@@ -124,20 +124,19 @@ def open_version_folder(root: Path, version: str) -> Path:
             _remove_unused(root, len(version))
         if is_private(folder):
             with suppress(OSError):
-                os.utime(folder)  # in use
+                os.utime(folder)  # marks it as used
             return folder
-        print(f"camopt: {folder} is not used: it is not a folder of yours with mode 0700", file=sys.stderr)
+        print(f"camopt: {folder} is not used: it must be your folder, with mode 0700", file=sys.stderr)
     return NO_FOLDER
 
 
 def is_private(folder: Path) -> bool:
-    """Whether a folder belongs to this user and is closed to all others. Windows has no such modes."""
+    """Whether a folder belongs to this user and is closed to all others; always true on Windows."""
     if not hasattr(os, "geteuid"):
         return True
-    found = folder.lstat()
-    return (
-        stat.S_ISDIR(found.st_mode) and found.st_uid == os.geteuid() and stat.S_IMODE(found.st_mode) == PRIVATE_MODE
-    )
+    status, user = folder.lstat(), os.geteuid()
+    private = stat.S_IMODE(status.st_mode) == PRIVATE_MODE
+    return stat.S_ISDIR(status.st_mode) and status.st_uid == user and private
 
 
 def _remove_unused(root: Path, length: int) -> None:

@@ -1,6 +1,6 @@
-"""Machine code that numba made becomes functions of this process by llvmlite's linker, without numba.
+"""Load machine code that numba compiled as functions of this process, with llvmlite and without numba.
 
-numba takes half a second to be imported and to get ready, llvmlite a tenth of that.
+Importing numba takes half a second; llvmlite takes a tenth of that.
 """
 
 import os
@@ -14,9 +14,9 @@ from camopt.core.kernels.arguments import c_types_of, flatten_arguments
 
 
 class ObjectCode(NamedTuple):
-    """A kernel as numba compiled it: the name of its function, and an object file.
+    """A kernel as numba compiled it: the name of its function and an object file.
 
-    Unless it is ``whole`` it calls functions that numba has, or reads what is in this process alone.
+    If it is not ``whole``, it calls functions of numba or reads memory of this process, and cannot be kept on disk.
     """
 
     name: str
@@ -28,7 +28,7 @@ class MachineCode:
     """A kernel for arguments of some kinds."""
 
     def __init__(self, kinds: tuple[Any, ...], code: ObjectCode) -> None:
-        # an engine with the code in it and nothing else, so that names in two kernels are no trouble
+        # each kernel has its own engine, because two kernels may have the same names inside
         machine = _target().create_target_machine(codemodel="jitdefault", jit=True)
         engine = binding.create_mcjit_compiler(binding.parse_assembly(""), machine)
         engine.add_object_file(binding.ObjectFileRef.from_data(code.content))
@@ -42,7 +42,7 @@ class MachineCode:
             raise RuntimeError("a kernel raised an error")
 
 
-# where machine code writes what a kernel returns, which is always None, and what it raises, which is nothing
+# memory for the result of a kernel, which is always None, and for its error, which never occurs
 RESULT, ERROR = create_string_buffer(8), create_string_buffer(8)
 
 
@@ -55,7 +55,7 @@ def _target() -> Any:
 
 @cache
 def processor() -> tuple[str, str, str]:
-    """What numba compiles for: the system, the processor and its features, or what numba is told of both."""
+    """Target of the compilation: system, processor and features, the latter two as numba's variables set them."""
     name, features = (os.environ.get(f"NUMBA_CPU_{what}") for what in ("NAME", "FEATURES"))
     return (
         binding.get_process_triple(),

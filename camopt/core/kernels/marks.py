@@ -1,6 +1,6 @@
-"""Marks for the parts of kernels: compiled functions, and classes that are numbers inside kernels.
+"""Decorators for the parts of kernels: compiled functions, and classes that are plain numbers inside kernels.
 
-Everything here runs without numba: what is marked runs as it is written, with the same bits.
+Nothing here needs numba. Marked functions also run as plain Python, and give the same bits.
 """
 
 from collections.abc import Callable
@@ -11,17 +11,17 @@ from typing import Any, ClassVar, TypeVar
 ValueClass = TypeVar("ValueClass")
 
 Kinds = tuple[Any, ...]
-"""The types of a kernel's arguments."""
+"""Types of a kernel's arguments."""
 
 COMPILE_LOCK = RLock()
 
 
 class KernelPart:
-    """A function that is compiled into kernels; called from Python it runs as plain Python."""
+    """A function that is compiled into kernels. A call from Python runs it as plain Python."""
 
     is_kernel = False
     make_dispatcher: ClassVar[Callable[["KernelPart"], Any]]
-    """Makes the dispatcher of numba; ``dispatchers`` sets it when it is imported."""
+    """Function that makes numba's dispatcher; the module ``dispatchers`` sets it at its import."""
 
     def __init__(self, function: Callable[..., Any], *, inline: bool = False) -> None:
         update_wrapper(self, function)
@@ -32,33 +32,33 @@ class KernelPart:
         return self.in_python(*arguments)
 
     def array_version(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        """Mark the version of the function for arrays, which runs in its place where it is not compiled."""
+        """Mark the version for arrays, which runs in place of the function when it is not compiled."""
         self.in_python = function
         return function
 
     @cached_property
     def dispatcher(self) -> Any:
-        """The dispatcher of numba that compiles it."""
+        """Numba's dispatcher, which compiles the function."""
         return KernelPart.make_dispatcher(self)
 
 
 def inline_in_kernels(function: Callable[..., Any]) -> Any:
-    """Compile a function into each kernel that calls it: a call left standing would keep a loop out of vectors."""
+    """Compile a function into each kernel that calls it: a call would keep a loop from being vectorised."""
     return KernelPart(function, inline=True)
 
 
 called_by_kernels: Callable[..., Any] = KernelPart
-"""Compile a function that kernels call, but not for each number."""
+"""Compile a function that kernels call, but not for every number."""
 
 VALUE_TYPES: list[tuple[type, tuple[str, ...]]] = []
-"""What numba is still to be told: classes that are value types inside kernels, and the fields they are made of."""
+"""Value types that are not yet registered with numba: classes, and the fields of their numbers."""
 
 CHOICES: list[tuple[Callable[..., Any], Callable[..., Any]]] = []
-"""And functions for which kernels take others by the types of the arguments: the function, and what chooses."""
+"""Choices that are not yet registered with numba: functions, and their choosers by argument types."""
 
 
 def value_type(*fields: str) -> Callable[[type[ValueClass]], type[ValueClass]]:
-    """Mark a class whose objects are numbers with names; in kernels each number is in a register."""
+    """Mark a class whose objects are named numbers. In kernels, each number is in a register."""
 
     def register(owner: type[ValueClass]) -> type[ValueClass]:
         VALUE_TYPES.append((owner, fields))
@@ -68,10 +68,10 @@ def value_type(*fields: str) -> Callable[[type[ValueClass]], type[ValueClass]]:
 
 
 def chosen_by_type(function: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Mark a chooser of the function that kernels call in place of another one; it may return None.
+    """Mark a function that chooses, by argument types, what kernels call in place of ``function``; or None.
 
-    It takes the classes of the arguments, under the same names: a value type, a NamedTuple, ``tuple`` for any other
-    tuple, ``NoneType``, or ``float`` for all the rest.
+    The chooser takes the classes of the arguments under the same names: a value type, a NamedTuple, ``tuple`` for
+    any other tuple, ``NoneType``, or ``float`` for everything else.
     """
 
     def register(choose: Callable[..., Any]) -> Callable[..., Any]:
@@ -82,7 +82,6 @@ def chosen_by_type(function: Callable[..., Any]) -> Callable[[Callable[..., Any]
 
 
 def overload_in_kernels(function: Callable[..., Any]) -> Any:
-    """Compile a function into each kernel that calls it, as ``inline_in_kernels``; plain Python calls it without a
-    detour."""
+    """Compile a function into each kernel that calls it. Unlike ``inline_in_kernels``, Python calls it directly."""
     chosen_by_type(function)(wraps(function)(lambda *kinds: function))
     return function

@@ -1,6 +1,6 @@
 """Registration of the package's types with numba: value types, function addresses, functions chosen by type.
 
-Imported by ``dispatchers`` alone, when the first kernel is compiled.
+Only ``dispatchers`` imports this module, when the first kernel is compiled.
 """
 
 from collections.abc import Callable
@@ -29,41 +29,38 @@ from camopt.core.kernels.marks import CHOICES, VALUE_TYPES, KernelPart
 
 
 class PartLibrary(JITCodeLibrary):
-    """The code of functions called only by kernels: it becomes machine code inside them, not on its own."""
+    """Code of functions that only kernels call. It becomes machine code inside the kernels."""
 
     def _optimize_final_module(self) -> None:
-        """Nothing: it is optimised in each kernel, with all that calls it."""
+        """Do nothing: the code is optimised inside each kernel."""
 
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
-        """None, which numba writes as 0."""
+        """Return 0, which numba reads as no pointer."""
         self._ensure_finalized()
         return 0
 
     @property
     def codegen(self) -> Any:
-        """What numba gives a function's environment to, with which machine code reaches the interpreter."""
+        """Receiver of a function's environment, by which machine code reaches the interpreter."""
         return self
 
     def set_env(self, name: str, environment: Any) -> None:
-        """Nothing: without machine code there is no place to put it."""
+        """Do nothing: without machine code there is no place for the environment."""
 
 
 class PartCompiler(Compiler):
-    """Compiles a function into a ``PartLibrary``."""
+    """A compiler that puts a function into a ``PartLibrary``."""
 
     def __init__(self, typing: Any, target: Any, library: Any, *others: Any) -> None:
-        own = PartLibrary(target.codegen(), "part")
-        super().__init__(typing, target, own, *others)
+        super().__init__(typing, target, PartLibrary(target.codegen(), "part"), *others)
 
 
-UNWRAPPED_OPTIONS: Any = {
-    "no_cpython_wrapper": True,
-    "no_cfunc_wrapper": True,
-}  # never called from Python: compiles faster
+# without wrappers for calls from Python, which never occur, compilation is faster
+UNWRAPPED_OPTIONS: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 LINKED_OPTIONS: Any = {"pipeline_class": PartCompiler, **UNWRAPPED_OPTIONS}
 INLINE_OPTIONS: Any = {"forceinline": True, **LINKED_OPTIONS}
 
@@ -78,7 +75,7 @@ def _type_part(part, context):
 
 @cache
 def numba_type(kind: Any) -> Any:
-    """The numba type that a ``ArgumentKind``, a ``Record`` or a ``Code`` describes."""
+    """Numba's type for an ``ArgumentKind``, a ``Record`` or a ``Code``."""
     if isinstance(kind, Record):
         return types.BaseTuple.from_types(tuple(map(numba_type, kind.fields)), kind.owner)
     if isinstance(kind, Code):
@@ -88,7 +85,7 @@ def numba_type(kind: Any) -> Any:
 
 
 def python_class_of(kind: Any) -> type:
-    """The class for a numba type: a value type, a NamedTuple, tuple, NoneType, or float for all others."""
+    """Python's class for a type of numba: a value type, a NamedTuple, tuple, NoneType, or else float."""
     if isinstance(kind, ValueType):
         return kind.owner
     if isinstance(kind, types.NoneType):
@@ -101,7 +98,7 @@ def python_class_of(kind: Any) -> type:
 
 
 class ValueType(types.Type):
-    """The numba type of a class of numbers."""
+    """Numba's type of a class of named numbers."""
 
     def __init__(self, owner: type) -> None:
         self.owner = owner
@@ -109,13 +106,13 @@ class ValueType(types.Type):
 
 
 def _register_value_type(owner: type, fields: tuple[str, ...]) -> None:
-    """Let kernels make values of a class and read their fields, each in a register."""
+    """Let kernels make objects of a class and read their fields, each in a register."""
     members = [(name, types.float64) for name in fields]
-    own = type(f"{owner.__name__}Type", (ValueType,), {})
-    kind = own(owner)
-    register_model(own)(lambda manager, kind: models.StructModel(manager, kind, members))
+    type_class = type(f"{owner.__name__}Type", (ValueType,), {})
+    kind = type_class(owner)
+    register_model(type_class)(lambda manager, kind: models.StructModel(manager, kind, members))
     for name in fields:
-        make_attribute_wrapper(own, name, name)
+        make_attribute_wrapper(type_class, name, name)
     parameters = [Parameter(name, Parameter.POSITIONAL_ONLY) for name in fields]
 
     def typer(*numbers):
@@ -126,17 +123,17 @@ def _register_value_type(owner: type, fields: tuple[str, ...]) -> None:
 
     @lower_builtin(owner, *[types.float64] * len(fields))
     def _make(context, builder, signature, values):
-        made = cgutils.create_struct_proxy(kind)(context, builder)
+        struct = cgutils.create_struct_proxy(kind)(context, builder)
         for name, value in zip(fields, values, strict=True):
-            setattr(made, name, value)
-        return made._getvalue()
+            setattr(struct, name, value)
+        return struct._getvalue()
 
 
 # ------------------------------------------------------------------------ functions chosen by type
 
 
 def _register_choice(function: Callable[..., Any], choose: Callable[..., Any]) -> None:
-    """Let kernels call, in place of a function, the one that is chosen by the classes of its arguments."""
+    """Let kernels call the function that ``choose`` returns for the argument classes, in place of ``function``."""
 
     @wraps(choose)
     def choose_by_class(*kinds):
@@ -146,7 +143,7 @@ def _register_choice(function: Callable[..., Any], choose: Callable[..., Any]) -
 
 
 def register_marks() -> None:
-    """Register with numba everything marked since the last call."""
+    """Register all marks since the last call with numba."""
     while VALUE_TYPES:
         _register_value_type(*VALUE_TYPES.pop(0))
     while CHOICES:
@@ -157,7 +154,7 @@ def register_marks() -> None:
 
 
 class CodeType(types.Type):
-    """The numba type of a function's address."""
+    """Numba's type of a function's address."""
 
     def __init__(self, code: Code) -> None:
         self.returns, self.arguments = numba_type(code.returns), tuple(map(numba_type, code.arguments))
@@ -199,8 +196,8 @@ def _lower_code_of(context, builder, signature, arguments):
 def _type_call(context):
     def typer(code, arguments):
         fits = len(arguments) == len(code.arguments) and all(
-            context.can_convert(given, asked) is not None
-            for given, asked in zip(arguments, code.arguments, strict=True)
+            context.can_convert(argument, parameter) is not None
+            for argument, parameter in zip(arguments, code.arguments, strict=True)
         )
         return code.returns if fits else None
 
@@ -209,15 +206,14 @@ def _type_call(context):
 
 @lower_builtin(call, CodeType, types.BaseTuple)
 def _lower_call(context, builder, signature, arguments):
-    code, given = signature.args
+    code, kinds = signature.args
+    unpacked = cgutils.unpack_tuple(builder, arguments[1])
     values = [
-        context.cast(builder, value, kind, asked)
-        for value, kind, asked in zip(
-            cgutils.unpack_tuple(builder, arguments[1]), given, code.arguments, strict=True
-        )
+        context.cast(builder, value, kind, parameter)
+        for value, kind, parameter in zip(unpacked, kinds, code.arguments, strict=True)
     ]
     shape = context.call_conv.get_function_type(code.returns, code.arguments)
     function = builder.bitcast(arguments[0], shape.as_pointer())
-    # kernels raise nothing; to look for errors would keep numba from dropping pairs of reference counts
+    # kernels raise nothing, and checks for errors would keep numba from removing reference counts
     _, result = context.call_conv.call_function(builder, function, code.returns, code.arguments, values)
     return result

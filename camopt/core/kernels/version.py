@@ -1,4 +1,4 @@
-"""The version of the kernels, known without numba: whoever asks whether a result is his needs no compiler."""
+"""The version of the kernels, computed without numba, so that checking a result needs no compiler."""
 
 import os
 import sys
@@ -16,16 +16,16 @@ KERNEL_FOLDERS = (
 
 @cache
 def version_of_kernels() -> str:
-    """Fingerprint of the sources of kernels, the compiler and the interpreter.
+    """Digest of the sources of kernels, the compiler and the interpreter.
 
-    numba renews a cached kernel only when the kernel's own file changes, not when a formula that it inlines does. A
-    cache folder per version closes that hole, and survives an edit of any other file.
+    A kernel inlines formulas of other files, so its own file does not tell whether it is up to date. Each version
+    has its own cache folder. An edit of a file without kernels does not change the version.
     """
     digest = sha256(sys.version.encode())
     for compiler in COMPILERS:
-        # the file that has the version of a package: importlib.metadata takes ten times as long to tell it
-        found = find_spec(compiler)
-        digest.update(Path(found.origin).with_name("_version.py").read_bytes() if found and found.origin else b"")
+        # a package's file with its version: importlib.metadata takes ten times as long
+        spec = find_spec(compiler)
+        digest.update(Path(spec.origin).with_name("_version.py").read_bytes() if spec and spec.origin else b"")
     package = Path(__file__).resolve().parents[2]
     for folder in KERNEL_FOLDERS:
         for name in sorted(os.listdir(package / folder)):

@@ -193,7 +193,7 @@ def test_code_in_a_folder_of_others_is_not_run(change, tmp_path, monkeypatch, ca
     change(folder, monkeypatch)
     refused = open_version_folder(tmp_path, "0" * 16)
     (line,) = capsys.readouterr().err.splitlines()
-    assert line == f"camopt: {folder} is not used: it is not a folder of yours with mode 0700"
+    assert line == f"camopt: {folder} is not used: it must be your folder, with mode 0700"
     assert [loaded(refused) for _ in range(2)] == [False, False]
     assert [*folder.iterdir()] == before
 

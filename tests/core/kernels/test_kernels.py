@@ -72,7 +72,7 @@ def halved(kernel, count):
     x, out = np.arange(float(count)), np.empty(count)
     kernel(x, out)
     assert np.array_equal(out, x / 2)
-    return bool(kernel.made)
+    return bool(kernel.loaded)
 
 
 def cost_of(kernel):
@@ -251,8 +251,8 @@ def test_one_compiled_search_serves_every_curve(monkeypatch):
     mechanism = problem.setup.mechanism
     for make in (mechanism.pressure, mechanism.curvature, mechanism.sliding):
         curve_of(problem, make, MANY)
-    assert len(search_all.made) == 1
-    assert len(search_curve.made) >= 3
+    assert len(search_all.loaded) == 1
+    assert len(search_curve.loaded) >= 3
 
 
 @called_by_address(NUMBER, NUMBER, COUNT)
