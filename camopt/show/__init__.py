@@ -1,8 +1,8 @@
-"""What people look at and machines read: pictures, drawings, pages, files.
+"""Pictures, drawings, pages and files of scenes and results.
 
 In: scenes and results. Out: figures (``drawing``, ``pictures``), workshop drawings (``sheet``), files for other
 programs (``exporting``), pages (``reporting``), comparisons (``comparing``), and studies of accuracy and cost
-(``studies``). Nothing here decides about a design.
+(``studies``). Verdicts and numbers come from ``solve``.
 
 Read first: ``drawing/cam.py``, which draws a cam and its follower.
 """

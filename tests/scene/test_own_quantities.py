@@ -20,7 +20,7 @@ from camopt.core.quantities.expression import FUNCTIONS, MOST_NODES, parse_expre
 from camopt.model.effects.quantity_expression import RANGE_RULES
 from camopt.scene.keys import find_keys
 from camopt.scene.problem.problem import resolve
-from camopt.show.reporting.sections import limits_sheet
+from camopt.show.reporting.sections import limits_table
 from camopt.show.studies.cost_report import effects_run
 
 BASE = find_scene("roller-1000rpm")
@@ -285,7 +285,7 @@ def test_a_report_says_how_own_limits_are_decided():
         quantities={"mine": READ, "other": "mine / 2"}, **{"limits.mine": 9999, "search.minimise": ["other"]}
     )
     rows = {
-        row[0].text: [cell.text for cell in row[1:]] for row in limits_sheet(evaluate(scene), resolve(scene)).rows
+        row[0].text: [cell.text for cell in row[1:]] for row in limits_table(evaluate(scene), resolve(scene)).rows
     }
     assert rows["mine"][:2] == ["held", "≤ 9999"]
     assert rows["other"][:2] == ["held", "finite"]

@@ -1,4 +1,4 @@
-"""What a page draws of one cam: its motion piece by piece, its sizes and its diagrams, as plain numbers."""
+"""Data of one cam for the program of a page: motion by smooth pieces, sizes and diagrams, as plain numbers."""
 
 from math import isfinite
 from typing import Any
@@ -19,11 +19,11 @@ from camopt.show.drawing.second_contact import second_contact
 
 LARGEST_POWER = 300
 POWERS_OF_TEN = np.array([float(f"1e{power}") for power in range(-LARGEST_POWER, LARGEST_POWER + 1)])
-PAGE_DIGITS = 8  # significant: more than any screen shows, fewer than a double has
+PAGE_DIGITS = 8  # significant digits: more than a screen shows, fewer than a double has
 
 
 def cam_data(picture: Picture) -> dict[str, Any]:
-    """One design: motion, shape and diagrams. Lengths in mm, cam angles in deg, displacements y in mm or rad."""
+    """Motion, shape and diagrams of one design. Lengths in mm, cam angles in deg, displacements y in mm or rad."""
     problem = picture.problem
     if not picture.exists:
         return {"exists": False}
@@ -46,18 +46,18 @@ def cam_data(picture: Picture) -> dict[str, Any]:
 
 
 def _second_contact_data(picture: Picture) -> dict[str, Any] | None:
-    """What a second contact adds to the picture: a disc, and parts of the follower as they are at y = 0."""
-    if (found := second_contact(picture, 0.0)) is None:
+    """Outlines of a second contact [mm]: its disc, and the parts of the follower at y = 0."""
+    if (contact := second_contact(picture, 0.0)) is None:
         return None
     return {
-        "outline": _point_coordinates(found.outline) if found.outline.size else None,
-        "solid": [_point_coordinates(each) for each in found.solid],
-        "lines": [_point_coordinates(each) for each in found.lines],
+        "outline": _point_coordinates(contact.outline) if contact.outline.size else None,
+        "solid": [_point_coordinates(points) for points in contact.solid],
+        "lines": [_point_coordinates(points) for points in contact.lines],
     }
 
 
 def train_frames(picture: Picture) -> dict[str, Any] | None:
-    """The train beyond the follower, relative to where it is driven at y = 0, in positions all over the turn."""
+    """Positions of the train over the turn, relative to the point that the follower drives at y = 0."""
     problem = picture.problem
     developed = problem.setup.mechanism.body.developed
     size = problem.design.size[0] if developed else max(np.abs(each.pitch).max() for each in picture.curves)
@@ -68,34 +68,34 @@ def train_frames(picture: Picture) -> dict[str, Any] | None:
     return {
         "members": [
             {
-                "shape": each.shape,
-                "points": _point_coordinates(each.points),
-                "at": _point_coordinates(each.at),
-                "turned": page_numbers(np.degrees(each.turned)),
+                "shape": member.shape,
+                "points": _point_coordinates(member.points),
+                "at": _point_coordinates(member.at),
+                "turned": page_numbers(np.degrees(member.turned)),
             }
-            for each in sketch.members
+            for member in sketch.members
         ],
         "standing": [
             {
-                "ground": each.ground,
-                "at": _point_coordinates(np.array([each.at])),
-                "way": _point_coordinates(np.array([each.way])),
+                "ground": support.ground,
+                "at": _point_coordinates(np.array([support.at])),
+                "way": _point_coordinates(np.array([support.way])),
             }
-            for each in sketch.supports
+            for support in sketch.supports
         ],
         "reach": _point_coordinates(np.array([complex(f(reach.real), f(reach.imag)) for f in (np.min, np.max)])),
     }
 
 
 def _point_coordinates(points: ComplexArray) -> list[list[float | None]]:
-    """The x and the y of points."""
+    """The list of x and the list of y of points."""
     return [page_numbers(points.real), page_numbers(points.imag)]
 
 
 def stroke_kind(scene: Scene, problem: Problem) -> dict[str, Any]:
-    """What decides the formulas: the kinds of cam, motion and contact, the sense of rotation, and the shaft.
+    """Kinds of cam, motion and contact, sense of rotation, speed and shaft: they select the formulas of the page.
 
-    Of a disc with a groove or a rib on its face also its diameter, as far as it is known.
+    ``outer_diameter`` is that of a disc with a groove or rib on its face [mm]; None if unknown.
     """
     body, diameter = problem.setup.mechanism.body, problem.setup.solid.outer_diameter
     return {
@@ -111,7 +111,7 @@ def stroke_kind(scene: Scene, problem: Problem) -> dict[str, Any]:
 
 
 def motion_pieces(picture: Picture) -> dict[str, Any]:
-    """The cam angles of each smooth piece, with y and dy/dθ there, and the lift: jumps stay between pieces."""
+    """Cam angle, y and dy/dθ of each smooth piece, and the lift. Jumps lie between pieces."""
     names = [STROKE_NAMES[kind] for kind in picture.kinds]
     pieces = [
         {
@@ -139,7 +139,7 @@ def _stroke_data(problem: Problem) -> list[dict[str, Any]]:
 
 
 def _undercut_outline(picture: Picture) -> list[list[float | None]] | None:
-    """The outline of an undercut disc cam: what its follower leaves of it."""
+    """Outline of an undercut disc cam after the follower has cut it [mm]; None without undercut."""
     if not picture.undercut or not picture.problem.setup.mechanism.body.bounded:
         return None
     return _point_coordinates(remaining_outline(picture))
@@ -169,16 +169,16 @@ def _panel_data(panel: Panel) -> dict[str, Any]:
 
 
 def page_number(value: Any) -> float | None:
-    """A number of a page: finite, in few digits."""
+    """A number rounded to ``PAGE_DIGITS`` digits; None if it is not finite."""
     return float(f"{float(value):.{PAGE_DIGITS}g}") if np.isfinite(value) else None
 
 
 def page_numbers(values: FloatArray) -> list[float | None]:
-    """An array of such numbers, all at once: a page has thousands, and a slider waits for them."""
+    """``page_number`` of an array, vectorised: a slider waits for thousands of numbers."""
     values = np.asarray(values, dtype=float)
     with np.errstate(all="ignore"):
         power = PAGE_DIGITS - 1 - np.floor(np.log10(np.abs(values)))
-    usual = np.abs(power) <= LARGEST_POWER  # not so of 0, and of what is not finite
+    usual = np.abs(power) <= LARGEST_POWER  # false for 0 and for values that are not finite
     scale = POWERS_OF_TEN[np.where(usual, power, 0.0).astype(int) + LARGEST_POWER]
     rounded = np.where(usual, np.rint(np.where(usual, values, 0.0) * scale) / scale, values)
     return [value if isfinite(value) else None for value in rounded.tolist()]

@@ -1,4 +1,4 @@
-"""The page of one cam, or of a few side by side: turning, with diagrams, limits, sizes, effects and files."""
+"""The page of one cam, or of a few side by side: turning cams, diagrams, limits, sizes, effects and files."""
 
 import re
 from collections.abc import Sequence
@@ -18,12 +18,12 @@ from camopt.show.exporting.export import export
 from camopt.show.reporting.cam_data import cam_data
 from camopt.show.reporting.page import data_url, render_page
 from camopt.show.reporting.sections import (
-    effects_sheet,
-    given_sheet,
-    limits_sheet,
-    motion_sheet,
-    quantities_sheet,
-    train_sheets,
+    effects_table,
+    inputs_table,
+    limits_table,
+    motion_table,
+    quantities_table,
+    train_tables,
     verdict_line,
 )
 from camopt.show.reporting.tolerances import YIELD_CAMS, errors_image, has_tolerances
@@ -37,46 +37,52 @@ MEDIA_TYPES = {".toml": "application/toml", ".csv": "text/csv", ".dxf": "image/v
 
 @dataclass(frozen=True)
 class ShownCam:
-    """One cam on a page, what it is called there, and a sentence about it for the head of the page."""
+    """One cam on a page, with its label, and a sentence for the head of the page."""
 
     label: str
     scene: Scene
     summary: str = ""
     result: Result | None = None
-    """A result whose tables and sentences have a chapter of their own."""
+    """A result that gets its own chapter."""
 
 
 @dataclass(frozen=True)
 class Chapter:
-    """Tables, or a text, under a heading that unfolds."""
+    """A section of a page that unfolds: tables or a text."""
 
     title: str
     tables: list[Table] = field(default_factory=list)
     text: str = ""
     open: bool = False
     picture: str = ""
-    """A picture, as an address that holds it."""
+    """A picture as a data URL."""
 
 
-def cams_page(cams: Sequence[ShownCam], title: str = "", told: Sequence[str] = ()) -> str:
-    """The page of some cams: of one with its name as title, of several side by side at one scale.
+def cams_page(cams: Sequence[ShownCam], title: str = "", summaries: Sequence[str] = ()) -> str:
+    """The HTML page of cams, side by side at one scale. The default title is the name of the first cam.
 
-    ``summary`` are sentences for the head of the page.
+    ``summaries`` are sentences for the head of the page.
     """
     problems = [resolve_design(shown.scene) for shown in cams]
-    found = [evaluate_design(shown.scene, problem) for shown, problem in zip(cams, problems, strict=True)]
+    evaluations = [evaluate_design(shown.scene, problem) for shown, problem in zip(cams, problems, strict=True)]
     labels = [shown.label for shown in cams]
-    limits = [limits_sheet(each, problem) for each, problem in zip(found, problems, strict=True)]
+    limits = [limits_table(each, problem) for each, problem in zip(evaluations, problems, strict=True)]
     several = len(cams) > 1
     pictures = [Picture(shown.scene, problem) for shown, problem in zip(cams, problems, strict=True)]
     words = [cam_sentences(picture) for picture in pictures]
-    head = [*([] if several else words[0]), *told]
-    lines = [*_verdict_cells(cams, limits, labels), *_warning_cells(found, labels), *(Cell(text) for text in head)]
+    head = [*([] if several else words[0]), *summaries]
+    lines = [
+        *_verdict_cells(cams, limits, labels),
+        *_warning_cells(evaluations, labels),
+        *(Cell(text) for text in head),
+    ]
     if any(picture.undercut for picture in pictures):
         lines.append(Cell(UNDERCUT_NOTE))
     titled = [replace(s, title=f"{label}: limits") for label, s in zip(labels, limits, strict=True)]
     sections = [
-        Chapter("Quantities", [quantities_sheet(found, problems, labels if several else ["value"])], open=several),
+        Chapter(
+            "Quantities", [quantities_table(evaluations, problems, labels if several else ["value"])], open=several
+        ),
         *(each for shown, p in zip(cams, problems, strict=True) for each in chapters_of(shown, p, several=several)),
     ]
     files, why = _page_files(cams, several)
@@ -92,7 +98,7 @@ def cams_page(cams: Sequence[ShownCam], title: str = "", told: Sequence[str] = (
     )
 
 
-UNDERCUT_NOTE = "The follower is drawn on the profile in theory; what is thin of it is cut away."
+UNDERCUT_NOTE = "The follower is drawn on the theoretical profile; the thin parts of this profile are cut away."
 
 
 def _verdict_cells(cams: Sequence[ShownCam], limits: list[Table], labels: list[str]) -> list[Cell]:
@@ -102,54 +108,54 @@ def _verdict_cells(cams: Sequence[ShownCam], limits: list[Table], labels: list[s
     return [Cell(f"{label} — {line.text}", line.kind) for label, line in zip(labels, lines, strict=True)]
 
 
-def _warning_cells(found: Sequence[Evaluation], labels: list[str]) -> list[Cell]:
-    """What to know of cams unasked; of several with the name of each."""
-    told = [(label, text) for label, each in zip(labels, found, strict=True) for text in each.warnings]
+def _warning_cells(evaluations: Sequence[Evaluation], labels: list[str]) -> list[Cell]:
+    """The warnings about cams; with the label of the cam if there are several."""
+    warnings = [(label, text) for label, each in zip(labels, evaluations, strict=True) for text in each.warnings]
     return [
         Cell(f"{label} — {text}." if len(labels) > 1 else f"{text[0].upper()}{text[1:]}.", "alarm")
-        for label, text in told
+        for label, text in warnings
     ]
 
 
 def cam_sentences(picture: Picture) -> list[str]:
-    """The sizes and the first results of a cam, and if it has no wall about its bore."""
-    thin = [f"{each[0].upper()}{each[1:]}." for each in no_wall(picture.scene)]
+    """Sentences on the sizes and first results of a cam, and a warning if its bore leaves no wall."""
+    thin = [f"{text[0].upper()}{text[1:]}." for text in no_wall(picture.scene)]
     return [sizes_in_words(picture), *([results_in_words(picture)] if picture.exists else []), *thin]
 
 
 def chapters_of(
     shown: ShownCam, problem: Problem, *, several: bool = False, pictures: bool = True
 ) -> list[Chapter]:
-    """What a scene gives, what it calls for, and what its tolerances do, with a picture if wanted."""
+    """The chapters of a cam: result, inputs, effects, tolerances (with a picture of the errors), scene."""
     prefix = f"{shown.label}: " if several else ""
     return [
         *_result_chapters(shown.result, prefix),
         Chapter(
             _prefixed_title(prefix, "Sizes, materials and motion"),
-            [given_sheet(shown.scene), motion_sheet(shown.scene), *train_sheets(shown.scene)],
+            [inputs_table(shown.scene), motion_table(shown.scene), *train_tables(shown.scene)],
         ),
-        Chapter(_prefixed_title(prefix, "Effects"), [effects_sheet(problem)]),
+        Chapter(_prefixed_title(prefix, "Effects"), [effects_table(problem)]),
         *_tolerance_chapters(shown.scene, problem, prefix, pictures),
         Chapter(_prefixed_title(prefix, "Scene (TOML)"), text=shown.scene.to_toml()),
     ]
 
 
 def _result_chapters(result: Result | None, prefix: str) -> list[Chapter]:
-    """The tables of a result, and its sentences below them."""
+    """A chapter with the tables of a result, then its sentences."""
     if result is None:
         return []
     sentences = [each for each in result.sections() if isinstance(each, str) and each]
-    tables = [*result.tables(), Table.from_texts("In words", [""], [[each] for each in sentences])]
+    tables = [*result.tables(), Table.from_texts("In words", [""], [[sentence] for sentence in sentences])]
     return [Chapter(_prefixed_title(prefix, "Result"), tables if sentences else tables[:-1], open=True)]
 
 
 def _tolerance_chapters(scene: Scene, problem: Problem, prefix: str, pictures: bool) -> list[Chapter]:
-    """How far the motion of a real cam may be off, and what is left of limits; nothing of a scene without them."""
+    """Motion errors, margins of limits and yield of a real cam; no chapter without tolerances."""
     if not has_tolerances(scene, problem):
         return []
-    found = tolerance(scene)
-    picture = errors_image(found) if pictures and found.errors else ""
-    tables = [*found.tables(), *sample_cams(scene, YIELD_CAMS).tables()]
+    result = tolerance(scene)
+    picture = errors_image(result) if pictures and result.errors else ""
+    tables = [*result.tables(), *sample_cams(scene, YIELD_CAMS).tables()]
     return [Chapter(_prefixed_title(prefix, "Tolerances"), tables, picture=picture)]
 
 
@@ -161,14 +167,14 @@ def _page_files(cams: Sequence[ShownCam], several: bool) -> tuple[list[Any], str
     files, reasons = [], []
     for place, cam in enumerate(cams, start=1):
         stem = re.sub(r"[^\w-]+", "-", cam.scene.name).strip("-")[:40] or "cam"
-        found, why = downloads_of(cam.scene, f"{stem}-{place}" if several else stem)
-        files += found
+        downloads, why = downloads_of(cam.scene, f"{stem}-{place}" if several else stem)
+        files += downloads
         reasons += [why] if why else []
     return files, "; ".join(dict.fromkeys(reasons))
 
 
 class Download(NamedTuple):
-    """A file inside the page."""
+    """A file inside the page: its name, data URL and accuracy."""
 
     name: str
     address: str
@@ -176,8 +182,8 @@ class Download(NamedTuple):
 
 
 def downloads_of(scene: Scene, stem: str) -> tuple[list[Download], str]:
-    """The files of a cam; of one that cannot be made the scene alone, and why."""
-    found, why = [], ""
+    """The files of a cam, and why files for machines are missing (empty if none are)."""
+    downloads, why = [], ""
     with TemporaryDirectory() as folder:
         for suffix, kind in MEDIA_TYPES.items():
             path = Path(folder) / f"{stem}{suffix}"
@@ -186,7 +192,8 @@ def downloads_of(scene: Scene, stem: str) -> tuple[list[Download], str]:
             except BadInput as refused:
                 why = "; ".join(mistake.allowed for mistake in refused.mistakes)
                 continue
-            unit, of = shown_unit("mm"), written.curves.items()
-            within = [f"{name} within {to_shown_unit(c.deviation_mm, 'mm'):.2g} {unit} (proved)" for name, c in of]
-            found.append(Download(path.name, data_url(path.read_bytes(), kind), "; ".join(within)))
-    return found, why
+            unit, curves = shown_unit("mm"), written.curves.items()
+            deviations = ((name, to_shown_unit(curve.deviation_mm, "mm")) for name, curve in curves)
+            within = [f"{name} within {deviation:.2g} {unit} (proved)" for name, deviation in deviations]
+            downloads.append(Download(path.name, data_url(path.read_bytes(), kind), "; ".join(within)))
+    return downloads, why

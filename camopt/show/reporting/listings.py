@@ -16,13 +16,11 @@ from camopt.scene.sources import shipped_scenes, shipped_toml
 from camopt.scene.table_places import table_heading
 from camopt.solve.tables.result import ABOUT, Cell, Listing, Table, table_of
 
-LAW_SCALING_NOTE = (
-    "By the cam angle, a stroke of lift h over an angle β (rad) has these peaks times h/β, h/β² and h/β³."
-)
+LAW_SCALING_NOTE = "For a stroke of lift h over an angle β (rad), multiply these peaks by h/β, h/β² and h/β³."
 
 
 def list_laws() -> Listing:
-    """The motion laws with what they join and the peaks of their unit stroke."""
+    """The motion laws, the states that they join, and the peaks of their unit stroke."""
     records: list[dict[str, Any]] = [
         {
             "law": name,
@@ -36,45 +34,47 @@ def list_laws() -> Listing:
         for name, law in LAWS.items()
     ]
     names = ["law", "title", "joins", *LAW_PEAKS, "jumps"]
-    title = "Motion laws between dwells (stroke 1, angle 1); they join rest R, constant velocity G, reversal U"
+    title = "Motion laws for stroke 1, angle 1; they join rest R, constant velocity G, reversal U"
     jumping = [
         {**each, **{peak: each[f"{peak}_inside"] for peak in LAW_PEAKS}} for each in records if each["jumps"]
     ]
     other = [{"law": name, "other names": ", ".join(aliases)} for name, aliases in ALIASES.items()]
     parts = (
         replace(table_of(title, records, names), note=LAW_SCALING_NOTE),
-        table_of("Inside the stroke, of those with a jump beside a dwell", jumping, names[:-1]),
-        table_of("Other names that scenes may use", other, ["law", "other names"]),
+        table_of("Peaks inside the stroke, for laws with a jump at a dwell", jumping, names[:-1]),
+        table_of("Other names allowed in scenes", other, ["law", "other names"]),
     )
     return Listing(records, parts)
 
 
-ANY_QUANTITY = "And any quantity by its name, such as limits.velocity_max_rise_m_s: camopt keys NAME shows it."
-KEY_HEADS: list[Cell | str] = ["key", "unit", "allowed", "if not given", Cell("what it is", ABOUT)]
+ANY_QUANTITY = "A limit can also be any quantity, such as limits.velocity_max_rise_m_s; see camopt keys NAME."
+KEY_HEADS: list[Cell | str] = ["key", "unit", "allowed", "default", Cell("meaning", ABOUT)]
 
 
 def list_keys(name: str | None) -> Listing:
-    """The keys of a table or of all, table by table."""
+    """The keys of one table of a scene, or of all tables."""
     keys = find_keys(name)
     return Listing(keys, tuple(_key_table(table, [*each]) for table, each in groupby(keys, lambda key: key.table)))
 
 
 def _key_table(table: str, keys: list[KeyDescription]) -> Table:
-    """The keys of one table; of many limits those with short keys, and a note on the others."""
-    what = (SCENE_TABLES[table].__doc__ or "").split("\n")[0]
+    """The keys of one table. Of limits only those with short keys, with a note on the others."""
+    summary = (SCENE_TABLES[table].__doc__ or "").split("\n")[0]
     short = [key for key in keys if key.key.removeprefix("limits.") in LIMIT_KEYS]
-    some = short if table == "limits" and len(short) > 1 else keys
-    title = f"{table_heading(table)}  {what}" if table else "At the top"
-    return Table.from_texts(title, KEY_HEADS, map(_key_row, some), "" if some is keys else ANY_QUANTITY)
+    rows = short if table == "limits" and len(short) > 1 else keys
+    title = f"{table_heading(table)}  {summary}" if table else "Top level"
+    return Table.from_texts(title, KEY_HEADS, map(_key_row, rows), "" if rows is keys else ANY_QUANTITY)
 
 
 def _key_row(key: KeyDescription) -> list[Cell | str]:
-    """A key as a row."""
-    default = "needed" if key.needed else str(key.default).lower() if isinstance(key.default, bool) else key.default
+    """A key as a row of the table."""
+    default = (
+        "required" if key.needed else str(key.default).lower() if isinstance(key.default, bool) else key.default
+    )
     return [key.key, key.unit, key.allowed, "" if default is None else str(default), Cell(key.sentence, ABOUT)]
 
 
 def list_scenes() -> Listing:
     """The shipped scenes with their titles."""
-    records = [{"name": each, "title": tomllib.loads(shipped_toml(each))["name"]} for each in shipped_scenes()]
+    records = [{"name": name, "title": tomllib.loads(shipped_toml(name))["name"]} for name in shipped_scenes()]
     return Listing(records, (table_of("Shipped scenes", records, ["name", "title"]),))

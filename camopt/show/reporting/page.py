@@ -1,7 +1,7 @@
-"""The page as text: templates filled, style and program inside, nothing from anywhere else.
+"""HTML pages: templates filled with data, with style and program inside the file.
 
-What is filled in is escaped (Jinja), data are JSON that closes no element, and a content security policy lets the
-browser run this one program and fetch nothing: a name in a scene stays text.
+Text from a scene stays text: Jinja escapes it, and the JSON data cannot close their element. A content security
+policy lets the browser run only the program of the page and fetch nothing.
 """
 
 import json
@@ -24,16 +24,16 @@ CAM_SCRIPTS = ("geometry", "drawing", "cam", "diagrams", "player", "theme", "pri
 PAGE_SCRIPTS = {
     "cams": (*CAM_SCRIPTS, "cams_page", "start"),
     "results": (*CAM_SCRIPTS, "rows", "scatter", "parallel", "tables", "grid", "results_page", "start"),
-    "serve": (*CAM_SCRIPTS, "tables", "controls", "asking", "serve_page", "start"),
+    "serve": (*CAM_SCRIPTS, "tables", "controls", "requests", "serve_page", "start"),
 }
-"""The parts of the program of each kind of page, in the order in which they need each other."""
+"""Scripts of each kind of page; each script uses only earlier ones."""
 
 
 def render_page(kind: str, title: str, data: Mapping[str, Any], **more: Any) -> str:
-    """A page of a kind in ``PAGE_SCRIPTS``: its title, the data of its program, the content of its template."""
+    """The HTML of a page of a kind in ``PAGE_SCRIPTS``: ``data`` for its program, ``more`` for its template."""
     style, script = _asset_text("page.css"), "\n".join(_asset_text(f"{part}.js") for part in PAGE_SCRIPTS[kind])
     text = json.dumps({"page": kind, **data}, allow_nan=False, ensure_ascii=True, separators=(",", ":"))
-    for sign in "<>&":  # or the text could close its element, or open another
+    for sign in "<>&":  # else the text could close its element or open another
         text = text.replace(sign, f"\\u{ord(sign):04x}")
     return str(
         _templates()
@@ -53,15 +53,15 @@ def render_page(kind: str, title: str, data: Mapping[str, Any], **more: Any) -> 
 
 @cache
 def _templates() -> Any:
-    made = Environment(
+    environment = Environment(
         loader=PackageLoader("camopt.show.reporting"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
-    made.globals["html_table"] = _table_html
-    return made
+    environment.globals["html_table"] = _table_html
+    return environment
 
 
 def _table_html(table: Table | Mapping[str, Any]) -> Any:
-    """A table as HTML, all rows of it; or one as an answer to a page has it, a mapping."""
+    """All rows of a table as HTML; the table may be a mapping, as in an answer of the server."""
     whole = table if isinstance(table, Table) else Table(**table)
     return Markup(html_table(whole, len(whole.rows)))
 
@@ -76,10 +76,10 @@ def _content_hash(text: str) -> str:
 
 
 def deflate_to_text(data: bytes) -> str:
-    """Bytes as a page holds them: deflated, in base64."""
+    """Bytes deflated, in base64."""
     return b64encode(zlib.compress(data, 9)).decode()
 
 
 def data_url(data: bytes, kind: str) -> str:
-    """A file inside the page, as an address."""
+    """A data URL that holds a file."""
     return f"data:{kind};base64,{b64encode(data).decode()}"

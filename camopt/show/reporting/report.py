@@ -1,4 +1,4 @@
-"""A report: any result as one page, chosen by what the result is."""
+"""Reports: a scene, a result or a folder as one HTML page, either of cams or of tables of designs."""
 
 import json
 import os
@@ -49,8 +49,8 @@ def report(what: Any, path: str | os.PathLike[str]) -> Path:
     ----------
     what : Scene, Design, Result, str, os.PathLike or list
         A scene, a design, any result of a scene, the folder or table (Parquet) that a command wrote, or a list of
-        such: up to four cams side by side, or several tables of designs. Of a result other than a sweep, an optimum
-        or a synthesis the page shows the cam, and the result in a chapter of its own.
+        these: up to four cams side by side, or several tables of designs. For a result other than a sweep, an
+        optimum or a synthesis, the page shows the cam and adds a chapter with the result.
     path : str or os.PathLike
         The file, which ends in .html.
 
@@ -62,7 +62,7 @@ def report(what: Any, path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     BadInput
-        For anything else, a scene that lacks a size, or cams beside tables.
+        If ``what`` is something else, if a scene lacks a size, or if cams and tables are mixed.
     OSError
         If a file cannot be read or written.
 
@@ -73,17 +73,15 @@ def report(what: Any, path: str | os.PathLike[str]) -> Path:
     checked_suffix(path, "path", (".html",))
     place = path_of(path)
     check_writable(place)
-    found = [each for one in (what if isinstance(what, (list, tuple)) else [what]) for each in page_items(one)]
-    write_text(place, _page_html(found))
+    targets = what if isinstance(what, (list, tuple)) else [what]
+    write_text(place, _page_html([item for target in targets for item in page_items(target)]))
     return place
 
 
-def _page_html(found: list[ShownCam | ResultRows]) -> str:
-    cams, results = [x for x in found if isinstance(x, ShownCam)], [x for x in found if isinstance(x, ResultRows)]
+def _page_html(items: list[ShownCam | ResultRows]) -> str:
+    cams, results = [x for x in items if isinstance(x, ShownCam)], [x for x in items if isinstance(x, ResultRows)]
     if bool(cams) == bool(results):
-        raise BadInput(
-            [Mistake("camopt", "what", None, "cams, or tables of designs: a page shows one or the other")]
-        )
+        raise BadInput([Mistake("camopt", "what", None, "either cams or tables of designs, not both")])
     if len(cams) > MOST_PAGE_CAMS:
         raise BadInput([Mistake("camopt", "what", len(cams), f"at most {MOST_PAGE_CAMS} cams side by side")])
     if results:
@@ -93,30 +91,30 @@ def _page_html(found: list[ShownCam | ResultRows]) -> str:
     return cams_page(_with_distinct_names(cams), title, [cam.summary for cam in cams if cam.summary])
 
 
-def _with_distinct_names(found: list[Any]) -> list[Any]:
-    """Those of one name with a number; cams with their laws before, if they have others."""
-    cams = isinstance(found[0], ShownCam)
+def _with_distinct_names(items: list[Any]) -> list[Any]:
+    """Items with distinct names: the laws are added to labels of cams if they differ, then numbers."""
+    cams = isinstance(items[0], ShownCam)
     field = "label" if cams else "name"
-    if cams and len({each.label for each in found}) < len(found):
-        laws = [_scene_laws(each.scene) for each in found]
+    if cams and len({cam.label for cam in items}) < len(items):
+        laws = [_scene_laws(cam.scene) for cam in items]
         if len({*laws}) > 1:
-            found = [replace(each, label=f"{each.label}, {law}") for each, law in zip(found, laws, strict=True)]
-    names = [getattr(each, field) for each in found]
+            items = [replace(cam, label=f"{cam.label}, {law}") for cam, law in zip(items, laws, strict=True)]
+    names = [getattr(item, field) for item in items]
     return [
-        each if names.count(name) == 1 else replace(each, **{field: f"{name} ({place})"})
-        for place, (each, name) in enumerate(zip(found, names, strict=True), start=1)
+        item if names.count(name) == 1 else replace(item, **{field: f"{name} ({place})"})
+        for place, (item, name) in enumerate(zip(items, names, strict=True), start=1)
     ]
 
 
 def _scene_laws(scene: Scene) -> str:
-    """The laws of its rises and returns; of moves alone, that."""
+    """The laws of the rises and returns of a scene; "moves" if it has only moves."""
     programme = resolve_design(scene).programme
     return joined_laws(programme.law_names(RISE), programme.law_names(RETURN)) or "moves"
 
 
 @singledispatch
 def page_items(what: Any) -> Iterable[ShownCam | ResultRows]:
-    """What a page shows of a result."""
+    """The cams or tables of designs that a page shows for a scene, result or path."""
     scene = getattr(what, "scene", None)
     if isinstance(what, Result) and isinstance(scene, Scene):
         return [ShownCam(scene.name, scene, result=what)]
@@ -149,14 +147,14 @@ def _optimum_items(what: Optimum) -> Iterable[ShownCam]:
 
 
 def _smallest_shown_cams(cams: list[ShownCam]) -> list[ShownCam]:
-    """The smallest of several cams, as many as a page has room for, and a word on the others."""
+    """The smallest cams, at most ``MOST_PAGE_CAMS``, with a sentence on the others."""
     if len(cams) <= MOST_PAGE_CAMS:
         return cams
     kept = sorted(cams, key=lambda cam: cam.scene.cam.base_radius or cam.scene.cam.mean_radius or 0.0)[
         :MOST_PAGE_CAMS
     ]
-    told = f"The {MOST_PAGE_CAMS} smallest of {len(cams)} cams; the others are larger."
-    return [replace(kept[0], summary=told), *kept[1:]]
+    summary = f"The {MOST_PAGE_CAMS} smallest of {len(cams)} cams; the others are larger."
+    return [replace(kept[0], summary=summary), *kept[1:]]
 
 
 @page_items.register
@@ -189,9 +187,9 @@ def _path_items(what: str | os.PathLike[str]) -> Iterable[ShownCam | ResultRows]
 def _table_items(
     name: str, frame: "pd.DataFrame", front: "pd.DataFrame | None" = None
 ) -> Iterable[ShownCam | ResultRows]:
-    """Rows of designs, beside their Pareto front if there is one; of one design its cam."""
+    """The rows of a table, with the Pareto front if there is one; the cam if it has one row."""
     if frame.empty:
-        why = "a table with a design in it; no design was feasible, and others were not kept"
+        why = "a table with at least one design; no design was feasible, and others were not kept"
         raise BadInput([Mistake("camopt", "table", name, why)])
     if len(frame) == 1:
         return _scene_items(scene_of(frame, frame.index[0]))
@@ -199,20 +197,20 @@ def _table_items(
 
 
 def _folder_items(folder: Path) -> Iterable[ShownCam | ResultRows]:
-    """The result that a command left in a folder: files that its manifest names, if there is one."""
+    """The result that a command wrote into a folder: the files in its manifest, if it has one."""
     manifest = manifest_of(folder)
-    there = {path.name for path in result_paths(folder, "*", manifest)}
-    if {PARETO, DESIGNS} <= there:
+    names = {path.name for path in result_paths(folder, "*", manifest)}
+    if {PARETO, DESIGNS} <= names:
         frames = [frame_of(folder / name, manifest) for name in (DESIGNS, PARETO)]
         return _table_items(printable(folder.name), *frames)
     for table in (PARETO, FRONTIER):
-        if table in there:
+        if table in names:
             return _table_items(printable(table), frame_of(folder / table, manifest))
-    if SCENE_FILE in there:
+    if SCENE_FILE in names:
         summary = _synthesis_summary(folder / SUMMARY_FILE)
-        told = str(summary.get(SENTENCE_KEYS[shown_system()], ""))
-        cams = [ShownCam("new laws", _result_scene(folder / SCENE_FILE, manifest), told)]
-        if KNOWN_FILE in there:
+        sentence = str(summary.get(SENTENCE_KEYS[shown_system()], ""))
+        cams = [ShownCam("new laws", _result_scene(folder / SCENE_FILE, manifest), sentence)]
+        if KNOWN_FILE in names:
             known = ShownCam(f"known law: {summary.get('known_law')}", _result_scene(folder / KNOWN_FILE, manifest))
             cams.insert(0, known)
         return cams
@@ -225,17 +223,17 @@ def _folder_items(folder: Path) -> Iterable[ShownCam | ResultRows]:
 
 
 def _result_scene(path: Path, manifest: Manifest | None) -> Scene:
-    """A scene of a result, as its manifest names it."""
+    """A scene of a result, checked against its manifest."""
     with whole_result_file(path, manifest):
         return Scene.from_toml(path)
 
 
 def _synthesis_summary(path: Path) -> dict[str, Any]:
-    """What a synthesis says of itself; nothing if it does not."""
+    """The summary that a synthesis wrote; empty if there is none."""
     if not path.exists():
         return {}
     try:
-        found = json.loads(text_of(read_bytes(path)))
+        summary = json.loads(text_of(read_bytes(path)))
     except ValueError as trouble:
         raise BadInput([Mistake(path.name, "file", None, f"the JSON that synthesise wrote ({trouble})")]) from None
-    return found if isinstance(found, dict) else {}
+    return summary if isinstance(summary, dict) else {}

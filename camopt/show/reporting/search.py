@@ -1,4 +1,4 @@
-"""The search for the smallest cam in a process of its own: the page goes on meanwhile, and may call it off."""
+"""Search for the smallest cam in a separate process: the page stays usable and can stop the search."""
 
 import os
 import signal
@@ -13,27 +13,27 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.scene.scene import Scene
 from camopt.solve.smallest.optimise import optimise
 
-TIME_LIMIT = 60.0
+TIME_LIMIT = 60.0  # s
 
 
 def find_smallest_cam(scene: Scene, seconds: float = TIME_LIMIT) -> dict[str, Any]:
-    """The scene of the smallest cam and a sentence about it; or why there is none, as ``why``."""
+    """``scene`` of the smallest cam and a sentence about it, ``told``; or the reason why there is none, ``why``."""
     try:
         result = optimise(scene, seconds=seconds)
     except BadInput as refused:
         return {"why": "; ".join(f"{each.key}: {each.allowed}" for each in refused.mistakes)}
     if result.best is None:
         laws = "; ".join(f"{law}: {why}" for law, why in result.obstacles.items())
-        return {"why": f"no cam meets all limits. In the way are {laws}"}
+        return {"why": f"no cam meets all limits. Obstacles by law: {laws}"}
     best = result.best
     proof = "proved" if best["proved"] else f"a cam smaller by up to {best['gap_mm']:.3g} mm may exist"
-    binding = ", ".join(name.replace("_", " ") for name in best["binding"])
-    held = f"; held by {binding}" if binding else ""
-    return {"scene": best.scene.to_dict(), "told": f"The smallest cam: {proof}{held}."}
+    names = ", ".join(name.replace("_", " ") for name in best["binding"])
+    active_limits = f"; active limits: {names}" if names else ""
+    return {"scene": best.scene.to_dict(), "told": f"The smallest cam: {proof}{active_limits}."}
 
 
 def exit_with_parent() -> None:
-    """Have this process end when the one that started it does, however that ends."""
+    """End this process when the process that started it ends."""
     parent = parent_process()
     assert parent is not None
 
@@ -45,7 +45,7 @@ def exit_with_parent() -> None:
 
 
 def _run_search(tables: Mapping[str, Any], file: str, out: Connection) -> None:
-    """What the process does. An interrupt of the terminal is for the server, which ends it."""
+    """Run the search in its process. It ignores Ctrl-C: the server handles that and ends the search."""
     exit_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
@@ -62,29 +62,30 @@ class BackgroundSearch:
         self.process: BaseProcess | None = None
 
     def run(self, scene: Scene) -> dict[str, Any]:
-        """What ``find_smallest_cam`` finds, in time; ``why`` if it is called off.
+        """The answer of ``find_smallest_cam``; ``why`` if the search was stopped.
 
         Raises
         ------
         BadInput
-            If another search is under way.
+            If another search is running.
         """
         context = get_context("spawn")
         with self.lock:
             if self.process is not None:
-                raise BadInput([Mistake("page", "smallest", None, "another search is under way", bare=True)])
-            ours, theirs = context.Pipe(duplex=False)
-            process = context.Process(target=_run_search, args=(scene.to_dict(), scene.file, theirs), daemon=True)
+                raise BadInput([Mistake("page", "smallest", None, "another search is running", bare=True)])
+            receiver, sender = context.Pipe(duplex=False)
+            process = context.Process(target=_run_search, args=(scene.to_dict(), scene.file, sender), daemon=True)
             process.start()
-            theirs.close()
+            sender.close()
             self.process = process
         try:
-            found: dict[str, Any] = ours.recv()
-            return found
+            answer: dict[str, Any] = receiver.recv()
+            return answer
         except EOFError:
-            return {"why": "it ended without an answer" if self.process is process else "called off"}
+            reason = "the search ended without an answer" if self.process is process else "the search was stopped"
+            return {"why": reason}
         finally:
-            ours.close()
+            receiver.close()
             self.stop()
 
     def stop(self) -> None:

@@ -1,4 +1,4 @@
-"""The tables of a page: limits with their proofs, sizes, quantities, and what ran."""
+"""Tables of a page: limits with their proofs, quantities, inputs of the scene, effects."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from math import isfinite
@@ -24,39 +24,39 @@ from camopt.solve.verdicts.verdict_words import ARM_UNCHECKED, BROKEN, HELD, UND
 IN_DOUBLES, IN_INTERVALS, BY_INTEGRALS, BY_SIZES = "double precision", "intervals", "integrals", "sizes"
 UNPROVED = "not yet"
 PROOFS = {
-    IN_INTERVALS: "with room for every rounding, at every cam angle",
-    IN_DOUBLES: "with margins for rounding, over the whole turn",
-    BY_INTEGRALS: "by Gauss's rule, of which two orders agree",
-    BY_SIZES: "sizes compared",
-    UNPROVED: "double precision while controls move; proved where they rest",
+    IN_INTERVALS: "interval arithmetic at every cam angle, which includes all rounding",
+    IN_DOUBLES: "double precision over the whole turn, with margins for rounding",
+    BY_INTEGRALS: "Gauss's rule, in two orders that agree",
+    BY_SIZES: "sizes are compared",
+    UNPROVED: "double precision while controls move; the proof follows when they rest",
 }
-"""How limits are proved, and what that means."""
+"""Methods of proof, and what each means."""
 INTEGRATED = ("section", "solid")
 """Effects whose quantities are integrals over the turn."""
 
 
-def limits_sheet(found: Evaluation, problem: Problem) -> Table:
-    """Each limit: its bound, the value reached, the margin, whether it is held, and how that was proved."""
+def limits_table(evaluation: Evaluation, problem: Problem) -> Table:
+    """Each limit with its verdict, bound, value, margin and method of proof."""
     limits = {limit.name: limit for limit in problem.limits}
     verdicts = certify_problem(problem)
     proofs = {name: IN_INTERVALS if name == CONDITIONS else _proof_method(limits.get(name)) for name in verdicts}
-    return verdicts_sheet(found, problem, verdicts, proofs)
+    return verdicts_table(evaluation, problem, verdicts, proofs)
 
 
-def verdicts_sheet(
-    found: Evaluation, problem: Problem, verdicts: Mapping[str, str], proofs: Mapping[str, str]
+def verdicts_table(
+    evaluation: Evaluation, problem: Problem, verdicts: Mapping[str, str], proofs: Mapping[str, str]
 ) -> Table:
-    """As ``limits_sheet``, of verdicts by the names of limits, and how each was found."""
+    """``limits_table`` with these verdicts and methods of proof, by name of limit."""
     limits = {limit.name: limit for limit in problem.limits}
     rows: list[list[Cell | str]] = []
     for name, verdict in verdicts.items():
         limit, how = limits.get(name), proofs[name]
-        for bound, reached, margin in _limit_cells(limit, found, verdict):
+        for bound, reached, margin in _limit_cells(limit, evaluation, verdict):
             rows.append([_spaced_name(name), Cell(verdict, verdict), bound, reached, margin, Cell(how, "how")])
     numbers = (Cell(text, NUMERIC) for text in ("bound", "reached", "margin"))
     used = dict.fromkeys(proofs[name] for name in verdicts)
     note = "; ".join(f"{how}: {PROOFS[how]}" for how in used)
-    if found.scene.mechanism.motion.angular:
+    if evaluation.scene.mechanism.motion.angular:
         note += f". {ARM_UNCHECKED}"
     return Table.from_texts("Limits, at every cam angle", ["limit", "verdict", *numbers, "proved by"], rows, note)
 
@@ -77,29 +77,29 @@ def _proof_method(limit: Limit | None) -> str:
     return IN_INTERVALS if limit.required_quantities else BY_SIZES
 
 
-def _limit_cells(limit: Limit | None, found: Evaluation, verdict: str) -> Iterator[tuple[str, str, str]]:
-    """Bound, value and margin of each quantity that a limit bounds, in words; a margin below 0 is exceeded."""
-    base = found.scene.cam.base_radius
+def _limit_cells(limit: Limit | None, evaluation: Evaluation, verdict: str) -> Iterator[tuple[str, str, str]]:
+    """Texts of bound, value and margin of each quantity of a limit. A margin below 0 breaks the limit."""
+    base = evaluation.scene.cam.base_radius
     if limit is not None and limit.is_on_base_circle and base:
         values = (limit.bound, 2.0 * base, 2.0 * base - limit.bound)
-        least, diameter, left = (_with_unit(to_shown_unit(each, "mm"), shown_unit("mm")) for each in values)
-        yield f"≥ {least}", diameter, left
+        bound, diameter, margin = (_with_unit(to_shown_unit(each, "mm"), shown_unit("mm")) for each in values)
+        yield f"≥ {bound}", diameter, margin
         return
-    names = [] if limit is None else [name for name in limit.shown_quantities if name in found]
+    names = [] if limit is None else [name for name in limit.shown_quantities if name in evaluation]
     if limit is None or not names:
         yield "finite" if isinstance(limit, OwnQuantityLimit) else "none allowed", "", ""
         return
     for name in names:
-        unit, value = find_quantity(name, limit.setup).unit, found[name]
+        unit, value = find_quantity(name, limit.setup).unit, evaluation[name]
         side = 1.0 if limit.relation in ("≤", "±") else -1.0
-        margin = side * (limit.bound - (abs(value) if side > 0.0 else value))
-        just = verdict == HELD and abs(margin) <= found.scene.accuracy.relative_error * abs(limit.bound)
-        margin = 0.0 if just else margin
+        distance = side * (limit.bound - (abs(value) if side > 0.0 else value))
+        rounding = evaluation.scene.accuracy.relative_error * abs(limit.bound)
+        distance = 0.0 if verdict == HELD and abs(distance) <= rounding else distance
         words = f"{limit.relation} {to_shown_unit(limit.bound, unit):g} {shown_unit(unit)}".replace(
             "-", "−"
         ).strip()
         reached = f"{with_minus_sign(quantity_text(name, value))} {shown_unit(unit)}".strip()
-        yield words, reached, _with_unit(float(f"{to_shown_unit(margin, unit):.3g}"), shown_unit(unit))
+        yield words, reached, _with_unit(float(f"{to_shown_unit(distance, unit):.3g}"), shown_unit(unit))
 
 
 def _with_unit(value: float, unit: str) -> str:
@@ -107,42 +107,44 @@ def _with_unit(value: float, unit: str) -> str:
 
 
 def signed_text(value: Any) -> str:
-    """A number as people read it, with a real minus sign."""
+    """A number as text, with a real minus sign."""
     return with_minus_sign(number_text(value)) if isinstance(value, float) else number_text(value)
 
 
 def with_minus_sign(text: str) -> str:
-    """A number with a real minus sign."""
+    """A text with a real minus sign, if it is a number."""
     return text.replace("-", "−") if text[-1:].isdigit() else text
 
 
-def verdict_line(sheet: Table, scene: Scene) -> Cell:
-    """The verdict on a design in one sentence."""
-    broken, undecided = (", ".join(_limits_with_verdict(verdict, sheet)) for verdict in (BROKEN, UNDECIDED))
+def verdict_line(limits: Table, scene: Scene) -> Cell:
+    """The verdict on a design as one sentence."""
+    broken, undecided = (", ".join(_limits_with_verdict(verdict, limits)) for verdict in (BROKEN, UNDECIDED))
     if broken:
         return Cell(f"Not feasible: {broken}.", "verdict broken")
     if undecided:
-        return Cell(f"Not proved to be feasible; undecided: {undecided}.", "verdict undecided")
+        return Cell(f"Not proved to be feasible; undecided limits: {undecided}.", "verdict undecided")
     if not scene.to_dict().get("limits"):
-        return Cell("Feasible: the scene gives no limits, and what every cam must hold is proved.", "verdict held")
-    return Cell("Feasible: every limit is proved to be held at every cam angle.", "verdict held")
+        return Cell(
+            "Feasible: the scene gives no limits, and the conditions on every cam are proved.", "verdict held"
+        )
+    return Cell("Feasible: every limit is proved at every cam angle.", "verdict held")
 
 
-def _limits_with_verdict(verdict: str, sheet: Table) -> Iterable[str]:
-    """The limits of a sheet that have a verdict, each once."""
-    place = [head.text for head in sheet.heads].index("verdict")
-    return dict.fromkeys(row[0].text for row in sheet.rows if row[place].text == verdict)
+def _limits_with_verdict(verdict: str, limits: Table) -> Iterable[str]:
+    """The limits in a table that have this verdict, each once."""
+    place = [head.text for head in limits.heads].index("verdict")
+    return dict.fromkeys(row[0].text for row in limits.rows if row[place].text == verdict)
 
 
-def all_limits_held(sheet: Table) -> bool:
-    """Whether every limit of a sheet is held."""
-    return not any(_limits_with_verdict(verdict, sheet) for verdict in (BROKEN, UNDECIDED))
+def all_limits_held(limits: Table) -> bool:
+    """Whether every limit in a table is held."""
+    return not any(_limits_with_verdict(verdict, limits) for verdict in (BROKEN, UNDECIDED))
 
 
-def quantities_sheet(found: list[Evaluation], problems: Iterable[Problem], labels: Iterable[str]) -> Table:
-    """Every quantity of some designs side by side, with unit, limit and meaning."""
+def quantities_table(evaluations: list[Evaluation], problems: Iterable[Problem], labels: Iterable[str]) -> Table:
+    """Every quantity of designs side by side, with unit, limit and meaning."""
     names = dict.fromkeys(
-        n for each in found for n in each if not is_zero_column(each.scene.search.sizes, n, [each])
+        n for each in evaluations for n in each if not is_zero_column(each.scene.search.sizes, n, [each])
     )
     first, *others = (bounds_shown(problem) for problem in problems)
     bounds = {name: bound for name, bound in first.items() if all(each.get(name) == bound for each in others)}
@@ -158,27 +160,28 @@ def quantities_sheet(found: list[Evaluation], problems: Iterable[Problem], label
     for name in names:
         values = [
             with_minus_sign(quantity_text(name, each[name])).replace(",", ", ") if name in each else ""
-            for each in found
+            for each in evaluations
         ]
-        about = next(find_quantity(name, resolve(each.scene).setup) for each in found if name in each)
-        reasons = dict.fromkeys(each.unbounded[name] for each in found if name in each.unbounded)
-        meaning, called = "; ".join(reasons) or about.sentence, name_in_shown_unit(name, about.unit)
+        about = next(find_quantity(name, resolve(each.scene).setup) for each in evaluations if name in each)
+        reasons = dict.fromkeys(each.unbounded[name] for each in evaluations if name in each.unbounded)
+        meaning, title = "; ".join(reasons) or about.sentence, name_in_shown_unit(name, about.unit)
         unit, bound = shown_unit(about.unit), bounds.get(name, "")
-        rows.append([called, about.symbol, *values, unit, bound, Cell(meaning, ABOUT)])
-    return Table.from_texts("Every quantity that the scene calls for", heads, rows)
+        rows.append([title, about.symbol, *values, unit, bound, Cell(meaning, ABOUT)])
+    return Table.from_texts("Quantities", heads, rows)
 
 
 def _shown_tables(scene: Scene) -> dict[str, Any]:
-    """What the scene gives, in the units in which results are shown."""
+    """The tables of a scene, in the units in which results are shown."""
     return in_shown_units(scene.to_dict(), tables_by_place(Scene))
 
 
-def motion_sheet(scene: Scene) -> Table:
-    """The segments of the motion, or the arcs and lines of the profile."""
+def motion_table(scene: Scene) -> Table:
+    """A table of the segments of the motion, or of the arcs and lines of the profile."""
     data = _shown_tables(scene)
-    unit, of = "deg" if scene.given_turns else shown_unit("mm"), "follower" if scene.given_at_follower else "tool"
-    whose = f"Motion of the {of}" if scene.train else "Motion"
-    title = f"{whose}, segment by segment (angles in deg, lifts in {unit})"
+    unit = "deg" if scene.given_turns else shown_unit("mm")
+    body = "follower" if scene.given_at_follower else "tool"
+    name = f"Motion of the {body}" if scene.train else "Motion"
+    title = f"{name}, segment by segment (angles in deg, lifts in {unit})"
     if "motion" not in data:
         title = f"Profile, arc by arc (lengths in {unit})"
     parts = data.get("motion") or data.get("profile", [])
@@ -186,8 +189,8 @@ def motion_sheet(scene: Scene) -> Table:
     return Table.from_texts(title, keys, ([_cell_text(part.get(key, "")) for key in keys] for part in parts))
 
 
-def train_sheets(scene: Scene) -> list[Table]:
-    """The stages between the follower and its tool, if there are any."""
+def train_tables(scene: Scene) -> list[Table]:
+    """A table of the stages between follower and tool; none without a train."""
     stages = _shown_tables(scene).get("train", [])
     keys = list(dict.fromkeys(key for stage in stages for key in stage))
     title = f"Train, from the follower to the tool (lengths in {shown_unit('mm')}, angles in deg)"
@@ -198,10 +201,10 @@ def train_sheets(scene: Scene) -> list[Table]:
     )
 
 
-def given_sheet(scene: Scene) -> Table:
-    """Sizes, speed, materials and loads that the scene gives, by key."""
+def inputs_table(scene: Scene) -> Table:
+    """Sizes, speed, materials and loads of the scene, by key."""
     units = {key: QUANTITIES[name] for key, name in scene.number_quantities.items()}
-    given = leaves({name: table for name, table in _shown_tables(scene).items() if name in GIVEN_TABLES})
+    inputs = leaves({name: table for name, table in _shown_tables(scene).items() if name in INPUT_TABLES})
     rows: list[list[Cell | str]] = [
         [
             key,
@@ -209,12 +212,12 @@ def given_sheet(scene: Scene) -> Table:
             shown_unit(units[key].unit if key in units else "mm" if key in LENGTH_KEYS else ""),
             units[key].sentence if key in units else "",
         ]
-        for key, value in given
+        for key, value in inputs
     ]
-    return Table.from_texts("What the scene gives", ["key", Cell("value", NUMERIC), "unit", ""], rows)
+    return Table.from_texts("Inputs of the scene", ["key", Cell("value", NUMERIC), "unit", ""], rows)
 
 
-GIVEN_TABLES = ("cam", "follower", "materials", "part")
+INPUT_TABLES = ("cam", "follower", "materials", "part")
 LENGTH_KEYS = {
     *(f"cam.{name}" for name in ("base_radius", "mean_radius")),
     *(f"follower.{name}" for name in ("roller_radius", "face_radius", "offset", "arm_length")),
@@ -226,7 +229,7 @@ LENGTH_KEYS = {
 
 def _cell_text(value: Any) -> str:
     if isinstance(value, (list, tuple)):
-        texts = [_cell_text(each) for each in value]
+        texts = [_cell_text(item) for item in value]
         return ", ".join(
             texts if len(texts) <= LISTED_NUMBERS else [*texts[:LISTED_NUMBERS], f"… ({len(texts)} in all)"]
         )
@@ -238,7 +241,7 @@ def _cell_text(value: Any) -> str:
 LISTED_NUMBERS = 8  # numbers of a list that are shown
 
 
-def effects_sheet(problem: Problem) -> Table:
-    """The effects that ran, what called for them, and what they computed."""
+def effects_table(problem: Problem) -> Table:
+    """The effects that ran, why they ran, and what they computed."""
     rows = [[each.effect, ", ".join(each.called_by), ", ".join(each.writes)] for each in effects_run(problem)]
     return Table.from_texts("Effects that ran", ["effect", "called for by", "computes"], rows)

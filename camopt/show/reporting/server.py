@@ -1,10 +1,9 @@
-"""The server: this machine alone, a secret in the address, a few known paths, and small requests.
+"""The server of the page with sliders. It answers this machine only, with a secret token in each address.
 
-Whoever asks has to know the token, which is new each time and leads every path. A page of another site cannot ask
-either way: the name of the host has to be this machine's (against names that are pointed at it later), a question
-has to come from the page's own origin, and no other origin is told anything. Connections that have not shown the
-token are few: the oldest makes room for a new one, so nobody on this machine can keep the page out, or fill the
-memory. It is the standard library's server: a handful of paths for one person needs no other.
+The token is new at each start, and every path begins with it. A page of another site cannot send requests: the host
+must be this machine (which stops DNS rebinding), a POST must come from the page's own origin, and no other origin
+can read an answer. Few connections without the token are kept: a new one closes the oldest. So no other program can
+lock the page out or fill the memory. The server of the standard library is enough for one user and a few paths.
 """
 
 import hmac
@@ -28,9 +27,9 @@ from camopt.show.reporting.session import REQUESTS, Session, answer_request
 from camopt.solve.smallest.complete_scene import with_all_sizes
 
 HOST = "127.0.0.1"
-MOST_BYTES = 1 << 16  # of a question
-SILENT_SECONDS = 60.0  # seconds after which a silent connection ends
-MOST_UNKNOWN_CONNECTIONS = 32  # connections that have not shown the token; a browser opens six at once
+MOST_BYTES = 1 << 16  # of a request
+SILENT_SECONDS = 60.0  # s; a silent connection is closed then
+MOST_UNKNOWN_CONNECTIONS = 32  # connections without the token; a browser opens six at once
 RESPONSE_HEADERS = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": "frame-ancestors 'none'",
@@ -40,25 +39,25 @@ RESPONSE_HEADERS = {
     "X-Content-Type-Options": "nosniff",
 }
 JSON_TYPE, HTML_TYPE = "application/json", "text/html; charset=utf-8"
-"""The kinds of answers."""
+"""Media types of answers."""
 
 
 class RequestRefused(Exception):
-    """A request that is not answered: the status, and no word why."""
+    """A request that is refused: only the status is sent."""
 
 
 class Server(ThreadingHTTPServer):
-    """A session, its token, and a ticket: an address for one look, which leads to the page."""
+    """The server of one session, with a token for all requests and a ticket for the first one."""
 
     daemon_threads = True
-    allow_reuse_address = os.name == "posix"  # elsewhere it would let another program listen too
+    allow_reuse_address = os.name == "posix"  # on other systems another program could listen too
     request_queue_size = MOST_UNKNOWN_CONNECTIONS
 
-    def __init__(self, session: Session, port: int = 0, told: Callable[[str], None] = print) -> None:
-        self.session, self.told = session, told
+    def __init__(self, session: Session, port: int = 0, notify: Callable[[str], None] = print) -> None:
+        self.session, self.notify = session, notify
         self.token, self.ticket = secrets.token_urlsafe(32), secrets.token_urlsafe(32)
         self.lock = Lock()
-        self.strangers: dict[Any, None] = {}
+        self.unknown_connections: dict[Any, None] = {}
         try:
             super().__init__((HOST, port), RequestHandler)
         except OSError as trouble:
@@ -75,70 +74,74 @@ class Server(ThreadingHTTPServer):
 
     @property
     def first_address(self) -> str:
-        """An address that works once: what starts a browser can be read by others on this machine."""
+        """An address that works once: other users of this machine can read the command line of the browser."""
         return f"{self.origin}/{self.ticket}"
 
-    def redeem_ticket(self, given: str) -> bool:
-        """Whether it is the ticket, which is then gone."""
+    def redeem_ticket(self, text: str) -> bool:
+        """Whether a text is the ticket, which then expires."""
         with self.lock:
-            taken = bool(self.ticket) and secrets_match(given, self.ticket)
-            self.ticket = "" if taken else self.ticket
-        return taken
+            redeemed = bool(self.ticket) and secrets_match(text, self.ticket)
+            self.ticket = "" if redeemed else self.ticket
+        return redeemed
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Answer a connection in a thread of its own; of too many strangers the oldest goes."""
+        """Answer a connection in its own thread; close the oldest of too many unknown connections."""
         with self.lock:
-            self.strangers[request] = None
-            oldest = next(iter(self.strangers)) if len(self.strangers) > MOST_UNKNOWN_CONNECTIONS else None
+            self.unknown_connections[request] = None
+            oldest = (
+                next(iter(self.unknown_connections))
+                if len(self.unknown_connections) > MOST_UNKNOWN_CONNECTIONS
+                else None
+            )
             if oldest:
-                del self.strangers[oldest]
+                del self.unknown_connections[oldest]
                 with suppress(OSError):
-                    oldest.shutdown(SHUT_RDWR)  # its thread reads the end, and closes it
+                    oldest.shutdown(SHUT_RDWR)  # its thread then reads the end and closes it
         super().process_request(request, client_address)
 
     def trust_connection(self, request: Any) -> None:
-        """A connection is no stranger any more."""
+        """Mark a connection as known: it has shown the token."""
         with self.lock:
-            self.strangers.pop(request, None)
+            self.unknown_connections.pop(request, None)
 
     def shutdown_request(self, request: Any) -> None:
         self.trust_connection(request)
         super().shutdown_request(request)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A connection that breaks is the page's matter."""
+        """Ignore broken connections: the page reports them."""
 
     def server_close(self) -> None:
         self.session.search.stop()
         super().server_close()
 
 
-def open_server(scene: Scene, folder: Path, port: int = 0, told: Callable[[str], None] = print) -> Server:
-    """A server for a scene, which listens already; ``serve_forever`` answers until it is interrupted.
+def open_server(scene: Scene, folder: Path, port: int = 0, notify: Callable[[str], None] = print) -> Server:
+    """A server for a scene, already listening; its ``serve_forever`` answers until it is interrupted.
 
-    Where the scene leaves sizes to be found, the page opens with its smallest cam.
+    If the scene lacks sizes, the page opens with its smallest cam.
 
     Raises
     ------
     BadInput
-        If the folder for what is saved is none; as ``optimise``, where the scene lacks a size.
+        If ``folder`` is not a folder. If the scene lacks a size: as ``optimise``.
     Unmet
-        If no cam gives the sizes that the scene lacks.
+        If the scene lacks sizes and no cam is feasible.
     OSError
         If the port is taken.
     """
     if not folder.is_dir():
-        raise BadInput([Mistake("camopt", "folder", str(folder), "a folder that is there")])
-    given, scene = scene, with_all_sizes(scene)
+        raise BadInput([Mistake("camopt", "folder", str(folder), "an existing folder")])
+    incomplete, scene = scene, with_all_sizes(scene)
     resolve_design(scene)
-    if scene is not given:
-        told("The scene leaves sizes to be found; the page opens with its smallest cam.")
-    compile_never()  # a slider would wait for it
-    return Server(Session(scene, folder), port, told)
+    if scene is not incomplete:
+        notify("The scene lacks sizes; the page opens with its smallest cam.")
+    compile_never()  # a slider would wait for the compiler
+    return Server(Session(scene, folder), port, notify)
 
 
 def secrets_match(one: str, other: str) -> bool:
-    """Whether two secrets are one, in a time that does not say how much of them is."""
+    """Whether two secrets are equal, compared in constant time."""
     return hmac.compare_digest(one.encode(), other.encode())
 
 
@@ -147,11 +150,11 @@ class RequestHandler(BaseHTTPRequestHandler):
 
     server: Server
     protocol_version = "HTTP/1.1"
-    disable_nagle_algorithm = True  # an answer would wait for the acknowledgement of its head
+    disable_nagle_algorithm = True  # else the body of an answer waits until its head is acknowledged
     timeout: ClassVar[float] = SILENT_SECONDS
 
     def do_GET(self) -> None:
-        """The page."""
+        """Send the page, or redirect the ticket to it."""
         with self._send_refusals():
             self._check_host()
             if self.server.redeem_ticket(self.path.removeprefix("/")):
@@ -162,17 +165,17 @@ class RequestHandler(BaseHTTPRequestHandler):
                 raise RequestRefused(HTTPStatus.NOT_FOUND)
 
     def do_POST(self) -> None:
-        """A question of the page."""
+        """Answer a request of the page."""
         with self._send_refusals():
             self._check_host()
-            what = self._page_path()
+            path = self._page_path()
             if self.headers["Origin"] != f"http://{self.headers['Host']}":
                 raise RequestRefused(HTTPStatus.FORBIDDEN)
-            asked = self._request_body()
-            if what not in REQUESTS:
+            request = self._request_body()
+            if path not in REQUESTS:
                 raise RequestRefused(HTTPStatus.NOT_FOUND)
             text = json.dumps(
-                answer_request(self.server.session, what, asked), allow_nan=False, separators=(",", ":")
+                answer_request(self.server.session, path, request), allow_nan=False, separators=(",", ":")
             )
             self._send(HTTPStatus.OK, text.encode(), JSON_TYPE)
 
@@ -182,7 +185,7 @@ class RequestHandler(BaseHTTPRequestHandler):
             raise RequestRefused(HTTPStatus.FORBIDDEN)
 
     def _page_path(self) -> str:
-        """The rest of the path, after the token."""
+        """The path after the token."""
         token, _, rest = self.path.removeprefix("/").partition("/")
         if not secrets_match(token, self.server.token):
             raise RequestRefused(HTTPStatus.FORBIDDEN)
@@ -190,7 +193,7 @@ class RequestHandler(BaseHTTPRequestHandler):
         return rest if rest or self.path.endswith("/") else "-"
 
     def _request_body(self) -> Any:
-        """The body of a question."""
+        """The JSON body of a request."""
         length = self.headers["Content-Length"] or ""
         if not (length.isascii() and length.isdigit()) or self.headers["Transfer-Encoding"]:
             raise RequestRefused(HTTPStatus.BAD_REQUEST)
@@ -205,7 +208,7 @@ class RequestHandler(BaseHTTPRequestHandler):
 
     @contextmanager
     def _send_refusals(self) -> Iterator[None]:
-        """What is refused has a status and nothing else; so has a fault of ours, which the terminal is told."""
+        """Within the block, send a refusal as a status only. A fault of camopt is printed to the terminal."""
         try:
             yield
         except RequestRefused as refused:
@@ -213,7 +216,7 @@ class RequestHandler(BaseHTTPRequestHandler):
         except (ConnectionError, TimeoutError):
             self.close_connection = True
         except Exception as fault:
-            self.server.told(f"internal error: {type(fault).__name__}: {fault}")
+            self.server.notify(f"internal error: {type(fault).__name__}: {fault}")
             self.send_error(HTTPStatus.INTERNAL_SERVER_ERROR)
 
     def _send(self, status: int, body: bytes, kind: str, **more: str) -> None:
@@ -229,7 +232,7 @@ class RequestHandler(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
-        """Nothing but the status; what is left of the request is not read."""
+        """Send only the status; the rest of the request is not read."""
         self.close_connection = True
         self._send(code, b"", "text/plain", Connection="close")
 
@@ -237,7 +240,7 @@ class RequestHandler(BaseHTTPRequestHandler):
         return "camopt"
 
     def log_message(self, format: str, *args: Any) -> None:
-        """The terminal is not told of each request: addresses have the token in them."""
+        """Log no requests: their addresses contain the token."""
 
 
 def _refuse_constant(name: str) -> None:

@@ -1,7 +1,7 @@
-"""What the page asks and what it is answered, without a network: a function from a request to an answer.
+"""Requests of the page with sliders and their answers, without the network.
 
-Nothing is remembered between requests but the scene that the server was started with: each has the values of all
-controls. Answers are plain mappings that JSON takes.
+Between requests only the scene of the start is kept: each request has the values of all controls. Answers are plain
+mappings for JSON.
 """
 
 import re
@@ -29,10 +29,10 @@ from camopt.show.reporting.search import BackgroundSearch
 from camopt.show.reporting.sections import (
     UNPROVED,
     all_limits_held,
-    limits_sheet,
-    quantities_sheet,
+    limits_table,
+    quantities_table,
     verdict_line,
-    verdicts_sheet,
+    verdicts_table,
 )
 from camopt.show.reporting.tolerances import (
     MOVING_CAMS,
@@ -47,21 +47,21 @@ from camopt.solve.verdicts.limit_verdicts import evaluate_rows
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 PageAnswer = dict[str, Any]
-QUICK_PROOF_SECONDS = 0.01  # for what rounding hides, while a control moves
+QUICK_PROOF_SECONDS = 0.01  # s to decide limits within rounding, while a control moves
 SCENE_NAME = re.compile(r"[^\W_][\w .+-]{0,90}\.toml", re.ASCII)
 
 
 class QuickPicture(Picture):
-    """The picture while a control moves: fewer samples, and one run of the effects for values and verdict."""
+    """The picture while a control moves: fewer samples, and one evaluation for values and verdict."""
 
     per_degree = 1.0
 
     @cached_property
     def rows(self) -> DesignRows:
-        """The quantities, and the verdict."""
-        offers = set(available_quantities(self.problem.setup))
-        # of one contact of two, the limits that it has by itself
-        limits = tuple(limit for limit in self.problem.limits if offers.issuperset(limit.required_quantities))
+        """Quantities and verdict of the design."""
+        available = set(available_quantities(self.problem.setup))
+        # with two contacts: the limits that this contact has alone
+        limits = tuple(limit for limit in self.problem.limits if available.issuperset(limit.required_quantities))
         problem = replace(self.problem, limits=limits)
         return evaluate_rows(problem, problem.design, self.wanted_quantities, clock_seconds() + QUICK_PROOF_SECONDS)
 
@@ -72,7 +72,7 @@ class QuickPicture(Picture):
 
 @dataclass(frozen=True)
 class Session:
-    """A scene with its controls, and the folder that takes what is saved."""
+    """A scene with its controls, and the folder for saved scenes."""
 
     scene: Scene
     folder: Path
@@ -83,29 +83,33 @@ class Session:
         return controls_of(self.scene)
 
     @cached_property
-    def own_values(self) -> dict[str, Any]:
-        """The values of the controls at the start."""
+    def initial_values(self) -> dict[str, Any]:
+        """Values of the controls at the start, in units of the scene."""
         return control_values(self.scene, [control.key for control in self.controls])
 
-    def scene_of(self, asked: Mapping[str, Any]) -> Scene:
-        """The scene that a request is about."""
-        values = {key: self._scene_value(key, value) for key, value in asked["values"].items()}
-        return scene_of_settings(self.scene, self.own_values, values, asked.get("moved", ""))
+    def scene_of(self, request: Mapping[str, Any]) -> Scene:
+        """The scene with the values of a request."""
+        values = {key: self._scene_value(key, value) for key, value in request["values"].items()}
+        return scene_of_settings(self.scene, self.initial_values, values, request.get("moved", ""))
 
     def _scene_value(self, key: str, value: Any) -> Any:
-        """A value of a control as the scene has it: its own one, to the last digit, where none was moved."""
-        control = next((each for each in self.controls if each.key == key), None)
+        """The value of a control in units of the scene; exactly the initial value if the control has not moved."""
+        control = next((control for control in self.controls if control.key == key), None)
         if control is None:
             return value
-        return self.own_values[key] if value == control.control_value(self.own_values[key]) else control.read(value)
+        return (
+            self.initial_values[key]
+            if value == control.control_value(self.initial_values[key])
+            else control.read(value)
+        )
 
     def _shown_values(self, scene: Scene) -> dict[str, Any]:
-        """What the controls show of a scene."""
-        values = control_values(scene, list(self.own_values))
+        """The values that the controls show for a scene."""
+        values = control_values(scene, list(self.initial_values))
         return {control.key: control.control_value(values[control.key]) for control in self.controls}
 
     def page(self) -> str:
-        """The page as it opens."""
+        """The HTML of the page as it opens."""
         scene, answer = self.scene, self.settle({"values": {}})
         groups: dict[str, list[Control]] = {}
         for control in self.controls:
@@ -125,88 +129,90 @@ class Session:
             folder=str(self.folder.resolve()),
         )
 
-    def move(self, asked: Mapping[str, Any]) -> PageAnswer:
-        """The cam while a control moves: what double precision says of it, within milliseconds."""
-        scene = self.scene_of(asked)
+    def move(self, request: Mapping[str, Any]) -> PageAnswer:
+        """The cam while a control moves: verdicts in double precision, within milliseconds."""
+        scene = self.scene_of(request)
         problem = resolve_design(scene)
         sketch = QuickPicture(scene, problem)
         verdicts = _quick_verdicts(sketch)
-        found = Evaluation(scene, {name: sketch.values[name] for name in in_column_order(sketch.values)})
-        sheet = verdicts_sheet(found, problem, verdicts, dict.fromkeys(verdicts, UNPROVED))
-        held = "Feasible in double precision. The proof follows where the controls rest."
-        line = Cell(held, "verdict held") if all_limits_held(sheet) else verdict_line(sheet, scene)
-        return self._cam_answer(sketch, [line, *_tolerance_lines(sketch, MOVING_CAMS)], sheet, [])
+        evaluation = Evaluation(scene, {name: sketch.values[name] for name in in_column_order(sketch.values)})
+        limits = verdicts_table(evaluation, problem, verdicts, dict.fromkeys(verdicts, UNPROVED))
+        feasible = Cell("Feasible in double precision. The proof follows when the controls rest.", "verdict held")
+        line = feasible if all_limits_held(limits) else verdict_line(limits, scene)
+        return self._cam_answer(sketch, [line, *_tolerance_lines(sketch, MOVING_CAMS)], limits, [])
 
-    def settle(self, asked: Mapping[str, Any]) -> PageAnswer:
-        """The cam where the controls rest: every limit proved, all quantities, more samples."""
-        scene = self.scene_of(asked)
+    def settle(self, request: Mapping[str, Any]) -> PageAnswer:
+        """The cam when the controls rest: every limit proved, all quantities, more samples."""
+        scene = self.scene_of(request)
         problem = resolve_design(scene)
-        found, picture = evaluate_design(scene, problem), Picture(scene, problem)
-        sheet = limits_sheet(found, problem)
+        evaluation, picture = evaluate_design(scene, problem), Picture(scene, problem)
+        limits = limits_table(evaluation, problem)
         sections = [
-            Chapter("Quantities", [quantities_sheet([found], [problem], ["value"])]),
+            Chapter("Quantities", [quantities_table([evaluation], [problem], ["value"])]),
             *chapters_of(ShownCam(scene.name, scene), problem, pictures=False),
         ]
-        lines = [verdict_line(sheet, scene), *_tolerance_lines(picture, RESTING_CAMS)]
-        return self._cam_answer(picture, lines, sheet, sections)
+        lines = [verdict_line(limits, scene), *_tolerance_lines(picture, RESTING_CAMS)]
+        return self._cam_answer(picture, lines, limits, sections)
 
-    def _cam_answer(self, picture: Picture, lines: list[Cell], sheet: Table, sections: list[Chapter]) -> PageAnswer:
+    def _cam_answer(
+        self, picture: Picture, lines: list[Cell], limits: Table, sections: list[Chapter]
+    ) -> PageAnswer:
         return {
             "cam": cam_data(picture),
             "lines": [*lines, *(Cell(text) for text in cam_sentences(picture))],
-            "limits": asdict(sheet),
+            "limits": asdict(limits),
             "sections": [asdict(section) for section in sections],
             "values": self._shown_values(picture.scene),
         }
 
-    def smallest(self, asked: Mapping[str, Any]) -> PageAnswer:
-        """The values of the smallest cam that meets the limits, or ``why`` there is none."""
-        found = self.search.run(self.scene_of(asked))
-        if "why" in found:
-            return found
-        return {"told": found["told"], "values": self._shown_values(Scene.from_dict(found["scene"]))}
+    def smallest(self, request: Mapping[str, Any]) -> PageAnswer:
+        """The control values of the smallest cam that meets the limits, or the reason ``why`` there is none."""
+        answer = self.search.run(self.scene_of(request))
+        if "why" in answer:
+            return answer
+        return {"told": answer["told"], "values": self._shown_values(Scene.from_dict(answer["scene"]))}
 
-    def stop(self, asked: Mapping[str, Any]) -> PageAnswer:
-        """Call off the search for the smallest cam."""
+    def stop(self, request: Mapping[str, Any]) -> PageAnswer:
+        """Stop the search for the smallest cam."""
         self.search.stop()
         return {}
 
-    def report(self, asked: Mapping[str, Any]) -> PageAnswer:
-        """The page of ``camopt report`` of what is shown."""
-        scene = self.scene_of(asked)
+    def report(self, request: Mapping[str, Any]) -> PageAnswer:
+        """The page of ``camopt report`` for the shown cam."""
+        scene = self.scene_of(request)
         return {"name": f"{file_stem(scene)}.html", "text": cams_page([ShownCam(scene.name, scene)])}
 
-    def save(self, asked: Mapping[str, Any]) -> PageAnswer:
-        """Write the scene into the folder; over a file that is there only if ``overwrite`` says so."""
-        scene, name = self.scene_of(asked), asked.get("name")
+    def save(self, request: Mapping[str, Any]) -> PageAnswer:
+        """Write the scene into the folder; ``overwrite`` allows to replace a file."""
+        scene, name = self.scene_of(request), request.get("name")
         if not (isinstance(name, str) and SCENE_NAME.fullmatch(name)):
             allowed = "a plain file name that ends in .toml: letters, digits, spaces, and . + - _"
             raise BadInput([Mistake("page", "name", name, allowed)])
         path = self.folder / name
         if path.is_symlink() or (path.exists() and not path.is_file()):
-            raise BadInput([Mistake("page", "name", name, "another name: this one is no plain file")])
-        if path.exists() and asked.get("overwrite") is not True:
+            raise BadInput([Mistake("page", "name", name, "another name: this one is not a plain file")])
+        if path.exists() and request.get("overwrite") is not True:
             return {"exists": name}
         write_scene(path, scene)
         return {"saved": str(path)}
 
 
 def file_stem(scene: Scene) -> str:
-    """What files of a scene are called."""
+    """Name of the files of a scene, without ending."""
     return re.sub(r"[^\w-]+", "-", scene.name, flags=re.ASCII).strip("-_")[:40] or "cam"
 
 
 def _tolerance_lines(picture: Picture, cams: int) -> list[Cell]:
-    """How far the motion may be off, and the yield of some cams, of a scene with tolerances."""
+    """Sentences on motion errors and yield; none without tolerances."""
     scene, problem = picture.scene, picture.problem
     if not has_tolerances(scene, problem):
         return []
-    told = error_sentence(scene, problem), yield_sentence(scene, problem, cams)
-    return [Cell(each) for each in told if each]
+    sentences = error_sentence(scene, problem), yield_sentence(scene, problem, cams)
+    return [Cell(sentence) for sentence in sentences if sentence]
 
 
 def _quick_verdicts(sketch: QuickPicture) -> dict[str, str]:
-    """The verdict on each limit; those that are asked last are open where another one is broken."""
+    """The verdict on each limit. Deferred limits are undecided if another limit is broken."""
     limits, broken = sketch.problem.limits, str(sketch.values["violated"]).split(",")
     if ASSEMBLY in broken:
         return {ASSEMBLY: BROKEN}
@@ -226,33 +232,35 @@ REQUESTS: dict[str, Callable[[Session, Mapping[str, Any]], PageAnswer]] = {
     "report": Session.report,
     "save": Session.save,
 }
-"""What can be asked, by the last part of the address."""
+"""Requests by the last part of their address."""
 
 
-def request_mistakes(asked: Any) -> list[Mistake]:
-    """What is wrong with the form of a request, before anything is looked at."""
-    if not isinstance(asked, dict):
+def request_mistakes(request: Any) -> list[Mistake]:
+    """Mistakes in the form of a request."""
+    if not isinstance(request, dict):
         return [Mistake("page", "request", None, "an object")]
     kinds = {"values": dict, "moved": str, "name": str, "overwrite": bool}
-    found = [Mistake("page", key, None, "no part of a request", bare=True) for key in asked if key not in kinds]
-    found += [
+    mistakes = [
+        Mistake("page", key, None, "not a part of a request", bare=True) for key in request if key not in kinds
+    ]
+    mistakes += [
         Mistake("page", key, None, f"of the type {kind.__name__}")
         for key, kind in kinds.items()
-        if key in asked and not isinstance(asked[key], kind)
+        if key in request and not isinstance(request[key], kind)
     ]
-    if not isinstance(asked.get("values"), dict):
-        found.append(Mistake("page", "values", None, "an object"))
-    elif not all(type(value) in (float, str) for value in asked["values"].values()):
-        found.append(Mistake("page", "values", None, "numbers and names"))
-    return found
+    if not isinstance(request.get("values"), dict):
+        mistakes.append(Mistake("page", "values", None, "an object"))
+    elif not all(type(value) in (float, str) for value in request["values"].values()):
+        mistakes.append(Mistake("page", "values", None, "numbers and names"))
+    return mistakes
 
 
-def answer_request(session: Session, what: str, asked: Any) -> PageAnswer:
-    """The answer to one of the requests ``REQUESTS``, which may be mistakes: the key of a control, and a text."""
+def answer_request(session: Session, what: str, request: Any) -> PageAnswer:
+    """The answer to a request in ``REQUESTS``; or its mistakes, each with the key of a control and a text."""
     try:
-        if mistakes := request_mistakes(asked):
+        if mistakes := request_mistakes(request):
             raise BadInput(mistakes)
-        return REQUESTS[what](session, asked)
+        return REQUESTS[what](session, request)
     except BadInput as refused:
         return {
             "mistakes": [

@@ -1,4 +1,4 @@
-"""What tolerances do, on a page: a sentence while a control moves, and a section where they rest."""
+"""Effects of tolerances on a page: sentences while a control moves, a section when the controls rest."""
 
 from io import BytesIO
 from math import isinf
@@ -15,34 +15,34 @@ from camopt.solve.tolerances.tolerance import MotionError, MotionErrors, first_o
 from camopt.solve.tolerances.turn_errors import TurnErrors
 
 YIELD_CAMS = 1024
-"""Of the batch of which a page tells the yield."""
+"""Cams drawn for the yield on a page."""
 MOVING_CAMS, RESTING_CAMS = 256, 4096
-"""Of those of which a line tells it, while a control moves and where it rests."""
+"""Cams drawn for the yield in a sentence, while a control moves and when it rests."""
 DOTS_PER_INCH = 110
 
 
 def has_tolerances(scene: Scene, problem: Problem) -> bool:
-    """Whether there is something to tell: tolerances, of a cam that can be put together."""
+    """Whether a scene has tolerances and its cam can be assembled."""
     exists = problem.setup.mechanism.can_assemble(problem.design, problem.programme)[0]
     return bool(scene.tolerances != Tolerances() and exists)
 
 
 def error_sentence(scene: Scene, problem: Problem) -> str:
-    """How far the motion may be off, to first order; empty where nothing moves the tool."""
+    """A sentence on the largest motion errors, to first order; empty if no tolerance moves the tool."""
     turn = TurnErrors(scene, problem)
     if not turn.node_contributions:
         return ""
-    told = ", ".join(map(_error_text, first_order_errors(turn)))
-    return f"By its tolerances off by at most: {told} (root sum square in brackets)."
+    errors = ", ".join(map(_error_text, first_order_errors(turn)))
+    return f"Largest error within the tolerances: {errors} (root sum square in brackets)."
 
 
 def yield_sentence(scene: Scene, problem: Problem, cams: int) -> str:
-    """The share of some cams that holds the limits, with its interval; empty where no limit is touched."""
-    found = yield_of_cams(scene, problem, cams)
-    if found is None:
+    """A sentence on the yield of random cams, with its interval; empty if tolerances touch no limit."""
+    proportion = yield_of_cams(scene, problem, cams)
+    if proportion is None:
         return ""
-    share, low, high = (100.0 * each for each in found)
-    return f"Of {cams:,} cams drawn by its tolerances {share:.4g} % hold the limits ({low:.4g} to {high:.4g} %)."
+    share, low, high = (100.0 * value for value in proportion)
+    return f"Yield: {share:.4g} % of {cams:,} random cams meet the limits ({low:.4g} to {high:.4g} %)."
 
 
 def _error_text(error: MotionError) -> str:
@@ -51,8 +51,8 @@ def _error_text(error: MotionError) -> str:
     return f"{error.name} {with_unit(error.worst, error.unit)} ({to_shown_unit(error.three_sigma, error.unit):.3g})"
 
 
-def errors_image(found: MotionErrors) -> str:
-    """The picture of the errors as an address that holds it."""
+def errors_image(errors: MotionErrors) -> str:
+    """The picture of the errors over the turn, as a data URL."""
     file = BytesIO()
-    draw(found).savefig(file, format="png", dpi=DOTS_PER_INCH)
+    draw(errors).savefig(file, format="png", dpi=DOTS_PER_INCH)
     return data_url(file.getvalue(), "image/png")

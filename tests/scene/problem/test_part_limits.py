@@ -29,7 +29,7 @@ from camopt.model.effects.peak import DOUBLES, CutterOverRoller, DegreeScale, De
 from camopt.scene.limits import Limits
 from camopt.scene.problem.limits import PART_LIMITS
 from camopt.scene.problem.problem import at_rounding_error, resolve, resolve_design
-from camopt.show.reporting.sections import limits_sheet
+from camopt.show.reporting.sections import limits_table
 
 OPEN = [contact for contact in CONTACTS if contact not in GROOVED]
 KEYS = (*PART_LIMITS, "cutter_radius")
@@ -288,7 +288,7 @@ def test_the_base_circle_is_no_smaller_than_the_hub(tmp_path):
     table = load(tmp_path / "designs.parquet")
     broken = {each["base_radius_mm"]: each["violated"] for each in table.to_dict("records")}
     assert {radius for radius, names in broken.items() if "hub_diameter" in names} == {60, 61, 62, 63, 64}
-    found = limits_sheet(evaluate(own), resolve_design(own))
+    found = limits_table(evaluate(own), resolve_design(own))
     rows = {row[0].text: [cell.text for cell in row[1:5]] for row in found.rows}
     assert rows["hub diameter"] == ["held", "≥ 130 mm", "140 mm", "10 mm"]
 

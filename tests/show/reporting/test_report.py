@@ -141,14 +141,14 @@ def test_a_sweep_of_too_many_rows_is_thinned_and_says_so(swept, tmp_path, monkey
     monkeypatch.setattr("camopt.show.reporting.results.PAGE_ROWS", 6)
     page = camopt.report(swept[1], tmp_path / "sweep.html")
     assert data_of(page)["count"] <= 6
-    assert "evenly taken, and all of the Pareto front" in page.read_text(encoding="utf-8")
+    assert "evenly spaced, and all of the Pareto front" in page.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
     ("what", "told"),
     [
         (["two-pauses"] * (MOST_PAGE_CAMS + 1), "at most 4 cams"),
-        ([], "cams, or tables"),
+        ([], "either cams or tables"),
         (3.5, "a result of camopt"),
         ("no-such-scene", "no-such-scene"),
     ],
@@ -160,7 +160,7 @@ def test_what_no_page_shows_is_refused(what, told, tmp_path):
 
 
 def test_cams_and_tables_are_not_mixed(swept, tmp_path):
-    with pytest.raises(camopt.BadInput, match="one or the other"):
+    with pytest.raises(camopt.BadInput, match="not both"):
         camopt.report(["two-pauses", swept[1]], tmp_path / "page.html")
 
 
@@ -168,7 +168,7 @@ def test_a_table_without_a_design_is_refused_and_one_design_is_a_cam(tmp_path):
     scene = camopt.find_scene("roller-1000rpm")
     none = scene.replace(search={"base_radius": [20, 30], "law": ["cycloidal"]})
     camopt.sweep(none, out=tmp_path / "none")
-    with pytest.raises(camopt.BadInput, match="a table with a design in it"):
+    with pytest.raises(camopt.BadInput, match="a table with at least one design"):
         camopt.report(tmp_path / "none", tmp_path / "page.html")
     camopt.sweep(scene.replace(search={"base_radius": [140], "law": ["cycloidal"]}), out=tmp_path / "one")
     (cam,) = data_of(camopt.report(tmp_path / "one", tmp_path / "page.html"))["cams"]

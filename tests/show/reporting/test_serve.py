@@ -64,7 +64,7 @@ def texts(answer):
 def test_each_answer_is_that_of_the_library(name):
     session, values = session_of(name), MOVES[name]
     moved = next((key for key in values if key.startswith("motion.")), "")
-    scene = scene_of_settings(session.scene, session.own_values, values, moved)
+    scene = scene_of_settings(session.scene, session.initial_values, values, moved)
     cam = camopt.evaluate(scene)
     quick, proved = (answer_request(session, what, asking(values, moved=moved)) for what in ("move", "settle"))
     for answer in (quick, proved):
@@ -127,7 +127,10 @@ def test_tolerances_have_sliders_and_a_line_follows_them(tmp_path):
         line.text for line in session.move({"values": values, "moved": "tolerances.follower.arm_length"})["lines"]
     ]
     worst = camopt.tolerance(moved).errors[0].worst
-    assert any(f"off by at most: displacement {worst:.6g} deg" in line and "velocity ∞" in line for line in lines)
+    assert any(
+        f"Largest error within the tolerances: displacement {worst:.6g} deg" in line and "velocity ∞" in line
+        for line in lines
+    )
 
 
 @pytest.mark.parametrize(
@@ -148,8 +151,9 @@ def test_the_yield_follows_a_slider_and_is_that_of_a_batch(tmp_path, name, given
     lines = [line.text for line in session.move({"values": values})["lines"]]
     batch = camopt.sample_cams(scene, cams=256)
     assert batch.held.share < 1.0
-    told = next(line for line in lines if line.startswith("Of 256 cams drawn"))
-    assert f"{100.0 * batch.held.share:.4g} % hold the limits ({100.0 * batch.held.low:.4g} to" in told
+    told = next(line for line in lines if line.startswith("Yield: "))
+    assert f"{100.0 * batch.held.share:.4g} % of 256 random cams meet the limits" in told
+    assert f"({100.0 * batch.held.low:.4g} to" in told
     assert yield_of_cams(scene, problem, 256) == batch.held
     with_no_limit = scene.replace(limits={}, tolerances={"profile": 0.01})
     assert yield_of_cams(with_no_limit, resolve_design(with_no_limit), 256) is None
@@ -179,7 +183,7 @@ def test_sliders_are_in_the_units_that_are_shown(tmp_path):
 @given(st.sampled_from(["two-pauses", "rocker-valve"]), st.integers(1, 4), st.floats(0.0, 360.0))
 @settings(max_examples=20)
 def test_other_segments_make_room_for_the_one_that_is_moved(name, place, angle):
-    scene, own = session_of(name).scene, session_of(name).own_values
+    scene, own = session_of(name).scene, session_of(name).initial_values
     key, before = f"motion.{place}.angle", np.array([segment.angle for segment in scene.motion])
     expected = before * (360.0 - angle) / (360.0 - before[place - 1])
     expected[place - 1] = angle
@@ -203,8 +207,8 @@ def test_other_segments_make_room_for_the_one_that_is_moved(name, place, angle):
         ({"cam.base_radius": "wide"}, "cam.base_radius", "must be a number"),
         ({"law_rise": "sudden"}, "motion.1.law", "known: uniform"),
         ({"follower.offset": 900.0}, "follower.offset", "smaller than the prime radius"),
-        ({"cam.basis": 1.0}, "cam.basis", "no control; did you mean cam.base_radius?"),
-        ({"name": "other"}, "name", "no control"),
+        ({"cam.basis": 1.0}, "cam.basis", "not a control; did you mean cam.base_radius?"),
+        ({"name": "other"}, "name", "not a control"),
         ({"motion.1.angle": 999.0}, "motion", ""),
         ({"motion.1.angle": "x"}, "motion", ""),
     ],
@@ -222,7 +226,7 @@ JSONS = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=6), inner, max_size=3),
     max_leaves=6,
 )
-KEYS = [*session_of().own_values]
+KEYS = [*session_of().initial_values]
 
 
 @given(
@@ -310,7 +314,7 @@ def _plainly(monkeypatch):
 @contextmanager
 def served(name, folder):
     told = []
-    with open_server(camopt.find_scene(name), folder, told=told.append) as server:
+    with open_server(camopt.find_scene(name), folder, notify=told.append) as server:
         thread = Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
         try:
@@ -325,10 +329,10 @@ def served(name, folder):
 def test_a_scene_whose_size_is_to_be_found_opens_with_its_smallest_cam(tmp_path):
     changes = {"cam.base_radius": None, "search": {"law": ["cycloidal"]}}
     scene, told = camopt.find_scene("roller-1000rpm").replace(**changes), []
-    with open_server(scene, tmp_path, told=told.append) as server:
+    with open_server(scene, tmp_path, notify=told.append) as server:
         best = camopt.optimise(scene).best
-        assert server.session.own_values["cam.base_radius"] == best["base_radius_mm"]
-    assert told == ["The scene leaves sizes to be found; the page opens with its smallest cam."]
+        assert server.session.initial_values["cam.base_radius"] == best["base_radius_mm"]
+    assert told == ["The scene lacks sizes; the page opens with its smallest cam."]
 
 
 @pytest.fixture
@@ -470,7 +474,7 @@ def test_strangers_make_room_for_each_other_and_leave_the_page_alone(server):
         for gone in strangers[:-MOST_UNKNOWN_CONNECTIONS]:
             gone.settimeout(20)
             assert gone.recv(1) == b""
-        assert len(server.strangers) <= MOST_UNKNOWN_CONNECTIONS
+        assert len(server.unknown_connections) <= MOST_UNKNOWN_CONNECTIONS
         head = f"GET /{server.token}/ HTTP/1.1\r\nHost: 127.0.0.1:{server.server_port}\r\n\r\n"
         strangers[-1].sendall(head.encode())
         assert strangers[-1].recv(12) == b"HTTP/1.1 200"
@@ -522,11 +526,11 @@ def test_a_search_is_called_off():
     thread.start()
     while slow.process is None and thread.is_alive():
         pass
-    with pytest.raises(camopt.BadInput, match="another search is under way"):
+    with pytest.raises(camopt.BadInput, match="another search is running"):
         slow.run(camopt.find_scene("two-pauses"))
     slow.stop()
     thread.join(10)
-    assert answers == [{"why": "called off"}]
+    assert answers == [{"why": "the search was stopped"}]
 
 
 def command(*arguments, folder, **environment):
@@ -597,7 +601,7 @@ def test_a_browser_is_started_with_an_address_that_works_once(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "code", "text"),
     [
-        (["two-pauses", "--folder", "nowhere"], 2, "--folder = 'nowhere': must be a folder that is there"),
+        (["two-pauses", "--folder", "nowhere"], 2, "--folder = 'nowhere': must be an existing folder"),
         (["endless.toml"], 2, "nothing limits the size"),
         (["two-pauses", "--port", "TAKEN"], 3, "127.0.0.1:"),
         (["two-pauses", "--port", "70000"], 2, "--port"),
@@ -767,9 +771,9 @@ def test_saving_asks_before_it_writes_over_a_file(browser, server, tmp_path):
         page.get_by_text(f"Saved {path}").wait_for()
         slide(page, "cam.base_radius", 44)
         page.get_by_role("button", name="Save", exact=True).click()
-        page.get_by_text("is there already").wait_for()
+        page.get_by_text("exists already").wait_for()
         assert camopt.find_scene(path) == camopt.find_scene("two-pauses")
-        page.get_by_role("button", name="Write over it").click()
+        page.get_by_role("button", name="Overwrite").click()
         page.get_by_text(f"Saved {path}").wait_for()
         assert camopt.find_scene(path).cam.base_radius == 44.0
         with page.expect_download() as waiting:

@@ -11,7 +11,7 @@ from camopt.cli.terminal import print_sections
 from camopt.core.quantities import QUANTITIES
 from camopt.scene.problem.problem import resolve
 from camopt.show.drawing.picture import four_digits
-from camopt.show.reporting.sections import limits_sheet, signed_text
+from camopt.show.reporting.sections import limits_table, signed_text
 from camopt.show.sheet.marks import decimal_text as sheet_number
 from camopt.solve.tables.cells import number_text, quantity_text
 from camopt.solve.tables.designs import bounds_shown, columns_of, is_zero_column, with_law
@@ -67,7 +67,7 @@ def test_a_limit_that_is_just_held_has_a_margin_of_zero(beyond):
     scene = find_scene("two-pauses")
     largest = evaluate(scene)["pressure_angle_max_return_deg"]
     limited = scene.replace(**{"limits.pressure_angle_return": largest * (1 + beyond)})
-    cells = {row[0].text: row for row in limits_sheet(evaluate(limited), resolve(limited)).rows}
+    cells = {row[0].text: row for row in limits_table(evaluate(limited), resolve(limited)).rows}
     _, verdict, _, _, margin, _ = (cell.text for cell in cells["pressure angle return"])
     if verdict == "held":
         assert (margin == "0 deg") == (abs(beyond) < 1e-9)

@@ -1,19 +1,19 @@
 // The cam turning under its follower, to scale.
 
 const FIXED = { "vector-effect": "non-scaling-stroke" };
-const MARGIN = 0.04; // of the picture
+const MARGIN = 0.04; // share of the picture
 
 class CamView {
-  /** `figure` takes the picture; call `frame` with the view that it shares with others before `turn`. */
+  /** Draws into `figure`. Call `frame` with the common view before `turn`. */
   constructor(figure, cam, label) {
     this.cam = cam;
-    this.still = standing(cam);
+    this.still = constantsOf(cam);
     this.curves = curvesOf(cam);
     const pitch = this.curves.flatMap((each) => each.pitch);
     this.size = Math.max(...pitch.map(([x, y]) => Math.hypot(x, y)), 1e-9);
     if (isGrooved(cam)) this.size = Math.max(cam.motion.lift * (cam.sizes.arm_length || 1), 3 * cam.sizes.roller_radius);
     this.around = 2 * Math.PI * cam.sizes.size;
-    this.reach = 0.3 * this.size + (cam.contact === "spherical" ? 0 : cam.sizes.roller_radius); // of the normal
+    this.reach = 0.3 * this.size + (cam.contact === "spherical" ? 0 : cam.sizes.roller_radius); // length of the drawn normal
     this.svg = svgElement(figure, "svg", { class: "cam", role: "img", "aria-label": label, preserveAspectRatio: "xMidYMid meet" });
     this.plane = svgElement(this.svg, "g", { transform: "scale(1 -1)" });
     this.body = svgElement(this.plane, "g", { class: "body" });
@@ -66,7 +66,7 @@ class CamView {
     this.path(this.body, [[0, 0], [0, 0.97 * sizes.size]], "timing");
   }
 
-  /** The radius of a disc with a groove or rib on its face, a little more than that of the flanks if not known; else 0. */
+  /** Radius of a disc with a groove or rib on its face, by default a little more than its flanks; else 0. */
   get edge() {
     if (!this.cam.on_face) return 0;
     const far = Math.max(...this.curves.flatMap((each) => [...each.profile, ...each.flank].map(([x, y]) => Math.hypot(x, y))));
@@ -82,7 +82,7 @@ class CamView {
   }
 
   markPitchPoint(degrees) {
-    const angle = (degrees * Math.PI) / 180, [y, slope] = movedAt(this.cam.motion, degrees);
+    const angle = (degrees * Math.PI) / 180, [y, slope] = motionAt(this.cam.motion, degrees);
     const [x, up] = contactAt(this.cam, this.still, angle, y, slope);
     this.circle(this.body, 0.012 * this.size, "pitch-point", turned(x, up, -this.cam.sense * angle));
   }
@@ -112,7 +112,7 @@ class CamView {
     }
   }
 
-  /** The follower at y = 0, and what stands still; the box that all positions need. */
+  /** Draw the follower at y = 0 and the fixed parts; return the box that all positions need. */
   drawFollower() {
     const { cam, size } = this;
     const [x, y] = contactAt(cam, this.still, 0, 0, 0);
@@ -128,7 +128,7 @@ class CamView {
     return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
   }
 
-  /** What of the follower touches the cam at a second contact; the points that it spans. */
+  /** Draw the parts of the follower at a second contact; return their points. */
   drawSecond() {
     const { second } = this.cam;
     if (!second) return [];
@@ -176,7 +176,7 @@ class CamView {
     return [[x - 0.12 * size, y], [x + 0.12 * size, y + top + lift], ...this.drawTrain([x, y + top])];
   }
 
-  /** The links beyond the follower, from where that drives them at y = 0; the corners of what they reach. */
+  /** Draw the links from the point that the follower drives at y = 0; return the corners of their reach. */
   drawTrain([x, y]) {
     const { train } = this.cam;
     if (!train) return [];
@@ -284,7 +284,7 @@ class CamView {
     return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
   }
 
-  /** The stem from the roller to where it drives the train beyond the surface. */
+  /** The stem from the roller to the point that drives the train, outside the surface. */
   drawGrooveStem([x, y]) {
     const half = 0.025 * this.cam.sizes.size, top = this.high + 0.25 * this.cam.sizes.size;
     this.path(this.follower, [[x - half, y], [x - half, top], [x + half, top], [x + half, y]], "tip", true);
@@ -307,7 +307,7 @@ class CamView {
   /** Turn to a cam angle in deg. */
   turn(degrees) {
     const { cam } = this, angle = (degrees * Math.PI) / 180;
-    const [y, slope] = movedAt(cam.motion, degrees);
+    const [y, slope] = motionAt(cam.motion, degrees);
     let [x, up, across, along] = contactAt(cam, this.still, angle, y, slope);
     if (isGrooved(cam)) x -= angle * cam.sizes.size;
     this.body.setAttribute("transform", isGrooved(cam) ? `translate(${-angle * cam.sizes.size} 0)` : `rotate(${cam.sense * degrees})`);
@@ -324,12 +324,12 @@ class CamView {
   }
 }
 
-/** The points of a list of x and one of y. */
+/** Points [x, y] from a list of x and a list of y. */
 function pairs([xs, ys]) {
   return xs.map((x, k) => [x, ys[k]]);
 }
 
-/** Where a member is at a cam angle in deg, between two of its positions. */
+/** The transform of a member at a cam angle in deg, interpolated between its positions. */
 function placeOf({ at: [xs, ys], turned }, degrees) {
   const place = ((((degrees % 360) + 360) % 360) / 360) * (xs.length - 1), k = Math.min(Math.floor(place), xs.length - 2);
   const [x, y, angle] = [xs, ys, turned].map((values) => values[k] + (place - k) * (values[k + 1] - values[k]));

@@ -1,4 +1,4 @@
-// The page of one cam, or of a few beside each other.
+// The page of one cam, or of a few side by side.
 
 function showCamsPage(data) {
   const find = (id) => document.getElementById(id);

@@ -1,4 +1,4 @@
-// The controls of the page: sliders, numbers and choices by the keys of the scene.
+// Controls of the page: sliders, number fields and choices, by keys of the scene.
 
 class Control {
   /** `moved` is called with the key and the new value. */
@@ -22,7 +22,7 @@ class Control {
     moved(this.key, value);
   }
 
-  /** Show a value, but for what the reader is typing. */
+  /** Show a value, except in a field in which the user types. */
   show(value) {
     if (this.slider) {
       if (value < Number(this.slider.min)) this.slider.min = value;
@@ -34,7 +34,7 @@ class Control {
     this.field.value = this.slider ? Number(value.toPrecision(8)) : this.numeric ? [...this.field.options].find((each) => Number(each.value) === value)?.value : value;
   }
 
-  /** A text beside the control; none takes it away. */
+  /** Show a text beside the control; an empty text removes it. */
   complain(text = "") {
     this.alarm.textContent = text;
     this.alarm.hidden = !text;

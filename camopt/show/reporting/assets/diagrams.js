@@ -3,7 +3,7 @@
 const HEIGHT = 150, LEFT = 52, RIGHT = 10, TOP = 8, BOTTOM = 22; // px
 
 class Diagram {
-  /** `series` is one panel of each cam that has it: {panel, motion, place}. */
+  /** `series` has one panel for each cam: {panel, motion, place}. */
   constructor(parent, series, move) {
     this.series = series;
     const { title, note } = series[0].panel;
@@ -24,11 +24,11 @@ class Diagram {
   }
 
   inWords() {
-    const told = this.series.map(({ panel }) => panel.peaks.map((peak) => `${this.textOf(peak)} at ${fourDigits(peak.angle)}°`).join(", "));
-    return `${this.series[0].panel.title}${this.unit ? ` in ${this.unit}` : ""} over one turn of the cam. Peaks: ${told.filter(Boolean).join("; ") || "none"}.`;
+    const peaks = this.series.map(({ panel }) => panel.peaks.map((peak) => `${this.textOf(peak)} at ${fourDigits(peak.angle)}°`).join(", "));
+    return `${this.series[0].panel.title}${this.unit ? ` in ${this.unit}` : ""} over one turn of the cam. Peaks: ${peaks.filter(Boolean).join("; ") || "none"}.`;
   }
 
-  /** What is written at a peak; in powers of ten where the diagram is. */
+  /** The text at a peak, with the power of ten of the diagram. */
   textOf({ text, value }) {
     return this.factor !== 1 && /\d$/.test(text) ? fourDigits(value * this.factor) : text;
   }
@@ -147,7 +147,7 @@ class Diagram {
     });
   }
 
-  /** A band for each run of samples at which the cam is undercut: a pale colour, since printers lose opacity. */
+  /** A band for each run of undercut samples; in a pale colour, since printers lose opacity. */
   drawUndercut(angles, bad) {
     for (let k = 1; k < bad.length; k++) {
       if (!bad[k]) continue;
@@ -157,7 +157,7 @@ class Diagram {
     }
   }
 
-  /** Peaks with their exact values; one that would lie on another's is left to the screen reader. */
+  /** Peaks with their exact values. A text that would overlap another is left out; the aria-label has it. */
   drawPeaks(panel, place) {
     const written = this.written || (this.written = []);
     if (place === this.series[0].place) written.length = 0;
@@ -173,7 +173,7 @@ class Diagram {
     }
   }
 
-  /** Where a text beside a peak lies on no other: outwards, inwards, to the right, to the left. */
+  /** A place for a text beside a peak that overlaps no other text: outwards, inwards, right or left. */
   placeFor(x, y, half, up, written) {
     const [above, below] = [Math.max(y - 6, TOP + 9), Math.min(y + 15, HEIGHT - BOTTOM - 3)], outwards = up ? above : below;
     const across = (at) => Math.min(Math.max(at, LEFT + half), this.width - RIGHT - half);
@@ -181,7 +181,7 @@ class Diagram {
     return places.map(([a, b]) => [across(a), b]).find(([a, b]) => !written.some(([c, d, h]) => Math.abs(a - c) < h + half && Math.abs(b - d) < 12));
   }
 
-  /** Move the cursor to a cam angle in deg, and say the values there. */
+  /** Move the cursor to a cam angle in deg, and show the values there. */
   show(angle) {
     this.at = angle;
     if (!this.cursor) return;
@@ -190,7 +190,7 @@ class Diagram {
     this.cursor.setAttribute("x2", x);
     this.series.forEach((each, k) => {
       const value = valueAt(each.motion.pieces, each.panel.values, angle);
-      const nothing = Math.abs(value) < 1e-6 * (this.range[1] - this.range[0]); // what rounding leaves of 0
+      const nothing = Math.abs(value) < 1e-6 * (this.range[1] - this.range[0]); // 0 with rounding errors
       this.readouts[k].textContent = value === null ? "–" : fourDigits(nothing ? 0 : value * this.factor);
       this.dots[k].setAttribute("visibility", value === null ? "hidden" : "visible");
       this.dots[k].setAttribute("cx", x);
@@ -199,7 +199,7 @@ class Diagram {
   }
 }
 
-/** A factor that keeps the numbers of a diagram short, and the unit with its power of ten. */
+/** A factor for short numbers in a diagram, and the unit with its power of ten. */
 function inPowers(series) {
   let largest = 0;
   for (const { panel } of series)
@@ -212,7 +212,7 @@ function inPowers(series) {
 
 const SUPERSCRIPTS = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
-/** A value between samples, on the straight line through those beside it; null where there is none. */
+/** The value at a cam angle, interpolated between samples; null in a gap. */
 function valueAt(pieces, values, degrees) {
   const found = pieces.findIndex((each) => degrees <= each.angle[each.angle.length - 1]);
   const place = found < 0 ? pieces.length - 1 : found, angles = pieces[place].angle, row = values[place];
@@ -223,7 +223,7 @@ function valueAt(pieces, values, degrees) {
   return a + t * (b - a);
 }
 
-/** All diagrams of some cams: panels of one title and unit share a diagram. */
+/** All diagrams of the cams: panels with the same title and unit share a diagram. */
 function drawDiagrams(parent, cams, move) {
   const groups = new Map();
   cams.forEach((cam, place) => {

@@ -1,4 +1,4 @@
-// Small tools for SVG and for numbers that people read.
+// Helpers for SVG, HTML and shown numbers.
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -17,7 +17,7 @@ function htmlElement(parent, name, attributes = {}, text = "") {
   return element;
 }
 
-/** Four significant digits, all of a larger whole number, with a real minus sign. */
+/** A number with four significant digits, or all digits before the point, and a real minus sign. */
 function fourDigits(value) {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
   if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
@@ -30,11 +30,11 @@ function fourDigits(value) {
 const pathOf = (points, close = false) =>
   points.length ? "M" + points.map(([x, y]) => `${+x.toFixed(4)} ${+y.toFixed(4)}`).join("L") + (close ? "Z" : "") : "";
 
-/** Round numbers over a range, about so many. */
+/** About `count` round numbers in a range. */
 function roundNumbers(low, high, count) {
   const rough = (high - low) / count, power = 10 ** Math.floor(Math.log10(rough));
   const step = [1, 2, 2.5, 5, 10].find((each) => each * power >= rough) * power;
-  const found = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k === 0 ? 0 : k * step);
-  return found;
+  const numbers = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) numbers.push(k === 0 ? 0 : k * step);
+  return numbers;
 }

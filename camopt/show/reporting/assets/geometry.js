@@ -1,12 +1,12 @@
-// Where the follower touches the cam: the formulas of camopt/model/mechanisms, on plain numbers (mm, rad).
+// Contact of cam and follower: the formulas of camopt/model/mechanisms, in mm and rad.
 
-/** The square root; 0 of what is below 0. */
+/** The square root; 0 for negative numbers. */
 function rootOf(square) {
   return Math.sqrt(Math.max(square, 0));
 }
 
-/** Heights, angles and levers that do not change as the cam turns. */
-function standing(cam) {
+/** Heights and angles that do not change as the cam turns. */
+function constantsOf(cam) {
   const { size, roller_radius: radius, offset, arm_length: arm, centre_distance: centre, face_offset: face, roller_spacing: spacing } = cam.sizes;
   const prime = size + radius;
   const between = cam.moves === "oscillating" ? 2 * Math.asin(spacing / 2 / arm) || 0 : spacing; // of the rollers about a rib
@@ -56,7 +56,7 @@ function contactAt(cam, still, angle, y, slope) {
   return [x, up, across / length, along / length];
 }
 
-/** The same at the second roller about a rib, with the normal towards that roller. */
+/** As contactAt, for the second roller of a rib, with the normal towards that roller. */
 function secondAt(cam, still, angle, y, slope) {
   const [x, up, across, along] = contactAt(cam, still, angle, y - still.between, slope);
   return [x, up, -across, -along];
@@ -69,30 +69,30 @@ function turned(x, y, angle) {
 }
 
 /**
- * The curves of a cam in its own frame, piece by piece: {kind, pitch, profile, flank} of points [x, y].
- * Of a rib, the flank is that of the second roller, with `second` as its pitch curve.
+ * The curves of a cam in its own frame, for each piece {kind, pitch, profile, flank}, lists of points [x, y].
+ * For a rib, `flank` is touched by the second roller, and `second` is the pitch curve of that roller.
  */
 function curvesOf(cam) {
-  const still = standing(cam), radius = cam.sizes.roller_radius;
+  const still = constantsOf(cam), radius = cam.sizes.roller_radius;
   return cam.motion.pieces.map((piece) => {
-    const found = { kind: piece.kind, pitch: [], profile: [], flank: [], second: [] };
+    const curves = { kind: piece.kind, pitch: [], profile: [], flank: [], second: [] };
     piece.angle.forEach((degrees, k) => {
       const angle = (degrees * Math.PI) / 180;
       const [x, y, across, up] = contactAt(cam, still, angle, piece.y[k], piece.slope[k]);
       const turn = isGrooved(cam) ? 0 : -cam.sense * angle;
-      found.pitch.push(turned(x, y, turn));
-      found.profile.push(turned(x - radius * across, y - radius * up, turn));
-      if (!isRibbed(cam)) return void found.flank.push(turned(x + radius * across, y + radius * up, turn));
+      curves.pitch.push(turned(x, y, turn));
+      curves.profile.push(turned(x - radius * across, y - radius * up, turn));
+      if (!isRibbed(cam)) return void curves.flank.push(turned(x + radius * across, y + radius * up, turn));
       const [a, b, aside, along] = secondAt(cam, still, angle, piece.y[k], piece.slope[k]);
-      found.second.push(turned(a, b, turn));
-      found.flank.push(turned(a - radius * aside, b - radius * along, turn));
+      curves.second.push(turned(a, b, turn));
+      curves.flank.push(turned(a - radius * aside, b - radius * along, turn));
     });
-    return found;
+    return curves;
   });
 }
 
-/** y and dy/dθ at a cam angle in deg, by the cubic through the two samples beside it and their slopes. */
-function movedAt(motion, degrees) {
+/** y and dy/dθ at a cam angle in deg, by the cubic Hermite polynomial between two samples. */
+function motionAt(motion, degrees) {
   const pieces = motion.pieces;
   let piece = pieces.find((each) => degrees <= each.angle[each.angle.length - 1]) || pieces[pieces.length - 1];
   const angles = piece.angle, k = Math.min(Math.max(firstAbove(angles, degrees), 1), angles.length - 1);
@@ -103,7 +103,7 @@ function movedAt(motion, degrees) {
   return [a + t * (da + t * (c + t * d)), (da + t * (2 * c + t * 3 * d)) / width];
 }
 
-/** The index of the first number above a value in numbers that rise; their count if there is none. */
+/** The index of the first number above a value, in rising numbers; their count if there is none. */
 function firstAbove(numbers, value) {
   let low = 0, high = numbers.length;
   while (low < high) {

@@ -1,8 +1,8 @@
-// The table of designs: sorts, filters, and holds only the rows that are seen.
+// The table of designs: sorts and filters; only visible rows are in the page.
 
 const ROW = 26, SEEN = 16; // px, rows
-const PRINTED_ROWS = 50, PRINTED_COLUMNS = 8; // on paper: a table that a page has room for
-const ROW_NAMES = ["result", "row"]; // what says which row it is stands in every printed table
+const PRINTED_ROWS = 50, PRINTED_COLUMNS = 8; // on paper: size of a table that fits a page
+const ROW_NAMES = ["result", "row"]; // columns that identify a row, in every printed table
 
 class Grid {
   constructor(box, rows) {
@@ -31,7 +31,7 @@ class Grid {
     this.arrange();
   }
 
-  /** The first rows with all their columns, in as many tables as the width of paper needs. */
+  /** Print the first rows with all columns, in as many tables as the paper width needs. */
   print() {
     const { rows } = this, order = [...this.order.slice(0, PRINTED_ROWS)];
     const names = rows.columns.filter(({ name }) => ROW_NAMES.includes(name)), others = rows.columns.filter((column) => !names.includes(column));
@@ -44,11 +44,11 @@ class Grid {
     }
   }
 
-  /** The rows that pass, in the order of the page: names of columns, numbers with a point, words in quotes. */
+  /** The filtered rows as CSV, in the order of the page. */
   csv() {
     const quoted = (word) => (/[",\n]/.test(word) ? `"${word.replaceAll('"', '""')}"` : word);
-    const said = ({ values, words }, row) => (words ? quoted(words[values[row]]) : Number.isNaN(values[row]) ? "" : Number(values[row].toPrecision(8)));
-    const lines = [this.rows.columns.map(({ called }) => quoted(called)), ...Array.from(this.order, (row) => this.rows.columns.map((column) => said(column, row)))];
+    const cellText = ({ values, words }, row) => (words ? quoted(words[values[row]]) : Number.isNaN(values[row]) ? "" : Number(values[row].toPrecision(8)));
+    const lines = [this.rows.columns.map(({ called }) => quoted(called)), ...Array.from(this.order, (row) => this.rows.columns.map((column) => cellText(column, row)))];
     return lines.map((cells) => `${cells.join(",")}\n`).join("");
   }
 
@@ -62,7 +62,7 @@ class Grid {
       column.showFilter = (what) => (choice.value = what && what.size === 1 ? [...what][0] : "");
       return;
     }
-    const ends = ["least", "most"].map((end) => htmlElement(cell, "input", { type: "text", inputmode: "decimal", size: 6, placeholder: end, "aria-label": `${end} ${column.title}` }));
+    const ends = ["min", "max"].map((end) => htmlElement(cell, "input", { type: "text", inputmode: "decimal", size: 6, placeholder: end, "aria-label": `${end} ${column.title}` }));
     const read = () => {
       const [low, high] = ends.map(({ value }) => readNumber(value));
       const wrong = (end) => end.value.trim() !== "" && Number.isNaN(readNumber(end.value));
@@ -123,7 +123,7 @@ class Grid {
     line.addEventListener("click", () => { this.focused = k; rows.choose(row); });
   }
 
-  /** From the heads and bounds down into the rows: there is one stop of Tab for each. */
+  /** Arrow down moves from the heads into the rows: heads and rows are one Tab stop each. */
   enter(event) {
     if (event.key !== "ArrowDown" || event.target.matches("select")) return;
     this.body.querySelector("[tabindex='0']")?.focus();

@@ -1,13 +1,13 @@
 // Parallel coordinates: an axis for each column, a line for each design; drag along an axis to filter.
 
-const AXIS = 104; // px: an axis with its title needs so much
-const MOST_LINES = 2500; // no eye tells more apart; the front is always whole
+const AXIS = 104; // px: width of an axis with its title
+const MOST_LINES = 2500; // more lines cannot be told apart; the front is always drawn
 
 class Parallel {
   constructor(box, note, rows, names) {
     Object.assign(this, { rows, box, note });
     this.every = names.map((name) => rows.column(name));
-    this.canvas = htmlElement(box, "canvas", { role: "img", "aria-label": "Parallel coordinates of all designs; the filters of the table below do the same as brushing here" });
+    this.canvas = htmlElement(box, "canvas", { role: "img", "aria-label": "Parallel coordinates of all designs. The filters of the table below do the same as dragging here." });
     new ResizeObserver(() => this.draw()).observe(box);
     addEventListener("themechange", () => this.draw());
     for (const where of ["paper", "screen"]) box.addEventListener(where, () => this.draw());
@@ -56,7 +56,7 @@ class Parallel {
     rows.chosen.forEach((row, k) => this.line(pen, row, colours[k === rows.chosen.length - 1 ? "second" : "first"]));
     const passing = `${all.length.toLocaleString("en")} of ${rows.count.toLocaleString("en")} designs pass the filters`;
     const lines = drawn.size < all.length ? `; ${drawn.size.toLocaleString("en")} of them are drawn as lines` : "";
-    const axes = this.axes.length < this.every.length ? `; there is room for ${this.axes.length} of ${this.every.length} axes` : "";
+    const axes = this.axes.length < this.every.length ? `; ${this.axes.length} of ${this.every.length} axes fit` : "";
     this.note.textContent = `${passing}${lines}${axes}.`;
   }
 

@@ -1,4 +1,4 @@
-// The cam angle: played, dragged, set by the slider or the keyboard; all that shows it follows.
+// The cam angle, from playing, dragging, slider or keyboard; all pictures and diagrams follow it.
 
 class Player {
   /** `controls` holds the slider and the buttons; `followers` are functions of the cam angle in deg. */
@@ -8,7 +8,7 @@ class Player {
     this.slider = controls.querySelector("input[type=range]");
     this.button = controls.querySelector("button.play");
     this.speed = controls.querySelector("select");
-    this.told = controls.querySelector("output");
+    this.output = controls.querySelector("output");
     this.slider.addEventListener("input", () => { this.stop(); this.go(Number(this.slider.value)); });
     this.button.addEventListener("click", () => (this.playing ? this.stop() : this.play()));
     window.addEventListener("beforeprint", () => this.stop());
@@ -26,7 +26,7 @@ class Player {
     this.slider.value = degrees;
     const text = `${degrees.toFixed(1)}°`;
     this.slider.setAttribute("aria-valuetext", `cam angle ${text}`);
-    this.told.textContent = text;
+    this.output.textContent = text;
     for (const follower of this.followers) follower(degrees);
   }
 
@@ -76,7 +76,7 @@ function dragToTurn(view, player) {
   view.svg.addEventListener("pointerup", () => (last = undefined));
 }
 
-/** Draw cams side by side at one scale, and their diagrams; all follow the player. The box that they fill. */
+/** Draw cams side by side at one scale, and their diagrams, which follow the player; return their common box. */
 function showCams(player, stage, diagrams, cams, labels, words = [], room = []) {
   player.forget();
   stage.replaceChildren();
@@ -87,7 +87,7 @@ function showCams(player, stage, diagrams, cams, labels, words = [], room = []) 
       htmlElement(figure, "figcaption", {}, labels[place]);
       for (const line of words[place] || []) htmlElement(figure, "small", line.startsWith("not ") ? { class: "alarm" } : {}, line);
     }
-    if (!cam.exists) { htmlElement(figure, "p", { class: "alarm" }, "This mechanism cannot be put together."); return null; }
+    if (!cam.exists) { htmlElement(figure, "p", { class: "alarm" }, "This mechanism cannot be assembled."); return null; }
     const view = new CamView(figure, cam, `${labels[place]}: the cam under its follower, to scale`);
     dragToTurn(view, player);
     return view;
@@ -106,7 +106,7 @@ function showCams(player, stage, diagrams, cams, labels, words = [], room = []) 
   return box;
 }
 
-/** What the lines of the pictures mean: those that are drawn. */
+/** Legend of the pictures: selector, class and meaning of each line. */
 const MEANINGS = [
   [".profile.rise", "rise", "rise"], [".profile.return", "return", "return"], [".profile.dwell", "dwell", "dwell"], [".profile.move", "rise", "move"],
   [".second", "fifth", "profile of the second disc"], [".pitch-curve", "pitch", "pitch curve"], [".base-circle", "thin", "base circle"], [".prime-circle", "thin dashed", "prime circle"],

@@ -1,4 +1,4 @@
-// On paper: what is folded is printed too, the page is light, and drawings are made for the width of the paper.
+// Printing: folded sections are opened, the page is light, and drawings get the width of the paper.
 
 const ON_PAPER = { ".diagram svg": "330px", ".plot": "940px" }; // the printer scales a drawing of this width to its place
 
@@ -20,7 +20,7 @@ function prepareForPaper() {
   });
 }
 
-/** Tell the drawings that are on the page now where they are to be seen. */
+/** Redraw the drawings for paper or screen. */
 function drawAgain(where, widthOf) {
   for (const [selector, width] of Object.entries(ON_PAPER))
     for (const each of document.querySelectorAll(selector)) {

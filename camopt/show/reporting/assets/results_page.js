@@ -1,4 +1,4 @@
-// The page of a result with many designs: the front, all columns, the table, and the cams that are chosen.
+// The page of tables of designs: scatter plot, parallel coordinates, table and chosen cams.
 
 async function showResultsPage(data) {
   const find = (id) => document.getElementById(id);
@@ -27,7 +27,7 @@ async function showResultsPage(data) {
   return { player, rows, scatter, grid };
 }
 
-/** Which colour is what. */
+/** The legend of colours. */
 function showColours(list, rows) {
   const column = rows.column(rows.colour);
   if (rows.column("feasible")?.words.includes("no")) htmlElement(list, "li", { class: "grey" }, "not feasible");
@@ -35,7 +35,7 @@ function showColours(list, rows) {
   if (column) column.words.forEach((word, k) => htmlElement(list, "li", { class: SERIES[k % SERIES.length] }, `${column.title}: ${word || "(none)"}`));
 }
 
-/** The cam of a row: the scene's, with the sizes and the motion of the row; null where its motion is not here. */
+/** The cam of a row, with the sizes and motion of the row; null if the page lacks its motion. */
 function camOfRow(rows, results, motion, row) {
   const result = results[rows.column("result")?.values[row] ?? 0], sizes = { ...result.sizes };
   for (const [size, name] of Object.entries(result.columns)) sizes[size] = rows.column(name).values[row] * rows.column(name).scale; // mm
@@ -49,14 +49,14 @@ function showChosen(rows, player, find) {
   const labels = rows.chosen.map((row) => rows.called(row)), broken = rows.column("violated");
   const words = rows.chosen.map((row) => (rows.feasible[row] ? [] : [`not feasible${broken ? `: ${rows.text(broken, row).replaceAll("_", " ").replaceAll(",", ", ")}` : ""}`]));
   find("chosen-note").textContent = cams.includes(null)
-    ? "A motion that only this row has is not in the page: camopt report TABLE --row N draws it." : "";
+    ? "The page does not contain the motion of this row. camopt report TABLE --row N draws it." : "";
   const there = [...cams.keys()].filter((k) => cams[k]), of = (list) => there.map((k) => list[k]);
   showCams(player, find("stage"), null, of(cams), of(labels), of(words));
   player.go(player.angle);
   showDifferences(find("differences"), rows, labels);
 }
 
-/** The chosen rows side by side. */
+/** The numbers of the chosen rows side by side. */
 function showDifferences(box, rows, labels) {
   box.replaceChildren();
   const table = htmlElement(box, "table"), head = htmlElement(htmlElement(table, "thead"), "tr"), body = htmlElement(table, "tbody");

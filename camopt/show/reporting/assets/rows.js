@@ -1,14 +1,14 @@
-// The rows of a result: columns of numbers or words, which rows pass the filters, and which designs are chosen.
+// The rows of a result: columns of numbers or words, filters, and chosen designs.
 
 class Rows {
   constructor(table, count) {
     this.count = count;
     this.columns = table;
-    this.filters = new Map(); // by column: [low, high], or a Set of places of words
-    this.chosen = []; // the last at the end
+    this.filters = new Map(); // by column: [low, high], or a Set of indices of words
+    this.chosen = []; // the last chosen at the end
     this.listeners = [];
-    const told = this.column("feasible"); // a table that does not say has feasible designs
-    this.feasible = Uint8Array.from({ length: count }, (_, row) => (told && told.words[told.values[row]] === "no" ? 0 : 1));
+    const feasible = this.column("feasible"); // without this column all designs are feasible
+    this.feasible = Uint8Array.from({ length: count }, (_, row) => (feasible && feasible.words[feasible.values[row]] === "no" ? 0 : 1));
     this.passing = Uint32Array.from({ length: count }, (_, row) => row);
     this.mask = new Uint8Array(count).fill(1);
   }
@@ -24,7 +24,7 @@ class Rows {
     return Number.isNaN(value) ? "" : Number.isFinite(value) ? String(Number(value.toPrecision(6))).replace("-", "−") : fourDigits(value);
   }
 
-  /** Filter a column; null takes its filter away. All that shows rows is told. */
+  /** Filter a column; null removes its filter. All views of the rows are redrawn. */
   filter(name, what) {
     if (what === null) this.filters.delete(name);
     else this.filters.set(name, what);
@@ -53,14 +53,14 @@ class Rows {
     this.tell("filter");
   }
 
-  /** What a row is called: its number in the file that `--row` takes. */
+  /** The name of a row, with its number in the file, as for `--row`. */
   called(row) {
     const front = this.column("front"), file = this.files[front && !front.values[row] ? 1 : 0] ?? this.files[0];
     const where = file || this.column("result")?.words[this.column("result").values[row]];
     return `Row ${this.column("row").values[row]}${where ? ` of ${where}` : ""}`;
   }
 
-  /** The colour of a row: that of its series, or grey if it is not feasible. */
+  /** The colour of a row: that of its series; grey if the design is not feasible. */
   paint(row, colours) {
     const series = this.column(this.colour);
     return this.feasible[row] ? colours[SERIES[(series ? series.values[row] : 0) % SERIES.length]] : colours.muted;
@@ -76,10 +76,10 @@ class Rows {
   tell(what) { for (const listener of this.listeners) listener(what); }
 }
 
-/** A bound as it was read, in six digits: what is shown as this number passes. */
+/** A bound widened by rounding to six digits, so that a row shown with this number passes. */
 const loosened = (value, side) => value + side * 6e-7 * (Number.isFinite(value) ? Math.abs(value) : 0);
 
-/** A number as people write it, with either sign for decimals, or commas between thousands; NaN if it is none. */
+/** A number from a text with decimal point or comma, or commas between thousands; NaN if it is not a number. */
 function readNumber(text) {
   const plain = text.trim().replace("−", "-");
   if (!plain) return NaN;
@@ -93,7 +93,7 @@ async function unpacked(text) {
   return new Response(stream).arrayBuffer();
 }
 
-/** Columns from the page: floats in planes of bytes, words as places in their list. */
+/** Columns from the page: floats in byte planes, words as indices of their list. */
 async function unpackedColumns(packedColumns, count) {
   return Promise.all(packedColumns.map(async (column) => {
     const buffer = await unpacked(column.packed);
@@ -108,7 +108,7 @@ async function unpackedColumns(packedColumns, count) {
   }));
 }
 
-/** Series colours, from the page's style so that light and dark both have them. */
+/** Colours from the style of the page, for the light or dark theme. */
 function palette() {
   const style = getComputedStyle(document.documentElement);
   const probe = document.createElement("i");

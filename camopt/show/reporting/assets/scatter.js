@@ -1,6 +1,6 @@
-// Two columns against each other: every row a dot; drag a rectangle to filter, click to choose.
+// Scatter plot of two columns: a dot for each row; drag a rectangle to filter, click to choose.
 
-const NEAR = 12; // px: how near to a dot a click must be
+const NEAR = 12; // px: largest distance of a click from its dot
 
 class Scatter {
   constructor(box, rows, [x, y]) {
@@ -19,7 +19,7 @@ class Scatter {
 
   axes(x, y) {
     [this.x, this.y] = [this.rows.column(x), this.rows.column(y)];
-    this.canvas.setAttribute("aria-label", `${this.y.title} against ${this.x.title}, a dot for each design; the table below has the numbers`);
+    this.canvas.setAttribute("aria-label", `${this.y.title} against ${this.x.title}, a dot for each design. The table below has the numbers.`);
     this.draw();
   }
 
@@ -65,7 +65,7 @@ class Scatter {
       }
     }
     pen.globalAlpha = 1;
-    if (this.onPaper) this.drawChosen(pen, colours); // a browser prints one of two drawings that lie on each other
+    if (this.onPaper) this.drawChosen(pen, colours); // a browser prints only one of two canvases that overlap
     else this.drawOver();
   }
 
@@ -94,7 +94,7 @@ class Scatter {
     pen.fillText(this.y.title, 4, 10);
   }
 
-  /** The chosen designs, and the rectangle that is being drawn. */
+  /** Draw the chosen designs and the rectangle that is being dragged. */
   drawOver() {
     const pen = this.place(this.over), colours = palette();
     this.drawChosen(pen, colours);
@@ -149,7 +149,7 @@ class Scatter {
     const front = this.rows.column("front");
     for (const row of this.rows.passing) {
       const far = (this.toX(this.x.values[row]) - px) ** 2 + (this.toY(this.y.values[row]) - py) ** 2;
-      const weighed = front && front.values[row] ? far / 4 : far; // the front is what is meant
+      const weighed = front && front.values[row] ? far / 4 : far; // prefer designs on the front
       if (weighed < best) [best, found] = [weighed, row];
     }
     return found;

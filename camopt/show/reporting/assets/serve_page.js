@@ -9,10 +9,10 @@ class ServePage {
     const moved = (key, value) => this.change({ [key]: value }, key);
     this.controls = [...document.querySelectorAll(".control")].map((each) => new Control(each, moved));
     const question = () => ({ values: this.values, moved: this.moved });
-    this.asking = new Asking(question, (...shown) => this.show(...shown), (trouble) => this.fail(trouble));
+    this.requests = new RequestQueue(question, (...shown) => this.show(...shown), (trouble) => this.fail(trouble));
     this.draw(data.answer.cam, true);
     this.player.go(0);
-    find("start").addEventListener("click", () => this.set(this.own, "As at the start."));
+    find("start").addEventListener("click", () => this.set(this.own, "All controls are reset."));
     find("smallest").addEventListener("click", () => this.smallest().catch((trouble) => this.fail(trouble)));
     find("report").addEventListener("click", () => this.download().catch((trouble) => this.fail(trouble)));
     find("save").addEventListener("submit", (event) => { event.preventDefault(); this.save(false); });
@@ -20,21 +20,21 @@ class ServePage {
     find("file").addEventListener("input", () => (find("overwrite").hidden = true));
   }
 
-  /** Other values of some controls, by key; `moved` is the one that the reader has in hand. */
+  /** Change the values of controls by key; `moved` is the control that the user moves. */
   change(values, moved = "") {
     Object.assign(this.values, values);
     this.moved = moved;
-    this.asking.changed();
+    this.requests.changed();
   }
 
-  /** Other values of all controls, and what is said of it. */
+  /** Set the values of all controls, and show a sentence. */
   set(values, told) {
     for (const control of this.controls) control.show(values[control.key]);
     this.change(values);
     this.status.textContent = told;
   }
 
-  /** What the server says of the cam; `newest` if no control has moved since it was asked. */
+  /** Show an answer of the server; `newest` if no control has moved since its request. */
   show(answer, proved, newest) {
     for (const control of this.controls) control.complain();
     this.find("stage").classList.toggle("stale", Boolean(answer.mistakes));
@@ -45,21 +45,21 @@ class ServePage {
     }
     drawLines(document.querySelector("header"), answer.lines);
     const limits = this.find("limits");
-    limits.style.minHeight = proved ? "" : `${limits.offsetHeight}px`; // what is below stays while controls move
+    limits.style.minHeight = proved ? "" : `${limits.offsetHeight}px`; // so that the page below does not jump while controls move
     limits.replaceChildren();
     drawTable(limits, answer.limits);
     if (proved) drawSections(this.find("sections"), answer.sections);
     this.draw(answer.cam, proved);
   }
 
-  /** Draw the cam, or keep the last where none can be made. While controls move the scale stays, so that a cam is seen to grow. */
+  /** Draw the cam, or keep the last one if it cannot be made. The scale stays while controls move, so that a cam visibly grows. */
   draw(cam, proved) {
     if (!cam.exists && this.box) return this.find("stage").classList.add("stale");
     const box = showCams(this.player, this.find("stage"), this.find("diagrams"), [cam], [this.label], [], proved || !this.box ? [] : [this.box]);
     if (box) this.box = box;
   }
 
-  /** Mistakes beside the controls that they are about, or beside the one that was moved. */
+  /** Show mistakes beside their controls, else beside the control that was moved. */
   complain(mistakes) {
     const texts = new Map();
     for (const { key, text } of mistakes) {
@@ -74,7 +74,7 @@ class ServePage {
   }
 
   fail(trouble) {
-    this.status.textContent = trouble instanceof TypeError ? "The server has ended: start camopt serve again." : `Trouble: ${trouble.message}.`;
+    this.status.textContent = trouble instanceof TypeError ? "The server has ended: start camopt serve again." : `Error: ${trouble.message}.`;
   }
 
   async smallest() {
@@ -82,7 +82,7 @@ class ServePage {
     if (this.searching) return void (await ask("stop", { values: {} }));
     this.searching = true;
     button.textContent = "Stop the search";
-    this.status.textContent = "Searching for the smallest cam that meets the limits, for a minute at most …";
+    this.status.textContent = "Searching for the smallest cam that meets the limits (at most 60 s) …";
     try {
       const found = await ask("smallest", { values: this.values });
       if (found.values) this.set(found.values, found.told);
@@ -110,7 +110,7 @@ class ServePage {
       const found = await ask("save", { values: this.values, moved: this.moved, name, overwrite });
       this.find("overwrite").hidden = !found.exists;
       if (found.mistakes) return this.complain(found.mistakes);
-      this.status.textContent = found.exists ? `${found.exists} is there already.` : `Saved ${found.saved}`;
+      this.status.textContent = found.exists ? `${found.exists} exists already.` : `Saved ${found.saved}`;
     } catch (trouble) {
       this.fail(trouble);
     }

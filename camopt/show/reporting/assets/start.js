@@ -1,4 +1,4 @@
-// What the page starts with: its data are in the page itself.
+// Start of the page: reads the data in the page and shows it.
 
 const data = JSON.parse(document.getElementById("data").textContent);
 chooseTheme(document.getElementById("theme"));

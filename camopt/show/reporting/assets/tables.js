@@ -1,4 +1,4 @@
-// Tables that change: built as the templates build them, of texts alone.
+// Tables that change: built like those of the templates, from texts.
 
 function drawTable(parent, { title, heads, rows, note }) {
   const box = htmlElement(parent, "div", { class: "tablebox", tabindex: "0", role: "region", "aria-label": title });
@@ -15,7 +15,7 @@ function drawTable(parent, { title, heads, rows, note }) {
   if (note) htmlElement(box, "small", {}, note);
 }
 
-/** Sections that unfold; those that the reader has opened stay open. */
+/** Draw the sections that unfold; open sections stay open. */
 function drawSections(parent, sections) {
   const open = new Set([...parent.querySelectorAll("details[open] > summary")].map((each) => each.textContent));
   parent.replaceChildren();
@@ -27,13 +27,13 @@ function drawSections(parent, sections) {
   }
 }
 
-/** The lines at the head of the page: the verdict first. */
+/** Draw the lines at the head of the page. */
 function drawLines(header, lines) {
   header.querySelectorAll("p").forEach((each) => each.remove());
   for (const [text, kind] of lines) htmlElement(header, "p", kind ? { class: kind } : {}, text);
 }
 
-/** Give the reader a text as a file. */
+/** Download a text as a file. */
 function saveText(name, kind, text) {
   const link = htmlElement(document.body, "a", { href: URL.createObjectURL(new Blob([text], { type: kind })), download: name });
   link.click();

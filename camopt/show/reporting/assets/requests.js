@@ -1,6 +1,6 @@
-// Questions to the server: the newest alone, one at a time; an answer that is no longer asked for is dropped.
+// Requests to the server: only the newest, one at a time; an outdated answer is dropped.
 
-const REST = 300; // ms without a move, after which the limits are proved
+const REST = 300; // ms without a move before the limits are proved
 
 async function ask(what, question) {
   const response = await fetch(what, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(question) });
@@ -8,8 +8,8 @@ async function ask(what, question) {
   return response.json();
 }
 
-class Asking {
-  /** `question` is a function for what to ask; `show` takes the answer, and whether the controls rest. */
+class RequestQueue {
+  /** `question` returns the body of a request; `show` takes the answer and whether the controls rest. */
   constructor(question, show, trouble) {
     Object.assign(this, { question, show, trouble, newest: 0, asked: 0, shown: 0 });
   }
@@ -20,7 +20,7 @@ class Asking {
     document.documentElement.dataset.state = "moving";
     clearTimeout(this.timer);
     this.timer = setTimeout(() => this.settle(), REST);
-    if (!this.asking) this.asking = this.move().catch(this.trouble).finally(() => (this.asking = null));
+    if (!this.running) this.running = this.move().catch(this.trouble).finally(() => (this.running = null));
   }
 
   async move() {
