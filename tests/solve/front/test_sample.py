@@ -87,7 +87,8 @@ def test_a_sample_is_the_same_however_it_is_cut(samples, sampler, block, workers
 
 @pytest.mark.parametrize("sampler", SAMPLERS)
 def test_a_seed_decides_the_designs(sampler):
-    sizes = [sweep_space(resolve(sampled(20, sampler, seed=seed))).drawn_values["offset"].tolist() for seed in (0, 0, 1)]
+    spaces = [sweep_space(resolve(sampled(20, sampler, seed=seed))) for seed in (0, 0, 1)]
+    sizes = [space.drawn_values["offset"].tolist() for space in spaces]
     assert sizes[0] == sizes[1] != sizes[2]
 
 
