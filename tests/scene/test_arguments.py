@@ -106,7 +106,7 @@ def test_sentences_go_to_the_log_where_nobody_hears_them(tmp_path, caplog):
     assert not caplog.messages
     with caplog.at_level(logging.INFO, logger="camopt"):
         camopt.sweep(NAME, tmp_path)
-    assert caplog.messages == told == [f"{Path(tmp_path)} is up to date; `again` computes it anew"]
+    assert caplog.messages == told == [f"{Path(tmp_path)} is up to date; use `again` to recompute"]
 
 
 SCENE = find_scene("roller-1000rpm").replace(

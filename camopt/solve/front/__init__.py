@@ -1,1 +1,4 @@
-"""Fronts: the sweep over a grid of designs, its Pareto set, and each row of it moved off the grid."""
+"""The sweep over a grid or sample of designs, its Pareto front, and the refinement of this front off the grid.
+
+Start with ``sweep``, then ``plan`` (the space and the blocks), ``blocks`` (their results) and ``pareto``.
+"""

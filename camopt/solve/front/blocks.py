@@ -1,6 +1,6 @@
-"""A space of designs cut into blocks, each of which any thread, process or machine can evaluate on its own.
+"""A space of designs cut into blocks; any thread, process or machine can evaluate a block by itself.
 
-Their results are gathered in order.
+The results are gathered in order.
 """
 
 from bisect import bisect_right
@@ -23,10 +23,10 @@ from camopt.solve.front.pareto import FrontArchive, best_of_laws, non_dominated
 from camopt.solve.verdicts.feasible_filter import feasible_designs, filter_designs
 from camopt.solve.verdicts.limit_verdicts import Effort, evaluate_with_effort
 
-BLOCK_SIZE = 65536  # designs: Python's share is small, and memory stays bounded
-SHARING_BLOCK_SIZE = 2**18  # of those that share pitch curves: most take nanoseconds
+BLOCK_SIZE = 65536  # designs in a block: Python's share of the time is small, and memory stays bounded
+SHARING_BLOCK_SIZE = 2**18  # the same for designs that share pitch curves: most of them take nanoseconds
 BEST_BATCHES = 64  # batches whose best designs are compared together
-NO_ROWS = DesignRows({}, 0)  # where there are no blocks
+NO_ROWS = DesignRows({}, 0)  # the rows of no blocks
 
 
 @dataclass(frozen=True)
@@ -34,26 +34,26 @@ class BlockBatch:
     """The results of consecutive blocks."""
 
     first: int
-    """The number of the first of the blocks."""
+    """The number of the first block."""
     last: int
-    """The number after that of the last one."""
+    """The number after the last block."""
     designs: int
     existing: int
-    """Designs that can be assembled."""
+    """Number of designs that can be assembled."""
     feasible: int
     effort: Effort
     reached: float
     """The largest relative half-width of an enclosure of any row that is kept."""
     kept: DesignRows
-    """Rows for the table of designs; none where there is no such table."""
+    """Rows for the table of designs; none if there is no such table."""
     front: DesignRows
     """Rows that may be on the Pareto front."""
     best: DesignRows
-    """Rows with the best feasible one of each law."""
+    """The best feasible row of each law."""
 
 
 def merge_batches(batches: Sequence[BlockBatch], objectives: Objectives) -> BlockBatch:
-    """One batch from consecutive ones."""
+    """One batch from consecutive batches."""
     if len(batches) == 1:
         return batches[0]
     effort = Effort()
@@ -79,14 +79,14 @@ class BlockResult(NamedTuple):
     existing: int
     feasible: int
     rows: DesignRows
-    """Those that are wanted, or more; without a table of designs, but for some that others dominate."""
+    """The rows to keep; without a table of designs, some dominated rows may be missing."""
     effort: Effort
     compared: BoolArray
-    """Of these rows some, with all that no other dominates."""
+    """Which rows may be on the front: all non-dominated ones, and perhaps others."""
 
 
 class SpaceBlocks:
-    """The blocks of a space, by number in the order of the space; each has designs of one problem."""
+    """The blocks of a space, numbered in the order of the space; each has designs of one problem."""
 
     def __init__(
         self,
@@ -98,7 +98,7 @@ class SpaceBlocks:
         size: int = BLOCK_SIZE,
         own: bool = False,
     ) -> None:
-        """Cut a space.
+        """Cut a space into blocks.
 
         Parameters
         ----------
@@ -107,26 +107,26 @@ class SpaceBlocks:
         names : tuple of str
             The columns of rows.
         numbers : CurveNumbers or None
-            Which pitch curves designs share; None looks at each design alone.
+            The pitch curves that designs share; None evaluates each design by itself.
         every : bool, default False
-            Whether rows are wanted of all designs that can be assembled, and not of feasible ones alone.
+            Whether rows have all designs that can be assembled, not only feasible ones.
         kept : bool, default True
             Whether batches keep rows for the table of designs.
         size : int, default 65536
             The most designs of a block.
         own : bool, default False
-            Whether the pitch curve of each design tells all of it, where they share none.
+            Whether each design's own pitch curve decides all its limits, if designs share none.
         """
         self.space, self.size = space, size
         self._names, self._every, self._kept = frozenset(names), every, kept
         self._parts = list(space.problem_ranges())
         counts = [-(-(stop - start) // size) for _, start, stop in self._parts]
         if numbers and len(counts) % 2 and self._parts[0][2] - self._parts[0][1] > BLOCK_SIZE:
-            counts[0] = max(counts[0], 2)  # two threads, which begin together, share the first, and then as many
+            counts[0] = max(counts[0], 2)  # two threads begin with the first motion, and share the rest evenly
         self._ends = np.cumsum(counts).tolist()
         self._numbers, self._own = numbers, own
         self._curves: WeakValueDictionary[int, CurveVerdicts] = WeakValueDictionary()
-        self._latest: CurveVerdicts | None = None  # keeps those of the motion that is worked on
+        self._latest: CurveVerdicts | None = None  # keeps those of the current motion alive
         self._one_at_a_time = Lock()
 
     def __len__(self) -> int:
@@ -134,11 +134,11 @@ class SpaceBlocks:
 
     @property
     def curve_count(self) -> int:
-        """How many pitch curves are searched: one of each design, unless designs share them."""
+        """Number of pitch curves that are searched: one for each design, unless designs share them."""
         return len(self._numbers) * len(self.space.problems) if self._numbers else len(self.space)
 
     def _design_range(self, number: int) -> tuple[int, int, int]:
-        """The part of the space that a block is of, and which designs of that problem it has: from, to."""
+        """The part of the space that a block belongs to, its first design, and the one after its last."""
         part = bisect_right(self._ends, number)
         _, start, stop = self._parts[part]
         before = self._ends[part - 1] if part else 0
@@ -175,7 +175,7 @@ class SpaceBlocks:
         )
 
     def _evaluate_designs(self, part: int, problem: Problem, first: int, last: int) -> BlockResult:
-        """Designs first … last − 1 by their pitch curves, if these tell all or are shared, or each by itself."""
+        """The results of designs first … last − 1: by pitch curves if these are shared or decide all limits."""
         if self._numbers:
             return self._evaluate_by_curves(self._curve_verdicts(part, problem), first, last)
         if self._own:
@@ -184,7 +184,7 @@ class SpaceBlocks:
         return self._evaluate_separately(problem, first, last)
 
     def _evaluate_separately(self, problem: Problem, first: int, last: int) -> BlockResult:
-        """Designs first … last − 1, of which each is looked at alone."""
+        """The results of designs first … last − 1, each evaluated by itself."""
         designs = self.space.designs(np.arange(first, last))
         designs = designs.take(problem.setup.mechanism.can_assemble(designs, problem.programme))
         if self._every:
@@ -193,28 +193,25 @@ class SpaceBlocks:
             return BlockResult(len(designs), int(np.count_nonzero(held)), rows, effort, held)
         rows, which, effort = filter_designs(problem, designs, self._names)
         if problem.robust_errors:
-            others = replace(problem)  # trains that are off are kept as long as this block
-            rows = rows.take(feasible_designs(others, designs.take(which)))
+            block_problem = replace(problem)  # its cache of trains with errors lasts as long as this block
+            rows = rows.take(feasible_designs(block_problem, designs.take(which)))
         return BlockResult(len(designs), rows.count, rows, effort, np.ones(rows.count, dtype=bool))
 
     def _evaluate_by_curves(self, curves: CurveVerdicts, first: int, last: int) -> BlockResult:
-        """The same by what their pitch curves say of them."""
-        told = curves.verdicts(first, last, every=self._kept)
-        rows, count, compared, effort = (
-            curves.feasible_rows(told.held_designs, self._names),
-            told.held_count,
-            told.compared,
-            Effort(),
-        )
-        if len(told.open_designs):
-            left, which, effort = curves.filter_open(told.open_designs, self._names)
-            order = np.argsort(np.concatenate([told.held_designs.designs, told.open_designs.designs[which]]))
-            rows, count = concatenate_rows([rows, left]).take(order), count + left.count
-            compared = np.concatenate([compared, np.ones(left.count, dtype=bool)])[order]
-        return BlockResult(told.existing, count, rows, effort, compared)
+        """The results of designs first … last − 1 from the verdicts of their pitch curves."""
+        verdicts = curves.verdicts(first, last, every=self._kept)
+        held, open_ = verdicts.held_designs, verdicts.open_designs
+        rows, count = curves.feasible_rows(held, self._names), verdicts.held_count
+        compared, effort = verdicts.compared, Effort()
+        if len(open_):
+            open_rows, which, effort = curves.filter_open(open_, self._names)
+            order = np.argsort(np.concatenate([held.designs, open_.designs[which]]))
+            rows, count = concatenate_rows([rows, open_rows]).take(order), count + open_rows.count
+            compared = np.concatenate([compared, np.ones(open_rows.count, dtype=bool)])[order]
+        return BlockResult(verdicts.existing, count, rows, effort, compared)
 
     def _curve_verdicts(self, part: int, problem: Problem) -> CurveVerdicts:
-        """The pitch curves of a motion, kept while a thread uses them or until those of another are made."""
+        """The pitch curves of a motion, kept while a thread uses them, or until those of another motion exist."""
         assert self._numbers is not None
         with self._one_at_a_time:
             curves = self._curves.get(part)
@@ -225,26 +222,26 @@ class SpaceBlocks:
 
 
 class SpaceResult(NamedTuple):
-    """The results of a space: counts, the front, and rows that include the best one of each law."""
+    """The results of a space: counts, the front, and the best row of each law, perhaps among others."""
 
     front: DesignRows
     best: DesignRows
     effort: Effort
     reached: float
-    """The largest relative half-width of an enclosure of any row that is kept, or of the front."""
+    """The largest relative half-width of an enclosure of any row that is kept or on the front."""
     evaluated: int
-    """Designs, those that cannot be assembled among them."""
+    """Number of designs evaluated, including those that cannot be assembled."""
     existing: int | None = None
-    """Designs that can be assembled; None if they were not counted."""
+    """Number of designs that can be assembled; None if not counted."""
     feasible: int | None = None
-    """Designs; None if they were not counted."""
+    """Number of feasible designs; None if not counted."""
     boxes: int = 0
-    """Boxes of designs that were bounded."""
+    """Number of boxes of designs that were bounded."""
     decided: int = 0
-    """Designs in boxes that were dropped."""
+    """Number of designs in boxes that were dropped."""
 
     def without_rows(self) -> "SpaceResult":
-        """The counts alone: rows of large fronts take much memory."""
+        """The counts alone: the rows of large fronts take much memory."""
         return self._replace(front=DesignRows({}, 0), best=DesignRows({}, 0))
 
 
@@ -255,9 +252,9 @@ def gather_batches(
     write: Callable[[DesignRows], None],
     progress: Progress | None = None,
 ) -> SpaceResult:
-    """The results of batches that cover a space in order. ``write`` takes the rows that they keep.
+    """The results of batches that cover a space in order; ``write`` is called with the rows that they keep.
 
-    ``progress`` is called with (designs done, designs in all). Rows are the same however the space was cut.
+    ``progress`` is called with (designs done, designs in all). Rows do not depend on how the space was cut.
     """
     designs, existing, feasible, effort, reached = 0, 0, 0, Effort(), 0.0
     objectives, total, best = space.problem.objectives, len(space), list[DesignRows]()

@@ -1,9 +1,9 @@
-"""Whether every cam within the tolerances of each design of a front holds the limits: a proof over its whole box.
+"""Robust fronts: the proof that every cam within the tolerances of each design on a front meets the limits.
 
-A sweep with ``search.robust`` looks at the corners of the tolerances. Where the proof of a design on the front, or
-of the best of a law, finds a cam between them that breaks a limit, that joins those that have to hold them, and the
-sweep is done again, so that designs come in which were left out for this one (exchange method, as in
-``smallest.exchange``). What is broken in the end is left out.
+A sweep with ``search.robust`` evaluates the corners of the tolerances. The proof covers the whole box of tolerances
+of each design on the front, and of the best design of each law. If it finds a cam between the corners that breaks a
+limit, this cam joins the corners, and the sweep runs again: designs that the broken one dominated may now be on the
+front (exchange method, as in ``smallest.exchange``). Designs that are broken after the last run are dropped.
 """
 
 from collections import Counter
@@ -28,48 +28,48 @@ from camopt.solve.smallest.exchange import certify_over_tolerances
 from camopt.solve.verdicts.verdict_words import BROKEN
 
 CERTIFY_SECONDS = 60.0
-"""For the proofs of a front; what is not proved by then is undecided."""
+"""Time for the proofs of a front; designs without a proof by then are undecided."""
 SWEEP_EXCHANGES, MOST_ADDED_CAMS = 4, 8
-"""How often a sweep is done again, and how many cams are added then that have to hold the limits."""
+"""Most repetitions of a sweep, and most cams with errors that join each repetition."""
 PROOF_COLUMN = "proof"
 
 
 class CertifiedFront(NamedTuple):
-    """What people compare of a sweep, without designs of which a cam within the tolerances breaks a limit."""
+    """The reported rows of a sweep, without designs that have a cam within the tolerances that breaks a limit."""
 
     space_result: SpaceResult
-    """Without rows."""
+    """Counts of the sweep, without rows."""
     reported_rows: ReportedRows
     front: DesignRows
-    """With the verdict on each over the box of its tolerances, in the column ``proof``, if these count."""
+    """The front; with ``search.robust`` the column ``proof`` has the verdict on all cams of each design."""
     every_cam: dict[str, int] | None
-    """How many designs have each verdict; the broken ones are left out."""
+    """The number of designs for each verdict, the dropped ones included; None if the problem is not robust."""
 
 
-def certify_front(plan: SweepPlan, seen: SpaceResult, own: Threads, progress: Progress | None) -> CertifiedFront:
-    """The results of a sweep with the proofs that its scene asks for; its own threads sweep again."""
-    compared = report_rows(plan, seen, progress)
+def certify_front(
+    plan: SweepPlan, space_result: SpaceResult, threads: Threads, progress: Progress | None
+) -> CertifiedFront:
+    """The results of a sweep with the proofs that its scene requires; the threads run repeated sweeps."""
+    reported = report_rows(plan, space_result, progress)
     if not plan.problem.robust_errors:
-        return CertifiedFront(seen.without_rows(), compared, compared.front, None)
+        return CertifiedFront(space_result.without_rows(), reported, reported.front, None)
     proofs = ToleranceVerdicts(plan.space)
     for done in range(SWEEP_EXCHANGES + 1):
         proofs.until = clock_seconds() + CERTIFY_SECONDS
-        front, best = (proofs.with_verdicts(each) for each in (compared.front, compared.best))
+        front, best = (proofs.with_verdicts(rows) for rows in (reported.front, reported.best))
         if not proofs.violating_errors or done == SWEEP_EXCHANGES:
             break
         plan = plan.with_extra_cams(proofs.violating_errors[:: -(-len(proofs.violating_errors) // MOST_ADDED_CAMS)])
         proofs.violating_errors.clear()
-        seen = gather_batches(
-            plan.space, plan.batches(plan.part_blocks(), own), plan.block, lambda rows: None, progress
-        )
-        compared = report_rows(plan, seen, progress)
-    kept, good = (each.column(PROOF_COLUMN) != BROKEN for each in (front, best))
-    grid = compared.front.take(kept) if compared.grid is compared.front else compared.grid
-    held = [by for by, right in zip(compared.active_limits, good, strict=True) if right]
-    compared = ReportedRows(compared.front.take(kept), grid, compared.best.take(good), held)
-    return CertifiedFront(
-        seen.without_rows(), compared, front.take(kept), dict(Counter(front.column(PROOF_COLUMN).tolist()))
-    )
+        batches = plan.batches(plan.part_blocks(), threads)
+        space_result = gather_batches(plan.space, batches, plan.block, lambda rows: None, progress)
+        reported = report_rows(plan, space_result, progress)
+    kept, kept_best = (rows.column(PROOF_COLUMN) != BROKEN for rows in (front, best))
+    grid = reported.front.take(kept) if reported.grid is reported.front else reported.grid
+    active = [limits for limits, is_kept in zip(reported.active_limits, kept_best, strict=True) if is_kept]
+    reported = ReportedRows(reported.front.take(kept), grid, reported.best.take(kept_best), active)
+    counts = dict(Counter(front.column(PROOF_COLUMN).tolist()))
+    return CertifiedFront(space_result.without_rows(), reported, front.take(kept), counts)
 
 
 @dataclass
@@ -78,22 +78,22 @@ class ToleranceVerdicts:
 
     space: DesignSpace
     until: float = inf
-    """When they end (``clock_seconds``)."""
+    """When the proofs must end (``clock_seconds``)."""
     verdicts: dict[tuple[Any, ...], str] = field(default_factory=dict)
-    """Of rows of which a verdict is known, by what they have of sizes and laws."""
+    """The verdicts so far, by the sizes and laws of a row."""
     violating_errors: list[NumberErrors] = field(default_factory=list)
-    """By how much cams are off that break limits."""
+    """The errors of cams that break limits."""
 
     def with_verdicts(self, rows: DesignRows) -> DesignRows:
-        """Rows with the verdict on each, in the column ``proof``."""
+        """The rows with the verdict on each, in the column ``proof``."""
         names = {*self.space.problem.size_names, "law_rise", "law_return"}
-        keys = [tuple(each.values()) for each in rows.select_columns(names).records()]
+        keys = [tuple(row.values()) for row in rows.select_columns(names).records()]
         unknown = np.array([place for place, key in enumerate(keys) if key not in self.verdicts], dtype=int)
         for problem, index, designs in self.space.designs_by_setting(rows.take(unknown)):
             for place, number in enumerate(unknown[index].tolist()):
-                every = with_toleranced_numbers(at_rounding_error(replace(problem, design=designs.take([place]))))
-                verdict, offs = certify_over_tolerances(every, every.design, self.until)
-                self.violating_errors += offs
+                cam = with_toleranced_numbers(at_rounding_error(replace(problem, design=designs.take([place]))))
+                verdict, errors = certify_over_tolerances(cam, cam.design, self.until)
+                self.violating_errors += errors
                 self.verdicts[keys[number]] = verdict
         return DesignRows(
             {**rows.columns, PROOF_COLUMN: np.array([self.verdicts[key] for key in keys], dtype=object)}, rows.count

@@ -1,4 +1,4 @@
-"""An estimate of the time and disk space of a sweep, from a few of its blocks."""
+"""The estimated time and disk space of a sweep, from a few of its blocks."""
 
 import os
 import shutil
@@ -15,9 +15,9 @@ from camopt.solve.front.plan import TABLED_KEEPS, SweepPlan
 from camopt.solve.front.store import MessageSink, Store, batch_bytes
 from camopt.solve.tables.cells import duration_text
 
-LEAST_BLOCKS = 512  # blocks: a sweep of fewer has ended before anyone wonders
-BLOCKS_A_THREAD = 4  # blocks of the sample, a thread
-TABLE_AND_BATCHES = 2  # what is kept is in both until the end
+LEAST_BLOCKS = 512  # a sweep of fewer blocks ends too soon to need an estimate
+BLOCKS_A_THREAD = 4  # timed blocks per thread
+TABLE_AND_BATCHES = 2  # kept rows are both in the table and in batches until the end
 
 
 class SweepEstimate(NamedTuple):
@@ -26,13 +26,13 @@ class SweepEstimate(NamedTuple):
     designs: int
     seconds: float
     table_bytes: float
-    """Bytes of what is kept."""
+    """Bytes of the rows that are kept."""
     free_bytes: float
-    """Bytes that are free on the disk."""
+    """Free bytes on the disk."""
 
     @property
     def needed_bytes(self) -> float:
-        """Bytes on the disk while it runs."""
+        """Bytes on the disk while the sweep runs."""
         return TABLE_AND_BATCHES * self.table_bytes
 
     def __str__(self) -> str:
@@ -47,21 +47,21 @@ class SweepEstimate(NamedTuple):
 
 
 def estimate_sweep(
-    plan: SweepPlan, numbers: range, own: Threads, workers: int, folder: Path
+    plan: SweepPlan, numbers: range, threads: Threads, workers: int, folder: Path
 ) -> SweepEstimate | None:
-    """An estimate for blocks of a sweep by some workers, from some of them on a few threads; None for few.
+    """The estimate for blocks of a sweep by ``workers``, from a few blocks on threads; None for too few blocks.
 
-    Neighbours of those that are timed come first: they find what a motion has to be known for.
+    The neighbour of each timed block is evaluated first, because it fills the caches of its motion.
     """
     if len(numbers) < LEAST_BLOCKS:
         return None
-    places = np.linspace(0, len(numbers) - 2, BLOCKS_A_THREAD * own.workers + 2).astype(int)[1:-1]
-    before, timed = ([numbers[place + step] for place in places.tolist()] for step in (0, 1))
-    for _ in own.in_order(plan.evaluate_blocks, before):
+    places = np.linspace(0, len(numbers) - 2, BLOCKS_A_THREAD * threads.workers + 2).astype(int)[1:-1]
+    neighbours, timed = ([numbers[place + step] for place in places.tolist()] for step in (0, 1))
+    for _ in threads.in_order(plan.evaluate_blocks, neighbours):
         pass
     start = clock_seconds()
-    batches = [*own.in_order(plan.evaluate_blocks, timed)]
-    seconds = (clock_seconds() - start) * own.workers / workers
+    batches = [*threads.in_order(plan.evaluate_blocks, timed)]
+    seconds = (clock_seconds() - start) * threads.workers / workers
     share = len(numbers) / len(timed)
     tabled = batches if plan.keep in TABLED_KEEPS else []
     kept = sum(len(batch_bytes(batch, plan.row_quantities)) for batch in tabled)
@@ -75,7 +75,7 @@ def check_room(estimate: SweepEstimate, folder: Path) -> None:
         room = (
             f"{bytes_in_words(estimate.needed_bytes)} are needed and {bytes_in_words(estimate.free_bytes)} are free"
         )
-        why = f"{os.strerror(ENOSPC)}: about {room}; to keep the Pareto front alone takes next to nothing"
+        why = f'{os.strerror(ENOSPC)}: about {room}; keep="pareto" keeps the Pareto front alone, in little room'
         raise OSError(ENOSPC, why, os.fspath(folder))
 
 
@@ -85,13 +85,14 @@ def bytes_in_words(size: float) -> str:
     return f"{size / 1000**power:.3g} {('B', 'kB', 'MB', 'GB', 'TB')[power]}"
 
 
-def announce_estimate(store: Store, own: Threads, engine: Engine, tell: MessageSink | None) -> None:
-    """Tell what a long sweep will take; an OSError if there is no room for it. Threads of this process time it.
+def announce_estimate(store: Store, threads: Threads, engine: Engine, tell: MessageSink | None) -> None:
+    """Tell the time and space that a long sweep will take; an OSError if the disk lacks the room.
 
-    Where some of it is on disk, it was told already, and the room that it takes is not free any more.
+    Threads of this process time a few blocks. A sweep that resumes gets no estimate: it had one at its start, and
+    part of its room is taken already.
     """
     if not store.files():
-        estimate = estimate_sweep(store.plan, store.numbers, own, engine.workers, store.folder)
+        estimate = estimate_sweep(store.plan, store.numbers, threads, engine.workers, store.folder)
         if estimate and tell:
             tell(str(estimate))
         if estimate:

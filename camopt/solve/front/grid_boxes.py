@@ -1,4 +1,4 @@
-"""Boxes of designs of a grid: a motion, and on each axis the first and the last of the values that a box spans."""
+"""Boxes of designs of a grid: a motion, and on each axis the first and the last value in the box."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,13 +15,13 @@ from camopt.solve.front.pareto import LARGEST_COST
 
 @dataclass(frozen=True)
 class Grid:
-    """A space whose axes are in rising order, so that a box of places is one of sizes."""
+    """A space with sorted axes, so that a box of places on the axes is a box of sizes."""
 
     space: DesignSpace
 
     @cached_property
     def axis_orders(self) -> list[IntArray]:
-        """For each axis, the numbers of its values, the least first."""
+        """For each axis, the indices of its values in rising order."""
         return [np.argsort(values, kind="stable") for values in self.space.axes.values()]
 
     @cached_property
@@ -32,11 +32,11 @@ class Grid:
 
     @cached_property
     def free(self) -> list[str]:
-        """The sizes and numbers of which there are several values."""
+        """The sizes and numbers with several values."""
         return [name for name, values in self.axes.items() if values.size > 1]
 
     def whole_boxes(self, objectives: int) -> "GridBoxes":
-        """One box for each problem: all of its designs, of unknown costs."""
+        """One box for each problem with all of its designs; their costs are unknown."""
         motion = np.arange(len(self.space.problems))
         last = np.array([values.size - 1 for values in self.axes.values()], dtype=np.int64)
         high = np.tile(last, (motion.size, 1))
@@ -47,27 +47,27 @@ class Grid:
         fixed = self.space.problem.design
         ends: dict[str, Any] = {}
         for name, value in fixed.sizes.items():
-            same = np.broadcast_to(value, len(boxes))
-            ends[name] = Interval(same, same)
+            values = np.broadcast_to(value, len(boxes))
+            ends[name] = Interval(values, values)
         for k, (name, values) in enumerate(self.axes.items()):
             ends[name] = Interval(values[boxes.low[:, k]], values[boxes.high[:, k]])
         return fixed.with_values(ends)
 
     def design_numbers(self, places: IntArray) -> IntArray:
-        """The numbers in the space of designs of a motion, from their places on the axes (designs, axes)."""
+        """The numbers of designs of a motion in the space, from their places on the axes (designs, axes)."""
         shape = tuple(values.size for values in self.axes.values())
         where = tuple(order[place] for order, place in zip(self.axis_orders, places.T, strict=True))
         return np.asarray(np.ravel_multi_index(where, shape) if shape else np.zeros(len(places), dtype=np.int64))
 
     def numbers_in_boxes(self, boxes: "GridBoxes") -> IntArray:
-        """Those of all designs of some boxes, one box after the other."""
+        """The numbers of all designs of boxes, one box after the other."""
         shape, counts = boxes.high - boxes.low + 1, boxes.design_counts
-        home = np.repeat(np.arange(len(boxes)), counts)
-        rest = np.arange(home.size) - np.repeat(np.cumsum(counts) - counts, counts)
-        places = np.empty((home.size, shape.shape[1]), dtype=np.int64)
+        box = np.repeat(np.arange(len(boxes)), counts)
+        rest = np.arange(box.size) - np.repeat(np.cumsum(counts) - counts, counts)
+        places = np.empty((box.size, shape.shape[1]), dtype=np.int64)
         for k in reversed(range(shape.shape[1])):
-            rest, place = np.divmod(rest, shape[home, k])
-            places[:, k] = boxes.low[home, k] + place
+            rest, place = np.divmod(rest, shape[box, k])
+            places[:, k] = boxes.low[box, k] + place
         return self.design_numbers(places)
 
 
@@ -76,26 +76,26 @@ class GridBoxes:
     """n boxes of a grid of d axes."""
 
     motion: IntArray
-    """The number of its motion (n,)."""
+    """The number of the motion (n,)."""
     low: IntArray
-    """The place of the least size on each axis (n, d)."""
+    """The place of the least value on each axis (n, d)."""
     high: IntArray
-    """The place of the largest, itself a part of the box (n, d)."""
+    """The place of the largest value, inclusive (n, d)."""
     costs: FloatArray
-    """What its designs cost at least (n, objectives)."""
+    """Lower bounds of the designs' costs (n, objectives)."""
 
     def __len__(self) -> int:
         return int(self.motion.size)
 
     @property
     def design_counts(self) -> IntArray:
-        """How many designs each holds (n,)."""
+        """Number of designs in each box (n,)."""
         counts: IntArray = np.prod(self.high - self.low + 1, axis=1, dtype=np.int64)
         return counts
 
     @property
     def middle_places(self) -> IntArray:
-        """The places of a design in the middle of each (n, d)."""
+        """The places of a design in the middle of each box (n, d)."""
         return (self.low + self.high) // 2
 
     def take(self, index: Any) -> "GridBoxes":
@@ -103,15 +103,15 @@ class GridBoxes:
         return GridBoxes(*(values[index] for values in (self.motion, self.low, self.high, self.costs)))
 
     def halve_boxes(self, axis: IntArray) -> "GridBoxes":
-        """Each box cut in two across an axis (n,) on which it has several values; both halves side by side."""
-        here = np.arange(len(self)), axis
-        below, above, middle = self.high.copy(), self.low.copy(), self.middle_places[here]
-        below[here], above[here] = middle, middle + 1
+        """The boxes, each cut in two across an axis (n,) with several values; halves are neighbours."""
+        cut = np.arange(len(self)), axis
+        below, above, middle = self.high.copy(), self.low.copy(), self.middle_places[cut]
+        below[cut], above[cut] = middle, middle + 1
         order = np.arange(2 * len(self)).reshape(2, -1).T.ravel()
         return chained_boxes([replace(self, high=below), replace(self, low=above)]).take(order)
 
 
 def chained_boxes(parts: list[GridBoxes]) -> GridBoxes:
-    """Boxes one after the other."""
+    """The boxes of all parts, one part after the other."""
     fields = ("motion", "low", "high", "costs")
     return GridBoxes(*(np.concatenate([getattr(part, name) for part in parts]) for name in fields))

@@ -1,7 +1,7 @@
-"""Pareto fronts: the non-dominated rows, a thinner set that stands for them, hypervolume and knee.
+"""Pareto fronts: the non-dominated rows, a thinned set that represents them, hypervolume and knee.
 
-Objectives are compared as costs: as they are if minimised, negated if maximised. An infinite cost is worse, and an
-infinite gain better, than any finite one; rows that share it compare by their other objectives.
+Objectives are compared as costs: unchanged if minimised, negated if maximised. An infinite cost is worse than any
+finite one, an infinite gain better. Rows that share an infinite value compare by their other objectives.
 """
 
 from dataclasses import dataclass
@@ -16,8 +16,8 @@ from camopt.solve.tables.result import to_json_values
 LARGEST_COST = np.finfo(float).max
 REFERENCE_POINT = 1.1  # in normalised objectives: a tenth beyond the nadir, so that the ends of a front count
 INFINITE_COST = 1e6  # stands for an infinite cost in a sum
-EXACT_WORK = 1e9  # points^(objectives − 2) up to which an exact hypervolume takes seconds at most
-SAMPLED_WORK = 1e9  # points × directions of an approximate one, as long
+EXACT_WORK = 1e9  # an exact hypervolume takes seconds up to this value of points^(objectives − 2)
+SAMPLED_WORK = 1e9  # points × directions of an approximate hypervolume that takes as long
 
 
 def objective_costs(columns: QuantityColumns, count: int, objectives: Objectives) -> FloatArray:
@@ -47,52 +47,54 @@ def best_of_laws(rows: DesignRows, objectives: Objectives) -> DesignRows:
 
 
 def non_dominated(rows: DesignRows, objectives: Objectives) -> DesignRows:
-    """The rows that no other row betters in one objective without losing in another, in their order.
+    """The rows that no other row dominates, in their order.
 
-    Rows equal in all objectives are all kept: they are other designs.
+    Rows that are equal in all objectives are all kept: they are different designs.
     """
     return rows.take(is_non_dominated(row_costs(rows, objectives))) if rows.count else rows
 
 
 def is_non_dominated(costs: FloatArray) -> BoolArray:
-    """Which costs (rows, objectives) no others better; of equal ones all."""
+    """Which costs (rows, objectives) no other ones dominate; equal costs are all kept."""
     import moocore
 
     return np.asarray(moocore.is_nondominated(np.nan_to_num(costs), keep_weakly=True))
 
 
 class FrontArchive:
-    """The exact front of rows that come in blocks; it holds at most a few times as many rows as the front.
+    """The exact front of rows that arrive in blocks; it holds at most a few times as many rows as the front.
 
-    They are sifted column by column, so that few columns are there twice at a time.
+    Rows are filtered column by column, so that few columns are in memory twice at a time.
     """
 
     def __init__(self, objectives: Objectives, least: int) -> None:
-        """Rows are sifted once there are ``least`` new ones, and as many as there were before."""
+        """Filter the rows whenever the new ones exceed ``least`` and the number of kept rows."""
         self._objectives, self._least = objectives, least
         self._parts: list[DesignRows] = []
         self._kept = self._new = 0
 
     def add(self, rows: DesignRows) -> None:
-        """Add the rows that follow."""
+        """Add rows."""
         self._parts.append(DesignRows({**rows.columns}, rows.count))
         self._new += rows.count
         if self._new > max(self._kept, self._least):
             self.front()
 
     def front(self) -> DesignRows:
-        """The non-dominated ones of all rows so far, in the order in which they came."""
+        """The non-dominated rows so far, in the order in which they were added."""
         if self._new:
             costs = np.concatenate([row_costs(part, self._objectives) for part in self._parts])
             ends = np.cumsum([part.count for part in self._parts])[:-1]
-            left = np.split(is_non_dominated(costs), ends)
-            kept = [part.take_and_release(some) for part, some in zip(self._parts, left, strict=True) if some.any()]
+            masks = np.split(is_non_dominated(costs), ends)
+            kept = [
+                part.take_and_release(mask) for part, mask in zip(self._parts, masks, strict=True) if mask.any()
+            ]
             self._parts = [join_and_release_rows(kept)]
             self._kept, self._new = self._parts[0].count, 0
         return DesignRows({**self._parts[0].columns}, self._kept)
 
     def take_front(self) -> DesignRows:
-        """The front, which is held here no longer."""
+        """The front; the archive is empty afterwards."""
         front, self._parts = self.front(), []
         return front
 
@@ -104,27 +106,27 @@ class CostScale(NamedTuple):
     nadir: FloatArray
 
     def normalise_costs(self, costs: FloatArray) -> FloatArray:
-        """Costs with the ideal at 0 and the nadir at 1; infinite ones stay so, unless all of an objective are."""
+        """Costs with the ideal at 0 and the nadir at 1; infinite costs stay, or are 0 if a whole objective is."""
         width = self.nadir - self.ideal
-        known = np.isfinite(costs)
-        share = (np.where(known, costs, self.ideal) - self.ideal) / np.where(width > 0.0, width, 1.0)
-        return np.where(known, share, np.where(known.any(axis=0), costs, 0.0))
+        finite = np.isfinite(costs)
+        share = (np.where(finite, costs, self.ideal) - self.ideal) / np.where(width > 0.0, width, 1.0)
+        return np.where(finite, share, np.where(finite.any(axis=0), costs, 0.0))
 
 
 def cost_scale(costs: FloatArray) -> CostScale:
-    """The scale of a front, by its finite costs; 0 to 0 for an objective that has none."""
-    known = np.isfinite(costs)
-    ideal = np.min(costs, axis=0, where=known, initial=LARGEST_COST)
-    nadir = np.max(costs, axis=0, where=known, initial=-LARGEST_COST)
-    some = known.any(axis=0)
-    return CostScale(np.where(some, ideal, 0.0), np.where(some, nadir, 0.0))
+    """The scale of a front from its finite costs; 0 to 0 for an objective without any."""
+    finite = np.isfinite(costs)
+    ideal = np.min(costs, axis=0, where=finite, initial=LARGEST_COST)
+    nadir = np.max(costs, axis=0, where=finite, initial=-LARGEST_COST)
+    has_finite = finite.any(axis=0)
+    return CostScale(np.where(has_finite, ideal, 0.0), np.where(has_finite, nadir, 0.0))
 
 
 def hypervolume(normalised: FloatArray) -> tuple[float, bool]:
-    """The share of the box from 0 to REFERENCE_POINT that points (n, objectives) dominate; and whether it is exact.
+    """Share of the box from 0 to REFERENCE_POINT that points (n, objectives) dominate, and whether it is exact.
 
-    Points with an infinite cost dominate none of it; an objective that is 0 throughout leaves it as it is. Where an
-    exact one takes too long, it is averaged over directions (Deng and Zhang 2019).
+    Points with an infinite cost dominate nothing. An objective that is 0 for all points does not change the share.
+    If the exact hypervolume takes too long, it is averaged over directions (Deng and Zhang 2019).
     """
     import moocore
 
@@ -143,8 +145,8 @@ def hypervolume(normalised: FloatArray) -> tuple[float, bool]:
 def knee_index(normalised: FloatArray) -> int:
     """The row with the least sum of normalised costs, the first of several.
 
-    Of two objectives it is the one furthest below the chord between the ends of the front; of more, the one
-    furthest below the plane through the nadir of each objective.
+    With two objectives it is the row furthest below the chord between the ends of the front. With more, it is the
+    row furthest below the plane through the nadir of each objective.
     """
     return int(np.argmin(_cost_sums(normalised)))
 
@@ -156,10 +158,10 @@ def _cost_sums(normalised: FloatArray) -> FloatArray:
 
 
 def thin_front(rows: DesignRows, objectives: Objectives, epsilon: float) -> DesignRows:
-    """Rows of a front that stand for all of it: each row has one among them that costs at most ε more.
+    """Rows that represent a front: for each row of the front, one of them costs at most ε more in every objective.
 
-    It does so in every objective, normalised over the front. One row is kept in each box of side ε that no other
-    box dominates (Laumanns et al. 2002), the one with the least sum; and the ends and the knee.
+    Objectives are normalised over the front. In each box of side ε that no other box dominates (Laumanns et al.
+    2002) the row with the least sum is kept. The ends and the knee of the front are kept too.
     """
     if not rows.count:
         return rows
@@ -180,22 +182,22 @@ class Front:
 
     points: int
     hypervolume: float
-    """The share dominated of the box between the ideal and a point a tenth beyond the nadir."""
+    """The dominated share of the box between the ideal and a point a tenth beyond the nadir."""
     exact: bool
     """Whether the hypervolume is exact."""
     ideal: dict[str, float]
     """The best finite value of each objective on the front."""
     nadir: dict[str, float]
-    """The worst."""
+    """The worst finite value of each objective on the front."""
     knee: dict[str, Any]
     """The row with the least sum of objectives, normalised from ideal to nadir."""
     grid_points: int | None = None
-    """Of a refined front: the points of the front of the grid."""
+    """For a refined front: the number of points on the front of the grid."""
     grid_hypervolume: float | None = None
-    """Of a refined front: the hypervolume of that of the grid, between the same ideal and nadir."""
+    """For a refined front: the hypervolume of the grid's front, between the same ideal and nadir."""
 
     def to_dict(self) -> dict[str, Any]:
-        """The same as plain values, with None for what is infinite."""
+        """The summary as plain values, with None for infinite ones."""
         return dict(to_json_values(self))
 
 

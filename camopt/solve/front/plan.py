@@ -1,4 +1,4 @@
-"""The plan of a sweep: a problem with objectives, its space of designs, and which of them to keep."""
+"""The plan of a sweep: a problem with objectives, its space of designs, and which designs to keep."""
 
 import tomllib
 from collections.abc import Iterable, Iterator, Sequence
@@ -31,20 +31,17 @@ from camopt.solve.front.curve_verdicts import curves_decide_limits
 
 FRONT_ONLY = "front-only"
 SWEEP_PARTS = 100_000
-SAMPLE_BLOCKS = 3  # blocks all over the space, which call for all kernels
+SAMPLE_BLOCKS = 3  # blocks spread over the space that need all kernels
 TABLED_KEEPS = ("feasible", "all")
 KEEP_CHOICES = ("pareto", *TABLED_KEEPS, FRONT_ONLY)
-"""Which designs a sweep can write to its table of designs: with the last, an old name of the first, none."""
-BOXES_OF_ONE, BOXES_OF_MORE = 90_000, 350_000  # pitch curves of a motion, from which on boxes find the front sooner
-DESIGN_COST = 1 / 12  # of a pitch curve: what a design takes beside it
+"""The choices of designs for the table of designs; the last, an old name of the first, writes no such table."""
+BOXES_OF_ONE, BOXES_OF_MORE = 90_000, 350_000  # pitch curves per motion from which boxes find the front sooner
+DESIGN_COST = 1 / 12  # time of a design relative to that of its pitch curve
 
 
 @dataclass(frozen=True)
 class SweepKey:
-    """The key of a sweep, or of a part of one, which other machines and later runs understand.
-
-    To equal questions blocks give equal rows.
-    """
+    """The key of a sweep, or of a part of one, for other machines and later runs: equal keys give equal rows."""
 
     scene: str
     """TOML, with objectives."""
@@ -52,20 +49,20 @@ class SweepKey:
     block: int
     """The most designs of a block."""
     version: str
-    """Of camopt and its kernels."""
+    """The version of camopt, its kernels and other packages that rows depend on."""
     part: int = 1
     parts: int = 1
 
     @classmethod
-    def from_json(cls, found: Any) -> "SweepKey":
-        """A question from JSON; a ValueError or a TypeError if it is none."""
+    def from_json(cls, values: Any) -> "SweepKey":
+        """The key from JSON; a ValueError or a TypeError if the values are not those of a key."""
         kinds = {field.name: field.type for field in fields(cls)}
-        if not isinstance(found, dict) or {name: type(value) for name, value in found.items()} != kinds:
-            raise ValueError("no question of a sweep")
-        if not (1 <= found["part"] <= found["parts"] <= SWEEP_PARTS and found["block"] >= 1):
+        if not isinstance(values, dict) or {name: type(value) for name, value in values.items()} != kinds:
+            raise ValueError("no key of a sweep")
+        if not (1 <= values["part"] <= values["parts"] <= SWEEP_PARTS and values["block"] >= 1):
             raise ValueError("no part of a sweep")
-        tomllib.loads(found["scene"])
-        return cls(**found)
+        tomllib.loads(values["scene"])
+        return cls(**values)
 
     def differences_from(self, other: "SweepKey") -> list[str]:
         """The differences of another key from this one: keys of the scene, and names of other values."""
@@ -75,45 +72,45 @@ class SweepKey:
         return keys + [name for name in rest if getattr(self, name) != getattr(other, name)]
 
     def differences_but_block(self, other: "SweepKey") -> list[str]:
-        """The same, but for the size of blocks, on which rows do not depend."""
+        """The differences without the size of blocks, which rows do not depend on."""
         return [name for name in self.differences_from(other) if name != "block"]
 
     @property
     def whole_sweep(self) -> "SweepKey":
-        """The question of which this one is a part."""
+        """The key of the whole sweep that this part belongs to."""
         return replace(self, part=1, parts=1)
 
     @property
     def to_manifest(self) -> dict[str, Any]:
-        """The question as a manifest of a part keeps it."""
+        """The key as in the manifest of a part."""
         return asdict(self)
 
     @property
     def to_sweep_manifest(self) -> dict[str, Any]:
-        """The question as the manifest of a whole sweep keeps it: no row depends on the size of blocks."""
+        """The key as in the manifest of a whole sweep: its rows do not depend on the size of blocks."""
         return asdict(self) | {"block": BLOCK_SIZE}
 
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """A sweep to be run."""
+    """A sweep that is ready to run."""
 
     scene: Scene
-    """With objectives."""
+    """The scene, with objectives."""
     problem: Problem
     space: DesignSpace
     keep: str
     most: int | None = None
-    """The most designs of a block; None: as suits the space."""
+    """The most designs of a block; None takes what suits the space."""
 
     @cached_property
     def numbers_of_curves(self) -> CurveNumbers | None:
-        """The numbers of the pitch curves that designs share; None if each is looked at alone."""
+        """The numbers of the pitch curves that designs share; None if each design is evaluated by itself."""
         return None if self.keep == "all" or self.problem.robust_errors else curve_numbers(self.space)
 
     @cached_property
     def uses_own_curves(self) -> bool:
-        """Whether designs share no pitch curve, but that of each tells all of it."""
+        """Whether designs share no pitch curves, but each one's own pitch curve decides all its limits."""
         if self.numbers_of_curves or self.keep in TABLED_KEEPS or self.problem.robust_errors or not self.space.axes:
             return False
         return curves_decide_limits(self.problem, frozenset(self.row_columns))
@@ -129,23 +126,23 @@ class SweepPlan:
         return sweep_columns(self.problem)
 
     def quantities_of(self, names: Iterable[str]) -> list[Quantity]:
-        """The quantities that columns are."""
+        """The quantities of columns."""
         return [find_quantity(name, self.problem.setup) for name in names]
 
     @cached_property
     def row_columns(self) -> tuple[str, ...]:
-        """The columns of rows that are searched: all only where they are written as they are, or refined."""
+        """The columns of the searched rows: all columns only if these rows are tabled or refined."""
         full = self.keep in TABLED_KEEPS or self.scene.search.refine
         return self.table_columns if full else comparison_columns(self.problem)
 
     @property
     def row_quantities(self) -> list[Quantity]:
-        """The quantities that these columns are."""
+        """The quantities of ``row_columns``."""
         return self.quantities_of(self.row_columns)
 
     @cached_property
     def uses_boxes(self) -> bool:
-        """Whether boxes of designs find the front: no other design is wanted, and objectives allow it."""
+        """Whether boxes of designs find the front: only the front is wanted, and the objectives allow it."""
         if self.keep in TABLED_KEEPS or self.problem.search_space.samples or self.problem.robust_errors:
             return False
         if not boxes_are_faster(self):
@@ -160,13 +157,13 @@ class SweepPlan:
         every, kept, own = self.keep == "all", self.keep in TABLED_KEEPS, self.uses_own_curves
         return SpaceBlocks(self.space, self.row_columns, self.numbers_of_curves, every, kept, self.block, own)
 
-    def with_extra_cams(self, offs: Sequence[NumberErrors]) -> "SweepPlan":
-        """The plan where more cams within the tolerances have to hold the limits with each design."""
-        problem = replace(self.problem, robust_errors=(*self.problem.robust_errors, *offs))
+    def with_extra_cams(self, errors: Sequence[NumberErrors]) -> "SweepPlan":
+        """The plan in which each design must meet the limits with these errors too."""
+        problem = replace(self.problem, robust_errors=(*self.problem.robust_errors, *errors))
         return replace(self, problem=problem, space=sweep_space(problem))
 
     def sweep_key(self, part: int = 1, parts: int = 1) -> SweepKey:
-        """The question, or that of one of several equal parts."""
+        """The key of the sweep, or of one of several equal parts."""
         text = self.scene.to_toml()
         packages = (law.package for name, law in installed_laws().items() if f'"{name}"' in text)
         version = " ".join([version_of_rows(), *packages, *(each.digest for each in self.function_calls)])
@@ -178,18 +175,18 @@ class SweepPlan:
         return [each.call for each in self.problem.setup.own_quantities.values() if each.call]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Only the key goes to another process, and the calls, which bring the functions along."""
+        """Another process gets the key, and the calls, which pickle the user's functions along."""
         return plan_of_key, (self.sweep_key(), self.function_calls)
 
     def evaluate_blocks(self, numbers: Sequence[int]) -> BlockBatch:
-        """The results of consecutive blocks."""
+        """The merged results of consecutive blocks."""
         return merge_batches([self.blocks.evaluate_block(number) for number in numbers], self.problem.objectives)
 
     def batches(self, numbers: range, engine: Engine) -> Iterator[BlockBatch]:
-        """The results of blocks on an engine, some at a time, in order."""
+        """The results of blocks from an engine, in batches and in order."""
         if not isinstance(engine, Threads):
-            for each in self.function_calls:
-                each.check_importable()  # an engine has other words for what cannot be sent
+            for call in self.function_calls:
+                call.check_importable()  # an engine's own message would be less clear
         sample = np.unique(np.linspace(0, len(self.blocks) - 1, SAMPLE_BLOCKS, dtype=int)).tolist()
         return engine.in_order(self.evaluate_blocks, numbers, sample)
 
@@ -199,19 +196,19 @@ class SweepPlan:
 
 
 def boxes_are_faster(plan: SweepPlan) -> bool:
-    """Whether boxes of designs find the front sooner than blocks do, by what was measured of some hundred spaces.
+    """Whether boxes of designs find the front sooner than blocks, from measurements of some hundred spaces.
 
-    Blocks take time for each pitch curve and design, boxes for each motion: more where several objectives tell its
-    designs apart, so that its part of the front is no single design.
+    Blocks take time for each pitch curve and design. Boxes take time for each motion, and more of it if several
+    objectives vary between its designs, so that its part of the front has many designs.
     """
     setup, effects = plan.problem.setup, [find_effect(name, plan.problem.setup) for name in plan.problem.objectives]
-    apart = [each for each in effects if each is None or setup.free or not each.is_of_motion(setup)]
-    least = BOXES_OF_MORE if len(apart) > 1 else BOXES_OF_ONE
+    varying = [effect for effect in effects if effect is None or setup.free or not effect.is_of_motion(setup)]
+    least = BOXES_OF_MORE if len(varying) > 1 else BOXES_OF_ONE
     return plan.blocks.curve_count + DESIGN_COST * len(plan.space) >= least * len(plan.space.problems)
 
 
 def key_from_manifest(question: Any) -> SweepKey | None:
-    """The key that a manifest has as its question; None if it is none."""
+    """The key in a manifest's question; None if there is none."""
     with suppress(ValueError, TypeError):
         return SweepKey.from_json(question)
     return None
@@ -224,34 +221,34 @@ def sweep_plan(scene: Scene, keep: str, block: int | None = None) -> SweepPlan:
         raise BadInput(
             [Mistake("camopt", "keep", keep, f"a choice of designs; {suggest_names(str(keep), KEEP_CHOICES)}")]
         )
-    given = resolve(scene)
-    if given.robust_errors and (mistakes := [*_robust_mistakes(scene, keep)]):
+    resolved = resolve(scene)
+    if resolved.robust_errors and (mistakes := [*_robust_mistakes(scene, keep)]):
         raise BadInput(mistakes)
-    problem = with_objectives(given)
-    if problem is not given:
+    problem = with_objectives(resolved)
+    if problem is not resolved:
         scene = scene.with_values({"search.minimise": tuple(problem.objectives)})
     space = sweep_space(problem)
     return SweepPlan(scene, problem, space, keep, block)
 
 
 def _robust_mistakes(scene: Scene, keep: str) -> Iterator[Mistake]:
-    """Mistakes for what a sweep does not do where every cam within the tolerances has to hold the limits."""
+    """Mistakes for options of a sweep that ``search.robust`` does not allow."""
     if scene.search.refine:
-        why = "moves cams by their own limits alone: leave it out with search.robust; optimise finds a robust cam"
+        why = "cannot refine robust cams: omit it with search.robust; optimise finds the smallest robust cam"
         yield Mistake(scene.file, "search.refine", True, why, bare=True)
     if keep == "all":
-        yield Mistake("camopt", "keep", keep, "with search.robust feasible or pareto", bare=True)
+        yield Mistake("camopt", "keep", keep, "with search.robust must be feasible or pareto", bare=True)
 
 
 def plan_of_key(question: SweepKey, calls: Sequence[FunctionCall] = ()) -> SweepPlan:
-    """The plan of a key, on another machine or in a later run; ``calls`` bring their Python functions along."""
+    """The plan of a key, on another machine or in a later run; unpickling ``calls`` restores their functions."""
     return sweep_plan(Scene.embedded(question.scene, "sweep"), question.keep, question.block)
 
 
 def with_objectives(problem: Problem) -> Problem:
     """The problem with objectives: the scene's, or else size, peak acceleration and pressure angle.
 
-    A flat face is square to its motion, or its pressure angle all but given: it is no objective there.
+    With a flat face the pressure angle hardly varies, and is no objective.
     """
     if problem.objectives:
         return problem
@@ -263,13 +260,13 @@ def with_objectives(problem: Problem) -> Problem:
 
 
 def comparison_columns(problem: Problem) -> tuple[str, ...]:
-    """The columns that say which designs rows are, and which of them are better."""
+    """The columns that identify designs and compare them: sizes, objectives and the verdict."""
     names = problem.size_names | problem.objectives.keys() | set(VERDICT_COLUMNS)
     return tuple(in_column_order(names))
 
 
 def sweep_columns(problem: Problem) -> tuple[str, ...]:
-    """The columns of a sweep: sizes, what limits and objectives need, named outputs, and the verdict."""
+    """The columns of a sweep: sizes, quantities of limits and objectives, named outputs, and the verdict."""
     setup = problem.setup
     numbers = {name for name in problem.required_quantities if find_quantity(name, setup).kind is float}
     outputs = problem.output_quantities if problem.outputs else frozenset()

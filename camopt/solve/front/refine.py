@@ -1,11 +1,13 @@
-"""Refinement: each row of a front moved off the grid, to an optimum of the continuous problem.
+"""Refinement: each row of a front moves off the grid, to an optimum of the continuous problem.
 
-A row keeps its choices (laws, what is listed) and moves in the ranges of ``[search]``: the size of the cam falls
-as far as the limits allow while no other objective becomes worse. Where a closed form gives that design it is
-proved to be the smallest; elsewhere it is a local optimum. The ends of the front are added: the smallest cam of
-each programme, which is that of ``optimise``, and the best of each other objective. Where the design decides one
-objective beside the size, the front of a programme is a curve, and even levels of that objective fill it.
-Where it decides more, each row is moved for each objective in turn: the rows stay spread, and are not made more.
+A row keeps its laws and listed values, and moves within the ranges of ``[search]``. The size of the cam falls as
+far as the limits allow while no other objective gets worse. If a closed form gives that design, it is proved to be
+the smallest; otherwise it is a local optimum.
+
+The ends of the front are added: the smallest cam of each programme, as from ``optimise``, and the best design for
+each other objective. If the designs vary one objective besides the size, the front of a programme is a curve, and
+even levels of that objective fill it. If they vary more, each row moves for each objective in turn: the rows stay
+spread, and their number stays about the same.
 """
 
 from collections.abc import Iterator
@@ -27,16 +29,15 @@ from camopt.solve.smallest.optimise import OPTIMISE_SECONDS
 from camopt.solve.smallest.smallest import solve_smallest_cam
 from camopt.solve.verdicts.limit_verdicts import evaluate_rows
 
-MOVED_AT_ONCE = 1024  # designs that move at once
-CURVE_LEVELS = 1000  # that fill a curve
-EQUAL_ROWS = 1e-9  # of each objective's range: rows nearer than that are one
+MOVED_AT_ONCE = 1024  # designs that move together
+CURVE_LEVELS = 1000  # even levels that fill a curve
+EQUAL_ROWS = 1e-9  # relative to each objective's range: nearer rows count as one
 
 
 def refine_front(space: DesignSpace, grid: DesignRows, progress: Progress | None = None) -> DesignRows:
     """The front of the continuous problem, from the rows of a grid's front, with the column ``refined``.
 
-    No row of the grid's front is better than all of its rows. ``progress`` is called with (designs done, designs
-    in all).
+    No row of the grid's front dominates a row of it. ``progress`` is called with (designs done, designs in all).
     """
     problem, names = at_rounding_error(space.problem), frozenset(grid.columns)
     free = free_ranges(problem)
@@ -58,16 +59,17 @@ def refine_front(space: DesignSpace, grid: DesignRows, progress: Progress | None
             done = min(done + MOVED_AT_ONCE, total)
             report_progress(progress, done, total)
 
-    for each, index, designs in groups:
-        pattern = PatternSearch(at_rounding_error(each), free, objective)
+    for group_problem, index, designs in groups:
+        pattern = PatternSearch(at_rounding_error(group_problem), free, objective)
         _, held = pattern.costs(designs)
-        parts.append(
-            _with_refined_column(start.take(index[~held]), False)
-        )  # so near a limit that only intervals decide
+        # rows so near a limit that only intervals decide stay as they are
+        parts.append(_with_refined_column(start.take(index[~held]), False))
         designs = concatenate([designs.take(held), *_front_ends(pattern, designs.take(held), decided)])
         ceilings = pattern.costs(designs)[0]
         designs = concatenate(
-            each for way in _searches_in_turn(pattern, decided) for each in at_optima(way, designs, ceilings)
+            block
+            for search in _searches_in_turn(pattern, decided)
+            for block in at_optima(search, designs, ceilings)
         )
         designs = concatenate([designs, *at_optima(pattern, *_curve_levels(pattern, designs, decided))])
         parts.append(_with_refined_column(_feasible_rows(pattern.problem, designs, names), True))
@@ -76,7 +78,7 @@ def refine_front(space: DesignSpace, grid: DesignRows, progress: Progress | None
 
 
 def free_ranges(problem: Problem) -> SizeBounds:
-    """What a front moves in: what ``[search]`` gives a range, of the cam's own size a list too."""
+    """The ranges in which a front moves: those of ``[search]``, and for the cam's own size also a list."""
     free = {name: ends for name, ends in search_boxes(problem)[0].items() if ends[1] > ends[0]}
     if "size" not in problem.search_space.variables:
         free.pop("size", None)
@@ -84,16 +86,15 @@ def free_ranges(problem: Problem) -> SizeBounds:
 
 
 def decided_objectives(problem: Problem) -> list[str]:
-    """The objectives that depend on what may move, not on motion and listed numbers of the scene alone."""
-    numbers = [each for each in problem.search_space.numbers if each.key in problem.setup.free]
-    moves = any(each.is_free for each in numbers)
-    listed = {each.quantity for each in problem.search_space.numbers if not (each in numbers and each.is_free)}
+    """The objectives that free variables change; others depend on the motion and listed numbers alone."""
+    free = [n for n in problem.search_space.numbers if n.key in problem.setup.free and n.is_free]
+    listed = {number.quantity for number in problem.search_space.numbers if number not in free}
     names = [name for name in problem.objectives if name not in listed]
-    return [name for name in names if moves or not require_effect(name, problem.setup).is_of_motion(problem.setup)]
+    return [name for name in names if free or not require_effect(name, problem.setup).is_of_motion(problem.setup)]
 
 
 def _smallest_cams(space: DesignSpace, names: frozenset[str]) -> Iterator[DesignRows]:
-    """The smallest cam of each motion and each choice of what is listed, as ``optimise`` finds it in its time."""
+    """The smallest cam of each motion and each choice of listed values, within the time of ``optimise``."""
     end, problems = clock_seconds() + OPTIMISE_SECONDS, [at_rounding_error(problem) for problem in space.problems]
     for done, problem in enumerate(problems):
         until, boxes = time_share(end, len(problems) - done), search_boxes(problem)
@@ -107,25 +108,26 @@ def _smallest_cams(space: DesignSpace, names: frozenset[str]) -> Iterator[Design
 
 
 def _searches_in_turn(pattern: PatternSearch, decided: list[str]) -> list[PatternSearch]:
-    """The searches that each design takes: for its objective alone, and of three and more for each in turn.
+    """The searches for each design: for its objective, and with three objectives or more, for each one in turn.
 
-    Two are a curve that levels fill; of more, one objective alone would bring all designs to the same corner.
+    The front of two objectives is a curve that levels fill. With more, a single objective would move all designs
+    to the same corner.
     """
     others = [name for name in decided if name != pattern.objective]
     return [pattern, *(replace(pattern, objective=name) for name in others if len(others) > 1)]
 
 
 def _front_ends(pattern: PatternSearch, designs: Designs, decided: list[str]) -> Iterator[Designs]:
-    """The best design of each objective alone, sought from the best of given designs.
+    """The best design for each objective alone, by a search from the best of some designs.
 
-    The smallest cam needs no search.
+    The smallest cam is known already, and needs no search.
     """
     costs, _ = pattern.costs(designs)
     for name in decided if len(designs) else ():
         if name != pattern.problem.size_name or not pattern.lowers_size:
             best = designs.take([int(np.argmin(costs[:, pattern.objective_index(name)]))])
-            alone = replace(pattern, objective=name)
-            yield search_by_pattern(alone, best, np.full((1, costs.shape[1]), np.inf))
+            search = replace(pattern, objective=name)
+            yield search_by_pattern(search, best, np.full((1, costs.shape[1]), np.inf))
 
 
 def _curve_levels(pattern: PatternSearch, designs: Designs, decided: list[str]) -> tuple[Designs, FloatArray]:
@@ -136,16 +138,16 @@ def _curve_levels(pattern: PatternSearch, designs: Designs, decided: list[str]) 
         return designs.take(slice(0)), costs[:0]
     (other,) = others
     order = np.argsort(costs[:, other], kind="stable")
-    known = costs[order, other]
-    levels = np.linspace(known[0], known[-1], CURVE_LEVELS)
-    start = order[np.searchsorted(known, levels, side="right") - 1]
+    sorted_costs = costs[order, other]
+    levels = np.linspace(sorted_costs[0], sorted_costs[-1], CURVE_LEVELS)
+    start = order[np.searchsorted(sorted_costs, levels, side="right") - 1]
     ceilings = costs[start]
     ceilings[:, other] = levels
     return designs.take(start), ceilings
 
 
 def _feasible_rows(problem: Problem, designs: Designs, names: frozenset[str]) -> DesignRows:
-    """The feasible ones of some designs, as rows."""
+    """The feasible designs, as rows."""
     rows = evaluate_rows(problem, designs, names).select_columns(names)
     return rows.take(rows.column("feasible").astype(bool))
 

@@ -1,4 +1,4 @@
-"""What a sweep found: counts, files, the best designs and the front."""
+"""The result of a sweep: counts, files, the best designs and the front."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -28,13 +28,11 @@ from camopt.solve.tables.table_writers import TableInMemory, import_table_module
 from camopt.solve.verdicts.limit_verdicts import Effort
 from camopt.solve.verdicts.verdict_words import BROKEN, UNDECIDED
 
-HYPERVOLUME_NOTE = (
-    "It compares fronts of the same objectives: the more of their space is beaten by some design, the nearer 1."
-)
+HYPERVOLUME_NOTE = "It compares fronts of the same objectives, from 0 to 1: higher is better."
 
 
 def counts_of_effort(effort: Effort) -> dict[str, int]:
-    """How many designs stayed undecided, were looked at again, and were decided in intervals."""
+    """The numbers of designs that stayed undecided, were evaluated again, and were decided by intervals."""
     return {
         "undecided": effort.undecided,
         "looked_at_again": effort.again,
@@ -47,7 +45,7 @@ if TYPE_CHECKING:
 
 
 FRONT_TABLE, DESIGNS_TABLE, TABLE_SUFFIX = "pareto", "designs", ".parquet"
-"""The tables of a sweep, and how the names of their files end."""
+"""The names of the tables of a sweep, and the suffix of their files."""
 
 
 @dataclass(frozen=True)
@@ -57,45 +55,45 @@ class Sweep(Result, Drawable):
     Attributes
     ----------
     scene : Scene
-        What was asked.
+        The scene that was swept.
     designs : int
-        Designs of the space.
+        Number of designs in the space.
     impossible : int or None
-        Designs that cannot be assembled, such as an offset beyond the prime radius; they are in no table. None
-        where boxes of designs were decided together: nobody has counted them.
+        Number of designs that cannot be assembled, such as an offset beyond the prime radius; they are in no table.
+        None if boxes of designs were decided together, without counting.
     feasible : int or None
-        Feasible designs; None, too, where boxes were decided.
+        Number of feasible designs; None if boxes were decided together.
     effort : Effort
-        Designs so near a limit that they were looked at again, and in intervals; and those undecided even then,
-        which are not feasible, and in no table but that of all.
+        Numbers of designs so near a limit that they were evaluated again, and by intervals. Designs that stay
+        undecided even then do not count as feasible, and are only in a table of all designs.
     pareto : int
-        Designs on the Pareto front.
+        Number of designs on the Pareto front.
     files : tuple of pathlib.Path
-        What was written.
+        The files that were written.
     best : dict
         The best feasible design of each law: least first objective, ties by the next. ``held_by`` names the
-        limits that the next smaller cam of the space would exceed. Where boxes were decided, the best on the front.
+        limits that the next smaller cam of the space would exceed. If boxes were decided, the best on the front.
     nearest_miss : Design or None
-        Where nothing is feasible: the design with the least excess, and what it exceeds under ``violated``; of more
-        than four million designs, that of some blocks, evenly spread.
+        If no design is feasible: the design with the least excess; ``violated`` names the limits that it exceeds.
+        In a space of more than four million designs, the nearest miss of some evenly spread blocks.
     reached : float
         The largest relative half-width of an enclosure of any row kept.
     front : Front or None
-        Hypervolume, ideal, nadir and knee of the Pareto front; None where nothing is feasible.
+        Hypervolume, ideal, nadir and knee of the Pareto front; None if no design is feasible.
     obstacle : str
-        Where no design can be put together, of those looked at for the nearest miss: the condition that they break.
-        Where some of the trains that are searched cannot move as asked: how many, and why not the first of them.
+        If no design tried for the nearest miss can be assembled: the condition that they break. If some of the
+        searched trains cannot make the motion: how many, and why the first of them cannot.
     evaluated : int
-        Designs that were evaluated, one by one.
+        Number of designs that were evaluated one by one.
     boxes : int
-        Boxes of designs that were bounded; 0 where every design was evaluated.
+        Number of boxes of designs that were bounded; 0 if every design was evaluated.
     decided_by_boxes : int
-        Designs in boxes that were dropped. A few of them were evaluated before.
+        Number of designs in boxes that were dropped. A few of them were evaluated before.
     every_cam : dict of int or None
-        With ``search.robust``: of how many designs of the front every cam within the tolerances holds the limits,
-        proved over the whole box (``held``), or it is not known (``undecided``). A sweep looks at the corners of
-        the tolerances; where a proof finds a cam between them that breaks a limit, that one counts too, and the
-        sweep is done again. Designs that break a limit even then are left out (``broken``).
+        With ``search.robust``: the number of designs on the front for each verdict on all cams within the
+        tolerances. ``held``: all meet the limits, proved over the whole box. ``undecided``: not proved. A sweep
+        evaluates the corners of the tolerances. If a proof finds a cam between them that breaks a limit, this cam
+        joins them, and the sweep runs again. Designs that break a limit even then are left out (``broken``).
     already_done : bool
         Whether the result was in the folder already.
 
@@ -130,7 +128,7 @@ class Sweep(Result, Drawable):
     _rows: Mapping[str, TableInMemory] = field(default_factory=dict, repr=False, compare=False)
     """The tables of a sweep without files."""
     _question: Any = field(default=None, repr=False, compare=False)
-    """The question in the manifest of its folder."""
+    """The question of the sweep, as in the manifest of its folder."""
 
     def to_pandas(self, name: str | None = None) -> "pd.DataFrame":
         """The Pareto front, or another table of the sweep, as a DataFrame like that of ``load``.
@@ -138,7 +136,7 @@ class Sweep(Result, Drawable):
         Parameters
         ----------
         name : str, optional
-            "pareto", the default; "designs" for those that ``keep`` names; where ``[search]`` says to refine,
+            "pareto", the default; "designs" for the designs that ``keep`` names; with ``search.refine``,
             "pareto-grid" for the front of the grid; or a key of ``to_dict`` with rows, such as "by_law". Tables
             of a sweep with ``out`` are read from its folder.
 
@@ -150,14 +148,14 @@ class Sweep(Result, Drawable):
         Raises
         ------
         BadInput
-            If the sweep has no such table: without ``out`` it has designs only if ``keep`` was given. If the
+            If the sweep has no such table; without ``out`` it has "designs" only if ``keep`` was given. If the
             folder has another result now.
         OSError
             If a file cannot be read.
         """
         name = FRONT_TABLE if name is None else name
-        known = self.kept_tables
-        if name in known:
+        tables = self.kept_tables
+        if name in tables:
             if name in self._rows:
                 return self._rows[name].to_pandas()
             # BadInput if a later run left another result in the folder of the sweep
@@ -170,17 +168,17 @@ class Sweep(Result, Drawable):
             return frame
         if name not in (FRONT_TABLE, DESIGNS_TABLE):
             return super().to_pandas(name)
-        allowed = f"a table of this sweep: {' or '.join(known)}"
-        more = (
+        allowed = f"a table of this sweep: {' or '.join(tables)}"
+        hint = (
             '; a sweep without out keeps designs if keep names them, as keep="feasible"'
             if name == DESIGNS_TABLE
             else ""
         )
-        raise BadInput([Mistake("camopt", "table", name, allowed + more)])
+        raise BadInput([Mistake("camopt", "table", name, allowed + hint)])
 
     @property
     def kept_tables(self) -> list[str]:
-        """The names of the tables of designs that ``to_pandas`` gives."""
+        """The names of the tables of designs that ``to_pandas`` returns."""
         return [*self._rows, *(path.stem for path in self.files if path.suffix == TABLE_SUFFIX)]
 
     def __repr__(self) -> str:
@@ -191,15 +189,15 @@ class Sweep(Result, Drawable):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What to know of the front unasked: that it is the grid's alone, where an objective is the scene's own."""
+        """A warning if an objective is the scene's own: the front is then that of the grid, without proof."""
         search = self.scene.search
         own = [name for name in search.objectives if name in self.scene.quantities]
         if not own or not self.pareto:
             return ()
         space = "sample" if search.samples else "grid"
-        moved = ", and its rows were moved from there without proof" if search.refine else ""
-        why = f"boxes of designs do not bound {', '.join(own)}, so that every design was evaluated"
-        return (f"the front is that of the {space}{moved}: {why}",)
+        refined = ", refined without proof" if search.refine else ""
+        why = f"boxes of designs cannot bound {', '.join(own)}, so every design was evaluated"
+        return (f"the front is that of the {space}{refined}: {why}",)
 
     def table(self) -> Table | None:
         """The best design of each law."""
@@ -227,7 +225,7 @@ class Sweep(Result, Drawable):
         designs = f"{self.designs:,} design{'s' * (self.designs != 1)}"
         yield f"{self.scene.name}: {designs}, {self._counts}{undecided}{self.pareto:,} on the Pareto front"
         if self.obstacle and (self.best or self.nearest_miss):
-            yield f"Not to be assembled: {self.obstacle}."
+            yield f"Cannot be assembled: {self.obstacle}."
         if best := self.table():
             yield ""
             yield best
@@ -238,7 +236,7 @@ class Sweep(Result, Drawable):
         elif self.impossible is not None:
             yield f"No design can be assembled: {self.obstacle}."
         else:
-            yield f"No feasible design. Of those looked at, none can be assembled: {self.obstacle}."
+            yield f"No feasible design. None of the designs tried can be assembled: {self.obstacle}."
 
     @property
     def _counts(self) -> str:
@@ -248,16 +246,16 @@ class Sweep(Result, Drawable):
         return f"{self.impossible:,} impossible, {self.feasible:,} feasible, "
 
     def _front_sections(self) -> Iterator[Table | str]:
-        """How much the front dominates, and its knee; what a single best design leaves to say is nothing."""
+        """The hypervolume and the knee of a front of more than one design."""
         front = self.front
         assert front is not None
         if any(row["held_by"] == EDGE_OF_SPACE for row in self.best.values()):
-            yield f"{EDGE_OF_SPACE.capitalize()}: [search] has no smaller cam that could break a limit."
+            yield f"{EDGE_OF_SPACE.capitalize()}: [search] has no smaller cam, so no limit is active."
         if front.points == 1:
             return
         volume = f"{'' if front.exact else 'about '}{front.hypervolume:.6g}"
         if front.grid_points is not None:
-            outside = "" if front.grid_hypervolume else ", for all lie outside the box of the refined front"
+            outside = "" if front.grid_hypervolume else " (all outside the box of the refined front)"
             volume += f"; of the grid's {front.grid_points:,} points, {front.grid_hypervolume:.6g}{outside}"
         yield f"Hypervolume of the Pareto front, as a share: {volume}"
         yield HYPERVOLUME_NOTE
@@ -266,20 +264,21 @@ class Sweep(Result, Drawable):
             yield knee
 
     def _verdict_sections(self) -> Iterator[str]:
-        """With ``search.robust``, of how many designs of the front every cam holds the limits."""
+        """With ``search.robust``, the number of designs on the front for each verdict on all their cams."""
         counts = self.every_cam or {}
-        told = ", ".join(f"{verdict} of {n:,}" for verdict, n in counts.items() if verdict != BROKEN)
-        if told:
-            what = "That every cam within the tolerances holds each limit, over the whole box"
-            which = "`certify` tells of the scene of a row which limit is undecided."
-            yield f"{what}: {told} on the front.{' ' + which if UNDECIDED in counts else ''}"
+        verdicts = ", ".join(f"{n:,} {verdict}" for verdict, n in counts.items() if verdict != BROKEN)
+        if verdicts:
+            which = "`certify` on the scene of a row names the undecided limit."
+            yield f"Every cam within the tolerances meets each limit: {verdicts}."
+            if UNDECIDED in counts:
+                yield which
         if broken := counts.get(BROKEN):
-            left = f"Left out {broken:,} design{'s' * (broken != 1)} of which a cam within the tolerances"
-            yield f"{left} breaks a limit; others that only these dominate may be missing."
+            dropped = f"Dropped {broken:,} design{'s' * (broken != 1)} with a cam within the tolerances that breaks"
+            yield f"{dropped} a limit; designs that only these dominate may be missing."
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Warnings, what of the scene is odd or unused, and objectives that are the same for all designs."""
+        """Warnings, odd or unused keys of the scene, and objectives that are equal for all designs."""
         return (*self.warnings, *notes_on_search(self.scene))
 
     def document(self) -> dict[str, Any]:
@@ -315,5 +314,5 @@ class Sweep(Result, Drawable):
 
     @property
     def shown_cam(self) -> Scene | None:
-        """The best design, where there is one alone."""
+        """The scene of the best design, if there is only one."""
         return next(iter(self.best.values())).scene if len(self.best) == 1 else None

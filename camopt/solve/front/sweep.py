@@ -1,11 +1,14 @@
-"""The sweep: every design of a space through the kernels, block by block, and its Pareto set.
+"""``camopt.sweep``: every design of a space, evaluated block by block, and the Pareto front.
 
-A scene becomes a plan (``plan``): the space of designs, and what to keep of it. An engine evaluates its blocks
-(``blocks``), one batch of them after another; finished batches are kept on disk, so that a stopped sweep goes on
-from there (``store``). ``gather_batches`` takes what they give, rows for the table and the front so far. In the end
-people's rows get the digits of ``evaluate`` (``reported_rows``), and tables and result appear together
-(``result``). Where the front alone is wanted of a large space, boxes of designs are bounded in place of blocks,
-which takes seconds, and keeps nothing (``front_search``).
+1. A scene becomes a plan: the space of designs, and which of them to keep (``plan``).
+2. An engine evaluates the blocks of designs in batches (``blocks``). Finished batches are kept on disk, so that an
+   interrupted sweep resumes (``store``).
+3. ``gather_batches`` collects rows for the table and the front so far.
+4. At the end the reported rows get the digits of ``evaluate`` (``reported_rows``). All tables and the result appear
+   together (``result``).
+
+If only the front of a large space is wanted, boxes of designs are bounded instead of evaluating blocks. This takes
+seconds, and keeps nothing on disk (``front_search``).
 """
 
 import os
@@ -47,7 +50,7 @@ SUMMARY_FIELDS: dict[str, Any] = {
     "every_cam": dict | None,
     "obstacle": str,
 }
-"""Fields that are kept as they are, and of which types they are."""
+"""The fields of a ``Sweep`` that its manifest stores unchanged, with their types."""
 
 
 @options_by_keyword
@@ -64,7 +67,7 @@ def sweep(  # noqa: PLR0913
     tell: MessageSink | None = None,
     again: bool = False,
 ) -> Sweep:
-    """Evaluate every design of the grid or the sample that a scene's ``[search]`` asks for; find the Pareto front.
+    """Evaluate every design of a scene's grid or sample (``[search]``), and find the Pareto front.
 
     Parameters
     ----------
@@ -72,32 +75,32 @@ def sweep(  # noqa: PLR0913
         Limits, objectives, and in ``[search]`` the values of each size and of other numbers, such as the spring
         rate, and the laws.
     out : str or os.PathLike, optional
-        Folder for ``pareto.parquet``, ``designs.parquet`` and ``scene.toml``; None writes nothing. Where
-        ``[search]`` says to refine, the front of the grid goes to ``pareto-grid.parquet``.
+        Folder for ``pareto.parquet``, ``designs.parquet`` and ``scene.toml``; None writes nothing. With
+        ``search.refine`` the front of the grid goes to ``pareto-grid.parquet``.
     keep : str, optional
-        Which designs are kept, in ``designs.parquet`` or without ``out`` in memory, for ``to_pandas("designs")``:
-        "feasible", "pareto", or "all" that can be assembled. Without it "feasible" if there is ``out``, or else
-        none, so that memory does not grow with the space. With
-        "pareto", boxes of designs are decided together where that is sooner: in large spaces, from some 100,000
-        pitch curves of each motion on, where the objectives allow it. The front is the same, row for row; nobody
-        counts the feasible designs then, and the best of a law is that on the front. "front-only" is its old name,
-        and writes the front alone, without such a table.
+        Which designs are kept for ``to_pandas("designs")``, in ``designs.parquet`` or, without ``out``, in memory:
+        "feasible", "pareto", or "all" that can be assembled. The default is "feasible" with ``out``, and none
+        without it, so that memory does not grow with the space.
+        With "pareto", camopt decides boxes of designs together if that is faster: in large spaces, from about
+        100,000 pitch curves of each motion, if the objectives allow it. The front is the same, row for row. The
+        feasible designs are then not counted, and the best design of a law is the best on the front.
+        "front-only" is an old name for "pareto" that writes the front without a table of designs.
     workers : int, optional
-        Threads; None takes one a core. Rows are the same for any number, and for any ``block``.
+        Number of threads; None takes one per core. Rows are the same for any number, and for any ``block``.
     progress : callable or True, optional
-        True shows a progress bar. A function is called with (designs done, designs in all); where boxes are
-        decided, with (boxes done, and about how many there will be). If it returns False, the sweep ends.
+        True shows a progress bar. A function is called with (designs done, designs in all); if boxes are
+        decided, with (boxes done, expected number of boxes). If it returns False, the sweep ends.
     block : int, optional
-        Designs evaluated together at most, which bounds the memory; None takes 65,536, or 262,144 of designs that
+        Most designs evaluated together, which bounds the memory. None takes 65,536, or 262,144 for designs that
         share pitch curves.
     engine : Engine, optional
-        What evaluates the blocks in place of threads of this process: a ``cluster``. Rows are the same.
+        An engine that evaluates the blocks instead of threads of this process: a ``cluster``. Rows are the same.
     tell : callable, optional
-        Called with sentences that a user should know: of a long sweep, how long it may take and how much room on
-        the disk; and whether it goes on where an interrupted one ended, or is done already.
+        Called with sentences for the user: the time and disk space that a long sweep will take, and whether the
+        sweep resumes an interrupted one or is already done.
     again : bool, default False
-        Whether to compute anew what is in the folder already. If not, and the result there is of the same question
-        and version, and its files are whole, that is what is returned.
+        Whether to recompute a result that is already in the folder. If False, camopt returns a result there that
+        has the same question and version and whole files.
 
     Returns
     -------
@@ -107,10 +110,10 @@ def sweep(  # noqa: PLR0913
     Raises
     ------
     BadInput
-        If the space cannot be swept: a range without a step, an objective that the mechanism has not; for another
-        ``keep``; for more than 10,000 diameters of the shaft, for these are taken one by one.
+        If the space cannot be swept: a range without a step, or an objective that the mechanism does not have. For
+        another ``keep``. For more than 10,000 diameters of the shaft, which are swept one by one.
     OSError
-        If a file cannot be written, there is no room for what is kept, or another run writes to the folder.
+        If a file cannot be written, the disk lacks room for the rows, or another run writes to the folder.
 
     References
     ----------
@@ -124,87 +127,87 @@ def sweep(  # noqa: PLR0913
     (9, 0)
     """
     scene = scene_from(scene)
-    counted = out is None and keep is None  # designs that nobody asked to keep; the front is the same
-    plan = sweep_plan(scene, FRONT_ONLY if counted else "feasible" if keep is None else keep, block)
+    counted_only = out is None and keep is None  # no table of designs is wanted; the front is the same
+    plan = sweep_plan(scene, FRONT_ONLY if counted_only else "feasible" if keep is None else keep, block)
     check_count("workers", workers)
-    own = Threads(workers or os.cpu_count() or 1)
+    threads = Threads(workers or os.cpu_count() or 1)
     if out is not None and not again and (done := published_sweep(plan, out, tell)):
         return done
-    if plan.uses_boxes and not counted and not engine:
+    if plan.uses_boxes and not counted_only and not engine:
         from camopt.solve.front.front_search import FrontSearch
 
-        search = FrontSearch(plan.space, plan.table_columns, own.workers, progress)
-        return sweep_result(plan, out, lambda store, write: search.run(), own, progress)
+        search = FrontSearch(plan.space, plan.table_columns, threads.workers, progress)
+        return sweep_result(plan, out, lambda store, write: search.run(), threads, progress)
 
     def evaluate_space(store: Store | None, write: Write) -> SpaceResult:
         if store is None:
-            batches = plan.batches(plan.part_blocks(), engine or own)
+            batches = plan.batches(plan.part_blocks(), engine or threads)
         else:
-            announce_estimate(store, own, engine or own, tell)
-            batches = store.batches(engine or own)
+            announce_estimate(store, threads, engine or threads, tell)
+            batches = store.batches(engine or threads)
         return gather_batches(plan.space, batches, plan.block, write, progress)
 
     return sweep_result(
-        plan, out, evaluate_space, own, progress, lambda folder: Store(folder, plan, plan.sweep_key(), tell)
+        plan, out, evaluate_space, threads, progress, lambda folder: Store(folder, plan, plan.sweep_key(), tell)
     )
 
 
 Write = Callable[[DesignRows], None]
-"""What takes rows for the table of designs."""
+"""A function that writes rows to the table of designs."""
 
 
 def sweep_result(
     plan: SweepPlan,
     out: str | os.PathLike[str] | None,
     search: Callable[[Store | None, Write], SpaceResult],
-    own: Threads,
+    threads: Threads,
     progress: Progress | None,
     open_store: Callable[[Path], Store] | None = None,
 ) -> Sweep:
-    """The result of a search, written to a folder if there is one; a store may keep finished work there."""
+    """The result of a search, written to a folder if there is one; a store keeps finished work there."""
     scene, space, store = plan.scene, plan.space, None
     with ExitStack() as stack:
         unit = None if out is None else stack.enter_context(_sweep_publication(out, plan))
         store = open_store(unit.staging) if unit and open_store else None
         stack.enter_context(save_at_end(store))
         tables = _open_tables(stack, unit, plan)
-        rows_of_search = tables["designs"] if plan.keep in TABLED_KEEPS else None
-        seen = search(store, rows_of_search.append if rows_of_search else lambda rows: None)
-        if rows_of_search:
-            rows_of_search.end()
-        found = certify_front(plan, seen, own, progress)
-        compared, seen = found.reported_rows, found.space_result
-        rows, grid = compared.front, compared.grid
+        designs_table = tables["designs"] if plan.keep in TABLED_KEEPS else None
+        space_result = search(store, designs_table.append if designs_table else lambda rows: None)
+        if designs_table:
+            designs_table.end()
+        certified = certify_front(plan, space_result, threads, progress)
+        reported, space_result = certified.reported_rows, certified.space_result
+        rows, grid = reported.front, reported.grid
         front = summarise_front(rows, plan.problem.objectives, grid if scene.search.refine else None)
         front = front and replace(front, knee=Design(front.knee, scene))
         miss = None if rows.count else nearest_miss_of_space(plan)
         result = Sweep(
             scene=scene,
             designs=len(space),
-            impossible=None if seen.existing is None else len(space) - seen.existing,
-            feasible=seen.feasible,
-            effort=seen.effort,
-            reached=max(seen.reached, *(largest_half_width(each) for each in (rows, grid))),
+            impossible=None if space_result.existing is None else len(space) - space_result.existing,
+            feasible=space_result.feasible,
+            effort=space_result.effort,
+            reached=max(space_result.reached, largest_half_width(rows), largest_half_width(grid)),
             pareto=rows.count,
             files=_file_paths(plan, unit.folder) if unit else (),
-            best=best_of_each_law(scene, compared),
+            best=best_of_each_law(scene, reported),
             nearest_miss=miss,
             front=front,
             obstacle=_assembly_obstacle(space, bool(rows.count or miss)),
-            evaluated=seen.evaluated,
-            boxes=seen.boxes,
-            decided_by_boxes=seen.decided,
-            every_cam=found.every_cam,
+            evaluated=space_result.evaluated,
+            boxes=space_result.boxes,
+            decided_by_boxes=space_result.decided,
+            every_cam=certified.every_cam,
             _rows={name: table for name, table in tables.items() if isinstance(table, TableInMemory)},
             _question=plan.sweep_key().to_sweep_manifest if unit else None,
         )
-        about = {"designs": len(space), "evaluated": seen.evaluated, "decided_by_boxes": seen.decided}
-        tables["pareto"].describe("camopt_sweep", to_json(about))
+        counts = {"evaluated": space_result.evaluated, "decided_by_boxes": space_result.decided}
+        tables["pareto"].describe("camopt_sweep", to_json({"designs": len(space)} | counts))
         if front:
             tables["pareto"].describe("camopt_front", to_json(front.to_dict()))
-        for table, shown in (("pareto", found.front), ("pareto-grid", grid), ("designs", grid)):
+        for table, table_rows in (("pareto", certified.front), ("pareto-grid", grid), ("designs", grid)):
             if table in tables and (table != "designs" or plan.keep == "pareto"):
-                tables[table].append(shown)
+                tables[table].append(table_rows)
         if unit:
             write_text(unit.path(SWEEP_SCENE), scene.to_toml())
             unit.answer = sweep_summary(result)
@@ -212,15 +215,15 @@ def sweep_result(
 
 
 def _assembly_obstacle(space: DesignSpace, assembled: bool) -> str:
-    """Why no design can be assembled, or none with some of the trains."""
-    apart = [each.setup.mechanism.assembly for each in space.problems if each.setup.mechanism.has_no_assembly]
-    if apart:
-        return f"{len(apart)} of {len(space.problems)} motions through a train, such as {apart[0]}"
+    """Why no design can be assembled, or for how many trains none can."""
+    mechanisms = [problem.setup.mechanism for problem in space.problems]
+    if reasons := [mechanism.assembly for mechanism in mechanisms if mechanism.has_no_assembly]:
+        return f"{len(reasons)} of {len(mechanisms)} motions through a train, such as {reasons[0]}"
     return "" if assembled else space.problem.setup.mechanism.assembly
 
 
 def _sweep_publication(out: str | os.PathLike[str], plan: SweepPlan) -> AbstractContextManager[Publication]:
-    """Where a sweep writes its files, and keeps finished work if it ends early."""
+    """The publication that writes a sweep's files, and keeps finished work if the sweep ends early."""
     kept = (BATCH_FILES, QUESTION_FILE)
     return publication(
         out, SWEEP_COMMAND, sweep_files(plan), question=plan.sweep_key().to_sweep_manifest, keeps=kept
@@ -228,10 +231,10 @@ def _sweep_publication(out: str | os.PathLike[str], plan: SweepPlan) -> Abstract
 
 
 def published_sweep(plan: SweepPlan, out: str | os.PathLike[str], tell: MessageSink | None) -> Sweep | None:
-    """The result of a sweep that is in a folder already; None if it is not."""
+    """The result of this sweep in a folder; None if it is not there."""
     question = plan.sweep_key().to_sweep_manifest
     answer = published_answer(out, SWEEP_COMMAND, question)
-    with suppress(LookupError, TypeError, ValueError, AttributeError):  # a manifest may say anything
+    with suppress(LookupError, TypeError, ValueError, AttributeError):  # a manifest may be damaged
         numbers = fields_from_summary(answer, plan.scene)
         if tell:
             tell(up_to_date_message(out))
@@ -243,7 +246,7 @@ def published_sweep(plan: SweepPlan, out: str | os.PathLike[str], tell: MessageS
 
 def up_to_date_message(folder: str | os.PathLike[str]) -> str:
     """The message when a folder has the result already."""
-    return f"{os.fspath(folder)} is up to date; `again` computes it anew"
+    return f"{os.fspath(folder)} is up to date; use `again` to recompute"
 
 
 def table_file_name(table: str) -> str:
@@ -296,28 +299,28 @@ def sweep_summary(result: Any) -> dict[str, Any]:
     }
 
 
-def fields_from_summary(told: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
-    """The same as fields of a ``Sweep``; an error of some kind if it was not ``sweep_summary`` of one."""
-    front, miss = told["front"], told["nearest_miss"]
-    if not all(isinstance(told[name], kind) for name, kind in SUMMARY_FIELDS.items()):
+def fields_from_summary(summary: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
+    """The fields of a ``Sweep`` from its ``sweep_summary``; any other value raises some error."""
+    front, miss = summary["front"], summary["nearest_miss"]
+    if not all(isinstance(summary[name], kind) for name, kind in SUMMARY_FIELDS.items()):
         raise TypeError
     return {
-        **{name: told[name] for name in SUMMARY_FIELDS},
-        "effort": Effort(*told["effort"]),
-        "best": DesignsByLaw((laws, _design_from_json(row, scene)) for laws, row in told["best"].items()),
+        **{name: summary[name] for name in SUMMARY_FIELDS},
+        "effort": Effort(*summary["effort"]),
+        "best": DesignsByLaw((laws, _design_from_json(row, scene)) for laws, row in summary["best"].items()),
         "nearest_miss": miss and _design_from_json(miss[0], Scene.embedded(miss[1], scene.file)),
         "front": front and Front(**{**front, "knee": _design_from_json(front["knee"], scene)}),
     }
 
 
 def _row_to_json(row: Mapping[str, Any]) -> dict[str, Any]:
-    """A row with texts for infinite values, for which JSON has no numbers."""
+    """A row with infinite values as texts, because JSON has no numbers for them."""
     return {name: str(value) if isinstance(value, float) and isinf(value) else value for name, value in row.items()}
 
 
 def _design_from_json(row: Mapping[str, Any], scene: Scene) -> Design:
     def value_of(name: str, value: Any) -> Any:
-        known = name in scene.quantities or (name in QUANTITIES and QUANTITIES[name].kind is float)
-        return float(value) if known else value
+        is_number = name in scene.quantities or (name in QUANTITIES and QUANTITIES[name].kind is float)
+        return float(value) if is_number else value
 
     return Design({name: value_of(name, value) for name, value in row.items()}, scene)

@@ -426,7 +426,9 @@ def test_the_time_and_the_room_are_told_first(tmp_path, monkeypatch):
 
 
 def test_a_sweep_without_room_does_not_start(tmp_path):
-    with pytest.raises(OSError, match="about 144 GB are needed and 63 GB are free; to keep the Pareto front alone"):
+    with pytest.raises(
+        OSError, match='about 144 GB are needed and 63 GB are free; keep="pareto" keeps the Pareto front alone'
+    ):
         check_room(SweepEstimate(3_300_000_000, 3300.0, 72e9, 63e9), tmp_path)
     check_room(SweepEstimate(3_300_000_000, 3300.0, 30e9, 63e9), tmp_path)
 
@@ -509,7 +511,7 @@ def test_a_killed_sweep_goes_on(tmp_path):
 # ------------------------------------------------------------------------------------------------ done already
 
 SMALL = SCENE.replace(search={"base_radius": [60, 80, 120], "offset": [0, 10], "law": LAWS, "roller_radius": [20]})
-DONE = "{} is up to date; `again` computes it anew"
+DONE = "{} is up to date; use `again` to recompute"
 QUESTIONS = {
     "feasible": {},
     "infinite values": {"outputs": ["all"]},
