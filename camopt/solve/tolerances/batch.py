@@ -1,13 +1,13 @@
-"""A batch of cams: how far the motions of those that are made are off, and how many hold the limits.
+"""A batch of random cams: the spread of their motion errors, and the share that holds the limits.
 
-Each cam has errors of its own, drawn as ``[tolerances]`` says (``tolerances.error_samples``), and every number is
-that of the cam itself, not of a linear model. The errors of its motion are those of the nominal profile, cut and
-put together so (``tolerances.real_cam``); the quantities of limits are those of a cam that was designed so. The
-share that holds the limits has the interval of Clopper and Pearson, which is that of independent draws: Sobol
-points are more even than these.
+Each cam has its own errors, drawn by the distributions of ``[tolerances]`` (``tolerances.error_samples``). Every
+number is computed for the cam itself, not by a linear model. Motion errors are those of the nominal profile, cut
+and assembled with the errors (``tolerances.real_cam``). Quantities of limits are those of a cam designed for the
+sizes with errors. The share that holds the limits has the interval of Clopper and Pearson for independent draws;
+Sobol points are more even than these.
 
-How much of the variance of a quantity q a size x explains, is S = Var(E[q | x]) / Var(q), from the means of q over
-classes of x. To first order it is c²σ²/Σ c²σ², with the slope c = ∂q/∂x and the standard deviation σ.
+The share of the variance of a quantity q that a size x explains is S = Var(E[q | x]) / Var(q), from the means of q
+over classes of x. To first order it is c²σ²/Σ c²σ², with the slope c = ∂q/∂x and the standard deviation σ.
 
 Sources: C. J. Clopper, E. S. Pearson, The use of confidence or fiducial limits, Biometrika 26 (1934); E. Plischke,
 E. Borgonovo, C. L. Smith, Global sensitivity measures from given data, Eur. J. Oper. Res. 226 (2013).
@@ -72,25 +72,25 @@ if TYPE_CHECKING:
 
 SAMPLES_TABLE = "samples"
 DEFAULT_CAMS = 2**16
-"""Unless told."""
+"""Default size of a batch."""
 MOST_SAMPLED_CAMS = 2**24
 LIMIT_DESIGNS_AT_ONCE = 2**16
 MOST_VARIANCES = 6
-"""Of the errors that explain how a quantity is spread, in the table."""
+"""Largest number of variance shares that the table shows for a limit."""
 VARIANCE_CLASSES = 64
-"""Of a size, for the variance that it explains."""
+"""Number of classes of a size for the variance that it explains."""
 CONFIDENCE = 0.95
 UNIT_SIGNS = str.maketrans({"/": "_per_", "·": "_", "²": "2", "µ": "u"})
-"""What signs of units are in names of columns."""
+"""Replacements of signs of units in column names."""
 THREE_SIGMA_TAIL = 0.00135
-"""Of a normal distribution beyond three standard deviations, on one side."""
+"""Share of a normal distribution beyond three standard deviations, on one side."""
 ERROR_QUANTILES = (0.5, 0.95, 0.9973)
-"""Of the cams, whose largest errors are told."""
+"""Shares of the cams whose largest errors are reported."""
 DWELL_CHANGE = "change in a dwell"
 
 
 class Share(NamedTuple):
-    """A share of the cams of a batch, with its interval of confidence of 95 %.
+    """A share of the cams of a batch, with its 95 % confidence interval.
 
     Examples
     --------
@@ -105,7 +105,7 @@ class Share(NamedTuple):
 
 
 class Spread(NamedTuple):
-    """How the quantity of a limit is spread over the cams of a batch.
+    """Spread of the quantity of a limit over the cams of a batch.
 
     Examples
     --------
@@ -118,22 +118,22 @@ class Spread(NamedTuple):
     limit: str
     quantity: str
     held: Share
-    """The cams that hold the limit."""
+    """Share of the cams that hold the limit."""
     low: float
-    """Below which 0.135 % of the cams are."""
+    """0.135 % of the cams have a smaller quantity."""
     median: float
     high: float
-    """Above which 0.135 % of the cams are."""
+    """0.135 % of the cams have a larger quantity."""
     worst: float
-    """Of all cams of the batch."""
+    """Worst value in the batch."""
     sizes: dict[str, float]
-    """The numbers of that cam that have tolerances, by key of the scene, in its units."""
+    """Toleranced numbers of the worst cam, by key of the scene, in its units."""
     variances: dict[str, float]
-    """The share of the variance that each size explains, by key; 0 if the quantity is the same for all."""
+    """Share of the variance that each size explains, by key; 0 if all cams have the same quantity."""
 
 
 class ErrorSpread(NamedTuple):
-    """How the largest error of the motion is spread over the cams of a batch.
+    """Spread of the largest motion error over the cams of a batch.
 
     Examples
     --------
@@ -144,32 +144,36 @@ class ErrorSpread(NamedTuple):
     """
 
     name: str
-    """displacement, velocity, acceleration, or the change in a dwell."""
+    """``displacement``, ``velocity``, ``acceleration`` or ``change in a dwell``."""
     unit: str
     median: float
-    """Half of the cams have no larger ``|error|`` at any cam angle."""
+    """Largest ``|error|`` over the turn of half of the cams."""
     of_95: float
-    """The same of 95 % of the cams."""
+    """Largest ``|error|`` of 95 % of the cams."""
     of_99_73: float
-    """And of 99.73 %."""
+    """Largest ``|error|`` of 99.73 % of the cams."""
     worst: float
-    """Of all cams of the batch."""
+    """Largest ``|error|`` in the batch."""
     at_deg: float | None
-    """The cam angle at which that cam has it."""
+    """Cam angle of the worst error [deg]."""
     parts: dict[str, float]
-    """The errors of that cam, by key of ``[tolerances]``, mm or deg."""
+    """Errors of the worst cam, by key of ``[tolerances]``, in mm or deg."""
     variances: dict[str, float]
-    """The share of the variance that each tolerance explains at the cam angle where the band of independent errors
-    is the widest, by key; empty where that has no bound, and of dwells."""
+    """Share of the variance that each tolerance explains, by key, at the cam angle of the largest root sum square.
+
+    Empty if that is infinite, and for dwells.
+    """
     missed: float | None
-    """By how much the largest error of a cam is larger than what was found: the most of some cams that were looked
-    at closely; None of dwells."""
+    """How much the error found falls short of the largest error of a cam, at most, from a dense scan of some cams.
+
+    None for dwells.
+    """
     held: Share | None
-    """The cams that hold the limit on it; None if it has none."""
+    """Share of the cams that hold the limit on this error; None without a limit."""
 
 
 class SampleColumn(NamedTuple):
-    """What the cams of a batch have of one thing.
+    """One value of each cam of a batch.
 
     Examples
     --------
@@ -186,27 +190,28 @@ class SampleColumn(NamedTuple):
 
 @dataclass(frozen=True)
 class Batch(Result, Drawable):
-    """A batch of cams whose errors are spread as the tolerances of a scene say.
+    """A batch of random cams with errors by the tolerances of a scene.
 
     Attributes
     ----------
     scene : Scene
         The nominal cam, with its ``[tolerances]``.
     cams, seed : int
-        How many, and which draw.
+        Number of cams, and of the draw.
     outside : int
-        How many of them have an error outside of its tolerance, as the ends of a normal distribution are.
+        Number of cams with an error outside of its tolerance, as in the tails of a normal distribution.
     held : Share
         The yield: the share of the cams that hold all limits.
     errors : tuple of ErrorSpread
-        Of the motion: displacement, velocity, acceleration, and the change in a dwell if there is one.
+        Spread of the motion errors: displacement, velocity, acceleration, and the change in a dwell if there is
+        one.
     spreads : tuple of Spread
-        Of each limit that a size decides, or an interference; none without tolerances of these.
-    samples : dict of Sampled
-        What each cam has, by the name of the column that ``write`` gives it: its errors, the largest errors of its
+        Spread of each limit that depends on a size or an interference; empty without tolerances of these.
+    samples : dict of SampleColumn
+        Values of each cam, by name of the column that ``write`` gives it: its errors, the largest errors of its
         motion, and the quantities of limits.
     within : float, optional
-        The largest error of the tool's position that counts as held, mm (deg), if one was given.
+        Permitted error of the tool's position, mm (deg), if one was given.
 
     Examples
     --------
@@ -230,16 +235,16 @@ class Batch(Result, Drawable):
 
     @property
     def kept_tables(self) -> tuple[str, ...]:
-        """The samples."""
+        """Names of further tables."""
         return (SAMPLES_TABLE,)
 
     def to_pandas(self, name: str | None = None) -> "pd.DataFrame":
-        """Rows of the batch as a DataFrame: "limits", the default, "errors", or "samples" with a row for each cam.
+        """Rows of the batch as a DataFrame: "limits" (the default), "errors", or "samples" with a row for each cam.
 
         Raises
         ------
         UnknownName
-            For another name.
+            If the batch has no table with this name.
         """
         if name != SAMPLES_TABLE:
             return super().to_pandas(name)
@@ -247,7 +252,7 @@ class Batch(Result, Drawable):
         return Columns(values, {column: each.unit for column, each in self.samples.items()}).to_pandas()
 
     def table(self) -> Table:
-        """How far the motions of the cams are off."""
+        """The spread of the motion errors."""
         rows = [
             self._error_row("half of the cams", lambda each: each.median),
             self._error_row("95 % of the cams", lambda each: each.of_95),
@@ -258,7 +263,7 @@ class Batch(Result, Drawable):
                 self._error_row(f"variance by {key}, %", partial(_variance_percent, key=key))
                 for key in self._variance_keys
             ),
-            self._error_row("not found, at most", lambda each: each.missed),
+            self._error_row("missed by the search, at most", lambda each: each.missed),
         ]
         if any(each.held for each in self.errors):
             rows.append(
@@ -266,34 +271,36 @@ class Batch(Result, Drawable):
             )
         units = {each.name: each.unit for each in self.errors}
         title = f"{self.scene.name}: largest errors of the motions of {self.cams:,} cams"
-        kept = (
-            f"Of the displacement the limit is ±{with_unit(self.within, self.errors[0].unit)}. "
+        limit = (
+            f"The limit of the displacement is ±{with_unit(self.within, self.errors[0].unit)}. "
             if self.within
             else ""
         )
-        note = f"{self._outside_sentence} {kept}Variances are those where the root sum square is the largest."
+        note = f"{self._outside_sentence} {limit}Variances are at the cam angle of the largest root sum square."
         return replace(table_of(title, rows, ["", *units], units=units), note=note)
 
     @property
     def _outside_sentence(self) -> str:
-        """How many cams no proof is of."""
+        """The number of cams outside of their tolerances, in a sentence."""
         if not self.outside:
             return "All cams are within the tolerances."
         few = "1 of the cams is" if self.outside == 1 else f"{self.outside:,} of the cams are"
-        return f"{few} outside of a tolerance, as ends of normal distributions are: no proof is of these."
+        return (
+            f"{few} outside of a tolerance (tails of normal distributions): the proven bounds do not cover these."
+        )
 
     def _error_row(self, head: str, value: Callable[[ErrorSpread], float | str | None]) -> dict[str, Any]:
-        """A row of the table; nothing where there is no value."""
+        """One row of the table; "" where a value is None."""
         values = {each.name: value(each) for each in self.errors}
         return {"": head, **{name: "" if each is None else each for name, each in values.items()}}
 
     @property
     def _variance_keys(self) -> list[str]:
-        """The keys of tolerances that explain a part of the variance."""
+        """Keys of the tolerances that explain a part of the variance."""
         return [*dict.fromkeys(key for each in self.errors for key in each.variances)]
 
     def limits_table(self) -> Table | None:
-        """The share of cams that holds each limit, and how its quantity is spread."""
+        """The share of cams that holds each limit, and the spread of its quantity."""
         if not self.spreads:
             return None
         setup = resolve(self.scene).setup
@@ -310,12 +317,12 @@ class Batch(Result, Drawable):
         return Table.from_texts(title, kinds, rows, f"In brackets with a confidence of 95 %. {OWN_SIZES_NOTE}")
 
     def sections(self) -> Iterator[Table]:
-        """How far the motions are off, and the yield of each limit."""
+        """The tables of motion errors and of limits."""
         yield self.table()
         yield from filter(None, (self.limits_table(),))
 
     def document(self) -> dict[str, Any]:
-        """Counts, the yield, and a record for each error and each limit."""
+        """The batch for ``--json``: counts, the yield, and one record for each error and each limit."""
         return {
             "cams": self.cams,
             "seed": self.seed,
@@ -326,12 +333,12 @@ class Batch(Result, Drawable):
         }
 
     def records(self) -> list[dict[str, Any]]:
-        """A mapping for each limit."""
+        """One mapping for each limit."""
         return [{**each._asdict(), "held": each.held._asdict()} for each in self.spreads]
 
     @property
     def bounds(self) -> dict[str, float]:
-        """The limits on what the cams have, by column."""
+        """Bounds of limits, by column of ``samples``."""
         return {
             limit.shown_quantities[0]: limit.bound
             for limit in resolve_design(self.scene).limits[::-1]
@@ -339,7 +346,7 @@ class Batch(Result, Drawable):
         }
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Write what each cam has as a table (Parquet), a row a cam, which ``load`` reads.
+        """Write the samples as a table (Parquet) with one row for each cam, which ``load`` reads.
 
         Raises
         ------
@@ -355,34 +362,33 @@ class Batch(Result, Drawable):
 def sample_cams(
     scene: SceneSource, cams: int = DEFAULT_CAMS, *, seed: int = 0, within: float | None = None
 ) -> Batch:
-    """Draw cams whose errors are spread as the tolerances of a scene say: their motions, and which hold the limits.
+    """Draw random cams by the tolerances of a scene: their motion errors, and the share that holds the limits.
 
-    The motion is that of the nominal profile with all errors of a cam, where its follower comes to rest on it. For
-    limits, each cam has the motion that is asked, with sizes of its own; two contacts have the interference that
-    all of its errors give, where it is the worst over the turn: see ``margins`` of ``tolerance`` for what all of
-    them hold. The profile's self-crossing is not looked at.
+    The motion is that of the nominal profile with all errors of a cam, by exact contact of its follower. For
+    limits, each cam has the programmed motion and its own sizes. Two contacts have the interference that all errors
+    of the cam give, at the cam angle where it is worst. ``margins`` of ``tolerance`` tell what every cam holds.
+    Self-crossing of the profile is not checked.
 
     Parameters
     ----------
     scene : Scene, str or os.PathLike
-        A scene with sizes of its own and ``[tolerances]``; its limits count if sizes of the follower have some.
+        A scene with all sizes and ``[tolerances]``. Its limits count if sizes of the follower have tolerances.
     cams : int, default 65,536
-        How many, at most 16,777,216; Sobol points are the most even for a power of 2.
+        Number of cams, at most 16,777,216; Sobol points are most even for a power of 2.
     seed : int, default 0
-        Which of all such draws.
+        Number of the draw.
     within : float, optional
-        The largest error of the tool's position that counts as held, mm (deg); else that of the scene's limit
-        ``position_error``, if it has one.
+        Permitted error of the tool's position, mm (deg); by default the scene's limit ``position_error``, if any.
 
     Returns
     -------
     Batch
-        How far motions are off, the yield with its interval, and how the quantity of each limit is spread.
+        Spread of the motion errors, the yield with its interval, and the spread of the quantity of each limit.
 
     Raises
     ------
     BadInput
-        If the scene lacks a size, or has no tolerances, or for a number of cams that is none.
+        If a size is missing, the scene has no tolerances, or an argument is out of range.
 
     References
     ----------
@@ -403,78 +409,75 @@ def sample_cams(
         raise BadInput([Mistake("camopt", "cams", cams, f"a whole number from 1 to {MOST_SAMPLED_CAMS:,}")])
     scene = scene.toleranced
     problem = resolve_design(scene)
-    some = _SampledCams.from_tolerances(scene, problem, cams, seed)
-    off, moving, on_errors = some.errors, some.tool_moving_errors, some.error_bounds
-    if not off:
+    sampled = _SampledCams.from_tolerances(scene, problem, cams, seed)
+    moving, error_bounds = sampled.tool_moving_errors, sampled.error_bounds
+    if not sampled.errors:
         raise no_tolerances_error(problem.file)
-    held, samples = np.ones(cams, dtype=bool), dict(_error_columns(scene, off))
+    held, samples = np.ones(cams, dtype=bool), dict(_error_columns(scene, sampled.errors))
     largest, spreads = (
         [*_largest_error_columns(TurnErrors(scene, problem), moving)] if moving else [],
         tuple[Spread, ...](),
     )
     samples |= {each.column: SampleColumn(each.unit, each.sentence, each.values) for each in largest}
-    if found := some.limit_results:
-        held = np.all(found.excess <= 0.0, axis=0)
-        spreads = tuple(_limit_spreads(*found))
-        for limit, each in zip(found.limits, found.values, strict=True):
-            known = find_quantity(limit.shown_quantities[0], limit.setup)
-            samples[known.name] = SampleColumn(known.unit, known.sentence, each)
-    on_errors |= {} if within is None else {error_names(problem.setup)[0]: within}
+    if results := sampled.limit_results:
+        held = np.all(results.excess <= 0.0, axis=0)
+        spreads = tuple(_limit_spreads(*results))
+        for limit, values in zip(results.limits, results.values, strict=True):
+            quantity = find_quantity(limit.shown_quantities[0], limit.setup)
+            samples[quantity.name] = SampleColumn(quantity.unit, quantity.sentence, values)
+    error_bounds |= {} if within is None else {error_names(problem.setup)[0]: within}
     for each in largest:
-        held &= each.values <= on_errors.get(each.column, inf)
+        held &= each.values <= error_bounds.get(each.column, inf)
     errors = tuple(
-        _spread_of_errors(each, real_error_parts(moving), on_errors.get(each.column)) for each in largest
+        _spread_of_errors(each, real_error_parts(moving), error_bounds.get(each.column)) for each in largest
     )
     ends = {
         key: (zone.lower, zone.upper)
         for key, zone in number_and_angle_zones(scene, problem.nominal_numbers).items()
     }
     ends |= error_ranges(scene, problem)
-    outside = int(
-        np.count_nonzero(
-            exceed_tolerances(off, {key: ends[key.removesuffix(SECOND_CONTACT_SUFFIX)] for key in off})
-        )
-    )
-    of_all = share_with_confidence(int(np.count_nonzero(held)), cams)
-    return Batch(scene, cams, seed, outside, of_all, errors, spreads, samples, within)
+    ends = {key: ends[key.removesuffix(SECOND_CONTACT_SUFFIX)] for key in sampled.errors}
+    outside = int(np.count_nonzero(exceed_tolerances(sampled.errors, ends)))
+    share = share_with_confidence(int(np.count_nonzero(held)), cams)
+    return Batch(scene, cams, seed, outside, share, errors, spreads, samples, within)
 
 
 def yield_of_cams(scene: Scene, problem: Problem, cams: int) -> Share | None:
-    """The share of cams that holds the limits, as of ``sample_cams``; None if no limit is looked at."""
-    some, held = _SampledCams.from_tolerances(scene, problem, cams, 0), np.ones(cams, dtype=bool)
-    if not (some.limit_results or (some.tool_moving_errors and some.error_bounds)):
+    """Share of cams that hold the limits, as in ``sample_cams``; None if no limit depends on the tolerances."""
+    sampled, held = _SampledCams.from_tolerances(scene, problem, cams, 0), np.ones(cams, dtype=bool)
+    if not (sampled.limit_results or (sampled.tool_moving_errors and sampled.error_bounds)):
         return None
-    if some.limit_results:
-        held = np.all(some.limit_results.excess <= 0.0, axis=0)
-    found, columns = some.largest_error_search, error_names(problem.setup)
-    for column, bound in some.error_bounds.items() if some.tool_moving_errors else ():
+    if sampled.limit_results:
+        held = np.all(sampled.limit_results.excess <= 0.0, axis=0)
+    search, columns = sampled.largest_error_search, error_names(problem.setup)
+    for column, bound in sampled.error_bounds.items() if sampled.tool_moving_errors else ():
         order = columns.index(column)
         errors = (
-            found.largest_motion_errors(some.tool_moving_errors, order).error
+            search.largest_motion_errors(sampled.tool_moving_errors, order).error
             if order < RESPONSE_ORDERS
-            else found.largest_dwell_changes(some.tool_moving_errors)
+            else search.largest_dwell_changes(sampled.tool_moving_errors)
         )
         held &= errors <= bound / motion_scale(problem.setup, order % RESPONSE_ORDERS)
     return share_with_confidence(int(np.count_nonzero(held)), cams)
 
 
 class _LimitResults(NamedTuple):
-    """What cams have of limits: of the quantity of each, (limits, cams)."""
+    """Excess over each limit, and its quantity, of cams: shape (limits, cams)."""
 
     limits: list[Limit]
     excess: FloatArray
     values: FloatArray
     numbers: dict[str, FloatArray]
-    """Of each cam, by key of the scene."""
+    """Numbers of each cam, by key of the scene."""
     errors: CamErrors
-    """Which explain how these are spread."""
+    """Errors that explain the variance of the quantities."""
     interference: FloatArray | None = None
-    """With which two contacts of each cam are the worst, (limits, cams)."""
+    """Interference at which two contacts of each cam are worst, shape (limits, cams)."""
 
 
 @dataclass(frozen=True)
 class _SampledCams:
-    """Cams that are drawn."""
+    """Random cams of a scene."""
 
     scene: Scene
     problem: Problem
@@ -488,147 +491,148 @@ class _SampledCams:
 
     @cached_property
     def tool_moving_errors(self) -> CamErrors:
-        """The errors that move the tool."""
+        """Errors that move the tool."""
         return {
             key: each for key, each in self.errors.items() if moves_tool(key.removesuffix(SECOND_CONTACT_SUFFIX))
         }
 
     @cached_property
     def error_bounds(self) -> dict[str, float]:
-        """The bounds of limits on errors, by column."""
+        """Bounds of limits on motion errors, by column."""
         return {limit.shown_quantities[0]: limit.bound for limit in self.problem.limits if limit.is_on_motion_error}
 
     @cached_property
     def largest_error_search(self) -> LargestErrorSearch:
-        """How the largest errors of their motions are found."""
         return LargestErrorSearch(
             RealCam(self.problem, self.scene.tolerances.waves or 0), tuple(self.tool_moving_errors)
         )
 
     @cached_property
     def limit_results(self) -> _LimitResults | None:
-        """What they have of limits; None without errors of numbers that limits are about.
+        """Excesses and quantities of limits; None if no limit depends on the errors.
 
-        Two contacts have the interference that is the worst over the turn, of its mounting and of all errors.
+        Two contacts have their worst interference over the turn, from the mounting and all errors.
         """
         box = ToleranceBox.from_scene(self.scene, self.problem)
-        of = {key: each for key, each in box.variables.items() if each.varies_by_design and key in self.errors}
-        numbers = {key: box.problem.nominal_numbers[key] + self.errors[key] for key in of}
+        variables = {
+            key: each for key, each in box.variables.items() if each.varies_by_design and key in self.errors
+        }
+        numbers = {key: box.problem.nominal_numbers[key] + self.errors[key] for key in variables}
         waves, nodes = self.scene.tolerances.waves or 0, TurnErrors(self.scene, self.problem).nodes
-        between = (
+        interference = (
             None
             if box.interference is None
             else box.interference.sampled_interference_range(self.problem, self.errors, waves, nodes)
         )
-        if not numbers and between is None:
+        if not numbers and interference is None:
             return None
         limits = [
             limit
             for limit in box.problem.without_deferred_limits.limits
             if limit.shown_quantities and not (limit.is_of_motion or limit.is_on_motion_error)
         ]
-        every = box.problem.design.take(np.zeros(count_cams(self.errors), dtype=int))
-        every = every.with_values({each.field: numbers[key] for key, each in of.items()})
+        designs = box.problem.design.take(np.zeros(count_cams(self.errors), dtype=int))
+        designs = designs.with_values({each.field: numbers[key] for key, each in variables.items()})
         errors = {key: self.errors[key] for key in numbers}
-        if between is None:
-            return _LimitResults(limits, *evaluate_limits_in_blocks(box.problem, limits, every), numbers, errors)
-        (excess, low), (other, high) = evaluate_limits_at_ends(
-            LimitsByNumber(box.problem, limits, INTERFERENCE_KEY), every, between
+        if interference is None:
+            return _LimitResults(limits, *evaluate_limits_in_blocks(box.problem, limits, designs), numbers, errors)
+        (low_excess, low), (high_excess, high) = evaluate_limits_at_ends(
+            LimitsByNumber(box.problem, limits, INTERFERENCE_KEY), designs, interference
         )
-        if not numbers and np.array_equal(low, high, equal_nan=True):  # no limit is on what holds two contacts
+        if not numbers and np.array_equal(low, high, equal_nan=True):  # no limit depends on the interference
             return None
         side = np.array([find_quantity(limit.shown_quantities[0], limit.setup).side for limit in limits]).reshape(
             -1, 1
         )
         tight = ~(side * low >= side * high)
-        values, worst = (np.where(tight, *ends) for ends in ((high, low), (between.high, between.low)))
+        values, worst = (np.where(tight, *ends) for ends in ((high, low), (interference.high, interference.low)))
         errors |= separating_errors(self.errors)
-        return _LimitResults(limits, np.maximum(excess, other), values, numbers, errors, worst)
+        return _LimitResults(limits, np.maximum(low_excess, high_excess), values, numbers, errors, worst)
 
 
 def _number_cell(value: float | None) -> str | None:
-    """A number that has not the unit of its column."""
+    """A number whose unit is not that of its column, as text."""
     return None if value is None else number_text(round(value, 9))
 
 
 def _variance_percent(spread: ErrorSpread, key: str) -> str | None:
-    """The share of the variance that a tolerance explains, in %."""
+    """Share of the variance that a tolerance explains [%]."""
     return _number_cell(100.0 * spread.variances[key]) if spread.variances else None
 
 
-def _error_columns(scene: Scene, off: CamErrors) -> Iterator[tuple[str, SampleColumn]]:
-    """The errors of cams as columns."""
-    for key, values in real_error_parts(off).items():
+def _error_columns(scene: Scene, cams: CamErrors) -> Iterator[tuple[str, SampleColumn]]:
+    """Errors of cams as columns, by name."""
+    for key, values in real_error_parts(cams).items():
         unit = error_unit(scene, key)
         name = f"{key.replace('.', '_')}_off_{unit.translate(UNIT_SIGNS)}"
-        yield name, SampleColumn(unit, f"What is off by tolerances.{key}.", values)
+        yield name, SampleColumn(unit, f"Error within tolerances.{key}.", values)
 
 
 class LargestErrorColumn(NamedTuple):
-    """The largest error of the motion of each cam."""
+    """Largest motion error of each cam."""
 
     name: str
     column: str
     unit: str
     values: FloatArray
-    """(n,), infinite where a follower finds no place on its cam."""
+    """Shape (cams,); infinite where a follower does not touch its cam."""
     at_deg: float | None
     variances: dict[str, float]
     missed: float | None
 
     @property
     def sentence(self) -> str:
-        """What it is."""
+        """The description of the column."""
         return "Largest change in a dwell." if self.name == DWELL_CHANGE else f"Largest error of the {self.name}."
 
 
-def _largest_error_columns(turn: TurnErrors, off: CamErrors) -> Iterator[LargestErrorColumn]:
-    """Those of displacement, velocity, acceleration, and the change in a dwell."""
+def _largest_error_columns(turn: TurnErrors, cams: CamErrors) -> Iterator[LargestErrorColumn]:
+    """Largest errors of displacement, velocity and acceleration, and the change in a dwell."""
     setup = turn.problem.setup
     columns = error_names(setup)
-    found = LargestErrorSearch(RealCam(turn.problem, turn.scene.tolerances.waves or 0), tuple(off))
+    search = LargestErrorSearch(RealCam(turn.problem, turn.scene.tolerances.waves or 0), tuple(cams))
     for order, name in enumerate(MOTION_NAMES):
-        unit, largest = motion_scale(setup, order), found.largest_motion_errors(off, order)
-        known = not turn.unbounded_tolerances(order)
-        signed = (
-            found.errors_at_angle(off, turn.angle_of_largest_total(root_sum_square_magnitude, order), order)
-            if known
-            else None
-        )
+        unit, largest = motion_scale(setup, order), search.largest_motion_errors(cams, order)
+        variances = {}
+        if not turn.unbounded_tolerances(order):
+            angle = turn.angle_of_largest_total(root_sum_square_magnitude, order)
+            errors = search.errors_at_angle(cams, angle, order)
+            variances = {key: _variance_share(errors, each) for key, each in cams.items()}
         yield LargestErrorColumn(
             name,
             columns[order],
             motion_table_unit(setup, order),
             unit * np.where(np.isnan(largest.error), inf, largest.error),
-            found.largest_error_angle(off, largest, _worst_cam_index(largest.error)),
-            {} if signed is None else {key: _variance_share(signed, each) for key, each in off.items()},
-            unit * found.missed_error(off, order),
+            search.largest_error_angle(cams, largest, _worst_cam_index(largest.error)),
+            variances,
+            unit * search.missed_error(cams, order),
         )
-    if found.has_dwells:
-        change = found.largest_dwell_changes(off)
+    if search.has_dwells:
+        change = search.largest_dwell_changes(cams)
         values = motion_scale(setup, 0) * np.where(np.isnan(change), inf, change)
         yield LargestErrorColumn(DWELL_CHANGE, columns[-1], motion_table_unit(setup, 0), values, None, {}, None)
 
 
-def _spread_of_errors(of: LargestErrorColumn, parts: CamErrors, bound: float | None) -> ErrorSpread:
-    """How one of them is spread."""
-    median, most, nearly_all = (float(each) for each in np.quantile(of.values, ERROR_QUANTILES, method="higher"))
-    worst = _worst_cam_index(of.values)
-    own = {key: float(each[worst]) for key, each in parts.items()}
-    held = (
-        None if bound is None else share_with_confidence(int(np.count_nonzero(of.values <= bound)), of.values.size)
+def _spread_of_errors(column: LargestErrorColumn, parts: CamErrors, bound: float | None) -> ErrorSpread:
+    """Spread of one motion error, with the errors of its worst cam."""
+    values = column.values
+    median, of_95, of_99_73 = (float(each) for each in np.quantile(values, ERROR_QUANTILES, method="higher"))
+    worst = _worst_cam_index(values)
+    errors = {key: float(each[worst]) for key, each in parts.items()}
+    held = None if bound is None else share_with_confidence(int(np.count_nonzero(values <= bound)), values.size)
+    ends = median, of_95, of_99_73, float(values[worst])
+    return ErrorSpread(
+        column.name, column.unit, *ends, column.at_deg, errors, column.variances, column.missed, held
     )
-    ends = median, most, nearly_all, float(of.values[worst])
-    return ErrorSpread(of.name, of.unit, *ends, of.at_deg, own, of.variances, of.missed, held)
 
 
 def _worst_cam_index(errors: FloatArray) -> int:
-    """Which cam is the worst; one whose follower finds no place before others."""
+    """Index of the worst cam; a cam whose follower does not touch it comes first."""
     return int(np.where(np.isnan(errors), inf, errors).argmax())
 
 
 def _variance_share(values: FloatArray, errors: FloatArray) -> float:
-    """The share of the variance that an error explains, with all of its parts."""
+    """Share of the variance that an error explains, with both of its parts."""
     return sum(
         variance_explained_by_part(values, part)
         for part in ((errors.real, errors.imag) if np.iscomplexobj(errors) else (errors,))
@@ -636,35 +640,37 @@ def _variance_share(values: FloatArray, errors: FloatArray) -> float:
 
 
 def evaluate_limits_in_blocks(problem: Problem, limits: list[Limit], designs: Designs) -> LimitValues:
-    """As ``limited``, some designs at a time."""
-    (found,) = _evaluate_in_blocks(
-        len(designs), lambda some: [evaluate_limits(problem, limits, designs.take(some))]
+    """As ``evaluate_limits``, in blocks of designs."""
+    (values,) = _evaluate_in_blocks(
+        len(designs), lambda block: [evaluate_limits(problem, limits, designs.take(block))]
     )
-    return found
+    return values
 
 
 def evaluate_limits_at_ends(
-    limits: LimitsByNumber, designs: Designs, between: SeparationRange
+    limits: LimitsByNumber, designs: Designs, interference: SeparationRange
 ) -> list[LimitValues]:
-    """What designs have of limits at both ends of what is between them, some designs at a time."""
+    """Limits of designs with their least and with their largest interference, in blocks of designs."""
     return _evaluate_in_blocks(
         len(designs),
-        lambda some: [*limits.evaluate_numbers(designs.take(some), (between.low[some], between.high[some]))],
+        lambda block: [
+            *limits.evaluate_numbers(designs.take(block), (interference.low[block], interference.high[block]))
+        ],
     )
 
 
 def _evaluate_in_blocks(count: int, work: Callable[[slice], list[LimitValues]]) -> list[LimitValues]:
-    parts = [slice(first, first + LIMIT_DESIGNS_AT_ONCE) for first in range(0, count, LIMIT_DESIGNS_AT_ONCE)]
+    blocks = [slice(first, first + LIMIT_DESIGNS_AT_ONCE) for first in range(0, count, LIMIT_DESIGNS_AT_ONCE)]
     with ThreadPoolExecutor(THREADS) as pool:
-        found = [*pool.map(work, parts)]
+        results = [*pool.map(work, blocks)]
     return [
-        LimitValues(*(np.concatenate(each, axis=1) for each in zip(*one, strict=True)))
-        for one in zip(*found, strict=True)
+        LimitValues(*(np.concatenate(each, axis=1) for each in zip(*values, strict=True)))
+        for values in zip(*results, strict=True)
     ]
 
 
 def share_with_confidence(count: int, cams: int) -> Share:
-    """A share with the interval of Clopper and Pearson."""
+    """Share of ``count`` in ``cams``, with the 95 % interval of Clopper and Pearson."""
     tail = (1.0 - CONFIDENCE) / 2.0
     low = float(scipy.special.betaincinv(count, cams - count + 1, tail)) if count else 0.0
     high = float(scipy.special.betaincinv(count + 1, cams - count, 1.0 - tail)) if count < cams else 1.0
@@ -679,22 +685,22 @@ def _limit_spreads(
     errors: CamErrors,
     interference: FloatArray | None,
 ) -> Iterator[Spread]:
-    """How the quantity of each limit is spread."""
-    cams = values.shape[1]
-    for row, (limit, over, each) in enumerate(zip(limits, excess, values, strict=True)):
+    """Spread of the quantity of each limit."""
+    for row, (limit, over, column) in enumerate(zip(limits, excess, values, strict=True)):
         sizes = numbers if interference is None else {**numbers, INTERFERENCE_KEY: interference[row]}
-        worst = worst_design(limit, over, each)
-        held = share_with_confidence(int(np.count_nonzero(over <= 0.0)), cams)
+        worst = worst_design(limit, over, column)
+        held = share_with_confidence(int(np.count_nonzero(over <= 0.0)), column.size)
         low, median, high = (
-            float(value) for value in np.quantile(each, [THREE_SIGMA_TAIL, 0.5, 1.0 - THREE_SIGMA_TAIL])
+            float(value) for value in np.quantile(column, [THREE_SIGMA_TAIL, 0.5, 1.0 - THREE_SIGMA_TAIL])
         )
-        own = {key: float(size[worst]) for key, size in sizes.items()}
-        parts = {key: _variance_share(each, error) for key, error in errors.items()}
-        yield Spread(limit.name, limit.shown_quantities[0], held, low, median, high, float(each[worst]), own, parts)
+        ends = low, median, high, float(column[worst])
+        worst_sizes = {key: float(size[worst]) for key, size in sizes.items()}
+        parts = {key: _variance_share(column, error) for key, error in errors.items()}
+        yield Spread(limit.name, limit.shown_quantities[0], held, *ends, worst_sizes, parts)
 
 
 def variance_explained_by_part(values: FloatArray, size: FloatArray) -> float:
-    """The share of the variance of values that a size explains, from the means over classes of it."""
+    """Share of the variance of values that a size explains, from the means over classes of the size."""
     count = min(VARIANCE_CLASSES, max(values.size // VARIANCE_CLASSES, 1))
     spread = float(np.var(values)) if np.all(np.isfinite(values)) else 0.0
     if spread <= (1e-12 * float(np.max(np.abs(values)))) ** 2:
@@ -706,6 +712,6 @@ def variance_explained_by_part(values: FloatArray, size: FloatArray) -> float:
 
 
 def _percent_with_confidence(held: Share) -> str:
-    """A share in per cent, with its interval."""
+    """A share and its interval in per cent, as text."""
     low, high = 100.0 * held.low, 100.0 * held.high
     return f"{100.0 * held.share:.6g} % [{low:.4f}, {high:.4f}]"

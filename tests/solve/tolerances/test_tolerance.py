@@ -314,7 +314,7 @@ def test_tolerances_that_lose_the_cam_are_told_with_what_is_allowed(scene, given
         smaller = worst_search(turn_errors(scene.replace(tolerances={key: 0.99 * size})))
         assert np.isfinite(smaller.largest_error(smaller.nearly_worst_errors())).all()
     else:
-        assert allowed.endswith("% of these")
+        assert allowed.endswith("% of each")
         assert 0.0 < float(allowed.split()[0]) < 100.0
 
 

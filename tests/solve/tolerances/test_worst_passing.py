@@ -113,4 +113,4 @@ def test_a_passage_that_some_cam_does_not_make_and_one_without_a_proof_are_told(
 def test_a_tolerance_so_large_that_a_follower_loses_its_cam_is_refused(command):
     code, _, err = command("timing", "roller-1000rpm", "--set", "tolerances.follower.offset=40")
     assert code == 2
-    assert "a follower does not touch its cam all over the turn" in err
+    assert "the follower does not touch its cam all over the turn" in err

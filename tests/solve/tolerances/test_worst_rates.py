@@ -227,7 +227,7 @@ def test_no_bound_is_proved_of_waves_that_a_flat_face_does_not_follow():
             camopt.find_scene("bucket-valve").replace(tolerances={"profile": profile, "waves": 50})
         )
         assert np.isfinite(found.worst_cases[2].bound) == bounded
-        assert ("lies on the crests of waves" in found.table().note) != bounded
+        assert ("touches only their crests" in found.table().note) != bounded
 
 
 def test_the_errors_told_of_the_worst_cams_are_those_of_motions_that_are_as_far_off():
