@@ -1,4 +1,4 @@
-"""Free laws as laws of a scene, and the smallest cams for them."""
+"""Free laws as laws of a scene, and the smallest cams for them and for known laws."""
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
@@ -44,62 +44,69 @@ from camopt.solve.tables.designs import Design
 if TYPE_CHECKING:
     from camopt.solve.synthesis.iterate import Iterate
 
-LEAST_DERIVATIVE = 1e-12  # of the range of a derivative: rounding
+LEAST_DERIVATIVE = 1e-12  # rounding, as a share of a derivative's range
 CONDITION_SLACKS = (
     1e-6,
     1e-5,
     1e-3,
     0.1,
-)  # of the lift by the stroke's angle: by how much a solver may miss a condition
+)  # what a solver may miss of a condition on y to y''', in units of the lift per stroke angleᵏ
 
 
 def smallest_known_cams(scene: Scene) -> dict[str, Design]:
-    """The smallest cam of each known law: those of [search] or all without a corner, and the scene's own."""
-    named = scene.search.law or scene.search.law_rise or scene.search.law_return
+    """The smallest cam of each known law, and that of the scene's own laws.
+
+    The known laws are those of [search], or else all that have no corner.
+    """
+    names_laws = scene.search.law or scene.search.law_rise or scene.search.law_return
     chosen_by_law = any(segment.segment in ("rise", "return") for segment in scene.motion)
-    known = [name for name, law in LAWS.items() if is_still(law)]
-    sought = scene if named or not chosen_by_law else scene.with_values({"search.law": tuple(known)})
-    found = smallest_cams(sought).by_law
-    own = scene.with_values(dict.fromkeys(("search.law", "search.law_rise", "search.law_return"), ()))
-    if not any(own_law_names(scene) == law_names_of(row) for row in found.values()):
-        found = {**found, **smallest_cams(own).by_law}
-    return found
+    smooth_laws = [name for name, law in LAWS.items() if is_still(law)]
+    search_scene = (
+        scene if names_laws or not chosen_by_law else scene.with_values({"search.law": tuple(smooth_laws)})
+    )
+    cams = smallest_cams(search_scene).by_law
+    own_scene = scene.with_values(dict.fromkeys(("search.law", "search.law_rise", "search.law_return"), ()))
+    if not any(own_law_names(scene) == law_names_of(row) for row in cams.values()):
+        cams = {**cams, **smallest_cams(own_scene).by_law}
+    return cams
 
 
 def own_law_names(scene: Scene) -> tuple[str, str]:
-    """The names of the scene's own laws, of rises and of returns, as the rows of designs have them."""
+    """Names of the scene's own laws of rises and of returns, as rows of designs have them."""
     programme = resolve(scene).programme
     return programme.law_names(RISE), programme.law_names(RETURN)
 
 
 def law_names_of(row: Mapping[str, Any]) -> tuple[str, str]:
-    """The names of the laws of a design's rises and returns."""
+    """Names of the laws of a design's rises and returns."""
     return row["law_rise"], row["law_return"]
 
 
 def known_cam_row(problem: SynthesisProblem, row: Design) -> Design:
-    """A known law's cam with what it has of the objective, and whether it holds all that free laws hold."""
+    """The cam of a known law with its objective terms; ``within`` says if it meets all limits of the free laws."""
     programme, size = _programme_of_design(problem, row), row[problem.scene_problem.size_name]
     terms = {name: objective_term(problem, programme, name, size) for name in problem.objective}
-    known: dict[str, Any] = {**terms, **row, "within": not limits_broken_by_cam(problem, row)}
-    return Design(known, row.searched)
+    columns: dict[str, Any] = {**terms, **row, "within": not limits_broken_by_cam(problem, row)}
+    return Design(columns, row.searched)
 
 
 def limits_broken_by_cam(problem: SynthesisProblem, row: Design) -> list[str]:
-    """What a known law's cam breaks of all that free laws hold: names of limits, jumps, and the size."""
+    """What the cam of a known law breaks of the free laws' limits: names of limits, jumps, and the size."""
     programme, size = _programme_of_design(problem, row), row[problem.scene_problem.size_name]
     jumps = {DERIVATIVE_NAMES[jump.order] for jump in programme.jumps if jump.order <= problem.rest}
-    found = [f"no jump of {name}" for name in sorted(jumps)] + list(limits_broken_by_motion(problem, programme))
-    return list(dict.fromkeys(found + [SIZE_WORDS] * (size > largest_cam_size(problem) * (1.0 + LEAST_DERIVATIVE))))
+    broken = [f"no jump of {name}" for name in sorted(jumps)] + list(limits_broken_by_motion(problem, programme))
+    return list(
+        dict.fromkeys(broken + [SIZE_WORDS] * (size > largest_cam_size(problem) * (1.0 + LEAST_DERIVATIVE)))
+    )
 
 
 def largest_cam_size(problem: SynthesisProblem) -> float:
-    """Of the cam, mm; infinite if nothing keeps it from being larger."""
+    """Largest cam size allowed [mm]; infinite without a limit."""
     return problem.prime_range[1] - problem.roller
 
 
 def _programme_of_design(problem: SynthesisProblem, row: Design) -> Programme:
-    """The turn with the known laws of a design."""
+    """The motion of a turn with the known laws of a design."""
     scene_problem = problem.scene_problem
     return scene_problem.given_motion_with_laws(
         *(name if name in scene_problem.laws else None for name in law_names_of(row))
@@ -107,7 +114,7 @@ def _programme_of_design(problem: SynthesisProblem, row: Design) -> Programme:
 
 
 def smallest_cams(scene: Scene) -> Optimum:
-    """The result of ``optimise``; with the scene's own size if neither limits nor objective depend on it."""
+    """The result of ``optimise``, at the scene's own size if nothing depends on the size."""
     scene_problem = resolve(scene)
     if has_own_size(scene_problem, objective_weights(scene.synthesis)):
         scene = scene.with_values({scene_problem.variables[0].search_key: (float(scene_problem.design.size[0]),)})
@@ -115,30 +122,30 @@ def smallest_cams(scene: Scene) -> Optimum:
 
 
 def smallest_design(scene_problem: Problem, objective: Collection[str]) -> Designs | None:
-    """The smallest design that holds all limits; else one that breaks them by little, if any is found.
+    """The smallest design that meets all limits, else one that breaks them by little; None if neither is found.
 
-    Of the scene's own size where neither limits nor the terms of the objective bear on it.
+    If nothing depends on the size, the design has the scene's own.
     """
-    until, own = clock_seconds() + OPTIMISE_SECONDS, float(scene_problem.design.size[0])
-    kept: SizeBounds = {"size": (own, own)} if has_own_size(scene_problem, objective) else {}
-    boxes = [{**bounds, **kept} for bounds in search_boxes(scene_problem)]
-    answers = sorted(
-        (solve_smallest_cam(scene_problem, bounds, until) for bounds in boxes), key=lambda each: each.size
+    deadline, own_size = clock_seconds() + OPTIMISE_SECONDS, float(scene_problem.design.size[0])
+    fixed_size: SizeBounds = {"size": (own_size, own_size)} if has_own_size(scene_problem, objective) else {}
+    boxes = [{**bounds, **fixed_size} for bounds in search_boxes(scene_problem)]
+    optima = sorted(
+        (solve_smallest_cam(scene_problem, bounds, deadline) for bounds in boxes), key=lambda optimum: optimum.size
     )
-    found = (*(each.design for each in answers), *(each.nearest for each in answers))
-    return next((design for design in found if design is not None), None)
+    designs = (*(optimum.design for optimum in optima), *(optimum.nearest for optimum in optima))
+    return next((design for design in designs if design is not None), None)
 
 
 def has_own_size(scene_problem: Problem, objective: Collection[str]) -> bool:
-    """Whether the size is the scene's own: neither its search, nor limits, nor the objective bear on it."""
-    limited = any(limit.set_by_scene and not limit.is_of_motion for limit in scene_problem.limits)
-    sought = "size" in scene_problem.search_space.variables or "size" in objective
-    return not (limited or sought or isnan(scene_problem.design.size[0]))
+    """Whether the size stays the scene's own: no search, no limit and no objective depends on it."""
+    is_limited = any(limit.set_by_scene and not limit.is_of_motion for limit in scene_problem.limits)
+    is_variable = "size" in scene_problem.search_space.variables or "size" in objective
+    return not (is_limited or is_variable or isnan(scene_problem.design.size[0]))
 
 
-def scene_with_laws(scene: Scene, problem: SynthesisProblem, found: "Iterate") -> Scene:
-    """The scene of a demand with free laws in place of its own."""
-    data, strokes = scene.to_dict(), iter(strokes_with_laws(problem, found))
+def scene_with_laws(scene: Scene, problem: SynthesisProblem, iterate: "Iterate") -> Scene:
+    """The scene with free laws in place of its own."""
+    data, strokes = scene.to_dict(), iter(strokes_with_laws(problem, iterate))
     laws = data.setdefault("laws", {})
     for segment in data["motion"]:
         stroke = next(strokes) if segment["angle"] > 0.0 else None
@@ -160,9 +167,9 @@ def scene_with_laws(scene: Scene, problem: SynthesisProblem, found: "Iterate") -
     return Scene.from_dict(data, scene.file)
 
 
-def strokes_with_laws(problem: SynthesisProblem, found: "Iterate") -> tuple[Stroke, ...]:
-    """The strokes of a demand with free laws."""
-    free = iter(zip(free_law_names(problem.scene_problem.segments), found.coefficients, strict=True))
+def strokes_with_laws(problem: SynthesisProblem, iterate: "Iterate") -> tuple[Stroke, ...]:
+    """The strokes of a problem with free laws."""
+    free = iter(zip(free_law_names(problem.scene_problem.segments), iterate.coefficients, strict=True))
     return tuple(
         problem.splines_of(stroke).stroke_with_law(stroke, *next(free), problem.motion_unit)
         if stroke.is_free
@@ -171,19 +178,19 @@ def strokes_with_laws(problem: SynthesisProblem, found: "Iterate") -> tuple[Stro
     )
 
 
-def programme_with_laws(problem: SynthesisProblem, found: "Iterate") -> Programme:
-    """The turn with free laws, which is asked of the tool where there is a train."""
-    own, strokes = problem.scene_problem.programme.tool, strokes_with_laws(problem, found)
-    return replace(own, strokes=strokes, start=strokes[0].low / own.unit).on_base_circle()
+def programme_with_laws(problem: SynthesisProblem, iterate: "Iterate") -> Programme:
+    """The motion of a turn with free laws: of the tool, if there is a train."""
+    own_programme, strokes = problem.scene_problem.programme.tool, strokes_with_laws(problem, iterate)
+    return replace(own_programme, strokes=strokes, start=strokes[0].low / own_programme.unit).on_base_circle()
 
 
 def motion_holds_limits(problem: SynthesisProblem, programme: Programme) -> bool:
-    """Whether a motion itself, not a solver's word, holds the limits on it and the conditions."""
+    """Whether a motion meets its limits and conditions, evaluated on the motion itself."""
     return next(limits_broken_by_motion(problem, programme), None) is None
 
 
 def limits_broken_by_motion(problem: SynthesisProblem, programme: Programme) -> Iterator[str]:
-    """The names of the limits on the motion, and of the conditions, that a motion breaks; again for each stroke."""
+    """Names of the limits and conditions that a motion breaks, repeated for each stroke."""
     for stroke, ranges in zip(programme.strokes, problem.derivative_ranges, strict=True):
         for order, (low, high) in ranges.items():
             least, largest = weighted_range(Programme((stroke,)), (0.0,) * order + (1.0,), ALL_STROKES)
@@ -195,37 +202,39 @@ def limits_broken_by_motion(problem: SynthesisProblem, programme: Programme) -> 
         and objective_term(problem, programme, residual.RESIDUAL_TERM, 0.0) > problem.residual_limit
     ):
         yield residual.RESIDUAL_TERM
-    up = problem.strokes[0].low - programme.strokes[0].low  # the base circle may be another
-    for stroke in (each for each in programme.strokes if each.is_free):
-        yield from (each.key for each in problem.conditions if not _meets_condition(problem, stroke, up, each))
+    origin_shift = problem.strokes[0].low - programme.strokes[0].low  # the base circle may differ
+    for stroke in (item for item in programme.strokes if item.is_free):
+        yield from (
+            item.key for item in problem.conditions if not _meets_condition(problem, stroke, origin_shift, item)
+        )
 
 
-def _meets_condition(problem: SynthesisProblem, stroke: Stroke, up: float, condition: Condition) -> bool:
-    """Whether a stroke meets a condition, as far as a solver can."""
-    values = stroke.values_at(condition) + up * (condition.order == 0)
-    room = CONDITION_SLACKS[condition.order] * problem.motion_unit / stroke.angle**condition.order
-    return bool(np.all((values >= condition.low - room) & (values <= condition.high + room)))
+def _meets_condition(problem: SynthesisProblem, stroke: Stroke, origin_shift: float, condition: Condition) -> bool:
+    """Whether a stroke meets a condition, within the accuracy of a solver."""
+    values = stroke.values_at(condition) + origin_shift * (condition.order == 0)
+    slack = CONDITION_SLACKS[condition.order] * problem.motion_unit / stroke.angle**condition.order
+    return bool(np.all((values >= condition.low - slack) & (values <= condition.high + slack)))
 
 
-def smallest_cam_for_laws(asked: Scene, problem: SynthesisProblem, found: "Iterate") -> Synthesis | None:
-    """The smallest cam for free laws, proved, under every limit of the scene; None if there is none."""
-    scene = scene_with_laws(asked, problem, found)
+def smallest_cam_for_laws(scene_asked: Scene, problem: SynthesisProblem, iterate: "Iterate") -> Synthesis | None:
+    """The smallest cam for free laws under every limit of the scene; None if there is none."""
+    scene = scene_with_laws(scene_asked, problem, iterate)
     best = smallest_cams(scene).best
     if best is None:
         return None
     size = problem.scene_problem.size_name
     if best[size] > largest_cam_size(problem):
         return None
-    # the objective of free laws and a size, from the motion itself
-    programme = programme_with_laws(problem, found)
+    # evaluated from the motion itself, not taken from the solver
+    programme = programme_with_laws(problem, iterate)
     objective = sum(
         weight * objective_term(problem, programme, name, best[size]) for name, weight in problem.objective.items()
     )
-    return Synthesis(asked, scene.with_row(best), best, objective)
+    return Synthesis(scene_asked, scene.with_row(best), best, objective)
 
 
 def objective_term(problem: SynthesisProblem, programme: Programme, name: str, size: float) -> float:
-    """A term of the objective, from the motion itself or the size."""
+    """An objective term in its own unit, from the motion itself or the size."""
     if name == "size":
         return size
     if name == residual.RESIDUAL_TERM:

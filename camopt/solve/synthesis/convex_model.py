@@ -1,9 +1,9 @@
-"""The convex programme of a demand: sizes, motions of the strokes, limits and objective.
+"""The convex programme of a synthesis problem: sizes, motions of the strokes, constraints and objective.
 
-What a motion is made of is left open. ``free`` makes it of splines, whose limits hold at every cam angle: its
-optimum is a cam. ``relaxation`` makes it of values at nodes that every motion has: its optimum is a bound.
+The representation of the motion is a parameter. ``spline_motion`` uses splines whose constraints hold at every cam
+angle: its optimum is a cam. ``relaxation`` uses values at nodes that every motion has: its optimum is a bound.
 
-The motion is in units of the highest lift and sizes in those of ``SynthesisProblem.size_unit``, so that numbers are
+The motion is in units of the highest lift and sizes are in ``SynthesisProblem.size_unit``, so that numbers are
 near 1.
 """
 
@@ -50,22 +50,21 @@ class ConvexModel:
 
     problem: SynthesisProblem
     objective: cp.Expression
-    """The objective over ``unit``."""
+    """The objective divided by ``unit``."""
     constraints: list[cp.Constraint]
     unit: float
-    """What the objective is divided by in the problem, so that it is near 1."""
+    """Magnitude of the objective, by which it is divided to be near 1."""
     sizes: Sizes
     motions: list[StrokeMotion]
     peak_variables: dict[str, cp.Variable]
-    """What bounds a derivative over the turn, in units of the lift: those that something asks for."""
+    """Upper bounds of the derivatives that are minimised or bounded over the turn, in units of the lift."""
 
     @cached_property
     def cvxpy_problem(self) -> cp.Problem:
-        """The programme itself."""
         return cp.Problem(cp.Minimize(self.objective), self.constraints)
 
     def solve(self) -> float:
-        """Solve it: the objective, in the units of the demand; infinite if nothing holds all limits.
+        """Solve the programme: the least objective, in its own unit; infinite if no motion meets all limits.
 
         Raises
         ------
@@ -81,69 +80,69 @@ class ConvexModel:
 
     @cached_property
     def least_jerk_problem(self) -> tuple[cp.Problem, cp.Parameter]:
-        """The programme of the least mean square of the jerk, and the parameter that bounds the objective in it.
+        """The programme of least mean square jerk, and the parameter that bounds the objective in it.
 
-        Of a smooth motion it is the least variation of the jerk, from stroke to stroke as well.
+        With ``smooth`` it minimises the variation of the jerk instead, over strokes and their joints.
         """
-        most = cp.Parameter()
+        largest_objective = cp.Parameter()
         if self.problem.smooth:
-            ends = [each.end_derivative(3, last) for each in self.motions for last in (False, True)]
+            ends = [motion.end_derivative(3, last) for motion in self.motions for last in (False, True)]
             joints = zip(ends[1::2], [*ends[2::2], ends[0]], strict=True)
             jumps = [after - before for before, after in joints]
-            jerk = cp.norm1(
-                cp.hstack([*jumps, *(each for motion in self.motions for each in motion.jerk_variation())])
-            )
+            jerk = cp.norm1(cp.hstack([*jumps, *(v for motion in self.motions for v in motion.jerk_variation())]))
         else:
             jerk = _root_of_squares(self.motions, 3)
-        return cp.Problem(cp.Minimize(jerk), [*self.constraints, self.objective <= most]), most
+        return cp.Problem(
+            cp.Minimize(jerk), [*self.constraints, self.objective <= largest_objective]
+        ), largest_objective
 
     def accepted_objective(self, least: float) -> float:
-        """An objective that is as good as the least: what a smooth motion may have."""
+        """Largest objective that a smooth motion may have, for a least objective."""
         return least + self.problem.smooth * abs(least)
 
     @property
     def is_exact(self) -> bool:
-        """Whether the solver reached the residual asked."""
+        """Whether the solver reached its requested accuracy."""
         return self.cvxpy_problem.status in (SOLVED, INFEASIBLE)
 
 
 def build_convex_model(
-    problem: SynthesisProblem, make: MotionFactory, held: Mapping[str, Any] | None = None
+    problem: SynthesisProblem, make_motion: MotionFactory, term_bounds: Mapping[str, Any] | None = None
 ) -> ConvexModel:
-    """The programme of a demand with motions of one make.
+    """The convex programme of a problem, with motions made by a factory.
 
-    ``held`` bounds further terms of the kind that an objective has, in their units, by numbers or parameters.
+    ``held`` bounds further objective terms, in their units, by numbers or cvxpy parameters.
     """
-    held = held or {}
+    term_bounds = term_bounds or {}
     sizes = Sizes(cp.Variable(), cp.Variable(), cp.Variable())
     names = dict.fromkeys(
-        (*problem.objective, *held, *([] if problem.residual_limit is None else [residual.RESIDUAL_TERM]))
+        (*problem.objective, *term_bounds, *([] if problem.residual_limit is None else [residual.RESIDUAL_TERM]))
     )
-    largest = {name: cp.Variable() for name in names if name in (*TERM_ORDERS, CROSSING_JERK)}
+    peak_variables = {name: cp.Variable() for name in names if name in (*TERM_ORDERS, CROSSING_JERK)}
     motions = [
-        (make if stroke.is_free else FixedMotion)(
-            problem, stroke, _derivative_ranges(problem, number, largest), sizes
+        (make_motion if stroke.is_free else FixedMotion)(
+            problem, stroke, _derivative_ranges(problem, number, peak_variables), sizes
         )
         for number, stroke in enumerate(problem.strokes)
     ]
     lowest = _lowest_displacement(problem, motions)
-    terms = {name: _term_expression(problem, name, sizes, motions, lowest, largest) for name in names}
-    constraints = [each >= 0.0 for each in (sizes.height, *largest.values())]
+    terms = {name: _term_expression(problem, name, sizes, motions, lowest, peak_variables) for name in names}
+    constraints = [variable >= 0.0 for variable in (sizes.height, *peak_variables.values())]
     constraints += _size_constraints(problem, sizes, lowest) + _joint_constraints(problem, motions)
     for number, partner in enumerate(problem.mirror_strokes or ()):
         if number <= partner:
             motions[number].impose_mirror(motions[partner])
-    for crossing in problem.crossings if CROSSING_JERK in largest else ():
-        motions[crossing.stroke].impose_crossing(crossing, largest[CROSSING_JERK])
-        for end in problem.derivative_ranges[crossing.stroke].get(
+    for crossing in problem.crossings if CROSSING_JERK in peak_variables else ():
+        motions[crossing.stroke].impose_crossing(crossing, peak_variables[CROSSING_JERK])
+        for jerk_limit in problem.derivative_ranges[crossing.stroke].get(
             3, ()
-        ):  # with more of it there is no more allowed
-            constraints.append(largest[CROSSING_JERK] <= abs(end) / problem.motion_unit)
+        ):  # a larger jerk would allow no more
+            constraints.append(peak_variables[CROSSING_JERK] <= abs(jerk_limit) / problem.motion_unit)
     for one, other in problem.opposed_pairs:
         motions[one].impose_sum(motions[other], problem.sum_of_starts(one, other))
     for motion in motions:
         constraints += motion.constraints
-    constraints += [terms[name] <= bound for name, bound in held.items()]
+    constraints += [terms[name] <= bound for name, bound in term_bounds.items()]
     if problem.residual_limit is not None:
         constraints.append(terms[residual.RESIDUAL_TERM] / problem.residual_limit <= 1.0)
     constraints += [
@@ -151,37 +150,39 @@ def build_convex_model(
     ]
     unit = sum(weight * _term_magnitude(problem, name) for name, weight in problem.objective.items()) or 1.0
     objective = sum((w / unit * terms[name] for name, w in problem.objective.items()), start=cp.Constant(0.0))
-    return ConvexModel(problem, objective, constraints, unit, sizes, motions, largest)
+    return ConvexModel(problem, objective, constraints, unit, sizes, motions, peak_variables)
 
 
-def _derivative_ranges(problem: SynthesisProblem, number: int, largest: Mapping[str, Any]) -> DerivativeRanges:
-    """The ranges of a stroke's derivatives in units of the lift, its own and those over the turn."""
-    found: DerivativeRanges = {
+def _derivative_ranges(
+    problem: SynthesisProblem, number: int, peak_variables: Mapping[str, Any]
+) -> DerivativeRanges:
+    """The ranges of a stroke's derivatives in units of the lift: its own, and those over the turn."""
+    ranges: DerivativeRanges = {
         TERM_ORDERS[name]: [DerivativeRange(-1.0, 1.0, variable)]
-        for name, variable in largest.items()
+        for name, variable in peak_variables.items()
         if name != CROSSING_JERK
     }
     for order, (low, high) in problem.derivative_ranges[number].items():
-        found.setdefault(order, []).append(DerivativeRange(low / problem.motion_unit, high / problem.motion_unit))
-    return found
+        ranges.setdefault(order, []).append(DerivativeRange(low / problem.motion_unit, high / problem.motion_unit))
+    return ranges
 
 
 def _size_constraints(problem: SynthesisProblem, sizes: Sizes, lowest: Any) -> list[cp.Constraint]:
-    """The intervals of the sizes; the size is that where the follower is lowest."""
+    """Constraints on the ranges of the sizes, and on the prime radius where the follower is lowest."""
     unit = problem.size_unit
     height = sizes.height + problem.motion_unit / unit * lowest
-    found = [
+    constraints = [
         cp.norm(cp.hstack([sizes.lead, height])) <= sizes.prime
         if problem.has_trace_point
         else sizes.prime >= height
     ]
     for size, (low, high) in ((sizes.lead, problem.lead_range), (sizes.prime, problem.prime_range)):
-        found += DerivativeRange(low / unit, high / unit).constraints(size)
-    return found
+        constraints += DerivativeRange(low / unit, high / unit).constraints(size)
+    return constraints
 
 
 def _lowest_displacement(problem: SynthesisProblem, motions: list[StrokeMotion]) -> Any:
-    """The displacement where the follower is lowest, if no position that is given need be."""
+    """Displacement where the follower is lowest, in units of the lift; 0 if the scene gives its lowest position."""
     if problem.lowest_angle is None:
         return 0.0
     number, x = problem.stroke_place(problem.lowest_angle)
@@ -189,8 +190,8 @@ def _lowest_displacement(problem: SynthesisProblem, motions: list[StrokeMotion])
 
 
 def _joint_constraints(problem: SynthesisProblem, motions: list[StrokeMotion]) -> list[cp.Constraint]:
-    """What holds where two strokes meet: rest beside a dwell, or else a motion as smooth as the demand says."""
-    found = []
+    """Constraints where two strokes meet: rest beside a dwell, otherwise the required continuity."""
+    constraints = []
     for number, motion in enumerate(motions):
         before, stroke, last = motions[number - 1], problem.strokes[number], problem.strokes[number - 1]
         if not (stroke.is_free or last.is_free):
@@ -198,18 +199,18 @@ def _joint_constraints(problem: SynthesisProblem, motions: list[StrokeMotion]) -
         if DWELL in (stroke.kind, last.kind):
             motion.impose_rest(problem.rest, False)
             before.impose_rest(problem.rest, True)
-            smooth = 0
+            continuity = 0
         else:
-            smooth = problem.continuity_at(last.end)
-        for order in range(0 if stroke.is_move or last.is_move else 1, smooth + 1):
+            continuity = problem.continuity_at(last.end)
+        for order in range(0 if stroke.is_move or last.is_move else 1, continuity + 1):
             end, start = before.end_derivative(order, True), motion.end_derivative(order, False)
             if end is not None and start is not None:
-                found.append(end == start)
-    return found
+                constraints.append(end == start)
+    return constraints
 
 
 def _term_magnitude(problem: SynthesisProblem, name: str) -> float:
-    """What a term of the objective is of the order of, in its own unit."""
+    """Order of magnitude of an objective term, in its own unit."""
     if name == "size":
         return problem.size_unit
     if name == LOST_AREA:
@@ -231,42 +232,42 @@ def _term_expression(
     sizes: Sizes,
     motions: list[StrokeMotion],
     lowest: Any,
-    largest: Mapping[str, cp.Variable],
+    peak_variables: Mapping[str, cp.Variable],
 ) -> cp.Expression:
-    """A term of the objective, in its own unit."""
+    """An objective term, in its own unit."""
     if name == "size":
         return problem.size_unit * sizes.prime - problem.roller
     if name == residual.RESIDUAL_TERM:
         return problem.term_factors[name] * _residual_vibration(motions)
     factor = problem.motion_unit * problem.term_factors[name]
-    if name in largest:
-        return factor * largest[name]
+    if name in peak_variables:
+        return factor * peak_variables[name]
     if name == LOST_AREA:
         return problem.largest_area * problem.term_factors[name] - factor * _lift_area_expression(motions, lowest)
     return factor / sqrt(2.0 * pi) * _root_of_squares(motions, RMS_TERM_ORDERS[name])
 
 
 def _root_of_squares(motions: list[StrokeMotion], order: int) -> cp.Expression:
-    """√∮(y⁽ᵏ⁾)² dθ, or no more than that."""
-    return cp.norm(cp.hstack([each for motion in motions for each in motion.square_vectors(order)]))
+    """√∮(y⁽ᵏ⁾)² dθ, or a lower bound of it."""
+    return cp.norm(cp.hstack([vector for motion in motions for vector in motion.square_vectors(order)]))
 
 
 def _residual_vibration(motions: list[StrokeMotion]) -> cp.Expression:
-    """The residual vibration, mm or rad: the largest over dwells; 0 where a motion does not say what it adds."""
-    parts = [motion.residual_response() for motion in motions]
-    known = [part for part in parts if part]
-    if not known or any(part is None for part in parts):
+    """Largest residual vibration over the dwells [mm or rad]; 0 if a motion does not know its part of it."""
+    responses = [motion.residual_response() for motion in motions]
+    known_responses = [response for response in responses if response]
+    if not known_responses or any(response is None for response in responses):
         return cp.Constant(0.0)
-    return cp.max(cp.hstack([cp.norm(sum(dwell)) for dwell in zip(*known, strict=True)]))
+    return cp.max(cp.hstack([cp.norm(sum(dwell)) for dwell in zip(*known_responses, strict=True)]))
 
 
 def _mean_constraint(mean: MeanConstraint, motions: list[StrokeMotion], lowest: Any, unit: float) -> cp.Constraint:
-    """The limit on motions in a unit; ``lowest`` is the displacement from which the area counts."""
+    """A mean constraint on motions in a unit; the area counts from the displacement ``lowest``."""
     if mean.power == 1:
         return mean.side * _lift_area_expression(motions, lowest) <= mean.side * 2.0 * pi * mean.bound / unit
     return _root_of_squares(motions, mean.order) <= sqrt(2.0 * pi) * mean.bound / unit
 
 
 def _lift_area_expression(motions: list[StrokeMotion], lowest: Any) -> Any:
-    """∮y dθ from the lowest displacement, in units of the lift."""
+    """∮y dθ above the lowest displacement, in units of the lift."""
     return sum(motion.lift_area() for motion in motions) - 2.0 * pi * lowest

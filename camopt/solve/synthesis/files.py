@@ -1,4 +1,7 @@
-"""Free laws on disk: the scene that has them, a table of each, what they are seen against; a frontier."""
+"""Files of a synthesis and of a frontier.
+
+A synthesis writes the scene with its laws, a table of the laws, and a comparison with known laws.
+"""
 
 import csv
 import json
@@ -32,13 +35,14 @@ SCENE_FILE, LAWS_FILE, KNOWN_FILE, SUMMARY_FILE = SYNTHESIS = (
 FRONTIER, PICTURE = FRONTIER_FILES = "frontier.parquet", "frontier.png"
 LAW_POINTS = 361
 SENTENCE_KEYS = {MM: "told", INCH: "told_in_inch"}
-"""The result in a sentence, in each system of units, by its key in the summary."""
+"""Keys of the result sentence in the summary, one for each system of units."""
 
 
 def write_laws(result: "Synthesis", folder: str | os.PathLike[str]) -> list[Path]:
-    """Write the scene with the free laws (TOML) and their tables (CSV): unit displacement to jerk; the files.
+    """Write the scene with the free laws (TOML) and a table of them (CSV), and return the files.
 
-    Of a move the displacement is from its start, in mm, or deg when oscillating.
+    The table has unit displacement to jerk. The displacement of a move is from its start [mm, or deg if
+    oscillating].
     """
     out = Path(folder)
     out.mkdir(parents=True, exist_ok=True)
@@ -54,15 +58,15 @@ def write_laws(result: "Synthesis", folder: str | os.PathLike[str]) -> list[Path
 
 
 def write_comparison(result: "Synthesis", known: "KnownLawCams", folder: str | os.PathLike[str]) -> list[Path]:
-    """Write the smallest cam of the best known law, if one holds the same limits, and a summary (JSON); the files.
+    """Write the cam of the best known law, if one meets the limits, and a summary (JSON), and return the files.
 
-    The summary has the objective, its bound and the gap, the known law, and all of it as a sentence.
+    The summary has the objective, its bound and gap, the known law, and a sentence with all of them.
     """
-    out, about = Path(folder), {"objective": result.objective, "bound": result.bound, "gap": result.gap}
+    out, numbers = Path(folder), {"objective": result.objective, "bound": result.bound, "gap": result.gap}
     files = [out / KNOWN_FILE] if known.best else []
     for file in files:
         write_scene(file, known.rows[known.best or ""].scene)
-    summary = {**about, "known_law": known.best}
+    summary = {**numbers, "known_law": known.best}
     for system, key in SENTENCE_KEYS.items():
         with shown_in(system):
             summary[key] = bound_in_words(result)
@@ -71,37 +75,40 @@ def write_comparison(result: "Synthesis", known: "KnownLawCams", folder: str | o
 
 
 def write_frontier(found: "Frontier", folder: str | os.PathLike[str]) -> Path:
-    """Write ``frontier.parquet``; the file."""
+    """Write ``frontier.parquet`` and return the file."""
     out = Path(folder)
     out.mkdir(parents=True, exist_ok=True)
     write_table(frontier_table(found), out / FRONTIER)
     return out / FRONTIER
 
 
-def frontier_table(found: "Frontier") -> pa.Table:
-    """The free laws, each with its scene, and the known laws, whose ``bound`` and ``scene`` are null, as a table.
+def frontier_table(result: "Frontier") -> pa.Table:
+    """A table of the free laws, each with its scene, and of the known laws, whose ``bound`` and ``scene`` are null.
 
-    Its metadata name the axes along which the front is of local optima (``camopt_local``).
+    Its metadata name the axes along which the front consists of local optima (``camopt_local``).
     """
-    rows = [{"free": True, **row} for row in found.rows] + [{"free": False, **row} for row in found.known]
-    names = dict.fromkeys(("free", *found.axes, "bound", "law_rise", "law_return", *(n for r in rows for n in r)))
+    rows = [{"free": True, **row} for row in result.rows] + [{"free": False, **row} for row in result.known]
+    names = dict.fromkeys(
+        ("free", *result.axes, "bound", "law_rise", "law_return", *(name for row in rows for name in row))
+    )
     columns = {name: [row.get(name) for row in rows] for name in names if name != "scene"}
     columns["scene"] = [row.get("scene") for row in rows]
     fields = [
-        pa.field(n, pa.array(v).type, metadata=_frontier_column_metadata(n, found)) for n, v in columns.items()
+        pa.field(name, pa.array(values).type, metadata=_frontier_column_metadata(name, result))
+        for name, values in columns.items()
     ]
     about = {
         "camopt_version": VERSION,
-        "camopt_scene": found.scene.to_toml(),
-        "camopt_local": ",".join(found.local),
+        "camopt_scene": result.scene.to_toml(),
+        "camopt_local": ",".join(result.local),
     }
-    return pa.table([pa.array(v) for v in columns.values()], schema=pa.schema(fields, metadata=about))
+    return pa.table([pa.array(values) for values in columns.values()], schema=pa.schema(fields, metadata=about))
 
 
-def _frontier_column_metadata(name: str, found: "Frontier") -> dict[str, str]:
-    """What a column says of itself: of a quantity all, of the axes and the bound the unit."""
+def _frontier_column_metadata(name: str, result: "Frontier") -> dict[str, str]:
+    """Metadata of a column: unit, symbol and description of a quantity, or the unit of an axis or bound."""
     quantity = QUANTITIES.get(name)
     if quantity:
         return {"unit": quantity.unit, "symbol": quantity.symbol, "description": quantity.sentence}
-    axis = found.axes[0] if name == "bound" else name
-    return {"unit": term_unit(axis, found.scene)} if axis in found.axes else {}
+    axis = result.axes[0] if name == "bound" else name
+    return {"unit": term_unit(axis, result.scene)} if axis in result.axes else {}

@@ -1,7 +1,7 @@
-"""The frontier: what free laws trade between size, acceleration, jerk, loads and more, beside the known laws.
+"""The frontier: how free laws trade size, acceleration, jerk, loads and more, beside the known laws.
 
-One axis is minimised for each value that the others are held at (``least``). Its programme is built once in each
-worker and solved for all values; each of its solutions becomes a cam, as in ``synthesise``.
+One axis is minimised for each value of the others (``axis_minimiser``). Each worker builds the programme once and
+solves it for all values. Each solution becomes a cam, as in ``synthesise``.
 """
 
 import tomllib
@@ -41,42 +41,42 @@ from camopt.solve.synthesis.synthesise import relaxation_bound
 from camopt.solve.tables.cells import duration_text
 from camopt.solve.tables.designs import Design
 
-LONG_SECONDS = 20.0  # seconds: a shorter time is over before anyone wonders
-NOTICE_FACTOR = 2.0  # times what was told, which is told again
-END_WIDENING = 1e-5  # by which the end of a term is widened, relative, so that a solver finds its laws
-LOCAL_END_WIDENING = 3e-4  # and that of a quantity, so that convex steps do
-START_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of one end and another, in the laws that convex steps start from
-LARGEST_CAM_FACTOR = 5.0  # of the least size: a cam of a load that is traded, where nothing else says
-LEAST_AXIS_SHARE = 1e-3  # of an axis' largest value: less of it is not looked for
+LONG_SECONDS = 20.0  # seconds: a shorter search needs no notice
+NOTICE_FACTOR = 2.0  # a new estimate is announced if it exceeds the last one by this factor
+END_WIDENING = 1e-5  # relative widening of a term's least value, so that the solver finds its laws
+LOCAL_END_WIDENING = 3e-4  # the same for a quantity, so that convex steps find its laws
+START_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # blends of the laws at two ends, from which convex steps start
+LARGEST_CAM_FACTOR = 5.0  # default largest size with a load as an axis, as a multiple of the least size
+LEAST_AXIS_SHARE = 1e-3  # least searched value of an axis, as a share of its largest value
 
 
 class SearchTimeEstimate:
-    """The time of searches that run one kind after the other, each kind on all workers.
+    """Estimates the time of searches that run one kind after the other, each kind on all workers.
 
-    Those to come are taken to be as long as those of the last kind: where a load is an axis, the first kind that
-    has it tells more than the kinds before.
+    Searches to come are taken to be as long as those of the last kind. With a load as an axis, the first kind that
+    includes it is more representative than the kinds before.
     """
 
     def __init__(self, kinds: Sequence[int], workers: int, tell: Callable[[str], None] | None) -> None:
-        """``kinds`` are the numbers of searches, in order."""
+        """``kinds`` are the numbers of searches of each kind, in order."""
         self._kinds, self._workers, self._tell = [*kinds], workers, tell
         self._begun, self._since, self._told = clock_seconds(), clock_seconds(), LONG_SECONDS / NOTICE_FACTOR
 
     def finish_kind(self) -> None:
-        """The searches of the next kind are done: say what all of them will take, where that is long."""
-        count, here = self._kinds.pop(0), clock_seconds()
+        """Record that one kind of searches is done, and announce the total time if it is long."""
+        count, now = self._kinds.pop(0), clock_seconds()
         if not count or not self._tell:
             return
-        each = (here - self._since) / self._rounds(count)
-        rest = sum(map(self._rounds, self._kinds)) * each
-        whole, self._since = here - self._begun + rest, here
-        if rest > 0.0 and whole > NOTICE_FACTOR * self._told:
-            self._told = whole
-            more = f"{sum(self._kinds):,} more searches for a motion"
-            self._tell(f"{more}, about {duration_text(whole)} in all; fewer points take less")
+        seconds = (now - self._since) / self._rounds(count)
+        seconds_left = sum(map(self._rounds, self._kinds)) * seconds
+        total_seconds, self._since = now - self._begun + seconds_left, now
+        if seconds_left > 0.0 and total_seconds > NOTICE_FACTOR * self._told:
+            self._told = total_seconds
+            searches = f"{sum(self._kinds):,} more searches for a motion"
+            self._tell(f"{searches}, about {duration_text(total_seconds)} in all; fewer points take less")
 
     def _rounds(self, count: int) -> int:
-        """The number of searches of a worker, one after the other."""
+        """Number of searches that one worker does, one after the other."""
         return ceil(count / self._workers)
 
 
@@ -110,14 +110,14 @@ def frontier(
         True shows a progress bar. A function is called with (points done, points in all). If it
         returns False, the work ends.
     engine : Engine, optional
-        What works on the points in place of processes of this machine: a ``cluster``.
+        The engine that computes the points in place of processes of this machine: a ``cluster``.
     tell : callable, optional
-        Called with a sentence on how long the work will take, where that is long.
+        Called with a sentence on how long the work will take, if that is long.
 
     Returns
     -------
     Frontier
-        A row for each cam, with its scene; the least of each axis; and the known laws beside them.
+        A row for each cam, with its scene; the least value of each axis; and the known laws.
 
     Raises
     ------
@@ -144,21 +144,25 @@ def frontier(
     check_count("workers", workers)
     scene, axes = _check_axes(scene, axes)
     problem = build_synthesis_problem(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
-    with nullcontext(engine) if engine else processes(workers or cpu_count() or 1) as used:
+    with nullcontext(engine) if engine else processes(workers or cpu_count() or 1) as used_engine:
         pairs = len(axes) * (len(axes) - 1)
         terms = sum(axis in AXIS_TERMS for axis in axes)
         kinds = (terms, len(axes) - terms, pairs - len(axes) + 1, points ** (len(axes) - 1))
-        ends, known = _axis_ends(scene, axes, used, SearchTimeEstimate(kinds, used.workers, tell))
-        rows = list(_frontier_rows(scene, axes, ends, points, used, progress))
-    beside = [known_cam_row(problem, cam) for cam in known]
-    bounds = {t: relaxation_bound(replace(problem, objective={t: 1.0})) for t in axes if t in AXIS_TERMS}
+        ends, known_cams = _axis_ends(
+            scene, axes, used_engine, SearchTimeEstimate(kinds, used_engine.workers, tell)
+        )
+        rows = list(_frontier_rows(scene, axes, ends, points, used_engine, progress))
+    known_rows = [known_cam_row(problem, cam) for cam in known_cams]
+    bounds = {
+        axis: relaxation_bound(replace(problem, objective={axis: 1.0})) for axis in axes if axis in AXIS_TERMS
+    }
     least = {axis: (min(row[axis] for row in (ends[axis, axis].row, *rows)), bounds.get(axis)) for axis in axes}
     front = [Design(row, scene) for row in _nondominated_rows(rows, axes)]
-    # the axes whose least values are local optima; where a load is held, only its own axis counts
+    # axes whose least values are local optima; with a load as an axis, rows do not count
     convex = all(axis in AXIS_TERMS for axis in axes)
-    found = {axis: ends[axis, axis].row["local"] for axis in axes}
-    found[axes[0]] |= convex and any(row["local"] for row in rows)
-    return Frontier(scene, axes, front, beside, least, tuple(axis for axis in axes if found[axis]))
+    is_local = {axis: ends[axis, axis].row["local"] for axis in axes}
+    is_local[axes[0]] |= convex and any(row["local"] for row in rows)
+    return Frontier(scene, axes, front, known_rows, least, tuple(axis for axis in axes if is_local[axis]))
 
 
 def _frontier_rows(
@@ -169,116 +173,123 @@ def _frontier_rows(
     engine: Engine,
     progress: Progress | None,
 ) -> Iterator[dict[str, Any]]:
-    """The cams of the least of the first axis, with the others at values between their ends."""
+    """Rows of the cams with the least first axis, for values of the other axes between their ends."""
     starts = tuple(
-        _blend_laws(ends[a, a].laws, ends[b, b].laws, share)
-        for a, b in combinations(axes, 2)
+        _blend_laws(ends[axis, axis].laws, ends[other, other].laws, share)
+        for axis, other in combinations(axes, 2)
         for share in START_SHARES
     )
     grids = [_axis_values(*_axis_range(ends, axis), points) for axis in axes[1:]]
-    values = [dict(zip(axes[1:], map(float, pick), strict=True)) for pick in product(*grids)]
+    values = [dict(zip(axes[1:], map(float, point), strict=True)) for point in product(*grids)]
     tasks = [FrontierTask(axes[0], value, starts, with_bound=True) for value in values]
-    for done, found in enumerate(_task_results(scene, axes, tasks, engine), start=1):
-        if found:
-            yield found.row
+    for done, cam in enumerate(_task_results(scene, axes, tasks, engine), start=1):
+        if cam:
+            yield cam.row
         report_progress(progress, done, len(values))
 
 
 def _check_axes(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]:
-    """The scene that calls for the axes, and the axes."""
+    """The scene with the outputs that the axes need, and the axes; BadInput if an axis does not exist."""
     scene_problem, mistakes = resolve(scene), []
     axes = (axes,) if isinstance(axes, str) else axes
     if not 2 <= len(axes) <= 3 or len(set(axes)) < len(axes):
         mistakes.append(Mistake("camopt", "axes", ",".join(axes), "two or three different axes"))
-    lacks, able = missing_keys_by_quantity(scene_problem.setup), load_quantities(scene_problem)
-    given = [name for name in able if name in available_quantities(scene_problem.setup)]
+    missing_keys, loads = missing_keys_by_quantity(scene_problem.setup), load_quantities(scene_problem)
+    available_loads = [name for name in loads if name in available_quantities(scene_problem.setup)]
     for axis in axes:
         name = limited_quantity(axis, scene_problem.setup) if axis == residual.RESIDUAL_TERM else axis
-        if name in lacks and (axis in AXIS_TERMS or axis in able):
-            mistakes.append(Mistake("camopt", "axes", axis, f"needs {', '.join(lacks[name])}", bare=True))
-        elif axis not in AXIS_TERMS and axis not in given:
-            what = f"a term of the objective or a load of this scene; {suggest_names(axis, [*AXIS_TERMS, *able])}"
+        if name in missing_keys and (axis in AXIS_TERMS or axis in loads):
+            mistakes.append(Mistake("camopt", "axes", axis, f"needs {', '.join(missing_keys[name])}", bare=True))
+        elif axis not in AXIS_TERMS and axis not in available_loads:
+            what = f"a term of the objective or a load of this scene; {suggest_names(axis, [*AXIS_TERMS, *loads])}"
             mistakes.append(Mistake("camopt", "axes", axis, what))
-        elif axis in given and not load_constraints_at(scene_problem, able[axis], 1.0):
+        elif axis in available_loads and not load_constraints_at(scene_problem, loads[axis], 1.0):
             mistakes.append(Mistake("camopt", "axes", axis, "cannot be an axis for this follower", bare=True))
     if mistakes:
         raise BadInput(mistakes)
-    called = [axis for axis in axes if axis not in AXIS_TERMS]
-    outputs = {"sizes", *(scene.outputs or scene_problem.evaluated_quantities), *called}
-    return scene.with_values({"outputs": tuple(sorted(outputs))}) if called else scene, tuple(axes)
+    load_axes = [axis for axis in axes if axis not in AXIS_TERMS]
+    outputs = {"sizes", *(scene.outputs or scene_problem.evaluated_quantities), *load_axes}
+    return scene.with_values({"outputs": tuple(sorted(outputs))}) if load_axes else scene, tuple(axes)
 
 
 FrontierEnds = dict[tuple[str, str], FrontierCam]
-"""The cams at the ends, by (axis, other): of the least of an axis, and then of another with the axis held there."""
+"""Cams at the ends, by (axis, other): of the least axis, and then of the least other with the axis held there."""
 
 
 def _axis_ends(
-    scene: Scene, axes: tuple[str, ...], engine: Engine, foresight: SearchTimeEstimate
+    scene: Scene, axes: tuple[str, ...], engine: Engine, estimate: SearchTimeEstimate
 ) -> tuple[FrontierEnds, list[Design]]:
-    """The cams that have the least of each axis: of terms first, for how large a cam may be with a load.
+    """The cams with the least of each axis, and the cams of known laws.
 
-    And the cams of known laws, which a process has time for beside those of terms.
+    Terms come first, because they show how large a cam with a load may be. Known laws run beside the terms, when
+    workers are free.
     """
-    found: FrontierEnds = {}
-    room: dict[str, float] = {}
-    known: list[Design] = []
-    for some, beside in (
+    ends: FrontierEnds = {}
+    size_bound: dict[str, float] = {}
+    known_cams: list[Design] = []
+    for kind_axes, other_tasks in (
         ([axis for axis in axes if axis in AXIS_TERMS], [KnownLawTask()]),
         ([axis for axis in axes if axis not in AXIS_TERMS], []),
     ):
-        tasks = [FrontierTask(axis, {} if axis in AXIS_TERMS else room) for axis in some]
-        results = _task_results(scene, axes, [*tasks, *beside], engine)
-        for axis, end in zip(some, results, strict=False):
+        tasks = [FrontierTask(axis, {} if axis in AXIS_TERMS else size_bound) for axis in kind_axes]
+        results = _task_results(scene, axes, [*tasks, *other_tasks], engine)
+        for axis, end in zip(kind_axes, results, strict=False):
             if end is None:
                 raise Unmet("no free law with so many pieces holds all limits; try more (synthesis.pieces)")
-            found[axis, axis] = end
-        known = next(results, known)
-        foresight.finish_kind()
-        room = _size_bound_for_loads(scene, found)
+            ends[axis, axis] = end
+        known_cams = next(results, known_cams)
+        estimate.finish_kind()
+        size_bound = _size_bound_for_loads(scene, ends)
     pairs = [(axis, other) for axis, other in permutations(axes, 2) if other != axes[0]]  # which has no grid
     tasks = []
     for axis, other in pairs:
-        held = {axis: _widen_end(found[axis, axis], axis)}
-        tasks.append(FrontierTask(other, held if other in AXIS_TERMS else room | held, (found[axis, axis].laws,)))
+        held_values = {axis: _widen_end(ends[axis, axis], axis)}
+        tasks.append(
+            FrontierTask(
+                other, held_values if other in AXIS_TERMS else size_bound | held_values, (ends[axis, axis].laws,)
+            )
+        )
     for (axis, other), end in zip(pairs, _task_results(scene, axes, tasks, engine), strict=True):
-        found[axis, other] = end or found[axis, axis]
-    foresight.finish_kind()
-    return found, known
+        ends[axis, other] = end or ends[axis, axis]
+    estimate.finish_kind()
+    return ends, known_cams
 
 
 def _size_bound_for_loads(scene: Scene, ends: FrontierEnds) -> dict[str, float]:
-    """How large the cam may be where a load is least, which may fall for ever as the cam grows.
+    """Largest size while a load is minimised, as a load may fall for ever while the cam grows.
 
-    [search] says it; if not, the scene's own size, or a multiple of the least.
+    It is that of [search]; otherwise the scene's own size, or a multiple of the least size.
     """
-    given = (scene.search.base_radius, scene.search.mean_radius)
-    if ("size", "size") not in ends or any(choice is not None for choice in given):
+    search_ranges = (scene.search.base_radius, scene.search.mean_radius)
+    if ("size", "size") not in ends or any(choice is not None for choice in search_ranges):
         return {}
-    own = scene.cam.base_radius or scene.cam.mean_radius or 0.0
-    return {"size": max(own, LARGEST_CAM_FACTOR * float(ends["size", "size"].row["size"]))}
+    own_size = scene.cam.base_radius or scene.cam.mean_radius or 0.0
+    return {"size": max(own_size, LARGEST_CAM_FACTOR * float(ends["size", "size"].row["size"]))}
 
 
-def _blend_laws(one: Iterate, other: Iterate, share: float) -> Iterate:
-    """Laws between those of two ends: they hold all that is convex, and both hold."""
-    lead, height = (a + share * (b - a) for a, b in zip(one[:2], other[:2], strict=True))
-    laws = tuple(a + share * (b - a) for a, b in zip(one.coefficients, other.coefficients, strict=True))
+def _blend_laws(first: Iterate, second: Iterate, share: float) -> Iterate:
+    """Laws between those of two ends: they meet all convex limits that both meet."""
+    lead, height = (low + share * (high - low) for low, high in zip(first[:2], second[:2], strict=True))
+    laws = tuple(
+        low + share * (high - low) for low, high in zip(first.coefficients, second.coefficients, strict=True)
+    )
     return Iterate(lead, height, laws)
 
 
 def _widen_end(end: FrontierCam, axis: str) -> float:
-    """The value of an axis at its end, with room for a solver."""
+    """Least value of an axis, widened for the solver."""
     value = float(end.row[axis])
     return value * (1.0 + (END_WIDENING if axis in AXIS_TERMS else LOCAL_END_WIDENING))
 
 
 def _axis_range(ends: FrontierEnds, axis: str) -> tuple[float, float]:
-    """From the least of an axis to the most that the least of another takes."""
+    """Range of an axis: from its least value to its largest at the least of another axis."""
     most = max(float(end.row[axis]) for (other, by), end in ends.items() if by == axis)
     return max(_widen_end(ends[axis, axis], axis), LEAST_AXIS_SHARE * most), most
 
 
 def _axis_values(low: float, high: float, points: int) -> FloatArray:
-    """Values closer together where a frontier bends most, near the least."""
+    """Values of an axis, closer together near its least value, where a frontier bends most."""
     return np.asarray(low + (high - low) * np.linspace(0.0, 1.0, points) ** 2)
 
 
@@ -286,7 +297,7 @@ def _axis_values(low: float, high: float, points: int) -> FloatArray:
 
 
 class FrontierTask(NamedTuple):
-    """An axis to minimise, the values that others are held at, and laws to start from."""
+    """An axis to minimise, the values of the held axes, and laws to start from."""
 
     axis: str
     held_values: Mapping[str, float]
@@ -305,34 +316,33 @@ class FrontierTask(NamedTuple):
 
 
 class KnownLawTask(NamedTuple):
-    """A task beside: the smallest cams of known laws."""
+    """A task to compute the smallest cams of known laws."""
 
     def run_task(self, toml: str, axes: tuple[str, ...]) -> list[Design]:
-        """The cams."""
         return [*smallest_known_cams(Scene.from_dict(tomllib.loads(toml))).values()]
 
 
 def _task_results(
     scene: Scene, axes: tuple[str, ...], tasks: Sequence[FrontierTask | KnownLawTask], engine: Engine
 ) -> Iterator[Any]:
-    """What is found for each task, in order."""
+    """Results of the tasks, in order."""
     calls = [each.call for each in resolve(scene).setup.own_quantities.values() if each.call]
     return chain.from_iterable(engine.in_order(partial(_run_tasks, calls, scene.to_toml(), axes), tasks))
 
 
 _KEPT_MINIMISER: dict[Any, AxisMinimiser] = {}
-"""What a process keeps: the programme of its last task."""
+"""Cache of each process: the programme of its last task."""
 
 
 def _run_tasks(
     calls: Sequence[FunctionCall], toml: str, axes: tuple[str, ...], tasks: Sequence[FrontierTask | KnownLawTask]
 ) -> list[Any]:
-    """What is found for some tasks; the calls bring the Python functions of the scene along."""
+    """Results of some tasks; ``calls`` bring the scene's Python functions to a worker."""
     return [task.run_task(toml, axes) for task in tasks]
 
 
 def _nondominated_rows(rows: list[dict[str, Any]], axes: Sequence[str]) -> list[dict[str, Any]]:
-    """The rows that no other betters, by the first axis."""
+    """The rows that no other row dominates, in the order of the first axis."""
     if not rows:
         return []
     costs: FloatArray = np.nan_to_num(np.array([[row[axis] for axis in axes] for row in rows], dtype=float))

@@ -1,4 +1,4 @@
-"""What a frontier found, without what finds it."""
+"""The result of ``frontier``; it needs no solver."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -24,20 +24,20 @@ class Frontier(Result, Drawable):
     Attributes
     ----------
     scene : Scene
-        What was asked.
+        The scene as given.
     axes : tuple of str
         Terms of the objective, or loads.
     rows : list of Design
-        The cams with new ("free") motion laws that no other cam betters, in the order of the first axis. Each has
-        the values of the axes, the quantities of the cam, ``bound`` (no motion with the same values of the other
-        axes has less of the first; loads are not considered; None if it was not computed), ``local`` (whether it
-        is only a local optimum), and its scene.
+        The nondominated cams with new ("free") motion laws, in the order of the first axis. Each row has the values
+        of the axes, the quantities of the cam and its scene. ``bound`` is a lower bound of the first axis for any
+        motion with the same values of the other axes; loads are not considered, and it is None if it was not
+        computed. ``local`` says whether the cam is only a local optimum.
     known : list of Design
         The known laws, each on its smallest cam; ``within`` says whether it meets all limits that the rows meet.
     least : dict
-        For each axis the least value found, and a value that no motion can go below (None for a load).
+        For each axis the least value found, and a lower bound for any motion (None for a load).
     local : tuple of str
-        The axes along which the front is of local optima: what decides there is not convex in the motion.
+        The axes along which the front consists of local optima, because active constraints are not convex.
 
     Examples
     --------
@@ -66,7 +66,7 @@ class Frontier(Result, Drawable):
         return {**units, "bound": units[self.axes[0]]}
 
     def table(self) -> Table | None:
-        """The cams of free laws, then those of known ones: * for what breaks a limit on the motion."""
+        """A table of the cams of free laws, then of known laws; * marks a law that breaks a limit on the motion."""
         rows: list[dict[str, Any]] = [{**row, "law": "free"} for row in self.rows]
         for row in self.known:
             laws = joined_laws(row["law_rise"], row["law_return"]) or OWN_MOVES
@@ -80,7 +80,7 @@ class Frontier(Result, Drawable):
 
     @property
     def shown_cam(self) -> None:
-        """None: the scene is what was searched."""
+        """None: the scene is a range of cams."""
         return None
 
     def sections(self) -> Iterator[Table | str]:
@@ -116,7 +116,7 @@ class Frontier(Result, Drawable):
 
     @property
     def exit_code(self) -> int:
-        """0; 1 where nothing is feasible."""
+        """0, or 1 if no cam is feasible."""
         return super().exit_code if self.rows else NOTHING_FEASIBLE
 
     @property

@@ -1,4 +1,4 @@
-"""Solutions of a convex programme of free laws, without a solver's error."""
+"""Solutions of a convex programme of free laws, corrected for the solver's error."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from camopt.solve.synthesis.synthesis_problem import SynthesisProblem
 
 
 class Iterate(NamedTuple):
-    """A solution: e and s₀ in units of the sizes, and the coefficients of each moving stroke."""
+    """A solution: e and s₀ in units of the sizes, and the coefficients of each free stroke."""
 
     lead: float
     height: float
@@ -23,17 +23,16 @@ class Iterate(NamedTuple):
 
 
 def free_motions(model: ConvexModel) -> list[SplineMotion]:
-    """The free motions of a programme."""
     return [motion for motion in model.motions if isinstance(motion, SplineMotion)]
 
 
 def sampled_motions(model: ConvexModel) -> list[SplineMotion | FixedMotion]:
-    """The motions of all strokes of a programme with free motions."""
+    """The motions of all strokes of a model with free motions."""
     return [motion for motion in model.motions if isinstance(motion, SplineMotion | FixedMotion)]
 
 
 def iterate_of(model: ConvexModel) -> Iterate:
-    """The values of a solved programme."""
+    """The solution of a solved model."""
     sizes = float(model.sizes.lead.value), float(model.sizes.height.value)
     return Iterate(
         *sizes, without_solver_error(model.problem, [motion.coefficients.value for motion in free_motions(model)])
@@ -41,49 +40,51 @@ def iterate_of(model: ConvexModel) -> Iterate:
 
 
 def without_solver_error(problem: SynthesisProblem, coefficients: Sequence[FloatArray]) -> tuple[FloatArray, ...]:
-    """Coefficients without a solver's error: as smooth where strokes meet as they have to be, and monotone.
+    """Coefficients corrected for the solver's error: monotone, and as smooth at joints as the problem requires.
 
-    However small, an error there would be a jump of the acceleration, or a motion that turns back.
+    Even a tiny error would be a jump of the acceleration, or a motion that turns back.
     """
-    found = [np.array(each, dtype=float) for each in coefficients]
-    _impose_mirror(problem, found)
-    _impose_opposition(problem, found)
-    for own, stroke in zip(found, problem.free_strokes, strict=True):
+    corrected = [np.array(values, dtype=float) for values in coefficients]
+    _impose_mirror(problem, corrected)
+    _impose_opposition(problem, corrected)
+    for law_coefficients, stroke in zip(corrected, problem.free_strokes, strict=True):
         if not stroke.is_move:
-            np.clip(own, 0.0, 1.0, out=own)
-            own[[0, -1]] = 0.0, 1.0
+            np.clip(law_coefficients, 0.0, 1.0, out=law_coefficients)
+            law_coefficients[[0, -1]] = 0.0, 1.0
             if problem.monotone:
-                np.maximum.accumulate(own, out=own)
-    free = iter(found)
-    ends = [_StrokeLaw(stroke, next(free) if stroke.is_free else None) for stroke in problem.strokes]
-    for before, after in zip(ends, [*ends[1:], ends[0]], strict=True):
+                np.maximum.accumulate(law_coefficients, out=law_coefficients)
+    free = iter(corrected)
+    stroke_laws = [_StrokeLaw(stroke, next(free) if stroke.is_free else None) for stroke in problem.strokes]
+    for before, after in zip(stroke_laws, [*stroke_laws[1:], stroke_laws[0]], strict=True):
         _join_strokes(problem, before, after)
-    return tuple(found)
+    return tuple(corrected)
 
 
-def _impose_mirror(problem: SynthesisProblem, found: Sequence[FloatArray]) -> None:
-    """Make coefficients of strokes that mirror each other do so."""
-    own = dict(zip(problem.free_strokes, found, strict=True))
-    for stroke, each in own.items():
+def _impose_mirror(problem: SynthesisProblem, coefficients: Sequence[FloatArray]) -> None:
+    """Make the coefficients of mirrored strokes mirror images, in place."""
+    by_stroke = dict(zip(problem.free_strokes, coefficients, strict=True))
+    for stroke, values in by_stroke.items():
         partner = problem.mirror_partner(stroke)
         if partner is not None and problem.strokes.index(stroke) <= problem.strokes.index(partner):
-            (low, change), (low_there, change_there) = map(problem.law_offset_and_scale, (stroke, partner))
-            there = low_there + change_there * own[partner][::-1]
-            mean = (low + change * each + there) / 2.0
-            each[:], own[partner][:] = (mean - low) / change, (mean[::-1] - low_there) / change_there
+            (low, change), (partner_low, partner_change) = map(problem.law_offset_and_scale, (stroke, partner))
+            mirrored = partner_low + partner_change * by_stroke[partner][::-1]
+            mean = (low + change * values + mirrored) / 2.0
+            values[:], by_stroke[partner][:] = (mean - low) / change, (mean[::-1] - partner_low) / partner_change
 
 
-def _impose_opposition(problem: SynthesisProblem, found: Sequence[FloatArray]) -> None:
-    """Make coefficients of strokes that are each other upside down so."""
-    own = dict(zip(problem.free_strokes, found, strict=True))
+def _impose_opposition(problem: SynthesisProblem, coefficients: Sequence[FloatArray]) -> None:
+    """Make the coefficients of opposed strokes add up to a constant, in place."""
+    by_stroke = dict(zip(problem.free_strokes, coefficients, strict=True))
     for one, other in problem.opposed_pairs:
         stroke, partner = problem.strokes[one], problem.strokes[other]
         if stroke.is_free:
-            (low, change), (low_there, change_there) = map(problem.law_offset_and_scale, (stroke, partner))
+            (low, change), (partner_low, partner_change) = map(problem.law_offset_and_scale, (stroke, partner))
             total = problem.sum_of_starts(one, other)
-            mean = (low + change * own[stroke] + total - low_there - change_there * own[partner]) / 2.0
-            own[stroke][:] = (mean - low) / change
-            own[partner][:] = (total - mean - low_there) / change_there
+            mean = (
+                low + change * by_stroke[stroke] + total - partner_low - partner_change * by_stroke[partner]
+            ) / 2.0
+            by_stroke[stroke][:] = (mean - low) / change
+            by_stroke[partner][:] = (total - mean - partner_low) / partner_change
 
 
 class _StrokeLaw(NamedTuple):
@@ -94,24 +95,24 @@ class _StrokeLaw(NamedTuple):
 
 
 def _join_strokes(problem: SynthesisProblem, before: _StrokeLaw, after: _StrokeLaw) -> None:
-    """Make two strokes that follow each other meet: free ones change, to what is asked there."""
+    """Make two consecutive strokes meet with the required continuity: free strokes change, in place."""
     if before.coefficients is None and after.coefficients is None:
         return
     count = 1 + problem.continuity_at(before.stroke.end)
     state = _state_at_joint(problem, before, after, count)
     for side, last in ((before, True), (after, False)):
         if side.coefficients is not None:
-            # y, y', y'' … as the law of a stroke has them
+            # y, y', y'' … by x of the unit stroke
             low, change = problem.law_offset_and_scale(side.stroke)
-            found = state / problem.motion_unit * side.stroke.angle ** np.arange(state.size)
-            found[0] -= low
-            by_law = np.asarray(found / change)
-            by_law[0] = by_law[0] if side.stroke.is_move else float(last)
-            _set_end_state(problem.splines_of(side.stroke), side.coefficients, by_law, last)
+            unit_state = state / problem.motion_unit * side.stroke.angle ** np.arange(state.size)
+            unit_state[0] -= low
+            law_state = np.asarray(unit_state / change)
+            law_state[0] = law_state[0] if side.stroke.is_move else float(last)
+            _set_end_state(problem.splines_of(side.stroke), side.coefficients, law_state, last)
 
 
 def _state_at_joint(problem: SynthesisProblem, before: _StrokeLaw, after: _StrokeLaw, count: int) -> FloatArray:
-    """y, y', y'' … where two strokes meet: those of the one that keeps its law, or else those asked for."""
+    """y, y', y'' … where two strokes meet: those of the stroke that keeps its law, or else as required there."""
     if before.coefficients is None or after.coefficients is None:
         fixed = before.stroke if before.coefficients is None else after.stroke
         velocity = (fixed.high - fixed.low) / fixed.angle
@@ -134,13 +135,13 @@ def _state_at_joint(problem: SynthesisProblem, before: _StrokeLaw, after: _Strok
     return state
 
 
-def _set_end_state(splines: Splines, own: FloatArray, state: FloatArray, last: bool) -> None:
+def _set_end_state(splines: Splines, coefficients: FloatArray, state: FloatArray, last: bool) -> None:
     """Give a law a state at an end, by its first coefficients or its last."""
     places = [-1 - order if last else order for order in range(state.size)]
     for order, place in enumerate(places):
         nearer = places[:order]
         if not state[1 : order + 1].any():
-            own[place] = state[0]  # at rest, without rounding
+            coefficients[place] = state[0]  # at rest, exactly
             continue
         row = splines.value_matrix(np.array([1.0 if last else 0.0]), order).toarray()[0]
-        own[place] = (state[order] - row[nearer] @ own[nearer]) / row[place]
+        coefficients[place] = (state[order] - row[nearer] @ coefficients[nearer]) / row[place]

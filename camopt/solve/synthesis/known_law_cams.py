@@ -1,4 +1,4 @@
-"""Free laws beside the known ones, each on its smallest cam, and the best of those that hold the same limits."""
+"""The smallest cam of each known law, to compare with free laws, and the best known law within the limits."""
 
 from dataclasses import dataclass
 
@@ -14,33 +14,35 @@ from camopt.solve.tables.designs import Design
 class KnownLawCams:
     """The known laws of a scene, each on the smallest cam that its [limits] allow.
 
-    ``rows`` are the designs by law. Each has ``within`` (whether the motion holds all that free laws hold) and
-    ``objective`` (in its units). The scene's own laws have no row if no cam with them is feasible.
+    ``rows`` are the designs by law. Each has ``within`` (whether the motion meets all limits of the free laws) and
+    ``objective`` (in its unit). The scene's own laws have no row if no cam with them is feasible.
     """
 
     scene: Scene
     rows: dict[str, Design]
     broken_limits: dict[str, str]
-    """What each of those that are not ``within`` breaks."""
+    """The limits that each law breaks, for laws that are not ``within``."""
 
     @property
     def own_law(self) -> str | None:
-        """The key of the scene's own laws; None if no cam with them is feasible."""
+        """Key of the scene's own laws; None if no cam with them is feasible."""
         return next((law for law, row in self.rows.items() if law_names_of(row) == own_law_names(self.scene)), None)
 
     @property
     def best(self) -> str | None:
-        """The key of the laws of the least objective within all limits; None if no known law holds them."""
+        """Key of the laws with the least objective within all limits; None if no known law meets them."""
         within = {law: row["objective"] for law, row in self.rows.items() if row["within"]}
         return min(within, key=lambda law: within[law], default=None)
 
 
 def known_laws_of(scene: Scene) -> KnownLawCams:
-    """The known laws of a scene that ``synthesise`` takes."""
+    """The cams of the known laws of a scene that ``synthesise`` accepts."""
     problem = build_synthesis_problem(scene)
     rows = {law or OWN_MOVES: known_cam_row(problem, row) for law, row in smallest_known_cams(scene).items()}
     weights = problem.objective
     for row in rows.values():
         row["objective"] = sum(weight * row[name] for name, weight in weights.items())
-    beyond = {law: broken_keys_in_words(scene, problem, row) for law, row in rows.items() if not row["within"]}
-    return KnownLawCams(scene, rows, beyond)
+    broken_limits = {
+        law: broken_keys_in_words(scene, problem, row) for law, row in rows.items() if not row["within"]
+    }
+    return KnownLawCams(scene, rows, broken_limits)

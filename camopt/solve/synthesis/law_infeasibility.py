@@ -1,4 +1,4 @@
-"""Why there are no free laws: what cams reached of the limits that none holds, and what contradicts what."""
+"""Why there are no free laws: limits that the nearest cams miss, and limits that contradict each other."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -23,82 +23,78 @@ from camopt.solve.tables.cells import quantity_text, shown_column_name, with_uni
 from camopt.solve.tables.designs import Design
 
 BoundFunction = Callable[[SynthesisProblem], float | None]
-"""What no motion whatever can pass of a demand's objective; infinite if none holds its limits."""
+"""Lower bound of a problem's objective for any motion; infinite if no motion meets its limits."""
 
 
 class MissedLimit(NamedTuple):
     """A limit that a design breaks."""
 
     description: str
-    """What it reached beside the bound."""
+    """The value reached and the bound."""
     relative_miss: float
-    """How far that is from the bound, as a share of it."""
+    """Distance from the bound, as a share of it."""
     easier: str
-    """Which bounds are easier to hold: larger, or smaller ones."""
+    """How to change the bound to make it easier: larger, or smaller."""
 
 
 def no_cam_error(scene: Scene, problem: SynthesisProblem, searches: Sequence[Optimum]) -> Unmet:
-    """No cam of free laws holds the limits that are not convex: what the one that misses by least has of each."""
-    held, more = (
-        "free laws hold the convex limits, but no cam was found that also holds",
-        _defaults_in_words(scene, problem),
-    )
-    found = [missed for each in searches if (missed := _missed_limits(problem, each))]
-    if not found:
-        obstacles = dict.fromkeys(why for each in searches for why in each.obstacles.values())
-        others = f"the others: {join_words(list(obstacles))}" if obstacles else "all of them together"
-        return Unmet(f"{held} {others}{more}")
-    nearest = min(found, key=lambda each: (len(each), max(missed.relative_miss for missed in each.values())))
+    """An error for nonconvex limits that no cam of free laws meets, with what the nearest cam reached."""
+    start, defaults = "no cam was found for free laws that meets", _defaults_in_words(scene, problem)
+    misses = [missed for search in searches if (missed := _missed_limits(problem, search))]
+    if not misses:
+        obstacles = dict.fromkeys(why for search in searches for why in search.obstacles.values())
+        reasons = f", because of {join_words(list(obstacles))}" if obstacles else " together"
+        return Unmet(f"{start} all limits{reasons}{defaults}")
+    nearest = min(misses, key=lambda keys: (len(keys), max(missed.relative_miss for missed in keys.values())))
     wider = [f"{missed.easier} {key}" for key, missed in nearest.items() if "." in key]
     instead = (
         "no such limit"
         if all(key.startswith("limits.") for key in nearest if "." in key)
         else "a range in [search]"
     )
-    lifts = f"; what lifts this is a {' or a '.join(wider)}, or {instead}" if wider else ""
-    reached = [f"{key} ({missed.description})" for key, missed in nearest.items()]
-    return Unmet(f"{held} {join_words(reached)}{lifts}{more}")
+    remedy = f"; set a {' or a '.join(wider)}, or {instead}" if wider else ""
+    missed_limits = [f"{key} ({missed.description})" for key, missed in nearest.items()]
+    return Unmet(f"{start} {join_words(missed_limits)}{remedy}{defaults}")
 
 
 def _defaults_in_words(scene: Scene, problem: SynthesisProblem) -> str:
-    """What is limited by default alone, with the bound, and how to have another."""
-    found = []
+    """The default limits with their bounds, and how to replace them; empty if there are none."""
+    default_limits = []
     for name in _default_limit_names(scene, problem):
         ends = [abs(end) for row in problem.derivative_ranges for end in row.get(TERM_ORDERS[name], ())]
         largest = with_unit(max(ends, default=0.0) * problem.term_factors[name], term_unit(name, scene))
-        found.append(f"{name} of at most {largest}")
-    if not found:
+        default_limits.append(f"{name} of at most {largest}")
+    if not default_limits:
         return ""
-    peaks = f"{join_words(found)} ({_default_peaks_in_words(scene)})"
-    return f"; by default laws have {peaks}: {_override_keys_in_words(scene)}"
+    peaks = f"{join_words(default_limits)} ({_default_peaks_in_words(scene)})"
+    return f"; default limits: {peaks}; {_override_keys_in_words(scene)}"
 
 
 def _missed_limits(problem: SynthesisProblem, search: Optimum) -> dict[str, MissedLimit]:
-    """What the nearest cam of a search breaks; one that holds all limits may be too large."""
+    """Limits that the nearest cam of a search breaks, by key; a cam that meets all may still be too large."""
     if search.nearest_miss is not None:
-        # by the key of each limit that a design breaks what it reached beside the bound, and by what share
         miss = search.nearest_miss
         broken = str(miss["violated"]).split(",")
         limits = [limit for limit in resolve(miss.searched).limits if limit.name in broken]
         return {limit_key(limit): _worst_miss(limit, miss) for limit in limits}
-    most, name = largest_cam_size(problem), problem.scene_problem.size_name
-    if search.best is None or search.best[name] <= most:
+    largest_size, name = largest_cam_size(problem), problem.scene_problem.size_name
+    if search.best is None or search.best[name] <= largest_size:
         return {}
-    found = f"{shown_column_name(name)} = {quantity_text(name, search.best[name])}"
-    reached = f"{found} was reached, at most {with_unit(most, 'mm')} is allowed"
-    return {_size_key(problem): MissedLimit(reached, search.best[name] / most - 1.0, "larger")}
+    size_text = f"{shown_column_name(name)} = {quantity_text(name, search.best[name])}"
+    description = f"best {size_text}, limit {with_unit(largest_size, 'mm')}"
+    return {_size_key(problem): MissedLimit(description, search.best[name] / largest_size - 1.0, "larger")}
 
 
 def broken_keys_in_words(scene: Scene, problem: SynthesisProblem, row: Design) -> str:
-    """What a known law's cam breaks of all that free laws hold, by keys."""
+    """The limits of free laws that the cam of a known law breaks, by their keys."""
     names = limits_broken_by_cam(problem, row)
-    said = [_condition_key(scene, problem, name) for name in names if name != SIZE_WORDS]
+    keys = [_condition_key(scene, problem, name) for name in names if name != SIZE_WORDS]
     size = f"{_size_key(problem)} of at most {with_unit(largest_cam_size(problem), 'mm')}"
-    return join_words(said + [size] * (SIZE_WORDS in names))
+    return join_words(keys + [size] * (SIZE_WORDS in names))
 
 
 def limit_key(limit: Limit) -> str:
-    """The key of the scene that gives a limit; the name of one that every cam must meet."""
+    """Key of the scene that sets a limit; the limit's name if every cam must meet it."""
     return (limit.bound_key or f"limits.{limit.name}") if limit.set_by_scene else limit.name
 
 
@@ -108,65 +104,68 @@ def _worst_miss(limit: Limit, row: Mapping[str, Any]) -> MissedLimit:
     if not values or not limit.set_by_scene:
         return MissedLimit("broken", inf, "other")
     worst = max(values, key=lambda name: abs(values[name] - limit.bound))
-    by = abs(values[worst] - limit.bound) / (abs(limit.bound) or 1.0)
-    asked = f"{limit.relation} {with_unit(limit.bound, find_quantity(worst, limit.setup).unit)}"
+    relative_miss = abs(values[worst] - limit.bound) / (abs(limit.bound) or 1.0)
+    bound_text = f"{limit.relation} {with_unit(limit.bound, find_quantity(worst, limit.setup).unit)}"
     easier = "smaller" if limit.relation.startswith((AT_LEAST, ">")) else "larger"
     reached = f"{shown_column_name(worst)} = {quantity_text(worst, values[worst])}"
-    return MissedLimit(f"{reached} was reached, {asked} is asked", by, easier)
+    return MissedLimit(f"best {reached}, limit {bound_text}", relative_miss, easier)
 
 
 def contradiction_error(scene: Scene, problem: SynthesisProblem, bound_of: BoundFunction) -> Unmet:
-    """The limits and conditions that no motion holds together: without any one of these one does."""
-    found = irreducible_set(problem.limit_names, lambda kept: bound_of(problem.keep_limits(kept)) != inf)
-    usual = [name for name in _default_limit_names(scene, problem) if name in found]
-    asked = [
-        f"{_condition_key(scene, problem, name)}{_least_term_in_words(scene, problem, name, found, bound_of)}"
-        for name in found
-        if name not in usual
+    """An error for limits and conditions that contradict each other; without any one, a motion exists."""
+    conflict = irreducible_set(problem.limit_names, lambda kept: bound_of(problem.keep_limits(kept)) != inf)
+    default_names = [name for name in _default_limit_names(scene, problem) if name in conflict]
+    others = [
+        f"{_condition_key(scene, problem, name)}{_least_term_in_words(scene, problem, name, conflict, bound_of)}"
+        for name in conflict
+        if name not in default_names
     ]
-    if not usual:
-        count = "two" if len(asked) == 2 else len(asked)
-        alone = "by itself it is this one that none holds"
-        together = alone if len(asked) == 1 else f"these {count} contradict each other"
-        return Unmet(f"no motion whatever holds all limits; {together}: {join_words(asked)}")
-    default = " and ".join(f"{name}{_least_term_in_words(scene, problem, name, found, bound_of)}" for name in usual)
-    within = f"within the {default} that it may have by default ({_default_peaks_in_words(scene)})"
+    if not default_names:
+        count = "two" if len(others) == 2 else len(others)
+        conflict_words = "one alone is impossible" if len(others) == 1 else f"these {count} contradict each other"
+        return Unmet(f"no motion meets all limits; {conflict_words}: {join_words(others)}")
+    default = " and ".join(
+        f"{name}{_least_term_in_words(scene, problem, name, conflict, bound_of)}" for name in default_names
+    )
+    within = f"within the default limits of {default} ({_default_peaks_in_words(scene)})"
     return Unmet(
-        f"no motion whatever holds {join_words(asked) or 'the segments'} {within}; {_override_keys_in_words(scene)}"
+        f"no motion meets {join_words(others) or 'the segments'} {within}; {_override_keys_in_words(scene)}"
     )
 
 
 def _default_limit_names(scene: Scene, problem: SynthesisProblem) -> list[str]:
-    """What is limited by default alone."""
+    """Names of the limits that hold by default only."""
     return [name.removeprefix("peak_") for name in default_peaks(scene, problem.objective)]
 
 
 def _default_peaks_in_words(scene: Scene) -> str:
-    """What the default limits of the motion are."""
-    unit = [f"the peaks of {GENTLE_LAW}"] if _has_unit_strokes(scene) else []
-    own = (
+    """The default limits of the motion."""
+    peaks = [f"the peaks of {GENTLE_LAW}"] if _has_unit_strokes(scene) else []
+    moves = (
         [f"{MOVE_PEAK_FACTOR:g} times those of the scene's own moves"]
-        if any(s.segment == MOVE for s in scene.motion)
+        if any(segment.segment == MOVE for segment in scene.motion)
         else []
     )
-    return " and ".join([*unit, *own])
+    return " and ".join([*peaks, *moves])
 
 
 def _override_keys_in_words(scene: Scene) -> str:
-    """Which keys put limits of the user's own in place of the default ones."""
-    timed = "limits.acceleration or limits.jerk" if scene.cam.rpm is not None else ""
-    unit = "synthesis.peak_acceleration or synthesis.peak_jerk" if _has_unit_strokes(scene) else ""
-    keys = ", or ".join(filter(None, (timed, unit))) or "limits.acceleration or limits.jerk, with cam.rpm,"
-    return f"{keys} takes the place of what is by default"
+    """The keys that replace the default limits."""
+    limit_keys = "limits.acceleration or limits.jerk" if scene.cam.rpm is not None else ""
+    peak_keys = "synthesis.peak_acceleration or synthesis.peak_jerk" if _has_unit_strokes(scene) else ""
+    keys = (
+        ", or ".join(filter(None, (limit_keys, peak_keys))) or "limits.acceleration or limits.jerk, with cam.rpm,"
+    )
+    return f"set {keys} to replace the default limits"
 
 
 def _has_unit_strokes(scene: Scene) -> bool:
-    """Whether there are rises or returns, whose peaks [synthesis] can limit."""
+    """Whether the scene has rises or returns, whose peaks [synthesis] can limit."""
     return any(segment.segment in ("rise", "return") for segment in scene.motion)
 
 
 def _condition_key(scene: Scene, problem: SynthesisProblem, name: str) -> str:
-    """The key that gives a limit or condition of a demand."""
+    """The key that sets a limit or condition."""
     if name == SIZE_WORDS:
         return f"{SIZE_WORDS} ({_size_key(problem)})"
     limits = {limit.name: limit_key(limit) for limit in problem.scene_problem.limits}
@@ -184,13 +183,13 @@ def _size_key(problem: SynthesisProblem) -> str:
 
 
 def _least_term_in_words(
-    scene: Scene, problem: SynthesisProblem, name: str, found: Sequence[str], bound_of: BoundFunction
+    scene: Scene, problem: SynthesisProblem, name: str, conflict: Sequence[str], bound_of: BoundFunction
 ) -> str:
-    """In words, the least of a term of the objective that a motion has with the other limits found."""
+    """Least value of a term for any motion within the other limits of the conflict; empty if unknown."""
     term = "size" if name == SIZE_WORDS else name
     if term not in AXIS_TERMS:
         return ""
-    others = problem.keep_limits([other for other in found if other != name])
+    others = problem.keep_limits([other for other in conflict if other != name])
     least = bound_of(replace(others, objective={term: 1.0}))
     if not least or least == inf:
         return ""

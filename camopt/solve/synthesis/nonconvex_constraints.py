@@ -1,9 +1,9 @@
-"""Constraints on curves over the turn that are not convex in the motion: curvature, and the loads that a scene
-limits.
+"""Constraints that are not convex in the motion: on curvature and on the loads that a scene limits.
 
-A ceiling is a constraint (``constraints.Constraint``) that is not linear in the motion and the sizes. Its formula
-is the one that the effects use, run on samples of the turn; its tangent planes in the motion (y to y''') and in the
-sizes (e, s₀) are central differences of it. So any curve will do, and none is written twice.
+They are constraints (``constraints.Constraint``) on curves over the turn that are not linear in the motion and the
+sizes. Their curves are the formulas of the effects, evaluated at samples of the turn. Tangent planes in the motion
+(y to y''') and in the sizes (e, s₀) are central differences. So any curve can be used, and no formula is written
+twice.
 """
 
 from collections.abc import Sequence
@@ -29,49 +29,51 @@ from camopt.solve.synthesis.residual import RESIDUAL_TERM
 from camopt.solve.synthesis.synthesis_problem import SynthesisProblem
 from camopt.solve.synthesis.through_train import constraint_about_tool, follower_states
 
-PIECE_SAMPLES, STROKE_SAMPLES = 6, 288  # samples of a piece, and of a stroke
-DWELL_SAMPLES = 24  # samples of a dwell, for a load that changes over it
-DIFFERENCE_STEP = 6e-6  # of central differences, of a derivative's order: the cube root of the rounding
+PIECE_SAMPLES, STROKE_SAMPLES = 6, 288  # least samples of a piece, and of a stroke
+DWELL_SAMPLES = 24  # samples of a dwell, over which a load may change
+DIFFERENCE_STEP = 6e-6  # step of central differences: the cube root of the rounding
 LAW_ORDERS = 4  # y, y', y'' and y'''
 
 LeadAndHeight = tuple[float, float]
-"""e and s₀, mm."""
+"""e and s₀ [mm]."""
 
 
 def load_quantities(scene_problem: Problem) -> dict[str, str]:
-    """The quantities that are the largest value of a curve, each with its key in [limits]."""
-    given = {limited_quantity(key, scene_problem.setup): key for key in LOAD_LIMITS if key != RESIDUAL_TERM}
-    return {name: key for name, key in given.items() if QUANTITIES[name].relation == AT_MOST}
+    """Quantities that are the largest value of a curve, each with its key in [limits]."""
+    keys = {limited_quantity(key, scene_problem.setup): key for key in LOAD_LIMITS if key != RESIDUAL_TERM}
+    return {name: key for name, key in keys.items() if QUANTITIES[name].relation == AT_MOST}
 
 
 def nonconvex_constraints_of(problem: SynthesisProblem) -> tuple[Constraint, ...]:
-    """The nonlinear constraints of a scene, without those that no motion can hold at its peak."""
+    """The nonconvex constraints of a problem, except upper bounds that no motion can meet."""
     scene_problem = problem.scene_problem
-    asked = (
+    strictest = (
         constraint
         for constraint in strictest_constraints(scene_problem.constraints)
         if not repeats_first_contact(scene_problem, constraint)
     )
-    found = (constraint for constraint in asked if not is_linear(scene_problem, constraint))
+    nonconvex = (constraint for constraint in strictest if not is_linear(scene_problem, constraint))
     return tuple(
-        constraint_about_tool(scene_problem, each)
-        for each in found
-        if each.upper_bound() > 0.0 or each.goal == LEAST
+        constraint_about_tool(scene_problem, constraint)
+        for constraint in nonconvex
+        if constraint.upper_bound() > 0.0 or constraint.goal == LEAST
     )
 
 
 def load_constraints_at(scene_problem: Problem, key: str, bound: float) -> tuple[Constraint, ...]:
-    """The constraints of one limit on loads at a bound; none where it cannot be held."""
+    """The constraints of one load limit at a bound; none if the bound cannot be met."""
     limited = scene_problem.with_numbers({f"limits.{key}": bound})
-    found = next(limit.constraints for limit in limited.limits if limit.name == key)
+    constraints = next(limit.constraints for limit in limited.limits if limit.name == key)
     return tuple(
-        constraint_about_tool(scene_problem, constraint) for constraint in found if constraint.upper_bound() > 0.0
+        constraint_about_tool(scene_problem, constraint)
+        for constraint in constraints
+        if constraint.upper_bound() > 0.0
     )
 
 
 @dataclass(frozen=True)
 class TangentPlanes:
-    """Curves over their bounds at samples of one stroke (n,): values, slopes by y to y''' (4, n), by e and s₀."""
+    """Curves over their bounds at samples of one stroke (n,), with slopes by y to y''' (4, n), by e and by s₀."""
 
     values: FloatArray
     motion: FloatArray
@@ -80,15 +82,15 @@ class TangentPlanes:
 
 
 def stroke_samples(problem: SynthesisProblem, stroke: Stroke) -> FloatArray:
-    """The samples of a stroke: x of the unit stroke, between the ends of pieces."""
+    """The samples of a stroke: x of the unit stroke, inside its pieces."""
     count = DWELL_SAMPLES if stroke.kind == DWELL else max(problem.splines.pieces * PIECE_SAMPLES, STROKE_SAMPLES)
     return (np.arange(count) + 0.5) / count
 
 
 class SampledConstraints:
-    """The curves of ceilings over one stroke, at its samples.
+    """The curves of nonconvex constraints over one stroke, at its samples.
 
-    Of the cam of the free laws, or of one that has to hold limits with it and is off: of the problem of its train.
+    They are those of the nominal cam, or of an error variant that must meet the limits too, with its scene problem.
     """
 
     def __init__(
@@ -96,14 +98,14 @@ class SampledConstraints:
         problem: SynthesisProblem,
         stroke: Stroke,
         scene_problem: Problem | None = None,
-        off: NumberErrors | None = None,
+        errors: NumberErrors | None = None,
     ) -> None:
         self.problem, self.stroke = problem, stroke
-        self.scene_problem, self.off = scene_problem or problem.scene_problem, off or {}
+        self.scene_problem, self.errors = scene_problem or problem.scene_problem, errors or {}
         self.angles = stroke.start + stroke.angle * stroke_samples(problem, stroke)
 
     def is_limited_by(self, constraint: Constraint) -> bool:
-        """Whether a ceiling is about the stroke, or about a way in which the follower may move there."""
+        """Whether a constraint applies to the stroke, or to a direction in which the follower may move there."""
         kind = self.stroke.kind
         one_way = kind in WAY_OF and (self.problem.monotone or kind == DWELL)
         return bool(constraint.kinds & (kind | (WAY_OF[kind] if one_way else OUTWARD | INWARD)))
@@ -115,11 +117,13 @@ class SampledConstraints:
         sizes: LeadAndHeight,
         near: FloatArray | None = None,
     ) -> FloatArray:
-        """Each curve over its bound (rows, n), upside down as well where the magnitude counts; infinite if none.
+        """Ratio of each curve to its bound (rows, n).
 
-        ``state`` is y to y''' at the samples (4, n), mm or rad by rad, or several such states one after another. A
-        curve of one way to move is 0 where the follower moves the other way, in the state ``near`` this one if
-        it is given.
+        A curve whose magnitude is limited has a second row, with the opposite sign.
+
+        ``state`` is y to y''' at the samples (4, n) [mm or rad, per radᵏ], or several such states one after
+        another. A curve that applies to one direction is 0 where the follower moves the other way. The direction is
+        that of ``near`` if it is given. Undefined values are infinite.
         """
         return self._ratios_in_state(
             constraints, self._follower_state(state), state if near is None else near, sizes
@@ -128,9 +132,9 @@ class SampledConstraints:
     def _ratios_in_state(
         self, constraints: Sequence[Constraint], at: State, near: FloatArray, sizes: LeadAndHeight
     ) -> FloatArray:
-        """The same in a state of the follower."""
+        """As ``ratios_to_bounds``, for a state of the follower."""
         designs, programme = (
-            add_errors(_design_of_sizes(self.problem, sizes), self.off),
+            add_errors(_design_of_sizes(self.problem, sizes), self.errors),
             self.scene_problem.programme,
         )
         outward = near[1] >= 0.0
@@ -138,7 +142,7 @@ class SampledConstraints:
         with np.errstate(all="ignore"):
             for constraint in [constraint for constraint in constraints if self.is_limited_by(constraint)]:
                 value = _curve_value(constraint.curve, designs, programme, at) * constraint.factor(designs)
-                if constraint.upper_bound() <= 0.0:  # a floor, which may be 0
+                if constraint.upper_bound() <= 0.0:  # a lower bound, which may be 0
                     value = 1.0 - (constraint.upper_bound() + value) / self.problem.size_unit
                 else:
                     value = constraint.sides[0] * value / constraint.upper_bound()
@@ -148,7 +152,7 @@ class SampledConstraints:
         return np.array(rows).reshape(-1, outward.size)
 
     def _follower_state(self, state: FloatArray) -> State:
-        """The state of the follower, which curves take."""
+        """The state of the follower for a state of the tool."""
         motion, load = (
             follower_states(self.scene_problem, self.problem.zero, state),
             self.scene_problem.programme.load,
@@ -160,45 +164,53 @@ class SampledConstraints:
         return State(y, y1, y2, y3, load.state(angles, motion, np.sign(y1)))
 
     def _limited_directions(self, constraint: Constraint) -> tuple[bool, bool]:
-        """Whether a ceiling is about motion outward, and about motion inward, in this stroke."""
-        own = self.stroke.kind if self.stroke.kind in WAY_OF else 0
-        resting = RESTING if own == DWELL else 0
-        outward, inward = (way | resting | (own or kind) for way, kind in ((OUTWARD, RISE), (INWARD, RETURN)))
+        """Whether a constraint applies to motion outward, and to motion inward, in this stroke."""
+        stroke_kind = self.stroke.kind if self.stroke.kind in WAY_OF else 0
+        resting = RESTING if stroke_kind == DWELL else 0
+        outward, inward = (
+            way | resting | (stroke_kind or kind) for way, kind in ((OUTWARD, RISE), (INWARD, RETURN))
+        )
         return bool(constraint.kinds & outward), bool(constraint.kinds & inward)
 
     def tangent_planes(
         self, constraints: Sequence[Constraint], state: FloatArray, sizes: LeadAndHeight
     ) -> TangentPlanes:
-        """The tangent planes of the curves, for motions and sizes in units of the programme."""
+        """Tangent planes of the curves, for motions and sizes in units of the programme."""
         scale, length, (lead, height) = self.problem.motion_unit, self.problem.size_unit, sizes
         fast = 1.0 / self.stroke.angle ** np.arange(LAW_ORDERS)
-        moved = np.array([1.0, -1.0])[:, None] * DIFFERENCE_STEP * scale * fast  # up and down: (2, LAW_ORDERS)
-        states = state[:, None, None] + np.einsum("so,ko->kso", moved, np.eye(LAW_ORDERS))[..., None]
-        near = np.broadcast_to(state[:, None, None], states.shape)
+        steps = np.array([1.0, -1.0])[:, None] * DIFFERENCE_STEP * scale * fast  # up and down: (2, LAW_ORDERS)
+        states = state[:, None, None] + np.einsum("so,ko->kso", steps, np.eye(LAW_ORDERS))[..., None]
+        nearby_states = np.broadcast_to(state[:, None, None], states.shape)
         values = self.ratios_to_bounds(
-            constraints, states.reshape(LAW_ORDERS, -1), sizes, near.reshape(LAW_ORDERS, -1)
+            constraints, states.reshape(LAW_ORDERS, -1), sizes, nearby_states.reshape(LAW_ORDERS, -1)
         )
         by_order = values.reshape(len(values), 2, LAW_ORDERS, -1).transpose(1, 2, 0, 3)
-        by, at = DIFFERENCE_STEP * length, self._follower_state(state)
+        step, follower_state = DIFFERENCE_STEP * length, self._follower_state(state)
         return TangentPlanes(
-            self._ratios_in_state(constraints, at, state, sizes),
+            self._ratios_in_state(constraints, follower_state, state, sizes),
             _central_differences(*by_order) / fast[:, None, None],
             _central_differences(
-                *(self._ratios_in_state(constraints, at, state, (lead + k, height)) for k in (by, -by))
+                *(
+                    self._ratios_in_state(constraints, follower_state, state, (lead + k, height))
+                    for k in (step, -step)
+                )
             ),
             _central_differences(
-                *(self._ratios_in_state(constraints, at, state, (lead, height + k)) for k in (by, -by))
+                *(
+                    self._ratios_in_state(constraints, follower_state, state, (lead, height + k))
+                    for k in (step, -step)
+                )
             ),
         )
 
 
-def _curve_value(made: Any, designs: Designs, programme: Programme, at: State) -> Any:
-    """A curve, or a derivative of the follower."""
-    return at[made.order] if isinstance(made, Derivative) else value_of(made(designs, programme), ..., at)
+def _curve_value(curve: Any, designs: Designs, programme: Programme, state: State) -> Any:
+    """Value of a curve, or of a derivative of the follower, in a state."""
+    return state[curve.order] if isinstance(curve, Derivative) else value_of(curve(designs, programme), ..., state)
 
 
 def _central_differences(up: FloatArray, down: FloatArray) -> FloatArray:
-    """Central differences, of values a step up and a step down."""
+    """Central differences of values a step up and a step down."""
     with np.errstate(all="ignore"):
         return np.asarray(np.nan_to_num((up - down) / (2.0 * DIFFERENCE_STEP), posinf=0.0, neginf=0.0))
 

@@ -1,11 +1,11 @@
-"""The price of each bound that free laws hold: multipliers of the convex programme.
+"""Shadow price of each bound that limits the free laws, from the multipliers of the convex programme.
 
-At the optimum x of a programme, with multipliers λ of its constraints c ≤ 0 and c = 0, the least objective f
-changes with a bound b as the Lagrangian does, df/db = ∂(f + Σ λ·c)/∂b at the same x and λ (envelope theorem). The
-derivatives by b are central differences of the programmes of two scenes that differ in b alone: neither is solved.
+Let x be the optimum of a programme, with multipliers λ of its constraints c ≤ 0 and c = 0. The least objective f
+changes with a bound b as the Lagrangian does: df/db = ∂(f + Σ λ·c)/∂b at the same x and λ (envelope theorem). The
+derivatives by b are central differences of the programmes of two scenes that differ in b alone. Neither is solved.
 
-Where curves that are not convex hold the laws, the programme is the last of the convex steps, with the planes of
-these curves: its multipliers are those of a local optimum.
+With active nonconvex constraints, the programme is the last of the convex steps, with the tangent planes of these
+constraints. Its multipliers are those of a local optimum.
 
 Sources: S. Boyd, L. Vandenberghe, Convex Optimization, 5.6; J. Nocedal, S. J. Wright, Numerical Optimization,
 ch. 12.
@@ -41,12 +41,12 @@ from camopt.solve.synthesis.spline_motion import SplineMotion
 from camopt.solve.synthesis.synthesis_problem import CROSSING_JERK, LIMIT_MARGINS, SynthesisProblem, tighten_limits
 from camopt.solve.synthesis.synthesis_result import Synthesis, free_law_names
 
-BOUND_STEP = 1e-4  # of a bound, in differences
-LEAST_PRICE = 1e-5  # of the objective: what a bound that does not bind may cost, by a solver's error
+BOUND_STEP = 1e-4  # step of differences, as a share of the bound
+LEAST_PRICE = 1e-5  # least price times bound, as a share of the objective; below, a price is solver error
 
 
 class SceneBound(NamedTuple):
-    """A bound of a scene that free laws may hold."""
+    """A bound of a scene that may limit free laws."""
 
     key: str
     value: float
@@ -65,9 +65,9 @@ class SceneBound(NamedTuple):
 
 
 def prices_of_laws(result: Synthesis) -> list[Price]:
-    """The price of each bound that holds the free laws of a synthesis; none where a solver fails.
+    """The shadow price of each bound that limits the free laws of a synthesis.
 
-    And none where the force turns round at places that the programme has not chosen.
+    The list is empty if a solver fails, or if crossings were chosen outside of the programme.
     """
     if CROSSING_JERK in objective_weights(result.asked.synthesis):
         return []
@@ -75,102 +75,102 @@ def prices_of_laws(result: Synthesis) -> list[Price]:
     optimum = _solved_optimum(scene, result)
     if optimum is None:
         return []
-    found = []
-    for each in _scene_bounds(scene):
-        cost = _price_of_bound(optimum, scene, each)
-        if abs(cost) * (abs(each.value) or 1.0) > LEAST_PRICE * (abs(result.objective) + optimum.model.unit):
-            found.append(Price(each.key, each.value, each.unit, each.relation, cost, cost))
-    return found
+    bound_prices = []
+    for bound in _scene_bounds(scene):
+        price = _price_of_bound(optimum, scene, bound)
+        if abs(price) * (abs(bound.value) or 1.0) > LEAST_PRICE * (abs(result.objective) + optimum.model.unit):
+            bound_prices.append(Price(bound.key, bound.value, bound.unit, bound.relation, price, price))
+    return bound_prices
 
 
 class PricedOptimum(NamedTuple):
-    """The optimum of one of the programmes of a scene, with its number and the margin of its limits."""
+    """The optimum of one of a scene's programmes, with its number and the margin of its limits."""
 
     model: ConvexModel
     number: int
     margin: float
     point: list[Any]
-    """Of its variables."""
+    """Values of the variables."""
     multipliers: list[FloatArray]
-    """Of its constraints, and after these of the curves that are not convex."""
+    """Multipliers of the constraints, followed by those of the nonconvex curves."""
     steps: SequentialConvex | None = None
-    """The convex steps that end at the optimum, where curves that are not convex hold it."""
+    """The convex steps that end at the optimum, if nonconvex constraints limit it."""
     at: Iterate | None = None
-    """Where they end."""
+    """The iterate at which they end."""
     sizes: tuple[float, float] = (0.0, 0.0)
-    """e and s₀ of the cam, mm."""
+    """e and s₀ of the cam [mm]."""
 
     def evaluate_in_scene(self, scene: Scene) -> tuple[float, list[FloatArray]] | None:
-        """The objective and the constraints of the same programme of another scene, at this point.
+        """Objective and constraints of the same programme for another scene, at this point.
 
-        None if that scene has another number of curves: at its bound a limit may be one that no motion holds.
+        None if that scene has another number of curves, which happens at a bound that no motion meets.
         """
-        side = _convex_model(_robust_problems(scene, self.sizes)[self.number], self.margin)
-        for variable, value in zip(side.cvxpy_problem.variables(), self.point, strict=True):
+        model = _convex_model(_robust_problems(scene, self.sizes)[self.number], self.margin)
+        for variable, value in zip(model.cvxpy_problem.variables(), self.point, strict=True):
             variable.value = value
-        found = [each.expr.value for each in side.constraints]
+        values = [constraint.expr.value for constraint in model.constraints]
         if self.steps is not None and self.at is not None:
-            constraints = nonconvex_constraints_of(side.problem)
+            constraints = nonconvex_constraints_of(model.problem)
             if len(constraints) != len(nonconvex_constraints_of(self.model.problem)):
                 return None
-            found += self.steps.curve_ratios(self.at, constraints)
-        return side.unit * float(side.objective.value), found
+            values += self.steps.curve_ratios(self.at, constraints)
+        return model.unit * float(model.objective.value), values
 
 
 def _robust_problems(scene: Scene, sizes: tuple[float, float]) -> list[SynthesisProblem]:
-    """One for each offset that a scene lists; of robust cams with what tolerances take of limits at these sizes."""
+    """The problem for each offset that a scene lists; for robust cams with limits tightened at these sizes."""
     return [
-        with_robust_limits(each, *sizes) if each.scene_problem.robust_errors else each
-        for each in split_by_offset(build_synthesis_problem(scene))
+        with_robust_limits(problem, *sizes) if problem.scene_problem.robust_errors else problem
+        for problem in split_by_offset(build_synthesis_problem(scene))
     ]
 
 
 def _convex_model(problem: SynthesisProblem, margin: float) -> ConvexModel:
-    """The programme of a demand, with its limits held closer by a margin."""
+    """The convex programme of a problem, with its limits tightened by a margin."""
     return build_convex_model(tighten_limits(problem, margin), SplineMotion)
 
 
 def _solved_optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
-    """The optimum that a result is; None if the solver fails, or the result is none."""
-    # e and s₀ of the cam of free laws, mm
+    """The optimum of a result; None if the solver fails, or if the result is none."""
+    # e and s₀ of the cam of free laws [mm]
     first = split_by_offset(build_synthesis_problem(scene))[0]
-    at = iterate_of_result(first, result)
-    sizes = at.lead * first.size_unit, at.height * first.size_unit
+    iterate = iterate_of_result(first, result)
+    sizes = iterate.lead * first.size_unit, iterate.height * first.size_unit
     problems = _robust_problems(scene, sizes)
     for margin in LIMIT_MARGINS:
         models = [_convex_model(problem, margin) for problem in problems]
         try:
             values = [model.solve() for model in models]
         except Unsolved:
-            continue  # with other numbers it may not fail
+            continue  # the next margin may not fail
         number = values.index(min(values))
         if values[number] < inf:
-            found = PricedOptimum(models[number], number, margin, *_primal_and_dual(models[number]), sizes=sizes)
-            return found if result.convex else _local_optimum(found, result)
+            optimum = PricedOptimum(models[number], number, margin, *_primal_and_dual(models[number]), sizes=sizes)
+            return optimum if result.convex else _local_optimum(optimum, result)
     return None
 
 
 def _primal_and_dual(model: ConvexModel) -> tuple[list[Any], list[FloatArray]]:
-    """The variables of a solved programme, and the multipliers of its constraints."""
-    return [each.value for each in model.cvxpy_problem.variables()], [each.dual_value for each in model.constraints]
+    """Values of a solved programme's variables, and multipliers of its constraints."""
+    return [item.value for item in model.cvxpy_problem.variables()], [item.dual_value for item in model.constraints]
 
 
 def _local_optimum(optimum: PricedOptimum, result: Synthesis) -> PricedOptimum | None:
-    """The local optimum under curves that are not convex; None if steps do not end there, or offsets are listed."""
+    """The local optimum under nonconvex constraints; None if the steps do not end there, or offsets are listed."""
     model, problem = optimum.model, optimum.model.problem
     if problem.lowest_angle is not None or isinstance(result.asked.search.offset, tuple):
         return None
-    at, constraints = iterate_of_result(problem, result), nonconvex_constraints_of(problem)
+    iterate, constraints = iterate_of_result(problem, result), nonconvex_constraints_of(problem)
     steps = SequentialConvex(model, constraints)
-    curves = steps.curve_multipliers(at, constraints)
+    curves = steps.curve_multipliers(iterate, constraints)
     if curves is None:
         return None
     point, multipliers = _primal_and_dual(model)
-    return optimum._replace(point=point, multipliers=multipliers + curves, steps=steps, at=at)
+    return optimum._replace(point=point, multipliers=multipliers + curves, steps=steps, at=iterate)
 
 
 def iterate_of_result(problem: SynthesisProblem, result: Synthesis) -> Iterate:
-    """The laws and the sizes of a result, as a demand counts them."""
+    """The laws and the sizes of a result, in the units of a problem."""
     names = iter(free_law_names(result.asked.motion))
     coefficients = []
     for stroke in problem.free_strokes:
@@ -187,17 +187,17 @@ def iterate_of_result(problem: SynthesisProblem, result: Synthesis) -> Iterate:
     return Iterate(lead / problem.size_unit, height / problem.size_unit, tuple(coefficients))
 
 
-def _price_of_bound(optimum: PricedOptimum, scene: Scene, given: SceneBound) -> float:
-    """The derivative of the Lagrangian by a bound, at an optimum: one-sided if need be."""
-    step = BOUND_STEP * (abs(given.value) or 1.0)
+def _price_of_bound(optimum: PricedOptimum, scene: Scene, bound: SceneBound) -> float:
+    """Derivative of the Lagrangian by a bound at an optimum; one-sided if necessary."""
+    step = BOUND_STEP * (abs(bound.value) or 1.0)
 
     def side(change: float) -> tuple[float, float, list[FloatArray]] | None:
-        """The bound's change, with the objective and the constraints there."""
+        """A change of the bound, with the objective and the constraints there."""
         try:
-            found = optimum.evaluate_in_scene(given.scene_with_value(scene, given.value + change))
-        except BadInput:  # the bound may not be so
+            values = optimum.evaluate_in_scene(bound.scene_with_value(scene, bound.value + change))
+        except BadInput:  # the value is not allowed
             return None
-        return found and (change, *found)
+        return values and (change, *values)
 
     last, first = side(step) or side(0.0), side(-step) or side(0.0)
     if last is None or first is None or last[0] == first[0]:
@@ -209,17 +209,23 @@ def _price_of_bound(optimum: PricedOptimum, scene: Scene, given: SceneBound) -> 
 
 
 def _with_numeric_peaks(scene: Scene) -> Scene:
-    """The scene with a number for each peak that its rises and returns take from a law, or by default."""
+    """The scene with a number for each peak that [synthesis] takes from a law or from the defaults."""
     scene_problem = resolve(scene)
     if not any(stroke.kind in (RISE, RETURN) for stroke in scene_problem.programme.tool.strokes):
         return scene
-    given = {name: getattr(scene.synthesis, name) for name in LAW_PEAKS}
-    peaks = {name: law_peaks(scene_problem.laws[law])[name] for name, law in given.items() if isinstance(law, str)}
-    return scene.replace(**{f"synthesis.{name}": peak for name, peak in (peaks | default_peaks(scene)).items()})
+    peak_settings = {name: getattr(scene.synthesis, name) for name in LAW_PEAKS}
+    peaks_of_laws = {
+        name: law_peaks(scene_problem.laws[law])[name]
+        for name, law in peak_settings.items()
+        if isinstance(law, str)
+    }
+    return scene.replace(
+        **{f"synthesis.{name}": peak for name, peak in (peaks_of_laws | default_peaks(scene)).items()}
+    )
 
 
 def _scene_bounds(scene: Scene) -> Iterator[SceneBound]:
-    """The bounds of a scene that free laws may hold."""
+    """The bounds of a scene that may limit free laws."""
     scene_problem = resolve(scene)
     for limit in scene_problem.limits:
         if limit.set_by_scene and not limit.bound_key.startswith("limits."):

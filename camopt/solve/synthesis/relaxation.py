@@ -1,24 +1,27 @@
-"""A bound that no motion whatever can pass: what every motion within the limits has at a few nodes.
+"""A lower bound of the objective for any motion: a convex relaxation at the nodes of panels.
 
-Let a motion have its derivatives within ranges. Then its values y, v, a at nodes a distance h apart hold, with
-Δ the change over a panel, m the middle and r half the width of the range of y'' (of y'''):
+Consider any motion whose derivatives stay within ranges. Let y, v, a be its values at nodes a distance h apart, Δ
+the change over a panel, and m and r the middle and half the width of the range of y'' (of y''' in the second row).
+Then
 
     |Δy/h − (v₀ + v₁)/2| ≤ r·h/4 − (Δv − m·h)²/(4·r·h)            |Δv − m·h| ≤ r·h
     |Δv/h − (a₀ + a₁)/2| ≤ r·h/4 − (Δa − m·h)²/(4·r·h)            |Δa − m·h| ≤ r·h
     |Δy − h·v₀ − h²·(2·a₀ + a₁)/6| ≤ 2·r·h³/(9·√3)
 
-The first is the area between the two extreme paths from v₀ to v₁, up first or down first. By Bessel's inequality
-with the first two Legendre polynomials, over a panel
+The first bound is the area between the two extreme paths from v₀ to v₁: up first, or down first. Bessel's
+inequality with the first two Legendre polynomials gives, over a panel,
 
     ∫ y''² ≥ Δv²/h + 12·(Δy − h·(v₀ + v₁)/2)²/h³
 
-and so on for the jerk, with the third as well: 5·(Δa − 6·(v₀ + v₁)/h + 12·Δy/h²)²/h.
+The same holds for the jerk, with a third term: 5·(Δa − 6·(v₀ + v₁)/h + 12·Δy/h²)²/h.
 
-The area below y over a panel is h·(y₀ + y₁)/2 to h²/4·|y'| or h³/12·|y''|, and, less h²·(v₁ − v₀)/12, to
-h⁴/192·|y'''| at the largest of them (the Peano kernels of the trapezoidal rule and of the corrected one).
+The area below y over a panel differs from h·(y₀ + y₁)/2 by at most h²/4·|y'| or h³/12·|y''|, with the largest value
+over the panel. Less h²·(v₁ − v₀)/12, it differs by at most h⁴/192·|y'''|. These are the Peano kernels of the
+trapezoidal rule and of the corrected one.
 
-A linear limit holds at each node and on the mean over each panel, and one on y and y' alone as Grönwall's
-inequality. All of this is convex: the optimum under it bounds every cam from below, and closes on the truth as h².
+A linear constraint holds at each node and for the mean over each panel. One on y and y' alone also holds as
+Grönwall's inequality. All these constraints are convex. So the optimum is a lower bound for every cam, and
+converges to the true optimum as h².
 """
 
 from math import isfinite, sqrt
@@ -34,11 +37,11 @@ from camopt.solve.synthesis.synthesis_problem import LinearConstraint, StrokeCro
 
 AREA_ERRORS = {1: 1.0 / 4.0, 2: 1.0 / 12.0, 3: 1.0 / 192.0}
 CUBIC_ERROR = 2.0 / (9.0 * sqrt(3.0))
-LEAST_PANEL = 0.25  # of a panel: the least length of one beside a condition
+LEAST_PANEL = 0.25  # least length of a panel beside a condition, as a share of a panel
 
 
 class RelaxedMotion(StrokeMotion):
-    """A stroke with any law, by y, v and a at the nodes of its panels. Only jerks tie a to v.
+    """A stroke with any law, by y, v and a at the nodes of its panels. Only a jerk range ties a to v.
 
     Derivatives are by x of the unit stroke, so that a stroke of a small angle has no huge numbers.
     """
@@ -47,13 +50,13 @@ class RelaxedMotion(StrokeMotion):
         self, panels: int, problem: SynthesisProblem, stroke: Stroke, ranges: DerivativeRanges, sizes: Sizes
     ) -> None:
         self.unit, self.angle, self.sizes = problem.motion_unit, stroke.angle, sizes
-        parts = [(each, part) for each in problem.conditions if (part := stroke.part_under(each)) is not None]
-        turning = {end for each in problem.crossings_in(stroke) for end in each.ends}
-        # equal panels of a unit stroke, cut where conditions start and end, but no equal one next to nothing
-        ends = {end for _, part in parts for end in part} | turning
-        plain = np.linspace(0.0, 1.0, panels + 1)[1:-1]
-        apart = [x for x in plain if all(abs(x - end) > LEAST_PANEL / panels for end in ends)]
-        x = np.array(sorted({0.0, 1.0, *apart, *ends}))
+        parts = [(item, part) for item in problem.conditions if (part := stroke.part_under(item)) is not None]
+        crossing_ends = {end for item in problem.crossings_in(stroke) for end in item.ends}
+        # equal panels, cut where conditions start and end; no equal node near such a cut
+        ends = {end for _, part in parts for end in part} | crossing_ends
+        equal_nodes = np.linspace(0.0, 1.0, panels + 1)[1:-1]
+        plain_nodes = [x for x in equal_nodes if all(abs(x - end) > LEAST_PANEL / panels for end in ends)]
+        x = np.array(sorted({0.0, 1.0, *plain_nodes, *ends}))
         self.x, self.up = x, 1.0 if stroke.high > stroke.low else -1.0
         self.h = np.diff(x)
         self.y, self.v, self.a = (cp.Variable(x.size) for _ in range(3))
@@ -62,21 +65,21 @@ class RelaxedMotion(StrokeMotion):
         self._limit_area(ranges)
         if not stroke.is_move:
             self._impose_unit_stroke(stroke, problem.monotone)
-        whole = slice(0, x.size)
-        for order, every in ranges.items():
-            for each in every:
-                self._impose_range(order, each, whole)
+        all_nodes = slice(0, x.size)
+        for order, derivative_ranges in ranges.items():
+            for item in derivative_ranges:
+                self._impose_range(order, item, all_nodes)
         for condition, (start, end) in parts:
             nodes = slice(int(np.abs(x - start).argmin()), int(np.abs(x - end).argmin()) + 1)
             self._impose_range(
                 condition.order, DerivativeRange(condition.low / self.unit, condition.high / self.unit), nodes
             )
-        for floor in problem.linear_constraints:
-            if floor.holds_along(stroke):
-                self._impose_linear(floor, [each.scale_by(self.angle**2) for each in ranges.get(2, [])])
+        for constraint in problem.linear_constraints:
+            if constraint.holds_along(stroke):
+                self._impose_linear(constraint, [item.scale_by(self.angle**2) for item in ranges.get(2, [])])
 
     def _impose_unit_stroke(self, stroke: Stroke, monotone: bool) -> None:
-        """A rise or return goes from one end to the other, and not beyond."""
+        """A rise or return starts at one end, stops at the other and stays between them."""
         start, end = stroke.low / self.unit, stroke.high / self.unit
         y = self.y
         self.constraints += [y[0] == start, y[-1] == end, y >= min(start, end), y <= max(start, end)]
@@ -84,60 +87,70 @@ class RelaxedMotion(StrokeMotion):
             up = 1.0 if end > start else -1.0
             self.constraints += [up * self.v >= 0.0, up * cp.diff(y) >= 0.0]
 
-    def _impose_range(self, order: int, limited: DerivativeRange, nodes: slice) -> None:
-        """What nodes have if a derivative by rad is within a range from the first of them to the last."""
-        limited, panels = limited.scale_by(self.angle**order), slice(nodes.start, nodes.stop - 1)
+    def _impose_range(self, order: int, limit: DerivativeRange, nodes: slice) -> None:
+        """Constraints on nodes whose derivative, by rad, is within a range from the first node to the last."""
+        limit, panels = limit.scale_by(self.angle**order), slice(nodes.start, nodes.stop - 1)
         h, (y, v, a) = self.h[panels], (each[nodes] for each in (self.y, self.v, self.a))
         if order < 3:
-            self._limit_values((y, v, a)[order], limited)
+            self._limit_values((y, v, a)[order], limit)
         if not h.size:
             return
         if order == 1:
-            self._limit_values(cp.multiply(1 / h, cp.diff(y)), limited)
+            self._limit_values(cp.multiply(1 / h, cp.diff(y)), limit)
         elif order == 2:
-            self._impose_slope_range(y, v, h, limited)
+            self._impose_slope_range(y, v, h, limit)
         elif order == 3:
-            self._impose_slope_range(v, a, h, limited)
-            off = cp.diff(y) - cp.multiply(h, v[:-1]) - cp.multiply(h**2 / 6, 2 * a[:-1] + a[1:])
-            self.constraints.append(cp.abs(off) <= CUBIC_ERROR * h**3 * limited.half_width * limited.unit)
+            self._impose_slope_range(v, a, h, limit)
+            error = cp.diff(y) - cp.multiply(h, v[:-1]) - cp.multiply(h**2 / 6, 2 * a[:-1] + a[1:])
+            self.constraints.append(cp.abs(error) <= CUBIC_ERROR * h**3 * limit.half_width * limit.unit)
 
-    def _impose_slope_range(self, value: Any, slope: Any, h: FloatArray, limited: DerivativeRange) -> None:
-        """What a value and its slope have at neighbouring nodes if the slope of the slope is within a range."""
-        most = h * limited.half_width * limited.unit
-        turned = cp.diff(slope) - h * limited.middle * limited.unit
-        off = cp.multiply(1 / h, cp.diff(value)) - (slope[:-1] + slope[1:]) / 2
-        spent = cp.Variable(h.size)  # ≥ turned²/(4·most)
-        product = cp.SOC(spent + 4 * most, cp.vstack([2 * turned, spent - 4 * most]))
-        self.constraints += [cp.abs(turned) <= most, product, cp.abs(off) <= most / 4 - spent]
+    def _impose_slope_range(self, value: Any, slope: Any, h: FloatArray, limit: DerivativeRange) -> None:
+        """Constraints on a value and its slope at neighbouring nodes, for a range of the second derivative."""
+        largest_change = h * limit.half_width * limit.unit
+        slope_error = cp.diff(slope) - h * limit.middle * limit.unit
+        error = cp.multiply(1 / h, cp.diff(value)) - (slope[:-1] + slope[1:]) / 2
+        slack = cp.Variable(h.size)  # ≥ slope_error²/(4·largest_change)
+        product = cp.SOC(slack + 4 * largest_change, cp.vstack([2 * slope_error, slack - 4 * largest_change]))
+        self.constraints += [
+            cp.abs(slope_error) <= largest_change,
+            product,
+            cp.abs(error) <= largest_change / 4 - slack,
+        ]
 
-    def _impose_linear(self, floor: LinearConstraint, ranges: list[DerivativeRange]) -> None:
-        """A linear limit at the nodes and over each panel; the ranges are those of a."""
-        displacement, velocity = floor.displacement, floor.velocity / self.angle
-        acceleration = floor.acceleration / self.angle**2
-        sized, (h, y, v, a) = self.sizes.linear_part(floor, self.unit), (self.h, self.y, self.v, self.a)
-        moving = displacement * y + velocity * v
+    def _impose_linear(self, constraint: LinearConstraint, ranges: list[DerivativeRange]) -> None:
+        """A linear constraint at the nodes and over each panel; ``ranges`` are those of a."""
+        displacement, velocity = constraint.displacement, constraint.velocity / self.angle
+        acceleration = constraint.acceleration / self.angle**2
+        size_part, (h, y, v, a) = self.sizes.linear_part(constraint, self.unit), (self.h, self.y, self.v, self.a)
+        node_values = displacement * y + velocity * v
         if acceleration == 0.0:
-            self.constraints.append(moving + sized >= 0.0)
+            self.constraints.append(node_values + size_part >= 0.0)
             if displacement > 0.0 and velocity:
-                # with z = w₀·y + S and z ∓ w₁·y' ≥ 0, z grows by e^(w₀·h/w₁) at most, or falls by no more
+                # with z = w₀·y + S and z ∓ w₁·y' ≥ 0, z grows or falls at most by e^(w₀·h/w₁)
                 decay = np.exp(-displacement / abs(velocity) * self.h)
                 later, sooner = (self.y[:-1], self.y[1:]) if velocity < 0.0 else (self.y[1:], self.y[:-1])
                 grown = displacement * (later - cp.multiply(decay, sooner))
-                self.constraints.append(grown + (1.0 - decay) * sized >= 0.0)
+                self.constraints.append(grown + (1.0 - decay) * size_part >= 0.0)
             return
-        self.constraints.append(moving + acceleration * a + sized >= 0.0)
-        for each in ranges:
+        self.constraints.append(node_values + acceleration * a + size_part >= 0.0)
+        for derivative_range in ranges:
             mean = displacement * cp.multiply(h / 2, y[:-1] + y[1:])
-            missed = abs(displacement) * h**3 / 12 * max(-each.low, each.high) * each.unit  # by the area at most
+            area_error = (
+                abs(displacement)
+                * h**3
+                / 12
+                * max(-derivative_range.low, derivative_range.high)
+                * derivative_range.unit
+            )  # at most, by the error of the area
             change = velocity * cp.diff(y) + acceleration * cp.diff(v)
-            self.constraints.append(mean + missed + change + h * sized >= 0.0)
+            self.constraints.append(mean + area_error + change + h * size_part >= 0.0)
 
-    def _limit_values(self, values: Any, limited: DerivativeRange) -> None:
-        """Hold values within a range whose ends may be infinite."""
-        if limited.low == limited.high:
-            self.constraints.append(values == limited.low * limited.unit)
+    def _limit_values(self, values: Any, limit: DerivativeRange) -> None:
+        """Keep values within a range whose ends may be infinite."""
+        if limit.low == limit.high:
+            self.constraints.append(values == limit.low * limit.unit)
         else:
-            self.constraints += limited.constraints(values)
+            self.constraints += limit.constraints(values)
 
     def end_derivative(self, order: int, last: bool) -> Any:
         values = {0: self.y, 1: self.v, 2: self.a}.get(order)
@@ -147,7 +160,7 @@ class RelaxedMotion(StrokeMotion):
         self.constraints += [values[-1 if last else 0] == 0.0 for values in (self.v, self.a)[:rest]]
 
     def displacement_at(self, x: float) -> Any:
-        """Another motion may be lower elsewhere: its size has no bound."""
+        """A free variable: another motion may be lower elsewhere, so the size has no bound."""
         return cp.Variable()
 
     def impose_crossing(self, crossing: StrokeCrossing, jerk: Any) -> None:
@@ -156,15 +169,15 @@ class RelaxedMotion(StrokeMotion):
         self._impose_acceleration_sign(slice(high, self.x.size - 1), -self.up)
         if high < soon:
             self._impose_range(3, DerivativeRange(-1.0, 1.0, jerk), slice(high, soon + 1))
-        gone = self.y[high] - self.y[late] + crossing.window * self.v[high]
+        fall = self.y[high] - self.y[late] + crossing.window * self.v[high]
         self.constraints += [
             self.up / self.angle**2 * self.a[high] + crossing.acceleration_allowance * jerk >= 0.0,
-            self.up * gone + crossing.clearance_allowance * jerk >= crossing.gap,
+            self.up * fall + crossing.clearance_allowance * jerk >= crossing.gap,
             crossing.angle**3 / 6.0 * jerk >= crossing.gap,
         ]
 
     def _impose_acceleration_sign(self, panels: slice, way: float) -> None:
-        """Hold y'' at 0 or above, or below it, over some panels."""
+        """Keep y'' ≥ 0 (way = 1) or ≤ 0 (way = −1) over some panels."""
         nodes, h = slice(panels.start, panels.stop + 1), self.h[panels]
         y, v, a = (way * each[nodes] for each in (self.y, self.v, self.a))
         self.constraints.append(a >= 0.0)
@@ -172,34 +185,34 @@ class RelaxedMotion(StrokeMotion):
             along_first, along_last = (cp.multiply(h, each) for each in (v[:-1], v[1:]))
             self.constraints += [cp.diff(v) >= 0.0, cp.diff(y) >= along_first, cp.diff(y) <= along_last]
 
-    def impose_sum(self, other: "RelaxedMotion", both: float) -> None:
-        """At nodes; those of two strokes are the same unless conditions are asked of one alone."""
+    def impose_sum(self, other: "RelaxedMotion", total: float) -> None:
+        """At the nodes, if both strokes have the same; conditions on one stroke alone make them differ."""
         if self.h.shape != other.h.shape or np.any(self.h != other.h):
             return
-        sums = [self.y + other.y == both, self.v + other.v == 0.0, self.a + other.a == 0.0]
+        sums = [self.y + other.y == total, self.v + other.v == 0.0, self.a + other.a == 0.0]
         self.constraints += sums
 
     def lift_area(self) -> Any:
         return self.angle * self.whole
 
     def _limit_area(self, ranges: DerivativeRanges) -> None:
-        """How far the area below y may be from that below chords, or below cubics of the same ends and slopes."""
+        """Bound the area below y by that below chords, or below cubics of the same ends and slopes."""
         h, y, v = self.h, self.y, self.v
         chords = self.whole - h / 2.0 @ (y[:-1] + y[1:])
         cubics = chords + h**2 / 12.0 @ cp.diff(v)
-        for order, every in ranges.items():
-            for each in every:
-                limited = each.scale_by(self.angle**order)
-                largest = max(-limited.low, limited.high)
+        for order, derivative_ranges in ranges.items():
+            for derivative_range in derivative_ranges:
+                scaled = derivative_range.scale_by(self.angle**order)
+                largest = max(-scaled.low, scaled.high)
                 if order in AREA_ERRORS and isfinite(largest):
-                    most = AREA_ERRORS[order] * float(np.sum(h ** (order + 1))) * largest * limited.unit
-                    self.constraints.append(cp.abs(cubics if order == 3 else chords) <= most)
+                    area_error = AREA_ERRORS[order] * float(np.sum(h ** (order + 1))) * largest * scaled.unit
+                    self.constraints.append(cp.abs(cubics if order == 3 else chords) <= area_error)
 
     def square_vectors(self, order: int) -> list[cp.Expression]:
         h, (value, slope) = self.h, {2: (self.y, self.v), 3: (self.v, self.a)}[order]
-        rise, both, change = cp.diff(value), slope[:-1] + slope[1:], cp.diff(slope)
-        off = cp.multiply(np.sqrt(12 / h**3), rise) - cp.multiply(np.sqrt(3 / h), both)
-        parts = [cp.multiply(1 / np.sqrt(h), change), off]
+        rise, slope_sum, change = cp.diff(value), slope[:-1] + slope[1:], cp.diff(slope)
+        middle_part = cp.multiply(np.sqrt(12 / h**3), rise) - cp.multiply(np.sqrt(3 / h), slope_sum)
+        parts = [cp.multiply(1 / np.sqrt(h), change), middle_part]
         if order == 3:
             means = cp.multiply(12 / h**2, cp.diff(self.y)) - cp.multiply(6 / h, self.v[:-1] + self.v[1:])
             parts.append(cp.multiply(np.sqrt(5 / h), means + change))

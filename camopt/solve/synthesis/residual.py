@@ -1,11 +1,11 @@
 """Residual vibration of free laws: a second-order cone, since the response is linear in the motion.
 
-The steady response of a linear train depends linearly on the motion, and so on the coefficients of free splines.
-At the start of a dwell its free vibration has the amplitude A = √(a² + b²), with a and b linear in the
-coefficients (``effects.vibration``). The largest A over the dwells is convex.
+The steady response of a linear train is linear in the motion, and so in the coefficients of free splines. At the
+start of a dwell its free vibration has the amplitude A = √(a² + b²), with a and b linear in the coefficients
+(``effects.vibration``). The largest A over the dwells is convex.
 
-The rows of a and b come from the response itself, one coefficient raised at a time: no second model of the train,
-and exact at any speed. No motion has less than none: the bound over all motions is 0.
+The rows of a and b come from the response itself, by raising one coefficient at a time. So there is no second model
+of the train, and the rows are exact at any speed. The lower bound for any motion is 0.
 """
 
 from functools import lru_cache
@@ -26,7 +26,7 @@ RESIDUAL_TERM = "residual_vibration"
 
 
 def train_frequency_and_damping(setup: Setup) -> tuple[float, float] | None:
-    """ω_n/ω and the damping ratio of the follower train; None if the scene lacks either, or the train resonates."""
+    """Frequency ratio ω_n/ω and damping ratio of the train; None if one is missing, or at resonance."""
     frequency, damping = setup.dynamics.natural_frequency, setup.dynamics.damping_ratio
     if frequency is None or setup.omega is None:
         return None
@@ -35,10 +35,10 @@ def train_frequency_and_damping(setup: Setup) -> tuple[float, float] | None:
 
 
 class ResidualResponse(NamedTuple):
-    """a and b at the start of each dwell, mm or rad (dwells, 2): linear in the coefficients of the free strokes."""
+    """a and b at the start of each dwell (dwells, 2) [mm or rad], linear in the free strokes' coefficients."""
 
     rows: tuple[FloatArray, ...]
-    """Of each free stroke (dwells, 2, coefficients)."""
+    """One matrix for each free stroke (dwells, 2, coefficients)."""
     constant: FloatArray
 
 
@@ -46,11 +46,7 @@ class ResidualResponse(NamedTuple):
 def residual_response(
     strokes: tuple[Stroke, ...], splines: tuple[Splines, ...], scale: float, ratio: float, damping: float
 ) -> ResidualResponse:
-    """The vibration left by free strokes, each with its splines; ``scale`` is the unit of displacements of moves.
-
-    A rise or return goes from 0 to 1, which is part of the constant. Where two free moves meet, the last
-    coefficient of the first has what both add: the other is the same displacement.
-    """
+    """Vibration left by free strokes with their splines; ``scale`` is the displacement unit of moves."""
     free = [number for number, stroke in enumerate(strokes) if stroke.is_free]
     basis = dict(zip(free, splines, strict=True))
     start = {number: _end_coefficients(strokes[number], basis[number].count, scale) for number in free}
@@ -71,20 +67,20 @@ def residual_response(
     rows = []
     for number in free:
         count, following = basis[number].count, (number + 1) % len(strokes)
-        found = np.zeros((*whole.shape, count))
+        response = np.zeros((*whole.shape, count))
         for column in range(1, count - 1):
-            found[..., column] = states(start | {number: start[number] + np.eye(count)[column]}) - whole
+            response[..., column] = states(start | {number: start[number] + np.eye(count)[column]}) - whole
         if strokes[number].is_move and strokes[following].is_move and following in basis and following != 0:
             raised = {number: start[number] + np.eye(count)[-1]}
             raised[following] = start[following] + np.eye(basis[following].count)[0]
-            found[..., -1] = states(start | raised) - whole
-            constant = constant - found[..., -1] * start[number][-1]
-        rows.append(found)
+            response[..., -1] = states(start | raised) - whole
+            constant = constant - response[..., -1] * start[number][-1]
+        rows.append(response)
     return ResidualResponse(tuple(rows), constant)
 
 
 def _end_coefficients(stroke: Stroke, count: int, scale: float) -> FloatArray:
-    """The coefficients of a stroke that has none but those at its ends."""
-    found = np.zeros(count)
-    found[[0, -1]] = (stroke.low / scale, stroke.high / scale) if stroke.is_move else (0.0, 1.0)
-    return found
+    """Coefficients of a stroke that are zero except at its ends."""
+    coefficients = np.zeros(count)
+    coefficients[[0, -1]] = (stroke.low / scale, stroke.high / scale) if stroke.is_move else (0.0, 1.0)
+    return coefficients

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from camopt.solve.synthesis.synthesis_result import Synthesis
 
 OWN_MOVES = "own moves"
-"""The name of a scene's own moves, beside those of laws."""
-SHOWN_ZERO = 5e-4  # a share that is shown as 0.0%
+"""Name of a scene's own moves, beside the names of laws."""
+SHOWN_ZERO = 5e-4  # smaller shares are shown as 0.0%
 
 
 def bound_in_words(result: "Synthesis") -> str:
@@ -33,7 +33,7 @@ def bound_in_words(result: "Synthesis") -> str:
 
 
 def size_limit_in_words(result: "Synthesis") -> str:
-    """That the scene's own size is the largest, where something else is minimised and [search] has none."""
+    """That the scene's own size is the largest; empty if [search] has a size or the size is minimised."""
     scene_problem = resolve(result.asked)
     if "size" in scene_problem.search_space.variables or "size" in objective_weights(result.asked.synthesis):
         return ""
@@ -44,7 +44,7 @@ def size_limit_in_words(result: "Synthesis") -> str:
 
 
 def local_optimum_in_words(result: "Synthesis") -> str:
-    """Why laws are no more than a local optimum."""
+    """Why laws are only a local optimum."""
     scene_problem = resolve(result.asked)
     if constant_train_ratio(scene_problem) is None:
         return "The limits of a cam behind a train whose ratio changes are not convex"
@@ -53,7 +53,7 @@ def local_optimum_in_words(result: "Synthesis") -> str:
 
 
 def _reason_for_no_bound(scene_problem: Problem) -> str:
-    """What leaves no bound on the size, unless it is that the follower oscillates."""
+    """Why the size has no bound; empty if the follower merely oscillates."""
     if displacement_origin(scene_problem).lowest_angle is not None:
         return "the follower is lowest in a move, where the scene gives no position"
     return (
@@ -64,7 +64,7 @@ def _reason_for_no_bound(scene_problem: Problem) -> str:
 
 
 def default_limits_in_words(scene: Scene, defaults: Mapping[str, float]) -> Iterator[str]:
-    """The limits that were taken by default."""
+    """A sentence on the default limits."""
     if not defaults:
         return
     kinds = {segment.segment for segment in scene.motion}
@@ -79,43 +79,45 @@ def default_limits_in_words(scene: Scene, defaults: Mapping[str, float]) -> Iter
 
 
 def broken_limits_in_words(beyond: Mapping[str, str]) -> str:
-    """What known laws break, with the names of those that break it where others break something else."""
+    """The limits that known laws break, with the names of the laws if they differ."""
     laws: dict[str, list[str]] = {}
     for law, broken in beyond.items():
         laws.setdefault(broken, []).append(law)
     if len(laws) == 1:
         return next(iter(laws))
-    return "; ".join(f"{broken} ({', '.join(some)})" for broken, some in laws.items())
+    return "; ".join(f"{broken} ({', '.join(names)})" for broken, names in laws.items())
 
 
 def robust_in_words(design: Mapping[str, Any]) -> str:
-    """Whether every cam within the tolerances holds the limits, and what that costs; "" where it is not asked."""
+    """Whether every cam within the tolerances meets the limits, and what that costs; empty if not robust."""
     if "every_cam" not in design:
         return ""
-    told = f"The limits of every cam within the tolerances: {design['every_cam']}."
+    verdict = f"The limits of every cam within the tolerances: {design['every_cam']}."
     if "nominal_mm" not in design:
-        return told
-    less, nominal = with_unit(design["safety_mm"], "mm"), with_unit(design["nominal_mm"], "mm")
-    return f"{told} It is {less} larger for that: the nominal one alone would hold them at {nominal}."
+        return verdict
+    increase, nominal = with_unit(design["safety_mm"], "mm"), with_unit(design["nominal_mm"], "mm")
+    return f"{verdict} It is {increase} larger for that: the nominal one alone would hold them at {nominal}."
 
 
 def best_known_in_words(result: "Synthesis", known: "KnownLawCams") -> str:
-    """The best known law that holds the same limits, and the scene's own."""
+    """The best known law that meets the same limits, and the scene's own law."""
     if known.best is None:
         return "No known law meets all these limits."
     value, unit = known.rows[known.best]["objective"], objective_unit(result.asked)
-    what = f"The best known law that meets the same limits is {known.best}: {with_unit(value, unit)}"
+    sentence = f"The best known law that meets the same limits is {known.best}: {with_unit(value, unit)}"
     if known.best == OWN_MOVES:
-        what = f"The scene's own moves meet the same limits: {with_unit(value, unit)}"
+        sentence = f"The scene's own moves meet the same limits: {with_unit(value, unit)}"
     share = 1.0 - result.objective / value if value else 0.0
-    less = f"{share:.1%} less" if share > -SHOWN_ZERO else f"{-share:.1%} more"
-    what += f"; the free laws need {less}." if value else "."
-    own = "" if known.own_law in (None, known.best) else f" The scene's own, {known.own_law}: "
-    return what + (own and f"{own}{with_unit(known.rows[str(known.own_law)]['objective'], unit)}.")
+    change = f"{share:.1%} less" if share > -SHOWN_ZERO else f"{-share:.1%} more"
+    sentence += f"; the free laws need {change}." if value else "."
+    own_sentence = "" if known.own_law in (None, known.best) else f" The scene's own, {known.own_law}: "
+    return sentence + (
+        own_sentence and f"{own_sentence}{with_unit(known.rows[str(known.own_law)]['objective'], unit)}."
+    )
 
 
 def other_limits_in_words(scene: Scene, defaults: Mapping[str, float]) -> Iterator[str]:
-    """What ``synthesise`` limits by default for the same scene and a frontier does not, or the other way round."""
+    """Sentences on default limits that ``synthesise`` and a frontier of the same scene do not share."""
     why = "An axis has no limit by default, and neither has what is minimised: synthesise, which minimises"
     minimised, alone = " and ".join(objective_weights(scene.synthesis)), default_peaks(scene)
     more, fewer = alone.keys() - defaults.keys(), defaults.keys() - alone.keys()

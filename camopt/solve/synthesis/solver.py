@@ -1,4 +1,4 @@
-"""Convex programmes of cvxpy, solved by Clarabel: once, or again and again with other rows.
+"""Convex programmes of cvxpy, solved by Clarabel: once, or many times with different rows.
 
 Sources: S. Diamond, S. Boyd, CVXPY: a Python-embedded modeling language for convex optimization, J. Mach. Learn.
 Res. 17, 2016; P. J. Goulart, Y. Chen, Clarabel: an interior-point solver for conic programs with quadratic
@@ -18,56 +18,58 @@ from camopt.core.numerics import FloatArray
 
 SOLVED = cp.OPTIMAL
 SOLVED_STATUSES = (SOLVED, cp.OPTIMAL_INACCURATE)
-"""The statuses of a solution; whoever uses it checks an inaccurate one."""
+"""Statuses with a solution; the caller checks an inaccurate one."""
 INFEASIBLE = cp.INFEASIBLE
 INFEASIBLE_STATUSES = (INFEASIBLE, cp.INFEASIBLE_INACCURATE)
-SOLVER_ERROR = 1e-6  # relative, of an optimum
+SOLVER_ERROR = 1e-6  # relative error of an optimum
 
 
 def solve(programme: cp.Problem) -> str:
-    """Solve a programme: its status."""
+    """Solve a programme and return its status."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Solution may be inaccurate")
         try:
-            programme.solve(solver=cp.CLARABEL, warm_start=False)  # or digits depend on the solution before
+            programme.solve(
+                solver=cp.CLARABEL, warm_start=False
+            )  # with one, digits would depend on the last solution
         except cp.SolverError:
             return str(cp.SOLVER_ERROR)
     return str(programme.status)
 
 
 def failure_message(status: str) -> str:
-    """A message of a solver's status, which is none of ``SOLVED_STATUSES``."""
+    """A message for a solver status that is not in ``SOLVED_STATUSES``."""
     return f"the convex solver found no solution (it says {status.replace('_', ' ')})"
 
 
 class CompiledProgramme:
-    """A programme that is solved hundreds of times, each time with other linear rows on some of its variables.
+    """A programme that is solved hundreds of times, each time with different linear rows on some variables.
 
-    cvxpy writes the programme as matrices once, and Clarabel takes these with the rows below them: for cvxpy, new
-    rows are a new programme, and writing it takes longer than its solution.
+    cvxpy writes the programme as matrices once, and Clarabel gets these matrices with the rows appended. To cvxpy,
+    new rows would be a new programme, and writing it takes longer than solving it.
     """
 
     def __init__(self, programme: cp.Problem, variables: Sequence[cp.Variable]) -> None:
         self.programme, self.variables = programme, variables
         self.value = np.inf
         self.row_multipliers = np.empty(0)
-        """By how much the least objective falls for 1 more room in each row."""
+        """Fall of the least objective per unit of slack in each row."""
 
     def compile_parameters(self) -> None:
-        """Write the programme with the present values of its parameters."""
+        """Write the programme as matrices, with the present values of its parameters."""
         self._data, self._chain, self._inverse = self.programme.get_problem_data(cp.CLARABEL, solver_opts={})
         first = self._data["param_prob"].var_id_to_col
         self._columns = np.concatenate([first[each.id] + np.arange(each.size) for each in self.variables])
 
     def solve(self, rows: sparse.csr_array, most: FloatArray) -> str:
-        """Solve it with rows·variables ≤ most, which gives the variables their values: the status."""
-        data, placed = self._data, rows.tocoo()
+        """Solve with rows·variables ≤ most, set the variables, and return the status."""
+        data, entries = self._data, rows.tocoo()
         shape = (most.size, data["c"].size)
-        below = sparse.csc_array((placed.data, (placed.row, self._columns[placed.col])), shape=shape)
+        row_matrix = sparse.csc_array((entries.data, (entries.row, self._columns[entries.col])), shape=shape)
         cones = [*dims_to_solver_cones(data["dims"]), clarabel.NonnegativeConeT(most.size)]
         settings = clarabel.DefaultSettings()
         settings.verbose = False
-        matrix, bounds = sparse.vstack([data["A"], below], format="csc"), np.concatenate([data["b"], most])
+        matrix, bounds = sparse.vstack([data["A"], row_matrix], format="csc"), np.concatenate([data["b"], most])
         quadratic = sparse.csc_array((shape[1], shape[1]))
         solution = clarabel.DefaultSolver(quadratic, data["c"], matrix, bounds, cones, settings).solve()
         status = str(CLARABEL.STATUS_MAP.get(str(solution.status), cp.SOLVER_ERROR))
@@ -76,11 +78,11 @@ class CompiledProgramme:
             self.value = float(solution.obj_val) + float(self._inverse[-1]["offset"])
             self.row_multipliers = np.array(solution.z[-most.size :])
             values, start = np.array(solution.x)[self._columns], 0
-            for each in self.variables:
-                each.value = values[start : start + each.size].reshape(each.shape)
-                start += each.size
+            for variable in self.variables:
+                variable.value = values[start : start + variable.size].reshape(variable.shape)
+                start += variable.size
         return status
 
     def unpack_values(self) -> None:
-        """Give all variables their values, and all constraints their multipliers, of the last solution."""
+        """Set all variables and multipliers of constraints from the last solution."""
         self.programme.unpack_results(self._solution, self._chain, self._inverse)

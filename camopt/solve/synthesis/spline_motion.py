@@ -1,4 +1,4 @@
-"""Motions made of splines: what holds of their Bernstein coefficients holds at every cam angle."""
+"""Motions made of splines: what holds for their Bernstein coefficients holds at every cam angle."""
 
 from math import inf
 from typing import Any
@@ -17,7 +17,7 @@ from camopt.solve.synthesis.synthesis_problem import LinearConstraint, StrokeCro
 class SplineMotion(StrokeMotion):
     """A stroke whose law is a free spline.
 
-    The coefficients are those of its law, from 0 to 1; of a move they are displacements, in units of the lift.
+    Coefficients are those of its law, from 0 to 1. Those of a move are displacements, in units of the lift.
     """
 
     def __init__(self, problem: SynthesisProblem, stroke: Stroke, ranges: DerivativeRanges, sizes: Sizes) -> None:
@@ -33,8 +33,8 @@ class SplineMotion(StrokeMotion):
                 self.constraints.append(cp.diff(c) >= 0.0)
         for order, bounds in ranges.items():
             matrix = self.splines.distinct_bernstein_matrix(order, self.splines.degree - order)
-            for each in bounds:
-                self._impose_range(matrix, order, each)
+            for derivative_range in bounds:
+                self._impose_range(matrix, order, derivative_range)
         for condition in problem.conditions:
             if (part := stroke.part_under(condition)) is not None:
                 matrix, order = self._part_matrix(condition.order, *part), condition.order
@@ -43,26 +43,26 @@ class SplineMotion(StrokeMotion):
                     self._impose_value(matrix, order, low)
                 else:
                     self._impose_range(matrix, order, DerivativeRange(low, high))
-        for floor in problem.linear_constraints:
-            if floor.is_imposed_on(stroke):
-                self._impose_linear(floor, sizes.linear_part(floor, self.unit))
+        for constraint in problem.linear_constraints:
+            if constraint.is_imposed_on(stroke):
+                self._impose_linear(constraint, sizes.linear_part(constraint, self.unit))
 
     def _part_matrix(self, order: int, low: float, high: float) -> Any:
-        """The matrix to what encloses a derivative over a part of the unit stroke: at a point, its value."""
+        """Matrix to Bernstein coefficients of a derivative over a part of the stroke; at a point, to its value."""
         if low == high:
             return self.splines.value_matrix(np.array([low]), order)
         if (low, high) == (0.0, 1.0):
             return self.splines.distinct_bernstein_matrix(order, self.splines.degree - order)
         return self.splines.bernstein_matrix_between(order, low, high)
 
-    def _impose_range(self, matrix: Any, order: int, limited: DerivativeRange) -> None:
-        """Values of a derivative within a range; by x of the unit stroke, whose numbers are not huge."""
+    def _impose_range(self, matrix: Any, order: int, limit: DerivativeRange) -> None:
+        """Keep values of a derivative within a range; by x of the unit stroke, so that numbers are not huge."""
         values = self.change * matrix @ self.coefficients + (self.low if order == 0 else 0.0)
-        self.constraints += limited.scale_by(self.stroke.angle**order).constraints(values)
+        self.constraints += limit.scale_by(self.stroke.angle**order).constraints(values)
 
-    def _impose_linear(self, floor: LinearConstraint, sized: Any) -> None:
-        """A linear limit on the motion and the sizes."""
-        weights = (floor.displacement, floor.velocity, floor.acceleration)
+    def _impose_linear(self, constraint: LinearConstraint, size_part: Any) -> None:
+        """A linear constraint on the motion and the sizes."""
+        weights = (constraint.displacement, constraint.velocity, constraint.acceleration)
         matrix = sum(
             weight
             * self.change
@@ -70,37 +70,40 @@ class SplineMotion(StrokeMotion):
             * self.splines.distinct_bernstein_matrix(order, self.splines.degree)
             for order, weight in enumerate(weights)
         )
-        self.constraints.append(matrix @ self.coefficients + floor.displacement * self.low + sized >= 0.0)
+        self.constraints.append(matrix @ self.coefficients + constraint.displacement * self.low + size_part >= 0.0)
 
     def _impose_value(self, matrix: Any, order: int, value: float) -> None:
-        """A derivative that has one value: of the rows of its matrix those that do not follow from others."""
-        rest = self.low if order == 0 else 0.0
-        wanted = np.full(matrix.shape[0], (value - rest) * self.stroke.angle**order / self.change)
-        left, sizes, right = np.linalg.svd(matrix.toarray(), full_matrices=False)
-        kept = sizes > RANK_TOLERANCE * sizes[0]
-        self.constraints.append(right[kept] @ self.coefficients == (left.T @ wanted)[kept] / sizes[kept])
+        """Fix a derivative at one value, by the independent rows of its matrix."""
+        offset = self.low if order == 0 else 0.0
+        values = np.full(matrix.shape[0], (value - offset) * self.stroke.angle**order / self.change)
+        left_vectors, singular_values, right_vectors = np.linalg.svd(matrix.toarray(), full_matrices=False)
+        is_independent = singular_values > RANK_TOLERANCE * singular_values[0]
+        self.constraints.append(
+            right_vectors[is_independent] @ self.coefficients
+            == (left_vectors.T @ values)[is_independent] / singular_values[is_independent]
+        )
 
     def _scaled_matrix(self, matrix: Any, order: int) -> tuple[Any, float]:
-        """A derivative by the cam angle, in units of the lift, from a matrix for the unit stroke.
+        """A derivative by the cam angle, in units of the lift: a matrix of the coefficients and a constant.
 
-        As a matrix of the coefficients and a constant.
+        ``matrix`` gives the derivative by x of the unit stroke.
         """
         return self.change / self.stroke.angle**order * matrix, self.low if order == 0 else 0.0
 
     def _derivative_expression(self, matrix: Any, order: int) -> cp.Expression:
-        """The same as an expression."""
+        """The derivative of ``_scaled_matrix`` as an expression."""
         by_coefficients, constant = self._scaled_matrix(matrix, order)
         return by_coefficients @ self.coefficients + constant
 
     def _derivative_at(self, x: float, order: int) -> cp.Expression:
-        """A derivative at x of the unit stroke."""
+        """A derivative at x of the unit stroke, in units of the lift."""
         return cp.sum(self._derivative_expression(self.splines.value_matrix(np.array([x]), order), order))
 
     def end_derivative(self, order: int, last: bool) -> cp.Expression:
         return self._derivative_at(1.0 if last else 0.0, order)
 
     def impose_rest(self, rest: int, last: bool) -> None:
-        """By its first or last coefficients."""
+        """Make its first or last coefficients equal."""
         c = self.coefficients
         self.constraints.append(c[-1 - rest : -1] == c[-1] if last else c[1 : rest + 1] == c[0])
 
@@ -110,30 +113,30 @@ class SplineMotion(StrokeMotion):
 
     def impose_crossing(self, crossing: StrokeCrossing, jerk: Any) -> None:
         up, (low, high, soon, late) = np.sign(self.change), crossing.ends
-        pushed, pulled = DerivativeRange(0.0, inf), DerivativeRange(-inf, 0.0)
-        before, after = (pushed, pulled) if up > 0.0 else (pulled, pushed)
+        positive, negative = DerivativeRange(0.0, inf), DerivativeRange(-inf, 0.0)
+        before, after = (positive, negative) if up > 0.0 else (negative, positive)
         self._impose_range(self._part_matrix(2, 0.0, low), 2, before)
         self._impose_range(self._part_matrix(2, high, 1.0), 2, after)
         if high < soon:
             self._impose_range(self._part_matrix(3, high, soon), 3, DerivativeRange(-1.0, 1.0, jerk))
-        gone = (
+        fall = (
             self._derivative_at(high, 0)
             + crossing.angle * self._derivative_at(high, 1)
             - self._derivative_at(late, 0)
         )
-        self.constraints.append(up * gone + crossing.clearance_allowance * jerk >= crossing.gap)
+        self.constraints.append(up * fall + crossing.clearance_allowance * jerk >= crossing.gap)
 
     def jerk_at_crossing(self, crossing: StrokeCrossing) -> float:
-        """What encloses the jerk until the clearance is crossed, in units of the lift, of a solved programme."""
+        """Upper bound of the jerk until the clearance is crossed, in units of the lift, after a solution."""
         _, high, soon, _ = crossing.ends
         return float(np.abs(self._solved_derivative(self._part_matrix(3, high, soon), 3)).max())
 
-    def impose_sum(self, other: "SplineMotion", both: float) -> None:
-        every = [each.change * each.coefficients + each.low for each in (self, other)]
-        self.constraints.append(every[0] + every[1] == both)
+    def impose_sum(self, other: "SplineMotion", total: float) -> None:
+        displacements = [motion.change * motion.coefficients + motion.low for motion in (self, other)]
+        self.constraints.append(displacements[0] + displacements[1] == total)
 
     def jerk_variation(self) -> list[cp.Expression]:
-        """Its coefficients go up and down no less than it does."""
+        """The variation of the jerk's Bernstein coefficients, which is no less than that of the jerk."""
         coefficients = self.splines.bernstein_matrix(3)
         return [self._derivative_expression(coefficients[1:] - coefficients[:-1], 3)]
 
@@ -141,17 +144,17 @@ class SplineMotion(StrokeMotion):
         return self._derivative_at(x, 0)
 
     def derivatives_at(self, x: FloatArray) -> list[tuple[Any, FloatArray]]:
-        """y to y''' at x of the unit stroke: each as a matrix of the coefficients and a constant."""
-        found = (self._scaled_matrix(self.splines.value_matrix(x, order), order) for order in range(4))
-        return [(matrix, np.full(x.size, constant)) for matrix, constant in found]
+        """y to y''' at x of the unit stroke, each as a matrix of the coefficients and a constant."""
+        scaled = (self._scaled_matrix(self.splines.value_matrix(x, order), order) for order in range(4))
+        return [(matrix, np.full(x.size, constant)) for matrix, constant in scaled]
 
     def _solved_derivative(self, matrix: Any, order: int) -> FloatArray:
-        """A derivative of a solved programme, in units of the lift."""
+        """A derivative in units of the lift, after a solution."""
         by_coefficients, constant = self._scaled_matrix(matrix, order)
         return np.asarray(by_coefficients @ self.coefficients.value + constant)
 
     def derivative_samples(self, order: int) -> FloatArray:
-        """The Bernstein coefficients of a derivative, in units of the lift, of a solved programme."""
+        """Bernstein coefficients of a derivative in units of the lift, after a solution."""
         return self._solved_derivative(self.splines.bernstein_matrix(order), order)
 
     def square_vectors(self, order: int) -> list[cp.Expression]:
@@ -166,6 +169,8 @@ class SplineMotion(StrokeMotion):
         return self.stroke.angle * (self.change * self.splines.integrals @ self.coefficients + self.low)
 
     def residual_response(self) -> list[cp.Expression]:
-        found, place = self.problem.residual_response, self.problem.free_strokes.index(self.stroke)
-        constant = found.constant if place == 0 else np.zeros_like(found.constant)
-        return [each @ self.coefficients + rest for each, rest in zip(found.rows[place], constant, strict=True)]
+        response, place = self.problem.residual_response, self.problem.free_strokes.index(self.stroke)
+        constant = response.constant if place == 0 else np.zeros_like(response.constant)
+        return [
+            each @ self.coefficients + offset for each, offset in zip(response.rows[place], constant, strict=True)
+        ]

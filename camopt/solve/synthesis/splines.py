@@ -1,8 +1,8 @@
-"""Free motion laws: B-splines on the unit stroke, whose bounds are bounds of coefficients.
+"""B-splines on the unit stroke, whose bounds are bounds of their coefficients.
 
-On each part of a stroke a derivative of the spline is a polynomial. Its Bernstein coefficients are linear in the
-coefficients of the spline and enclose it, so a linear limit on them holds at every cam angle, not at samples; a
-part is half a span, which takes the enclosure within a fraction of a per cent.
+On each part of a stroke a derivative of the spline is a polynomial. Its Bernstein coefficients enclose it and are
+linear in the spline's coefficients. So a linear constraint on them holds at every cam angle, not only at samples. A
+part is half a span, which makes the enclosure tight to a fraction of a per cent.
 
 Source: de Boor, A Practical Guide to Splines, ch. IX; Farin, Curves and Surfaces for CAGD, ch. 6.
 """
@@ -12,24 +12,24 @@ from functools import cache, cached_property
 from math import comb
 
 import numpy as np
-import scipy  # its parts when they are used: pages and comparisons do without sparse matrices
+import scipy  # loads its parts on first use: pages and comparisons need no sparse matrices
 
 from camopt.core.numerics import FloatArray, IndexArray
 from camopt.core.numerics.bsplines import derivative_matrix
 from camopt.model.motion.spline import SplineLaw
 from camopt.model.motion.stroke import Stroke
 
-SPAN_PARTS = 2  # of a span
-LEAST_PIECE = 0.25  # of an equal piece: no piece is shorter than that
-LEAST_PART = 1e-9  # of the stroke: the least length of a part
-LEAST_ENTRY = 1e-12  # of the largest entry: rounding
+SPAN_PARTS = 2  # parts of a span
+LEAST_PIECE = 0.25  # least length of a piece, as a share of an equal piece
+LEAST_PART = 1e-9  # least length of a part, as a share of the stroke
+LEAST_ENTRY = 1e-12  # smaller entries of a matrix are rounding, as a share of the largest
 
 
 @dataclass(frozen=True)
 class Splines:
-    """Clamped splines of a degree in equal pieces, with so many continuous derivatives between them.
+    """Clamped splines of a degree on equal pieces, with ``continuity`` continuous derivatives between pieces.
 
-    They are cut at further places as well, with ``at_cuts`` continuous derivatives there.
+    They are also cut at ``cuts``, with ``continuity_at_cuts`` continuous derivatives there.
     """
 
     degree: int
@@ -40,16 +40,16 @@ class Splines:
 
     @cached_property
     def piece_ends(self) -> FloatArray:
-        """Where pieces end: at the cuts and equally far apart, but none beside another."""
-        found = [0.0, 1.0]
+        """Ends of the pieces: the cuts, and equally spaced ends that are not too close to a cut."""
+        ends = [0.0, 1.0]
         for x in (*self.cuts, *(np.arange(1, self.pieces) / self.pieces)):
-            if all(abs(x - other) > LEAST_PIECE / self.pieces for other in found):
-                found.append(float(x))
-        return np.array(sorted(found))
+            if all(abs(x - end) > LEAST_PIECE / self.pieces for end in ends):
+                ends.append(float(x))
+        return np.array(sorted(ends))
 
     @cached_property
     def _continuity_at_ends(self) -> IndexArray:
-        """The number of continuous derivatives at the end of each piece but the last."""
+        """Number of continuous derivatives at the end of each piece but the last."""
         return np.where(
             np.isin(self.piece_ends[1:-1], self.cuts),
             min(self.continuity_at_cuts, self.continuity),
@@ -64,45 +64,45 @@ class Splines:
 
     @property
     def count(self) -> int:
-        """The number of coefficients of a spline."""
+        """Number of coefficients of a spline."""
         return self.knots.size - self.degree - 1
 
     @property
     def integrals(self) -> FloatArray:
-        """What each coefficient adds to the integral over the stroke: its support over the degree + 1."""
+        """Integral over the stroke per unit of each coefficient: its support divided by degree + 1."""
         return (self.knots[self.degree + 1 :] - self.knots[: self.count]) / (self.degree + 1)
 
     def value_matrix(self, x: FloatArray, order: int) -> "scipy.sparse.csr_array":
-        """The matrix from coefficients to values of a derivative at x, from 0 to 1."""
+        """Matrix from coefficients to values of a derivative at x, from 0 to 1."""
         inner = self.knots[order : self.knots.size - order]
         by_knots = derivative_matrix(self.knots, self.degree, order)
         basis = scipy.interpolate.BSpline.design_matrix(x, inner, self.degree - order, extrapolate=True)
         return drop_rounding(basis @ by_knots)
 
     def bernstein_matrix(self, order: int) -> "scipy.sparse.csr_array":
-        """The matrix from coefficients to Bernstein coefficients of a derivative, part by part along the stroke."""
+        """Matrix from coefficients to Bernstein coefficients of a derivative, part by part along the stroke."""
         return _bernstein_on_parts(self, order, self._part_ends)
 
     @cached_property
     def _part_ends(self) -> tuple[float, ...]:
-        """Where the parts of the stroke end."""
+        """Ends of the parts of the stroke."""
         shares = np.arange(SPAN_PARTS) / SPAN_PARTS
         starts = self.piece_ends[:-1, None] + shares * np.diff(self.piece_ends)[:, None]
         return (*starts.ravel().tolist(), 1.0)
 
     def bernstein_matrix_between(self, order: int, low: float, high: float) -> "scipy.sparse.csr_array":
-        """The same for a range of x: from part to part within it."""
+        """As ``bernstein_matrix``, for a range of x."""
         inside = [x for x in self._part_ends if low + LEAST_PART < x < high - LEAST_PART]
         return _bernstein_on_parts(self, order, (low, *inside, high))
 
     def distinct_bernstein_matrix(self, order: int, degree: int) -> "scipy.sparse.csr_array":
-        """As ``bernstein``, of a derivative as polynomials of a degree, but none that repeats the one before."""
+        """As ``bernstein_matrix``, with a derivative as polynomials of ``degree`` and without repeated rows."""
         return _distinct_bernstein(self, order, degree)
 
     def distinct_rows(self, order: int, degree: int) -> IndexArray:
-        """Which Bernstein coefficients of a derivative, as polynomials of a degree, differ from the one before.
+        """Numbers of the Bernstein coefficients of a derivative that do not repeat the one before.
 
-        Where the derivative is continuous, the first of a part is the last of the part before.
+        Where the derivative is continuous, the first coefficient of a part equals the last of the part before.
         """
         count = self.piece_ends.size - 1
         part, number = np.divmod(np.arange(count * SPAN_PARTS * (degree + 1)), degree + 1)
@@ -111,7 +111,10 @@ class Splines:
         return np.flatnonzero((number > 0) | (part == 0) | ~goes_on[part])
 
     def stroke_with_law(self, stroke: Stroke, name: str, coefficients: FloatArray, scale: float) -> Stroke:
-        """A stroke with a spline as its law; a move goes where its coefficients say, displacements in a unit."""
+        """The stroke with a spline as its law.
+
+        A move goes where its coefficients say: displacements in units of ``scale`` [mm or rad].
+        """
         if not stroke.is_move:
             return replace(stroke, law=self.law(name, coefficients))
         low, high = (scale * float(c) for c in coefficients[[0, -1]])
@@ -120,7 +123,7 @@ class Splines:
         return replace(stroke, law=law, low=low, high=high, given=given, named=True)
 
     def law(self, name: str, coefficients: FloatArray) -> SplineLaw:
-        """The spline as the law of a rise or return: from 0 to 1, without rounding."""
+        """A spline as the law of a rise or return: exactly from 0 to 1."""
         inner = np.clip(coefficients[1:-1], 0.0, 1.0)
         return self._spline_law(name, np.array([0.0, *inner, 1.0]))
 
@@ -130,25 +133,25 @@ class Splines:
 
 @cache
 def _bernstein_on_parts(splines: Splines, order: int, ends: tuple[float, ...]) -> "scipy.sparse.csr_array":
-    """Of a derivative on parts, none of which has a knot inside."""
+    """Matrix to Bernstein coefficients of a derivative on parts that have no knot inside."""
     degree, parts = splines.degree - order, len(ends) - 1
     x = (1.0 - np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))) / 2.0  # inside a part: no knot
     power = np.arange(degree + 1)
-    ways = np.array([comb(degree, k) for k in range(degree + 1)])
-    values = ways * x[:, None] ** power * (1.0 - x[:, None]) ** (degree - power)
+    binomials = np.array([comb(degree, k) for k in range(degree + 1)])
+    values = binomials * x[:, None] ** power * (1.0 - x[:, None]) ** (degree - power)
     nodes = (np.array(ends[:-1])[:, None] + np.diff(ends)[:, None] * x).ravel()
-    found = scipy.sparse.kron(scipy.sparse.eye_array(parts), np.linalg.inv(values)) @ splines.value_matrix(
+    matrix = scipy.sparse.kron(scipy.sparse.eye_array(parts), np.linalg.inv(values)) @ splines.value_matrix(
         nodes, order
     )
-    return drop_rounding(found)
+    return drop_rounding(matrix)
 
 
 def drop_rounding(matrix: "scipy.sparse.csr_array") -> "scipy.sparse.csr_array":
-    """A matrix without entries that are rounding."""
-    found = scipy.sparse.csr_array(matrix)
-    found.data[np.abs(found.data) <= LEAST_ENTRY * np.abs(found.data).max(initial=0.0)] = 0.0
-    found.eliminate_zeros()
-    return found
+    """The matrix without entries that are rounding."""
+    cleaned = scipy.sparse.csr_array(matrix)
+    cleaned.data[np.abs(cleaned.data) <= LEAST_ENTRY * np.abs(cleaned.data).max(initial=0.0)] = 0.0
+    cleaned.eliminate_zeros()
+    return cleaned
 
 
 @cache
@@ -158,7 +161,7 @@ def _distinct_bernstein(splines: Splines, order: int, degree: int) -> "scipy.spa
 
 
 def elevate_degree(rows: "scipy.sparse.csr_array", degree: int, up: int) -> "scipy.sparse.csr_array":
-    """Bernstein coefficients of polynomials of a degree as those of one that is ``up`` higher."""
+    """Bernstein coefficients of polynomials of a degree, as those of degree + ``up``."""
     for _ in range(up):
         degree += 1
         share = np.arange(degree + 1) / degree

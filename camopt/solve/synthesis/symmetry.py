@@ -1,30 +1,30 @@
-"""Turns that are their own mirror image, or of which one half is the other upside down: which stroke is which."""
+"""Symmetric turns: which stroke mirrors which, and which is the negative of which half a turn later."""
 
 from collections.abc import Sequence
 from math import pi
 
 from camopt.model.motion.stroke import Stroke
 
-EQUAL_SHARE = 1e-9  # of a turn or of the lift: what counts as equal
+EQUAL_SHARE = 1e-9  # differences below this share of a turn or of the lift count as equal
 
 
 def find_mirror_strokes(strokes: Sequence[Stroke]) -> tuple[int, ...] | None:
-    """For each stroke the one that mirrors it about some cam angle; None if the turn is no mirror image of itself.
+    """For each stroke the one that mirrors it about some cam angle; None if the turn is not symmetric.
 
-    Angles and displacements count, not the laws: the middle of a stroke, or a joint, is where it is mirrored.
+    Only angles and displacements count, not the laws. The axis is the middle of a stroke or a joint.
     """
     count = len(strokes)
     for total in range(2 * count):  # stroke k is mirrored by the stroke total − k, round the turn
-        places = tuple((total - k) % count for k in range(count))
-        if all(_is_mirror_image(stroke, strokes[place]) for stroke, place in zip(strokes, places, strict=True)):
-            return places
+        partners = tuple((total - k) % count for k in range(count))
+        if all(_is_mirror_image(stroke, strokes[place]) for stroke, place in zip(strokes, partners, strict=True)):
+            return partners
     return None
 
 
 def find_opposed_strokes(strokes: Sequence[Stroke]) -> tuple[int, ...] | None:
-    """For each stroke the one that moves as much the other way half a turn later; None if not all have one.
+    """For each stroke the one with the opposite displacement half a turn later; None if not all have one.
 
-    As for mirrored turns, angles and displacements count.
+    Only angles and displacements count, not the laws.
     """
     half, odd = divmod(len(strokes), 2)
     pairs = zip(strokes, strokes[half:], strict=False)
@@ -34,7 +34,7 @@ def find_opposed_strokes(strokes: Sequence[Stroke]) -> tuple[int, ...] | None:
 
 
 def _is_upside_down(one: Stroke, other: Stroke) -> bool:
-    """Whether a stroke can be another one upside down."""
+    """Whether one stroke can be the negative of another."""
     change, back = one.high - one.low, other.high - other.low
     lift = max(abs(one.high), abs(other.high), abs(one.low), abs(other.low))
     alike = one.is_free == other.is_free and one.is_move == other.is_move
@@ -46,8 +46,8 @@ def _is_upside_down(one: Stroke, other: Stroke) -> bool:
 
 
 def _is_mirror_image(one: Stroke, other: Stroke) -> bool:
-    """Whether a stroke can be another from its end to its start."""
+    """Whether one stroke can be another from its end to its start."""
     lift = max(abs(one.high - one.low), abs(other.high - other.low), abs(one.high), abs(other.high))
-    near = abs(one.low - other.high) + abs(one.high - other.low) <= EQUAL_SHARE * lift
+    are_ends_equal = abs(one.low - other.high) + abs(one.high - other.low) <= EQUAL_SHARE * lift
     alike = one.is_free == other.is_free and one.is_move == other.is_move
-    return alike and near and abs(one.angle - other.angle) <= EQUAL_SHARE * 2.0 * pi
+    return alike and are_ends_equal and abs(one.angle - other.angle) <= EQUAL_SHARE * 2.0 * pi

@@ -1,4 +1,4 @@
-"""The result of a synthesis: free laws, the smallest cam for them, and how good they are."""
+"""The result of a synthesis: free laws, the smallest cam for them, and the gap to the bound."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -36,26 +36,26 @@ FREE_KINDS = ("rise", "return", MOVE)
 
 @dataclass(frozen=True)
 class Synthesis(Result, Drawable):
-    """New ("free") motion laws, the smallest cam for them, and how good they are.
+    """New ("free") motion laws, the smallest cam for them, and a bound for any motion.
 
     Attributes
     ----------
     asked : Scene
-        What was given.
+        The scene as given.
     scene : Scene
-        The answer, with the new laws, the size and the offset.
+        The scene with the new laws, the size and the offset.
     design : Design
-        Its quantities, as from ``optimise``.
+        The quantities of its cam, as from ``optimise``.
     objective : float
-        What was minimised.
+        The minimised value.
     bound : float or None
-        No motion at all that meets the convex limits has an objective below; None if no bound was computed.
+        Lower bound of the objective for any motion within the convex limits; None if it was not computed.
     convex : bool
-        Whether the convex limits alone decide; if not, the laws are a local optimum.
+        Whether the convex limits alone decide. If not, the laws are a local optimum.
     known : KnownLawCams or None
-        The smallest cam of each known law, where it was computed, as the command does.
+        The smallest cam of each known law, if it was computed, as the command does.
     prices : list of Price or None
-        What ``camopt.prices`` finds, where it was computed, as the command does.
+        The result of ``camopt.prices``, if it was computed, as the command does.
 
     Examples
     --------
@@ -80,7 +80,7 @@ class Synthesis(Result, Drawable):
         return f"<Synthesis of {self.scene.name}: objective {self.objective:.6g}{known}>"
 
     def table(self, known: Mapping[str, Mapping[str, Any]] | None = None) -> Table:
-        """The cam of the free laws, after those of known laws by name, if given; * for what breaks a limit."""
+        """A table of the cams of known laws, if any, and of free laws; * marks a cam that breaks a limit."""
         known = self.known.rows if known is None and self.known else known
         every = [_row_with_law_names(row, law) for law, row in (known or {}).items()] + [
             _row_with_law_names(self.design, "free moves")
@@ -94,7 +94,7 @@ class Synthesis(Result, Drawable):
         return designs_table(title, resolve(self.scene), rows, [*peaks, "binding"])
 
     def sections(self) -> Iterator[Table | str]:
-        """The cam of the free laws beside those of known laws, the bound, the gap, and what bounds cost."""
+        """The table of cams, the default limits, the best known law, the bound with the gap, and the prices."""
         yield self.table()
         if self.known and self.known.broken_limits:
             yield f"* breaks what the free laws hold: {broken_limits_in_words(self.known.broken_limits)}"
@@ -109,7 +109,7 @@ class Synthesis(Result, Drawable):
             yield price_table({"": self.prices}, ["bound", "as set", "price"], objective_unit(self.asked))
 
     def document(self) -> dict[str, Any]:
-        """The design, its objective with the bound, known laws and prices."""
+        """The design, its objective with the bound, the known laws and the prices."""
         known, prices = self.known, self.prices
         laws = {"known_laws": known.rows, "own_law": known.own_law, "best_known_law": known.best} if known else {}
         return {
@@ -126,24 +126,25 @@ class Synthesis(Result, Drawable):
 
     @property
     def half_width(self) -> float:
-        """The relative half-width of the design's enclosures."""
+        """Relative half-width of the design's enclosures."""
         return float(self.design["relative_half_width"])
 
     @property
     def gap(self) -> float | None:
-        """The most that any other motion could improve, as a share of the objective; None without a bound."""
+        """Largest possible improvement by another motion, as a share of the objective; None without a bound."""
         return None if self.bound is None else max(0.0, 1.0 - self.bound / self.objective)
 
     @cached_property
     def laws(self) -> dict[str, SplineLaw]:
-        """The free laws by name."""
+        """The free laws, by name."""
         names = free_law_names(self.scene.motion)
         return {n: law for n, law in resolve(self.scene).laws.items() if n in names and isinstance(law, SplineLaw)}
 
     @cached_property
     def peaks(self) -> dict[str, dict[str, float | str]]:
-        """The peak factors of each free law of a rise or return, inside it: one that meets another has no dwells
-        around it.
+        """Peak factors of each free law of a rise or return.
+
+        Peaks count inside the law only: a law that meets another one has no dwells around it.
         """
         moves = {segment.law for segment in self.scene.motion if segment.segment == MOVE}
         unit = {name: law for name, law in self.laws.items() if name not in moves}
@@ -151,20 +152,20 @@ class Synthesis(Result, Drawable):
 
 
 def row_peaks(row: Mapping[str, Any], result: Synthesis) -> dict[str, float]:
-    """The largest peak factors of a row's laws, known or free."""
+    """Largest peak factors of the laws of a row, known or free."""
     peaks = {**{name: law_peaks(law) for name, law in LAWS.items()}, **result.peaks}
     each = [peaks[n] for key in ("law_rise", "law_return") for n in row[key].split("+") if n in peaks]
     return {name: max(float(peaks[name]) for peaks in each) for name in LAW_PEAKS if each}
 
 
 def _row_with_law_names(row: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """A row, with a name in place of the laws of rises and returns where it has neither."""
+    """The row, with ``name`` for its laws if it has no rise and no return."""
     named = row["law_rise"] or row["law_return"]
     return dict(row) if named else {**row, "law_rise": name, "law_return": name}
 
 
 def free_law_names(segments: Sequence[tables.Segment] | Sequence[MotionSegment]) -> list[str]:
-    """Names for the free laws of the rises, returns and moves of a turn, in order."""
+    """Names of the free laws of a turn's rises, returns and moves, in order."""
     kinds = [segment.segment for segment in segments if segment.segment in FREE_KINDS]
     counts = [kinds[: n + 1].count(kind) for n, kind in enumerate(kinds)]
     return [f"free-{k}-{n}" if kinds.count(k) > 1 else f"free-{k}" for k, n in zip(kinds, counts, strict=True)]

@@ -1,8 +1,8 @@
-"""Synthesis: free motion laws that make the cam smallest, or gentlest, under the limits of a scene.
+"""Synthesis: free motion laws that make the cam smallest, or the motion gentlest, within the limits of a scene.
 
-The convex programme gives laws, and a bound that no law whatever can pass. The laws become laws of the scene, and
-the smallest cam for them is found and proved as for any other: every limit of the scene holds in the end, whether
-the convex programme knows it or not, and the gap to the bound says what that costs.
+A convex programme gives the laws, and its relaxation a bound for any motion (``relaxation_bound``). The laws then
+become laws of the scene, and ``optimise`` finds the smallest cam for them. So the cam meets every limit of the
+scene, including those that are not convex. The gap to the bound shows what these limits cost.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -49,21 +49,21 @@ from camopt.solve.synthesis.synthesis_result import Synthesis
 from camopt.solve.synthesis.term_units import objective_unit
 from camopt.solve.tables.designs import joined_laws
 
-GENTLE_SLACK = 1e-4  # of the unit of the objective, given up for the gentlest jerk among the laws that reach it
-PANEL_COUNTS = (96, 64, 32, 16)  # of a stroke in the relaxation: fewer where the solver fails
-MISSES_SHOWN = 3  # laws whose cams miss the limits, for what they reach
-ROBUST_ROUNDS = 2  # of what tolerances take of limits: at the sizes of the optimum before
-NONCONVEX_GAP = 1e-3  # relative: a cam above its convex optimum by more is held by a limit that is not convex
+GENTLE_SLACK = 1e-4  # share of the objective's unit that is given up for the least jerk
+PANEL_COUNTS = (96, 64, 32, 16)  # panels of a stroke in the relaxation: fewer if the solver fails
+MISSES_SHOWN = 3  # laws whose cams are searched for their nearest misses, for the message
+ROBUST_ROUNDS = 2  # rounds of tightening limits by tolerances, each at the sizes of the optimum before
+NONCONVEX_GAP = 1e-3  # relative: a nonconvex limit is active if a cam exceeds its convex optimum by more
 
 
 @options_by_keyword
 @with_progress_bar("starts")
 def synthesise(scene: SceneSource, *, progress: Progress | None = None) -> Synthesis:
-    """Compute new motion laws for a scene, as its ``[synthesis]`` asks, and the smallest cam for them.
+    """Compute new motion laws for a scene and its ``[synthesis]``, and the smallest cam for them.
 
-    With ``search.robust`` the cam is a robust one, as of ``optimise``: every cam within the tolerances of its
-    numbers holds each limit. Laws hold linear limits less what tolerances take of them, and in convex steps the
-    curves of all cams at the corners of the tolerances; the bound is that of nominal cams.
+    With ``search.robust`` the cam is robust, as with ``optimise``: every cam within the tolerances meets each
+    limit. The laws then meet linear limits tightened by the tolerances. The convex steps hold the curves of all
+    cams at the corners of the tolerances. The bound remains that of nominal cams.
 
     Parameters
     ----------
@@ -106,105 +106,107 @@ def synthesise(scene: SceneSource, *, progress: Progress | None = None) -> Synth
         problems, bounds = map(list, zip(*map(with_crossings, problems), strict=True))
     else:
         bounds = [relaxation_bound(problem) for problem in problems]
-    some = [problem for problem, bound in zip(problems, bounds, strict=True) if bound != inf]
-    if not some:
+    feasible = [problem for problem, bound in zip(problems, bounds, strict=True) if bound != inf]
+    if not feasible:
         raise contradiction_error(scene, problems[0], relaxation_bound)
-    best, _ = best_synthesis(scene, some, partial(report_progress, progress))
-    known = [bound for bound in bounds if bound is not None]
-    right = len(known) == len(bounds) and min(known) <= best.objective  # or else a solver erred
-    return replace(best, bound=min(known) if right else None)
+    best, _ = best_synthesis(scene, feasible, partial(report_progress, progress))
+    proven = [bound for bound in bounds if bound is not None]
+    is_bound = len(proven) == len(bounds) and min(proven) <= best.objective  # otherwise the solver erred
+    return replace(best, bound=min(proven) if is_bound else None)
 
 
 def best_synthesis(
     scene: Scene, problems: Sequence[SynthesisProblem], advance: Advance
 ) -> tuple[Synthesis, Iterate]:
-    """The best cam of some demands of a scene, without a bound, and its free laws.
+    """The best cam of several problems of a scene, without a bound, and its free laws.
 
     Raises
     ------
     Unmet
-        If no free laws meet any of them.
+        If free laws meet none of the problems.
     Unsolved
         If the convex solver fails.
     """
-    found, why = [], Unmet("")
+    candidates, error = [], Unmet("")
     for problem in problems:
         try:
-            found.append(_best_free_laws(scene, problem, advance))
+            candidates.append(_best_free_laws(scene, problem, advance))
         except Unmet as reason:
-            why = reason
-    if not found:
-        raise why
-    return _best_candidate(found)
+            error = reason
+    if not candidates:
+        raise error
+    return _best_candidate(candidates)
 
 
 def _best_free_laws(scene: Scene, problem: SynthesisProblem, advance: Advance) -> tuple[Synthesis, Iterate]:
-    """The best free laws of a demand, and their cam."""
-    advance(0, 1)  # as far as is known: where the convex optimum is a cam, nothing starts from other laws
+    """The best free laws of a problem, and their cam."""
+    advance(0, 1)  # one start, unless the convex optimum is no cam
     problem = robust_problem(problem)
     constraints = nonconvex_constraints_of(problem)
     for first in range(len(LIMIT_MARGINS)):
         model, start, least = solve_free_laws(problem, LIMIT_MARGINS[first:])
         cam = smallest_cam_for_laws(scene, problem, start)
         if cam or constraints:
-            break  # if not, a solver's error takes the cam beyond its limits, which a wider margin mends
-    found = [(cam, start)] if cam else []
-    free = cam is not None and cam.objective <= least + NONCONVEX_GAP * (abs(least) + model.unit)
-    steps = [] if free or not constraints else list(_convex_step_cams(scene, model, problem, start, advance))
-    found += [(each, last) for each, last in steps if each]
-    if not found:  # steps may end where a limit is missed by little, or that they do not know
-        known = list(_known_laws_as_splines(problem, start))
-        found = [(cam, laws) for laws in known if (cam := smallest_cam_for_laws(scene, problem, laws))]
-    if not found:
-        tried = [start, *(last for _, last in steps)][:MISSES_SHOWN]
-        raise no_cam_error(scene, problem, [smallest_cams(scene_with_laws(scene, problem, each)) for each in tried])
-    cam, laws = _best_candidate(found)
-    return replace(cam, convex=free), laws
+            break  # otherwise a solver's error breaks a limit, and a wider margin helps
+    candidates = [(cam, start)] if cam else []
+    is_convex = cam is not None and cam.objective <= least + NONCONVEX_GAP * (abs(least) + model.unit)
+    steps = [] if is_convex or not constraints else list(_convex_step_cams(scene, model, problem, start, advance))
+    candidates += [(stepped, laws) for stepped, laws in steps if stepped]
+    if not candidates:  # steps may miss a limit by little, or a limit that they do not include
+        known_laws = list(_known_laws_as_splines(problem, start))
+        candidates = [(cam, laws) for laws in known_laws if (cam := smallest_cam_for_laws(scene, problem, laws))]
+    if not candidates:
+        iterates = [start, *(iterate for _, iterate in steps)][:MISSES_SHOWN]
+        raise no_cam_error(
+            scene, problem, [smallest_cams(scene_with_laws(scene, problem, iterate)) for iterate in iterates]
+        )
+    cam, laws = _best_candidate(candidates)
+    return replace(cam, convex=is_convex), laws
 
 
 def robust_problem(problem: SynthesisProblem) -> SynthesisProblem:
-    """The demand of a robust cam: with limits that all cams which have to hold them do, near its optimum."""
-    found = problem
+    """The problem of a robust cam: its linear limits hold for all cams within tolerances, near the optimum."""
+    robust = problem
     for _ in range(ROBUST_ROUNDS if problem.scene_problem.robust_errors and problem.linear_constraints else 0):
-        _, start, _ = solve_free_laws(found)
-        found = with_robust_limits(problem, start.lead * problem.size_unit, start.height * problem.size_unit)
-    return found
+        _, start, _ = solve_free_laws(robust)
+        robust = with_robust_limits(problem, start.lead * problem.size_unit, start.height * problem.size_unit)
+    return robust
 
 
-def _best_candidate(found: Sequence[tuple[Synthesis, Iterate]]) -> tuple[Synthesis, Iterate]:
-    return min(found, key=lambda each: each[0].objective)
+def _best_candidate(candidates: Sequence[tuple[Synthesis, Iterate]]) -> tuple[Synthesis, Iterate]:
+    return min(candidates, key=lambda each: each[0].objective)
 
 
 def relaxation_bound(problem: SynthesisProblem) -> float | None:
-    """What no motion whatever can pass; infinite if none holds the limits, None if the solver gives no bound.
+    """Lower bound of the objective for any motion; infinite if no motion meets the limits, None without a bound.
 
-    Nothing convex bounds the size of a cam whose follower oscillates.
+    There is no bound if the solver fails, or if the size is minimised and its constraints are not convex.
     """
-    wider = tighten_limits(problem, -SOLVER_ERROR)  # then a solver's error leaves it below
+    widened = tighten_limits(problem, -SOLVER_ERROR)  # wider than the solver's error, so that the bound is safe
     for panels in PANEL_COUNTS:
-        relaxed = build_convex_model(wider, partial(RelaxedMotion, panels))
+        relaxed = build_convex_model(widened, partial(RelaxedMotion, panels))
         try:
             value = relaxed.solve()
         except Unsolved:
             continue
         if relaxed.is_exact:
-            unknown = "size" in problem.objective and not problem.has_convex_size and value < inf
-            return None if unknown else subtract_solver_error(relaxed, value)
+            has_no_bound = "size" in problem.objective and not problem.has_convex_size and value < inf
+            return None if has_no_bound else subtract_solver_error(relaxed, value)
     return None
 
 
 def subtract_solver_error(relaxed: ConvexModel, value: float) -> float:
-    """An optimum less what a solver may err by."""
+    """An optimum less the error that the solver may make."""
     return max(value - SOLVER_ERROR * (value + relaxed.unit), 0.0) if value < inf else inf
 
 
 def solve_free_laws(
     problem: SynthesisProblem, margins: Sequence[float] = LIMIT_MARGINS
 ) -> tuple[ConvexModel, Iterate, float]:
-    """The convex programme with free laws, its solution and its least objective, or what a smooth one may have.
+    """Solve the convex programme for free laws: the model, its solution, and its least objective.
 
-    Among the laws that reach it the one of the gentlest jerk is taken. Margins widen until the laws hold the
-    ranges of their derivatives exactly.
+    With ``smooth`` the objective is the largest that is accepted. Among laws that reach it, the one of least jerk
+    is returned. Margins widen until the laws hold the ranges of their derivatives exactly.
     """
     for margin in margins:
         model = build_convex_model(tighten_limits(problem, margin), SplineMotion)
@@ -213,94 +215,96 @@ def solve_free_laws(
         except Unsolved:
             if margin == margins[-1]:
                 raise
-            continue  # with other numbers it may not fail
+            continue  # the next margin may not fail
         if least == inf:
             raise Unmet("no free law with so many pieces holds all limits; try more (synthesis.pieces)")
-        found = iterate_of(model)
+        optimum = iterate_of(model)
         least_jerk = least_jerk_laws(model, least)
-        for each in (least_jerk, found):
-            if each is not None and motion_holds_limits(problem, programme_with_laws(problem, each)):
-                return model, each, model.accepted_objective(least)
+        for laws in (least_jerk, optimum):
+            if laws is not None and motion_holds_limits(problem, programme_with_laws(problem, laws)):
+                return model, laws, model.accepted_objective(least)
     raise Unsolved("the convex solver does not hold the limits closely enough")
 
 
 def least_jerk_laws(model: ConvexModel, least: float) -> Iterate | None:
-    """The laws of the least mean square of the jerk at nearly the least objective; None if the solver fails."""
-    programme, most = model.least_jerk_problem
-    most.value = model.accepted_objective(least) / model.unit + GENTLE_SLACK
+    """The laws of least mean square jerk at nearly the least objective; None if the solver fails."""
+    programme, largest_objective = model.least_jerk_problem
+    largest_objective.value = model.accepted_objective(least) / model.unit + GENTLE_SLACK
     return iterate_of(model) if solve(programme) in SOLVED_STATUSES else None
 
 
 def _convex_step_cams(
     scene: Scene, model: ConvexModel, problem: SynthesisProblem, start: Iterate, advance: Advance
 ) -> Iterator[tuple[Synthesis | None, Iterate]]:
-    """The laws that convex steps reach from the convex optimum and from known laws, and their cams, if any."""
+    """Laws that convex steps reach from each start, with their cams if any.
+
+    The starts are the convex optimum and the known laws.
+    """
     starts = [start, *starting_laws(problem, start, objective_weights(scene.synthesis))]
     constraints = nonconvex_constraints_of(problem)
     steps = SequentialConvex(model, constraints)
-    for number, each in enumerate(starts):
+    for number, laws in enumerate(starts):
         advance(number, len(starts))
-        last = steps.find_local_optimum(each, constraints)
+        local_optimum = steps.find_local_optimum(laws, constraints)
         yield (
-            smallest_cam_for_laws(scene, problem, last)
-            if motion_holds_limits(problem, programme_with_laws(problem, last))
+            smallest_cam_for_laws(scene, problem, local_optimum)
+            if motion_holds_limits(problem, programme_with_laws(problem, local_optimum))
             else None,
-            last,
+            local_optimum,
         )
 
 
 def starting_laws(problem: SynthesisProblem, start: Iterate, objective: Collection[str]) -> list[Iterate]:
-    """Laws on the smallest cam for them: the known ones within the limits, and the convex optimum.
+    """Laws from which convex steps start, each on its smallest cam.
 
-    Not the latter where the size is part of it: it lies on its smallest cam already, but for other limits.
-    ``objective`` are the terms that the scene minimises.
+    They are the known laws within the limits, and the convex optimum. The optimum is left out if its size is
+    convex: apart from nonconvex limits, it lies on its smallest cam already. ``objective`` are the terms that the
+    scene minimises.
     """
-    if (
-        problem.residual_limit is not None
-    ):  # known laws have more of it; the steps begin at the nearest that have not
+    if problem.residual_limit is not None:  # known laws exceed it; steps begin nearest to them
         problem = replace(
             problem,
             residual_limit=None,
             scene_problem=problem.scene_problem.without_bound(f"limits.{residual.RESIDUAL_TERM}"),
         )
     laws = [*([] if problem.has_convex_size else [start]), *_known_laws_as_splines(problem, start)]
-    return [_laws_on_smallest_cam(problem, each, objective) for each in laws]
+    return [_laws_on_smallest_cam(problem, iterate, objective) for iterate in laws]
 
 
 def _known_laws_as_splines(problem: SynthesisProblem, start: Iterate) -> Iterator[Iterate]:
-    """The scene's own motion and the known laws, as splines of this kind or near them, where within the limits."""
-    own = {id(stroke.law) for stroke in problem.free_strokes if not stroke.is_move}
-    others = [law for law in LAWS.values() if own and own != {id(law)}]
-    for law in (None, *others):
+    """The scene's own motion and the known laws, each fitted by splines, if they meet the limits on the motion."""
+    own_laws = {id(stroke.law) for stroke in problem.free_strokes if not stroke.is_move}
+    other_laws = [law for law in LAWS.values() if own_laws and own_laws != {id(law)}]
+    for law in (None, *other_laws):
         fits = [_fit_spline(problem, stroke, law) for stroke in problem.free_strokes]
-        known = start._replace(coefficients=without_solver_error(problem, fits))
-        if motion_holds_limits(problem, programme_with_laws(problem, known)):
-            yield known
+        iterate = start._replace(coefficients=without_solver_error(problem, fits))
+        if motion_holds_limits(problem, programme_with_laws(problem, iterate)):
+            yield iterate
 
 
 def _fit_spline(problem: SynthesisProblem, stroke: Stroke, law: Law | None) -> FloatArray:
-    """The spline nearest to a known law on a rise or return, or to the scene's own, which a move keeps."""
+    """Coefficients of the spline nearest to a known law; a move keeps the scene's own law."""
     splines = problem.splines_of(stroke)
     x = (np.arange(4 * splines.count) + 0.5) / (4 * splines.count)
     low, change = problem.law_offset_and_scale(stroke)
-    own = (stroke.motion(stroke.start + x * stroke.angle)[0] / problem.motion_unit - low) / change
-    values = own if law is None or stroke.is_move else law.displacement(x)
+    own_values = (stroke.motion(stroke.start + x * stroke.angle)[0] / problem.motion_unit - low) / change
+    values = own_values if law is None or stroke.is_move else law.displacement(x)
     return np.asarray(np.linalg.lstsq(splines.value_matrix(x, 0).toarray(), values, rcond=None)[0])
 
 
-def _laws_on_smallest_cam(problem: SynthesisProblem, known: Iterate, objective: Collection[str]) -> Iterate:
-    """Laws on the smallest cam for them, or on one that misses its limits by little."""
-    cam = smallest_design(problem.scene_problem.with_given_motion(programme_with_laws(problem, known)), objective)
+def _laws_on_smallest_cam(problem: SynthesisProblem, laws: Iterate, objective: Collection[str]) -> Iterate:
+    """Laws with the sizes of their smallest cam, or of one that misses its limits by little."""
+    cam = smallest_design(problem.scene_problem.with_given_motion(programme_with_laws(problem, laws)), objective)
     if cam is None:
-        return known
+        return laws
     lead, prime = float(cam.sense * cam.offset[0]), float(cam.size[0]) + problem.roller
-    return known._replace(
+    return laws._replace(
         lead=lead / problem.size_unit, height=float(difference_of_squares_root(prime, lead)) / problem.size_unit
     )
 
 
 @prices.register
 def _prices_of_free_laws(result: Synthesis, seconds: float | None = None) -> Prices:
-    """By the laws of the cam, as those of known laws."""
+    """Shadow prices of the free laws, by the laws of the cam."""
     laws = joined_laws(result.design["law_rise"], result.design["law_return"])
     return Prices({laws: prices_of_laws(result)}, objective_unit(result.asked))

@@ -1,4 +1,4 @@
-"""Units of what free laws minimise and trade off: terms of the objective, and quantities."""
+"""Units of objective terms and frontier axes."""
 
 from camopt.core.quantities import DERIVATIVE_UNITS, QUANTITIES, motion_unit
 from camopt.scene.scene import Scene
@@ -8,7 +8,7 @@ from camopt.solve.synthesis.synthesis_problem import LOST_AREA
 
 
 def term_unit(axis: str, scene: Scene) -> str:
-    """The unit of a term of the objective, or of a quantity, for a scene: m/s² with a speed, mm/rad² without."""
+    """Unit of an objective term or quantity for a scene: m/s² with a speed, mm/rad² without."""
     if axis in QUANTITIES:
         return QUANTITIES[axis].unit
     angular, derivative = scene.tool_turns, axis.removesuffix("_rms").removeprefix("crossing_")
@@ -20,6 +20,6 @@ def term_unit(axis: str, scene: Scene) -> str:
 
 
 def objective_unit(scene: Scene) -> str:
-    """The unit of what a scene minimises; "" of a weighted sum."""
+    """Unit of a scene's objective; empty for a weighted sum."""
     weights = objective_weights(scene.synthesis)
     return "".join(term_unit(term, scene) for term in weights) if [*weights.values()] == [1.0] else ""

@@ -363,7 +363,7 @@ def test_what_no_motion_holds_is_said_and_what_one_holds_is_not():
     beyond, inside = (made(synthesis__points=[[60, 50 * least + off]]) for off in (-0.3, 0.3))
     assert relaxation_bound(build_synthesis_problem(beyond)) == inf
     assert relaxation_bound(build_synthesis_problem(inside)) < inf
-    with pytest.raises(Unmet, match="no motion whatever"):
+    with pytest.raises(Unmet, match="no motion meets"):
         synthesise(beyond)
     assert relaxation_bound(build_synthesis_problem(made(synthesis__peak_acceleration=4, synthesis__rest=1))) < inf
     assert (
@@ -661,7 +661,7 @@ def test_planes_are_tangent_to_the_curves_of_limits(base):
         np.testing.assert_allclose(risen, slopes, rtol=1e-5, atol=1e-5 * np.abs(slopes).max())
 
 
-def test_values_of_ceilings_by_hand():
+def test_values_of_nonconvex_constraints_by_hand():
     """The pitch curvature and the torque from their textbook formulas."""
     problem = build_synthesis_problem(made(VALVE, synthesis__pieces=6))
     (curvature,) = nonconvex_constraints_of(problem)
@@ -787,7 +787,7 @@ def test_a_size_that_nothing_limits_stays_where_the_objective_is_another():
     [
         (
             {"limits.acceleration": 300},  # of constant acceleration, 4h/θ² on the return, it would be 888.89
-            r"it is this one that none holds: limits.acceleration \(at least 888\.88\d m/s² with the rest\)",
+            r"one alone is impossible: limits.acceleration \(at least 888\.88\d m/s² with the rest\)",
         ),
         (
             {"limits.jerk": 5e5, "limits.acceleration": 950},
@@ -795,10 +795,10 @@ def test_a_size_that_nothing_limits_stays_where_the_objective_is_another():
         ),
         (
             {"search.base_radius": {"start": 20, "stop": 30}},
-            r"the size \(search.base_radius\) \(at least .* mm with the rest\) within the jerk .* by default .*; "
-            "limits.acceleration or limits.jerk, or synthesis.peak_acceleration or synthesis.peak_jerk takes",
+            r"the size \(search.base_radius\) \(at least .* mm with the rest\) within the default limits of jerk .*"
+            "; set limits.acceleration or limits.jerk, or synthesis.peak_acceleration or synthesis.peak_jerk to",
         ),
-        ({"limits.acceleration": 300, "limits.jerk": 1e4}, "this one that none holds: limits.jerk"),
+        ({"limits.acceleration": 300, "limits.jerk": 1e4}, "one alone is impossible: limits.jerk"),
     ],
 )
 def test_what_cannot_be_met_names_the_limits_that_stand_in_the_way(changes, words):
@@ -809,7 +809,9 @@ def test_what_cannot_be_met_names_the_limits_that_stand_in_the_way(changes, word
 def test_a_limit_that_no_cam_holds_is_told_with_what_was_reached():
     """Its ramps of 0.8 mm/rad at 3000 rev/min take up the lash at 0.2513 m/s, whatever the law between them."""
     scene = find_scene("bucket-valve").replace(**{"synthesis.pieces": 12, "limits.lash_speed": 0.05})
-    words = r"limits.lash_speed \(lash_speed_max_m_s = (\S+) was reached, ≤ 0.05 m/s is asked\); what lifts this is"
+    words = (
+        r"limits.lash_speed \(best lash_speed_max_m_s = (\S+), limit ≤ 0.05 m/s\); set a larger limits.lash_speed"
+    )
     with pytest.raises(Unmet, match=words) as error:
         synthesise(scene)
     assert float(re.search(words, str(error.value))[1]) == pytest.approx(0.8e-3 * 3000 * 2 * pi / 60, rel=1e-5)
@@ -829,7 +831,7 @@ JUNK = st.recursive(
 
 @settings(max_examples=times(150, deep=1500))
 @given(st.dictionaries(st.sampled_from([*SynthesisSettings.model_fields, "x"]), JUNK, min_size=1, max_size=3))
-def test_junk_is_bad_input_or_a_demand(junk):
+def test_junk_is_bad_input_or_a_problem(junk):
     problem, told = None, []
     try:
         problem = build_synthesis_problem(Scene.from_dict(ROLLER | {"synthesis": junk}))
@@ -896,7 +898,7 @@ def test_the_american_spelling(run):
 def test_what_cannot_be_met_ends_with_1_and_nothing_written(run, tmp_path):
     code, out, err = run(ROLLER | {"synthesis": {"peak_acceleration": 3}})
     assert (code, out) == (1, "")
-    assert "no motion whatever" in err
+    assert "no motion meets" in err
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
 
 
@@ -960,16 +962,16 @@ def test_what_keeps_a_cam_from_being_larger_is_named_with_what_is_by_default():
     least = own.best["base_radius_mm"]
     assert least > 21.5
     why = str(no_cam_error(scene, problem, [own]))
-    assert f"cam.base_radius (base_radius_mm = {number_text(least)} was reached, at most 21.5 mm is allowed)" in why
+    assert f"cam.base_radius (best base_radius_mm = {number_text(least)}, limit 21.5 mm)" in why
     assert "a larger cam.base_radius, or a range in [search]" in why
     moves = resolve(scene).programme
     jerk = 1.25 * derivative_peak(moves, 3, ALL_STROKES) * (3000 * pi / 30) ** 3 / 1e3
-    assert f"by default laws have jerk of at most {number_text(jerk)} m/s³" in why
+    assert f"default limits: jerk of at most {number_text(jerk)} m/s³" in why
     asked = scene.replace(**{"limits.jerk": 2e7})
     known = known_laws_of(asked)
     assert known.broken_limits == {"own moves": "cam.base_radius of at most 21.5 mm"}
     assert evaluate(known.rows["own moves"].scene)["feasible"]  # of its own size
-    assert "by default" not in str(no_cam_error(asked, build_synthesis_problem(asked), [own]))
+    assert "default limits" not in str(no_cam_error(asked, build_synthesis_problem(asked), [own]))
 
 
 def test_known_laws_are_those_of_the_search_and_the_scenes_own():
@@ -1032,12 +1034,12 @@ def test_the_limits_taken_by_default_are_printed(run):
     assert json.loads(out)["default_peaks"] == {}
 
 
-def test_default_peaks_are_those_that_the_demand_holds():
+def test_default_peaks_are_those_of_the_problem():
     scene = made()
     peaks = default_peaks(scene)
     assert peaks == pytest.approx({"peak_acceleration": 10 / 3**0.5, "peak_jerk": 60.0})
     given = build_synthesis_problem(scene.replace(**{f"synthesis.{name}": value for name, value in peaks.items()}))
-    assert given.ranges == build_synthesis_problem(scene).ranges
+    assert given.derivative_ranges == build_synthesis_problem(scene).derivative_ranges
     assert list(default_peaks(scene, ("size", "acceleration"))) == ["peak_jerk"]
     assert default_peaks(made(limits__jerk=1e6)) == {}
 

@@ -186,7 +186,7 @@ def test_a_contact_force_on_an_arm_is_a_moment_about_its_pivot():
     """At rest the preload of 5 N·m presses the roller at 110 mm with 45.45 N: no motion has more there."""
     dynamics = {"inertia": 1e-3, "spring_rate": 20.0, "preload": 5.0}
     pressed = Scene.from_dict(ARM).replace(**{"follower.dynamics": dynamics, "cam.rpm": 100})
-    with pytest.raises(Unmet, match=r"no motion whatever .* limits\.contact_force_min"):
+    with pytest.raises(Unmet, match=r"no motion meets .* limits\.contact_force_min"):
         synthesise(pressed.replace(**{"limits.contact_force_min": 45.5}))
     held = synthesise(pressed.replace(**{"limits.contact_force_min": 45.4}))
     assert held.design["contact_force_min_N"] >= 45.4
