@@ -33,7 +33,7 @@ __getattr__, __dir__, __all__ = attach_stub(__name__, __file__)
 
 def _html(result: HasHtml) -> str:
     """What a notebook shows of a result."""
-    return str(import_module("camopt.show.drawing.notebook").html_of(result))
+    return str(import_module("camopt.show.drawing.notebook").result_html(result))
 
 
 HasHtml.html = _html
