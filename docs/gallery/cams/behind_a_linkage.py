@@ -2,8 +2,8 @@
 A tool behind a linkage
 =======================
 
-The cam turns an arm, the arm a four-bar linkage, and this one moves the ram of a press. What is asked is the motion
-of the ram: the cam makes up for what the linkage does to it.
+The cam turns an arm, the arm drives a four-bar linkage, and the linkage moves the ram of a press. The motion of the
+ram is prescribed. The cam compensates for the changing ratio of the linkage.
 """
 
 import matplotlib.pyplot as plt

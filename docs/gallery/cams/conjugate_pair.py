@@ -3,8 +3,8 @@ Two discs that push both ways
 =============================
 
 The feed of a press at 400 rev/min: a rocker with two rollers between two discs on one shaft. One disc pushes it
-out, the other one back, and there is no spring. The arms stand a hundredth of a degree closer than the discs leave
-room for: the preload.
+out, the other one pushes it back, and there is no spring. The arms are a hundredth of a degree too close for the
+discs: this is the preload.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 Where a cam is sharp
 ====================
 
-A curvature comb: the needles on the profile are as long as it is curved, outward where it is convex and inward
-where it is hollow. The largest cutter has to fit the hollow flank.
+A curvature comb: the length of each needle on the profile shows its curvature. Needles point outward where the
+profile is convex, and inward where it is hollow. The largest cutter has to fit the hollow flank.
 """
 
 import matplotlib.pyplot as plt
@@ -18,7 +18,7 @@ x, y, curvature = cam["profile_x_mm"], cam["profile_y_mm"], cam["profile_curvatu
 tips = [end + 250 * curvature * cam[f"profile_normal_{axis}"] for axis, end in (("x", x), ("y", y))]
 
 # %%
-# Jumps of the curvature are where the acceleration jumps.
+# The curvature jumps where the acceleration jumps.
 
 figure, ax = plt.subplots(figsize=(7, 6))
 needles = np.stack([np.column_stack([x, y]), np.column_stack(tips)], axis=1)

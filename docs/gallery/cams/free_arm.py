@@ -2,8 +2,8 @@
 An oscillating follower whose arm is free
 =========================================
 
-Textbooks give the arm and the place of its pivot. Here both are free: the smallest cam within 35° of pressure
-angle, with an arm of 60 to 140 mm, that clears a shaft of 25 mm.
+Textbooks give the arm and the place of its pivot. Here both are free. The cam is the smallest within 35° of
+pressure angle, with an arm of 60 to 140 mm, and clears a shaft of 25 mm.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 An inlet valve cam made of moves
 ================================
 
-Ramps take up the lash at a small constant velocity, flanks and nose follow: a motion of *moves*, which join with
-continuous velocity and acceleration and have the least mean-square jerk between the positions that are given.
+Ramps take up the lash at a small constant velocity. Flanks and nose follow. The motion consists of *moves*: they
+join with continuous velocity and acceleration, and have the least mean-square jerk between the given positions.
 """
 
 import matplotlib.pyplot as plt

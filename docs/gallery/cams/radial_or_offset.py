@@ -2,8 +2,8 @@
 Radial or offset?
 =================
 
-An offset makes the pressure angle of the rise smaller and that of the return larger, or the other way round. How
-much offset serves best depends on both limits: ``optimise`` finds it together with the size.
+An offset makes the pressure angle of the rise smaller and that of the return larger, or the other way round. The
+best offset depends on both limits. ``optimise`` finds it together with the size.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 Undercut: a roller too large for its cam
 ========================================
 
-On the same motion a larger roller makes the profile sharper, until it has a point and then cuts itself away. The
-follower would not do the motion any more; such a cam is never feasible.
+For the same motion a larger roller makes the profile sharper. At last the profile has a point, and then it is cut
+away. The follower would no longer make the motion, so such a cam is never feasible.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 Conditions on the way
 =====================
 
-The lock bolt of an indexing table has to be out of its bush while the table turns, and go home slowly. Windows of
-positions and velocities say so; the motion is the one of the least mean-square jerk that meets them all.
+The lock bolt of an indexing table has to be out of its bush while the table turns, and to enter slowly. The scene
+gives ranges of positions and velocities. The motion has the least mean-square jerk of all that meet them.
 """
 
 import matplotlib.pyplot as plt
@@ -32,6 +32,6 @@ for k, (name, (ax, values)) in enumerate(curves.items()):
 below.set_xlabel("cam angle, deg")
 
 # %%
-# That the motion meets its conditions at every cam angle is proved in interval arithmetic.
+# Interval arithmetic proves that the motion meets its conditions at every cam angle.
 
 camopt.certify(scene)

@@ -2,8 +2,8 @@
 Free motion laws
 ================
 
-No textbook law makes this cam as small as new laws do that have the same peaks of acceleration and jerk as the
-3-4-5 polynomial. A second optimisation gives a bound that no motion at all can pass.
+New laws have the same peaks of acceleration and jerk as the 3-4-5 polynomial, and make this cam smaller than any
+textbook law does. A second optimisation gives a bound for every possible motion.
 """
 
 import camopt
@@ -13,7 +13,7 @@ found = camopt.synthesise(scene)
 print(f"base radius {found.design['base_radius_mm']:.2f} mm; no motion has less than {found.bound:.2f} mm")
 
 # %%
-# What each bound costs, with the best laws for each of its values:
+# The price of each limit, and the cost with the best laws for each of its values:
 
 for price in camopt.prices(found)["free-rise / free-return"]:
     print(f"{price.key:30s} {price.price:8.3f} mm per {price.unit or 'unit'}")

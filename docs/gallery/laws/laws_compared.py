@@ -17,7 +17,7 @@ verbs = ("displacement", "velocity", "acceleration", "jerk")
 curves = {name: [getattr(camopt.LAWS[name], verb)(x) for verb in verbs] for name in names}
 
 # %%
-# What a law saves in acceleration it pays in jerk: the parabola has the least acceleration, and impulses of jerk.
+# Less acceleration costs more jerk: the parabola has the least acceleration, and impulses of jerk.
 
 figure, axes = plt.subplots(2, 2, figsize=(9, 6), sharex=True)
 for k, (ax, verb) in enumerate(zip(axes.flat, verbs, strict=True)):

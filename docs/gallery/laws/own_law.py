@@ -2,8 +2,8 @@
 Motion laws of your own
 =======================
 
-A scene may have laws of its own: polynomials by their conditions at both ends, sine–constant–cosine shares,
-skewed laws, splines, tables of points. They have names, and go wherever a built-in law goes.
+A scene may have laws of its own: polynomials by their conditions at both ends, sine–constant–cosine shares, skewed
+laws, splines, tables of points. Each has a name, and serves wherever a built-in law does.
 """
 
 import matplotlib.pyplot as plt
@@ -41,8 +41,8 @@ figure.supxlabel("cam angle, deg", fontsize=9)
 figure.supylabel("acceleration, m/s²", fontsize=9)
 
 # %%
-# The smallest cam of each. Verdicts on a law of points are "sampled", because nobody knows what is between the
-# points.
+# The smallest cam of each law. Verdicts on a law of points are "sampled", because the motion between the points is
+# unknown.
 
 searched = scene.replace(**{"search.law": list(scene.laws), "search.roller_radius": [20]})
 for design in camopt.optimise(searched).by_law.values():

@@ -2,8 +2,8 @@
 How a motion law rings
 ======================
 
-A follower train is elastic. After a rise it vibrates in the dwell, more or less as the law and the ratio of rise
-time to natural period want it.
+A follower train is elastic. After a rise it vibrates in the dwell. The amplitude depends on the law and on the
+ratio of rise time to natural period.
 """
 
 import matplotlib.pyplot as plt
@@ -14,9 +14,8 @@ laws = ("parabolic", "harmonic", "cycloidal", "modified-sine", "poly4567")
 spectra = {law: camopt.response_spectrum(law) for law in laws}
 
 # %%
-# Residual amplitude in the dwell, as a share of the lift. The smoother the law, the less it leaves of a long
-# rise: between eight and ten periods the cycloidal law leaves a tenth of what the parabola leaves, 4-5-6-7 a
-# twentieth.
+# Residual amplitude in the dwell, as a share of the lift. After a long rise a smoother law leaves less vibration:
+# between eight and ten periods the cycloidal law leaves a tenth of that of the parabola, 4-5-6-7 a twentieth.
 
 figure, ax = plt.subplots()
 for law, found in spectra.items():
@@ -25,7 +24,7 @@ ax.set(xlabel="rise time / natural period", ylabel="residual amplitude / lift", 
 ax.legend(ncols=3, loc="upper right")
 
 # %%
-# The table that a designer reads: the largest acceleration of the mass, and what stays in the dwell, at 4.5
+# A table for the designer: the largest acceleration of the mass, and the residual vibration in the dwell, at 4.5
 # periods.
 
 for law in laws:

@@ -2,8 +2,8 @@
 Vibration of an elastic follower train
 ======================================
 
-Between cam and valve there is an elastic train. Its mass lags and overshoots, and keeps vibrating in the dwell,
-where some speeds are much worse than others.
+Between cam and valve there is an elastic train. Its mass lags and overshoots, and keeps vibrating in the dwell.
+Some speeds are much worse than others.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 The spring that keeps the valve on its cam
 ==========================================
 
-Inertia lifts the follower off the cam at high speed. ``evaluate`` gives the speed at which contact is lost, and
-the least spring that would keep it.
+At high speed inertia lifts the follower off the cam. ``evaluate`` gives the speed at which contact is lost, and the
+weakest spring that keeps it.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 Mass, centre of gravity and balance
 ===================================
 
-A cam is not round, so that it shakes its shaft. ``[part]`` gives its thickness and bore; mass and unbalance
-follow, and may be limited.
+A cam is not round, so it shakes its shaft. ``[part]`` gives its thickness and bore. Mass and unbalance follow, and
+may be limited.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 A DXF file of tangent arcs
 ==========================
 
-``export`` writes the cam for a machine, with as few tangent arcs as stay within a chord of the true curve, and
-proves how far they are from it. Another library reads the file back.
+``export`` writes the cam for a machine. It uses the fewest tangent arcs that stay within the chord tolerance of the
+true curve, and proves their deviation. Another library reads the file back.
 """
 
 import ezdxf

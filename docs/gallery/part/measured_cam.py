@@ -2,8 +2,8 @@
 A measured cam
 ==============
 
-Differences of measured lifts are all noise by the time they are accelerations. ``fit`` finds the gentlest
-motion that stays within a band of the points, and proves that it does.
+Accelerations by differences of measured lifts are mostly noise. ``fit`` finds the gentlest motion that stays
+within a band of the points, and proves that it does.
 """
 
 import numpy as np
@@ -24,7 +24,7 @@ found = camopt.fit(np.column_stack([angle, lift]), tappet)
 found
 
 # %%
-# The points, and the acceleration by differences and of the motion that was found:
+# The points, and the acceleration: by differences, and of the motion found:
 
 camopt.plot(found)
 

@@ -2,8 +2,8 @@
 What tolerances do to the motion
 ================================
 
-The profile, the roller and the offset of a real cam are never those of the drawing. ``tolerance`` tells how far the
-motion may be from the one that was asked for, and what contributes most to it.
+The profile, the roller and the offset of a real cam are never exactly those of the drawing. ``tolerance`` gives the
+largest error of the motion, and the share of each tolerance in it.
 """
 
 import camopt
@@ -17,13 +17,13 @@ errors = camopt.tolerance(scene)
 camopt.plot(errors)
 
 # %%
-# What no cam within the tolerances exceeds, proved by exact contact, and the worst cam that was found:
+# The bound for all cams within the tolerances, proved by exact contact, and the worst cam found:
 
 worst = errors.worst_case
 print(f"no cam is further off than {worst.bound:.6f} mm, one is {abs(worst.error):.6f} mm off")
 
 # %%
-# Many cams of a workshop, each with errors of its own: hardly any is near the worst case.
+# A batch of cams, each with its own errors: hardly any is near the worst case.
 
 batch = camopt.sample_cams(scene, cams=2**14)
 print(f"{batch.held.share:.2%} of {batch.cams:,} cams hold the limit of 0.03 mm, where the worst cam has 0.05 mm")

@@ -3,7 +3,7 @@ A workshop drawing
 ==================
 
 A PDF is one sheet at a standard scale: views, dimensions, the angles of the motion, a table of the profile, and
-what ``[part]`` says of material, tolerance and roughness.
+material, tolerance and roughness from ``[part]``.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 Where cams are feasible
 =======================
 
-``evaluate_designs`` evaluates a table of designs at once and says by how much each one exceeds every limit: here
-over the plane of offset and base radius, with the smallest cam of ``optimise`` in its corner.
+``evaluate_designs`` evaluates a table of designs at once, and gives the excess of each design over every limit.
+Here the designs fill the plane of offset and base radius. The smallest cam of ``optimise`` is in the corner.
 """
 
 import matplotlib.pyplot as plt

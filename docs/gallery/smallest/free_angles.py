@@ -2,8 +2,8 @@
 How the strokes share the turn
 ==============================
 
-Rise and return have 180° together, and it does not matter how much each of them has. ``optimise`` shares them so
-that the cam is smallest, and agrees with a scan of the angles.
+Rise and return have 180° together, in any proportion. ``optimise`` finds the proportion with the smallest cam, and
+agrees with a scan of the angles.
 """
 
 import matplotlib.pyplot as plt

@@ -3,8 +3,8 @@ The main job in one picture
 ===========================
 
 A roller follower rises 50 mm in 120° and returns in 90° at 1000 rev/min, within 30° of pressure angle. How small
-can its cam be: with the laws of textbooks, with new laws that have the peaks of one of them, and with any motion
-at all?
+can its cam be? The picture compares textbook laws, new laws with the peaks of one of them, and the bound for any
+motion.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 A Pareto front in pandas
 ========================
 
-A sweep evaluates each design of a grid. Of those that meet every limit, the front keeps the designs that cannot
-be improved in one objective without loss in another.
+A sweep evaluates each design of a grid. Among the designs that meet every limit, the front keeps those that
+cannot be improved in one objective without loss in another.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 What each limit costs
 =====================
 
-The price of a limit is the derivative of the smallest size: by how many mm the cam shrinks for one degree more. A
-line with this slope touches the curve of the smallest cams.
+The price of a limit is the derivative of the smallest size: the mm that one degree more saves. A line with this
+slope touches the curve of the smallest cams.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 Another optimiser: pymoo asks for a generation at a time
 ========================================================
 
-Any optimiser can use camopt's evaluation. Differential evolution comes near to the smallest cam; ``optimise``
-knows it, with a proof.
+Any optimiser can use camopt's evaluation. Differential evolution comes near the smallest cam; ``optimise`` finds
+and proves it.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 The smallest cam of each motion law
 ===================================
 
-``optimise`` has no grid: it finds the smallest base radius within the limits, proves it, and says which limits
-hold it.
+``optimise`` has no grid. It finds the smallest base radius within the limits, proves it, and names the active
+limits.
 """
 
 import matplotlib.pyplot as plt
