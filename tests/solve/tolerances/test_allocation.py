@@ -128,7 +128,7 @@ def test_the_command_allocates_by_a_file_of_costs(command, tmp_path):
     costs.write_text("grade,cost,follower.offset\n6,3,9\nIT7,1.5,8\n8,1,7\n9,0.7,1\n")
     code, out, err = command("tolerance", file, "--allocate", "0.09", "--costs", costs, "--out", tmp_path / "out")
     assert (code, "the loosest grades within ±0.09 mm" in out, "allocated.toml" in err) == (0, True, True)
-    assert "--allocate = '0': must be an error of the tool" in command("tolerance", file, "--allocate", "0")[2]
+    assert "--allocate = '0': must be a tool error" in command("tolerance", file, "--allocate", "0")[2]
     found = json.loads(command("tolerance", file, "--allocate", "90 µm", "--costs", costs, "--json")[1])[
         "allocation"
     ]

@@ -267,7 +267,7 @@ def test_a_mirrored_cam_has_the_same_errors():
         ),
         (
             {"phase": {"plus": 0.1, "values": [-0.2, 0.3]}},
-            "values = '-0.2 to 0.3': all 2 are outside of plus (0.1)",
+            "values = '-0.2 to 0.3': all 2 are outside plus (0.1)",
         ),
     ],
 )
@@ -362,7 +362,7 @@ def test_a_roller_in_a_groove_has_no_tolerance_of_its_radius():
 def test_the_drawing_takes_the_tolerance_of_the_profile_from_here():
     scene = scene_of(given={"profile": 0.025})
     assert scene.whole_part.profile_tolerance == 0.025
-    with pytest.raises(BadInput, match=r"part\.profile_tolerance = 0\.02: is tolerances\.profile already"):
+    with pytest.raises(BadInput, match=r"part\.profile_tolerance = 0\.02: tolerances\.profile is given too"):
         scene.replace(**{"part.profile_tolerance": 0.02})
 
 
