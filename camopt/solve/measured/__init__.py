@@ -1,1 +1,4 @@
-"""Measured lift: reading it, the gentlest motion within a band of the points, its proof, and the scene of it."""
+"""Measured cams: fit the gentlest motion within a band of points, and compare a profile with its drawing.
+
+``fit`` turns measured points into a scene. ``inspect`` and ``inspect_pair`` find the errors of measured profiles.
+"""

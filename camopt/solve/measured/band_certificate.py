@@ -1,9 +1,9 @@
-"""Deviation of a motion from measured points, proved: at each point, and from straight lines between them.
+"""Proved deviation of a motion from measured points, and from the straight lines between them.
 
-The motion is that of the scene as it is written: its angles, lifts and coefficients are exact numbers, and so are
-the angles and lifts of the points. On each stretch between points and knots the distance from the line is a
-polynomial, which its Bernstein coefficients enclose. Angles are rational numbers. All else has DIGITS digits, of
-which ROOM leaves to rounding far more than it takes.
+The motion is that of the scene as it is written. Its angles, lifts and coefficients are exact numbers, and so are
+those of the points. Between neighbouring points and knots, the distance from the line is a polynomial, which its
+Bernstein coefficients enclose. Angles are rational numbers. All other numbers have PROOF_DIGITS digits. The proof
+leaves PROOF_ROUNDING for their rounding, which is far more than it takes.
 """
 
 from collections.abc import Iterator
@@ -20,20 +20,20 @@ from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints
 
 PROOF_DIGITS = 60
 PROOF_ROUNDING = Decimal("1e-40")
-"""Of the terms of a stretch: what rounding may hide, many times over."""
+"""Rounding error of a stretch, as a share of its terms; many times the true one."""
 
 
 class Deviation(NamedTuple):
     """Deviations of a motion from points, in the unit of the lifts."""
 
     held: bool
-    """Whether it is proved that no point is further away than the band."""
+    """Whether every point is proved to be within the band."""
     at_points: tuple[float, ...]
     """Motion less lift at each point."""
     largest: float
-    """No point is further away than that."""
+    """Proved upper bound of the deviation from any point."""
     between: float
-    """At no cam angle is the motion further than that from the straight lines between neighbouring points."""
+    """Proved upper bound of the distance from the straight lines between neighbouring points, at any cam angle."""
 
 
 class _PolynomialSpan(NamedTuple):
@@ -44,22 +44,22 @@ class _PolynomialSpan(NamedTuple):
     powers: list[Decimal]
 
     def powers_on_part(self, start: Fraction, end: Fraction) -> list[Decimal]:
-        """The powers of t on a part of it, t from 0 to 1."""
-        away, length, found = _to_decimal(start - self.start), _to_decimal(end - start), list(self.powers)
-        for low in range(len(found)):
-            for k in range(len(found) - 2, low - 1, -1):
-                found[k] += away * found[k + 1]
-        return _scale_powers(found, length)
+        """Coefficients of the powers of t on a part of the span, with t from 0 to 1."""
+        offset, length, powers = _to_decimal(start - self.start), _to_decimal(end - start), list(self.powers)
+        for low in range(len(powers)):
+            for k in range(len(powers) - 2, low - 1, -1):
+                powers[k] += offset * powers[k + 1]
+        return _scale_powers(powers, length)
 
     @property
     def rounding_error(self) -> Decimal:
-        """What rounding may hide of y; nothing where it is at rest, since levels have fewer digits."""
+        """Largest rounding error of y; 0 at rest, because levels have fewer digits."""
         length, moves = _to_decimal(self.end - self.start), len(self.powers) > 1
         return moves * PROOF_ROUNDING * sum(map(abs, _scale_powers(self.powers, length)), Decimal(0))
 
 
 def _scale_powers(powers: list[Decimal], length: Decimal) -> list[Decimal]:
-    """The powers of a variable that is ``length`` times as small."""
+    """Coefficients for a variable that is ``length`` times smaller."""
     return [
         c * scale
         for c, scale in zip(
@@ -69,32 +69,37 @@ def _scale_powers(powers: list[Decimal], length: Decimal) -> list[Decimal]:
 
 
 def certify_band(programme: Programme, points: MeasuredPoints, start: float, zero: float, band: float) -> Deviation:
-    """The deviation of a motion from points; their angle ``start`` (deg) and lift ``zero`` are its 0 and 0."""
+    """Proved deviation of a motion from points; it starts at their angle ``start`` [deg] and lift ``zero``."""
     with localcontext(prec=PROOF_DIGITS):
         return _deviation_of_spans(list(_programme_spans(programme)), points, start, zero, band)
 
 
 def _deviation_of_spans(
-    once: list[_PolynomialSpan], points: MeasuredPoints, start: float, zero: float, band: float
+    turn_spans: list[_PolynomialSpan], points: MeasuredPoints, start: float, zero: float, band: float
 ) -> Deviation:
-    ahead = once[-1].end  # lines between points may go beyond the end of the turn
-    spans = once + [each._replace(start=ahead + each.start, end=ahead + each.end) for each in once]
+    """The deviation of the spans of one turn from points."""
+    turn_end = turn_spans[-1].end  # lines between points may cross the end of the turn
+    spans = turn_spans + [
+        span._replace(start=turn_end + span.start, end=turn_end + span.end) for span in turn_spans
+    ]
     first, turn = Fraction(start), Fraction(TURN_DEG)
-    found = sorted(
-        ((Fraction(a) - first) % turn, Decimal(y) - Decimal(zero), k)
-        for k, (a, y) in enumerate(zip(points.angles, points.lifts, strict=True))
+    sorted_points = sorted(
+        ((Fraction(angle_deg) - first) % turn, Decimal(lift_given) - Decimal(zero), k)
+        for k, (angle_deg, lift_given) in enumerate(zip(points.angles, points.lifts, strict=True))
     )
-    at, most, between, number = [Decimal(0)] * len(found), Decimal(0), Decimal(0), 0
-    for (angle, lift, place), (after, following, _) in pairwise([*found, (found[0][0] + turn, *found[0][1:])]):
+    deviations, largest_deviation, between, number = [Decimal(0)] * len(sorted_points), Decimal(0), Decimal(0), 0
+    for (angle, lift, place), (next_angle, next_lift, _) in pairwise(
+        [*sorted_points, (sorted_points[0][0] + turn, *sorted_points[0][1:])]
+    ):
         while spans[number].end < angle:
             number += 1
-        at[place] = spans[number].powers_on_part(angle, angle)[0] - lift
-        most = max(most, abs(at[place]) + spans[number].rounding_error)
-        if after > angle:
-            between = max(between, *_line_distances(spans, number, (angle, lift), (after, following)))
-    held, largest = most <= Decimal(band), nextafter(float(most), inf)
-    beyond = nextafter(float(between + max(each.rounding_error for each in once)), inf)
-    return Deviation(held, tuple(map(float, at)), min(largest, band) if held else largest, beyond)
+        deviations[place] = spans[number].powers_on_part(angle, angle)[0] - lift
+        largest_deviation = max(largest_deviation, abs(deviations[place]) + spans[number].rounding_error)
+        if next_angle > angle:
+            between = max(between, *_line_distances(spans, number, (angle, lift), (next_angle, next_lift)))
+    held, largest = largest_deviation <= Decimal(band), nextafter(float(largest_deviation), inf)
+    between_bound = nextafter(float(between + max(span.rounding_error for span in turn_spans)), inf)
+    return Deviation(held, tuple(map(float, deviations)), min(largest, band) if held else largest, between_bound)
 
 
 def _to_decimal(value: Fraction) -> Decimal:
@@ -137,7 +142,7 @@ def _law_pieces(law: SplineLaw) -> Iterator[tuple[Fraction, Fraction, list[Decim
 def _line_distances(
     spans: list[_PolynomialSpan], number: int, low: tuple[Fraction, Decimal], high: tuple[Fraction, Decimal]
 ) -> Iterator[Decimal]:
-    """Distances from the line between two points: Bernstein coefficients on each part of it."""
+    """Bounds of the distance from the line between two points, by Bernstein coefficients."""
     slope = (high[1] - low[1]) / _to_decimal(high[0] - low[0])
     while spans[number].start < high[0]:
         start, end = max(spans[number].start, low[0]), min(spans[number].end, high[0])
@@ -153,5 +158,5 @@ def _line_distances(
 
 @cache
 def _bernstein_from_powers(degree: int) -> list[list[Decimal]]:
-    """From the powers of a polynomial to its Bernstein coefficients."""
+    """Matrix from the power coefficients of a polynomial to its Bernstein coefficients."""
     return [[_to_decimal(Fraction(comb(k, j), comb(degree, j))) for j in range(k + 1)] for k in range(degree + 1)]

@@ -1,4 +1,4 @@
-"""Which columns of a table are what, and in which units: angle and lift, or the points of a profile."""
+"""Columns of a table and their units: angle and lift, or the points of a profile."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -12,11 +12,11 @@ from camopt.core.mistakes import BadInput, Mistake, join_words
 from camopt.solve.measured.number_table import NumberTable, file_mistake
 
 TURN_IN_UNIT = {"deg": 360.0, "rad": tau}
-"""The angle of a turn in each unit."""
+"""Angle of a turn in each unit."""
 MM_PER_UNIT = {"mm": 1.0, "inch": 25.4}
-"""Units of lengths in mm."""
+"""Size of each unit of length [mm]."""
 ANGLE_UNITS, LIFT_UNITS = tuple(TURN_IN_UNIT), (*MM_PER_UNIT, "deg")
-LARGEST_MEASURED = 1e6  # that any number may be from 0
+LARGEST_MEASURED = 1e6  # largest magnitude of any number
 UNIT_SPELLINGS = {
     **dict.fromkeys(("mm", "millimetre", "millimeter", "millimetres", "millimeters"), "mm"),
     **dict.fromkeys(("inch", "inches", "in", "zoll", '"'), "inch"),
@@ -25,11 +25,11 @@ UNIT_SPELLINGS = {
     **dict.fromkeys(("µm", "μm", "um", "micron", "microns"), "µm"),
     **dict.fromkeys(("mil", "mils", "thou"), "mil"),
 }
-"""Units in the words above a column."""
+"""Units by their spellings in column headings."""
 
 
 class TableKind(NamedTuple):
-    """A kind of table: the meaning of its two columns, and words in headings that tell it."""
+    """A kind of table: the meaning of its two columns, and the words of headings that show it."""
 
     first: str
     second: str
@@ -50,14 +50,14 @@ POLAR_TABLE = TableKind(
 )
 XY_TABLE = TableKind("x", "y", _words_of(r"\bx\b"), _words_of(r"\by\b"))
 PROFILE_KINDS = {"polar": POLAR_TABLE, "xy": XY_TABLE}
-"""The forms that points of a profile have."""
+"""Forms of profile points."""
 
 
 @dataclass(frozen=True)
 class TableColumns:
     """The columns of a table: their names or numbers (from 1), units, and the angle of a whole turn.
 
-    None stands for what the table itself says. ``turn`` is in the unit of the angles: 720 deg of a crankshaft.
+    None means what the table itself says. ``turn`` is in the unit of the angles, such as 720 deg for a crankshaft.
     """
 
     chosen: Sequence[str | int] | None = None
@@ -68,18 +68,18 @@ class TableColumns:
 
     @property
     def turn_angle(self) -> float:
-        """The angle of a whole turn of the cam."""
+        """Angle of a whole turn of the cam, in the unit of the angles."""
         return self.turn or TURN_IN_UNIT[self.angle_unit]
 
     def check_options(self) -> None:
-        """Whether units and turn are what they can be."""
+        """BadInput for a unit or a turn that is not allowed."""
         mistakes = [
-            Mistake("camopt", key, value, f"one of {', '.join(known)}")
-            for key, value, known in (
+            Mistake("camopt", key, value, f"one of {', '.join(allowed)}")
+            for key, value, allowed in (
                 ("angle_unit", self.angle_unit, ANGLE_UNITS),
                 ("lift_unit", self.lift_unit, LIFT_UNITS),
             )
-            if value not in known
+            if value not in allowed
         ]
         if self.turn is not None and self.kind is XY_TABLE:
             mistakes.append(Mistake("camopt", "turn", self.turn, "left out: points x, y have no angles"))
@@ -90,12 +90,12 @@ class TableColumns:
 
 
 def chosen_columns(name: str, table: NumberTable, columns: TableColumns) -> tuple[int | None, int]:
-    """The places of the two columns; no angle where a table has lifts or distances alone.
+    """Places of the two columns; the first is None if a table has only lifts or distances.
 
     Raises
     ------
     BadInput
-        If they are not known, or if the words above them name something else, or another unit.
+        If the columns are unknown, or if their headings name another meaning or unit.
     """
     first, second = _column_places(name, table, columns)
     if first is None and columns.kind is XY_TABLE:
@@ -105,12 +105,13 @@ def chosen_columns(name: str, table: NumberTable, columns: TableColumns) -> tupl
 
 
 def _column_places(name: str, table: NumberTable, columns: TableColumns) -> tuple[int | None, int]:
+    """Places of the two columns, by choice, by headings, or by order."""
     kind, width = columns.kind, len(table.names)
     if columns.chosen is not None:
         if len(columns.chosen) not in (1, 2):
             what = f"those of {kind.first} and {kind.second}, or of {kind.second}"
             raise BadInput([Mistake("camopt", "columns", list(columns.chosen), what)])
-        places = [_place_of_column(name, table.names, each) for each in columns.chosen]
+        places = [_place_of_column(name, table.names, column) for column in columns.chosen]
         return (None, places[0]) if len(places) == 1 else (places[0], places[1])
     if kind is LIFT_TABLE:
         _check_no_profile(name, table.names)
@@ -128,14 +129,14 @@ def _column_places(name: str, table: NumberTable, columns: TableColumns) -> tupl
 
 
 def _places_by_words(kind: TableKind, names: Sequence[str]) -> tuple[int | None, int | None]:
-    """The places of the columns whose words say what they are."""
+    """Places of the columns whose headings say what they are."""
     second = next((k for k, words in enumerate(names) if kind.second_words.search(words)), None)
     first = next((k for k, words in enumerate(names) if kind.first_words.search(words) and k != second), None)
     return first, second
 
 
 def _check_no_profile(name: str, names: Sequence[str]) -> None:
-    """Whether the words above columns say that they are those of a profile, and none is of lifts."""
+    """BadInput if headings are those of a profile and no other column has lifts."""
     for form, kind in PROFILE_KINDS.items():
         first, second = _places_by_words(kind, names)
         if first is not None and second is not None:
@@ -148,7 +149,7 @@ def _check_no_profile(name: str, names: Sequence[str]) -> None:
 
 
 def _place_of_column(name: str, names: Sequence[str], chosen: str | int) -> int:
-    """The place of a column from its name or number."""
+    """Place of a column, by its name or number."""
     word = str(chosen).strip()
     if word in names:
         return names.index(word)
@@ -160,7 +161,7 @@ def _place_of_column(name: str, names: Sequence[str], chosen: str | int) -> int:
 
 
 def _check_units(name: str, names: Sequence[str], first: int | None, second: int, columns: TableColumns) -> None:
-    """Whether the words above a column name another unit than the one that is taken."""
+    """BadInput if a heading names another unit than the one in use."""
     lengths = (
         columns.lift_unit,
         "unit of the lifts",
@@ -170,16 +171,20 @@ def _check_units(name: str, names: Sequence[str], first: int | None, second: int
     if first is not None:
         angles = columns.angle_unit, "unit of the angles", ANGLE_UNITS
         places.insert(0, (first, *(lengths if columns.kind is XY_TABLE else angles)))
-    for place, unit, option, known in places:
+    for place, unit, option, allowed in places:
         units = {UNIT_SPELLINGS[word] for word in _heading_words(names[place]) if word in UNIT_SPELLINGS}
         if units and unit not in units:
             (other, *_) = sorted(units)
-            way = f"give the {option} as {other}" if other in known else f"only {', '.join(known)} can be read"
-            raise file_mistake(name, f"column {names[place]!r}", None, f"is in {other}, and {unit} is taken; {way}")
+            remedy = (
+                f"give the {option} as {other}" if other in allowed else f"only {', '.join(allowed)} can be read"
+            )
+            raise file_mistake(
+                name, f"column {names[place]!r}", None, f"is in {other}, and {unit} is taken; {remedy}"
+            )
 
 
 def names_unit(heading: str) -> bool:
-    """Whether the words above a column name a unit."""
+    """Whether the heading of a column names a unit."""
     return any(word in UNIT_SPELLINGS for word in _heading_words(heading))
 
 

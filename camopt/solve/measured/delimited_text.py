@@ -1,8 +1,8 @@
-"""Tables of numbers in text: any delimiter, decimal point or decimal comma, found out from the whole text.
+"""Tables of numbers in text, with any delimiter and a decimal point or comma.
 
-No library reads this: ``csv.Sniffer`` and the one of pandas look for a delimiter in a sample and know no decimal
-comma, and a table that is read with the wrong sign between its digits is numbers, only other ones. Here each way to
-read the text is tried on all of it, and the one that makes numbers of the most rows is taken.
+``csv.Sniffer`` and pandas look for a delimiter in a sample and ignore the decimal comma. A table read in a wrong
+dialect still has numbers, but wrong ones. So this module reads the whole text in each dialect, and takes the
+dialect that makes numbers of the most rows.
 """
 
 import re
@@ -18,24 +18,24 @@ NUMBER_FORMS = {
 }
 BLANKS = r"\s+"
 DELIMITERS = (r"\t", ";", r"\|", ",", BLANKS)
-DISTINCT_ANGLE_SHARE = 0.9  # of the angles of a table, at least
-MOST_LINES = 2 * TABLE_ROWS  # with comments and empty ones
-MOST_LINE_CHARACTERS = 2000  # characters
+DISTINCT_ANGLE_SHARE = 0.9  # least share of distinct angles in a table
+MOST_LINES = 2 * TABLE_ROWS  # including comments and empty lines
+MOST_LINE_CHARACTERS = 2000
 
 
 class TextDialect(NamedTuple):
-    """A way to read numbers from a line."""
+    """A delimiter and a decimal mark."""
 
     delimiter: str
     decimal: str
 
     def split_cells(self, line: str) -> list[TableCell]:
-        """The cells of a line, but for empty ones at its end."""
+        """The cells of a line, without empty ones at its end."""
         line = line.partition("#")[0].strip(None if self.delimiter == BLANKS else " \r\n")
-        found = [self._parse_cell(word.strip(" \t\"'\u00a0")) for word in re.split(self.delimiter, line)]
-        while found and found[-1] == "":
-            found.pop()
-        return found
+        cells = [self._parse_cell(word.strip(" \t\"'\u00a0")) for word in re.split(self.delimiter, line)]
+        while cells and cells[-1] == "":
+            cells.pop()
+        return cells
 
     def _parse_cell(self, word: str) -> TableCell:
         word = word.replace("\u2212", "-")
@@ -44,22 +44,22 @@ class TextDialect(NamedTuple):
         return float(re.sub("[dD]", "e", word.replace(",", ".")))
 
     def read_rows(self, lines: Sequence[str]) -> list[NumberedRow]:
-        """The rows of some lines; comments and empty lines are none."""
-        found = (
+        """The rows of some lines, without comments and empty lines."""
+        numbered = (
             (number, self.split_cells(line))
             for number, line in enumerate(lines, start=1)
             if not COMMENT.match(line)
         )
-        return [NumberedRow(number, cells) for number, cells in found if cells]
+        return [NumberedRow(number, cells) for number, cells in numbered if cells]
 
 
 TEXT_DIALECTS = [TextDialect(mark, sign) for mark in DELIMITERS for sign in NUMBER_FORMS if mark != sign]
 
 
 def text_rows(text: str) -> list[NumberedRow]:
-    """The rows of a text, read in the way that makes numbers of the most of them.
+    """The rows of a text, in the dialect that makes numbers of the most rows.
 
-    A ValueError says if it has too many lines, or one that is too long.
+    Raises ValueError for too many lines, or for a line that is too long.
     """
     lines = text.splitlines()
     if len(lines) > MOST_LINES:
@@ -71,7 +71,7 @@ def text_rows(text: str) -> list[NumberedRow]:
 
 
 def _reading_score(rows: list[NumberedRow]) -> tuple[int, int]:
-    """How many rows are numbers; of ways that are equal in it, one whose first column may be angles.
+    """Number of numeric rows; then 2 if the first column may be angles, 1 for one column, else 0.
 
     "1,25" in every line may be an angle and a lift, or a lift with a decimal comma.
     """
@@ -82,7 +82,7 @@ def _reading_score(rows: list[NumberedRow]) -> tuple[int, int]:
 
 
 def decode(data: bytes) -> str:
-    """Text of whatever program: UTF-8, UTF-16 with its mark, or Latin-1; a ValueError says what is no text."""
+    """Text in UTF-8, UTF-16 with its mark, or Latin-1; a ValueError for anything else."""
     for mark, encoding in ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig")):
         if data.startswith(mark):
             return data.decode(encoding)

@@ -1,4 +1,4 @@
-"""The front door of measured lift: from a file of points to a scene with the gentlest motion within a band."""
+"""Fit a motion to measured lift: from a file of points to a scene with the gentlest motion within a band."""
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -37,24 +37,22 @@ from camopt.solve.measured.noise import LEAST_BAND, ErrorSize, band_factor, find
 from camopt.solve.measured.outline import LIKELY_DROP, read_outline
 from camopt.solve.measured.profile import FollowedProfile, MeasuredProfile, follow_profile
 
-BAND_MARGINS = (1e-6, 1e-2)  # of the band, the least and the largest, for rounding and a solver's error
-SOLVER_SHARE = 1e-8  # of the range of the lifts: what a solver leaves of a limit
+BAND_MARGINS = (1e-6, 1e-2)  # least and largest margin for rounding and solver error, as a share of the band
+SOLVER_SHARE = 1e-8  # error of the solver in a limit, as a share of the range of the lifts
 REPLACED_MOTION_KEYS = {
     "search": ("law", "law_rise", "law_return", "angle_rise", "angle_return", "angle_dwell"),
     "synthesis": ("points",),
 }
-"""Keys of tables that are about the motion which is replaced."""
-ABNORMAL_FACTOR = 1.5  # times the largest error about, where it is no normal one: what the band is
-CORNER_FACTOR = 3.5  # times the band of normal errors: further off is none of them, but a corner
-MOST_JERK_PRICE = (
-    1.25  # times the least jerk of all motions: what dwells and turns cost where they are not those measured
-)
-MOST_OUTLINE_NODES = 60  # dwells and turns: more are those of errors
-MOST_ROWS_NAMED = 6  # rows at most
+"""Keys of tables that concern the motion, which a fit replaces."""
+ABNORMAL_FACTOR = 1.5  # band over the largest error, if that error is larger than normal ones
+CORNER_FACTOR = 3.5  # largest band over that of normal errors: a larger deviation is a corner
+MOST_JERK_PRICE = 1.25  # jerk over the least jerk of any motion: above it, dwells or turns are likely wrong
+MOST_OUTLINE_NODES = 60  # dwells and turns: more of them come from errors
+MOST_ROWS_NAMED = 6  # rows named in a message
 PLACEHOLDER_MOTION = [
     {"segment": kind, "angle": 180.0, "lift": 1e-9, "law": "cycloidal"} for kind in ("rise", "return")
 ]
-"""The motion of a cam whose own is not known yet."""
+"""Motion of a cam whose own is not known yet."""
 
 
 @options_by_keyword
@@ -76,13 +74,13 @@ def fit(  # noqa: PLR0913
 ) -> Fit:
     """Find the gentlest motion that stays within a band of measured points.
 
-    The motion turns back where points differ by more than two bands, and goes one way in between. It rests where
-    the points of a stretch are within the band of a constant and likelier with a dwell than without one. Each
-    stroke is a quintic B-spline. That the band is held at each point is proved, in the numbers of the scene.
+    The motion turns back if points differ by more than two bands, and is monotone in between. It rests if the
+    points of a stretch are within the band of a constant and a dwell makes them likelier. Each stroke is a quintic
+    B-spline. The fit proves, in the numbers of the scene, that the motion is within the band at each point.
 
-    The gentlest motion has the least mean-square jerk. Where the root mean square is limited too, a quarter of the
-    mean magnitude of the jerk counts beside it, in units of the least root mean square of any motion: it levels
-    peaks of the acceleration that errors raise.
+    The gentlest motion has the least mean-square jerk. If the root mean square of deviations is limited too, a
+    quarter of the mean |jerk| is added, in units of the least root mean square of any motion. It levels peaks of
+    the acceleration that errors raise.
 
     Parameters
     ----------
@@ -93,16 +91,19 @@ def fit(  # noqa: PLR0913
         pandas, whose index is the cam angle unless it only counts rows. Or a ``MeasuredProfile`` of any of these:
         the lift is then that of the scene's follower on this profile.
     scene : Scene, str, os.PathLike or Mapping, optional
-        The cam and the follower that the motion is for, and its limits, whose motion is replaced. Or a mapping of
-        the tables ``cam`` and ``follower``, without a motion; the options below say what neither has. A profile
-        gives the base radius, too. With a train lifts are the tool's, or the follower's if ``motion_at`` says so; a
-        profile gives the follower's.
+        The cam, the follower and the limits of the motion; the scene's own motion is replaced. Or a mapping of the
+        tables ``cam`` and ``follower``, without a motion. The options below give what is missing. A profile gives
+        the
+        base radius. With a train, lifts are the tool's, or the follower's if ``motion_at`` says so; those of a
+        profile
+        are the follower's.
     band : float, optional
-        How far the motion may be from a point, mm (deg when oscillating). It is a band of the lift of a profile,
-        too: along the profile's normal it is cos β times as wide. If not given, both this and the root mean
-        square are at most what the errors have in nineteen of twenty files, by the noise that the smoothing spline
-        of generalised cross-validation leaves; the band is up to 3.5 times that of normal errors if one is larger.
-        A narrower band limits the errors further; a wider one is room to use, and limits them alone.
+        Largest deviation of the motion from a point, mm (deg when oscillating). It applies to the lift of a
+        profile,
+        too: along the profile's normal it is cos β times as wide. By default, the band and the root mean square of
+        deviations are what errors reach in one of twenty files, by the noise that a smoothing spline leaves
+        (generalised cross-validation). The band is up to 3.5 times that of normal errors if one error is larger. A
+        narrower band limits the deviations further. A wider band limits them alone, without the root mean square.
     columns : sequence of str or int, optional
         Names or numbers (from 1) of the columns of angle and lift, angle and distance, or x and y, if the words
         above them do not say so.
@@ -113,10 +114,10 @@ def fit(  # noqa: PLR0913
     turn : float, optional
         The angle of one turn of the cam in the file, such as 720 for degrees of a crankshaft that turns twice.
     keep_outliers : bool, default False
-        Hold the band at single points too that are far off their neighbours, and which are left out otherwise.
+        Whether single points far from their neighbours must be within the band too. They are left out by default.
     segments : sequence of str, optional
-        "rise", "return" and "dwell" in the order of the motion, from anywhere in its turn. They decide where it
-        rests. Without them it rests where the points are likelier with a dwell.
+        "rise", "return" and "dwell" in the order of the motion, from any place in the turn. They decide where it
+        rests. Without them it rests if the points are likelier with a dwell.
     rpm : float, optional
         Speed of the cam, rev/min, in place of the scene's.
     base_radius : float, optional
@@ -137,7 +138,7 @@ def fit(  # noqa: PLR0913
         If the points are no lift over one turn, or no profile that the follower can run on, with the row; with
         every mistake of the scene.
     Unmet
-        If no motion holds the band, with the rows that stand in its way.
+        If no motion is within the band, with the rows that prevent it.
     Unsolved
         If the convex solver fails.
     OSError
@@ -163,7 +164,7 @@ def fit(  # noqa: PLR0913
     profile = points if isinstance(points, MeasuredProfile) else None
     numbers = {"rpm": rpm, "base_radius": base_radius}
     scene = measured_cam(scene, numbers, follower, roller_radius, of_profile=profile is not None)
-    # the tables of a scene but for its motion, and what is about that
+    # the tables of the scene without its motion and the keys that concern it
     tables = scene.to_dict() if isinstance(scene, Scene) else dict(scene)
     tables = {key: value for key, value in tables.items() if key not in ("motion", "profile", "laws")}
     for name, keys in REPLACED_MOTION_KEYS.items():
@@ -178,57 +179,58 @@ def fit(  # noqa: PLR0913
     file = scene.file if isinstance(scene, Scene) else "scene"
     if profile and tables.get("train"):
         tables["motion_at"] = MOTION_AT_FOLLOWER
-    seen = follow_measured_profile(profile, measured, tables, file, keep_outliers) if profile else None
-    measured = seen.positions if seen else measured
-    least = _narrowest_band(measured)
-    # whether a band that is given can be one
-    if band is not None and not (isinstance(band, Real) and isfinite(band) and band >= least):
-        raise BadInput([Mistake("camopt", "band", band, f"at least {least:.3g}, {LEAST_BAND:g} of the lift")])
-    lost = (
-        seen.outlier_places
-        if seen
+    followed = follow_measured_profile(profile, measured, tables, file, keep_outliers) if profile else None
+    measured = followed.positions if followed else measured
+    narrowest = _narrowest_band(measured)
+    if band is not None and not (isinstance(band, Real) and isfinite(band) and band >= narrowest):
+        raise BadInput([Mistake("camopt", "band", band, f"at least {narrowest:.3g}, {LEAST_BAND:g} of the lift")])
+    outlier_places = (
+        followed.outlier_places
+        if followed
         else []
         if keep_outliers
-        else find_outliers(measured, point_noise(measured), band or least)
+        else find_outliers(measured, point_noise(measured), band or narrowest)
     )
-    kept, left_out = measured.drop_places(lost), measured.pick_places(lost)
-    errors = point_errors(kept)
-    usual = _allowed_by_noise(kept, errors)
-    room = usual if band is None else _allowed_by_band(float(band), usual)
-    _check_repeats(kept, room.band)
-    noise = max(errors.noise, least / CORNER_FACTOR)
-    found = _fit_outlines(
-        kept,
-        room,
+    kept_points, left_out = measured.drop_places(outlier_places), measured.pick_places(outlier_places)
+    errors = point_errors(kept_points)
+    usual = _allowed_by_noise(kept_points, errors)
+    allowed = usual if band is None else _allowed_by_band(float(band), usual)
+    _check_repeats(kept_points, allowed.band)
+    noise = max(errors.noise, narrowest / CORNER_FACTOR)
+    fitted = _fit_outlines(
+        kept_points,
+        allowed,
         usual.band,
         noise,
         segments,
-        lambda parts: Scene.from_dict(tables | _fitted_tables(parts, tables, seen), file),
+        lambda parts: Scene.from_dict(tables | _fitted_tables(parts, tables, followed), file),
     )
-    return replace(found, outliers=left_out, noise=errors.noise, usual=band is None, profile=seen)
+    return replace(fitted, outliers=left_out, noise=errors.noise, usual=band is None, profile=followed)
 
 
 def _fitted_tables(
-    parts: FittedSegments, tables: Mapping[str, Any], seen: FollowedProfile | None
+    parts: FittedSegments, tables: Mapping[str, Any], followed: FollowedProfile | None
 ) -> dict[str, Any]:
-    """What the tables of a scene have of a fit: the motion, its laws, and the base radius of a profile."""
+    """Tables of a scene that a fit replaces: the motion, its laws, and the base radius of a profile."""
     motion = {"motion": parts.motion, "laws": parts.laws}
-    if seen is None:
+    if followed is None:
         return motion
-    radius = round(seen.base_radius(parts.zero), LEVEL_DIGITS)
+    radius = round(followed.base_radius(parts.zero), LEVEL_DIGITS)
     return {**motion, "cam": {**tables["cam"], "base_radius": radius}}
 
 
 def _problem_at_rest(tables: Mapping[str, Any], radius: float, file: str) -> Problem:
-    """The cam and follower of a profile before its motion is known, nearly at rest on its least radius, mm."""
-    parts = {key: tables[key] for key in ("cam", "follower") if key in tables}
-    whole = {key: dict(table) for key, table in parts.items() if isinstance(table, Mapping)}
-    form = whole.get("cam", {}).get("form")
+    """The cam and follower of a profile before its motion is known, nearly at rest on the least radius [mm]."""
+    given_tables = {key: tables[key] for key in ("cam", "follower") if key in tables}
+    complete_tables = {key: dict(table) for key, table in given_tables.items() if isinstance(table, Mapping)}
+    form = complete_tables.get("cam", {}).get("form")
     if form in [*BODIES] and form != DISC.form:
         raise BadInput([Mistake(file, "cam.form", form, "disc: a profile is that of a disc cam")])
-    whole.get("cam", {})["base_radius"] = radius
-    whole.get("follower", {}).pop("dynamics", None)
-    return resolve_design(Scene.from_dict({**parts, **whole, "name": "", "motion": PLACEHOLDER_MOTION}, file))
+    complete_tables.get("cam", {})["base_radius"] = radius
+    complete_tables.get("follower", {}).pop("dynamics", None)
+    return resolve_design(
+        Scene.from_dict({**given_tables, **complete_tables, "name": "", "motion": PLACEHOLDER_MOTION}, file)
+    )
 
 
 def follow_measured_profile(
@@ -242,11 +244,11 @@ def follow_measured_profile(
     """The follower of a scene at the points of a profile."""
     profile.check(points)
     problem = _problem_at_rest(tables, float(points.lifts.min()) - profile.probe, file)
-    lost = [] if keep_outliers else find_outliers(points, point_noise(points), _narrowest_band(points))
-    kept = points.drop_places(lost)
-    room = _allowed_by_noise(kept, point_errors(kept))
-    _check_repeats(kept, room.band)
-    return follow_profile(problem, profile, points, lost, room, gaps_anywhere)
+    outlier_places = [] if keep_outliers else find_outliers(points, point_noise(points), _narrowest_band(points))
+    kept_points = points.drop_places(outlier_places)
+    allowed = _allowed_by_noise(kept_points, point_errors(kept_points))
+    _check_repeats(kept_points, allowed.band)
+    return follow_profile(problem, profile, points, outlier_places, allowed, gaps_anywhere)
 
 
 def measured_cam(
@@ -257,7 +259,7 @@ def measured_cam(
     *,
     of_profile: bool,
 ) -> Scene | Mapping[str, Any]:
-    """The cam and follower of a measured motion: a scene, or tables that options complete."""
+    """The cam and follower of a measured motion: a scene, or tables completed by options."""
     cam = {name: value for name, value in numbers.items() if value is not None}
     options = {"follower": follower, "roller_radius": roller_radius}
     if of_profile and "base_radius" in cam:
@@ -265,59 +267,71 @@ def measured_cam(
         raise BadInput([Mistake("camopt", "base_radius", cam["base_radius"], why, bare=True)])
     if scene is not None and not isinstance(scene, Mapping):
         why = "belongs to a fit without a scene: the scene has a follower"
-        given = {name: value for name, value in options.items() if value is not None}
-        if given:
-            raise BadInput(Mistake("camopt", name, value, why, bare=True) for name, value in given.items())
+        unused_options = {name: value for name, value in options.items() if value is not None}
+        if unused_options:
+            raise BadInput(Mistake("camopt", name, value, why, bare=True) for name, value in unused_options.items())
         scene = scene_from(scene)
         return scene.replace(**{f"cam.{name}": value for name, value in cam.items()}) if cam else scene
     if scene is not None and not cam and not any(options.values()):
         return scene
     tables = dict(scene or {})
-    own = {name: tables[name] if isinstance(tables.get(name), Mapping) else {} for name in ("cam", "follower")}
-    known = {"form": DISC.form, **cam, **own["cam"]}
+    own_tables = {
+        name: tables[name] if isinstance(tables.get(name), Mapping) else {} for name in ("cam", "follower")
+    }
+    cam_table = {"form": DISC.form, **cam, **own_tables["cam"]}
     sizes = {} if roller_radius is None else {"roller_radius": roller_radius}
-    contact = {"motion": TRANSLATING.name, "contact": follower or FLAT.name, **sizes, **own["follower"]}
-    if known.get("base_radius") is None and not of_profile:
+    follower_table = {
+        "motion": TRANSLATING.name,
+        "contact": follower or FLAT.name,
+        **sizes,
+        **own_tables["follower"],
+    }
+    if cam_table.get("base_radius") is None and not of_profile:
         raise BadInput([Mistake("camopt", "base_radius", None, "missing; or name a scene", bare=True)])
-    if contact["contact"] == ROLLER.name and contact.get("roller_radius") is None:
+    if follower_table["contact"] == ROLLER.name and follower_table.get("roller_radius") is None:
         raise BadInput([Mistake("camopt", "roller_radius", None, "missing; a roller has one", bare=True)])
-    return {**tables, "cam": known, "follower": contact}
+    return {**tables, "cam": cam_table, "follower": follower_table}
 
 
 def _lift_unit(tables: Mapping[str, Any], given: str | None, profile: MeasuredProfile | None) -> str:
-    """The unit of the lifts, or of a profile: that of the motion of follower or tool, or one that fits to it."""
+    """Unit of the lifts or of a profile: the given one, or the default for the motion of follower or tool."""
     follower = tables.get("follower")
-    swings = isinstance(follower, Mapping) and follower.get("motion") == OSCILLATING.name
+    oscillates = isinstance(follower, Mapping) and follower.get("motion") == OSCILLATING.name
     stages = [] if given_at_follower(tables) else stages_in(tables)
-    angular = tool_turns(stages, swings) and not profile
-    known = ("deg",) if angular else tuple(MM_PER_UNIT)
-    if given is not None and given not in known:
-        of = "a profile" if profile else f"{(OSCILLATING if angular else TRANSLATING).words} follower"
+    angular = tool_turns(stages, oscillates) and not profile
+    units = ("deg",) if angular else tuple(MM_PER_UNIT)
+    if given is not None and given not in units:
+        owner = "a profile" if profile else f"{(OSCILLATING if angular else TRANSLATING).words} follower"
         if stages and not profile:  # whatever the follower does
-            of = f"a tool that {'turns' if angular else 'slides'}"
-        what = f"{' or '.join(known)} for {of}"
+            owner = f"a tool that {'turns' if angular else 'slides'}"
+        what = f"{' or '.join(units)} for {owner}"
         raise BadInput([Mistake("camopt", "lift_unit", given, what)])
-    return given or known[0]
+    return given or units[0]
 
 
 def _narrowest_band(points: MeasuredPoints) -> float:
-    """The least band of points."""
+    """Least band of points, in the unit of the lifts."""
     return LEAST_BAND * float(np.ptp(points.lifts))
 
 
 def _check_segments(segments: Sequence[str] | None) -> None:
-    """Whether segments that are given are rises, returns and dwells, with a dwell between two of one kind."""
+    """BadInput unless segments are rises, returns and dwells, with a dwell between two of one kind."""
     if segments is None:
         return
-    known = isinstance(segments, (list, tuple)) and all(each in ("rise", "return", "dwell") for each in segments)
-    if not (known and {"rise", "return"} <= set(segments) and not any(a == b for a, b in pairwise(segments))):
+    are_kinds = isinstance(segments, (list, tuple)) and all(
+        segment in ("rise", "return", "dwell") for segment in segments
+    )
+    if not (are_kinds and {"rise", "return"} <= set(segments) and not any(a == b for a, b in pairwise(segments))):
         what = "rise, return and dwell in their order, with a dwell between two rises or two returns"
-        shown = ",".join(map(str, segments)) if known and segments else segments
+        shown = ",".join(map(str, segments)) if are_kinds and segments else segments
         raise BadInput([Mistake("camopt", "segments", shown, what)])
 
 
 def _allowed_by_noise(points: MeasuredPoints, errors: ErrorSize) -> AllowedDeviation:
-    """What normal errors leave in one file of twenty, and no less than numbers bear; more if one is larger."""
+    """The deviation that normal errors reach in one file of twenty; more if one error is larger.
+
+    It is at least what the digits of the lifts allow.
+    """
     least, normal = _narrowest_band(points), errors.noise * band_factor(points.rows.size)
     wide = min(ABNORMAL_FACTOR * errors.largest, CORNER_FACTOR * normal, float(np.ptp(points.lifts)) / 2.0 - least)
     band = wide if errors.largest > normal else normal
@@ -325,70 +339,72 @@ def _allowed_by_noise(points: MeasuredPoints, errors: ErrorSize) -> AllowedDevia
 
 
 def _allowed_by_band(band: float, usual: AllowedDeviation) -> AllowedDeviation:
-    """A band that is wider than errors take is room to use; a narrower one limits the errors further."""
+    """A band wider than that of errors limits deviations alone; a narrower one limits errors further."""
     return AllowedDeviation(band) if band >= usual.band else usual._replace(band=band)
 
 
 def _check_repeats(points: MeasuredPoints, band: float) -> None:
-    """Whether lifts at one angle are within two bands of each other."""
+    """Unmet if lifts at one angle differ by more than two bands."""
     for place in np.flatnonzero(np.diff(points.angles) == 0.0):
         same = np.flatnonzero(points.angles == points.angles[place])
         low, high = same[points.lifts[same].argmin()], same[points.lifts[same].argmax()]
-        apart = points.lifts[high] - points.lifts[low]
-        if apart > 2.0 * band:
-            rows = f"rows {points.rows[low]} and {points.rows[high]} are {apart:.4g} apart"
-            least = f"a band below {apart / 2.0:.4g} cannot be held"
+        difference = points.lifts[high] - points.lifts[low]
+        if difference > 2.0 * band:
+            rows = f"rows {points.rows[low]} and {points.rows[high]} are {difference:.4g} apart"
+            least = f"a band below {difference / 2.0:.4g} cannot be held"
             raise Unmet(f"{points.file}: {rows}, both at {points.angles[place]:g} deg: {least}")
 
 
 def _fit_outlines(
     points: MeasuredPoints,
-    room: AllowedDeviation,
-    usual: float,
+    allowed: AllowedDeviation,
+    usual_band: float,
     noise: float,
     segments: Sequence[str] | None,
     scene_with: Callable[[FittedSegments], Scene],
 ) -> Fit:
-    """The fit with the dwells and turns that stand out from the noise, or else with more, or with shorter dwells.
+    """The fit with the dwells and turns of the outline, or else with more or with shorter dwells.
 
-    It is the first of these that costs little jerk, or the one that costs least. Where none of them is within the
-    root mean square, the band alone is held.
+    It is the first fit that costs little jerk, or the one that costs least. If none is within the root mean square,
+    only the band applies.
 
     Raises
     ------
     Unmet
-        If none of them holds the band.
+        If no fit is within the band.
     Unsolved
         If the convex solver fails.
     """
-    refused: tuple[Sequence[OutlineNode], AllowedDeviation, float] | None = None
+    failure: tuple[Sequence[OutlineNode], AllowedDeviation, float] | None = None
     bands = [
-        each for each in dict.fromkeys((usual, room.band)) if 2.0 * max(each, room.band) < np.ptp(points.lifts)
+        candidate
+        for candidate in dict.fromkeys((usual_band, allowed.band))
+        if 2.0 * max(candidate, allowed.band) < np.ptp(points.lifts)
     ]
-    for within in dict.fromkeys((room, AllowedDeviation(room.band))):
-        free = least_jerk_curve(points, within)
-        found: list[Fit] = []
-        for band, drop in product(bands or [room.band], (LIKELY_DROP, 4.0 * LIKELY_DROP, 16.0 * LIKELY_DROP)):
-            outline, doubts = read_outline(points, band, max(band, room.band), noise, drop, segments)
+    for tried in dict.fromkeys((allowed, AllowedDeviation(allowed.band))):
+        least_jerk = least_jerk_curve(points, tried)
+        fits: list[Fit] = []
+        for band, drop in product(bands or [allowed.band], (LIKELY_DROP, 4.0 * LIKELY_DROP, 16.0 * LIKELY_DROP)):
+            outline, doubts = read_outline(points, band, max(band, allowed.band), noise, drop, segments)
             if len(outline) <= MOST_OUTLINE_NODES:
-                nodes = outline_nodes(points, outline, free)
-                if fitted := _certified_fit(points, nodes, within, free, scene_with):
-                    fitted = replace(fitted, doubts=doubts)
-                    if fitted.price <= MOST_JERK_PRICE:
-                        return fitted
-                    found.append(fitted)
+                nodes = outline_nodes(points, outline, least_jerk)
+                if result := _certified_fit(points, nodes, tried, least_jerk, scene_with):
+                    result = replace(result, doubts=doubts)
+                    if result.price <= MOST_JERK_PRICE:
+                        return result
+                    fits.append(result)
                 else:
-                    refused = refused or (nodes, within, free.rms_jerk)
-        if found:
-            return min(found, key=lambda each: each.price)
-    if refused:
-        raise _band_error(points, *refused)
-    what = f"turns back more than {MOST_OUTLINE_NODES} times by two bands of {room.band:.4g}: what is its noise?"
+                    failure = failure or (nodes, tried, least_jerk.rms_jerk)
+        if fits:
+            return min(fits, key=lambda candidate: candidate.price)
+    if failure:
+        raise _band_error(points, *failure)
+    what = f"turns back more than {MOST_OUTLINE_NODES} times by two bands of {allowed.band:.4g}: what is its noise?"
     raise Unmet(f"{points.file}: the lift {what}")
 
 
 def _band_margins(band: float) -> Iterator[float]:
-    """Margins of a band, as shares of it, tried until a motion lies within the whole band."""
+    """Margins of a band, as shares of it, to try until a motion lies within the whole band."""
     margin, most = max(BAND_MARGINS[0], SOLVER_SHARE / band), BAND_MARGINS[1]
     while margin <= most:
         yield margin
@@ -398,34 +414,41 @@ def _band_margins(band: float) -> Iterator[float]:
 def _certified_fit(
     points: MeasuredPoints,
     nodes: Sequence[OutlineNode],
-    room: AllowedDeviation,
-    free: LeastJerkCurve,
+    allowed: AllowedDeviation,
+    least_jerk: LeastJerkCurve,
     scene_with: Callable[[FittedSegments], Scene],
 ) -> Fit | None:
-    """The fit whose scene, as it is written, is proved to hold the band; None if none of these nodes does."""
-    for margin in _band_margins(room.band / float(np.ptp(points.lifts))):
-        motion = least_jerk_motion(points, nodes, room.reduce_by(margin), free.rms_jerk)
+    """The fit whose scene is proved to be within the band; None if these nodes have none."""
+    for margin in _band_margins(allowed.band / float(np.ptp(points.lifts))):
+        motion = least_jerk_motion(points, nodes, allowed.reduce_by(margin), least_jerk.rms_jerk)
         if motion is None:
             return None
         parts = fitted_segments(motion)
         scene = scene_with(parts)
-        found = certify_band(resolve(scene).given_motion, points, parts.start, parts.zero, room.band)
-        if found.held:
+        deviation = certify_band(resolve(scene).given_motion, points, parts.start, parts.zero, allowed.band)
+        if deviation.held:
             return Fit(
-                scene, points, points.pick_places([]), parts.start, parts.zero, room.band, found, free.square
+                scene,
+                points,
+                points.pick_places([]),
+                parts.start,
+                parts.zero,
+                allowed.band,
+                deviation,
+                least_jerk.square,
             )
     return None
 
 
 def _band_error(
-    points: MeasuredPoints, nodes: Sequence[OutlineNode], room: AllowedDeviation, jerk: float
+    points: MeasuredPoints, nodes: Sequence[OutlineNode], allowed: AllowedDeviation, jerk: float
 ) -> Exception:
-    """Why no motion of these dwells and turns is within a room."""
+    """The error for dwells and turns without a motion within the allowed deviation."""
     least, places = least_band(points, nodes, jerk)
-    if least < room.band:
+    if least < allowed.band:
         return Unsolved("the convex solver holds the band not closely enough")
     rows = ", ".join(map(str, sorted(points.rows[places])[:MOST_ROWS_NAMED])) + (
         " and others" if len(places) > MOST_ROWS_NAMED else ""
     )
-    what = f"{points.file}: no motion with its dwells and turns is within {room.band:.4g} of all points"
+    what = f"{points.file}: no motion with its dwells and turns is within {allowed.band:.4g} of all points"
     return Unmet(what if least == inf else f"{what}; {least:.4g} can be held; rows {rows} stand in the way")

@@ -1,4 +1,4 @@
-"""The result of a fit: a scene with the measured motion, and how it lies in the points."""
+"""The result of a fit: a scene with the measured motion, and its deviations from the points."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -27,12 +27,12 @@ from camopt.solve.measured.profile import FollowedProfile
 from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.result import Result, Table, table_of
 
-JERK_ORDER = 3  # its order
-MOST_WARNED_ROWS = 6  # rows at most
+JERK_ORDER = 3
+MOST_WARNED_ROWS = 6  # rows named in a warning
 
 
 class OmittedPoint(NamedTuple):
-    """A point that the fit leaves out: its row, angle (deg), lift, and how far the motion is from it."""
+    """A point that the fit leaves out: its row, angle [deg], lift, and the deviation of the motion from it."""
 
     row: int
     angle: float
@@ -49,27 +49,27 @@ class Fit(Result, Drawable):
     Attributes
     ----------
     scene : Scene
-        The cam with the motion that was found.
+        The cam with the fitted motion.
     points, outliers : Points
-        Those that it was fitted to, and those left out: ``angles``, ``lifts`` and ``rows`` of the file.
+        The points of the fit, and the points left out: ``angles``, ``lifts`` and ``rows`` of the file.
     start : float
         The measured angle (deg) at which the turn of the scene starts.
     zero : float
         The lift there, the lowest.
     band : float
-        How far the motion may be from a point.
+        Largest allowed deviation of the motion from a point.
     deviation : Deviation
-        How far it is: ``held`` (proved), ``at_points``, ``largest``, and ``between`` the points.
+        The deviation found: ``held`` (proved), ``at_points``, ``largest``, and ``between`` the points.
     least_square : float
-        No motion as near to the points has less ∫ (y''')² dθ over the turn; θ in rad.
+        Lower bound of ∫ (y''')² dθ over the turn for any motion as near to the points; θ in rad.
     noise : float
         The standard deviation of the points' errors, estimated from the points.
     usual : bool
         Whether the band comes from the noise.
     profile : FollowedProfile or None
-        The profile that the points come from, if it was one: their lifts are then positions of the follower.
+        The profile of the points, if they are one: their lifts are then positions of the follower.
     doubts : tuple of Doubt
-        Dwells where the points fit a motion without one too: ``start`` and ``end`` (deg, measured angles), whether
+        Dwells where the points also fit a motion without one: ``start`` and ``end`` (deg, measured angles), whether
         the motion ``rests`` there, and the ``segments`` of the other reading.
 
     Examples
@@ -105,37 +105,37 @@ class Fit(Result, Drawable):
 
     @property
     def unit(self) -> str:
-        """The unit of the lifts."""
+        """Unit of the lifts."""
         return displacement_unit(angular=self._problem.given_turns)
 
     @property
     def at_follower(self) -> bool:
-        """Whether, behind a train, the points are of the follower's motion and not of the tool's."""
+        """Whether the points behind a train are of the follower's motion instead of the tool's."""
         return self._problem.programme.given_at_follower
 
     def quantity(self, derivative: str) -> str:
-        """The quantity that a largest velocity, acceleration or jerk is."""
+        """Name of the quantity that is the largest velocity, acceleration or jerk."""
         timed = self._problem.setup.omega is not None
         part = AT_FOLLOWER if self.at_follower else ""
         return motion_quantity(derivative, part, angular=self._problem.given_turns, timed=timed)
 
     def scale(self, order: int) -> Any:
-        """From a derivative of the motion to the unit of its quantity."""
+        """Factor from a derivative of the motion to the unit of its quantity."""
         return motion_scale(self._problem.setup, order, at_follower=self.at_follower)
 
     @property
     def _lift_factor(self) -> float:
-        """From the unit of the lifts to that of a programme."""
+        """Factor from the unit of the lifts to that of a programme."""
         return radians(1.0) if self._problem.given_turns else 1.0
 
     def table(self) -> Table:
-        """The segments of the motion."""
+        """A table of the segments of the motion."""
         segments = [{"law": "", **segment.model_dump(exclude_none=True)} for segment in self.scene.motion]
         names, units = ["segment", "angle", "lift", "law"], {"angle": "deg", "lift": self.unit}
         return table_of("The motion", segments, names, units=units)
 
     def sections(self) -> Iterator[Table | str]:
-        """Deviations of the motion from the points, its segments, its peaks beside those of plain differences."""
+        """Deviations from the points, the segments, and peaks beside those of finite differences."""
         unit, away = self.unit, self.deviation
         lowest = f"its lowest {'position' if self.profile else 'lift'} is {with_unit(self.zero, unit)}"
         count = f"{self.points.angles.size:,} points, noise {with_unit(self.noise, unit)}"
@@ -171,19 +171,19 @@ class Fit(Result, Drawable):
         yield f"{what}; no motion as near to the points has less than {least}."
 
     def _profile_sections(self) -> Iterator[str]:
-        """How a profile was measured, whose lift it gives, how far its points are from the cam that was found."""
-        found = self._profile_record
-        if self.profile is None or found is None:
+        """How a profile was measured, whose lift it gives, and the distances of its points from the fitted cam."""
+        record = self._profile_record
+        if self.profile is None or record is None:
             return
         follower = self.scene.follower
         numbers = {
-            key: with_unit(found[f"{key}_mm"], "mm") for key in ("base_radius", "distance_max", "distance_rms")
+            key: with_unit(record[f"{key}_mm"], "mm") for key in ("base_radius", "distance_max", "distance_rms")
         }
         radius = with_unit(self.profile.probe, "mm")
         probe = f"centres of a ball of {radius}" if self.profile.probe else "points on the profile itself"
-        off = f"{numbers['distance_max']}, root mean square {numbers['distance_rms']}"
+        distances = f"{numbers['distance_max']}, root mean square {numbers['distance_rms']}"
         yield f"Measured: {probe}; the lift is that of the follower: {follower.motion}, {follower.contact}."
-        yield f"Base radius {numbers['base_radius']}. From the profile of this cam the points are at most {off}."
+        yield f"Base radius {numbers['base_radius']}. Largest distance of the points from this cam: {distances}."
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -192,14 +192,14 @@ class Fit(Result, Drawable):
 
     @property
     def deviation_rms(self) -> float:
-        """The root mean square of what the motion is off the points by."""
+        """Root mean square deviation of the motion from the points."""
         return float(np.sqrt(np.mean(np.square(self.deviation.at_points))))
 
     @cached_property
     def distances(self) -> FloatArray:
-        """Distances of the points of a profile outside that of the scene, mm; empty for measured lifts.
+        """Distances of the points of a profile outside that of the scene [mm]; empty for measured lifts.
 
-        Along its normal, from an outline of the scene's profile: what the fit itself does not use.
+        They are along its normal, from an outline of the scene's profile that the fit itself does not use.
         """
         if self.profile is None:
             return np.empty(0)
@@ -209,28 +209,35 @@ class Fit(Result, Drawable):
     def left_out(self) -> tuple[OmittedPoint, ...]:
         """The points that are left out, by row."""
         angles = np.radians(angle_from(self.start, self.outliers.angles))
-        off = self._problem.given_motion.motion_at(angles)[0] / self._lift_factor + self.zero - self.outliers.lifts
-        rows = zip(self.outliers.rows, self.outliers.angles, self.outliers.lifts, off, strict=True)
-        return tuple(sorted(OmittedPoint(int(row), float(a), float(y), float(d)) for row, a, y, d in rows))
+        deviations = (
+            self._problem.given_motion.motion_at(angles)[0] / self._lift_factor + self.zero - self.outliers.lifts
+        )
+        rows = zip(self.outliers.rows, self.outliers.angles, self.outliers.lifts, deviations, strict=True)
+        return tuple(
+            sorted(
+                OmittedPoint(int(row), float(angle), float(lift), float(deviation))
+                for row, angle, lift, deviation in rows
+            )
+        )
 
     @property
     def jerk_rms(self) -> float:
-        """The root mean square of the jerk over the turn, in the unit of the scene's jerks."""
+        """Root mean square jerk over the turn, in the unit of the scene's jerks."""
         return float(root_mean_square(self._problem.given_motion, JERK_ORDER) * self.scale(JERK_ORDER))
 
     @property
     def least_jerk_rms(self) -> float:
-        """The least root mean square of the jerk of any motion as near to the points, without dwells and turns."""
+        """Least root mean square jerk of any motion as near to the points, without dwells and turns."""
         return float(sqrt(self.least_square / radians(TURN_DEG)) * self._lift_factor * self.scale(JERK_ORDER))
 
     @property
     def price(self) -> float:
-        """Its root mean square of the jerk over the least one."""
+        """Root mean square jerk over the least one."""
         return self.jerk_rms / self.least_jerk_rms if self.least_jerk_rms else inf
 
     @property
     def after(self) -> dict[str, float]:
-        """The largest velocity, acceleration and jerk of the motion."""
+        """Largest velocity, acceleration and jerk of the motion."""
         orders = {name: order for order, name in enumerate(DERIVATIVE_UNITS, start=1)}
         programme = self._problem.given_motion
         return {
@@ -245,80 +252,84 @@ class Fit(Result, Drawable):
 
     @cached_property
     def differences(self) -> Mapping[str, tuple[FloatArray, FloatArray]]:
-        """Velocity, acceleration and jerk by divided differences of the points: cam angles (deg) and values."""
+        """Velocity, acceleration and jerk by divided differences of the points: cam angles [deg] and values."""
         angles, place = np.unique(angle_from(self.start, self.points.angles), return_inverse=True)
         lifts = np.bincount(place, self.points.lifts) / np.bincount(place) * self._lift_factor
         count, theta = angles.size, np.radians(angles)
-        found, rows, factor = {}, lifts, 1.0
+        derivatives, rows, factor = {}, lifts, 1.0
         around = np.concatenate([theta, theta[:JERK_ORDER] + radians(TURN_DEG)])
         for order, name in enumerate(DERIVATIVE_UNITS, start=1):
             rows = (np.roll(rows, -1) - rows) / (around[order : order + count] - theta)
             factor *= order
             middle = np.mean([around[k : k + count] for k in range(order + 1)], axis=0)
-            found[name] = np.degrees(middle) % TURN_DEG, rows * factor * self.scale(order)
-        return found
+            derivatives[name] = np.degrees(middle) % TURN_DEG, rows * factor * self.scale(order)
+        return derivatives
 
     @property
     def _normal_band(self) -> float:
-        """The band that normal errors take."""
+        """The band that contains normal errors."""
         return self.noise * band_factor(self.points.angles.size)
 
     @cached_property
     def one_sided(self) -> tuple[OneSidedStretch, ...]:
-        """The stretches of points that the motion is on one side of; none in a band that is room to use."""
-        wanted = self.usual or self.band < self._normal_band
-        if not wanted or self._normal_band < LEAST_BAND * float(np.ptp(self.points.lifts)):
+        """Stretches where the motion stays on one side of the points; none for a band wider than that of errors."""
+        is_by_noise = self.usual or self.band < self._normal_band
+        if not is_by_noise or self._normal_band < LEAST_BAND * float(np.ptp(self.points.lifts)):
             return ()
         return tuple(one_sided_stretches(np.array(self.deviation.at_points), self.noise))
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a reader should know: a band that is narrow for the noise, points on one side or left out."""
-        found = []
+        """Warnings: a band that is narrow for the noise, and points that lie on one side or are left out."""
+        sentences = []
         if self.unit == OSCILLATING.unit and not self.points.unit_said:
             most = with_unit(float(np.ptp(self.points.lifts)), self.unit)
-            found.append(f"the lifts are taken as angles, up to {most}; lift unit {self.unit} says that they are")
+            sentences.append(
+                f"the lifts are taken as angles, up to {most}; lift unit {self.unit} says that they are"
+            )
         if self.band < self._normal_band:
             noise, normal, band = (
-                with_unit(each, self.unit) for each in (self.noise, self._normal_band, self.band)
+                with_unit(value, self.unit) for value in (self.noise, self._normal_band, self.band)
             )
             what = f"narrower than normal errors of the noise {noise} take ({normal})"
-            found.append(f"the band {band} is {what}: the motion may follow errors")
+            sentences.append(f"the band {band} is {what}: the motion may follow errors")
         for doubt in self.doubts[:MOST_WARNED_ROWS]:
             where, other = f"from {doubt.start:g} to {doubt.end:g} deg the points fit", ",".join(doubt.segments)
             what = "a dwell too, which the motion has not: segments {} have it"
             what = "no dwell as well as the one there: segments {} have none" if doubt.rests else what
-            found.append(f"{where} {what.format(other)}")
+            sentences.append(f"{where} {what.format(other)}")
         for stretch in self.one_sided[:MOST_WARNED_ROWS]:
             first, last = self.points.angles[[stretch.first, stretch.last]]
             side, mean = "above" if stretch.mean > 0.0 else "below", abs(stretch.mean)
             how = f"{with_unit(mean, self.unit)} on average, {mean / self.noise:.2g} times the noise"
-            found.append(
+            sentences.append(
                 f"from {first:g} to {last:g} deg the motion is {side} its {stretch.points} points by {how}"
             )
         if len(self.one_sided) > MOST_WARNED_ROWS:
-            found.append(
+            sentences.append(
                 f"it is on one side of the points over {len(self.one_sided) - MOST_WARNED_ROWS} more stretches"
             )
-        for each in self.left_out:
+        for point in self.left_out:
             what = "position" if self.profile else "lift"
-            where = f"row {each.row} ({what} {with_unit(each.lift, self.unit)} at {each.angle:g} deg)"
-            found.append(f"{where} is left out: the motion is {with_unit(abs(each.deviation), self.unit)} away")
+            where = f"row {point.row} ({what} {with_unit(point.lift, self.unit)} at {point.angle:g} deg)"
+            sentences.append(
+                f"{where} is left out: the motion is {with_unit(abs(point.deviation), self.unit)} away"
+            )
         if self.profile is not None and self.profile.unreached.size:
             rows = self.profile.unreached
             named = ", ".join(map(str, rows[:MOST_WARNED_ROWS])) + (
                 " and others" if rows.size > MOST_WARNED_ROWS else ""
             )
-            found.append(f"the follower does not reach {rows.size} points in hollows: rows {named}")
-        return tuple(found)
+            sentences.append(f"the follower does not reach {rows.size} points in hollows: rows {named}")
+        return tuple(sentences)
 
-    def _stretch_record(self, each: OneSidedStretch) -> dict[str, Any]:
-        first, last = self.points.angles[[each.first, each.last]]
+    def _stretch_record(self, stretch: OneSidedStretch) -> dict[str, Any]:
+        first, last = self.points.angles[[stretch.first, stretch.last]]
         return {
             "from_deg": float(first),
             "to_deg": float(last),
-            "points": each.points,
-            f"mean_{self.unit}": each.mean,
+            "points": stretch.points,
+            f"mean_{self.unit}": stretch.mean,
         }
 
     @property
@@ -356,10 +367,10 @@ class Fit(Result, Drawable):
             "after": {self.quantity(name): value for name, value in self.after.items()},
             "profile": self._profile_record,
             "dwells_in_doubt": [
-                {"from_deg": each.start, "to_deg": each.end, "rests": each.rests, "other_segments": each.segments}
-                for each in self.doubts
+                {"from_deg": item.start, "to_deg": item.end, "rests": item.rests, "other_segments": item.segments}
+                for item in self.doubts
             ],
-            "one_sided": [self._stretch_record(each) for each in self.one_sided],
-            "left_out": [each._asdict() for each in self.left_out],
+            "one_sided": [self._stretch_record(item) for item in self.one_sided],
+            "left_out": [item._asdict() for item in self.left_out],
             "motion": [segment.model_dump(exclude_none=True) for segment in self.scene.motion],
         }

@@ -1,4 +1,4 @@
-"""A fitted motion as the segments and laws of a scene, which start where the motion is lowest."""
+"""A fitted motion as segments and laws of a scene, from its lowest point."""
 
 from typing import Any, NamedTuple
 
@@ -10,11 +10,11 @@ from camopt.solve.measured.outline import ANGLE_DIGITS
 from camopt.solve.measured.spline_chain import CHAIN_DEGREE
 
 FITTED_LAW = "measured"
-LEVEL_DIGITS = 9  # of lifts, whose levels have fewer
+LEVEL_DIGITS = 9  # decimals of lifts; levels have fewer
 
 
 class FittedSegments(NamedTuple):
-    """The tables of a motion; ``start`` (deg) and ``zero`` are the measured angle and lift where it has 0 and 0."""
+    """Tables of a motion; ``start`` [deg] and ``zero`` are the measured angle and lift at its 0 and 0."""
 
     motion: list[dict[str, Any]]
     laws: dict[str, dict[str, Any]]
@@ -22,30 +22,36 @@ class FittedSegments(NamedTuple):
     zero: float
 
 
-def fitted_segments(shaped: OutlineMotion) -> FittedSegments:
-    """The segments of a motion, from its lowest: an angle of 0 if it rests there, else the end of that dwell."""
-    nodes, count = shaped.nodes, len(shaped.nodes)
+def fitted_segments(outline_motion: OutlineMotion) -> FittedSegments:
+    """The segments of a motion from its lowest point.
+
+    They begin at angle 0 if the motion rests there, else at the end of the lowest dwell or turning point.
+    """
+    nodes, count = outline_motion.nodes, len(outline_motion.nodes)
     first = min(range(count), key=lambda k: (nodes[k].level, nodes[k].start - nodes[k].end))
     lowest, zero = nodes[first], nodes[first].level
-    rest = _round_angle(lowest.end - lowest.start)
-    before = float(angle_from(lowest.start, 0.0))  # from where the dwell starts to an angle of 0
-    inside = 0.0 < before < rest
-    start = 0.0 if inside else lowest.end % TURN_DEG
-    motion: list[dict[str, Any]] = [_dwell_segment(rest - before)] if inside else []
+    dwell_angle = _round_angle(lowest.end - lowest.start)
+    angle_before_0 = float(angle_from(lowest.start, 0.0))  # from the start of the dwell to angle 0
+    rests_at_0 = 0.0 < angle_before_0 < dwell_angle
+    start = 0.0 if rests_at_0 else lowest.end % TURN_DEG
+    motion: list[dict[str, Any]] = [_dwell_segment(dwell_angle - angle_before_0)] if rests_at_0 else []
     laws = {}
     for number in range(count):
         k, following = (first + number) % count, (first + number + 1) % count
         lift = nodes[following].level - nodes[k].level
         name = f"{FITTED_LAW}-{number + 1}"
         segment = "rise" if lift > 0.0 else "return"
-        angle, lift = _round_angle(shaped.strokes[k].angle), round(abs(lift), LEVEL_DIGITS)
+        angle, lift = _round_angle(outline_motion.strokes[k].angle), round(abs(lift), LEVEL_DIGITS)
         motion.append({"segment": segment, "angle": angle, "lift": lift, "law": name})
-        knots, coefficients = shaped.strokes[k].chain.knots.tolist(), shaped.coefficients[k].tolist()
+        knots, coefficients = (
+            outline_motion.strokes[k].chain.knots.tolist(),
+            outline_motion.coefficients[k].tolist(),
+        )
         laws[name] = {"degree": CHAIN_DEGREE, "knots": knots, "coefficients": coefficients}
         if nodes[following].is_dwell:
-            last = following == first
+            is_last = following == first
             length = nodes[following].end - nodes[following].start
-            motion.append(_dwell_segment(before if last and inside else length))
+            motion.append(_dwell_segment(angle_before_0 if is_last and rests_at_0 else length))
     return FittedSegments(motion, laws, start, zero)
 
 

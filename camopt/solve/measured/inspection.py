@@ -1,16 +1,16 @@
-"""A measured profile against the drawing of its scene: the error of motion that this cam has, and what makes it.
+"""Inspection of a measured profile against its scene: the error of motion of this cam, and the causes of it.
 
-The follower of the scene touches each measured point at one cam angle θ and with one position, by exact contact
-(``measured.profile``): less the one that is asked there, this is the error of the motion e. The cam is put on its
-shaft as it fits best; what it has to be turned by is its phase. Along the normal the profile is off by δn = e/g,
-with the answer g of the motion to the profile (``tolerances.response``). By least squares
+The follower of the scene touches each measured point at one cam angle θ and in one position, by exact contact
+(``measured.profile``). This position less the nominal one is the error of motion e. The cam is turned on its shaft
+to the best fit; the angle of that turn is its phase. The deviation of the profile along the normal is δn = e/g,
+with the response g of the motion to the profile (``tolerances.response``). By least squares
 
     e(θ) ≈ y'·phase + g·size + b₁·ε₁ + b₂·ε₂
 
-with the answers b to the axis of the bore, ε: the first harmonic of the deviation. What is left are waves
-(``measured.waves``). Smooth errors are those of the smoothing spline; what it leaves is noise, but for points that
-are off by more than eight times as much. These, outliers that were left out, and what the follower does not reach
-are told with their distances from the drawing, and count for the tolerance of the profile.
+with the responses b to the axis of the bore, ε: the first harmonic of the deviation. The rest are waves
+(``measured.waves``). Smooth errors are those of the smoothing spline. Its residuals are noise, except for points
+more than eight times further away. These points, the outliers that were left out and the points that the follower
+does not reach are reported with their distances from the drawing, and count for the profile tolerance.
 
 Source: G. Wahba, Spline Models for Observational Data, ch. 4.
 """
@@ -54,24 +54,25 @@ from camopt.solve.tolerances.turn_errors import TurnErrors, contributions
 from camopt.solve.tolerances.worst_case import worst_search
 
 PHASE_TRIALS, PHASE_FITS = 1440, 6
-"""In how many ways the cam is put on its shaft at first, and how often this is made better."""
+"""Number of trial angles of the cam on its shaft, and of refinements of the best one."""
 SHOWN_ROWS = 6
+"""Number of items of a list that are shown."""
 LEAST_POINT_ERROR = 1e-4
-"""Points that are off by less, mm, are not told."""
+"""Points with smaller errors are not reported [mm]."""
 LIKELY_MISTAKES = {
     (0, 0): "turned on its shaft its points fit: their angle 0 is another one",
     (0, 1): "in the mirror, x to -x, its points fit: measured from behind, or cam.rotation is the other one",
     (1, 0): "the points of the other disc fit: the files are the wrong way round",
     (1, 1): "in the mirror, x to -x, the points of the other disc fit: the files are the wrong way round",
 }
-"""What makes points fit, by whether they are of the other disc and in the mirror."""
+"""Likely mistakes of measurement, by whether points of the other disc fit and whether mirrored points fit."""
 SETTINGS_TO_CHECK = "rotation, probe, unit, and the angle 0 if aligned"
 WRONG_CAM_SHARE = 0.02
-"""Of the stroke: a cam that is further off is not the one of the drawing, or was read wrongly."""
+"""A cam with a larger error, as a share of the stroke, is not the one of the drawing or was read wrongly."""
 
 
 class ToleranceUse(NamedTuple):
-    """How much of a tolerance a measured cam uses.
+    """The part of a tolerance that a measured cam uses.
 
     Examples
     --------
@@ -82,22 +83,23 @@ class ToleranceUse(NamedTuple):
     """
 
     key: str
-    """Of ``[tolerances]``, or ``motion``, of which all cams within the tolerances have at most so much, proved."""
+    """Key of ``[tolerances]``, or ``motion``: the proved largest error of motion of all cams within the tolerances.
+    """
     unit: str
     found: float
     allowed: float | None
-    """The end of its zone; None where the scene has no such tolerance."""
+    """End of the tolerance zone; None if the scene has no such tolerance."""
     moves: float | None
-    """What it contributes to the error of the tool where that is largest, mm (deg)."""
+    """Its contribution to the tool error where that is largest [mm or deg]."""
 
     @property
     def share(self) -> float | None:
-        """Of what is allowed."""
+        """Value found, as a share of the allowed value."""
         return None if self.allowed is None else self.found / self.allowed if self.allowed else inf
 
 
 class OutlyingPoint(NamedTuple):
-    """A point far off its neighbours: its row, and its distance outside the profile of the drawing, mm."""
+    """A point far from its neighbours: its row, and its distance outside the profile of the drawing [mm]."""
 
     row: int
     off: float
@@ -105,50 +107,50 @@ class OutlyingPoint(NamedTuple):
 
 @dataclass(frozen=True)
 class Inspection(Result):
-    """A measured cam against its drawing.
+    """A measured cam compared with its drawing.
 
     Attributes
     ----------
     scene : Scene
         The drawing.
     phase_deg : float
-        By how much the cam is ahead of the angles of the points, as it fits best.
+        By how much the cam is ahead of the angles of the points at the best fit.
     file : str
-        Where the points are from.
+        The file of the points.
     error : float
         The largest error of the tool, mm (deg), with its sign; at ``at_deg``.
     at_deg : float
-        The cam angle of it.
+        The cam angle of the largest error.
     unit : str
-        Of errors of the tool: mm or deg.
+        Unit of tool errors: mm or deg.
     noise : float
         Standard deviation of the points along the normal, mm.
     used : tuple of ToleranceUse
-        What is found of each tolerance.
+        The part of each tolerance that is used.
     waves : tuple of ProfileWave
-        Those that noise does not explain, the largest first; the first harmonic and the mean are not among them.
+        Waves that noise does not explain, the largest first; without the mean and the first harmonic.
     eccentricity : tuple of float
         From the axis of the bore to that of the profile, x and y in the frame of the cam at cam angle 0, mm.
     size : float
-        By how much the profile stands out all over, mm.
+        Mean distance of the profile outside the drawing, mm.
     angles, errors : ndarray
         Cam angles of the points, deg, and smooth errors of the tool there.
     outliers : tuple of OutlyingPoint
-        Points far off their neighbours, or not reached, the furthest first: ``row`` and ``off``, the distance
-        outside the profile of the drawing, mm, below 0 in a dent. They count for the profile, and for nothing else
-        unless outliers are kept.
+        Points far from their neighbours, or not reached, the furthest first: ``row`` and ``off``, the distance
+        outside the profile of the drawing, mm, below 0 in a dent. They count for the profile only, unless outliers
+        are kept.
     gaps : tuple of (float, float)
         Cam angles between which points are missing, deg.
     unreached : tuple of int
         Rows of points in hollows that the follower does not reach.
     not_counted : tuple of str
-        Tolerances that have no part in what is allowed of the motion: the follower is nominal here.
+        Tolerances that are not part of the allowed motion, because the follower is nominal here.
     far : bool
-        Whether it is so far off that it is hardly a cam of this drawing.
+        Whether the error is so large that this is hardly a cam of the drawing.
     likely : str
-        Why it is ``far``, if other points were tried and fit: its own in the mirror, or those of the other disc.
+        The likely mistake if ``far``: mirrored points, or those of the other disc, fit.
     mover : str
-        Whose errors these are: ``tool``, or of one disc of a pair that drives a train ``follower``.
+        Whose errors these are: ``tool``, or ``follower`` for one disc of a pair that drives a train.
 
     Examples
     --------
@@ -183,30 +185,30 @@ class Inspection(Result):
 
     @property
     def within(self) -> bool | None:
-        """Whether no tolerance is exceeded where points are; None if the scene has none of what was found."""
-        shares = [each.share for each in self.used if each.share is not None]
+        """Whether no tolerance is exceeded at the points; None if the scene has no such tolerance."""
+        shares = [use.share for use in self.used if use.share is not None]
         return None if not shares else max(shares) <= 1.0
 
     def table(self) -> Table:
-        """What is found of each tolerance, beside what is allowed."""
+        """A table of the value found for each tolerance, beside the allowed value."""
         heads = ["", "allowed", "found", "used", f"moves the {self.mover}"]
         rows = []
-        for each in self.used:
-            allowed = "" if each.allowed is None else with_unit(each.allowed, each.unit)
-            share = "" if each.share is None else f"{100.0 * each.share:.3g} %"
-            moves = "" if each.moves is None else with_unit(each.moves, self.unit)
-            rows.append([each.key, allowed, with_unit(each.found, each.unit), share, moves])
+        for use in self.used:
+            allowed = "" if use.allowed is None else with_unit(use.allowed, use.unit)
+            share = "" if use.share is None else f"{100.0 * use.share:.3g} %"
+            moves = "" if use.moves is None else with_unit(use.moves, self.unit)
+            rows.append([use.key, allowed, with_unit(use.found, use.unit), share, moves])
         kinds = [Cell(head, NUMERIC if head else "") for head in heads]
         return Table.from_texts(f"{os.path.basename(self.file)} against {self.scene.name}", kinds, rows, self._note)
 
     @property
     def _note(self) -> str:
-        """What the table does not say, a sentence each."""
+        """The sentences below the table."""
         within = f"Within all tolerances{' where points are' if self.gaps else ''}"
-        said = {None: "The scene has no tolerances", True: within, False: "Beyond a tolerance"}
+        verdicts = {None: "The scene has no tolerances", True: within, False: "Beyond a tolerance"}
         ahead = "ahead of" if self.phase_deg >= 0.0 else "behind"
-        told = [
-            said[self.within],
+        sentences = [
+            verdicts[self.within],
             f"The {self.mover} is off by {with_unit(self.error, self.unit)} at {number_text(self.at_deg)} deg; "
             f"noise of the points {with_unit(self.noise, 'mm')}",
             f"The cam is {ahead} the angles of the points by {number_text(abs(self.phase_deg))} deg",
@@ -214,34 +216,37 @@ class Inspection(Result):
         ]
         if self.far:
             likely = f", but {self.likely}" if self.likely else f": check {SETTINGS_TO_CHECK}"
-            told.append(f"That is no cam of this drawing{likely}")
+            sentences.append(f"That is no cam of this drawing{likely}")
         if self.outliers:
-            off = [f"row {each.row} by {with_unit(each.off, 'mm')}" for each in self.outliers]
-            told.append(f"Points far off their neighbours, which count for the profile: {_shortened_list(off)}")
+            distances = [f"row {item.row} by {with_unit(item.off, 'mm')}" for item in self.outliers]
+            sentences.append(
+                f"Points far off their neighbours, which count for the profile: {_shortened_list(distances)}"
+            )
         if self.gaps:
             ends = [f"from {low:.4g} to {high:.4g} deg" for low, high in self.gaps]
-            told.append(
+            sentences.append(
                 f"No points {_shortened_list(ends)}: what the profile is there, and waves there, are not known"
             )
         if self.unreached:
-            told.append(
+            sentences.append(
                 f"The follower does not reach {len(self.unreached)} points: rows {_shortened_list(self.unreached)}"
             )
         if self.not_counted:
-            told.append(f"Not in the motion that is allowed: {', '.join(self.not_counted)}")
-        return "".join(f"{each}. " for each in told).rstrip()
+            sentences.append(f"Not in the motion that is allowed: {', '.join(self.not_counted)}")
+        return "".join(f"{item}. " for item in sentences).rstrip()
 
     @property
     def _waves_in_words(self) -> str:
-        some = [f"{each.number} of {with_unit(each.amplitude, 'mm')}" for each in self.waves]
-        if not some:
+        """A sentence on the waves of the profile."""
+        waves = [f"{item.number} of {with_unit(item.amplitude, 'mm')}" for item in self.waves]
+        if not waves:
             return "No waves but those of noise"
-        alike = next((each for each in self.used if each.key == "waves" and each.allowed is not None), None)
-        zone = f", as steep or curved as {alike.found:.4g} of the height of the zone" if alike else ""
-        return f"Waves in a turn: {_shortened_list(some)}{zone}"
+        wave_use = next((item for item in self.used if item.key == "waves" and item.allowed is not None), None)
+        zone = f", as steep or curved as {wave_use.found:.4g} of the height of the zone" if wave_use else ""
+        return f"Waves in a turn: {_shortened_list(waves)}{zone}"
 
     def document(self) -> dict[str, Any]:
-        """The error, where the cam is off, and a record for each tolerance, wave and outlier."""
+        """The error, the deviations of the cam, and a record for each tolerance, wave and outlier."""
         return {
             "scene": self.scene.name,
             "error": self.error,
@@ -262,12 +267,12 @@ class Inspection(Result):
 
     def records(self) -> list[dict[str, Any]]:
         """A mapping for each tolerance."""
-        return [{**each._asdict(), "share": each.share} for each in self.used]
+        return [{**use._asdict(), "share": use.share} for use in self.used]
 
 
-def _shortened_list(words: Sequence[Any]) -> str:
-    """The first of some words."""
-    return ", ".join(map(str, words[:SHOWN_ROWS])) + (" and others" if len(words) > SHOWN_ROWS else "")
+def _shortened_list(items: Sequence[Any]) -> str:
+    """The first items of a list, in words."""
+    return ", ".join(map(str, items[:SHOWN_ROWS])) + (" and others" if len(items) > SHOWN_ROWS else "")
 
 
 @options_by_keyword
@@ -282,17 +287,17 @@ def inspect(
     keep_outliers: bool = False,
     aligned: bool = False,
 ) -> Inspection:
-    """Find the error of motion that a measured cam has against its drawing, and which tolerance makes it.
+    """Find the error of motion of a measured cam against its drawing, and the tolerance that causes it.
 
     The follower of the scene is put on the measured profile by exact contact, with nominal sizes. The axis of the
-    bore is that of the points. The cam is turned on its shaft to where the error is least, unless it is aligned.
+    bore is that of the points. The cam is turned on its shaft to the least error, unless it is aligned.
 
     Parameters
     ----------
     profile : MeasuredProfile
         Points of the profile of a disc cam, as for ``fit``.
     scene : Scene, str or os.PathLike
-        The drawing: a scene with sizes of its own; its ``[tolerances]`` are what is allowed.
+        The drawing: a scene with fixed sizes; its ``[tolerances]`` are the allowed deviations.
     columns : sequence of str or int, optional
         Names or numbers (from 1) of the columns, as for ``fit``.
     angle_unit : str, default "deg"
@@ -302,20 +307,20 @@ def inspect(
     turn : float, optional
         The angle of one turn of the cam in the file.
     keep_outliers : bool, default False
-        Whether single points that are far off their neighbours count for the error of the tool and the waves too.
+        Whether single points far from their neighbours count for the tool error and the waves too.
     aligned : bool, default False
-        Whether the angle 0 of the points is that of the scene, as measured from the keyway: phase counts then.
+        Whether the angle 0 of the points is that of the scene, as measured from the keyway. The phase then counts.
 
     Returns
     -------
     Inspection
-        The error of the tool, how much of each tolerance is used, and the waves of the profile.
+        The tool error, the use of each tolerance, and the waves of the profile.
 
     Raises
     ------
     BadInput
-        If the points are no profile that the follower can run on, with the row; or of a scene that is no disc cam,
-        or a pair of discs (``inspect_pair``).
+        If the points are no profile that the follower can run on, with the row; if the scene is no disc cam, or a
+        pair of discs (``inspect_pair``).
     Unsolved
         If the convex solver fails.
     OSError
@@ -335,22 +340,22 @@ def inspect(
     (0.01, True)
     """
     scene = scene_from(scene)
-    columns_ = TableColumns(columns, angle_unit, lift_unit or "mm", turn)
-    (found,) = inspect_discs([profile], scene, columns_, keep_outliers, aligned)
-    return found.build_inspection()
+    table_columns = TableColumns(columns, angle_unit, lift_unit or "mm", turn)
+    (disc,) = inspect_discs([profile], scene, table_columns, keep_outliers, aligned)
+    return disc.build_inspection()
 
 
 def inspect_discs(
     profiles: Sequence[MeasuredProfile], scene: Scene, columns: TableColumns, keep_outliers: bool, aligned: bool
 ) -> "list[InspectedDisc]":
-    """The follower on measured points of each disc of a cam, in order, each as it fits best on the shaft."""
+    """The follower on the measured points of each disc of a cam, each disc at its best fit on the shaft."""
     problem = resolve_design(scene)
     if problem.setup.mechanism.body != DISC:
         raise BadInput([Mistake(problem.file, "cam.form", scene.cam.form, "disc: a profile is that of a disc cam")])
     if columns.lift_unit not in MM_PER_UNIT:
         raise BadInput([Mistake("camopt", "lift_unit", columns.lift_unit, "mm or inch for a profile")])
     discs = cam_discs(problem)
-    if len(discs) > 1:  # each alone tells of the follower, not of a tool that both drive
+    if len(discs) > 1:  # one disc moves the follower, not the tool that both drive
         discs = tuple(
             each._replace(problem=alone) for each, alone in zip(discs, contact_problems(problem), strict=True)
         )
@@ -358,52 +363,55 @@ def inspect_discs(
         why = f"{len(discs)}: a file, or an array, of points for each disc of the cam"
         raise BadInput([Mistake("camopt", "measured", len(profiles), why)])
     points = [read_points(each.points, replace(columns, kind=PROFILE_KINDS[each.form])) for each in profiles]
-    sides = [_DrawnDisc(disc, scene, keep_outliers) for disc in discs]
-    taken = list(zip(profiles, points, strict=True))
-    met = [side.follow_points(*given, aligned) for side, given in zip(sides, taken, strict=True)]
-    zero = _best_trial_zero(met)
-    found = [replace(each, zero=refine_zero([each], zero)) for each in met]
-    if len(found) > 1 and any(each.is_far_off for each in found):  # one angle does not fit them all
-        found = [replace(each, zero=refine_zero([each], _best_trial_zero([each]))) for each in met]
+    drawn_discs = [_DrawnDisc(disc, scene, keep_outliers) for disc in discs]
+    measured = list(zip(profiles, points, strict=True))
+    followed = [
+        drawn.follow_points(*points_of_disc, aligned)
+        for drawn, points_of_disc in zip(drawn_discs, measured, strict=True)
+    ]
+    zero = _best_trial_zero(followed)
+    fitted = [replace(each, zero=refine_zero([each], zero)) for each in followed]
+    if len(fitted) > 1 and any(each.is_far_off for each in fitted):  # no common angle fits all discs
+        fitted = [replace(each, zero=refine_zero([each], _best_trial_zero([each]))) for each in followed]
     return [
-        replace(each, likely=side.likely_mistake(taken[place:] + taken[:place], aligned))
+        replace(each, likely=drawn.likely_mistake(measured[number:] + measured[:number], aligned))
         if each.is_far_off
         else each
-        for place, (side, each) in enumerate(zip(sides, found, strict=True))
+        for number, (drawn, each) in enumerate(zip(drawn_discs, fitted, strict=True))
     ]
 
 
 class _DrawnDisc(NamedTuple):
-    """A disc of a drawing, which points are put against."""
+    """A disc of a drawing, to compare with points."""
 
     disc: Disc
     scene: Scene
     keep_outliers: bool
 
     def follow_points(self, profile: MeasuredProfile, points: MeasuredPoints, aligned: bool) -> "InspectedDisc":
-        """The follower on measured points; those of a second disc are taken as they are in the mirror."""
+        """The follower on measured points; points of a second disc are mirrored."""
         measured = profile.mirrored(points) if self.disc.mirror < 0.0 else points
         file, tables = self.disc.problem.file, _disc_tables(self.disc, self.scene)
-        seen = follow_measured_profile(profile, measured, tables, file, self.keep_outliers, gaps_anywhere=True)
-        return InspectedDisc(self.disc, self.scene, measured, seen, aligned, self.keep_outliers)
+        followed = follow_measured_profile(profile, measured, tables, file, self.keep_outliers, gaps_anywhere=True)
+        return InspectedDisc(self.disc, self.scene, measured, followed, aligned, self.keep_outliers)
 
-    def likely_mistake(self, taken: Sequence[tuple[MeasuredProfile, MeasuredPoints]], aligned: bool) -> str:
-        """What would make points fit, the own ones first and then those of the other disc; "" if nothing does."""
-        for way, said in LIKELY_MISTAKES.items():
-            other, behind = way
-            if other < len(taken) and (aligned or any(way)):
-                profile, points = taken[other]
+    def likely_mistake(self, measured: Sequence[tuple[MeasuredProfile, MeasuredPoints]], aligned: bool) -> str:
+        """The likely mistake that would make points of this disc, or of the other one, fit; empty if none."""
+        for case, sentence in LIKELY_MISTAKES.items():
+            disc_number, is_mirrored = case
+            if disc_number < len(measured) and (aligned or any(case)):
+                profile, points = measured[disc_number]
                 try:
-                    disc = self.follow_points(profile, profile.mirrored(points) if behind else points, False)
+                    disc = self.follow_points(profile, profile.mirrored(points) if is_mirrored else points, False)
                     if not replace(disc, zero=refine_zero([disc], _best_trial_zero([disc]))).is_far_off:
-                        return said
+                        return sentence
                 except (BadInput, Unsolved):
                     continue  # the follower cannot run on them
         return ""
 
 
 def _disc_tables(disc: Disc, scene: Scene) -> dict[str, Any]:
-    """The tables of a scene, with the sizes of the follower at one disc, and the way that this turns."""
+    """Tables of a scene with the follower sizes at one disc, and the rotation of that disc."""
     tables, design = scene.to_dict(), disc.problem.design
     sizes = {key: float(getattr(design, FIELDS[key])[0]) for key in scene.mechanism.follower_keys(scene.tip)}
     tables["cam"] = {**tables["cam"], "rotation": "ccw" if design.sense > 0.0 else "cw"}
@@ -412,27 +420,27 @@ def _disc_tables(disc: Disc, scene: Scene) -> dict[str, Any]:
 
 
 def _best_trial_zero(discs: "Sequence[InspectedDisc]") -> float:
-    """The angle of the points where the cam angle is 0, rad, at which all of some discs fit best of many."""
+    """The best of many trial angles of the points at which the cam angle is 0 [rad], for all discs together."""
     if discs[0].aligned:
         return 0.0
-    tried = np.linspace(0.0, discs[0].turn_angle, PHASE_TRIALS + 1)
-    asked = [disc.problem.programme.motion_at(tried % disc.turn_angle)[0] for disc in discs]
-    off = [
+    trials = np.linspace(0.0, discs[0].turn_angle, PHASE_TRIALS + 1)
+    nominal_motions = [disc.problem.programme.motion_at(trials % disc.turn_angle)[0] for disc in discs]
+    variances = [
         sum(
-            float(np.var(disc.positions - np.interp(disc.cam_angles_at(zero), tried, motion)))
-            for disc, motion in zip(discs, asked, strict=True)
+            float(np.var(disc.positions - np.interp(disc.cam_angles_at(zero), trials, motion)))
+            for disc, motion in zip(discs, nominal_motions, strict=True)
         )
-        for zero in tried[:-1]
+        for zero in trials[:-1]
     ]
-    return float(tried[int(np.argmin(off))])
+    return float(trials[int(np.argmin(variances))])
 
 
 def refine_zero(discs: "Sequence[InspectedDisc]", zero: float) -> float:
-    """An angle near ``zero`` at which all of some discs fit best."""
+    """The angle near ``zero`` that fits all discs best [rad]."""
     for _ in range(PHASE_FITS):
-        each = [disc.response_columns(zero) for disc in discs]
-        own = block_diag(*(columns[:, 1:] for columns in each))
-        columns = np.column_stack([np.concatenate([columns[:, 0] for columns in each]), own])
+        all_columns = [disc.response_columns(zero) for disc in discs]
+        own_columns = block_diag(*(columns[:, 1:] for columns in all_columns))
+        columns = np.column_stack([np.concatenate([columns[:, 0] for columns in all_columns]), own_columns])
         errors = np.concatenate([disc.raw_errors_at(zero) for disc in discs])
         zero -= float(np.linalg.lstsq(columns, errors, rcond=None)[0][0])
     return zero
@@ -449,43 +457,44 @@ class InspectedDisc:
     aligned: bool
     keep_outliers: bool
     zero: float = 0.0
-    """The angle of the points where the cam angle is 0, rad."""
+    """Angle of the points at which the cam angle is 0 [rad]."""
     likely: str = ""
 
     @property
     def problem(self) -> Problem:
-        """Of this disc alone."""
+        """The problem of this disc alone."""
         return self.disc.problem
 
     @cached_property
     def smooth_errors(self) -> FloatArray:
-        """Smooth errors of the follower's own motion on this disc, mm (rad), at ``places``."""
+        """Smooth errors of the follower's motion on this disc at ``cam_angles`` [mm or rad]."""
         return self.smooth_errors_at(0.0 if self.aligned else self.zero)
 
     def smooth_errors_at(self, zero: float) -> FloatArray:
-        """The same of the disc as it is turned on its shaft."""
+        """The same, with the disc turned on its shaft to another zero."""
         return np.asarray(
             self.smooth_deviations * self.responses[0] + self.raw_errors_at(zero) - self.raw_errors_at(self.zero)
         )
 
     @cached_property
     def is_far_off(self) -> bool:
-        """Whether it is so far off that it is hardly a cam of this drawing."""
+        """Whether the error is so large that this is hardly a cam of the drawing."""
         return float(np.abs(self.smooth_errors).max()) > WRONG_CAM_SHARE * float(
             np.ptp(self.problem.programme.motion_at(self.cam_angles)[0])
         )
 
     def build_inspection(self) -> Inspection:
-        """What is told of the disc."""
         errors = self.smooth_errors
         place = int(np.abs(errors).argmax())
-        unit, tool = motion_scale(self.problem.setup, 0), self._errors_at_tool(errors)
-        used = tuple(self._tolerance_uses(place, unit * float(tool[place]), unit * float(np.abs(tool).max())))
+        unit, tool_errors = motion_scale(self.problem.setup, 0), self._errors_at_tool(errors)
+        used = tuple(
+            self._tolerance_uses(place, unit * float(tool_errors[place]), unit * float(np.abs(tool_errors).max()))
+        )
         return Inspection(
             self.scene,
             self.phase_deg,
             self.points.file,
-            unit * float(tool[place]),
+            unit * float(tool_errors[place]),
             float(np.degrees(self.cam_angles[place])),
             motion_table_unit(self.problem.setup, 0),
             self.noise,
@@ -494,7 +503,7 @@ class InspectedDisc:
             (float(self.error_parts[2]), self.disc.mirror * float(self.error_parts[3])),
             float(self.error_parts[1]),
             np.degrees(self.cam_angles),
-            unit * tool,
+            unit * tool_errors,
             self.outliers,
             tuple(self._missing_ranges()),
             tuple(self.followed_profile.unreached.tolist()),
@@ -505,49 +514,54 @@ class InspectedDisc:
         )
 
     def _tolerance_uses(self, place: int, moves: float, most_moved: float) -> Iterator[ToleranceUse]:
-        given, unit = self.scene.tolerances, float(motion_scale(self.problem.setup, 0))
-        answer, bore = self.responses[0][place], self.bore_errors
-        apart = bool(given.bore_eccentricity)
-        rest = self.smooth_deviations - bore / self.responses[0] if apart else self.smooth_deviations
+        """The use of each tolerance; ``moves`` is the tool error at ``place``, ``most_moved`` the largest one."""
+        tolerances, unit = self.scene.tolerances, float(motion_scale(self.problem.setup, 0))
+        response, bore = self.responses[0][place], self.bore_errors
+        is_bore_separate = bool(tolerances.bore_eccentricity)
+        deviations = (
+            self.smooth_deviations - bore / self.responses[0] if is_bore_separate else self.smooth_deviations
+        )
         rate = float(self._train_ratios[place]) * unit
-        found = self._outlier_arrays[1] - self._outlier_arrays[2] * apart
-        largest = float(np.abs([*rest, *found]).max())
+        outlier_distances = self._outlier_arrays[1] - self._outlier_arrays[2] * is_bore_separate
+        largest = float(np.abs([*deviations, *outlier_distances]).max())
         most = self.scene.whole_part.profile_tolerance
-        yield ToleranceUse("profile", "mm", largest, most, rate * float(rest[place] * answer))
-        if given.profile and (self.waves.waves or given.waves):
-            allowed = None if given.waves is None else float(given.waves)
-            yield ToleranceUse("waves", "", self.waves.wave_count_within(given.profile), allowed, None)
-        if apart:
-            away = float(np.hypot(*self.error_parts[2:]))
-            yield ToleranceUse("bore_eccentricity", "mm", away, given.bore_eccentricity, rate * float(bore[place]))
-        if given.phase is not None and self.aligned:
-            zone = tolerance_zone(given.phase, "phase", 0.0)
+        yield ToleranceUse("profile", "mm", largest, most, rate * float(deviations[place] * response))
+        if tolerances.profile and (self.waves.waves or tolerances.waves):
+            allowed = None if tolerances.waves is None else float(tolerances.waves)
+            yield ToleranceUse("waves", "", self.waves.wave_count_within(tolerances.profile), allowed, None)
+        if is_bore_separate:
+            eccentricity = float(np.hypot(*self.error_parts[2:]))
+            yield ToleranceUse(
+                "bore_eccentricity", "mm", eccentricity, tolerances.bore_eccentricity, rate * float(bore[place])
+            )
+        if tolerances.phase is not None and self.aligned:
+            zone = tolerance_zone(tolerances.phase, "phase", 0.0)
             end = zone.upper if self.phase_deg >= 0.0 else -zone.lower
-            of_phase = self.raw_errors_at(0.0) - self.raw_errors_at(self.zero)
-            yield ToleranceUse("phase", "deg", abs(self.phase_deg), end, rate * float(of_phase[place]))
-        if given.profile or apart:
+            phase_errors = self.raw_errors_at(0.0) - self.raw_errors_at(self.zero)
+            yield ToleranceUse("phase", "deg", abs(self.phase_deg), end, rate * float(phase_errors[place]))
+        if tolerances.profile or is_bore_separate:
             bound = worst_search(TurnErrors(self._scene_of_measured, self.problem)).run().bound
-            allowed, of_tool = (bound if isfinite(bound) else None), motion_table_unit(self.problem.setup, 0)
-            yield ToleranceUse("motion", of_tool, most_moved, allowed, moves)
+            allowed, tool_unit = (bound if isfinite(bound) else None), motion_table_unit(self.problem.setup, 0)
+            yield ToleranceUse("motion", tool_unit, most_moved, allowed, moves)
 
     @cached_property
     def points(self) -> MeasuredPoints:
-        """Those without the outliers that are left out."""
+        """The points without the outliers that are left out."""
         return self.followed_profile.positions.drop_places(self.followed_profile.outlier_places)
 
     @cached_property
     def base_position(self) -> float:
-        """The position on the base circle of the drawing."""
+        """Position of the follower on the base circle of the drawing [mm or rad]."""
         return float(base_circle_position(self.problem, self.problem.design)[0])
 
     @cached_property
     def positions(self) -> FloatArray:
-        """Positions of the follower, mm (rad)."""
+        """Positions of the follower [mm or rad]."""
         lifts = self.points.lifts
         return np.radians(lifts) if self.problem.setup.angular else lifts
 
     def raw_errors_at(self, zero: float) -> FloatArray:
-        """Positions less those of a cam that is turned on its shaft."""
+        """Positions less the nominal ones, with the cam turned on its shaft to a zero [mm or rad]."""
         return np.asarray(
             self.positions - self.base_position - self.problem.programme.motion_at(self.cam_angles_at(zero))[0]
         )
@@ -557,52 +571,54 @@ class InspectedDisc:
         return self.problem.programme.strokes[-1].end
 
     def response_columns(self, zero: float) -> FloatArray:
-        """How the errors answer to phase, size and the axis of the bore."""
-        alone = replace(self.problem, setup=replace(self.problem.setup, train=None))
-        answers = ToolResponse(alone, self.cam_angles_at(zero))
-        slope = self.problem.programme.motion_at(answers.angles)[1]
-        return np.column_stack([slope, answers.profile_response[0], *(each[0] for each in answers.bore_responses)])
+        """Responses of the errors to phase, size and the two directions of the bore (points, 4)."""
+        without_train = replace(self.problem, setup=replace(self.problem.setup, train=None))
+        response = ToolResponse(without_train, self.cam_angles_at(zero))
+        slope = self.problem.programme.motion_at(response.angles)[1]
+        return np.column_stack(
+            [slope, response.profile_response[0], *(column[0] for column in response.bore_responses)]
+        )
 
     @property
     def phase_deg(self) -> float:
-        """By how much the cam is ahead, deg."""
+        """Angle by which the cam is ahead of the points [deg]."""
         return (180.0 - degrees(self.zero)) % 360.0 - 180.0
 
     @cached_property
     def error_parts(self) -> FloatArray:
-        """What makes the errors: phase, size and bore."""
+        """Causes of the errors: phase, size and the two directions of the bore."""
         return np.asarray(
             np.linalg.lstsq(self.response_columns(self.zero), self.raw_errors_at(self.zero), rcond=None)[0]
         )
 
     @cached_property
     def cam_angles(self) -> FloatArray:
-        """Cam angles, rad."""
+        """Cam angles of the points [rad]."""
         return self.cam_angles_at(self.zero)
 
     def cam_angles_at(self, zero: float) -> FloatArray:
-        """The same of the disc as it is turned on its shaft."""
+        """The same, with the disc turned on its shaft to another zero."""
         return np.asarray(np.mod(np.radians(self.points.angles) - zero, self.turn_angle))
 
     @cached_property
     def responses(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Of the follower to the profile, and to the two directions of the bore."""
-        _, *found = self.response_columns(self.zero).T
-        return found[0], found[1], found[2]
+        """Response of the follower to the profile, and to the two directions of the bore."""
+        _, *columns = self.response_columns(self.zero).T
+        return columns[0], columns[1], columns[2]
 
     @cached_property
     def bore_errors(self) -> FloatArray:
-        """What the axis of the bore makes of the errors."""
+        """Errors that the axis of the bore causes [mm or rad]."""
         return np.asarray(self.responses[1] * self.error_parts[2] + self.responses[2] * self.error_parts[3])
 
     @cached_property
     def raw_deviations(self) -> FloatArray:
-        """Deviations along the normal with their noise, mm."""
+        """Deviations along the normal with their noise [mm]."""
         return self.raw_errors_at(self.zero) / self.responses[0]
 
     @cached_property
     def smooth_deviations(self) -> FloatArray:
-        """Smooth deviations along the normal, mm, and those of outliers that are kept."""
+        """Smooth deviations along the normal, with those of outliers that are kept [mm]."""
         return np.asarray(
             self.raw_deviations
             - np.where(self.is_outlying & self.keep_outliers, 0.0, self.smoothing_curve.residuals)
@@ -614,12 +630,12 @@ class InspectedDisc:
 
     @cached_property
     def is_outlying(self) -> BoolArray:
-        """Which points the smooth deviation leaves off by more than noise does."""
+        """Which points are further from the smooth deviation than noise explains."""
         return np.asarray(np.abs(self.smoothing_curve.residuals) > self._noise_limit)
 
     @cached_property
     def _noise_limit(self) -> float:
-        """What noise leaves of points, mm."""
+        """Largest residual that noise explains [mm]."""
         usual = float(np.median(np.abs(self.smoothing_curve.residuals))) / NORMAL_MEDIAN
         angles = np.round(self.points.angles, ANGLE_DIGITS)  # the first point may be measured again as the last
         return max(
@@ -629,71 +645,78 @@ class InspectedDisc:
 
     @cached_property
     def noise(self) -> float:
-        left = self.smoothing_curve.residuals[~self.is_outlying]
-        return sqrt(float(left @ left) / (left.size - self.smoothing_curve.freedom))
+        """Standard deviation of the points along the normal [mm]."""
+        residuals = self.smoothing_curve.residuals[~self.is_outlying]
+        return sqrt(float(residuals @ residuals) / (residuals.size - self.smoothing_curve.freedom))
 
     @cached_property
     def _outlier_arrays(self) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Rows of points that were left out, not reached or beyond noise, the furthest first.
+        """Rows of points that are left out, not reached or beyond noise, the furthest first.
 
-        With their distances outside the profile of the drawing, mm, and what the axis of the bore makes of these.
+        With their distances outside the profile of the drawing, and the part of the bore's axis in these [mm].
         """
-        every, kept = self.measured, np.isin(self.measured.rows, self.points.rows[~self.is_outlying])
-        rows = every.rows[~kept]
+        measured, kept = self.measured, np.isin(self.measured.rows, self.points.rows[~self.is_outlying])
+        rows = measured.rows[~kept]
         if not rows.size:
             return rows, np.empty(0), np.empty(0)
-        off = self.followed_profile.distances(self.problem, degrees(self.zero), rows)
-        of_row = dict(zip(self.points.rows.tolist(), self.bore_errors / self.responses[0], strict=True))
-        known = np.isin(every.rows, self.points.rows)
-        made = np.array([of_row[row] for row in every.rows[known].tolist()])
-        axis = np.interp(every.angles[~kept], every.angles[known], made, period=TURN_DEG)
-        told = [k for k in np.argsort(-np.abs(off - axis)) if abs(off - axis)[k] > self._noise_limit]
-        return rows[told], off[told], axis[told]
+        distances = self.followed_profile.distances(self.problem, degrees(self.zero), rows)
+        by_row = dict(zip(self.points.rows.tolist(), self.bore_errors / self.responses[0], strict=True))
+        is_followed = np.isin(measured.rows, self.points.rows)
+        bore_parts = np.array([by_row[row] for row in measured.rows[is_followed].tolist()])
+        bore_distances = np.interp(
+            measured.angles[~kept], measured.angles[is_followed], bore_parts, period=TURN_DEG
+        )
+        shown = [
+            k
+            for k in np.argsort(-np.abs(distances - bore_distances))
+            if abs(distances - bore_distances)[k] > self._noise_limit
+        ]
+        return rows[shown], distances[shown], bore_distances[shown]
 
     @property
     def outliers(self) -> tuple[OutlyingPoint, ...]:
-        """With their distances."""
         return tuple(
-            OutlyingPoint(int(row), float(off)) for row, off in zip(*self._outlier_arrays[:2], strict=True)
+            OutlyingPoint(int(row), float(distance))
+            for row, distance in zip(*self._outlier_arrays[:2], strict=True)
         )
 
     @cached_property
     def waves(self) -> ProfileHarmonics:
-        """Those of the deviation, without the axis of the bore."""
-        off = (
+        """Waves of the deviation, without the axis of the bore."""
+        deviations = (
             np.where(self.is_outlying, self.smooth_deviations, self.raw_deviations)
             - self.bore_errors / self.responses[0]
         )
-        return find_waves(np.radians(self.points.angles), off, self.noise)
+        return find_waves(np.radians(self.points.angles), deviations, self.noise)
 
     def _missing_ranges(self) -> Iterator[tuple[float, float]]:
-        """Cam angles between which points are missing, deg."""
-        at = dict(zip(self.points.rows.tolist(), np.degrees(self.cam_angles).tolist(), strict=True))
+        """Cam angles between which points are missing [deg]."""
+        angle_of_row = dict(zip(self.points.rows.tolist(), np.degrees(self.cam_angles).tolist(), strict=True))
         kept = self.measured.pick_places(np.flatnonzero(np.isin(self.measured.rows, self.points.rows)).tolist())
         for k in find_gaps(kept):
-            ends = [at[int(kept.rows[place % kept.rows.size])] for place in (k, k + 1)]
+            ends = [angle_of_row[int(kept.rows[place % kept.rows.size])] for place in (k, k + 1)]
             low, high = ends if angle_from(*ends) < angle_from(*ends[::-1]) else ends[::-1]
             yield low, high
 
     def _uncounted_keys(self) -> Iterator[str]:
-        """The keys of tolerances that are about nothing of what was measured."""
+        """Keys of tolerances that do not concern the measured profile."""
         counted = self._scene_of_measured.tolerances
-        for each in contributions(self.scene, self.problem, np.zeros(1)):
-            if getattr(counted, each.key, None) is None:
-                yield each.key
+        for contribution in contributions(self.scene, self.problem, np.zeros(1)):
+            if getattr(counted, contribution.key, None) is None:
+                yield contribution.key
 
     def _errors_at_tool(self, errors: FloatArray) -> FloatArray:
-        """What errors of the follower are at the tool."""
+        """Errors of the tool for errors of the follower."""
         train = self.problem.setup.train
         if train is None:
             return errors
-        ends = (self._follower_positions, self._follower_positions + errors)
-        first, moved = (np.asarray(train.tool(Taylor([each])).terms[0]) for each in ends)
-        return np.asarray(moved - first)
+        positions = (self._follower_positions, self._follower_positions + errors)
+        first, second = (np.asarray(train.tool(Taylor([position])).terms[0]) for position in positions)
+        return np.asarray(second - first)
 
     @cached_property
     def _train_ratios(self) -> FloatArray:
-        """The ratio of the train."""
+        """Ratio of the train at each cam angle; 1 without a train."""
         train = self.problem.setup.train
         if train is None:
             return np.ones(self.cam_angles.size)
@@ -701,7 +724,7 @@ class InspectedDisc:
 
     @cached_property
     def _follower_positions(self) -> FloatArray:
-        """Where the follower is asked to be, from where the train starts."""
+        """Nominal positions of the follower, from the start of the train."""
         assert self.problem.setup.train is not None
         return np.asarray(
             self.problem.setup.train.follower_at(tool_position(self.problem.programme, self.cam_angles))
@@ -709,8 +732,10 @@ class InspectedDisc:
 
     @property
     def _scene_of_measured(self) -> Scene:
-        """The scene with those tolerances alone that are about what was measured."""
-        given = self.scene.tolerances
+        """The scene with only the tolerances that concern the measured profile."""
+        tolerances = self.scene.tolerances
         names = ["profile", "waves", "bore_eccentricity", *(["phase"] if self.aligned else [])]
-        kept = {name: getattr(given, name) for name in names}
-        return self.scene.replace(tolerances={key: each for key, each in kept.items() if each is not None})
+        kept = {name: getattr(tolerances, name) for name in names}
+        return self.scene.replace(
+            tolerances={key: tolerance for key, tolerance in kept.items() if tolerance is not None}
+        )

@@ -1,21 +1,20 @@
-"""The motion of the least mean-square jerk within a band of points, as convex programmes.
+"""The motion of least mean-square jerk within a band of points, as convex programmes.
 
-``least_jerk_curve`` has nothing but its room: its optimum is the least of any motion whatever, and the motion turns
-where it does. ``least_jerk_motion`` rests in the dwells of the outline, turns where it turns and goes one way in
-between; it is the result, and what it has more than the freest is the price of its shape.
+``least_jerk_curve`` has only the band as its constraint. Its optimum is a lower bound for any motion, and it turns
+freely. ``least_jerk_motion`` rests in the dwells of the outline, turns where the outline turns and is monotone in
+between. It is the result; its extra jerk is the price of its shape.
 
-Among errors, the least mean-square jerk alone makes peaks of the acceleration too high: most by about 1 %, and
-a flat one whose corners are hidden by up to 15 %, so that it comes out round. Where the room is that of errors,
-``least_jerk_motion`` has therefore the least of
+With errors, least mean-square jerk alone raises peaks of the acceleration: mostly by about 1 %, and by up to 15 %
+for a flat peak with hidden corners, which then becomes round. So for a band of errors, ``least_jerk_motion``
+minimises
 
     ∫ (u² + λ·|u|) dθ,   u = y'''/j,   λ = 1/4,
 
-with the root mean square j of the freest. ∫ |y'''| dθ is the variation of the acceleration, to which each peak adds
-twice its height. Peaks of random files are then lower by 0.3 to 1.5 %, and the root mean square of the jerk is
-larger by 0.2 % at most. λ does not tell flat peaks from round ones: it lowers both. A band that is room to use has
-λ = 0.
+with the root mean square jerk j of the free curve. ∫ |y'''| dθ is the variation of the acceleration, to which each
+peak adds twice its height. For random files the peaks are then lower by 0.3 to 1.5 %, and the root mean square jerk
+is larger by 0.2 % at most. λ lowers flat and round peaks alike. For a band that is wider than errors, λ = 0.
 
-Lifts are in units of their range, and each spline is on the unit stroke, so that numbers are near 1.
+Lifts are in units of their range and each spline is on the unit stroke, so that numbers are near 1.
 
 Sources: Rudin, Osher and Fatemi, Nonlinear total variation based noise removal algorithms, Physica D 60, 1992; Zou
 and Hastie, Regularization and variable selection via the elastic net, J. R. Statist. Soc. B 67, 2005 (u² and |u|).
@@ -37,38 +36,40 @@ from camopt.solve.measured.outline import ANGLE_DIGITS, DWELL_END_SLACK, Dwell, 
 from camopt.solve.measured.spline_chain import JOINED_ORDERS, SplineChain
 from camopt.solve.synthesis.solver import SOLVED_STATUSES, SOLVER_ERROR, failure_message, solve
 
-LEAST_STROKE_KNOTS, MOST_STROKE_KNOTS = 32, 200  # about, inside a stroke
-LEAST_KNOT_STEPS = 0.5  # median steps of the points: the least distance of knots
+LEAST_STROKE_KNOTS, MOST_STROKE_KNOTS = 32, 200  # approximate numbers of knots in a stroke
+LEAST_KNOT_STEPS = 0.5  # least distance of knots, in median steps of the points
 LEAST_LIFT_SHARE, LEAST_RANGE_SHARE = (
     1e-3,
     1e-6,
-)  # the least lift of a stroke: of what points show, and of the range of the lifts
-TURN_ANGLES = 2001  # angles at which a turn is looked for
-AMPLE_JERK = 10.0  # times a usual jerk: in units that are rather large a solver errs less
-LEVELLING = 0.25  # times the least jerk: what the mean of |jerk| weighs beside the mean square, among errors
+)  # least lift of a stroke, as a share of its measured lift, and of the range of the lifts
+TURN_ANGLES = 2001  # trial angles of a turning point
+AMPLE_JERK = 10.0  # unit of the jerk over a usual jerk: with a large unit the solver errs less
+LEVELLING = 0.25  # weight λ of the mean |jerk| beside the mean square
 USUAL_JERKS = tuple(60.0 * each**3 for each in (6.0, 3.0, 12.0))
-"""By x over a turn: the jerk of cubic rises in 60, 120 and 30 deg."""
+"""Jerk of cubic rises in 60, 120 and 30 deg, by x over a turn."""
 
 
 class AllowedDeviation(NamedTuple):
-    """The allowed deviation of a motion from its points: from each, and in the root mean square if limited."""
+    """Allowed deviation of a motion from each point, and in the root mean square if that is limited."""
 
     band: float
     rms: float | None = None
 
     def reduce_by(self, margin: float) -> "AllowedDeviation":
-        """A room that is less by a share."""
-        kept = 1.0 - margin
-        return AllowedDeviation(kept * self.band, None if self.rms is None else kept * self.rms)
+        """The deviation reduced by a share."""
+        factor = 1.0 - margin
+        return AllowedDeviation(factor * self.band, None if self.rms is None else factor * self.rms)
 
-    def constraints_on(self, off: Any, unit: float) -> list[Any]:
-        """The limits on deviations in a unit."""
-        band = cp.abs(off) <= self.band / unit
-        return [band] if self.rms is None else [band, cp.norm(off) <= sqrt(off.size) * self.rms / unit]
+    def constraints_on(self, deviations: Any, unit: float) -> list[Any]:
+        """Constraints on deviations in a unit."""
+        band = cp.abs(deviations) <= self.band / unit
+        return (
+            [band] if self.rms is None else [band, cp.norm(deviations) <= sqrt(deviations.size) * self.rms / unit]
+        )
 
 
 class OutlineNode(NamedTuple):
-    """A dwell, or a turn of no length: its angles in deg, its points, and its level in the unit of the lifts."""
+    """A dwell or a turning point: its angles [deg], its points, and its level in the unit of the lifts."""
 
     start: float
     end: float
@@ -81,7 +82,7 @@ class OutlineNode(NamedTuple):
 
 
 class SplineStroke(NamedTuple):
-    """A spline from one node to the next: its angles in deg, and its points."""
+    """A spline from one node to the next: its angles [deg], and its points."""
 
     chain: SplineChain
     start: float
@@ -92,7 +93,7 @@ class SplineStroke(NamedTuple):
 
 @dataclass(frozen=True)
 class OutlineMotion:
-    """A motion as nodes and the strokes after each, with the coefficients of each stroke's s, from 0 to 1."""
+    """A motion of nodes and the strokes after them, with the coefficients of each stroke from 0 to 1."""
 
     nodes: tuple[OutlineNode, ...]
     strokes: tuple[SplineStroke, ...]
@@ -100,19 +101,21 @@ class OutlineMotion:
 
 
 class _SplineVariables:
-    """The coefficients c₀ … c₃ of a spline by x as unknowns, in units of 1, u^⅓, u^⅔ and u, an ample jerk."""
+    """Coefficients c₀ … c₃ of a spline by x as variables, in units of 1, u^⅓, u^⅔ and u, an ample jerk."""
 
     def __init__(self, chain: SplineChain, jerk: float) -> None:
         self.chain, self.unit = chain, AMPLE_JERK * jerk
         scaled = [cp.Variable(chain.count - k) for k in range(JOINED_ORDERS)]
         self.c = [self.unit ** (k / 3.0) * c for k, c in enumerate(scaled)]
-        joined = zip(chain.steps, scaled[:-1], scaled[1:], strict=True)
-        per = self.unit ** (1.0 / 3.0)
-        self.limits = [cp.multiply(per * step, after) == before[1:] - before[:-1] for step, before, after in joined]
+        orders = zip(chain.steps, scaled[:-1], scaled[1:], strict=True)
+        factor = self.unit ** (1.0 / 3.0)
+        self.limits = [
+            cp.multiply(factor * step, after) == before[1:] - before[:-1] for step, before, after in orders
+        ]
         self.square = cp.sum_squares(chain.jerk_square_matrix @ scaled[3])
-        """∫ (y''')² dx over the square of the unit."""
+        """∫ (y''')² dx in units of the squared jerk unit."""
         self.variation = cp.norm1(cp.multiply(chain.steps[-1], scaled[3]))
-        """∫ |y'''| dx over the unit, or a little more: what the coefficients of y'' vary by."""
+        """∫ |y'''| dx in jerk units, or a little more: the variation of the coefficients of y''."""
 
     def values_at(self, x: FloatArray) -> Any:
         return self.chain.value_matrix(x) @ self.c[0]
@@ -123,7 +126,7 @@ class _SplineVariables:
 
 @dataclass(frozen=True)
 class LeastJerkCurve:
-    """The optimum of the band alone: ``square`` is the least ∫ (y''')² dθ of any motion, by the angle in rad."""
+    """The optimum of the band alone; ``square`` is the least ∫ (y''')² dθ of any motion, by the angle in rad."""
 
     chain: SplineChain
     first_angle: float  # cam angle at x = 0, deg
@@ -132,7 +135,7 @@ class LeastJerkCurve:
 
     @property
     def rms_jerk(self) -> float:
-        """Its root mean square, by the angle in rad."""
+        """Root mean square jerk, by the angle in rad."""
         return sqrt(self.square / radians(TURN_DEG))
 
     def lifts_at(self, angles: FloatArray) -> FloatArray:
@@ -141,42 +144,44 @@ class LeastJerkCurve:
         )
 
     def slopes_at(self, angles: FloatArray) -> FloatArray:
-        """Its derivative by the angle in rad."""
+        """Derivative of the lift by the angle in rad."""
         coefficients = np.diff(self.coefficients) / self.chain.steps[0]
         return np.asarray(
             self.chain.value_matrix(angle_from(self.first_angle, angles) / TURN_DEG, 1) @ coefficients
         ) / radians(TURN_DEG)
 
 
-def least_jerk_curve(points: MeasuredPoints, room: AllowedDeviation) -> LeastJerkCurve:
-    """The optimum of the room alone: a closed spline with a knot at each angle.
+def least_jerk_curve(points: MeasuredPoints, allowed: AllowedDeviation) -> LeastJerkCurve:
+    """The optimum of the allowed deviation alone: a closed spline with a knot at each angle.
 
     Raises
     ------
     Unsolved
-        If the solver fails in each of the units of the jerk that are tried.
+        If the solver fails in each unit of the jerk.
     """
-    for usual in USUAL_JERKS[:-1]:
+    for usual_jerk in USUAL_JERKS[:-1]:
         with suppress(Unsolved):
-            return _solve_least_jerk(points, room, usual)
-    return _solve_least_jerk(points, room, USUAL_JERKS[-1])
+            return _solve_least_jerk(points, allowed, usual_jerk)
+    return _solve_least_jerk(points, allowed, USUAL_JERKS[-1])
 
 
-def _solve_least_jerk(points: MeasuredPoints, room: AllowedDeviation, usual: float) -> LeastJerkCurve:
-    """The optimum by a solver in the units of a usual jerk, by x over a turn."""
+def _solve_least_jerk(points: MeasuredPoints, allowed: AllowedDeviation, usual_jerk: float) -> LeastJerkCurve:
+    """The optimum in units of a usual jerk, by x over a turn."""
     angles, unit = np.unique(points.angles), np.ptp(points.lifts)
     chain = SplineChain(tuple(((angles[1:] - angles[0]) / TURN_DEG).tolist()))
-    y = _SplineVariables(chain, usual)
-    closed = [c[0] == c[-1] for c in y.c]
-    first, last = chain.inner_knots[0], 1.0 - chain.inner_knots[-1]  # its fourth derivative goes on, too
-    closed.append(last * (y.c[3][1] - y.c[3][0]) == first * (y.c[3][-1] - y.c[3][-2]))
+    variables = _SplineVariables(chain, usual_jerk)
+    closed = [c[0] == c[-1] for c in variables.c]
+    first, last = chain.inner_knots[0], 1.0 - chain.inner_knots[-1]  # its fourth derivative is continuous too
+    closed.append(
+        last * (variables.c[3][1] - variables.c[3][0]) == first * (variables.c[3][-1] - variables.c[3][-2])
+    )
     middle, x = _middle_lift(points), angle_from(angles[0], points.angles) / TURN_DEG
-    within = room.constraints_on(y.values_at(x) - (points.lifts - middle) / unit, unit)
-    problem = cp.Problem(cp.Minimize(y.square), [*y.limits, *closed, *within])
+    band_constraints = allowed.constraints_on(variables.values_at(x) - (points.lifts - middle) / unit, unit)
+    problem = cp.Problem(cp.Minimize(variables.square), [*variables.limits, *closed, *band_constraints])
     if (status := solve(problem)) not in SOLVED_STATUSES:
         raise Unsolved(failure_message(status))
-    least = (1.0 - SOLVER_ERROR) * problem.value * (y.unit * unit) ** 2 / radians(TURN_DEG) ** 5
-    return LeastJerkCurve(chain, float(angles[0]), np.asarray(y.c[0].value) * unit + middle, float(least))
+    least = (1.0 - SOLVER_ERROR) * problem.value * (variables.unit * unit) ** 2 / radians(TURN_DEG) ** 5
+    return LeastJerkCurve(chain, float(angles[0]), np.asarray(variables.c[0].value) * unit + middle, float(least))
 
 
 def _middle_lift(points: MeasuredPoints) -> float:
@@ -186,72 +191,77 @@ def _middle_lift(points: MeasuredPoints) -> float:
 def outline_nodes(
     points: MeasuredPoints, outline: MotionOutline, motion: LeastJerkCurve
 ) -> tuple[OutlineNode, ...]:
-    """Dwells, and turns at the places where a motion turns in them."""
-    found = []
+    """Dwells, and turning points where a motion turns."""
+    nodes = []
     for part in outline:
         if isinstance(part, Dwell):
-            found.append(OutlineNode(part.start, part.end, part.places, part.level))
+            nodes.append(OutlineNode(part.start, part.end, part.places, part.level))
         else:
-            # where a motion is highest or lowest in a turn, deg
+            # the highest or lowest angle of the motion [deg]
             angles = np.linspace(part.low, part.high, TURN_ANGLES)[1:-1]
             lifts = motion.lifts_at(angles) * (1.0 if part.highest else -1.0)
-            at = round(float(angles[lifts.argmax()] % TURN_DEG), ANGLE_DIGITS)
-            found.append(OutlineNode(at, at, np.empty(0, dtype=np.intp), part.level))
-    return tuple(found)
+            angle = round(float(angles[lifts.argmax()] % TURN_DEG), ANGLE_DIGITS)
+            nodes.append(OutlineNode(angle, angle, np.empty(0, dtype=np.intp), part.level))
+    return tuple(nodes)
 
 
 # ---------------------------------------------------------------------------------------------------- shaped
 
 
 def spline_strokes(points: MeasuredPoints, nodes: Sequence[OutlineNode]) -> tuple[SplineStroke, ...]:
-    """The stroke after each node, to the next one: knots at its points, as far as they are apart."""
-    found, resting = [], np.zeros(points.angles.size, dtype=bool)
-    resting[np.concatenate([node.places for node in nodes])] = True
-    for node, after in zip(nodes, [*nodes[1:], nodes[0]], strict=True):
-        angle = float(round(float(angle_from(node.end, after.start)), ANGLE_DIGITS)) or TURN_DEG
-        away = angle_from(node.end - DWELL_END_SLACK, points.angles)
-        places = np.flatnonzero((away < angle) & ~resting)
-        places = places[np.argsort(away[places], kind="stable")]
-        x = np.maximum(away[places] - DWELL_END_SLACK, 0.0) / angle
-        found.append(SplineStroke(SplineChain(_stroke_knots(np.unique(x))), node.end % TURN_DEG, angle, places, x))
-    return tuple(found)
+    """The stroke after each node up to the next one, with knots at its points if these are far enough apart."""
+    strokes, is_resting = [], np.zeros(points.angles.size, dtype=bool)
+    is_resting[np.concatenate([node.places for node in nodes])] = True
+    for node, next_node in zip(nodes, [*nodes[1:], nodes[0]], strict=True):
+        angle = float(round(float(angle_from(node.end, next_node.start)), ANGLE_DIGITS)) or TURN_DEG
+        offsets = angle_from(node.end - DWELL_END_SLACK, points.angles)
+        places = np.flatnonzero((offsets < angle) & ~is_resting)
+        places = places[np.argsort(offsets[places], kind="stable")]
+        x = np.maximum(offsets[places] - DWELL_END_SLACK, 0.0) / angle
+        strokes.append(
+            SplineStroke(SplineChain(_stroke_knots(np.unique(x))), node.end % TURN_DEG, angle, places, x)
+        )
+    return tuple(strokes)
 
 
 def _stroke_knots(x: FloatArray) -> tuple[float, ...]:
-    """Points inside a stroke as knots, but for those too near to the one before or to an end, and halves of few."""
+    """Inner knots of a stroke: points that are far enough apart, and halves between few points."""
     least = max(LEAST_KNOT_STEPS * float(np.median(np.diff(x))) if x.size > 1 else 1.0, 1.0 / MOST_STROKE_KNOTS)
-    found = [0.0]
-    for each in x:
-        if each - found[-1] >= least and 1.0 - each >= least:
-            found.append(float(each))
-    knots = np.array([*found, 1.0])
+    distinct = [0.0]
+    for point in x:
+        if point - distinct[-1] >= least and 1.0 - point >= least:
+            distinct.append(float(point))
+    knots = np.array([*distinct, 1.0])
     while knots.size < LEAST_STROKE_KNOTS:
         knots = np.sort(np.concatenate([knots, (knots[1:] + knots[:-1]) / 2.0]))
     return tuple(knots[1:-1].tolist())
 
 
 def least_jerk_motion(
-    points: MeasuredPoints, nodes: Sequence[OutlineNode], room: AllowedDeviation, jerk: float
+    points: MeasuredPoints, nodes: Sequence[OutlineNode], allowed: AllowedDeviation, jerk: float
 ) -> OutlineMotion | None:
-    """The motion of an outline within a room; None if none is found. A usual ``jerk`` is by rad."""
+    """The motion of an outline within the allowed deviation; None if none is found. A usual ``jerk`` is by rad."""
     model = _OutlineModel(points, nodes, jerk)
-    within = room.constraints_on(model.off, model.unit)
-    rough = model.square if room.rms is None else model.square + LEVELLING / AMPLE_JERK * model.variation
-    status = solve(cp.Problem(cp.Minimize(rough), [*model.limits, *within]))
+    band_constraints = allowed.constraints_on(model.deviations, model.unit)
+    objective = model.square if allowed.rms is None else model.square + LEVELLING / AMPLE_JERK * model.variation
+    status = solve(cp.Problem(cp.Minimize(objective), [*model.limits, *band_constraints]))
     return model.exact_motion() if status in SOLVED_STATUSES else None
 
 
 def least_band(points: MeasuredPoints, nodes: Sequence[OutlineNode], jerk: float) -> tuple[float, list[int]]:
-    """The least band of an outline, and the places of the points that are as far away."""
+    """Least band of an outline, and the places of the points at that distance."""
     model, band = _OutlineModel(points, nodes, jerk), cp.Variable()
-    if solve(cp.Problem(cp.Minimize(band), [*model.limits, cp.abs(model.off) <= band])) not in SOLVED_STATUSES:
+    if (
+        solve(cp.Problem(cp.Minimize(band), [*model.limits, cp.abs(model.deviations) <= band]))
+        not in SOLVED_STATUSES
+    ):
         return inf, []
-    off = np.abs(model.off.value)
-    return float(band.value) * model.unit, list(map(int, model.places[off >= (1.0 - 1e-3) * band.value]))
+    deviations = np.abs(model.deviations.value)
+    return float(band.value) * model.unit, list(map(int, model.places[deviations >= (1.0 - 1e-3) * band.value]))
 
 
 class _OutlineModel:
-    """The unknowns of an outline, what joins them, and what its points are off by."""
+    """The variables of an outline, their joints, and the deviations of its points."""
 
     def __init__(self, points: MeasuredPoints, nodes: Sequence[OutlineNode], jerk: float) -> None:
         self.points, self.nodes, self.strokes = points, nodes, spline_strokes(points, nodes)
@@ -264,7 +274,7 @@ class _OutlineModel:
         self.variation = sum(a * motion.variation for a, motion in zip(angles, self.motions, strict=True))
         self.limits = [limit for motion in self.motions for limit in motion.limits]
         for k in range(len(nodes)):
-            # a stroke goes one way: no coefficient of its velocity is of the other sign
+            # a stroke is monotone: all coefficients of its velocity have one sign
             following = (k + 1) % len(self.nodes)
             lift = (self.nodes[following].level - self.nodes[k].level) / self.unit
             way = 1.0 if lift >= 0.0 else -1.0
@@ -275,15 +285,18 @@ class _OutlineModel:
                 way * (self.levels[following] - self.levels[k]) >= least,
             ]
         lifts = (points.lifts - self.middle) / self.unit
-        off = [
+        deviations = [
             motion.values_at(s.x) - lifts[s.places] for s, motion in zip(self.strokes, self.motions, strict=True)
         ]
-        off += [self.levels[k] - lifts[node.places] for k, node in enumerate(nodes) if node.places.size]
-        self.off = cp.hstack(off)
+        deviations += [self.levels[k] - lifts[node.places] for k, node in enumerate(nodes) if node.places.size]
+        self.deviations = cp.hstack(deviations)
         self.places = np.concatenate([*(s.places for s in self.strokes), *(node.places for node in nodes)])
 
     def _joint_limits(self, k: int) -> list[Any]:
-        """A node: its level, no velocity, and beside a dwell no acceleration; through a turn both go on."""
+        """Constraints at a node: its level and no velocity.
+
+        Beside a dwell there is no acceleration. At a turning point, acceleration and jerk are continuous.
+        """
         before, after = self.motions[k - 1].c, self.motions[k].c
         limits = [
             before[0][-1] == self.levels[k],
@@ -297,7 +310,7 @@ class _OutlineModel:
         return [*limits, *(ratio**order * before[order][-1] == after[order][0] for order in (2, 3))]
 
     def exact_motion(self) -> OutlineMotion:
-        """The solution without a solver's error: levels in few digits, and strokes that meet there exactly."""
+        """The solution without the solver's error: levels of few digits, and strokes that meet them exactly."""
         digits = 7 - int(np.floor(np.log10(self.unit)))
         levels = [round(float(level) * self.unit + self.middle, digits) for level in self.levels.value]
         nodes = tuple(node._replace(level=level) for node, level in zip(self.nodes, levels, strict=True))
@@ -306,26 +319,28 @@ class _OutlineModel:
         )
 
     def _stroke_coefficients(self, k: int, levels: Sequence[float]) -> FloatArray:
-        """The coefficients of a stroke's s, from 0 to 1, at rest beside a dwell and as bent as beyond a turn."""
+        """Coefficients of a stroke from 0 to 1, at rest beside a dwell and with y'' of a turning point."""
         following = (k + 1) % len(levels)
         lift = (levels[following] - levels[k]) / self.unit
         chain, jerk = self.motions[k].chain, np.asarray(self.motions[k].c[3].value) / lift
-        bends = [self._node_acceleration(j) * self.strokes[k].angle ** 2 / lift for j in (k, following)]
-        start = (0.0, 0.0, bends[0])
-        found = chain.integrate_jerk(chain.adjust_jerk(jerk, start, np.array([1.0, 0.0, bends[1]])), start)[0]
-        found[:2], found[-2:] = 0.0, 1.0
+        accelerations = [self._node_acceleration(j) * self.strokes[k].angle ** 2 / lift for j in (k, following)]
+        start = (0.0, 0.0, accelerations[0])
+        coefficients = chain.integrate_jerk(
+            chain.adjust_jerk(jerk, start, np.array([1.0, 0.0, accelerations[1]])), start
+        )[0]
+        coefficients[:2], coefficients[-2:] = 0.0, 1.0
         if self.nodes[k].is_dwell:
-            found[2] = 0.0
+            coefficients[2] = 0.0
         if self.nodes[following].is_dwell:
-            found[-3] = 1.0
-        return np.asarray(np.maximum.accumulate(np.clip(found, 0.0, 1.0)))
+            coefficients[-3] = 1.0
+        return np.asarray(np.maximum.accumulate(np.clip(coefficients, 0.0, 1.0)))
 
     def _node_acceleration(self, k: int) -> float:
-        """y'' at a node, in units of the lift by the angle in deg: the mean of what both sides have."""
+        """y'' at a node, in units of the lift by the angle in deg: the mean of both sides."""
         if self.nodes[k].is_dwell:
             return 0.0
         sides = (
             (self.motions[k - 1].c[2].value[-1], self.strokes[k - 1]),
             (self.motions[k].c[2].value[0], self.strokes[k]),
         )
-        return float(np.mean([bend / stroke.angle**2 for bend, stroke in sides]))
+        return float(np.mean([acceleration / stroke.angle**2 for acceleration, stroke in sides]))

@@ -1,4 +1,4 @@
-"""Points of a measured cam from a file, and how they lie on the turn."""
+"""Points of a measured cam from a file or an array, and their angles on the turn."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -26,19 +26,19 @@ from camopt.solve.measured.number_table import NumberTable, file_mistake, number
 from camopt.solve.measured.workbook import WORKBOOK_STARTS, workbook_rows
 
 TURN_DEG = 360.0
-FEWEST_MEASURED = 12  # points
+FEWEST_MEASURED = 12  # least number of points
 ROWS_ALLOWED = "must be a path, or rows of an angle and a lift"
 CLOSED_COUNTS = (361, 721, 1441, 3601)
-"""Numbers of lifts in one column of which the last is the first of the next turn."""
+"""Numbers of lifts in one column whose last lift repeats the first, a turn later."""
 
 
 @dataclass(frozen=True)
 class MeasuredPoints:
     """Measured points of one turn in the order of their cam angles.
 
-    ``angles`` in deg from 0 to 360 (each an exact number), ``lifts`` in mm (deg when oscillating), ``rows`` of the
-    file; ``step`` is what the lifts are rounded to, 0 if nothing shows that they are. Where no points are over more
-    than ``widest`` deg, some are missing.
+    ``angles`` are in deg from 0 to 360 (each an exact number), ``lifts`` in mm (deg when oscillating), and ``rows``
+    are those of the file. ``step`` is the rounding of the lifts, or 0 if none shows. Points are missing in a gap of
+    more than ``widest`` deg.
     """
 
     file: str
@@ -48,30 +48,29 @@ class MeasuredPoints:
     step: float
     widest: float = 10.0
     unit_said: bool = True
-    """Whether the unit of the lifts was given, or stands above them."""
+    """Whether the unit of the lifts was given, or is in their heading."""
 
     def pick_places(self, places: Sequence[int]) -> "MeasuredPoints":
-        """Some of the points, by their places."""
+        """The points at some places."""
         chosen = np.sort(np.array(places, dtype=np.intp))
         return replace(self, angles=self.angles[chosen], lifts=self.lifts[chosen], rows=self.rows[chosen])
 
     def drop_places(self, places: Sequence[int]) -> "MeasuredPoints":
-        """The points but for some."""
+        """The points without those at some places."""
         return self.pick_places(np.setdiff1d(np.arange(self.rows.size), places).tolist())
 
 
 def angle_from(start: FloatArray | float, end: FloatArray | float) -> FloatArray:
-    """The angle from one cam angle forward to another, from 0 to less than a turn, deg."""
-    return np.mod(
-        np.mod(np.asarray(end) - start, TURN_DEG), TURN_DEG
-    )  # a little less than 0 is a turn, by rounding
+    """Angle forward from one cam angle to another, from 0 to less than a turn [deg]."""
+    # twice, because a tiny negative angle becomes a whole turn by rounding
+    return np.mod(np.mod(np.asarray(end) - start, TURN_DEG), TURN_DEG)
 
 
 def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableColumns) -> MeasuredPoints:
     """The points of a file (text or a workbook), or of an array of rows (angle, lift) or lifts.
 
-    Points of a profile have distances from the cam's axis in place of lifts. Of points x, y the angle is the one at
-    which a radial follower above the axis meets them, if the cam turns ccw.
+    Points of a profile have distances from the cam's axis in place of lifts. The angle of a point x, y is the one
+    at which a radial follower above the axis meets it, if the cam turns ccw.
 
     Raises
     ------
@@ -96,28 +95,30 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableColumn
     else:
         name = "points"
         table = _table_of_array(name, source)
-    place, other = chosen_columns(name, table, columns)
-    lifts = table.numbers[:, other]
+    place, second_place = chosen_columns(name, table, columns)
+    lifts = table.numbers[:, second_place]
     if place is None:
         count = lifts.size - (lifts.size in CLOSED_COUNTS)
         angles = np.arange(lifts.size, dtype=np.float64) * (columns.turn_angle / count)
     else:
         angles = table.numbers[:, place]
     _check_numbers(name, table, {columns.kind.first: angles, columns.kind.second: lifts})
-    step, size, whole = _rounding_step(lifts), MM_PER_UNIT.get(columns.lift_unit, 1.0), columns.turn_angle
+    step, unit_size, turn_angle = _rounding_step(lifts), MM_PER_UNIT.get(columns.lift_unit, 1.0), columns.turn_angle
     if columns.kind is XY_TABLE:
         angles, lifts = _polar_coordinates(name, table, angles + 1j * lifts)
-        whole = TURN_DEG
-    _check_turn(name, table, angles, whole)
+        turn_angle = TURN_DEG
+    _check_turn(name, table, angles, turn_angle)
     if lifts.max() == lifts.min():
         what = "distance" if columns.kind is XY_TABLE else columns.kind.second
         raise file_mistake(
             name, f"row {table.rows[0]}", float(lifts[0]), f"all rows have this {what}: nothing moves"
         )
-    turned = angle_from(0.0, angles * (TURN_DEG / whole))
-    order = np.argsort(turned, kind="stable")
-    said = names_unit(table.names[other])
-    return MeasuredPoints(name, turned[order], lifts[order] * size, table.rows[order], step * size, unit_said=said)
+    angles_deg = angle_from(0.0, angles * (TURN_DEG / turn_angle))
+    order = np.argsort(angles_deg, kind="stable")
+    unit_said = names_unit(table.names[second_place])
+    return MeasuredPoints(
+        name, angles_deg[order], lifts[order] * unit_size, table.rows[order], step * unit_size, unit_said=unit_said
+    )
 
 
 def _file_bytes(name: str) -> bytes:
@@ -130,22 +131,24 @@ def _file_bytes(name: str) -> bytes:
 def _table_of_array(name: str, source: Any) -> NumberTable:
     try:
         columns = _named_columns(source)
-        numbers = np.array(source if columns is None else [np.array(each, dtype=float) for _, each in columns])
+        numbers = np.array(
+            source if columns is None else [np.array(values_, dtype=float) for _, values_ in columns]
+        )
         numbers = numbers.astype(float) if columns is None else numbers.T
     except (TypeError, ValueError):
         raise file_mistake(name, "rows", None, ROWS_ALLOWED) from None
     numbers = numbers[:, None] if numbers.ndim == 1 else numbers
     if numbers.ndim != 2 or not numbers.size:
         raise file_mistake(name, "rows", None, ROWS_ALLOWED)
-    names = [""] * numbers.shape[1] if columns is None else [each for each, _ in columns]
+    names = [""] * numbers.shape[1] if columns is None else [values_ for values_, _ in columns]
     return NumberTable(numbers, np.arange(1, len(numbers) + 1), tuple(names))
 
 
 def _named_columns(source: Any) -> list[tuple[str, Any]] | None:
-    """The columns of a mapping, a series or a table, with their names; None of an array.
+    """The columns of a mapping, a series or a table, with their names; None for an array.
 
-    An index of pandas is a column too: the first one beside a single column, or else the last one. An index that
-    only counts rows is none.
+    A pandas index is a column too, unless it only counts rows. It is the first column beside a single one, else the
+    last.
     """
     if isinstance(source, Mapping):
         return [(str(name), values) for name, values in source.items()]
@@ -153,16 +156,16 @@ def _named_columns(source: Any) -> list[tuple[str, Any]] | None:
     if not isinstance(table, (nw.Series, nw.DataFrame)):
         return None
     series = [table] if isinstance(table, nw.Series) else [*table.iter_columns()]
-    found = [(each.name if isinstance(each.name, str) else "", each.to_numpy()) for each in series]
+    named_columns = [(column.name if isinstance(column.name, str) else "", column.to_numpy()) for column in series]
     index = nw.maybe_get_index(table)
-    if index is None or (index.name is None and (len(found) > 1 or _counts_rows(index))):
-        return found
-    at_index = (index.name if isinstance(index.name, str) else "", index)
-    return [at_index, *found] if len(found) == 1 else [*found, at_index]
+    if index is None or (index.name is None and (len(named_columns) > 1 or _counts_rows(index))):
+        return named_columns
+    index_column = (index.name if isinstance(index.name, str) else "", index)
+    return [index_column, *named_columns] if len(named_columns) == 1 else [*named_columns, index_column]
 
 
 def _counts_rows(index: Any) -> bool:
-    """Whether an index of pandas has the numbers 0, 1, 2, … that pandas gives rows without one."""
+    """Whether a pandas index has the numbers 0, 1, 2, … that pandas gives rows without one."""
     return type(index).__name__ == "RangeIndex" and (index.start, index.step) == (0, 1)
 
 
@@ -170,7 +173,7 @@ def _counts_rows(index: Any) -> bool:
 
 
 def _check_numbers(name: str, table: NumberTable, columns: Mapping[str, FloatArray]) -> None:
-    """Whether there are enough numbers, and none is absurd."""
+    """BadInput for too few numbers, or for one that is too large."""
     for what, values in columns.items():
         far = np.flatnonzero(~(np.abs(values) <= LARGEST_MEASURED))
         if far.size:
@@ -185,18 +188,20 @@ def _check_numbers(name: str, table: NumberTable, columns: Mapping[str, FloatArr
 
 
 def _check_turn(name: str, table: NumberTable, angles: FloatArray, turn: float) -> None:
-    """Whether angles are those of one turn."""
+    """BadInput if angles are not those of one turn."""
     low, high = int(angles.argmin()), int(angles.argmax())
     if angles[high] - angles[low] > turn * (1.0 + 1e-9):
-        across = f"the angles go from {angles[low]:g} (row {table.rows[low]}) to {angles[high]:g}, more than a turn"
+        problem_text = (
+            f"the angles go from {angles[low]:g} (row {table.rows[low]}) to {angles[high]:g}, more than a turn"
+        )
         hint = "give 720 as the turn if they are of a crankshaft" if turn == TURN_DEG else f"a turn is {turn:g}"
-        raise file_mistake(name, f"row {table.rows[high]}", float(angles[high]), f"{across}; {hint}")
+        raise file_mistake(name, f"row {table.rows[high]}", float(angles[high]), f"{problem_text}; {hint}")
     if angles[high] == angles[low]:
         raise file_mistake(name, f"row {table.rows[0]}", float(angles[0]), "all rows have this angle")
 
 
 def _polar_coordinates(name: str, table: NumberTable, points: ComplexArray) -> tuple[FloatArray, FloatArray]:
-    """Angles (deg, from 0 to a turn) and distances of points x + iy, which have to go round 0, 0."""
+    """Angles [deg, from 0 to a turn] and distances of points x + iy, which must surround the axis at 0, 0."""
     for place in np.flatnonzero(points == 0.0):
         raise file_mistake(
             name, f"row {table.rows[place]}", None, "is on the axis of the cam, which is at x = 0, y = 0"
@@ -210,7 +215,7 @@ def _polar_coordinates(name: str, table: NumberTable, points: ComplexArray) -> t
 
 
 def _rounding_step(lifts: FloatArray) -> float:
-    """The rounding of lifts: the largest power of ten that divides all; 0 if it is less than 1e-6."""
+    """Rounding of lifts: the largest power of ten that divides all of them; 0 if it is less than 1e-6."""
     for digits in range(7):
         if np.abs(lifts - np.round(lifts, digits)).max() <= 1e-12 * np.abs(lifts).max():
             return float(10.0**-digits)

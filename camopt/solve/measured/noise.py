@@ -1,7 +1,7 @@
-"""The noise of measured points, and points that are none.
+"""Noise and outliers of measured points.
 
-Outliers are sought against the curve through their neighbours (``numerics.neighbours``). What is off by little
-tells the noise of 360 points to 5 %; the smoothing spline of the points that are left, to 1.5 %.
+Outliers are points far from the curve through their neighbours (``numerics.neighbours``). The other points give the
+noise: these deviations to 5 % for 360 points, and the smoothing spline to 1.5 %.
 """
 
 from math import sqrt
@@ -15,21 +15,21 @@ from camopt.core.numerics.neighbours import NEIGHBOURS, NORMAL_MEDIAN, neighbour
 from camopt.solve.measured.measured_points import FEWEST_MEASURED, TURN_DEG, MeasuredPoints, angle_from
 from camopt.solve.measured.smoothing import smoothing_spline
 
-EQUAL_STEP = 1.0 / sqrt(12.0)  # standard deviation of what rounding by a step of 1 leaves
-FILES_PER_BAND_BREAK = 20.0  # files in which a normal error leaves the band
+EQUAL_STEP = 1.0 / sqrt(12.0)  # standard deviation of rounding errors for a step of 1
+FILES_PER_BAND_BREAK = 20.0  # number of files with one normal error outside the band
 OUTLIER_OFF, NEIGHBOURS_OFF = (
     8.0,
     4.0,
-)  # times the noise: what an outlier is off by at least, and its neighbours at most
-EXPLAINED_SHARE = 0.1  # of what an outlier is off by: what its neighbours may be off by without it
-MOST_SPLINE_NOISE = 1.25  # times the noise by neighbours: a spline that leaves more does not follow the lift
-NEIGHBOUR_FREEDOM_SHARE = 1.0 / 3.0  # of the points: as many errors by themselves would tell the noise as well
-LEAST_BAND = 1e-5  # of the range of the lifts: the least band
-EQUAL_LIFTS = 1e-9  # of the range of the lifts: what points among equal ones are off by
+)  # least deviation of an outlier, and largest of its neighbours, in standard deviations of the noise
+EXPLAINED_SHARE = 0.1  # largest deviation of an outlier's neighbours without it, as a share of its own
+MOST_SPLINE_NOISE = 1.25  # spline noise over neighbour noise: above it, the spline misses the lift
+NEIGHBOUR_FREEDOM_SHARE = 1.0 / 3.0  # independent errors of equal accuracy, per point
+LEAST_BAND = 1e-5  # least band, as a share of the range of the lifts
+EQUAL_LIFTS = 1e-9  # lifts that differ by a smaller share of their range are equal
 
 
 class ErrorSize(NamedTuple):
-    """The errors of points: their standard deviation, what their root mean square is at most, and the largest."""
+    """Errors of points: standard deviation, upper bound of the root mean square, and the largest error."""
 
     noise: float
     rms: float
@@ -37,52 +37,52 @@ class ErrorSize(NamedTuple):
 
 
 def point_errors(points: MeasuredPoints) -> ErrorSize:
-    """The errors of points without outliers, by what the smoothing spline leaves of them.
+    """Errors of points without outliers, from the residuals of the smoothing spline.
 
-    The root mean square is below its limit in nineteen of twenty files. It differs from the noise, which n − f of
-    the n errors tell, by as much as that of n·(n − f)/f errors from their standard deviation. Where the spline
-    leaves too much (at corners, and where few points are in a stroke), neighbours tell the noise. It is at least
-    that of rounding; points among equal ones do not count.
+    The root mean square is below its bound in nineteen of twenty files. The noise comes from n − f of the n errors,
+    so the two differ as if n·(n − f)/f errors were known. The spline's noise is too large at corners, and with few
+    points in a stroke; then the deviations from neighbours give the noise. The noise is at least that of rounding.
+    Points among equal ones do not count.
     """
     moving = points.pick_places(np.flatnonzero(_neighbour_deviations(points)).tolist())
-    count, local = moving.rows.size, point_noise(points)
+    count, neighbour_noise = moving.rows.size, point_noise(points)
     if count < FEWEST_MEASURED:
-        return ErrorSize(local, local, local)
+        return ErrorSize(neighbour_noise, neighbour_noise, neighbour_noise)
     curve = smoothing_spline(moving)
     noise = sqrt(float(curve.residuals @ curve.residuals) / (count - curve.freedom))
-    known = count * (count - curve.freedom) / curve.freedom
-    if noise > MOST_SPLINE_NOISE * local:
-        noise, known = local, NEIGHBOUR_FREEDOM_SHARE * count
+    known_errors = count * (count - curve.freedom) / curve.freedom
+    if noise > MOST_SPLINE_NOISE * neighbour_noise:
+        noise, known_errors = neighbour_noise, NEIGHBOUR_FREEDOM_SHARE * count
     noise = max(noise, EQUAL_STEP * points.step)
     largest = np.abs(curve.residuals / np.sqrt(np.maximum(1.0 - curve.leverages, EQUAL_LIFTS))).max()
-    return ErrorSize(noise, noise * rms_factor(known) * sqrt(count / points.rows.size), float(largest))
+    return ErrorSize(noise, noise * rms_factor(known_errors) * sqrt(count / points.rows.size), float(largest))
 
 
 def point_noise(points: MeasuredPoints) -> float:
-    """The standard deviation of the errors of the lifts, by what points are off the curve through neighbours by.
+    """Standard deviation of the errors of the lifts, from deviations from the curve through neighbours.
 
-    What is off by over four times as much as the median says does not count, nor do points among equal ones: a base
-    circle that was not measured. It is at least that of rounding.
+    Deviations above four times the noise by their median do not count, nor do points among equal ones, such as a
+    base circle that was not measured. The noise is at least that of rounding.
     """
-    off = _neighbour_deviations(points)
-    moving = np.abs(off[off != 0.0])
-    usual = moving[moving <= NEIGHBOURS_OFF * np.median(moving) / NORMAL_MEDIAN] if moving.size else np.zeros(1)
-    return max(float(np.sqrt(np.mean(usual**2))), EQUAL_STEP * points.step)
+    deviations = _neighbour_deviations(points)
+    moving = np.abs(deviations[deviations != 0.0])
+    counted = moving[moving <= NEIGHBOURS_OFF * np.median(moving) / NORMAL_MEDIAN] if moving.size else np.zeros(1)
+    return max(float(np.sqrt(np.mean(counted**2))), EQUAL_STEP * points.step)
 
 
 def _neighbour_deviations(points: MeasuredPoints) -> FloatArray:
-    """The deviations of points from the curve through their neighbours; 0 among equal ones."""
-    off = neighbour_deviations(points.angles, points.lifts, TURN_DEG)
-    return np.where(np.abs(off) > EQUAL_LIFTS * np.ptp(points.lifts), off, 0.0)
+    """Deviations of points from the curve through their neighbours; 0 among equal ones."""
+    deviations = neighbour_deviations(points.angles, points.lifts, TURN_DEG)
+    return np.where(np.abs(deviations) > EQUAL_LIFTS * np.ptp(points.lifts), deviations, 0.0)
 
 
 def band_factor(count: int) -> float:
-    """The standard deviations of noise within which all normal errors of a file lie in 19 of 20 files."""
+    """Band that contains all normal errors in 19 of 20 files, in standard deviations of the noise."""
     return NormalDist().inv_cdf(1.0 - 1.0 / (2.0 * FILES_PER_BAND_BREAK * count))
 
 
 def rms_factor(count: float) -> float:
-    """The standard deviations that the root mean square of normal errors does not exceed in 19 of 20 files.
+    """Bound of the root mean square of normal errors in 19 of 20 files, in standard deviations.
 
     By the cube root of χ², which is nearly normal (Wilson and Hilferty, The distribution of chi-square, 1931).
     """
@@ -91,42 +91,48 @@ def rms_factor(count: float) -> float:
 
 
 def find_outliers(points: MeasuredPoints, noise: float, least: float = 0.0) -> list[int]:
-    """The places of points that are off where their neighbours agree without them.
+    """Places of single points, or of two near points, that deviate while their neighbours agree without them.
 
-    They are single, or two near each other. A jump of the acceleration or a corner is off in several points, and
-    leaving out one or two does not help. What is off by less than ``least`` is none.
+    A jump of the acceleration or a corner makes several points deviate, and leaving out one or two does not help.
+    Deviations below ``least`` are no outliers.
     """
     kept = np.arange(points.angles.size)
     while kept.size > 8 * NEIGHBOURS and (
-        lost := _furthest_outlier(points, kept, noise, max(OUTLIER_OFF * noise, least))
+        outliers := _furthest_outlier(points, kept, noise, max(OUTLIER_OFF * noise, least))
     ):
-        kept = np.setdiff1d(kept, lost)
+        kept = np.setdiff1d(kept, outliers)
     return list(map(int, np.setdiff1d(np.arange(points.angles.size), kept)))
 
 
 def _furthest_outlier(points: MeasuredPoints, kept: IndexArray, noise: float, least: float) -> list[int]:
-    """Of the points that are kept, the outlier that is furthest off, or two near each other, if there is one."""
-    off = np.abs(neighbour_deviations(points.angles[kept], points.lifts[kept], TURN_DEG))
-    candidates = [int(k) for k in np.argsort(-off) if off[k] > least]
+    """The furthest outlier among the remaining points, or two near outliers; empty if there is none."""
+    deviations = np.abs(neighbour_deviations(points.angles[kept], points.lifts[kept], TURN_DEG))
+    candidates = [int(place) for place in np.argsort(-deviations) if deviations[place] > least]
     pairs = [
-        [a, b] for a in candidates for b in candidates if 0 < _place_distance(a, b, off.size) <= 2 * NEIGHBOURS
+        [first, second]
+        for first in candidates
+        for second in candidates
+        if 0 < _place_distance(first, second, deviations.size) <= 2 * NEIGHBOURS
     ]
-    for lost in [[k] for k in candidates] + pairs:
-        rest = np.delete(kept, lost)
+    for outliers in [[place] for place in candidates] + pairs:
+        rest = np.delete(kept, outliers)
         if _neighbours_agree(
-            points, rest, int(kept[lost[0]]), max(EXPLAINED_SHARE * off[lost[0]], NEIGHBOURS_OFF * noise)
+            points,
+            rest,
+            int(kept[outliers[0]]),
+            max(EXPLAINED_SHARE * deviations[outliers[0]], NEIGHBOURS_OFF * noise),
         ):
-            return list(map(int, kept[lost]))
+            return list(map(int, kept[outliers]))
     return []
 
 
 def _place_distance(one: int, other: int, size: int) -> int:
-    """How many places two points are apart."""
+    """Distance of two places round the turn."""
     return min((one - other) % size, (other - one) % size)
 
 
 def _neighbours_agree(points: MeasuredPoints, rest: IndexArray, place: int, most: float) -> bool:
-    """Whether the points beside one that is left out are off by no more than something."""
+    """Whether the points near an omitted place deviate by no more than ``most``."""
     after = int(np.searchsorted(rest, place))
     around = rest[np.arange(after - 4 * NEIGHBOURS, after + 4 * NEIGHBOURS) % rest.size]
     angles = angle_from(points.angles[place] - TURN_DEG / 2.0, points.angles[around])

@@ -1,18 +1,17 @@
-"""A measured cam with two contacts of its follower: how far apart it holds them, and what is left of the preload.
+"""A measured cam with two contacts of its follower: their distance, and the preload that is left.
 
-Each contact is moved by e more than is asked, as of its own motion (``measured.inspection``), so that both together
-need by
+Each contact moves by e more than the nominal motion (``measured.inspection``). Both contacts together then need
 
-    s(θ) = e₁(θ) + e₂(θ),    of a yoke e(θ) + e(θ + π)
+    s(θ) = e₁(θ) + e₂(θ),    for a yoke e(θ) + e(θ + π)
 
-more than the follower has between them, wherever it is: by so much the subtending angle of two arms, the distance
-of two rollers along the motion, or the breadth of a disc in its yoke is off (``mechanisms.pairs``). Mounted with an
-interference δ₀ against the stiffness k, each contact presses at rest with
+more than the follower has between them, at any position of it. By this amount the subtending angle of two arms, the
+distance of two rollers along the motion, or the breadth of a disc in its yoke is off (``mechanisms.pairs``). With
+an interference δ₀ against the stiffness k, each contact presses at rest with
 
     P(θ) = k·(δ₀ + s(θ))
 
-and where δ₀ + s is below 0 there is a clearance as large. A force F along the motion is shared by both, so that one
-lets go where |F|/2 > P (``effects.preload``). F is that of the motion that is asked.
+If δ₀ + s is below 0, there is a clearance of the same size. Both contacts share a force F along the motion, so one
+lets go if |F|/2 > P (``effects.preload``). F is that of the nominal motion.
 """
 
 from collections.abc import Iterator, Sequence
@@ -41,7 +40,7 @@ from camopt.solve.tables.result import NUMERIC, Cell, Result, Table
 
 
 class Extreme(NamedTuple):
-    """A number of a turn and the cam angle where it is."""
+    """An extreme over the turn and its cam angle."""
 
     value: float
     at_deg: float
@@ -49,36 +48,37 @@ class Extreme(NamedTuple):
 
 @dataclass(frozen=True)
 class PairInspection(Result):
-    """A measured cam with two contacts of its follower against its drawing.
+    """A measured cam with two contacts of its follower, compared with its drawing.
 
     Attributes
     ----------
     scene : Scene
         The drawing.
     discs : tuple of Inspection
-        Each measured disc as a cam of its own, turned on the shaft as it fits best itself, with errors of its own
-        motion, which is reversed at the second one; a yoke has one. Behind a train they are of the follower.
+        Each measured disc as a cam of its own, at its own best fit on the shaft, with errors of its own motion,
+        which
+        is reversed at the second disc. A yoke has one disc. Behind a train the errors are those of the follower.
     turned : float
-        By how much disc 2 is ahead of disc 1, deg; 0 of a yoke.
+        Angle by which disc 2 is ahead of disc 1, deg; 0 for a yoke.
     quantity : str
-        What both contacts are apart: ``subtending angle``, ``distance of the rollers`` along the motion, or
+        The quantity between both contacts: ``subtending angle``, ``distance of the rollers`` along the motion, or
         ``breadth``.
     unit : str
-        Of it: deg or mm.
+        Its unit: deg or mm.
     drawn : float
-        What the drawing has of it.
+        Its nominal value.
     allowed : float or None
-        By how much it may be off either way, if each profile may be off by its tolerance; None where it has none.
+        Its allowed deviation either way, if each profile uses its tolerance; None without a tolerance.
     angles : ndarray
-        Cam angles, deg, in their order.
+        Cam angles, deg, in order.
     off : ndarray
-        By how much the discs hold the contacts further apart there than is drawn; below 0 nearer.
+        Its deviation at these angles: above 0 the discs hold the contacts further apart than drawn.
     interference : float
-        With which the follower is mounted; 0 where the scene has none.
+        The mounting interference; 0 if the scene has none.
     preload : ndarray or None
-        With what both contacts press at rest, N (N·m); below 0 they do not. None where the stiffness is not known.
+        Force of both contacts at rest, N (N·m); below 0 they do not press. None if the stiffness is unknown.
     needed : ndarray or None
-        What keeps both contacts at the speed of the scene, N (N·m): half of the force. None where it is not known.
+        Preload that keeps both contacts at the speed of the scene, N (N·m): half of the force. None if unknown.
     reason : str
         Why the discs do not hold one follower, such as a disc of another drawing; ``off`` is nan then.
 
@@ -108,33 +108,33 @@ class PairInspection(Result):
 
     @property
     def least(self) -> Extreme:
-        """Where the contacts are held the nearest to each other, beyond what is drawn."""
+        """Least deviation of the contacts' distance, and its cam angle."""
         return self._least_extreme(self.off)
 
     @property
     def most(self) -> Extreme:
-        """Where they are held the furthest apart."""
+        """Largest deviation of the contacts' distance, and its cam angle."""
         place = int(np.argmax(self.off))
         return Extreme(float(self.off[place]), float(self.angles[place]))
 
     @property
     def variation(self) -> float:
-        """Over the turn, from the least to the most."""
+        """Largest less least deviation over the turn."""
         return self.most.value - self.least.value
 
     @property
     def within(self) -> bool | None:
-        """Whether it is off by no more than is allowed; None where nothing is said of that."""
+        """Whether the deviation is within the allowed one; None if nothing is allowed or the discs do not match."""
         return None if self.allowed is None or self.reason else bool(np.abs(self.off).max() <= self.allowed)
 
     @property
     def left(self) -> Extreme:
-        """The least interference that is left, deg or mm; below 0 the largest clearance."""
+        """Least remaining interference, deg or mm; below 0 the largest clearance."""
         return self._least_extreme(self.interference + self.off)
 
     @property
     def spare(self) -> Extreme | None:
-        """The least preload beyond what is needed, N (N·m): below 0 a contact lets go. None if it is not known."""
+        """Least preload beyond the needed one, N (N·m); below 0 a contact lets go. None if it is unknown."""
         if self.preload is None or self.needed is None:
             return None
         return self._least_extreme(self.preload - self.needed)
@@ -144,7 +144,7 @@ class PairInspection(Result):
         return Extreme(float(values[place]), float(self.angles[place]))
 
     def table(self) -> Table:
-        """What both contacts are apart, and what is left of interference and preload."""
+        """A table of the distance of both contacts, the remaining interference and the preload."""
         if self.reason:
             return Table.from_texts(
                 f"Both contacts of {self.scene.name}", [""], [], f"They are not compared: {self.reason}."
@@ -164,7 +164,7 @@ class PairInspection(Result):
         return Table.from_texts(f"Both contacts of {self.scene.name}", kinds, rows, self._note)
 
     def _extremes_in_words(self, values: FloatArray, unit: str) -> list[str]:
-        """The least and the most of values over the turn, each with its cam angle."""
+        """The least and the largest of values over the turn, each with its cam angle."""
         places = int(np.argmin(values)), int(np.argmax(values))
         return [
             text for k in places for text in (with_unit(float(values[k]), unit), number_text(float(self.angles[k])))
@@ -176,41 +176,42 @@ class PairInspection(Result):
 
     @property
     def _note(self) -> str:
-        """What the table does not say, a sentence each."""
+        """The sentences below the table."""
         left, spare = self.left, self.spare
-        told = [*self._turn_in_words, f"The {self.quantity} varies by {with_unit(self.variation, self.unit)}"]
+        sentences = [*self._turn_in_words, f"The {self.quantity} varies by {with_unit(self.variation, self.unit)}"]
         if self.within is not None:
-            told.append(f"{'Within' if self.within else 'Beyond'} what the tolerance of the profile allows")
+            sentences.append(f"{'Within' if self.within else 'Beyond'} what the tolerance of the profile allows")
         if self.interference and self.allowed is not None and self.allowed >= self.interference:
             clearance = with_unit(self.allowed - self.interference, self.unit)
-            told.append(f"That tolerance leaves the worst pair a clearance of {clearance}")
+            sentences.append(f"That tolerance leaves the worst pair a clearance of {clearance}")
         if left.value > 0.0:
-            told.append(f"At rest both contacts press, with at least {with_unit(left.value, self.unit)}")
+            sentences.append(f"At rest both contacts press, with at least {with_unit(left.value, self.unit)}")
         else:
             lost = "the preload is lost there" if self.interference else "the follower has so much play there"
-            told.append(
+            sentences.append(
                 f"A clearance of {with_unit(-left.value, self.unit)} at {number_text(left.at_deg)} deg: {lost}"
             )
         if spare is not None and left.value > 0.0:
             rest = f"{with_unit(abs(spare.value), self._force_unit)} of preload are"
             lets_go = f"a contact lets go at {number_text(spare.at_deg)} deg: {rest} missing"
-            told.append(f"At its speed {lets_go if spare.value < 0.0 else f'none lets go: {rest} spare'}")
-        return "".join(f"{each}. " for each in told).rstrip()
+            sentences.append(f"At its speed {lets_go if spare.value < 0.0 else f'none lets go: {rest} spare'}")
+        return "".join(f"{sentence}. " for sentence in sentences).rstrip()
 
     @property
     def _turn_in_words(self) -> list[str]:
-        turned = abs(round(self.turned, ANGLE_DIGITS))
-        if not turned:
+        """A sentence on the angle of disc 2 against disc 1; none if it is 0."""
+        angle_text = abs(round(self.turned, ANGLE_DIGITS))
+        if not angle_text:
             return []
-        way = "ahead of" if self.turned > 0.0 else "behind"
+        direction = "ahead of" if self.turned > 0.0 else "behind"
         tolerance = self.scene.tolerances.disc_phase
         if tolerance is None:
             allowed = "what the keyway allows"
         else:
             zone = tolerance_zone(tolerance, "disc_phase", 0.0)
-            held = zone.lower <= self.turned <= zone.upper
-            allowed = f"{'within' if held else 'beyond'} tolerances.disc_phase"
-        return [f"Disc 2 is turned by {number_text(turned)} deg against disc 1, {way} it: {allowed}"]
+            is_within = zone.lower <= self.turned <= zone.upper
+            allowed = f"{'within' if is_within else 'beyond'} tolerances.disc_phase"
+        return [f"Disc 2 is turned by {number_text(angle_text)} deg against disc 1, {direction} it: {allowed}"]
 
     def sections(self) -> Iterator[Table]:
         """The table of each disc, and that of both."""
@@ -219,16 +220,16 @@ class PairInspection(Result):
         yield self.table()
 
     def document(self) -> dict[str, Any]:
-        """What is found of each disc, and of both."""
+        """The results of each disc, and of both."""
         return {
             "scene": self.scene.name,
-            "discs": [each.document() for each in self.discs],
+            "discs": [disc.document() for disc in self.discs],
             "pair": self.records(),
         }
 
     def records(self) -> dict[str, Any]:
-        """The numbers of the pair by name, without what is of each disc; None where it has a reason."""
-        about = {
+        """The numbers of the pair by name, without those of each disc; None if the discs do not match."""
+        inputs = {
             "quantity": self.quantity,
             "unit": self.unit,
             "drawn": self.drawn,
@@ -237,7 +238,7 @@ class PairInspection(Result):
             "interference": self.interference,
             "reason": self.reason,
         }
-        found = {
+        results = {
             "least": self.least._asdict(),
             "most": self.most._asdict(),
             "variation": self.variation,
@@ -246,7 +247,7 @@ class PairInspection(Result):
             "preload_least": None if self.preload is None else float(self.preload.min()),
             "spare": self.spare and self.spare._asdict(),
         }
-        return about | (dict.fromkeys(found) if self.reason else found)
+        return inputs | (dict.fromkeys(results) if self.reason else results)
 
 
 @options_by_keyword
@@ -261,19 +262,19 @@ def inspect_pair(
     keep_outliers: bool = False,
     aligned: bool = False,
 ) -> PairInspection:
-    """Find how far apart a measured conjugate pair, or the disc in a yoke, holds both contacts of its follower.
+    """Find the error of the distance between both contacts that a measured pair, or disc in a yoke, holds.
 
-    Points of both discs are in one frame, that of the drawing as seen from its front: with the axis of the bore at
-    0, 0 and one angle 0, as they are measured in one clamping, or from the keyway. Each disc is turned to where its
-    own errors are least, and the pair to where those of both are, unless it is aligned: an angle between the discs
-    is no error of a profile, but one of what both contacts are apart.
+    Points of both discs are in one frame, that of the drawing as seen from its front. The axis of the bore is at 0,
+    0 and both discs share one angle 0, as measured in one clamping or from the keyway. Each disc is turned to its
+    own least error, and the pair to the least error of both, unless it is aligned. So an angle between the discs is
+    an error of the contacts' distance, and not of a profile.
 
     Parameters
     ----------
     profiles : sequence of MeasuredProfile
-        Points of the first and of the second disc; of a yoke those of its one disc.
+        Points of the first and of the second disc; for a yoke those of its one disc.
     scene : Scene, str or os.PathLike
-        The drawing: a scene with sizes of its own whose follower has two contacts.
+        The drawing: a scene with fixed sizes whose follower has two contacts.
     columns : sequence of str or int, optional
         Names or numbers (from 1) of the columns of all profiles, as for ``inspect``.
     angle_unit : str, default "deg"
@@ -283,19 +284,19 @@ def inspect_pair(
     turn : float, optional
         The angle of one turn of the cam in the files.
     keep_outliers : bool, default False
-        Whether single points that are far off their neighbours count for the errors too.
+        Whether single points far from their neighbours count for the errors too.
     aligned : bool, default False
         Whether the angle 0 of the points is that of the scene.
 
     Returns
     -------
     PairInspection
-        The variation of what the contacts are apart, the clearance or interference that is left, and its preload.
+        The variation of the contacts' distance, the remaining clearance or interference, and its preload.
 
     Raises
     ------
     BadInput
-        As ``inspect``; of a follower with one contact, or another number of profiles than the cam has discs.
+        As ``inspect``; for a follower with one contact, or another number of profiles than the cam has discs.
     Unsolved
         If the convex solver fails.
     OSError
@@ -342,12 +343,11 @@ class _ContactPair:
     discs: list[InspectedDisc]
 
     def build_inspection(self) -> PairInspection:
-        """What is told of them."""
         angular = self.problem.setup.angular
         unit, tolerance = degrees(1.0) if angular else 1.0, self.scene.whole_part.profile_tolerance
         return PairInspection(
             self.scene,
-            tuple(each.build_inspection() for each in self.discs),
+            tuple(disc.build_inspection() for disc in self.discs),
             self.phase_difference,
             self._distance_name,
             "deg" if angular else "mm",
@@ -365,13 +365,13 @@ class _ContactPair:
 
     @property
     def phase_difference(self) -> float:
-        """By how much the second disc is ahead of the first, deg."""
+        """Angle by which the second disc is ahead of the first [deg]."""
         first, *others = (disc.phase_deg for disc in self.discs)
         return (others[0] - first + 180.0) % 360.0 - 180.0 if others else 0.0
 
     @property
     def _mismatch_reason(self) -> str:
-        """Why the discs do not hold one follower."""
+        """Why the discs do not hold one follower; empty if they do."""
         far = [str(place) for place, disc in enumerate(self.discs, 1) if disc.is_far_off]
         if far:
             are = "are no cams" if len(far) > 1 else "is no cam"
@@ -383,34 +383,34 @@ class _ContactPair:
 
     @cached_property
     def shared_zero(self) -> float:
-        """The angle of the points at which both discs together are on the shaft, rad."""
+        """Angle of the points at which the cam angle of both discs is 0 [rad]."""
         first = self.discs[0]
         return 0.0 if first.aligned else refine_zero(self.discs, first.zero)
 
     @property
     def _contact_angles(self) -> list[FloatArray]:
-        """Cam angles of the points at each contact, rad; of a yoke those of its one disc, and half a turn later."""
+        """Cam angles of the points at each contact [rad]; for a yoke of its disc, and half a turn later."""
         first, *others = (disc.cam_angles_at(self.shared_zero) for disc in self.discs)
         return [first, *others] if others else [first, np.mod(first + np.pi, 2.0 * np.pi)]
 
     @cached_property
     def angles(self) -> FloatArray:
-        """The cam angles of all points, rad."""
+        """Cam angles of all points [rad]."""
         return np.unique(np.concatenate(self._contact_angles))
 
     def _sum_over_contacts(self, values: Sequence[FloatArray]) -> FloatArray:
-        """The sum at both contacts of what is known at the points of each disc."""
+        """Sum over both contacts of values at the points of each disc."""
         both = zip(self._contact_angles, [*values] * 2, strict=False)
         return np.asarray(sum(np.interp(self.angles, *each, period=2.0 * np.pi) for each in both))
 
     @cached_property
     def distance_errors(self) -> FloatArray:
-        """s, mm (rad)."""
+        """s [mm or rad]."""
         return self._sum_over_contacts([disc.smooth_errors_at(self.shared_zero) for disc in self.discs])
 
     @property
     def _profile_responses(self) -> list[FloatArray]:
-        """How far each disc moves its contact by a profile that stands out by 1 mm, mm (rad)."""
+        """Displacement of each contact per mm of profile deviation [mm or rad]."""
         return [disc.responses[0] for disc in self.discs]
 
     @property
@@ -421,7 +421,7 @@ class _ContactPair:
 
     @property
     def _drawn_distance(self) -> float:
-        """What the contacts are apart along the motion, mm (rad)."""
+        """Nominal distance of the contacts along the motion [mm or rad]."""
         first, lift = self.problem.design, self.problem.programme.lift
         start = self.problem.setup.mechanism.start or (lambda designs: designs.size)
         return float((start(first) + start(second_discs(first)) + lift)[0])
@@ -441,10 +441,10 @@ class _ContactPair:
         if force.missing_force_keys(problem.setup):
             return None
         record = force.follower_force_curve(problem.setup, problem.design, problem.programme)
-        found = value_of(record, 0, problem.programme.state(self.angles))
-        return np.asarray(np.abs(found) / 2.0 * self._force_factor)
+        forces = value_of(record, 0, problem.programme.state(self.angles))
+        return np.asarray(np.abs(forces) / 2.0 * self._force_factor)
 
     @property
     def _force_factor(self) -> float:
-        """Of N (N·mm) in N (N·m)."""
+        """Factor from N (N·mm) to N (N·m)."""
         return 1e-3 if self.problem.setup.angular else 1.0

@@ -1,22 +1,22 @@
-"""The lift of a follower on a measured profile: each point gives one cam angle, and the lift there.
+"""The lift of a follower on a measured profile: each point gives one cam angle and the lift there.
 
-A round follower of the radius R_r that touches the profile at p, where its outward normal is n, has its centre at
+A round follower of the radius R_r touches the profile at p, where the outward normal is n. Its centre is
 
     T = p + R_r·n,
 
-and is as high as that of a cam with the prime radius |T| on its base circle (``geometry.cam_curves`` inverted). A
-flat face there is at the distance p·n from the axis, as on a cam with this base radius. The cam has turned until T,
-or n, is where it is on that cam. The position of a translating follower is the height of its trace point or face
-above the axis, that of an oscillating one the angle ψ of its arm or face.
+as high as on the base circle of a cam with the prime radius |T| (``geometry.cam_curves`` inverted). A flat face
+there is at the distance p·n from the axis, as on a cam with this base radius. The cam has turned until T, or n, is
+in its place on that cam. The position of a translating follower is the height of its trace point or face above the
+axis. That of an oscillating follower is the angle ψ of its arm or face.
 
-The follower touches each point of a profile at one cam angle, so that each row of the file is one lift. An error δ
-of the point along the normal is an error δ/cos β of the lift (δ under a flat face): errors of the lifts are as
-independent as those of the points, and noise, outliers and band are as for a table of lifts. The outward normal
-comes from the closed curve of the least jerk that is as near to the distances as their noise; an error of its
-direction hardly matters. Points that the follower does not reach, because it would cut into the profile elsewhere,
-are left out: those of hollows narrower than the roller, or of any hollow under a flat face.
+The follower touches each point of a profile at one cam angle, so each row of the file is one lift. An error δ of
+the point along the normal is an error δ/cos β of the lift (δ under a flat face). So errors of the lifts are as
+independent as those of the points, and noise, outliers and band are as for a table of lifts. The outward normal is
+that of the closed curve of least jerk within the noise of the distances; an error of its direction hardly matters.
+The follower does not reach some points, because it would cut into the profile elsewhere. These points are left out:
+those of hollows narrower than the roller, or of any hollow under a flat face.
 
-Source: Norton, Cam Design and Manufacturing Handbook, ch. 7, the other way round.
+Source: Norton, Cam Design and Manufacturing Handbook, ch. 7, inverted.
 """
 
 import os
@@ -43,13 +43,13 @@ from camopt.solve.measured.measured_points import FEWEST_MEASURED, TURN_DEG, Mea
 from camopt.solve.measured.number_table import file_mistake
 from camopt.solve.measured.outline import find_gaps, gap_mistake
 
-CURVE_POINTS = 7200  # points of a curve, about, among which the nearest is sought
-DIRECTIONS_AT_ONCE = 64  # directions in which the furthest of these is sought
+CURVE_POINTS = 7200  # approximate number of points of a curve in a search for the nearest one
+DIRECTIONS_AT_ONCE = 64  # directions that are searched at once for the furthest point
 LARGEST_PROBE = 1e3  # mm
 
 
 class Contacts(NamedTuple):
-    """A follower on a profile: cam angles (rad), positions (mm; rad when oscillating), whether it can be there."""
+    """A follower on a profile: cam angles [rad], positions [mm or rad], and whether it can be there."""
 
     angles: FloatArray
     positions: FloatArray
@@ -57,31 +57,30 @@ class Contacts(NamedTuple):
 
 
 def contacts_at_points(problem: Problem, profile: ComplexArray, normals: ComplexArray) -> Contacts:
-    """The follower of a problem, whose motion does not count, where it touches points with outward normals."""
+    """Contacts of a problem's follower, without its motion, at points with outward normals."""
     mechanism, design = problem.setup.mechanism, problem.design
     trace = profile + design.roller_radius[0] * normals
     flat = mechanism.flat_faced
     reach = (profile * normals.conjugate()).real if flat else np.abs(trace) - design.roller_radius[0]
-    same = design.take(np.zeros(profile.size, dtype=int))
-    on_base = replace(same, size=reach)
-    possible = mechanism.can_assemble(on_base, problem.programme)
+    repeated = design.take(np.zeros(profile.size, dtype=int))
+    designs = replace(repeated, size=reach)
+    possible = mechanism.can_assemble(designs, problem.programme)
     with np.errstate(invalid="ignore"):
-        ground = mechanism.travel(on_base, problem.programme, np.zeros(profile.size))
-        seen = (ground.normal, normals) if flat else (ground.trace, trace)
-        angles = design.sense * np.angle(seen[0] * seen[1].conjugate())
-        return Contacts(angles, base_circle_position(problem, on_base), possible)
+        ground = mechanism.travel(designs, problem.programme, np.zeros(profile.size))
+        directions = (ground.normal, normals) if flat else (ground.trace, trace)
+        angles = design.sense * np.angle(directions[0] * directions[1].conjugate())
+        return Contacts(angles, base_circle_position(problem, designs), possible)
 
 
 def base_circle_position(problem: Problem, designs: Designs) -> FloatArray:
-    """The position of the follower on the base circles of designs."""
+    """Position of the follower on the base circles of designs [mm or rad]."""
     if problem.setup.mechanism.start is not None:
         return np.asarray(problem.setup.mechanism.start(designs))
     return np.arcsin(first_sine(designs)) if problem.setup.angular else designs.size
 
 
 def base_radius_at(problem: Problem, position: float) -> float:
-    """The base radius of a cam on whose base circle the follower has a position: the inverse of
-    ``base_circle_position``."""
+    """Base radius for a position of the follower on the base circle [mm]; inverse of ``base_circle_position``."""
     mechanism, design = problem.setup.mechanism, problem.design
     if mechanism.trace_point is not None:
         return float(np.hypot(*mechanism.trace_point(design, position))[0] - design.roller_radius[0])
@@ -92,23 +91,24 @@ def base_radius_at(problem: Problem, position: float) -> float:
 
 @dataclass(frozen=True)
 class MeasuredProfile:
-    """Points of the profile of a disc cam, measured with the ball of a probe; ``fit`` takes it in place of lifts.
+    """Points of the profile of a disc cam, measured with a ball probe; ``fit`` takes it in place of lifts.
 
     Parameters
     ----------
     points : str, os.PathLike or array_like
         A file, or an array of rows, as for ``fit``: in mm, or in the unit of the lifts.
     form : str
-        "polar": cam angle, and distance from the cam's axis; the angle at which a radial follower meets the point,
-        as in a table of lifts. "xy": coordinates with the cam's axis at 0, 0, seen as the cam turns in the scene.
-        Where the angle 0 or the x-axis is on the cam does not matter.
+        "polar": cam angle, and distance from the cam's axis; the angle is the one at which a radial follower meets
+        the
+        point, as in a table of lifts. "xy": coordinates with the cam's axis at 0, 0, seen as the cam turns in the
+        scene. The place of the angle 0 or the x-axis on the cam does not matter.
     probe : float, default 0
         Radius of the ball in mm, if the points are its centres; 0 if they are on the profile itself.
 
     Raises
     ------
     BadInput
-        For another form, or a radius that is none.
+        For another form, or for a radius that is not allowed.
 
     Examples
     --------
@@ -134,14 +134,14 @@ class MeasuredProfile:
             raise BadInput(mistakes)
 
     def mirrored(self, points: MeasuredPoints) -> MeasuredPoints:
-        """Its points as they are in the mirror, y → −y, where the cam turns the other way."""
+        """Its points mirrored, y → −y, as on a cam that turns the other way."""
         half, way = TURN_DEG / 2.0, -1.0 if self.form == "xy" else 1.0
         angles = angle_from(0.0, half + way * points.angles)
         order = np.argsort(angles, kind="stable")
         return replace(points, angles=angles[order], lifts=points.lifts[order], rows=points.rows[order])
 
     def check(self, points: MeasuredPoints) -> None:
-        """Whether its points can be those of a ball on a cam."""
+        """BadInput for points that cannot be those of a ball on a cam."""
         for place in np.flatnonzero(points.lifts <= self.probe):
             least = f"the probe's radius {self.probe:g}" if self.probe else "0"
             what = f"must be further from the axis of the cam than {least}"
@@ -149,11 +149,11 @@ class MeasuredProfile:
 
 
 class FollowedProfile(NamedTuple):
-    """A profile as its follower meets it.
+    """A profile and its follower at each point.
 
-    ``positions`` are points with positions of the follower in place of lifts, and ``lost`` the places of outliers
-    among them. ``centres`` are those of the probe, as x + iy in the frame of the cam at cam angle 0, by ``rows``,
-    all of them; ``unreached`` are rows.
+    ``positions`` are points with positions of the follower in place of lifts. ``outlier_places`` are the places of
+    outliers among them. ``centres`` are all centres of the probe, as x + iy in the frame of the cam at cam angle 0,
+    by ``rows``. ``unreached`` are rows.
     """
 
     problem: Problem
@@ -165,16 +165,16 @@ class FollowedProfile(NamedTuple):
     unreached: IntArray
 
     def base_radius(self, position: float) -> float:
-        """The base radius at which the follower is lowest at a position (mm; deg when oscillating)."""
+        """Base radius at which the follower is lowest at a position [mm]. The position is in mm, or deg."""
         return base_radius_at(self.problem, np.radians(position) if self.problem.setup.angular else position)
 
     def centres_at(self, problem: Problem, start: float, rows: IntArray) -> ComplexArray:
-        """The centres of some rows, in the frame of a cam whose angle 0 is ``start`` (deg) of the points."""
+        """Centres of some rows, in the frame of a cam whose angle 0 is the angle ``start`` of the points [deg]."""
         turn = np.exp(1j * problem.design.sense * np.radians(start))
         return np.asarray(turn * self.centres[np.isin(self.rows, rows)])
 
     def distances(self, problem: Problem, start: float, rows: IntArray) -> FloatArray:
-        """Distances of points outside the profile of that cam, along its normal, mm; negative inside."""
+        """Distances of points outside the profile of that cam, along its normal [mm]; negative inside."""
         centres = self.centres_at(problem, start, rows)
         angles = np.linspace(0.0, 2.0 * np.pi, CURVE_POINTS + 1)
         profile = profile_points(problem.setup.mechanism, problem.design, problem.programme, angles)
@@ -188,60 +188,66 @@ def follow_profile(
     problem: Problem,
     profile: MeasuredProfile,
     points: MeasuredPoints,
-    lost: Sequence[int],
-    room: AllowedDeviation,
+    outlier_places: Sequence[int],
+    allowed: AllowedDeviation,
     gaps_anywhere: bool = False,
 ) -> FollowedProfile:
-    """The follower at each of the points (angles and distances); the room is that of their noise.
+    """The follower at each of the points (angles and distances), with the deviation that their noise allows.
 
-    Outliers, whose places are ``lost``, do not shape the curve. Points may be missing on the base circle, or
-    anywhere if the motion is not to be found from them.
+    Outliers, at the places ``lost``, do not shape the curve. Points may be missing on the base circle, or anywhere
+    if the motion is known.
 
     Raises
     ------
     BadInput
-        For a point where the follower cannot be, or where points are missing that are not on the base circle, or if
-        it touches few points.
+        For a point that the follower cannot touch, for missing points outside the base circle, or for too few
+        contacts.
     Unsolved
         If the convex solver fails.
     """
-    kept = points.drop_places(lost)
-    between = _dense_angles(kept, np.inf if gaps_anywhere else room.band)
-    curve, side = _closed_curve(kept, room), 1.0 if profile.form == "xy" else problem.design.sense
+    kept_points = points.drop_places(outlier_places)
+    dense_angles = _dense_angles(kept_points, np.inf if gaps_anywhere else allowed.band)
+    curve, side = _closed_curve(kept_points, allowed), 1.0 if profile.form == "xy" else problem.design.sense
     smooth, normals = _curve_with_normals(curve, points.angles, side)
     centres = points.lifts * smooth / np.abs(smooth)
-    found = contacts_at_points(problem, centres - profile.probe * normals, normals)
-    for place in np.flatnonzero(~found.possible):
+    contacts = contacts_at_points(problem, centres - profile.probe * normals, normals)
+    for place in np.flatnonzero(~contacts.possible):
         what = f"the follower cannot touch this point: {problem.setup.mechanism.assembly}"
         raise file_mistake(points.file, f"row {points.rows[place]}", None, what)
-    dense, dense_normals = _curve_with_normals(curve, between, side)
+    dense, dense_normals = _curve_with_normals(curve, dense_angles, side)
     around = dense - profile.probe * dense_normals
-    reached = _cutting_depth(problem, smooth - profile.probe * normals, normals, around) <= (room.rms or room.band)
-    if reached.sum() < FEWEST_MEASURED:
-        what = f"the follower touches {reached.sum()} of {reached.size} points; it needs {FEWEST_MEASURED}"
+    is_reached = _cutting_depth(problem, smooth - profile.probe * normals, normals, around) <= (
+        allowed.rms or allowed.band
+    )
+    if is_reached.sum() < FEWEST_MEASURED:
+        what = f"the follower touches {is_reached.sum()} of {is_reached.size} points; it needs {FEWEST_MEASURED}"
         raise file_mistake(points.file, "points", None, what)
-    positions = np.degrees(found.positions) if problem.setup.angular else found.positions
-    angles = angle_from(0.0, np.degrees(found.angles))
-    order = np.flatnonzero(reached)[np.argsort(angles[reached], kind="stable")]
+    positions = np.degrees(contacts.positions) if problem.setup.angular else contacts.positions
+    angles = angle_from(0.0, np.degrees(contacts.angles))
+    order = np.flatnonzero(is_reached)[np.argsort(angles[is_reached], kind="stable")]
     step = points.step * float(np.ptp(positions) / np.ptp(points.lifts))
-    seen = MeasuredPoints(points.file, angles[order], positions[order], points.rows[order], step, TURN_DEG)
-    outliers = np.flatnonzero(np.isin(seen.rows, points.rows[list(lost)])).tolist()
-    unreached = np.sort(points.rows[~reached])
-    return FollowedProfile(problem, profile.probe, seen, outliers, centres, points.rows, unreached)
+    followed_points = MeasuredPoints(
+        points.file, angles[order], positions[order], points.rows[order], step, TURN_DEG
+    )
+    outliers = np.flatnonzero(np.isin(followed_points.rows, points.rows[list(outlier_places)])).tolist()
+    unreached = np.sort(points.rows[~is_reached])
+    return FollowedProfile(problem, profile.probe, followed_points, outliers, centres, points.rows, unreached)
 
 
-def _closed_curve(points: MeasuredPoints, room: AllowedDeviation) -> LeastJerkCurve:
-    """The closed curve of the least jerk of the distances within a room of the points."""
+def _closed_curve(points: MeasuredPoints, allowed: AllowedDeviation) -> LeastJerkCurve:
+    """The closed curve of least jerk of the distances, within the allowed deviation from the points."""
     try:
-        return least_jerk_curve(points, room)
-    except Unsolved as why:
-        raise Unsolved(f"{points.file}: no smooth curve within {room.band:.4g} mm of the points: {why}") from None
+        return least_jerk_curve(points, allowed)
+    except Unsolved as error:
+        raise Unsolved(
+            f"{points.file}: no smooth curve within {allowed.band:.4g} mm of the points: {error}"
+        ) from None
 
 
 def _curve_with_normals(
     curve: LeastJerkCurve, angles: FloatArray, side: float
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Points x + iy of a curve by its distance R from the axis, and its outward normals R + R'·i·side."""
+    """Points x + iy of a curve by its distance R from the axis, and outward normals R + R'·i·side."""
     up = np.exp(1j * (np.pi / 2.0 - side * np.radians(angles)))
     distances = curve.lifts_at(angles)
     normals = (distances + 1j * side * curve.slopes_at(angles)) * up
@@ -249,12 +255,12 @@ def _curve_with_normals(
 
 
 def _dense_angles(points: MeasuredPoints, band: float) -> FloatArray:
-    """Angles close to each other, but for parts without points.
+    """Angles close to each other, except in gaps without points.
 
     Raises
     ------
     BadInput
-        If a part without points is not on the base circle.
+        If a gap is not on the base circle.
     """
     missing = find_gaps(points)
     for k in missing:
@@ -270,15 +276,15 @@ def _dense_angles(points: MeasuredPoints, band: float) -> FloatArray:
 def _cutting_depth(
     problem: Problem, profile: ComplexArray, normals: ComplexArray, around: ComplexArray
 ) -> FloatArray:
-    """The depth by which a follower that touches points of a profile cuts into the rest of it, mm."""
+    """Depth to which a follower at points of a profile cuts into the rest of it [mm]."""
     if not problem.setup.mechanism.flat_faced:
         radius = problem.design.roller_radius[0]
         centres = profile + radius * normals
         nearest, _ = cKDTree(_as_coordinates(around)).query(_as_coordinates(centres))
         return np.asarray(radius - nearest)
     furthest = [
-        np.max((around * some[:, None].conjugate()).real, axis=1)
-        for some in np.array_split(normals, -(-normals.size // DIRECTIONS_AT_ONCE))
+        np.max((around * directions[:, None].conjugate()).real, axis=1)
+        for directions in np.array_split(normals, -(-normals.size // DIRECTIONS_AT_ONCE))
     ]
     return np.concatenate(furthest) - (profile * normals.conjugate()).real
 

@@ -1,9 +1,9 @@
-"""The smoothing spline of measured points, as smooth as generalised cross-validation says.
+"""The smoothing spline of measured points, by generalised cross-validation.
 
-Of all closed curves it is the one of the least Σ (y(θᵢ) − yᵢ)² + μ·∫ (y''')² dθ: a quintic spline with its knots at
-the points. The trace of the matrix from the lifts to the curve's is its degrees of freedom f. The weight μ is where
-Σ r²/(n − 1.4·f)² of the residuals r is least: how well a curve through all other points foretells each. A factor of
-1 would follow the errors of one file in a hundred.
+Of all closed curves it minimises Σ (y(θᵢ) − yᵢ)² + μ·∫ (y''')² dθ. It is a quintic spline with knots at the points.
+Its degrees of freedom f are the trace of the matrix from the lifts to those of the curve. The weight μ minimises
+Σ r²/(n − 1.4·f)² of the residuals r: the error of a curve through all other points at each point. A factor of 1
+would follow the errors of one file in a hundred.
 
 One basis of eigenvectors, of ∫ (y''')² dθ in the measure of the points, serves all μ (Demmler and Reinsch).
 
@@ -24,19 +24,17 @@ from camopt.core.numerics.bsplines import derivative_matrix
 from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints
 from camopt.solve.measured.spline_chain import CHAIN_DEGREE
 
-SMOOTHED_ORDER = 3  # the order of the derivative that is smoothed
+SMOOTHED_ORDER = 3  # order of the smoothed derivative
 MOST_KNOTS = 360
 TRACE_FACTOR = 1.4
-MOST_FREEDOM_SHARE = (
-    0.7  # of the points: the most degrees of freedom, so that CAUTION times as many are less than the points
-)
-JERK_WEIGHTS = np.exp(np.arange(-40.0, 10.0, 0.1))  # of the jerk by x over a turn
-BASES_KEPT = 4  # of up to some MB each
-REGULARISATION_SHARE = 1e-10  # of the measure, where knots have no points beside them
+MOST_FREEDOM_SHARE = 0.7  # most degrees of freedom per point: TRACE_FACTOR times it stays below 1
+JERK_WEIGHTS = np.exp(np.arange(-40.0, 10.0, 0.1))  # weights μ of the jerk, by x over a turn
+BASES_KEPT = 4  # cached bases, of up to some MB each
+REGULARISATION_SHARE = 1e-10  # regularisation of the measure, for knots without points beside them
 
 
 class SmoothingSpline(NamedTuple):
-    """The smoothing spline at its points: the residuals, how much each point draws the curve, and f."""
+    """The smoothing spline at its points: residuals, leverage of each point, and degrees of freedom f."""
 
     residuals: FloatArray
     leverages: FloatArray
@@ -46,25 +44,27 @@ class SmoothingSpline(NamedTuple):
 def smoothing_spline(points: MeasuredPoints) -> SmoothingSpline:
     """The smoothing spline of points by generalised cross-validation.
 
-    Knots are at the angles of the points, and at some of these if there are more than 360.
+    Knots are at the angles of the points, or at 360 of these if there are more.
     """
     rough, curves = _eigenbasis(points.angles.tobytes())
     lifts = points.lifts - points.lifts.mean()
     parts = curves.T @ lifts
-    beside = max(float(lifts @ lifts - parts @ parts), 0.0)  # what no spline of these knots has
-    kept = 1.0 / (1.0 + JERK_WEIGHTS[:, None] * np.maximum(rough, 0.0))
-    freedom = kept.sum(axis=1)
+    unexplained = max(float(lifts @ lifts - parts @ parts), 0.0)  # squares that no spline with these knots explains
+    shrinkage = 1.0 / (1.0 + JERK_WEIGHTS[:, None] * np.maximum(rough, 0.0))
+    freedom = shrinkage.sum(axis=1)
     allowed = np.flatnonzero(freedom <= MOST_FREEDOM_SHARE * lifts.size)
-    left = beside + (1.0 - kept[allowed]) ** 2 @ parts**2
-    best = allowed[np.argmin(left / (lifts.size - TRACE_FACTOR * freedom[allowed]) ** 2)]
-    return SmoothingSpline(lifts - curves @ (kept[best] * parts), curves**2 @ kept[best], float(freedom[best]))
+    residual_squares = unexplained + (1.0 - shrinkage[allowed]) ** 2 @ parts**2
+    best = allowed[np.argmin(residual_squares / (lifts.size - TRACE_FACTOR * freedom[allowed]) ** 2)]
+    return SmoothingSpline(
+        lifts - curves @ (shrinkage[best] * parts), curves**2 @ shrinkage[best], float(freedom[best])
+    )
 
 
 @lru_cache(maxsize=BASES_KEPT)
 def _eigenbasis(angles: bytes) -> tuple[FloatArray, FloatArray]:
-    """The roughness of the curves of a basis, and their values at given angles, deg, as the bytes of doubles.
+    """Roughness of the curves of a basis, and their values at given angles [deg, as the bytes of doubles].
 
-    It takes a tenth of a second, and lifts that are measured at the same angles share it.
+    It takes a tenth of a second. Lifts measured at the same angles share it.
     """
     basis, roughness = _closed_basis(np.frombuffer(angles) / TURN_DEG)
     measure = (basis.T @ basis).toarray()

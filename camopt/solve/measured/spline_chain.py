@@ -1,10 +1,10 @@
-"""A quintic spline with the coefficients of its derivatives beside its own, for programmes of its third derivative.
+"""A quintic spline whose coefficients are variables together with those of its derivatives up to the jerk.
 
-Coefficients of a spline on n points fix its jerk with a factor of n³, which a solver's rounding does not survive.
-So c₀ … c₃ of y … y''' are unknowns together, and what joins them, cₖ₊₁ = (5 − k)·Δcₖ/Δt, has a factor of n.
+Coefficients of a spline on n points give its jerk with a factor of n³, which a solver's rounding does not survive.
+So c₀ … c₃ of y … y''' are variables together. Their relation cₖ₊₁ = (5 − k)·Δcₖ/Δt has a factor of n only.
 
-Of all motions, the one of the least ∫ (y''')² dθ that goes within a band of points is such a spline, with its knots
-at the points (Reinsch's and Laurent's theorem for smoothing splines and for convex sets).
+The motion of least ∫ (y''')² dθ within a band of points is such a spline, with knots at the points (theorems of
+Reinsch for smoothing splines and of Laurent for convex sets).
 
 Source: de Boor, A Practical Guide to Splines, ch. IX, X and XIV; Laurent, Approximation et optimisation, ch. IV.
 """
@@ -24,7 +24,7 @@ CHAIN_DEGREE, JOINED_ORDERS = 5, 4
 
 @dataclass(frozen=True)
 class SplineChain:
-    """Clamped quintic splines on 0 ≤ x ≤ 1 with single knots inside."""
+    """Clamped quintic splines on 0 ≤ x ≤ 1 with single inner knots."""
 
     inner_knots: tuple[float, ...]
 
@@ -35,24 +35,24 @@ class SplineChain:
 
     @property
     def count(self) -> int:
-        """How many coefficients the spline itself has; each derivative one less."""
+        """Number of coefficients of the spline itself; each derivative has one less."""
         return len(self.inner_knots) + CHAIN_DEGREE + 1
 
     @cached_property
     def steps(self) -> list[FloatArray]:
-        """Δt/(5 − k): what makes of cₖ₊₁ the differences of cₖ."""
+        """Δt/(5 − k): factors from cₖ₊₁ to the differences of cₖ."""
         inside = [self.knots[1 + k : self.knots.size - 1 - k] for k in range(JOINED_ORDERS - 1)]
         degrees = [CHAIN_DEGREE - k for k in range(JOINED_ORDERS - 1)]
         return [(t[p:] - t[:-p]) / p for t, p in zip(inside, degrees, strict=True)]
 
     def value_matrix(self, x: ArrayLike, order: int = 0) -> sparse.csr_array:
-        """The matrix from the coefficients of a derivative to its values at x."""
+        """Matrix from the coefficients of a derivative to its values at x."""
         knots = self.knots[order : self.knots.size - order]
         return BSpline.design_matrix(x, knots, CHAIN_DEGREE - order, extrapolate=True)
 
     @cached_property
     def jerk_square_matrix(self) -> sparse.csr_array:
-        """The matrix W with |W·c₃|² = ∫ (y''')² dx, by Gauss's rule, which is exact here."""
+        """Matrix W with |W·c₃|² = ∫ (y''')² dx, by Gauss's rule, which is exact here."""
         nodes, weights = np.polynomial.legendre.leggauss(CHAIN_DEGREE - 2)
         ends = np.array([0.0, *self.inner_knots, 1.0])
         half = np.diff(ends)[:, None] / 2
@@ -60,16 +60,16 @@ class SplineChain:
         return sparse.csr_array(sparse.diags_array(np.sqrt(half * weights).ravel()) @ self.value_matrix(x, 3))
 
     def integrate_jerk(self, jerk: FloatArray, start: tuple[float, float, float]) -> list[FloatArray]:
-        """c₀ … c₃ from c₃, and y, y', y'' at x = 0. Of several columns at once, if ``jerk`` has them."""
-        found = [jerk]
+        """c₀ … c₃ from c₃ and from y, y', y'' at x = 0; for several columns of ``jerk`` at once."""
+        coefficients = [jerk]
         for k in reversed(range(JOINED_ORDERS - 1)):
-            steps = self.steps[k].reshape(-1, *(1,) * (jerk.ndim - 1)) * found[0]
+            steps = self.steps[k].reshape(-1, *(1,) * (jerk.ndim - 1)) * coefficients[0]
             first = np.full_like(steps[:1], start[k])
-            found.insert(0, np.concatenate([first, first + np.cumsum(steps, axis=0)]))
-        return found
+            coefficients.insert(0, np.concatenate([first, first + np.cumsum(steps, axis=0)]))
+        return coefficients
 
     def adjust_jerk(self, jerk: FloatArray, start: tuple[float, float, float], end: FloatArray) -> FloatArray:
         """c₃ with the least change that leads from y, y', y'' at x = 0 to those at x = 1."""
-        missed = end - np.array([c[-1] for c in self.integrate_jerk(jerk, start)[:-1]])
-        moved = np.array([c[-1] for c in self.integrate_jerk(np.eye(jerk.size), (0.0, 0.0, 0.0))[:-1]])
-        return np.asarray(jerk + np.linalg.lstsq(moved, missed, rcond=None)[0])
+        error = end - np.array([c[-1] for c in self.integrate_jerk(jerk, start)[:-1]])
+        responses = np.array([c[-1] for c in self.integrate_jerk(np.eye(jerk.size), (0.0, 0.0, 0.0))[:-1]])
+        return np.asarray(jerk + np.linalg.lstsq(responses, error, rcond=None)[0])

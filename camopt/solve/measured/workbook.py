@@ -1,4 +1,4 @@
-"""Tables of numbers in workbooks of Excel and LibreOffice, read by python-calamine if that is installed."""
+"""Tables of numbers in workbooks of Excel and LibreOffice, read by python-calamine if it is installed."""
 
 import re
 from collections.abc import Iterator
@@ -11,21 +11,21 @@ from camopt.solve.measured.number_table import NumberedRow, TableCell
 
 ARCHIVE = b"PK\x03\x04"
 WORKBOOK_STARTS = (ARCHIVE, b"\xd0\xcf\x11\xe0")
-"""How workbooks begin: .xlsx and .ods, and .xls."""
+"""First bytes of workbooks: .xlsx and .ods, and .xls."""
 MOST_UNPACKED = 64  # MiB
-MOST_CELLS = 2_000_000  # up to the last one of a sheet
+MOST_CELLS = 2_000_000  # rows times columns of a sheet
 XML_ELEMENT = re.compile(
     rb"<(?:\w+:)?(row|c)\b(?:[^<>]*?\sr\s*=\s*[\"']([A-Za-z]{0,40})([0-9]{1,40})[\"'])?[^<>]*>(?:(?<!/>)(?!\s*</)())?"
 )
-"""A row or a cell of .xlsx: its column and row, where it names them; the last group is there unless it is empty."""
+"""A row or a cell of .xlsx, with its column and row if it names them; the last group is set unless it is empty."""
 BINARY_RECORD = re.compile(rb"([\x80-\xff]?.)([\x80-\xff]{0,3}.)(.{0,4})", re.DOTALL)
-"""A record of .xlsb (MS-XLSB 2.1.4): its kind, its length, and the row or column that its content begins with."""
+"""A record of .xlsb (MS-XLSB 2.1.4): its kind, its length, and the row or column at the start of its content."""
 ROW_RECORD, FILLED_RECORDS = 0, range(2, 12)  # kinds of record: a row, and cells that are not blank
 TAB_DIALECTS = [dialect for dialect in TEXT_DIALECTS if dialect.delimiter == r"\t"]
 
 
 def workbook_rows(data: bytes) -> list[NumberedRow]:
-    """The rows of the first sheet that has numbers; a ValueError says why there are none."""
+    """The rows of the first sheet with numbers; a ValueError if the workbook cannot be read."""
     try:
         from python_calamine import CalamineWorkbook
     except ImportError:
@@ -40,23 +40,23 @@ def workbook_rows(data: bytes) -> list[NumberedRow]:
         return next((rows for rows in tables if any(row.is_numeric for row in rows)), [])
     except (ValueError, KeyboardInterrupt):
         raise
-    except BaseException as trouble:  # of calamine, whose panics are no Exception, and of what unpacks
+    except BaseException as trouble:  # panics of calamine are no Exception; unpacking may fail too
         raise ValueError(f"is no workbook that can be read: {trouble}") from None
 
 
 def _check_archive(data: bytes) -> None:
-    """Refuse a workbook before calamine allocates memory for it, which ends the process where there is too little.
+    """Refuse a workbook that is too large, before calamine allocates memory for it and ends the process.
 
     Each part is unpacked, because the directory of an archive may state wrong sizes.
     """
-    left = MOST_UNPACKED << 20
+    bytes_left = MOST_UNPACKED << 20
     with ZipFile(BytesIO(data)) as archive:
         for part in archive.infolist():
-            part.file_size = left + 2  # one more than is read: its checksum is compared at its end alone
+            part.file_size = bytes_left + 2  # one more than is read, so that no checksum is compared
             with archive.open(part) as stream:
-                content = stream.read(left + 1)
-            left -= len(content)
-            if left < 0:
+                content = stream.read(bytes_left + 1)
+            bytes_left -= len(content)
+            if bytes_left < 0:
                 most = f"is a workbook of more than {MOST_UNPACKED} MiB when unpacked"
                 raise ValueError(f"{most}: save the table as CSV")
             binary = "worksheets/" in part.filename and part.filename.endswith(".bin")
@@ -65,7 +65,7 @@ def _check_archive(data: bytes) -> None:
 
 
 def _xml_cells(content: bytes) -> Iterator[tuple[int, int]]:
-    """Row and column of each cell of XML that is not blank. What names no place follows the element before it."""
+    """Row and column of each XML cell that is not blank. An element without a place follows the one before it."""
     row = column = 0
     for element in XML_ELEMENT.finditer(content):
         name, letters, number, filled = element.groups()
@@ -78,7 +78,7 @@ def _xml_cells(content: bytes) -> Iterator[tuple[int, int]]:
 
 
 def _binary_cells(content: bytes) -> Iterator[tuple[int, int]]:
-    """Row and column of each cell of .xlsb that is not blank."""
+    """Row and column of each .xlsb cell that is not blank."""
     place = row = 0
     while record := BINARY_RECORD.match(content, place):
         kind, length = (
@@ -93,7 +93,7 @@ def _binary_cells(content: bytes) -> Iterator[tuple[int, int]]:
 
 
 def _letters_to_column(letters: bytes) -> int:
-    """The number of a column from its letters: A is 1, AA is 27."""
+    """Number of a column from its letters: A is 1, AA is 27."""
     number = 0
     for letter in letters.upper():
         number = 26 * number + letter - ord("A") + 1
@@ -108,7 +108,7 @@ def _check_cells(row: int, column: int) -> None:
 
 
 def _sheet_rows(sheet: Any) -> list[NumberedRow]:
-    found = []
+    rows = []
     _check_cells(sheet.total_height, sheet.total_width)
     for number, values in enumerate(sheet.to_python(skip_empty_area=False), start=1):
         cells = [_cell_value(value) for value in values]
@@ -117,16 +117,16 @@ def _sheet_rows(sheet: Any) -> list[NumberedRow]:
         while cells and cells[0] == "":  # tables need not start in the first column
             cells.pop(0)
         if cells and not str(cells[0]).startswith("#"):
-            found.append(NumberedRow(number, cells))
-    return found
+            rows.append(NumberedRow(number, cells))
+    return rows
 
 
 def _cell_value(value: Any) -> TableCell:
-    """A cell's number, also if it was stored as text; of anything else (dates, errors) its text."""
+    """Number of a cell, even if stored as text; the text of anything else (dates, errors)."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return float(value)
     text = str(value).strip()
     if not text:
         return text
-    found = (cell for dialect in TAB_DIALECTS for cell in dialect.split_cells(text) if isinstance(cell, float))
-    return next(found, text)
+    numbers = (cell for dialect in TAB_DIALECTS for cell in dialect.split_cells(text) if isinstance(cell, float))
+    return next(numbers, text)
