@@ -1,4 +1,4 @@
-"""Which designs of a space share a pitch curve: numbers of the curves, and those of each block of designs."""
+"""Pitch curves that designs of a space share: the numbers of all curves, and the curves of each block."""
 
 from functools import cached_property, reduce
 from math import frexp, ldexp, prod
@@ -14,54 +14,54 @@ from camopt.model.mechanisms import Designs, Mechanism
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.space import DesignSpace
 
-MOST_CURVES = 2**20  # kept of one motion: some 250 bytes each
-MOST_SUMS = 2**20  # of a radius of the roller and one of the cam, which are sorted: some 130 bytes each
-LEAST_SHARING = 1.5  # designs a pitch curve, from which on they are worth keeping
-CURVES_AT_ONCE = 2**16  # pitch curves searched together, or somewhat fewer
-BLOCKS_KEPT = 16  # of which the curves of the designs are kept from one motion to the next
+MOST_CURVES = 2**20  # curves kept for one motion: some 250 bytes each
+MOST_SUMS = 2**20  # sums of a roller radius and a cam radius that are sorted: some 130 bytes each
+LEAST_SHARING = 1.5  # designs per pitch curve from which keeping the curves pays
+CURVES_AT_ONCE = 2**16  # most pitch curves searched together
+BLOCKS_KEPT = 16  # blocks whose curves are kept from one motion to the next
 
 
 class BlockCurves(NamedTuple):
     """The pitch curves of a block of designs."""
 
     curves: IntArray
-    """The number of that of each design."""
+    """The number of each design's pitch curve."""
     bodies: FloatArray
-    """The radius of the body that follows it, or what else moves its profile."""
+    """The radius of each design's body on that curve, or another distance between curve and profile, mm."""
     parts: IntArray
-    """The parts of all curves that they are in."""
+    """The parts of all curves in which these curves are."""
 
 
 class CurveParts:
-    """Pitch curves by number, cut into parts that are searched together."""
+    """Pitch curves by number, cut into parts; the curves of a part are searched together."""
 
     designs: Designs
-    """Designs that a point follows on the pitch curves, by number."""
+    """Designs with a point follower on the pitch curves, by number."""
     part: int
-    """How many curves a part has: one thread searches it, or some of them together."""
+    """Number of curves in a part; one thread searches one part or several."""
 
     def __init__(self) -> None:
         self._designs: dict[tuple[int, int], Designs] = {}
         self._existing: dict[tuple[int, int], tuple[BoolArray, Designs]] = {}
 
     def existing_designs(self, parts: tuple[int, int], problem: Problem) -> tuple[BoolArray, Designs]:
-        """Which curves of some parts, from one to another, can be assembled, and designs of these.
+        """Which curves of consecutive parts (first, end) can be assembled, and the designs of these.
 
-        Motions for which the same ones can be share the designs, and what these keep of themselves.
+        Motions with the same assembled curves share the designs and their caches.
         """
         designs = self._designs.get(parts)
         if designs is None:
             first, end = parts
             designs = self._designs[parts] = self.designs.take(slice(first * self.part, end * self.part))
         exists = problem.setup.mechanism.can_assemble(designs, problem.programme)
-        found = self._existing.get(parts)
-        if found is None or not np.array_equal(found[0], exists):
-            found = self._existing[parts] = exists, designs.take(exists)
-        return found
+        existing = self._existing.get(parts)
+        if existing is None or not np.array_equal(existing[0], exists):
+            existing = self._existing[parts] = exists, designs.take(exists)
+        return existing
 
 
 class CurveNumbers(CurveParts):
-    """Which pitch curve each design of a motion has: numbers from 0, by the order of the space."""
+    """The pitch curve of each design of a motion, as a number from 0, in the order of the space."""
 
     def __init__(self, space: DesignSpace) -> None:
         super().__init__()
@@ -75,42 +75,42 @@ class CurveNumbers(CurveParts):
             [i for i in range(len(self.shape)) if i not in merged],
             space,
         )
-        alike = {body} if mechanism.pitch_ignores_parallel else set()
-        summed = [i for i in merged if i not in alike]
+        ignored = {body} if mechanism.pitch_ignores_parallel else set()
+        summed = [i for i in merged if i not in ignored]
         numbers = self._axis_contributions(strides, summed)
         grid = {field: space.axes[field] for field in space.axes if axes[field] in summed}
-        each = {
+        sizes = {
             field: np.full(numbers.shape, values[0]) for field, values in space.axes.items() if field not in grid
         }
-        each |= {f: np.broadcast_to(v, numbers.shape) for f, v in zip(grid, np.ix_(*grid.values()), strict=True)}
-        designs = space.designs_with({field: values.ravel() for field, values in each.items()}, numbers.size)
+        sizes |= {f: np.broadcast_to(v, numbers.shape) for f, v in zip(grid, np.ix_(*grid.values()), strict=True)}
+        designs = space.designs_with({field: values.ravel() for field, values in sizes.items()}, numbers.size)
         first, which = _unique_curves(mechanism.profile_or_pitch(designs), mechanism.parallel)
         whole = [self.shape[i] for i in merged]
-        self._which = np.broadcast_to(which.reshape([1 if i in alike else self.shape[i] for i in merged]), whole)
+        self._which = np.broadcast_to(which.reshape([1 if i in ignored else self.shape[i] for i in merged]), whole)
         radii = space.axes.get(mechanism.parallel, space.problem.design.sizes[mechanism.parallel])
         bodies = radii.reshape([self.shape[i] if i == body else 1 for i in merged])
         self._bodies = np.broadcast_to(bodies, whole)
         self.bodies = RadiusRange(bodies.min(), bodies.max())
-        self._of_sums = numbers.ravel()[first]
-        self._of_others = self._axis_contributions(strides, self._others).ravel()
+        self._sum_numbers = numbers.ravel()[first]
+        self._other_numbers = self._axis_contributions(strides, self._others).ravel()
         pairs = -(-len(self) // (2 * CURVES_AT_ONCE))
-        self.part = -(-len(self) // (2 * pairs))  # as many for each of two threads
+        self.part = -(-len(self) // (2 * pairs))  # an even number of parts, for two threads
         self._blocks: dict[tuple[int, int], BlockCurves] = {}
 
     def __len__(self) -> int:
-        return self._of_sums.size * self._of_others.size
+        return self._sum_numbers.size * self._other_numbers.size
 
     @cached_property
     def designs(self) -> Designs:  # type: ignore[override]
-        of_each = (self._of_others[:, None] + self._of_sums).ravel()
-        return self._space.problem.setup.mechanism.profile_or_pitch(self._space.designs(of_each))
+        numbers = (self._other_numbers[:, None] + self._sum_numbers).ravel()
+        return self._space.problem.setup.mechanism.profile_or_pitch(self._space.designs(numbers))
 
     def curves_of_block(self, first: int, last: int) -> BlockCurves:
-        """The pitch curves of designs first … last − 1, which those of the next motion have too."""
-        found = self._blocks.get((first, last)) or self._find_block_curves(first, last)
+        """The pitch curves of designs first … last − 1; they are the same for the next motion."""
+        block_curves = self._blocks.get((first, last)) or self._find_block_curves(first, last)
         if len(self._blocks) < BLOCKS_KEPT:
-            self._blocks[first, last] = found
-        return found
+            self._blocks[first, last] = block_curves
+        return block_curves
 
     def _find_block_curves(self, first: int, last: int) -> BlockCurves:
         fastest = self.shape[-1]
@@ -120,30 +120,30 @@ class CurveNumbers(CurveParts):
         slow = np.unravel_index(np.arange(begin, end), self.shape[:-1])
 
         def values_of_designs(values: Any, axes: list[int]) -> Any:
-            """What the designs have of an array with some axes of the space, the fastest in columns."""
-            found = values[tuple(slow[i] if i < len(slow) else slice(low, high) for i in axes)]
-            return found if len(slow) in axes else found[:, None]
+            """The designs' values in an array with some axes of the space; the fastest axis is in columns."""
+            chosen = values[tuple(slow[i] if i < len(slow) else slice(low, high) for i in axes)]
+            return chosen if len(slow) in axes else chosen[:, None]
 
-        others = np.arange(self._of_others.size).reshape([self.shape[i] for i in self._others])
+        others = np.arange(self._other_numbers.size).reshape([self.shape[i] for i in self._others])
         curves = (
             values_of_designs(self._which, self._merged)
-            + values_of_designs(others, self._others) * self._of_sums.size
+            + values_of_designs(others, self._others) * self._sum_numbers.size
         )
         bodies = values_of_designs(self._bodies, self._merged)
-        found = (np.broadcast_to(each, (end - begin, high - low)).ravel() for each in (curves, bodies))
-        curves, bodies = (each[first - skipped - low : last - skipped - low] for each in found)
+        arrays = (np.broadcast_to(array, (end - begin, high - low)).ravel() for array in (curves, bodies))
+        curves, bodies = (array[first - skipped - low : last - skipped - low] for array in arrays)
         low, high = int(curves.min()) // self.part, int(curves.max()) // self.part
         parts = np.arange(low, high + 1) if high - low < 2 else np.flatnonzero(np.bincount(curves // self.part))
         return BlockCurves(curves, bodies, parts)
 
     def _axis_contributions(self, strides: IntArray, axes: list[int]) -> IntArray:
-        """The contributions of given axes to the number of a design, for all combinations."""
+        """The contributions of some axes to the number of a design, for all combinations of their places."""
         steps = [np.arange(self.shape[i]) * strides[i] for i in axes]
         return np.asarray(sum(np.ix_(*steps), np.zeros((1,) * len(steps), dtype=np.intp)))
 
 
 class OwnCurves(CurveParts):
-    """The pitch curves of designs first … last − 1 of a motion, one of each, numbered as they are."""
+    """The pitch curves of designs first … last − 1 of a motion: one for each design, in the same order."""
 
     def __init__(self, space: DesignSpace, first: int, last: int) -> None:
         super().__init__()
@@ -157,18 +157,18 @@ class OwnCurves(CurveParts):
         return len(self.designs)
 
     def curves_of_block(self, first: int, last: int) -> BlockCurves:
-        """The pitch curves of the same designs."""
+        """The pitch curves of all designs, whatever the block."""
         count = len(self)
         return BlockCurves(np.arange(count), self._radii, np.arange(-(-count // self.part)))
 
 
 def _merged_sizes(mechanism: Mechanism) -> tuple[str, ...]:
-    """The sizes that a pitch curve has in one, or has not."""
+    """The sizes that a pitch curve depends on by their sum alone, or not at all."""
     return tuple(dict.fromkeys(("size", mechanism.parallel)))
 
 
 def _unique_curves(curves: Designs, parallel: str) -> tuple[IntArray, IntArray]:
-    """The first one of each kind of pitch curves, and of which kind each is, by the order of their sizes."""
+    """The index of the first of each group of equal pitch curves, and the group of each curve, sorted by size."""
     keys = _sort_keys(curves.size, getattr(curves, parallel))
     order = np.lexsort(keys[::-1])
     new = np.ones(order.size, dtype=bool)
@@ -179,22 +179,21 @@ def _unique_curves(curves: Designs, parallel: str) -> tuple[IntArray, IntArray]:
 
 
 def _sort_keys(sizes: FloatArray, rests: FloatArray) -> tuple[NDArray[Any], ...]:
-    """What orders sizes, equal ones by their rests: what rounding has taken off sums.
+    """Keys that sort sizes, equal ones by their rests: the parts of sums that rounding has removed.
 
-    Where all are whole numbers of one small unit, the sums before rounding are too: to sort these takes half of the
-    time.
+    If all are whole numbers of one small unit, the exact sums are integers, which take half the time to sort.
     """
     if not rests.any():
         return (sizes,)
     unit = ldexp(1.0, min(62 - frexp(float(np.abs(sizes).max()))[1], 1000))
-    parts = [each * unit for each in (sizes, rests)]
-    whole = [each.astype(np.int64) for each in parts]
-    exact = all(np.array_equal(each, number) for each, number in zip(parts, whole, strict=True))
+    parts = [part * unit for part in (sizes, rests)]
+    whole = [part.astype(np.int64) for part in parts]
+    exact = all(np.array_equal(part, number) for part, number in zip(parts, whole, strict=True))
     return (whole[0] + whole[1],) if exact and np.array_equal(sizes + rests, sizes) else (sizes, rests)
 
 
 def curve_numbers(space: DesignSpace) -> CurveNumbers | None:
-    """The numbers of the pitch curves of a space; None where they are not worth keeping, or too many to keep."""
+    """The numbers of the pitch curves of a space; None if keeping the curves does not pay, or they are too many."""
     mechanism, limits = space.problem.setup.mechanism, space.problem.limits
     if mechanism.profile and not all(limit.pitch_curve_quantities == () or limit.is_of_motion for limit in limits):
         return None

@@ -1,8 +1,8 @@
-"""What pitch curves tell of designs; those that designs of a space share are searched once, for all rollers.
+"""Verdicts on designs from their pitch curves; a pitch curve that designs share is searched once, for all rollers.
 
-The pitch curve of a disc cam depends on base radius and roller radius by their sum alone, that of a cylindrical cam
-not on the roller at all. So a space that varies both has fewer pitch curves than designs. Those of one motion are
-searched when a block of designs first needs them, some at a time, and kept while that motion lasts.
+The pitch curve of a disc cam depends only on the sum of base radius and roller radius; that of a cylindrical cam
+does not depend on the roller at all. So a space that varies both has fewer pitch curves than designs. The curves of
+a motion are searched when a block of designs first needs them, and kept until the next motion.
 """
 
 from dataclasses import replace
@@ -44,7 +44,7 @@ NO_BODIES = RadiusRange(np.inf, -np.inf)
 
 
 class CurveDesigns(NamedTuple):
-    """Designs of a motion by number, and where what is known of their pitch curves is kept."""
+    """Designs of a motion by number, with the places of their pitch curves in the stored results."""
 
     designs: IntArray
     places: IntArray
@@ -53,7 +53,7 @@ class CurveDesigns(NamedTuple):
         return int(self.designs.size)
 
     def take(self, index: Any) -> "CurveDesigns":
-        """Those at an index or mask."""
+        """The designs at an index or mask."""
         return CurveDesigns(self.designs[index], self.places[index])
 
 
@@ -61,15 +61,15 @@ class BlockVerdicts(NamedTuple):
     """The verdicts on the designs of a block."""
 
     existing: int
-    """How many can be assembled."""
+    """Number of designs that can be assembled."""
     held_count: int
-    """How many hold all limits for certain."""
+    """Number of designs that surely meet all limits."""
     held_designs: CurveDesigns
-    """These, or such of them as no other of them is known to dominate."""
+    """These designs, perhaps without some dominated ones."""
     compared: BoolArray
-    """Some of the latter, with all that no other dominates."""
+    """Which held designs may be on the front: all non-dominated ones, and perhaps others."""
     open_designs: CurveDesigns
-    """Those that may hold all limits."""
+    """The designs that may or may not meet all limits."""
 
 
 class CurveVerdicts:
@@ -83,45 +83,44 @@ class CurveVerdicts:
         self._locks = [Lock() for _ in range(0, count, numbers.part)]
         self._known = np.zeros(len(self._locks), dtype=bool)
         self._exists = np.zeros(count, dtype=bool)
-        self._places = np.full(count, count)  # in what is kept; the last is that of curves that break limits
+        self._places = np.full(
+            count, count
+        )  # in the stored results; the last place is for curves that break limits
         self._held, self._costs = np.empty(count + 1, dtype=bool), np.zeros(count + 1)
         self._half_width, *ends = np.empty((5, count + 1))
-        self._surely, self._perhaps = RadiusRanges(*ends[:2]), RadiusRanges(*ends[2:])
-        for bodies in (self._surely, self._perhaps):
+        self._sure_bodies, self._possible_bodies = RadiusRanges(*ends[:2]), RadiusRanges(*ends[2:])
+        for bodies in (self._sure_bodies, self._possible_bodies):
             bodies.least[count], bodies.most[count] = np.inf, -np.inf
         self._columns: QuantityColumns = {}
         self._extreme_share: QuantityColumns = {}
-        self._exact = True  # whether what is known of curves is as exact as asked
+        self._exact = True  # whether all curves so far have the requested accuracy
         self._pending = problem.limits
         self._later = () if problem.programme.radii else limits_of_curves(problem.limits, wanted)
         named = wanted.union(*(limit.pitch_curve_quantities or () for limit in self._later))
         self._of_pitch = frozenset[str]() if problem.setup.mechanism.profile else named
-        """The quantities that are found of pitch curves, for all designs that share one."""
+        """The quantities that are computed from a pitch curve, for all designs that share it."""
 
     def verdicts(self, first: int, last: int, every: bool) -> BlockVerdicts:
-        """The verdicts on designs first … last − 1.
-
-        Unless ``every`` one is wanted, those that hold all limits are left without some that others dominate.
-        """
+        """The verdicts on designs first … last − 1; without ``every``, some dominated designs are left out."""
         curves, bodies, parts = self._numbers.curves_of_block(first, last)
         self._search_unknown(parts, self._parts_at_once(last - first))
         cost, window = self._curve_costs(), self._size_window(first, last)
         costs = np.zeros_like(self._costs) if cost is None else cost
-        known = PitchVerdicts(self._exists, self._places, self._surely, self._perhaps, costs)
+        pitch = PitchVerdicts(self._exists, self._places, self._sure_bodies, self._possible_bodies, costs)
         sizes = window.stop - window.start
         block = DesignBlock(curves, bodies, first % self._numbers.shape[-1] - window.start)
-        counts, least = count_designs(known, block, sizes)
+        counts, least = count_designs(pitch, block, sizes)
         most = np.full(sizes, np.inf) if cost is None else self._cost_ceilings(least, window)
-        held, compared, open_ = gather_designs(known, block, counts, most, every)
-        surely, perhaps = (CurveDesigns(first + i, self._places[curves[i]]) for i in (held, open_))
-        if cost is None and not every and len(surely):
+        held, compared, open_ = gather_designs(pitch, block, counts, most, every)
+        held_designs, open_designs = (CurveDesigns(first + i, self._places[curves[i]]) for i in (held, open_))
+        if cost is None and not every and len(held_designs):
             objectives = self._problem.objectives
-            left = is_non_dominated(row_costs(self.feasible_rows(surely, frozenset(objectives)), objectives))
-            surely, compared = surely.take(left), compared[left]
-        return BlockVerdicts(counts.existing, counts.held, surely, compared, perhaps)
+            front = is_non_dominated(row_costs(self.feasible_rows(held_designs, frozenset(objectives)), objectives))
+            held_designs, compared = held_designs.take(front), compared[front]
+        return BlockVerdicts(counts.existing, counts.held, held_designs, compared, open_designs)
 
     def _curve_costs(self) -> FloatArray | None:
-        """Costs of curves by the one objective in which designs of a size may differ; None if there are more."""
+        """The curves' costs by the only objective in which designs of one size differ; None if several differ."""
         objectives = self._problem.objectives
         others = [name for name in objectives if name not in self._columns]
         if not self._exact or len(objectives) - len(others) > 1 or not all(map(self._is_shared, others)):
@@ -129,164 +128,168 @@ class CurveVerdicts:
         return self._costs
 
     def _size_window(self, first: int, last: int) -> slice:
-        """The sizes of the cam that designs first … last − 1 have: the run of them, or all."""
+        """The sizes of the cam of designs first … last − 1: a consecutive run, or all."""
         sizes = self._numbers.shape[-1]
         start = first % sizes
         return slice(start, start + last - first) if start + last - first <= sizes else slice(0, sizes)
 
     def _cost_ceilings(self, least: FloatArray, window: slice) -> FloatArray:
-        """What designs of each size may cost with none of any size that is better, from the least cost of each."""
+        """The largest cost of a non-dominated design of each size, from the least cost of each size; −∞ if none."""
         sizes = self._space.axes["size"][window] if "size" in self._space.axes else np.zeros(least.size)
         costs = self._problem.objectives.get(self._problem.size_name, 0.0) * sizes
         order = slice(None) if np.all(costs[:-1] <= costs[1:]) else np.argsort(costs, kind="stable")
         costs = costs[order]
-        fresh = np.append(True, costs[1:] != costs[:-1])
-        apart = np.all(fresh)  # or sizes of equal cost are taken together
-        lowest = least[order] if apart else np.minimum.reduceat(least[order], np.flatnonzero(fresh))
+        is_new = np.append(True, costs[1:] != costs[:-1])
+        all_differ = np.all(is_new)  # otherwise sizes of equal cost form groups
+        lowest = least[order] if all_differ else np.minimum.reduceat(least[order], np.flatnonzero(is_new))
         before = np.full(lowest.size, np.inf)
         np.minimum.accumulate(lowest[:-1], out=before[1:])
         allowed = np.where((lowest < before) | (before == np.inf), lowest, -np.inf)
         most = np.empty(least.size)
-        most[order] = allowed if apart else allowed[np.cumsum(fresh) - 1]
+        most[order] = allowed if all_differ else allowed[np.cumsum(is_new) - 1]
         return most
 
     def _is_shared(self, name: str) -> bool:
-        """Whether a quantity is the same for designs of the motion that have the same size of the cam."""
+        """Whether a quantity is equal for all designs of the motion with the same size of the cam."""
         setup, effect = self._problem.setup, find_effect(name, self._problem.setup)
         of_motion = effect is not None and effect.is_of_motion(setup)
         return name == self._problem.size_name or (of_motion and not setup.free)
 
     def feasible_rows(self, held: CurveDesigns, names: frozenset[str]) -> DesignRows:
-        """Quantities of designs that surely hold all limits, with their verdict."""
-        nothing_open = self._candidates(held, np.ones(len(held), dtype=bool), ())
-        return filter_beyond_pitch(self._with_curve_columns(nothing_open, held.places, names), names).rows
+        """Quantities and verdicts of designs that surely meet all limits."""
+        candidates = self._candidates(held, np.ones(len(held), dtype=bool), ())
+        return filter_beyond_pitch(self._with_curve_columns(candidates, held.places, names), names).rows
 
     def filter_open(self, open_: CurveDesigns, names: frozenset[str]) -> FilteredRows:
-        """The feasible ones of designs that may hold all limits."""
+        """The feasible designs among open ones."""
         if self._later:
             return filter_designs(self._problem, self._space.designs(open_.designs), names)
         candidates = self._candidates(open_, self._held[open_.places], self._pending)
         return filter_beyond_pitch(self._with_curve_columns(candidates, open_.places, names), names)
 
-    def _candidates(self, some: CurveDesigns, held: BoolArray, pending: tuple[Limit, ...]) -> Candidates:
-        designs, count = self._space.designs(some.designs), len(some)
+    def _candidates(self, chosen: CurveDesigns, held: BoolArray, pending: tuple[Limit, ...]) -> Candidates:
+        designs, count = self._space.designs(chosen.designs), len(chosen)
         return Candidates(self._problem, designs, np.arange(count), DesignRows({}, count), held, pending)
 
     def _with_curve_columns(self, candidates: Candidates, places: IntArray, names: frozenset[str]) -> Candidates:
-        """With what their curves say of the quantities that are called for."""
+        """The candidates with the needed quantities from their pitch curves."""
         plan, setup = candidates.plan(names), self._problem.setup
-        called = {name for _, needed in plan for name in needed}
-        judged = quantities_of_limits(candidates.pending).union(*(effect.reads(setup) for effect, _ in plan))
+        needed = {name for _, quantities in plan for name in quantities}
+        limited = quantities_of_limits(candidates.pending).union(*(effect.reads(setup) for effect, _ in plan))
         half_width = self._half_width[places]
-        far = called & judged if np.all(half_width <= self._problem.accuracy) else called  # which intervals narrow
+        # intervals narrow quantities that are not accurate enough, and then need the outer ends of all of them
+        outer = needed & limited if np.all(half_width <= self._problem.accuracy) else needed
         columns, outward = (
-            {name: values[places] for name, values in kept.items() if name in some}
-            for kept, some in ((self._columns, called), (self._extreme_share, far))
+            {name: values[places] for name, values in stored.items() if name in wanted}
+            for stored, wanted in ((self._columns, needed), (self._extreme_share, outer))
         )
         rows = DesignRows(columns, candidates.rows.count, outward, half_width)
         return replace(candidates, rows=rows)
 
     def _parts_at_once(self, designs: int) -> int:
-        """How many parts a block of designs searches together: its share of them, but not too many curves."""
+        """Number of parts that a block of designs searches together: its share, but not too many curves."""
         most = max(CURVES_AT_ONCE // self._numbers.part, 1)
         return min(max(round(len(self._locks) * designs / prod(self._numbers.shape)), 1), most)
 
     def _search_unknown(self, parts: IntArray, share: int) -> None:
-        """Search what is not known yet: first what no other thread is at, then what one was."""
+        """Search parts that are not known yet: first those that no other thread searches, then the others."""
         for blocking in (False, True):
-            while taken := self._lock_parts(parts[~self._known[parts]].tolist(), share, blocking):
+            while locked := self._lock_parts(parts[~self._known[parts]].tolist(), share, blocking):
                 try:
-                    self._search_parts(taken[0], taken[-1] + 1)
+                    self._search_parts(locked[0], locked[-1] + 1)
                 finally:
-                    for part in taken:
+                    for part in locked:
                         self._locks[part].release()
 
     def _lock_parts(self, unknown: list[int], most: int, blocking: bool) -> list[int]:
-        """Consecutive ones of parts that are unknown, for this thread alone."""
-        taken: list[int] = []
+        """Consecutive unknown parts, locked for this thread; at most ``most``."""
+        locked: list[int] = []
         for part in unknown:
-            if taken and (len(taken) == most or part > taken[-1] + 1):
+            if locked and (len(locked) == most or part > locked[-1] + 1):
                 break
-            if self._locks[part].acquire(blocking=blocking and not taken):
+            if self._locks[part].acquire(blocking=blocking and not locked):
                 if self._known[part]:
                     self._locks[part].release()
                 else:
-                    taken.append(part)
-        return taken
+                    locked.append(part)
+        return locked
 
     def _search_parts(self, number: int, end: int) -> None:
+        """Search parts number … end − 1, and store their results."""
         first = number * self._numbers.part
         exists, designs = self._numbers.existing_designs((number, end), self._problem)
-        found = filter_by_pitch(unfiltered_candidates(self._problem, designs), self._of_pitch, self._later)
-        kept_at = slice(first, first + found.which.size)
+        filtered = filter_by_pitch(unfiltered_candidates(self._problem, designs), self._of_pitch, self._later)
+        places = slice(first, first + filtered.which.size)
         self._exists[first : first + exists.size] = exists
-        self._places[first + np.flatnonzero(exists)[found.which]] = np.arange(kept_at.start, kept_at.stop)
-        self._held[kept_at] = found.held
-        for kept, columns in ((self._columns, found.rows.columns), (self._extreme_share, found.rows.outward)):
-            for name, values in columns.items():
-                if name not in kept:
-                    kept.setdefault(name, np.zeros(self._places.size + 1))  # one, whoever comes first
-                kept[name][kept_at] = values
-        for name, sign in self._problem.objectives.items():
-            if name in found.rows.columns:
-                self._costs[kept_at] = sign * found.rows.columns[name]
-        self._half_width[kept_at], self._pending = found.rows.half_width, found.pending
-        if np.any(found.rows.half_width > self._problem.accuracy):
-            self._exact = False
-        for bodies, told in zip(
-            (self._surely, self._perhaps), bodies_within_limits(found, self._numbers.bodies), strict=True
+        self._places[first + np.flatnonzero(exists)[filtered.which]] = np.arange(places.start, places.stop)
+        self._held[places] = filtered.held
+        for stored, columns in (
+            (self._columns, filtered.rows.columns),
+            (self._extreme_share, filtered.rows.outward),
         ):
-            bodies.least[kept_at], bodies.most[kept_at] = told
+            for name, values in columns.items():
+                if name not in stored:
+                    stored.setdefault(name, np.zeros(self._places.size + 1))  # one array, whichever thread is first
+                stored[name][places] = values
+        for name, sign in self._problem.objectives.items():
+            if name in filtered.rows.columns:
+                self._costs[places] = sign * filtered.rows.columns[name]
+        self._half_width[places], self._pending = filtered.rows.half_width, filtered.pending
+        if np.any(filtered.rows.half_width > self._problem.accuracy):
+            self._exact = False
+        ranges = bodies_within_limits(filtered, self._numbers.bodies)
+        for bodies, radii in zip((self._sure_bodies, self._possible_bodies), ranges, strict=True):
+            bodies.least[places], bodies.most[places] = radii
         self._known[number:end] = True
 
 
 def limits_of_curves(limits: tuple[Limit, ...], wanted: frozenset[str]) -> tuple[Limit, ...]:
-    """Limits of which pitch curves tell everything without the quantities that they need, if these are not wanted.
+    """The limits that pitch curves decide without their own quantities, if these quantities are not wanted.
 
-    None unless of every other limit the quantities of pitch curves tell everything too.
+    There are none unless pitch curves decide every other limit too.
     """
     if any(limit.pitch_curve_quantities is None and not limit.is_of_motion for limit in limits):
         return ()
-    found = (
+    decided = (
         limit for limit in limits if limit.is_of_motion or limit.pitch_curve_quantities != limit.required_quantities
     )
-    return tuple(limit for limit in found if not wanted.issuperset(limit.required_quantities))
+    return tuple(limit for limit in decided if not wanted.issuperset(limit.required_quantities))
 
 
 def curves_decide_limits(problem: Problem, wanted: frozenset[str]) -> bool:
-    """Whether pitch curves tell of all limits, and of some without the quantities that they need."""
+    """Whether pitch curves decide all limits, and some of these without their own quantities."""
     mechanism = problem.setup.mechanism
     own = mechanism.profile_or_pitch is unshared_pitch or mechanism.profile or problem.programme.radii
     return not own and bool(limits_of_curves(problem.limits, wanted))
 
 
 def bodies_within_limits(curves: Candidates, bodies: RadiusRange) -> FeasibleBodies:
-    """Which of some bodies designs of some curves hold all limits with for certain, and with which they may."""
-    case = replace(curves.case, columns=curves.rows.columns, outward=curves.rows.outward)
+    """The ranges of body radii with which designs on each curve surely meet all limits, and may meet them."""
+    block = replace(curves.case, columns=curves.rows.columns, outward=curves.rows.outward)
     constraints = strictest_constraints(curves.pending_constraints)
     limits = [
-        each
-        for each in curves.pending
-        if not each.constraints or any(constraint in constraints for constraint in each.constraints)
+        limit
+        for limit in curves.pending
+        if not limit.constraints or any(constraint in constraints for constraint in limit.constraints)
     ]
-    told = [
-        bodies_of_motion_limit(curves, each) if each.is_of_motion else each.feasible_bodies(case, bodies)
-        for each in limits
+    by_limit = [
+        bodies_of_motion_limit(curves, limit) if limit.is_of_motion else limit.feasible_bodies(block, bodies)
+        for limit in limits
     ]
-    found = FeasibleBodies()
-    for each in filter(None, told):
-        found = found.intersection(each)
-    if None in told:
-        return found._replace(sure_bodies=NO_BODIES)
-    most = np.where(curves.held, found.sure_bodies.most, -np.inf)
-    return found._replace(sure_bodies=found.sure_bodies._replace(most=most))
+    feasible = FeasibleBodies()
+    for limit_bodies in filter(None, by_limit):
+        feasible = feasible.intersection(limit_bodies)
+    if None in by_limit:
+        return feasible._replace(sure_bodies=NO_BODIES)
+    most = np.where(curves.held, feasible.sure_bodies.most, -np.inf)
+    return feasible._replace(sure_bodies=feasible.sure_bodies._replace(most=most))
 
 
 def bodies_of_motion_limit(curves: Candidates, limit: Limit) -> FeasibleBodies:
-    """The same for a limit that the motion decides: as the first of the curves has it."""
+    """The feasible bodies for a limit on the motion alone: all or none, as evaluated for the first curve."""
     if not len(curves.designs):
         return FeasibleBodies()
-    one = curves.take(np.arange(1))
-    rows = run_effects(one.case, limit.required_quantities)
-    held = (np.all(excesses((limit,), rows.shifted_columns(side), one.designs) <= 0.0) for side in (1.0, -1.0))
-    return FeasibleBodies(*(RadiusRange() if each else NO_BODIES for each in held))
+    first = curves.take(np.arange(1))
+    rows = run_effects(first.case, limit.required_quantities)
+    held = (np.all(excesses((limit,), rows.shifted_columns(side), first.designs) <= 0.0) for side in (1.0, -1.0))
+    return FeasibleBodies(*(RadiusRange() if is_held else NO_BODIES for is_held in held))

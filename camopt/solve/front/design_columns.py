@@ -1,4 +1,4 @@
-"""Designs in any container, as columns of numpy arrays: tables of pandas, polars and pyarrow, mappings, arrays."""
+"""Designs from any container (tables of pandas, polars and pyarrow, mappings, arrays) as numpy columns."""
 
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -18,7 +18,7 @@ from camopt.core.mistakes import BadInput, Mistake
 if TYPE_CHECKING:
     import pandas as pd
 
-DESIGNS_LABEL = "designs"  # what messages call the table
+DESIGNS_LABEL = "designs"  # the name of the table in messages
 CONTAINERS = (
     "a table of pandas, polars or pyarrow, a mapping of columns, a list of mappings, or an array with names="
 )
@@ -27,23 +27,23 @@ ABSENT_VALUE = object()
 
 @dataclass(frozen=True)
 class DesignColumns:
-    """The columns of a table of designs that are read, and the names of the others."""
+    """The known columns of a table of designs, and the names of the others."""
 
     values: dict[str, NDArray[Any]]
     """Arrays (rows,) by name."""
     others: list[str]
     count: int
     labels: "pd.Index[Any] | range"
-    """Of the rows."""
+    """The labels of the rows."""
 
 
 def read_design_columns(designs: Any, known: Collection[str], names: Iterable[str] | None = None) -> DesignColumns:
-    """The columns of some names that a container of designs has.
+    """The known columns of a container of designs.
 
     Raises
     ------
     BadInput
-        If it is no such container, has columns of several lengths, has a column twice, or lacks a value in a row.
+        If it is not such a container, has columns of different lengths, has a column twice, or lacks a value.
     """
     table, labels = _columns_and_labels(designs, known, names)
     arrays = {str(name): _column_array(name, table[name]) for name in table if name in known}
@@ -56,7 +56,7 @@ def read_design_columns(designs: Any, known: Collection[str], names: Iterable[st
 def _columns_and_labels(
     designs: Any, known: Collection[str], names: Iterable[str] | None
 ) -> "tuple[Any, pd.Index[Any] | range | None]":
-    """What has the columns of a container by name, and the labels of its rows, if it has any."""
+    """The columns of a container by name, and the labels of its rows, if it has any."""
     if names is not None:
         return _columns_of_array(designs, [names] if isinstance(names, str) else [*names]), None
     if is_pandas_row(designs):
@@ -65,7 +65,7 @@ def _columns_and_labels(
         designs = labelled[0].to_frame("").assign(**designs)[[*designs]]  # rows of equal labels go together
     if is_pandas(designs):
         _check_unique(designs.columns)
-        # a table of pandas with columns for the levels of its index that have known names
+        # index levels with known names become columns
         levels = [str(name) for name in designs.index.names if name in known and name not in designs.columns]
         return designs.assign(**{name: designs.index.get_level_values(name) for name in levels}), designs.index
     if isinstance(designs, Mapping):
@@ -88,9 +88,9 @@ def _columns_and_labels(
 
 
 def _check_unique(names: Iterable[Any]) -> None:
-    """BadInput for names that stand there twice."""
+    """BadInput for names that occur twice."""
     if twice := [str(name) for name, count in Counter(names).items() if count > 1]:
-        raise BadInput(Mistake(DESIGNS_LABEL, name, None, "stands there twice", bare=True) for name in twice)
+        raise BadInput(Mistake(DESIGNS_LABEL, name, None, "occurs twice", bare=True) for name in twice)
 
 
 def _column_array(name: str, value: Any) -> NDArray[Any]:
@@ -98,17 +98,17 @@ def _column_array(name: str, value: Any) -> NDArray[Any]:
     value = value.tolist() if np.ma.is_masked(value) else value
     try:
         array = np.asarray(value)
-    except ValueError:  # rows of several lengths
+    except ValueError:  # rows of different lengths
         array = None
     if array is None or array.ndim > 1 or array.dtype.names:
         raise BadInput(
-            [Mistake("camopt", DESIGNS_LABEL, None, f"columns of one value a row: {name} has more")]
+            [Mistake("camopt", DESIGNS_LABEL, None, f"columns with one value per row; {name} has more")]
         ) from None
     return np.asarray(value, dtype=object) if array.dtype.kind in "US" else array
 
 
 def _columns_of_rows(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """The columns of a list of mappings."""
+    """The columns of a list of mappings; BadInput if a row lacks a value."""
     names = dict.fromkeys(chain.from_iterable(rows))
     columns = {name: [row.get(name, ABSENT_VALUE) for row in rows] for name in names}
     absent = [(name, column.index(ABSENT_VALUE)) for name, column in columns.items() if ABSENT_VALUE in column]
@@ -128,9 +128,9 @@ def _columns_of_array(designs: Any, names: Sequence[str]) -> dict[str, Any]:
 
 
 def _row_count(arrays: Mapping[str, NDArray[Any]], columns: int) -> int:
-    """The rows of columns: the length of all that are no single value; single values alone are one row."""
+    """The number of rows: the common length of all columns but single values; single values alone are one row."""
     lengths = {name: len(value) for name, value in arrays.items() if value.ndim == 1}
     if len({*lengths.values()}) > 1:
-        told = ", ".join(f"{name} has {size}" for name, size in lengths.items())
-        raise BadInput([Mistake("camopt", DESIGNS_LABEL, None, f"columns of one length: {told}")])
+        sizes = ", ".join(f"{name} has {size}" for name, size in lengths.items())
+        raise BadInput([Mistake("camopt", DESIGNS_LABEL, None, f"columns of equal length; {sizes}")])
     return next(iter(lengths.values()), min(columns, 1))

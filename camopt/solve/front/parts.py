@@ -1,4 +1,4 @@
-"""Parts of a sweep, evaluated on as many machines as there are, and put together again."""
+"""Parts of a sweep, each evaluated on a machine of its own (``sweep_part``), and their union (``merge``)."""
 
 import os
 import re
@@ -39,7 +39,7 @@ from camopt.solve.verdicts.limit_verdicts import Effort
 PART_COMMAND = "part"
 PART_FOLDER = re.compile(r"part-\d{1,9}-of-\d{1,9}")
 PART_COUNTS = ("designs", "impossible", "feasible")
-BLOCKS_OF_A_PART = 8  # at least: parts are of equal size, but for one block
+BLOCKS_OF_A_PART = 8  # least number of blocks in a part: part sizes differ by one block
 MOST_NAMED_PARTS = 20  # parts that a message names
 
 
@@ -50,28 +50,28 @@ class SweepPart(Result):
     Attributes
     ----------
     scene : Scene
-        What was asked.
+        The scene that was swept.
     part, parts : int
-        Which part it is, from 1, and of how many.
+        The number of the part, from 1, and the number of all parts.
     designs : int
-        Designs of the part.
+        Number of designs in the part.
     impossible : int
-        Designs that cannot be assembled.
+        Number of designs that cannot be assembled.
     feasible : int
-        Feasible designs.
+        Number of feasible designs.
     effort : Effort
-        Designs that were looked at again.
+        Numbers of designs that were evaluated again.
     folder : pathlib.Path
-        What ``merge`` reads: a manifest, and files with the finished batches.
+        The folder that ``merge`` reads: a manifest, and files with the finished batches.
     already_done : bool
-        Whether it was there already.
+        Whether the result was in the folder already.
 
     Examples
     --------
     >>> search = {"base_radius": [60, 90, 120], "law": ["cycloidal"]}
     >>> scene = camopt.find_scene("roller-1000rpm").replace(search=search)
-    >>> found = camopt.sweep_part(scene, (1, 1), out="parts")
-    >>> found.designs, found.feasible
+    >>> part = camopt.sweep_part(scene, (1, 1), out="parts")
+    >>> part.designs, part.feasible
     (3, 1)
     """
 
@@ -87,7 +87,7 @@ class SweepPart(Result):
 
     @property
     def shown_cam(self) -> None:
-        """None: the scene is what was searched."""
+        """None: a part shows no cam."""
         return None
 
     def sections(self) -> Iterator[str]:
@@ -97,7 +97,7 @@ class SweepPart(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What of the scene is odd or unused, and objectives that are the same for all designs."""
+        """Odd or unused keys of the scene, and objectives that are equal for all designs."""
         return notes_on_search(self.scene)
 
     def document(self) -> dict[str, Any]:
@@ -136,22 +136,22 @@ def sweep_part(  # noqa: PLR0913
     tell: MessageSink | None = None,
     again: bool = False,
 ) -> SweepPart:
-    """Evaluate one of several equal parts of a sweep; ``merge`` puts them together.
+    """Evaluate one of several equal parts of a sweep; ``merge`` joins them.
 
-    Parts need nothing of each other: each may run on a machine of its own, at any time.
+    Parts are independent: each may run on a machine of its own, at any time.
 
     Parameters
     ----------
     scene : Scene, str or os.PathLike
         As for ``sweep``.
     part : tuple of two int
-        Which part, from 1, and of how many: (3, 100).
+        The number of the part, from 1, and the number of all parts: (3, 100).
     out : str or os.PathLike
-        Folder of the parts; this one gets a folder inside it, such as ``part-3-of-100``.
+        Folder of the parts; this part gets a folder inside it, such as ``part-3-of-100``.
     keep : str, default "feasible"
-        As for ``sweep``. Boxes of designs that are decided together have no parts.
+        As for ``sweep``, but parts never decide boxes of designs together.
     workers : int, optional
-        Threads; None takes one a core.
+        Number of threads; None takes one per core.
     progress : callable or True, optional
         True shows a progress bar. A function is called with (designs done, designs of the whole sweep).
     engine : Engine, optional
@@ -169,7 +169,7 @@ def sweep_part(  # noqa: PLR0913
     Raises
     ------
     BadInput
-        As ``sweep``; for a part that does not exist.
+        As ``sweep``; also for a part that does not exist.
     OSError
         If a file cannot be written, or another run writes to the same part.
 
@@ -183,10 +183,10 @@ def sweep_part(  # noqa: PLR0913
     """
     scene = scene_from(scene)
     check_count("workers", workers)
-    plan, own = _plan_of_part(sweep_plan(scene, keep), part), Threads(workers or os.cpu_count() or 1)
+    plan, threads = _plan_of_part(sweep_plan(scene, keep), part), Threads(workers or os.cpu_count() or 1)
     folder, question = Path(out) / name_of_part(*part), plan.sweep_key(*part)
     if not again and (answer := published_answer(folder, PART_COMMAND, question.to_manifest)):
-        with suppress(LookupError, TypeError):  # a manifest may say anything
+        with suppress(LookupError, TypeError):  # a manifest may be damaged
             counts = {name: answer[name] for name in PART_COUNTS} | {"effort": Effort(*answer["effort"])}
             if tell:
                 tell(up_to_date_message(folder))
@@ -195,30 +195,31 @@ def sweep_part(  # noqa: PLR0913
     with publication(folder, PART_COMMAND, (BATCH_FILES,), question=question.to_manifest, keeps=kept) as unit:
         store = Store(unit.staging, plan, question, tell)
         with save_at_end(store):
-            announce_estimate(store, own, engine or own, tell)
-            seen = gather_batches(plan.space, store.batches(engine or own), plan.block, lambda rows: None, progress)
+            announce_estimate(store, threads, engine or threads, tell)
+            batches = store.batches(engine or threads)
+            counted = gather_batches(plan.space, batches, plan.block, lambda rows: None, progress)
         store.save()
         if store.trouble:
             raise store.trouble
-        existing, feasible = seen.existing or 0, seen.feasible or 0
-        impossible = seen.evaluated - existing
-        result = SweepPart(plan.scene, *part, seen.evaluated, impossible, feasible, seen.effort, folder)
-        unit.answer = {name: getattr(result, name) for name in PART_COUNTS} | {"effort": [*seen.effort]}
+        existing, feasible = counted.existing or 0, counted.feasible or 0
+        impossible = counted.evaluated - existing
+        result = SweepPart(plan.scene, *part, counted.evaluated, impossible, feasible, counted.effort, folder)
+        unit.answer = {name: getattr(result, name) for name in PART_COUNTS} | {"effort": [*counted.effort]}
     return result
 
 
 def name_of_part(part: int, parts: int) -> str:
-    """What the folder of a part is called."""
+    """The folder name of a part."""
     return f"part-{part}-of-{parts}"
 
 
 def _plan_of_part(plan: SweepPlan, part: tuple[int, int]) -> SweepPlan:
-    """The sweep in blocks of which each part has some; BadInput if there is no such part.
+    """The plan with blocks small enough for all parts to have some; BadInput if there is no such part.
 
     Rows do not depend on the size of blocks.
     """
     if not isinstance(part, (tuple, list)) or [*map(type, part)] != [int, int]:
-        why = "two numbers, such as (3, 100): which part, and of how many"
+        why = "two numbers, such as (3, 100): the part, and the number of parts"
         raise BadInput([Mistake("camopt", "part", part, why)])
     number, parts = part
     if not 1 <= parts <= SWEEP_PARTS:
@@ -238,30 +239,30 @@ def merge(
     tell: MessageSink | None = None,
     again: bool = False,
 ) -> Sweep:
-    """Put the parts of a sweep together: the same result, and tables row for row, as of one run.
+    """Join the parts of a sweep: the same result, and tables row for row, as from one run.
 
     Parameters
     ----------
     parts : str, os.PathLike or a sequence of these
-        Folders of parts, or folders with these inside. All parts of one sweep.
+        Folders of parts, or folders that contain them; together they must be all parts of one sweep.
     out : str or os.PathLike, optional
         Folder for the tables, as for ``sweep``; None writes nothing.
     progress : callable or True, optional
         True shows a progress bar. A function is called with (designs done, designs in all).
     tell : callable, optional
-        Called with a sentence if it is done already.
+        Called with a sentence if the result is in ``out`` already.
     again : bool, default False
         As for ``sweep``.
 
     Returns
     -------
     Sweep
-        As of one run.
+        As from one run.
 
     Raises
     ------
     BadInput
-        If a part is missing, damaged, there twice, or of another sweep or version of camopt.
+        If a part is missing, damaged or duplicated, or belongs to another sweep or version of camopt.
     OSError
         If a file cannot be read or written.
 
@@ -275,8 +276,8 @@ def merge(
     ['designs.parquet', 'pareto.parquet', 'scene.toml']
     """
     places = [parts] if isinstance(parts, (str, os.PathLike)) else [*parts]
-    questions, files, refused = _read_parts(_part_folders(places))
-    plan = _check_parts(questions, refused)
+    questions, files, mistakes = _read_parts(_part_folders(places))
+    plan = _check_parts(questions, mistakes)
     if out is not None:
         _check_out_folder(Path(out), plan)
     if out is not None and not again and (done := published_sweep(plan, out, tell)):
@@ -298,34 +299,34 @@ def merge(
 
 
 def _check_out_folder(folder: Path, plan: SweepPlan) -> None:
-    """BadInput if an interrupted sweep of another question is kept in a folder: it would go."""
-    found = interrupted_key(folder, SWEEP_COMMAND)
-    if found and found.differences_but_block(plan.sweep_key()):
-        why = "another folder: an interrupted sweep is kept in this one, which would go"
+    """BadInput if a folder has an interrupted sweep of another question, which would be lost."""
+    interrupted = interrupted_key(folder, SWEEP_COMMAND)
+    if interrupted and interrupted.differences_but_block(plan.sweep_key()):
+        why = "another folder: an interrupted sweep is kept in this one, and would be lost"
         raise BadInput([Mistake("camopt", "out", str(folder), why)])
 
 
 def _part_folders(places: Iterable[str | os.PathLike[str]]) -> list[Path]:
-    """The folders of parts among some, and inside them, by their manifest or their name."""
-    found: dict[Path, None] = {}
+    """The folders of parts among some folders and inside them, recognised by their manifest or name."""
+    part_folders: dict[Path, None] = {}
     for place in map(Path, places):
         place.stat()  # an OSError if there is none
-        folders = [place, *sorted(each for each in place.iterdir() if each.is_dir())] if place.is_dir() else []
+        folders = [place, *sorted(path for path in place.iterdir() if path.is_dir())] if place.is_dir() else []
         parts = [
-            each
-            for each in folders
-            if PART_FOLDER.fullmatch(each.name) or PART_COMMAND in readable_manifest(each).results
+            folder
+            for folder in folders
+            if PART_FOLDER.fullmatch(folder.name) or PART_COMMAND in readable_manifest(folder).results
         ]
         if not parts:
             raise BadInput([Mistake("camopt", "part", str(place), "a folder with parts of a sweep; this has none")])
-        found |= dict.fromkeys(parts)
-    return [*found]
+        part_folders |= dict.fromkeys(parts)
+    return [*part_folders]
 
 
 def _read_parts(
     folders: Iterable[Path],
 ) -> tuple[dict[Path, SweepKey], dict[Path, Iterable[str]], list[Mistake]]:
-    """The keys of parts and their files by folder, and messages for what is no whole part."""
+    """The keys and the files of parts, by folder, and mistakes for folders that are not whole parts."""
     questions: dict[Path, SweepKey] = {}
     files: dict[Path, Iterable[str]] = {}
     mistakes: list[Mistake] = []
@@ -337,11 +338,11 @@ def _read_parts(
             mistakes.append(_part_mistake(folder, "its manifest is damaged, or of another version of camopt"))
             continue
         if result is None:
-            mistakes.append(_part_mistake(folder, "it has no manifest of one: its sweep has not ended"))
+            mistakes.append(_part_mistake(folder, "it has no manifest, because its sweep has not ended"))
             continue
         question = key_from_manifest(result.question)
         if question is None:
-            mistakes.append(_part_mistake(folder, "nothing tells what it was asked"))
+            mistakes.append(_part_mistake(folder, "its manifest does not name its scene and options"))
             continue
         if question.whole_sweep not in plans:
             plans[question.whole_sweep] = _plan_or_fault(question.whole_sweep)
@@ -354,14 +355,14 @@ def _read_parts(
             if not (folder / name).exists():
                 mistakes.append(_part_mistake(folder / name, "this is missing"))
             elif not has_entry(folder / name, entry):
-                mistakes.append(_part_mistake(folder / name, "this is damaged, was changed, or is of another run"))
+                mistakes.append(_part_mistake(folder / name, "this is damaged, changed, or from another run"))
         if not _covers_blocks(result.files, plan.part_blocks(question.part, question.parts)):
-            mistakes.append(_part_mistake(folder, "its files are not those of all of its designs"))
+            mistakes.append(_part_mistake(folder, "its files do not cover all of its designs"))
     return questions, files, mistakes
 
 
 def _covers_blocks(names: Iterable[str], numbers: range) -> bool:
-    """Whether files of batches have all blocks, each once."""
+    """Whether files of batches cover all blocks, each once."""
     position = numbers.start
     for blocks, _ in batch_files(map(Path, names)):
         if blocks.start != position:
@@ -371,11 +372,11 @@ def _covers_blocks(names: Iterable[str], numbers: range) -> bool:
 
 
 def _plan_or_fault(question: SweepKey) -> SweepPlan | str:
-    """The plan of parts, or the fault of their key."""
+    """The plan of a key, or the fault of the key in words."""
     try:
         return plan_of_key(question)
-    except BadInput as refused:
-        first = refused.mistakes[0]
+    except BadInput as error:
+        first = error.mistakes[0]
         return f"its scene has mistakes, such as {first.key}: {first.allowed}"
 
 
@@ -384,12 +385,12 @@ def _part_mistake(path: Path, why: str) -> Mistake:
 
 
 def _check_parts(questions: dict[Path, SweepKey], mistakes: list[Mistake]) -> SweepPlan:
-    """The sweep of parts; BadInput with all mistakes if they are not all the parts of one sweep."""
+    """The plan of the whole sweep; BadInput with all mistakes if the parts are not all parts of one sweep."""
     if not questions:
         raise BadInput(mistakes or [Mistake("camopt", "part", None, "missing", bare=True)])
     first = next(iter(questions))
     whole, parts = questions[first].whole_sweep, questions[first].parts
-    refused = {int(number) for each in mistakes for number in re.findall(r"part-(\d+)-of-", str(each.value))}
+    named = {int(number) for mistake in mistakes for number in re.findall(r"part-(\d+)-of-", str(mistake.value))}
     by_part: dict[int, list[Path]] = {}
     for path, question in questions.items():
         if question.whole_sweep != whole or question.parts != parts:
@@ -400,11 +401,11 @@ def _check_parts(questions: dict[Path, SweepKey], mistakes: list[Mistake]) -> Sw
             by_part.setdefault(question.part, []).append(path)
     for part, paths in by_part.items():
         if len(paths) > 1:
-            why = f"there more than once: {', '.join(map(str, paths))}"
+            why = f"given more than once: {', '.join(map(str, paths))}"
             mistakes.append(Mistake("camopt", "part", part, why, bare=True))
-    if missing := [part for part in range(1, parts + 1) if part not in by_part and part not in refused]:
+    if missing := [part for part in range(1, parts + 1) if part not in by_part and part not in named]:
         listed = ", ".join(map(str, missing[:MOST_NAMED_PARTS])) + (" …" if len(missing) > MOST_NAMED_PARTS else "")
-        why = f"not complete: of {parts} parts there is no part {listed}"
+        why = f"not complete: of {parts} parts, these are missing: {listed}"
         mistakes.append(Mistake("camopt", "parts", None, why, bare=True))
     plan = plan_of_key(whole)
     if plan.sweep_key().version != whole.version:

@@ -1,8 +1,9 @@
-"""Polishing: designs move within a box until one objective is as low as it gets while no other rises.
+"""Polishing: designs move within a box until one objective is at a minimum while no other objective rises.
 
-Every step holds all limits and all ceilings by the far sides of its enclosures. All designs of a block move at
-once: a pattern search over the free sizes, and where the size of the cam is the objective, bisection to the least
-size that each choice of the others allows. Without derivatives, for where two limits meet there are none.
+Every step meets all limits and ceilings by the worse ends of its enclosures. All designs of a block move together,
+by a pattern search over the free sizes. If the size of the cam is the objective, bisection finds the least size
+that each choice of the other sizes allows. The search uses no derivatives, because there are none where two limits
+meet.
 """
 
 from dataclasses import dataclass, replace
@@ -21,12 +22,12 @@ from camopt.solve.verdicts.limit_verdicts import bound_excesses
 OPENING_STEP, LONGEST_STEP, SHORTEST_STEP = 1 / 16, 1 / 4, 1e-10  # steps, as shares of a range
 SEARCH_STEPS = 300
 STEP_HALVINGS = 48
-LEAST_STEP_GAIN = 1e-12  # relative: what is less is rounding
+LEAST_STEP_GAIN = 1e-12  # relative: a smaller gain is rounding
 
 
 @dataclass(frozen=True)
 class PatternSearch:
-    """What designs of one programme may vary, and the objective to lower."""
+    """A pattern search over designs of one programme: the free variables, and the objective to lower."""
 
     problem: Problem
     free: SizeBounds
@@ -34,7 +35,7 @@ class PatternSearch:
     objective: str
 
     def objective_index(self, objective: str) -> int:
-        """The place of an objective among the costs."""
+        """The column of an objective in the costs."""
         return list(self.problem.objectives).index(objective)
 
     @property
@@ -44,13 +45,13 @@ class PatternSearch:
         return self.objective == name and self.problem.objectives.get(name, 0.0) > 0.0
 
     def costs(self, designs: Designs) -> tuple[FloatArray, Any]:
-        """The far side of each objective as a cost, (designs, objectives); and which designs are feasible."""
+        """The worse end of each objective as a cost, (designs, objectives), and which designs are feasible."""
         problem = self.problem
         held = problem.setup.mechanism.can_assemble(designs, self.problem.programme) & (designs.size > 0.0)
         costs = np.full((len(designs), len(problem.objectives)), np.inf)
-        some = designs.take(held)
-        rows, excess, _ = bound_excesses(problem, some, frozenset())
-        costs[held] = objective_costs(rows.shifted_columns(1.0), len(some), problem.objectives)
+        existing = designs.take(held)
+        rows, excess, _ = bound_excesses(problem, existing, frozenset())
+        costs[held] = objective_costs(rows.shifted_columns(1.0), len(existing), problem.objectives)
         held[held] = np.all(excess <= 0.0, axis=0)
         return costs, held
 
@@ -60,7 +61,7 @@ class PatternSearch:
         return held & np.all(costs <= ceilings, axis=1)
 
     def lower_objective(self, designs: Designs, ceilings: FloatArray) -> tuple[Designs, FloatArray]:
-        """Each design with the objective it reaches: its own, or the least size under it; inf if not allowed."""
+        """Designs with their objectives, at the least size if that is the objective; inf for those not allowed."""
         if self.lowers_size:
             index = np.flatnonzero(self.is_allowed(designs, ceilings))
             size, reached = designs.size.copy(), np.full(len(designs), np.inf)
@@ -71,7 +72,7 @@ class PatternSearch:
         return designs, np.where(held, costs[:, self.objective_index(self.objective)], np.inf)
 
     def _least_sizes(self, designs: Designs, ceilings: FloatArray) -> FloatArray:
-        """A size below each allowed one, down to which bisection finds designs allowed."""
+        """The least allowed size of each allowed design, by bisection [mm]."""
         low, high = np.full(len(designs), self.free["size"][0]), designs.size
         high = np.where(self.is_allowed(replace(designs, size=low), ceilings), low, high)
         for _ in range(STEP_HALVINGS):
@@ -82,20 +83,20 @@ class PatternSearch:
 
 
 def polish_designs(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> Designs:
-    """Each design at its optimum under ceilings (designs, objectives), which its own costs meet."""
-    settled = np.zeros(len(designs), dtype=bool)
+    """The designs at their optima under ceilings (designs, objectives), which the designs meet at the start."""
+    proved = np.zeros(len(designs), dtype=bool)
     if pattern.lowers_size:
-        designs, settled = smallest_by_closed_form(pattern, designs, ceilings)
-    left = np.flatnonzero(~settled)
+        designs, proved = smallest_by_closed_form(pattern, designs, ceilings)
+    rest = np.flatnonzero(~proved)
     return (
-        designs.replace_at(left, search_by_pattern(pattern, designs.take(left), ceilings[left]))
-        if left.size
+        designs.replace_at(rest, search_by_pattern(pattern, designs.take(rest), ceilings[rest]))
+        if rest.size
         else designs
     )
 
 
 def search_by_pattern(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> Designs:
-    """Each design at a local optimum, by a pattern search; designs that are not allowed stay."""
+    """The designs at local optima, by a pattern search; designs that are not allowed stay."""
     names = [name for name in pattern.free if not (pattern.lowers_size and name == "size")]
     designs, value = pattern.lower_objective(designs, ceilings)
     step = np.where(np.isfinite(value), OPENING_STEP, 0.0)
@@ -104,7 +105,7 @@ def search_by_pattern(pattern: PatternSearch, designs: Designs, ceilings: FloatA
         active = np.flatnonzero(step > SHORTEST_STEP)
         if not active.size:
             break
-        # both ways along each axis, and along those of a frame turned at random if there are several
+        # both ways along each axis, and with several axes also along those of a frame turned at random
         many = len(names)
         frames = [np.eye(many)] if many == 1 else [np.eye(many), np.linalg.qr(random.normal(size=(many, many)))[0]]
         directions = np.concatenate([sign * frame for frame in frames for sign in (1.0, -1.0)])
@@ -122,7 +123,7 @@ def search_by_pattern(pattern: PatternSearch, designs: Designs, ceilings: FloatA
 
 
 def _shift_designs(designs: Designs, free: SizeBounds, names: list[str], shares: FloatArray) -> Designs:
-    """Designs moved by shares of some ranges, within them."""
+    """The designs moved by shares of their ranges, but not beyond these."""
     values = designs.values
     for name, share in zip(names, shares.T, strict=True):
         low, high = free[name]
@@ -131,32 +132,32 @@ def _shift_designs(designs: Designs, free: SizeBounds, names: list[str], shares:
 
 
 def smallest_by_closed_form(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> tuple[Designs, Any]:
-    """The proved optimum of each design that has a closed form, and a mask of these designs.
+    """The designs, those with a closed form at their proved optimum, and a mask of these.
 
-    No allowed design is smaller than the one that the linear limits give, the ceilings of the pressure angle among
-    them; if that one is allowed, it is the smallest.
+    The linear limits, with the ceilings of the pressure angle, give a design that no allowed one undercuts in size.
+    If it is allowed, it is the smallest.
     """
-    found = [_closed_form_bound(pattern, designs.take([i]), ceilings[i]) for i in range(len(designs))]
-    index = np.flatnonzero([design is not None for design in found])
-    settled = np.zeros(len(designs), dtype=bool)
+    bounds = [_closed_form_bound(pattern, designs.take([i]), ceilings[i]) for i in range(len(designs))]
+    index = np.flatnonzero([design is not None for design in bounds])
+    proved = np.zeros(len(designs), dtype=bool)
     if not index.size:
-        return designs, settled
-    least = concatenate([design for design in found if design is not None])
+        return designs, proved
+    least = concatenate([design for design in bounds if design is not None])
     open_ = np.arange(index.size)
     for step in NUDGES:
         larger = replace(least, size=least.size + step * least.prime_radius).take(open_)
         held = larger.size <= designs.size[index[open_]]
         held[held] = pattern.is_allowed(larger.take(held), ceilings[index[open_[held]]])
         designs = designs.replace_at(index[open_[held]], larger.take(held))
-        settled[index[open_[held]]] = True
+        proved[index[open_[held]]] = True
         open_ = open_[~held]
     nudge = least.size[open_] + NUDGES[-1] * least.prime_radius[open_]
-    settled[index[open_]] = designs.size[index[open_]] <= nudge  # as small as rounding lets it be
-    return designs, settled
+    proved[index[open_]] = designs.size[index[open_]] <= nudge  # as small as rounding allows
+    return designs, proved
 
 
 def _closed_form_bound(pattern: PatternSearch, design: Designs, ceilings: FloatArray) -> Designs | None:
-    """A design that no allowed one undercuts in size; None if no closed form gives one."""
+    """The smallest design under the linear limits and ceilings; None without a closed form."""
     problem = pattern.problem
     most = dict(zip(problem.objectives, ceilings, strict=True))
     angle = most.get("pressure_angle_max_deg", np.inf)

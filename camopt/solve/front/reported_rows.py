@@ -1,4 +1,4 @@
-"""Rows that people compare: the front, the best of each law with what binds it, and the nearest miss."""
+"""The reported rows of a sweep: the front, the best design of each law with its active limits, the nearest miss."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -22,89 +22,91 @@ from camopt.solve.front.plan import SweepPlan, sweep_columns
 from camopt.solve.tables.designs import Design, DesignsByLaw, joined_laws
 from camopt.solve.verdicts.limit_verdicts import bound_excesses, evaluate_rows, excess_rank, least_excess
 
-MOST_MISS_DESIGNS = 1 << 22  # designs for the nearest miss: to find nothing does not take twice as long
+MOST_MISS_DESIGNS = 1 << 22  # most designs tried for the nearest miss, so that it takes little of a sweep's time
 
 
 class ReportedRows(NamedTuple):
-    """The rows that people compare, with the digits of ``evaluate``."""
+    """The rows that users compare, with the digits of ``evaluate``."""
 
     front: DesignRows
-    """As the scene asks for it, refined and thinned."""
+    """The front, refined and thinned as the scene says."""
     grid: DesignRows
     """The front of the grid."""
     best: DesignRows
     """The best design of each pair of laws, the best law first."""
     active_limits: list[str]
-    """What the next smaller cam of the space would exceed, of each of these."""
+    """The limits that the next smaller cam of the space would exceed, for each of the best designs."""
 
 
-def report_rows(plan: SweepPlan, found: SpaceResult, progress: Progress | None) -> ReportedRows:
-    """What people compare of a search."""
+def report_rows(plan: SweepPlan, space_result: SpaceResult, progress: Progress | None) -> ReportedRows:
+    """The reported rows of a search."""
     space, search, objectives = plan.space, plan.scene.search, plan.problem.objectives
-    rows = found.front
+    rows = space_result.front
     if search.refine:
         from camopt.solve.front.refine import refine_front
 
         rows = refine_front(space, rows, progress)
     rows = rows if search.thin is None else thin_front(rows, objectives, search.thin)
-    best = best_of_laws(found.best, objectives)
+    best = best_of_laws(space_result.best, objectives)
     index, smaller = next_smaller_cams(space, best)
-    tables = [best, smaller, rows] if rows is found.front else [best, smaller, rows, found.front]
+    tables = [best, smaller, rows] + ([] if rows is space_result.front else [space_result.front])
     best, smaller, *fronts = with_evaluated_columns(space, frozenset(plan.table_columns), *tables)
     return ReportedRows(fronts[0], fronts[-1], best, active_limits_of(best.count, index, smaller))
 
 
-def best_of_each_law(scene: Scene, compared: ReportedRows) -> dict[str, Design]:
+def best_of_each_law(scene: Scene, reported: ReportedRows) -> dict[str, Design]:
     """The best row of each pair of laws as a design, the best law first."""
-    told = ({**row, "held_by": by} for row, by in zip(compared.best.records(), compared.active_limits, strict=True))
-    return DesignsByLaw((joined_laws(row["law_rise"], row["law_return"]), Design(row, scene)) for row in told)
+    pairs = zip(reported.best.records(), reported.active_limits, strict=True)
+    rows = ({**row, "held_by": limits} for row, limits in pairs)
+    return DesignsByLaw((joined_laws(row["law_rise"], row["law_return"]), Design(row, scene)) for row in rows)
 
 
 def with_evaluated_columns(space: DesignSpace, names: frozenset[str], *tables: DesignRows) -> list[DesignRows]:
-    """Rows that people compare, with columns that ``evaluate`` gives them: equal designs have equal rows.
+    """The tables with the columns that ``evaluate`` computes, so that equal designs have equal rows.
 
     Columns are in the order of the quantities, wherever the rows come from.
     """
     total = sum(rows.count for rows in tables)
     sizes = concatenate_rows(rows.select_columns(space.problem.size_names) for rows in tables)
-    found, ends = (
-        scatter_rows(_evaluate_by_motion(space, names, sizes), total),
-        np.cumsum([rows.count for rows in tables]),
-    )
-    if not found.columns:
+    evaluated = scatter_rows(_evaluate_by_motion(space, names, sizes), total)
+    ends = np.cumsum([rows.count for rows in tables])
+    if not evaluated.columns:
         return [*tables]
     parts = (slice(last - rows.count, last) for rows, last in zip(tables, ends.tolist(), strict=True))
-    return [_replace_columns(rows, found.slice_rows(some)) for rows, some in zip(tables, parts, strict=True)]
+    return [_replace_columns(rows, evaluated.slice_rows(part)) for rows, part in zip(tables, parts, strict=True)]
 
 
 def _evaluate_by_motion(
     space: DesignSpace, names: frozenset[str], sizes: DesignRows
 ) -> Iterator[tuple[IndexArray, DesignRows]]:
-    """The rows of designs of which the sizes are given, some at a time, with their places."""
+    """The evaluated rows of designs with given sizes, block by block, with their places."""
     for problem, index, designs in space.designs_by_setting(sizes):
         for first in range(0, index.size, BLOCK_SIZE):
-            some = slice(first, first + BLOCK_SIZE)
-            yield index[some], rows_as_evaluated(problem, designs.take(some), names)
+            block = slice(first, first + BLOCK_SIZE)
+            yield index[block], rows_as_evaluated(problem, designs.take(block), names)
 
 
-def _replace_columns(rows: DesignRows, found: DesignRows) -> DesignRows:
-    """Rows with the columns that were found, in the order of the quantities."""
-    columns = rows.columns | found.columns
+def _replace_columns(rows: DesignRows, evaluated: DesignRows) -> DesignRows:
+    """The rows with evaluated columns, in the order of the quantities."""
+    columns = rows.columns | evaluated.columns
     return replace(rows, columns={name: columns[name] for name in in_column_order(columns)})
 
 
 def rows_as_evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> DesignRows:
-    """Quantities of designs as ``evaluate`` gives them: what else it encloses shows in their last digits."""
+    """The quantities of designs with the digits of ``evaluate``.
+
+    All quantities that ``evaluate`` encloses are enclosed here too, because they change the last digits of others.
+    """
     setup = problem.setup
-    asked, effects = plan_effects(names | problem.evaluated_quantities, setup), setup_effects(setup)
-    enclosed = (of_effect for effect, of_effect in asked.items() if not effects[effect].exact)
+    planned, effects = plan_effects(names | problem.evaluated_quantities, setup), setup_effects(setup)
+    enclosed = (quantities for effect, quantities in planned.items() if not effects[effect].exact)
     return evaluate_rows(at_rounding_error(problem), designs, names.union(*enclosed)).select_columns(names)
 
 
 def next_smaller_cams(space: DesignSpace, rows: DesignRows) -> tuple[IndexArray, DesignRows]:
-    """The rows that are not at the edge of the space, and their designs with the next smaller size of the cam.
+    """The rows that are not at the edge of the space, with the next smaller size of the cam.
 
-    Of a sample, with one that is one per cent smaller.
+    In a sample the next smaller size is one per cent smaller.
     """
     name = space.problem.size_name
     sizes = [space.next_smaller_size(size) for size in rows.column(name).tolist()]
@@ -114,15 +116,15 @@ def next_smaller_cams(space: DesignSpace, rows: DesignRows) -> tuple[IndexArray,
 
 
 def active_limits_of(count: int, index: IndexArray, smaller: DesignRows) -> list[str]:
-    """The limits that bind rows: those that the next smaller cam exceeds, if there is one."""
-    held = [EDGE_OF_SPACE] * count
+    """The active limits of rows: those that the next smaller cam exceeds, if there is such a cam."""
+    active = [EDGE_OF_SPACE] * count
     for row, names in zip(index, smaller.column("violated"), strict=True):
-        held[row] = str(names).replace(",", ", ")
-    return held
+        active[row] = str(names).replace(",", ", ")
+    return active
 
 
 def nearest_miss_of_space(plan: SweepPlan) -> Design | None:
-    """The design of the space that misses its limits the least, with its quantities; of many, of some blocks."""
+    """The design with the least excess over its limits, with its quantities; in a large space, of some blocks."""
     space = plan.space
     best: tuple[tuple[float, float], Problem, Designs] | None = None
     step = max(len(space) // MOST_MISS_DESIGNS, 1)
@@ -144,5 +146,5 @@ def nearest_miss_of_space(plan: SweepPlan) -> Design | None:
 
 
 def largest_half_width(rows: DesignRows) -> float:
-    """The largest relative half-width of an enclosure of any of some rows."""
+    """The largest relative half-width of an enclosure of any row."""
     return float(np.max(rows.columns.get("relative_half_width", 0.0), initial=0.0))

@@ -1,6 +1,6 @@
 """Finished work of a sweep on disk: a Parquet file for each batch, named by its blocks and its digest.
 
-A sweep goes on with the batches that are there and whole, whatever is missing between them. A part of a sweep is a
+A sweep resumes from all whole batches on disk, even if others between them are missing. A part of a sweep is a
 folder of such files, with a manifest that names them.
 """
 
@@ -32,11 +32,11 @@ BATCH_FILES, QUESTION_FILE = "blocks-*.parquet", "question.json"
 BATCH_NAME = re.compile(r"blocks-(\d{1,12})-(\d{1,12})-([0-9a-f]{16})\.parquet")
 BATCH_TABLES = ("kept", "front", "best")
 BATCH_METADATA = b"camopt_batch"
-SAVE_SECONDS = 1.0  # between files: less is lost at most, and a sweep that is shorter writes none
-SAVE_ROWS = 2**19  # or as soon as so many rows wait, which bounds the memory: some 150 bytes each
+SAVE_SECONDS = 1.0  # time between files: an interrupt loses no more, and a shorter sweep writes no file
+SAVE_ROWS = 2**19  # a file is written sooner once so many rows wait, which bounds the memory: some 150 bytes each
 
 MessageSink = Callable[[str], None]
-"""What takes sentences that a user should know before the work."""
+"""A function that is called with sentences for the user."""
 
 
 class Store:
@@ -45,18 +45,19 @@ class Store:
     Parameters
     ----------
     folder : pathlib.Path
-        The folder; batches of another question in it go when the first one is written.
+        The folder. The first batch that is written replaces batches of another question in it.
     plan : SweepPlan
-        Of the sweep as it is asked now.
+        The plan of the sweep.
     question : SweepKey
-        Its key.
+        The key of the sweep or part.
     tell : callable, optional
-        Told if work of another question is there, which goes; and how far this one is.
+        Called with a sentence if the folder has work of another question, which will be replaced, and with the
+        progress of resumed work.
 
     Attributes
     ----------
     trouble : OSError or None
-        Why no more could be written. A sweep goes on without it; what was written is kept.
+        The error that ended writing. The sweep continues without the store; written files stay.
     """
 
     def __init__(self, folder: Path, plan: SweepPlan, question: SweepKey, tell: MessageSink | None = None) -> None:
@@ -76,29 +77,27 @@ class Store:
             )
 
     def files(self) -> list[tuple[range, Path]]:
-        """The files of this sweep with their blocks, in order; of those that overlap the one that begins first."""
-        found: list[tuple[range, Path]] = []
+        """The files of this sweep with their blocks, in order; a file that overlaps an earlier one is left out."""
+        files: list[tuple[range, Path]] = []
         for blocks, path in batch_files(self.folder.iterdir()) if self._is_own else ():
-            if (
-                blocks.start >= (found[-1][0].stop if found else self.numbers.start)
-                and blocks.stop <= self.numbers.stop
-            ):
-                found.append((blocks, path))
-        return found
+            start = files[-1][0].stop if files else self.numbers.start
+            if start <= blocks.start and blocks.stop <= self.numbers.stop:
+                files.append((blocks, path))
+        return files
 
     def batches(self, engine: Engine) -> Iterator[BlockBatch]:
-        """All batches in order: those on disk that are whole; others are evaluated by an engine, and kept."""
-        there = self.files()
-        if there and self._tell:
+        """All batches in order: whole ones from disk, and the others from an engine, which are then saved."""
+        files = self.files()
+        if files and self._tell:
             self._tell(f"going on where an interrupted sweep ended: {self.progress} are done")
-        for path in {*self.folder.glob(BATCH_FILES)} - {path for _, path in there} if self._is_own else ():
+        for path in {*self.folder.glob(BATCH_FILES)} - {path for _, path in files} if self._is_own else ():
             path.unlink()
         position = self.numbers.start
-        for blocks, path in there:
+        for blocks, path in files:
             try:
                 batch = read_batch(path, self.plan)
             except BrokenBatch:
-                path.unlink()  # evaluated anew
+                path.unlink()  # its blocks are evaluated again
                 continue
             yield from self._evaluate_missing(range(position, blocks.start), engine)
             yield batch
@@ -109,18 +108,18 @@ class Store:
         self._since = clock_seconds()
         for batch in self.plan.batches(numbers, engine) if numbers else ():
             self._pending.append(batch)
-            rows = sum(each.kept.count for each in self._pending)
+            rows = sum(pending.kept.count for pending in self._pending)
             if rows >= SAVE_ROWS or clock_seconds() - self._since >= SAVE_SECONDS:
                 self.save()
                 self._since = clock_seconds()
             yield batch
         if numbers and numbers.stop < self.numbers.stop:
-            self.save()  # what follows is on disk
+            self.save()  # the next blocks are on disk
 
     def save(self) -> None:
-        """Write what waits. A disk that takes none does not end the sweep."""
-        some, self._pending = self._pending, []
-        if not some or self.trouble:
+        """Write the pending batches. If the disk refuses them, the sweep continues without."""
+        pending, self._pending = self._pending, []
+        if not pending or self.trouble:
             return
         try:
             if not self._is_own:
@@ -128,7 +127,7 @@ class Store:
                     path.unlink()
                 write_text(self.folder / QUESTION_FILE, json.dumps(self.question.to_manifest))
                 self._is_own = True
-            write_batch(merge_batches(some, self.plan.problem.objectives), self.plan.row_quantities, self.folder)
+            write_batch(merge_batches(pending, self.plan.problem.objectives), self.plan.row_quantities, self.folder)
         except OSError as trouble:
             self.trouble = trouble
 
@@ -141,39 +140,39 @@ class Store:
 
 
 def stored_key(folder: Path) -> SweepKey | None:
-    """The question of finished work in a folder; None if there is none, or it is damaged."""
+    """The key of finished work in a folder; None if there is none, or it is damaged."""
     with suppress(FileNotFoundError, ValueError, TypeError, RecursionError):
         return SweepKey.from_json(json.loads(read_bytes(folder / QUESTION_FILE)))
     return None
 
 
 def interrupted_key(folder: Path, command: str) -> SweepKey | None:
-    """The question of an interrupted sweep in the folder of its result; None if there is none."""
+    """The key of an interrupted sweep in the folder of its result; None if there is none."""
     return stored_key(folder / WORK_FOLDER / command)
 
 
 @contextmanager
 def save_at_end(store: Store | None) -> Iterator[None]:
-    """Save what waits when work ends early, and say so: an error, or the end of a stopped sweep, gets a note."""
+    """Save pending batches if work ends early, and add the progress to the message of the error or interrupt."""
     try:
         yield
     except BaseException as end:
         if store:
             store.save()
             if store.files():
-                told = f"{store.progress} are done and kept; the same command goes on from there"
+                message = f"{store.progress} are done and kept; the same command goes on from there"
                 if isinstance(end, (KeyboardInterrupt, Stopped)):
-                    end.args = (f"{end if end.args else 'interrupted'}; {told}",)
+                    end.args = (f"{end if end.args else 'interrupted'}; {message}",)
                 else:
-                    end.add_note(told)
+                    end.add_note(message)
         raise
 
 
 def batch_files(paths: Iterable[Path]) -> list[tuple[range, Path]]:
-    """The files of batches among some, with their blocks, in order; the longest first of those that begin alike."""
+    """The files of batches among some paths, with their blocks, in order; the longest first at equal starts."""
     named = [(BATCH_NAME.fullmatch(path.name), path) for path in paths]
-    found = [(range(int(name[1]), int(name[2])), path) for name, path in named if name]
-    return sorted(found, key=lambda each: (each[0].start, -each[0].stop, each[1].name))
+    files = [(range(int(name[1]), int(name[2])), path) for name, path in named if name]
+    return sorted(files, key=lambda file: (file[0].start, -file[0].stop, file[1].name))
 
 
 class BrokenBatch(ValueError):
@@ -181,19 +180,19 @@ class BrokenBatch(ValueError):
 
 
 def batch_bytes(batch: BlockBatch, quantities: Iterable[Quantity]) -> bytes:
-    """A batch as a Parquet file: its rows of all three kinds, and its numbers in the metadata."""
+    """A batch as a Parquet file: its rows of all three kinds, with its counts in the metadata."""
     layout = schema_of(quantities, camopt_scene="")
     tables = [to_table(getattr(batch, name), layout) for name in BATCH_TABLES]
     numbers = {name: value for name, value in vars(batch).items() if name not in BATCH_TABLES}
-    about = {BATCH_METADATA: json.dumps([numbers, [table.num_rows for table in tables]])}
+    metadata = {BATCH_METADATA: json.dumps([numbers, [table.num_rows for table in tables]])}
     sink = pa.BufferOutputStream()
-    whole = pa.concat_tables(tables).replace_schema_metadata(about)
+    whole = pa.concat_tables(tables).replace_schema_metadata(metadata)
     pq.write_table(whole, sink, **PARQUET_OPTIONS, **parquet_options(layout))
     return bytes(sink.getvalue())
 
 
 def write_batch(batch: BlockBatch, quantities: Iterable[Quantity], folder: Path) -> None:
-    """Write a batch, whole or not at all, under the name that tells its blocks and its digest."""
+    """Write a batch, whole or not at all, under a name with its blocks and its digest."""
     data = batch_bytes(batch, quantities)
     digest = sha256(data).hexdigest()[:16]
     with whole_file(folder / f"blocks-{batch.first:09d}-{batch.last:09d}-{digest}.parquet") as partial:
@@ -206,7 +205,7 @@ def read_batch(path: Path, plan: SweepPlan) -> BlockBatch:
     Raises
     ------
     BrokenBatch
-        If it is not the one that its name tells, or none of the plan.
+        If the file does not match its name, or does not belong to the plan.
     OSError
         If it cannot be read.
     """

@@ -1,4 +1,4 @@
-"""Certify each row of a table that a sweep wrote."""
+"""Verdicts with proofs for each row of a table that a sweep wrote."""
 
 import os
 from collections import Counter
@@ -26,10 +26,10 @@ from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 
 class TableCertificate(Result, Counter[str]):
-    """How many rows of a table are held, broken and undecided."""
+    """The numbers of rows of a table that are held, broken and undecided."""
 
     def sections(self) -> tuple[str]:
-        """The counts."""
+        """The counts in words."""
         return (", ".join(f"{count:,} {verdict}" for verdict, count in self.document().items()),)
 
     def document(self) -> dict[str, int]:
@@ -38,21 +38,21 @@ class TableCertificate(Result, Counter[str]):
 
     @property
     def exit_code(self) -> int:
-        """0 all held; 1 a row is broken; 4 one is undecided."""
+        """0 if all rows are held; 1 if a row is broken; 4 if one is undecided."""
         return exit_code_of(self)
 
 
 def certify_table(path: str | os.PathLike[str], progress: Progress | None = None) -> TableCertificate:
     """Prove or refute the limits of the scene for each row of a table, and add the verdict as the column ``proof``.
 
-    With ``search.robust`` a row is held if every cam within the tolerances of its numbers holds each limit. Returns
-    how many rows are held, broken and undecided.
+    With ``search.robust`` a row is held if every cam within the tolerances of its numbers meets each limit. The
+    result has the numbers of rows that are held, broken and undecided.
 
     Raises
     ------
     BadInput
-        If the file is no table of a sweep: it lacks columns that tell its designs, has numbers or laws there that
-        are none of its scene, or is damaged.
+        If the file is not a table of a sweep: it lacks columns that define its designs, has numbers or laws there
+        that its scene does not allow, or is damaged.
     Stopped
         If ``progress``, called with (rows done, rows in all), returned False; the table stays as it was.
     OSError
@@ -78,12 +78,11 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
 
 
 def _row_verdicts(space: DesignSpace, rows: DesignRows, progress: Progress | None) -> list[str]:
-    """The verdict on each row."""
     verdicts, done = [""] * rows.count, 0
-    for each, index, designs in space.designs_by_setting(rows):
+    for problem, index, designs in space.designs_by_setting(rows):
         for row, number in enumerate(index):
-            one = replace(each, design=designs.take(np.array([row])))
-            verdicts[number] = verdict_of_design(certify_cams(one))
+            row_problem = replace(problem, design=designs.take(np.array([row])))
+            verdicts[number] = verdict_of_design(certify_cams(row_problem))
             done += 1
             report_progress(progress, done, rows.count)
     return verdicts

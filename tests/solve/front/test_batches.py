@@ -120,9 +120,12 @@ def test_a_mistake_names_the_column_and_the_row(name):
 
 
 NO_TABLES = {
-    "columns of one length: offset_mm has 1, base_radius_mm has 2": {"offset_mm": [1], "base_radius_mm": [60, 70]},
-    "columns of one value a row: offset_mm has more": {"offset_mm": [[1.0, 2.0]], "base_radius_mm": 60.0},
-    "columns of one value a row: base_radius_mm has more": {"base_radius_mm": [[1.0, 2.0], [3.0]]},
+    "columns of equal length; offset_mm has 1, base_radius_mm has 2": {
+        "offset_mm": [1],
+        "base_radius_mm": [60, 70],
+    },
+    "columns with one value per row; offset_mm has more": {"offset_mm": [[1.0, 2.0]], "base_radius_mm": 60.0},
+    "columns with one value per row; base_radius_mm has more": {"base_radius_mm": [[1.0, 2.0], [3.0]]},
     "a table of pandas, polars or pyarrow, a mapping of columns, a list of mappings, or an array with names=": 7,
     "a table of pandas, polars or pyarrow, a mapping of columns": [60.0, 70.0],
 }
@@ -135,7 +138,7 @@ def test_what_is_no_table_is_refused(told):
 
 
 def test_a_column_stands_there_once():
-    with pytest.raises(BadInput, match="offset_mm: stands there twice"):
+    with pytest.raises(BadInput, match="offset_mm: occurs twice"):
         evaluate_designs(SCENE, pd.DataFrame([[1.0, 2.0]], columns=["offset_mm", "offset_mm"]))
 
 

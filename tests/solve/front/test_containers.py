@@ -62,7 +62,7 @@ def test_an_array_has_names():
         BadInput, match=r"an array with a column for each of the 2 names; this has the shape \(5, 3\)"
     ):
         evaluate_designs(SCENE, array, names=NAMES[:2])
-    with pytest.raises(BadInput, match="designs: offset_mm: stands there twice"):
+    with pytest.raises(BadInput, match="designs: offset_mm: occurs twice"):
         evaluate_designs(SCENE, array, names=["offset_mm", "base_radius_mm", "offset_mm"])
 
 
@@ -190,7 +190,7 @@ def test_a_masked_value_is_missing(kind):
 
 def test_a_column_of_structures_is_refused():
     polars = pytest.importorskip("polars")
-    with pytest.raises(BadInput, match="columns of one value a row: base_radius_mm has more"):
+    with pytest.raises(BadInput, match="columns with one value per row; base_radius_mm has more"):
         evaluate_designs(SCENE, polars.DataFrame({"base_radius_mm": [{"a": 1.1}]}))
 
 
@@ -199,14 +199,14 @@ def test_angles_of_segments_are_refused():
     assert [each.angle for each in SCENE.with_row(row).motion] == row["angles_deg"]
     for rows in (row, [row], pd.DataFrame([row])):
         with pytest.raises(
-            BadInput, match=r"^designs: angles_deg: .*give each row to scene_of, and that to evaluate"
+            BadInput, match=r"^designs: angles_deg: .*pass each row to scene_of, and its scene to evaluate"
         ):
             evaluate_designs(SCENE, rows)
 
 
 def test_rows_with_scenes_of_their_own_are_refused():
     rows = pd.DataFrame({"base_radius_mm": [67.3, 71.9], "scene": [SCENE.to_toml()] * 2})
-    with pytest.raises(BadInput, match=r"^designs: scene: .*give each row to scene_of, and that to evaluate"):
+    with pytest.raises(BadInput, match=r"^designs: scene: .*pass each row to scene_of, and its scene to evaluate"):
         evaluate_designs(SCENE, rows)
     assert len(evaluate_designs(SCENE, rows.assign(scene="mine"))) == 2
 
