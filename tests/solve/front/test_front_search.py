@@ -82,7 +82,7 @@ def mechanism(contact):
     return scene, [(name, sign) for name in names for sign in (1.0, -1.0) if is_bounded(name, sign, setup)]
 
 
-def some_of(objectives, rng, count):
+def sample_objectives(objectives, rng, count):
     return [objectives[k] for k in rng.permutation(len(objectives))[:count]]
 
 
@@ -99,7 +99,7 @@ def question(contact, seed, most=6):
     """A random space of a mechanism: sizes, laws, objectives of both kinds, limits near what its cam has."""
     rng = np.random.default_rng(seed)
     scene, objectives = mechanism(contact)
-    chosen = some_of(objectives, rng, rng.integers(1, 4))
+    chosen = sample_objectives(objectives, rng, rng.integers(1, 4))
     search = search_of(axes_of(scene, rng, most), rng, chosen)
     tolerance = {"accuracy.relative_error": float(rng.choice([1e-9, 1e-4]))}
     return scene.replace(search=search, limits=limits_of(cam_of(contact), rng), outputs=None, **tolerance)
@@ -120,7 +120,7 @@ def limits_of(cam, rng):
     return limits
 
 
-def streamed(space, names, size, write, kept=True):
+def sweep_blocks(space, names, size, write, kept=True):
     """What is seen of a space that is swept block by block."""
     numbers = curve_numbers(space)
     own = not (kept or numbers) and curves_decide_limits(space.problem, frozenset(names))
@@ -129,12 +129,12 @@ def streamed(space, names, size, write, kept=True):
     return gather_batches(space, batches, size, write, lambda done, total: None)
 
 
-def both(scene, few, together=50):
+def both_fronts(scene, few, together=50):
     """The front by a full sweep and that by boxes, and what the search knows of its work."""
     problem = with_objectives(resolve(scene))
     assert are_all_bounded(problem)
     space, names = grid_space(problem), sweep_columns(problem)
-    full = streamed(space, names, 32768, lambda rows: None)
+    full = sweep_blocks(space, names, 32768, lambda rows: None)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(front_search, "FEW_DESIGNS", few)
         patch.setattr(front_search, "BOUNDED_AT_ONCE", together)
@@ -142,7 +142,7 @@ def both(scene, few, together=50):
     return full, found, len(space)
 
 
-def rounded(contact):
+def shares_curves(contact):
     """Whether designs share curves: of a roller or a spherical face, or of a flat face of a disc."""
     return CONTACTS[contact]["contact"] in ("roller", "spherical") or contact in ("flat", SWINGING_FACE)
 
@@ -160,7 +160,7 @@ def same_rows(full, found):
         assert np.array_equal(mine, theirs), (name, mine[mine != theirs][:3], theirs[mine != theirs][:3])
 
 
-def repeating(scene):
+def with_repeated_sums(scene):
     """The scene with sizes that repeat their sums."""
     first = 74.0 if scene.follower.contact == "flat" else 24.0
     sizes = {
@@ -174,7 +174,7 @@ def repeating(scene):
     return scene.replace(**{f"search.{key}": values for key, values in (sizes | rollers).items()})
 
 
-def judged_alone(space, names):
+def feasible_one_by_one(space, names):
     """How many designs can be assembled, and the feasible ones, each judged by the plain path."""
     found = []
     for problem, first, last in space.problem_ranges():
@@ -194,12 +194,12 @@ def test_a_sweep_finds_what_the_plain_path_finds_of_each_design(contact, seed, b
 
     Without, rows have fewer columns, and pitch curves tell of limits without the quantities that these bound.
     """
-    scene = repeating(question(contact, seed))
-    if plain and rounded(contact):
+    scene = with_repeated_sums(question(contact, seed))
+    if plain and shares_curves(contact):
         scene = scene.replace(limits=plain_limits(contact))
     problem = with_objectives(resolve(scene))
     space, names = grid_space(problem), sweep_columns(problem)
-    existing, expected = judged_alone(space, names)
+    existing, expected = feasible_one_by_one(space, names)
     front = non_dominated(expected, problem.objectives)
     for worth, kept in ((1.0, True), (1.0, False), (np.inf, False)):
         rows = []
@@ -207,7 +207,7 @@ def test_a_sweep_finds_what_the_plain_path_finds_of_each_design(contact, seed, b
             patch.setattr(numbering, "CURVES_AT_ONCE", 16)
             patch.setattr(numbering, "LEAST_SHARING", worth)
             patch.setattr(feasible_filter, "MANY_DESIGNS", 0)
-            found = streamed(space, names if kept else comparison_columns(problem), block, rows.append, kept)
+            found = sweep_blocks(space, names if kept else comparison_columns(problem), block, rows.append, kept)
         assert (found.existing, found.feasible) == (existing, expected.count)
         if kept:
             same_rows(front, found.front)
@@ -218,12 +218,12 @@ def test_a_sweep_finds_what_the_plain_path_finds_of_each_design(contact, seed, b
 
 
 @pytest.mark.one_in(6)
-@pytest.mark.parametrize("contact", [name for name in CONTACTS if rounded(name)])
+@pytest.mark.parametrize("contact", [name for name in CONTACTS if shares_curves(name)])
 @given(seed=st.integers(0, 10**6), block=st.sampled_from([7, 50, 32768]))
 @settings(max_examples=times(5, deep=40))
 def test_curves_that_designs_share_change_no_bit(contact, seed, block):
     """The full sweep with each pitch curve searched once, four together, and without; sizes repeat their sums."""
-    scene = repeating(question(contact, seed))
+    scene = with_repeated_sums(question(contact, seed))
     if contact == SWINGING_FACE:  # else they share none
         scene = scene.replace(limits={"curvature_radius": 1.0 + seed % 30})
     problem = with_objectives(resolve(scene))
@@ -234,7 +234,7 @@ def test_curves_that_designs_share_change_no_bit(contact, seed, block):
             patch.setattr(numbering, "CURVES_AT_ONCE", at_once)
             patch.setattr(numbering, "LEAST_SHARING", worth)
             shared = curve_numbers(space) is not None
-            found = streamed(space, names, block, rows.append)
+            found = sweep_blocks(space, names, block, rows.append)
         tables.append((shared, found.existing, found.effort, found.reached, concatenate_rows(rows)))
     (shared, *counts, rows), (alone, *others, expected) = tables
     assert (shared, alone) == (True, False)
@@ -281,7 +281,7 @@ def test_no_curve_is_lost_where_threads_begin_a_motion_together(monkeypatch):
 @given(seed=st.integers(0, 10**6), few=st.sampled_from([1, 2, 9]))
 @settings(max_examples=times(3, deep=40))
 def test_boxes_give_the_front_of_the_full_sweep(contact, seed, few):
-    full, found, designs = both(question(contact, seed), few)
+    full, found, designs = both_fronts(question(contact, seed), few)
     same_rows(full.front, found.front)
     assert found.decided + found.evaluated >= designs
 
@@ -295,7 +295,7 @@ def test_no_design_of_a_box_costs_less_than_its_bound(contact, seed):
     """Some objectives that boxes bound, of every design of random boxes, as the kernels find them."""
     rng = np.random.default_rng(seed)
     scene, objectives = mechanism(contact)
-    search = search_of(axes_of(scene, rng, 4), rng, some_of(objectives, rng, 8))
+    search = search_of(axes_of(scene, rng, 4), rng, sample_objectives(objectives, rng, 8))
     problem = resolve(scene.replace(search=search, limits={}, outputs=None))
     space = grid_space(problem)
     grid, problem = Grid(space), space.problems[0]
@@ -319,7 +319,7 @@ def test_no_design_of_a_box_costs_less_than_its_bound(contact, seed):
 
 def test_the_default_scene():
     """A million designs, of which few are evaluated."""
-    full, found, designs = both(find_scene("roller-1000rpm"), 64, 2048)
+    full, found, designs = both_fronts(find_scene("roller-1000rpm"), 64, 2048)
     same_rows(full.front, found.front)
     assert full.front.count == 426
     assert found.evaluated < 0.1 * designs
@@ -344,11 +344,11 @@ def ties():
 
 
 def test_ties_and_infinities(ties):
-    full, found, _ = both(ties, 4)
+    full, found, _ = both_fronts(ties, 4)
     same_rows(full.front, found.front)
     assert full.front.count > 20
     endless = ties.replace(**{"search.law": ["uniform", "parabolic"]})
-    full, found, _ = both(endless, 4)
+    full, found, _ = both_fronts(endless, 4)
     same_rows(full.front, found.front)
     assert np.isinf(full.front.column("jerk_max_m_s3")).all()
 

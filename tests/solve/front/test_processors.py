@@ -39,7 +39,7 @@ def run(processor, *arguments, cwd=TESTS):
 
 
 @cache
-def found(processor, *spaces):
+def ties_on_processor(processor, *spaces):
     """What ``support.ties`` tells of spaces: seed, digest of the table, rows of the front, ties."""
     return [line.split() for line in run(processor, "-m", "support.ties", *map(str, spaces)).splitlines()]
 
@@ -58,7 +58,7 @@ def _runs_here(processor):
 def test_fronts_keep_all_ties_on_every_processor(processor):
     """Boxes give the front of the full sweep, by blocks of any size, and tables are the same bytes."""
     spaces = MANY if is_deep() else FEW
-    here, there = found("here", *spaces), found(processor, *spaces)
+    here, there = ties_on_processor("here", *spaces), ties_on_processor(processor, *spaces)
     assert len(here) == spaces[1]
     assert [line for line in [*here, *there] if line[1] == "failed"] == []
     assert sum(int(ties) for *_, ties in here) >= spaces[1]

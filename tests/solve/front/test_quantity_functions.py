@@ -30,7 +30,7 @@ def with_function(function, columns=COLUMNS, **about):
     return BASE.replace(quantities=[quantity(function, columns, **{**MINE, **about})])
 
 
-def told(scene):
+def mistake_text(scene):
     with pytest.raises(BadInput) as bad:
         evaluate(scene)
     (mistake,) = bad.value.mistakes
@@ -38,17 +38,17 @@ def told(scene):
 
 
 @pytest.fixture(scope="module")
-def expected(tmp_path_factory):
+def expected_tables(tmp_path_factory):
     folder = tmp_path_factory.mktemp("expression")
     sweep(BASE, out=folder)
     return load(folder / "designs.parquet"), load(folder / "pareto.parquet")
 
 
 @pytest.mark.parametrize("function", [compactness, lambda radius, angle: compactness(radius, angle)])
-def test_a_function_is_what_the_same_expression_is(function, expected, tmp_path):
+def test_a_function_is_what_the_same_expression_is(function, expected_tables, tmp_path):
     scene = with_function(function)
     sweep(scene, out=tmp_path)
-    for name, rows in zip(("designs", "pareto"), expected, strict=True):
+    for name, rows in zip(("designs", "pareto"), expected_tables, strict=True):
         found = load(tmp_path / f"{name}.parquet")
         assert found["mine"].to_numpy() == pytest.approx(rows["mine"].to_numpy(), rel=1e-15)
         same = ["law_rise", "base_radius_mm", "offset_mm", "feasible"]
@@ -58,11 +58,11 @@ def test_a_function_is_what_the_same_expression_is(function, expected, tmp_path)
     assert Scene.embedded(scene.to_toml(), "again") == scene
 
 
-def test_other_processes_import_a_function(expected, tmp_path):
+def test_other_processes_import_a_function(expected_tables, tmp_path):
     with processes(2) as engine:
         sweep(with_function(compactness), out=tmp_path, engine=engine, block=64)
     found = load(tmp_path / "pareto.parquet")
-    assert found["mine"].to_numpy() == pytest.approx(expected[1]["mine"].to_numpy(), rel=1e-15)
+    assert found["mine"].to_numpy() == pytest.approx(expected_tables[1]["mine"].to_numpy(), rel=1e-15)
 
 
 def test_other_processes_take_no_function_that_they_cannot_import():
@@ -98,7 +98,7 @@ def fails(*columns):
     ],
 )
 def test_what_a_function_does_wrong_is_one_sentence(function, columns, what):
-    message = told(with_function(function, columns))
+    message = mistake_text(with_function(function, columns))
     assert "quantities.mine.function = " in message
     assert what in message
 
@@ -164,7 +164,7 @@ def test_a_changed_function_is_not_answered_by_what_is_in_the_folder(tmp_path):
 
 
 @pytest.fixture
-def installed(tmp_path, monkeypatch):
+def installed_package(tmp_path, monkeypatch):
     """A package with entry points, as an installer leaves it."""
     (tmp_path / "shop-1.0.dist-info").mkdir()
     (tmp_path / "shop-1.0.dist-info" / "METADATA").write_text("Metadata-Version: 2.1\nName: shop\nVersion: 1.0\n")
@@ -187,7 +187,7 @@ def installed(tmp_path, monkeypatch):
     sys.modules.pop("shop", None)
 
 
-def test_every_scene_knows_the_quantities_of_installed_packages(installed, expected, tmp_path):
+def test_every_scene_knows_the_quantities_of_installed_packages(installed_package, expected_tables, tmp_path):
     scene = BASE.to_dict()
     del scene["quantities"]
     scene = Scene.from_dict(scene)
@@ -195,7 +195,7 @@ def test_every_scene_knows_the_quantities_of_installed_packages(installed, expec
     with processes(2) as engine:
         sweep(scene, out=tmp_path / "out", engine=engine, block=64)
     found = load(tmp_path / "out" / "pareto.parquet")
-    assert found["mine"].to_numpy() == pytest.approx(expected[1]["mine"].to_numpy(), rel=1e-15)
+    assert found["mine"].to_numpy() == pytest.approx(expected_tables[1]["mine"].to_numpy(), rel=1e-15)
     assert evaluate(find_scene("roller-1000rpm").replace(quantities={"x": "2 * mine"}))["x"] > 0.0
 
 
@@ -207,6 +207,6 @@ def test_every_scene_knows_the_quantities_of_installed_packages(installed, expec
         ("absent", "is no entry point of the group camopt.quantities"),
     ],
 )
-def test_an_entry_point_that_is_no_quantity_is_one_sentence(installed, name, what):
+def test_an_entry_point_that_is_no_quantity_is_one_sentence(installed_package, name, what):
     table = {"function": name, "columns": ["base_radius_mm"]}
-    assert what in told(find_scene("roller-1000rpm").replace(quantities={"x": table}))
+    assert what in mistake_text(find_scene("roller-1000rpm").replace(quantities={"x": table}))

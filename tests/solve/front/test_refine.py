@@ -86,7 +86,7 @@ def swept(request, tmp_path_factory):
     return result, *(rows_of(load(folder / f"{t}.parquet")) for t in ("pareto", "pareto-grid"))
 
 
-def of(*names):
+def for_scenes(*names):
     """The scenes that a test takes, if not all."""
     return pytest.mark.parametrize("swept", some(names), indirect=True)
 
@@ -151,7 +151,7 @@ def test_no_allowed_design_nearby_lowers_the_objective(swept):
             assert costs[allowed, column].min(initial=np.inf) > ceilings[i, column] * (1 - 1e-6)
 
 
-@of("closed form", "curvature", "oscillating")
+@for_scenes("closed form", "curvature", "oscillating")
 def test_the_end_of_the_front_is_the_proved_optimum(swept):
     result, rows, _ = swept
     best = optimise(result.scene).best
@@ -160,7 +160,7 @@ def test_the_end_of_the_front_is_the_proved_optimum(swept):
 
 
 @pytest.mark.one_in(2)
-@of("closed form")
+@for_scenes("closed form")
 @pytest.mark.parametrize(
     "coarser",
     [
@@ -189,7 +189,7 @@ def test_a_refined_front_does_not_depend_on_the_step(swept, tmp_path, coarser):
         assert not any(np.all(there <= row, axis=1).any() for row in below)
 
 
-@of("closed form", "curvature", "oscillating", "flat")
+@for_scenes("closed form", "curvature", "oscillating", "flat")
 def test_refined_rows_are_proved_in_balls(swept, tmp_path):
     (file,) = [file for file in swept[0].files if file.name == "pareto.parquet"]
     table = shutil.copy(file, tmp_path)
@@ -202,7 +202,7 @@ def test_few_points_of_a_front_are_asked_for(tmp_path):
     assert load(tmp_path / "pareto.parquet").attrs["front"]["points"] == front.points
 
 
-@of("closed form")
+@for_scenes("closed form")
 def test_the_search_finds_what_the_closed_form_proves(swept):
     result, _, grid = swept
     problem = at_rounding_error(resolve(result.scene))
@@ -218,7 +218,7 @@ def test_the_search_finds_what_the_closed_form_proves(swept):
         assert found.offset == pytest.approx(proved.offset, abs=1e-6)
 
 
-@of("closed form")
+@for_scenes("closed form")
 def test_the_smallest_cam_of_each_law_is_on_the_front_unless_bettered(swept):
     result, rows, _ = swept
     fine = costs_of(rows, result)

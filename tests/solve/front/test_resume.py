@@ -42,7 +42,7 @@ def stopped(at):
 
 
 @pytest.fixture
-def at_once(monkeypatch):
+def saving_at_once(monkeypatch):
     """A store that writes a file for each batch."""
     monkeypatch.setattr(store, "SAVE_SECONDS", 0.0)
 
@@ -69,7 +69,7 @@ def kept_files(out):
 
 
 @pytest.mark.parametrize("keep", ["feasible", "all", "pareto"])
-def test_an_interrupted_sweep_goes_on_where_it_ended(keep, tmp_path, whole, at_once):
+def test_an_interrupted_sweep_goes_on_where_it_ended(keep, tmp_path, whole, saving_at_once):
     told, seen = [], []
     with pytest.raises(Stopped, match=r"1,[0-9]00 of 2,400 designs are done and kept; the same command goes on"):
         run(tmp_path, keep=keep, progress=stopped(1200))
@@ -82,14 +82,14 @@ def test_an_interrupted_sweep_goes_on_where_it_ended(keep, tmp_path, whole, at_o
     assert [each.name for each in (tmp_path / ".camopt").iterdir()] == ["lock"]
 
 
-def test_who_stops_while_what_is_kept_is_read_is_told_of_all_of_it(tmp_path, at_once):
+def test_who_stops_while_what_is_kept_is_read_is_told_of_all_of_it(tmp_path, saving_at_once):
     with pytest.raises(Stopped, match=KEPT):
         run(tmp_path, progress=stopped(1200))
     with pytest.raises(Stopped, match=r"1,[0-9]00 of 2,400 designs are done and kept"):
         run(tmp_path, progress=stopped(BLOCK))
 
 
-def test_what_is_kept_is_not_evaluated_again(tmp_path, at_once):
+def test_what_is_kept_is_not_evaluated_again(tmp_path, saving_at_once):
     with pytest.raises(Stopped, match=KEPT):
         run(tmp_path, progress=stopped(1200))
     done = batch_files(kept_files(tmp_path))
@@ -159,7 +159,7 @@ def test_a_sweep_that_is_shorter_than_a_second_keeps_nothing(tmp_path, monkeypat
         ({"cam.rpm": 900}, "cam.rpm"),
     ],
 )
-def test_another_question_starts_anew_and_says_so(change, named, tmp_path, at_once):
+def test_another_question_starts_anew_and_says_so(change, named, tmp_path, saving_at_once):
     with pytest.raises(Stopped, match=KEPT):
         run(tmp_path, progress=stopped(1200))
     told, other = [], SCENE.replace(**change)
@@ -171,7 +171,7 @@ def test_another_question_starts_anew_and_says_so(change, named, tmp_path, at_on
     }.items()
 
 
-def test_an_older_result_stays_until_there_is_a_new_one(tmp_path, whole, at_once):
+def test_an_older_result_stays_until_there_is_a_new_one(tmp_path, whole, saving_at_once):
     run(tmp_path)
     with pytest.raises(Stopped, match=KEPT):
         sweep(SCENE.replace(**{"cam.rpm": 900}), tmp_path, block=BLOCK, progress=stopped(1200))
@@ -185,13 +185,13 @@ def test_many_rows_are_written_before_a_second_is_over(tmp_path, monkeypatch):
     with pytest.raises(Stopped, match=KEPT):
         run(tmp_path, progress=stopped(1500))
     asked = sweep_plan(SCENE, "feasible", BLOCK)
-    kept = [read_batch(path, asked).kept.count for path in kept_files(tmp_path)]
-    assert len(kept) > 2
-    assert all(100 <= rows < 100 + BLOCK for rows in kept[:-1])
+    counts = [read_batch(path, asked).kept.count for path in kept_files(tmp_path)]
+    assert len(counts) > 2
+    assert all(100 <= rows < 100 + BLOCK for rows in counts[:-1])
 
 
 @pytest.fixture(scope="module")
-def kept(tmp_path_factory):
+def interrupted_files(tmp_path_factory):
     """The files of a sweep that was stopped."""
     folder = tmp_path_factory.mktemp("kept")
     with pytest.MonkeyPatch.context() as patch:
@@ -202,13 +202,13 @@ def kept(tmp_path_factory):
 
 
 @given(place=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7), cut=st.booleans())
-def test_a_batch_that_is_cut_or_changed_is_not_read(place, bit, cut, kept, tmp_path_factory):
-    whole = kept[1].read_bytes()
+def test_a_batch_that_is_cut_or_changed_is_not_read(place, bit, cut, interrupted_files, tmp_path_factory):
+    whole = interrupted_files[1].read_bytes()
     where = int(place * len(whole))
     changed = bytearray(whole[:where] if cut else whole)
     if not cut:
         changed[where] ^= 1 << bit
-    path = tmp_path_factory.mktemp("broken") / kept[1].name
+    path = tmp_path_factory.mktemp("broken") / interrupted_files[1].name
     path.write_bytes(changed)
     with pytest.raises(BrokenBatch, match="damaged"):
         read_batch(path, sweep_plan(SCENE, "feasible", BLOCK))
@@ -217,19 +217,19 @@ def test_a_batch_that_is_cut_or_changed_is_not_read(place, bit, cut, kept, tmp_p
 @pytest.mark.parametrize(
     "fault", ["cut", "gone", "of other blocks", "of another sweep", "twice", "no question", "odd"]
 )
-def test_a_sweep_goes_on_to_the_same_rows_from_whatever_is_whole(fault, kept, tmp_path, whole):
+def test_a_sweep_goes_on_to_the_same_rows_from_whatever_is_whole(fault, interrupted_files, tmp_path, whole):
     folder = tmp_path / ".camopt" / "sweep"
     folder.mkdir(parents=True)
-    for path in (*kept, kept[0].parent / "question.json"):
+    for path in (*interrupted_files, interrupted_files[0].parent / "question.json"):
         (folder / path.name).write_bytes(path.read_bytes())
-    chosen = folder / kept[2].name
+    chosen = folder / interrupted_files[2].name
     match fault:
         case "cut":
             chosen.write_bytes(chosen.read_bytes()[:-1])
         case "gone":
             chosen.unlink()
         case "of other blocks":
-            chosen.rename(folder / kept[2].name.replace("blocks-00000000", "blocks-00000001"))
+            chosen.rename(folder / interrupted_files[2].name.replace("blocks-00000000", "blocks-00000001"))
         case "of another sweep":
             other = sweep_plan(SCENE.replace(**{"cam.rpm": 900}), "all", BLOCK)
             write_batch(other.blocks.evaluate_block(2), other.row_quantities, folder)
@@ -265,7 +265,7 @@ def test_a_batch_is_the_same_from_its_file(tmp_path):
             assert np.array_equal(ours.column(column), theirs.column(column)), column
 
 
-def test_a_disk_that_takes_no_batch_does_not_end_the_sweep(tmp_path, whole, at_once, monkeypatch):
+def test_a_disk_that_takes_no_batch_does_not_end_the_sweep(tmp_path, whole, saving_at_once, monkeypatch):
     calls = []
 
     def third_fails(*args):
@@ -303,7 +303,7 @@ def test_parts_may_lie_anywhere(tmp_path, whole):
     assert files_in(tmp_path / "merged") == whole["feasible"]
 
 
-def test_an_interrupted_part_goes_on(tmp_path, at_once, monkeypatch):
+def test_an_interrupted_part_goes_on(tmp_path, saving_at_once, monkeypatch):
     monkeypatch.setattr("camopt.solve.front.plan.BLOCK_SIZE", BLOCK)
     monkeypatch.setattr("camopt.solve.front.parts.sweep_plan", lambda scene, keep: sweep_plan(scene, keep, BLOCK))
     told = []
@@ -343,7 +343,7 @@ def test_places_without_parts(tmp_path):
         camopt.merge(tmp_path / "nowhere")
 
 
-def test_parts_are_not_merged_into_a_folder_with_another_interrupted_sweep(tmp_path, at_once, whole):
+def test_parts_are_not_merged_into_a_folder_with_another_interrupted_sweep(tmp_path, saving_at_once, whole):
     camopt.sweep_part(SCENE, (1, 1), out=tmp_path / "parts")
     with pytest.raises(Stopped, match=KEPT):
         sweep(SCENE.replace(**{"cam.rpm": 900}), tmp_path / "out", block=BLOCK, progress=stopped(1200))
@@ -356,7 +356,7 @@ def test_parts_are_not_merged_into_a_folder_with_another_interrupted_sweep(tmp_p
     assert files_in(tmp_path / "same") == whole["feasible"]
 
 
-def test_an_interrupt_while_tables_are_finished_says_what_is_kept(tmp_path, monkeypatch, at_once):
+def test_an_interrupt_while_tables_are_finished_says_what_is_kept(tmp_path, monkeypatch, saving_at_once):
     def interrupt(self):
         raise KeyboardInterrupt
 
@@ -522,7 +522,7 @@ QUESTIONS = {
 }
 
 
-def never(*_):
+def fail_if_called(*_):
     raise AssertionError("it is evaluated again")
 
 
@@ -534,7 +534,7 @@ def test_a_sweep_that_is_done_is_given_back_as_it_was(what, keep, tmp_path, monk
     scene, told = SMALL.replace(**QUESTIONS[what]), []
     first = sweep(scene, tmp_path, keep=keep, tell=told.append)
     before = {path: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
-    monkeypatch.setattr("camopt.solve.front.sweep.sweep_result", never)
+    monkeypatch.setattr("camopt.solve.front.sweep.sweep_result", fail_if_called)
     again = sweep(scene, tmp_path, keep=keep, block=50, tell=told.append)
     assert told == [DONE.format(tmp_path)]
     assert (first.already_done, again.already_done) == (False, True)
@@ -617,7 +617,7 @@ def test_a_manifest_that_says_odd_things_of_its_result_is_not_believed(done, ans
     assert not done()
 
 
-def test_an_interrupted_sweep_of_another_question_stays_where_the_result_is_done(done, at_once):
+def test_an_interrupted_sweep_of_another_question_stays_where_the_result_is_done(done, saving_at_once):
     other = SCENE.replace(**{"cam.rpm": 900})
     with pytest.raises(Stopped, match=KEPT):
         sweep(other, done.folder, block=BLOCK, progress=stopped(1200))
@@ -630,7 +630,7 @@ def test_a_requeued_array_of_parts_evaluates_nothing(tmp_path, command, monkeypa
     array = [("sweep", "own.toml", "--part", f"{number}/5", "--out", "parts", "--json") for number in range(1, 6)]
     first = [command(*each) for each in array]
     merged = command("merge", "parts", "--json")
-    monkeypatch.setattr("camopt.solve.front.parts.gather_batches", never)
+    monkeypatch.setattr("camopt.solve.front.parts.gather_batches", fail_if_called)
     for number, each in enumerate(array, 1):
         code, out, err = command(*each)
         assert (code, out) == first[number - 1][:2] == (0, out)

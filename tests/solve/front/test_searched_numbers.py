@@ -69,7 +69,7 @@ VALVE = find_scene("exhaust-valve").replace(
 
 
 @cache
-def loaded(contact):
+def loaded_scene(contact):
     """A scene of a contact with every load, and the numbers that it gives."""
     dynamics = None if CONTACTS[contact]["motion"] == "oscillating" else GUIDED
     train = {"natural_frequency": 90.0, "damping_ratio": 0.05, "fluctuation": 0.02}
@@ -81,7 +81,7 @@ def loaded(contact):
 def question(contact, seed):
     """A random space of numbers, sizes and laws of a contact; a grid or a sample."""
     rng = np.random.default_rng(seed)
-    scene, numbers = loaded(contact)
+    scene, numbers = loaded_scene(contact)
     given_sizes = [*scene.cam, *scene.follower]
     sizes = {key: value for key, value in given_sizes if key in SEARCH_SIZES and value}
     own = {**numbers, **sizes}
@@ -103,7 +103,7 @@ def question(contact, seed):
     return scene.replace(**search, limits=limits, outputs=["sizes", *rng.permutation(names)[:2].tolist()])
 
 
-def same(row, cam, tolerance):
+def rows_agree(row, cam, tolerance):
     """Whether a row of a table has what ``evaluate`` says, to a tolerance."""
     for name in set(row.index) - {"relative_half_width"}:
         expected = cam[name]
@@ -130,9 +130,9 @@ def test_each_row_is_what_evaluate_says_of_the_scene_with_its_numbers(
     for row in np.random.default_rng(seed).permutation(len(designs))[:1].tolist():
         one = scene_of(designs, row)
         assert list(one.numbers(columns).values()) == designs.loc[row, list(columns.values())].tolist()
-        same(designs.loc[row], evaluate(one), 1e-8)
+        rows_agree(designs.loc[row], evaluate(one), 1e-8)
     for row in range(min(len(front), 1)):
-        same(front.loc[row], evaluate(scene_of(front, row)), 0.0)
+        rows_agree(front.loc[row], evaluate(scene_of(front, row)), 0.0)
     again = out / "again"
     sweep(scene, again, keep="all")
     assert (out / "designs.parquet").read_bytes() == (again / "designs.parquet").read_bytes()

@@ -80,14 +80,14 @@ FORMS = {
 """By mechanism: the cam and follower of a scene, from shares of the ranges of its sizes."""
 
 
-def asked(raw):
+def problem_and_bounds(raw):
     """The question of a scene, and its one box of sizes."""
     problem = at_rounding_error(resolve(Scene.from_dict(raw)))
     bounds = search_boxes(problem)[0]
     return problem, {**bounds, "size": (least_size(problem, bounds), bounds["size"][1])}
 
 
-def drawn(name, seed):
+def random_scene(name, seed):
     """A scene with limits that bind, some sizes free."""
     rng = np.random.default_rng([seed, sorted(FORMS).index(name)])
     lift = float(rng.uniform(5, 22))
@@ -107,7 +107,7 @@ def drawn(name, seed):
     return raw
 
 
-def sampled(problem, bounds, top, near, rng, count=4000):
+def sample_designs(problem, bounds, top, near, rng, count=4000):
     """Designs of the bounds below a size, half of them near to a design."""
     low = bounds["size"][0]
     sizes = {"size": top - (top - low) * 10.0 ** rng.uniform(-9, 0, count)}
@@ -159,7 +159,7 @@ def test_a_limit_at_the_value_of_a_design_is_a_plane_through_its_point(name, rot
     for key, value in values.items():
         rooms = []
         for change in (-0.01, 0.0, 0.01):
-            problem, _ = asked({**raw, "limits": {key: value * (1.0 + change)}})
+            problem, _ = problem_and_bounds({**raw, "limits": {key: value * (1.0 + change)}})
             mechanism, form = problem.setup.mechanism, FORMS[name]
             curve = {"face_reach": mechanism.reach, "curvature_radius": mechanism.profile_radius}.get(key)
             limits = form.limits(problem)
@@ -179,7 +179,7 @@ def test_a_limit_at_the_value_of_a_design_is_a_plane_through_its_point(name, rot
 @mpmath.workdps(50)
 def test_a_point_gives_its_sizes_back_and_lies_in_their_ranges(name, share):
     raw = {**MADE[name](share), "motion": turn(5.0 + 30.0 * share[3]), "limits": {"pressure_angle": 30.0}}
-    problem, bounds = asked(raw)
+    problem, bounds = problem_and_bounds(raw)
     form, point, design = FORMS[name], point_of(raw), problem.design
     for key, value in form.sizes(point, design.roller_radius[0]).items():
         assert value == pytest.approx(design.sizes[key][0], rel=1e-12, abs=1e-12 * np.linalg.norm(point))
@@ -234,7 +234,7 @@ def test_no_sampled_point_within_some_planes_is_smaller_than_the_least(form, spa
 @pytest.mark.parametrize("seed", range(16))
 def test_no_sampled_design_undercuts_the_floor(name, seed):
     """The cam holds its limits and lies in its ranges; where none is said to exist, no sampled one does."""
-    problem, bounds = asked(drawn(name, seed))
+    problem, bounds = problem_and_bounds(random_scene(name, seed))
     cut, rng = cutting_plane_optimum(problem, bounds), np.random.default_rng(seed)
     design = cut.design
     if design is not None:
@@ -245,19 +245,19 @@ def test_no_sampled_design_undercuts_the_floor(name, seed):
         cut.floor * (1.0 - RELATIVE_GAP),
         2.0 * sum(bounds[key][1] for key in ("centre_distance", "arm_length", "face_offset")),
     )
-    designs = sampled(problem, bounds, top, design, rng)
+    designs = sample_designs(problem, bounds, top, design, rng)
     assert not feasible_designs(problem, designs).any()
 
 
 def test_the_drawn_scenes_have_cams_and_have_none():
-    cuts = {name: [cutting_plane_optimum(q, b) for q, b in _drawn(name)] for name in FORMS}
+    cuts = {name: [cutting_plane_optimum(q, b) for q, b in random_questions(name)] for name in FORMS}
     for name, found in cuts.items():
         assert sum(cut.design is not None for cut in found) >= 4, name
     assert sum(cut.floor == inf for found in cuts.values() for cut in found) >= 4
 
 
-def _drawn(name):
-    return [asked(drawn(name, seed)) for seed in range(16)]
+def random_questions(name):
+    return [problem_and_bounds(random_scene(name, seed)) for seed in range(16)]
 
 
 @pytest.mark.one_in(6)
@@ -265,7 +265,7 @@ def _drawn(name):
 def test_boxes_find_the_same_cam_with_and_without_the_floor(name, monkeypatch):
     monkeypatch.setattr(BoxSearch, "most_boxes", 5000)
     compared = 0
-    for problem, bounds in _drawn(name):
+    for problem, bounds in random_questions(name):
         cut = cutting_plane_optimum(problem, bounds)
         if cut.design is None or compared == times(2, deep=16):
             continue
@@ -283,11 +283,11 @@ def test_boxes_find_the_same_cam_with_and_without_the_floor(name, monkeypatch):
 # Identities
 
 
-def scaled(raw, factor):
+def scale_lengths(raw, factor):
     """A scene with all its lengths longer by a factor."""
     if isinstance(raw, dict):
         longer = LENGTHS | {"curvature_radius", "face_reach"}
-        return {key: longer_by(v, factor) if key in longer else scaled(v, factor) for key, v in raw.items()}
+        return {key: longer_by(v, factor) if key in longer else scale_lengths(v, factor) for key, v in raw.items()}
     return raw
 
 
@@ -300,13 +300,16 @@ def longer_by(value, factor):
 @pytest.mark.parametrize("factor", [1 / 16, 10.0])
 def test_a_scene_with_longer_lengths_has_a_larger_cam(name, factor):
     for seed in range(16):
-        raw = drawn(name, seed)
-        one, other = (cutting_plane_optimum(q, b) for q, b in (asked(raw), asked(scaled(raw, factor))))
+        raw = random_scene(name, seed)
+        one, other = (
+            cutting_plane_optimum(q, b)
+            for q, b in (problem_and_bounds(raw), problem_and_bounds(scale_lengths(raw, factor)))
+        )
         assert (one.design is None) == (other.design is None)
         assert other.floor == pytest.approx(factor * one.floor, rel=1e-7)
 
 
-def backwards(raw):
+def reverse_turn(raw):
     """The turn run backwards under a cam that turns the other way."""
     flipped = {"rise": "return", "return": "rise", "dwell": "dwell"}
     first, rest, second, last = ({**s, "segment": flipped[s["segment"]]} for s in raw["motion"])
@@ -318,10 +321,12 @@ def backwards(raw):
 def test_a_turn_run_backwards_has_the_same_cam(name):
     """q = 1 ± ψ' is the same; with symmetric laws, and one limit on the pressure angle of both strokes."""
     for seed in range(16):
-        raw = drawn(name, seed)
+        raw = random_scene(name, seed)
         raw["limits"].pop("pressure_angle_return", None)
         raw["limits"].setdefault("pressure_angle", 40.0)
-        one, other = (cutting_plane_optimum(q, b) for q, b in (asked(raw), asked(backwards(raw))))
+        one, other = (
+            cutting_plane_optimum(q, b) for q, b in (problem_and_bounds(raw), problem_and_bounds(reverse_turn(raw)))
+        )
         assert (one.design is None) == (other.design is None)
         assert other.floor == pytest.approx(one.floor, rel=2 * RELATIVE_GAP)
 
@@ -349,7 +354,7 @@ def test_a_limit_of_one_stroke_says_nothing_about_the_next_one(limits, rest, rot
         "motion": [segment for segment in motion if segment["angle"]],
         "limits": limits,
     }
-    problem, bounds = asked(raw)
+    problem, bounds = problem_and_bounds(raw)
     sizes = np.arange(20.5, 70.0, 0.01)
     fixed = {key: np.full(sizes.size, low) for key, (low, _) in bounds.items()}
     scan = Designs(**{**fixed, "size": sizes}, sense=problem.design.sense)
@@ -392,7 +397,7 @@ def test_a_range_of_the_cam_itself_holds_to_the_last_digit(name, seed):
     key = "mean_radius" if raw["cam"]["form"] == "cylindrical" else "base_radius"
 
     def found(start, stop):
-        problem, bounds = asked({**raw, "search": {key: {"start": start, "stop": stop}}})
+        problem, bounds = problem_and_bounds({**raw, "search": {key: {"start": start, "stop": stop}}})
         answer = solve_smallest_cam(problem, bounds)
         assert answer.design is None or start <= answer.design.size[0] <= stop
         return answer.design
@@ -413,10 +418,10 @@ def test_an_arm_that_leans_by_the_limit_at_rest_has_no_groove(half, rotation):
     """tan β = tan ½h in the dwells whatever the radius, and more beside them; no warning of 0/0."""
     raw = {**MADE[cylindrical_oscillating.MECHANISM.name]([0.5, 0.5]), "motion": turn(2.0 * half)}
     raw["cam"]["rotation"] = rotation
-    problem, bounds = asked({**raw, "limits": {"pressure_angle": float(half)}})
+    problem, bounds = problem_and_bounds({**raw, "limits": {"pressure_angle": float(half)}})
     cut = cutting_plane_optimum(problem, bounds)
     assert cut.design is None
     assert cut.floor > 1e5
-    problem, bounds = asked({**raw, "limits": {"pressure_angle": half + 1.0}})
+    problem, bounds = problem_and_bounds({**raw, "limits": {"pressure_angle": half + 1.0}})
     cut = cutting_plane_optimum(problem, bounds)
     assert feasible_designs(problem, cut.design)[0]

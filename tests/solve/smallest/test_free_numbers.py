@@ -33,12 +33,12 @@ def size_with(**changes):
 
 
 @pytest.fixture(scope="module")
-def found():
+def optimum():
     return optimise(SEARCHED)
 
 
-def test_no_given_spring_has_a_smaller_cam(found):
-    best = found.best
+def test_no_given_spring_has_a_smaller_cam(optimum):
+    best = optimum.best
     assert best["proved"]
     assert set(best["binding"]) == {
         "jump_speed_ratio",
@@ -50,17 +50,17 @@ def test_no_given_spring_has_a_smaller_cam(found):
         assert size_with(**{SPRING: rate * other}) > best["base_radius_mm"]
 
 
-def test_the_scene_that_is_found_is_feasible_and_proved(found):
-    scene = found.best.scene
-    assert scene.follower.dynamics.spring_rate == found.best["spring_rate_N_per_mm"]
+def test_the_scene_that_is_found_is_feasible_and_proved(optimum):
+    scene = optimum.best.scene
+    assert scene.follower.dynamics.spring_rate == optimum.best["spring_rate_N_per_mm"]
     cam = evaluate(scene)
     assert cam["feasible"]
     assert {verdict for limit, verdict in certify(scene).items() if limit != "self_crossing"} <= {"held"}
 
 
-def test_a_bound_costs_what_the_smallest_cams_of_two_bounds_differ_by(found):
+def test_a_bound_costs_what_the_smallest_cams_of_two_bounds_differ_by(optimum):
     """With the spring free, which gives way as well."""
-    costs = {price.key: price for price in prices(found)[next(iter(found.by_law))]}
+    costs = {price.key: price for price in prices(optimum)[next(iter(optimum.by_law))]}
     price, step = costs["limits.contact_stress"].price, 0.1
     ends = [optimise(SEARCHED.replace(**{"limits.contact_stress": 670 + by})).best for by in (-step, step)]
     low, high = (best["base_radius_mm"] for best in ends)
@@ -109,11 +109,11 @@ def test_a_spring_is_found_with_the_angles_of_the_segments():
     assert evaluate(best.scene)["feasible"]
 
 
-def test_a_spring_that_only_the_search_has_is_that_of_the_smallest_cam(found):
+def test_a_spring_that_only_the_search_has_is_that_of_the_smallest_cam(optimum):
     """For serve and effects, which show one cam."""
     open_ = SEARCHED.replace(**{SPRING: None})
     assert with_all_sizes(open_).follower.dynamics.spring_rate == pytest.approx(
-        found.best["spring_rate_N_per_mm"], rel=1e-6
+        optimum.best["spring_rate_N_per_mm"], rel=1e-6
     )
     assert with_all_sizes(VALVE) is VALVE
 
@@ -127,9 +127,9 @@ def test_a_number_below_0_is_taken_as_it_is():
     problem = problem_with_free_numbers(at_rounding_error(resolve(loaded)))
     cam = replace(problem, design=problem.design.with_values({"follower.dynamics.load": np.array([-25.0])}))
     freedom = FreeVariables.from_problem(cam)
-    found = freedom.excesses_at_steps(cam.limits, np.zeros((1, freedom.directions.shape[1])))[:, 0]
+    excesses = freedom.excesses_at_steps(cam.limits, np.zeros((1, freedom.directions.shape[1])))[:, 0]
     expected = evaluate_designs(loaded, {"base_radius_mm": [loaded.cam.base_radius]})
-    assert found == pytest.approx([expected[f"excess_{each.name}"][0] for each in cam.limits], rel=1e-9)
+    assert excesses == pytest.approx([expected[f"excess_{each.name}"][0] for each in cam.limits], rel=1e-9)
 
 
 def test_a_number_that_does_not_hold_the_size_is_told():
@@ -145,11 +145,11 @@ def test_a_number_that_does_not_hold_the_size_is_told():
             },
         }
     )
-    found = optimise(scene)
+    optimum = optimise(scene)
     idle = "follower.dynamics.preload and follower.dynamics.spring_rate"
-    assert any(f"the size does not depend on {idle} here" in each for each in found.warnings)
+    assert any(f"the size does not depend on {idle} here" in each for each in optimum.warnings)
 
 
-def test_a_number_that_holds_the_size_is_not_told_as_idle(found):
-    assert "contact_stress" in found.best["binding"]
-    assert not any("does not depend" in each for each in found.warnings)
+def test_a_number_that_holds_the_size_is_not_told_as_idle(optimum):
+    assert "contact_stress" in optimum.best["binding"]
+    assert not any("does not depend" in each for each in optimum.warnings)

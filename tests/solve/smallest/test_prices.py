@@ -22,7 +22,7 @@ STEP = 2e-4  # relative, of a bound: its square is far below what prices are hel
 QUICK = 1e-3  # seconds: no cam is sought without a limit
 
 
-def at(case, key, value):
+def smallest_size_at(case, key, value):
     """The size of the smallest cam with another bound."""
     table, name, *end = key.split(".")
     if end:
@@ -30,23 +30,26 @@ def at(case, key, value):
     return size_of(optimise(case.replace(**{f"{table}.{name}": value})).best)
 
 
-def measured(case, key, bound, weights=(-1.0, 0.0, 1.0)):
+def price_by_differences(case, key, bound, weights=(-1.0, 0.0, 1.0)):
     """dR/db by differences of the smallest cam, central if no other weights are given."""
     step, places = STEP * (abs(bound) or 1.0), np.arange(len(weights)) - len(weights) // 2
-    sizes = [at(case, key, bound + k * step) if weight else 0.0 for k, weight in zip(places, weights, strict=True)]
+    sizes = [
+        smallest_size_at(case, key, bound + k * step) if weight else 0.0
+        for k, weight in zip(places, weights, strict=True)
+    ]
     return float(np.dot(weights, sizes)) / (float(np.dot(weights, places)) * step)
 
 
-def of(case, seconds=QUICK):
+def prices_by_key(case, seconds=QUICK):
     """The prices of the best law's cam, by key."""
     optimum = optimise(case)
     law = next(iter(optimum.by_law))
     return {price.key: price for price in prices(optimum, seconds)[law]}
 
 
-def unlike_differences(case, found):
+def unconfirmed_prices(case, found):
     """The keys of prices that differences of the smallest cam do not confirm."""
-    exact = {key: measured(case, key, price.bound) for key, price in found.items()}
+    exact = {key: price_by_differences(case, key, price.bound) for key, price in found.items()}
     return {
         key: (price.price, exact[key])
         for key, price in found.items()
@@ -68,9 +71,9 @@ RISE_BINDS = find_scene("valve-with-rocker").replace(**{"search.law": ["poly4567
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", sorted({*SIZED} - UNASKED))
 def test_a_price_is_the_derivative_of_the_smallest_size(name):
-    found = of(SIZED[name])
+    found = prices_by_key(SIZED[name])
     assert found
-    assert unlike_differences(SIZED[name], found) == {}
+    assert unconfirmed_prices(SIZED[name], found) == {}
 
 
 ALIKE = ("oscillating", "cylindrical", "offset free, limits apart")  # seconds each, to the same end as the others
@@ -78,10 +81,10 @@ ALIKE = ("oscillating", "cylindrical", "offset free, limits apart")  # seconds e
 
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.long) if n in ALIKE else n for n in FREE])
-def test_so_it_is_where_angles_are_free(name):
-    found = of(FREE[name])
+def test_prices_are_derivatives_where_angles_are_free(name):
+    found = prices_by_key(FREE[name])
     assert found
-    assert unlike_differences(FREE[name], found) == {}
+    assert unconfirmed_prices(FREE[name], found) == {}
 
 
 HELD = ("roller-1000rpm", "two-pauses", "belt-matching", "bucket-valve", "feeder-with-stop", "indexing-overlap")
@@ -104,12 +107,12 @@ HELD += (
 
 @pytest.mark.one_in(7)
 @pytest.mark.parametrize("name", HELD)
-def test_so_it_is_in_the_shipped_scenes(name):
+def test_prices_are_derivatives_in_the_shipped_scenes(name):
     case = find_scene(name)
     own = case.replace(**{"search.law": None, "motion": optimise(case).best.scene.to_dict()["motion"]})
-    found = of(own)
+    found = prices_by_key(own)
     assert found
-    assert unlike_differences(own, found) == {}
+    assert unconfirmed_prices(own, found) == {}
 
 
 REFUSED = {
@@ -170,31 +173,31 @@ def with_binding_limit(name, case, share):
 
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize("name", SLOWER)
-def test_so_it_is_for_limits_on_loads(name):
+def test_prices_of_limits_on_loads_are_derivatives(name):
     case = with_binding_limit(name, *SLOWER[name])
-    found = of(case)
+    found = prices_by_key(case)
     assert f"limits.{name}" in found
-    assert unlike_differences(case, found) == {}
+    assert unconfirmed_prices(case, found) == {}
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", SLOWEST)
-def test_so_it_is_for_limits_whose_search_is_long(name):
+def test_prices_of_limits_with_a_long_search_are_derivatives(name):
     case = with_binding_limit(name, *SLOWEST[name])
-    found = of(case)
-    assert unlike_differences(case, {f"limits.{name}": found[f"limits.{name}"]}) == {}
+    found = prices_by_key(case)
+    assert unconfirmed_prices(case, {f"limits.{name}": found[f"limits.{name}"]}) == {}
 
 
 def test_two_limits_of_which_one_would_do_cost_nothing_eased_and_all_tightened():
     """Rise and return alike, and no offset: both limits hold the same size."""
     motion = [{**each, "angle": 90} for each in BASE["motion"]]
     both = scene(motion=motion, limits={"pressure_angle": 30, "pressure_angle_return": 30})
-    one, apart = of(both.replace(**{"limits.pressure_angle_return": None})), of(both)
+    one, apart = prices_by_key(both.replace(**{"limits.pressure_angle_return": None})), prices_by_key(both)
     (price,) = one.values()
     for key in ("limits.pressure_angle", "limits.pressure_angle_return"):
         assert apart[key].price == pytest.approx(0.0, abs=1e-9)
         assert apart[key].tightened == pytest.approx(price.price, rel=1e-3)
-        assert measured(both, key, 30.0, (0.0, -1.0, 1.0)) == 0.0
+        assert price_by_differences(both, key, 30.0, (0.0, -1.0, 1.0)) == 0.0
 
 
 def test_one_limit_that_holds_the_cam_at_two_angles_has_one_price():
@@ -208,9 +211,9 @@ def test_one_limit_that_holds_the_cam_at_two_angles_has_one_price():
     motion = [*rises, {**half, "segment": "return", "angle": 120, "lift": 50}, {"segment": "dwell", "angle": 60}]
     limits = {"pressure_angle": 30, "pressure_angle_return": 55}
     case = scene(motion=motion, limits=limits, **{"search.offset": {"start": -60, "stop": 60}})
-    (price,) = of(case).values()
+    (price,) = prices_by_key(case).values()
     assert price.tightened == price.price
-    assert price.price == pytest.approx(measured(case, price.key, 30.0), rel=1e-4)
+    assert price.price == pytest.approx(price_by_differences(case, price.key, 30.0), rel=1e-4)
 
 
 @given(bound=st.floats(10, 50), other=st.floats(10, 50), law=st.sampled_from(["cycloidal", "harmonic", "poly345"]))
@@ -219,10 +222,12 @@ def test_a_little_easing_saves_its_price_but_for_the_second_order(bound, other, 
     limits = {"pressure_angle": bound, "pressure_angle_return": other}
     case = scene(limits=limits, **{"search.law": [law], "search.offset": {"start": -40, "stop": 40}})
     size = size_of(optimise(case).best)
-    for key, price in of(case).items():
+    for key, price in prices_by_key(case).items():
         if key.startswith("limits."):
             step = 1e-3 * price.bound
-            errors = [at(case, key, price.bound + k * step) - size - price.price * k * step for k in (1, 2)]
+            errors = [
+                smallest_size_at(case, key, price.bound + k * step) - size - price.price * k * step for k in (1, 2)
+            ]
             assert abs(errors[0]) <= 0.3 * abs(errors[1]) + 1e-7
             assert abs(errors[1]) <= 1e-2 * abs(price.price) * step + 1e-7
 
@@ -236,14 +241,14 @@ def test_a_cam_that_is_larger_costs_more_per_degree_and_the_same_per_mm(scale):
     data["search"]["offset"] = {key: scale * end for key, end in data["search"]["offset"].items()}
     for segment in data["motion"]:
         segment.update({"lift": segment["lift"] * scale} if "lift" in segment else {})
-    own, scaled = of(case), of(Scene.from_dict(data))
+    own, scaled = prices_by_key(case), prices_by_key(Scene.from_dict(data))
     assert own.keys() == scaled.keys() == {"limits.pressure_angle_return", "search.offset.stop"}
     for key, per in (("limits.pressure_angle_return", scale), ("search.offset.stop", 1.0)):
         assert scaled[key].price == pytest.approx(per * own[key].price, rel=1e-6)
 
 
 def test_the_price_of_a_shaft_is_half_a_mm_per_mm():
-    (price,) = of(CASES["shaft binds"]).values()
+    (price,) = prices_by_key(CASES["shaft binds"]).values()
     assert (price.key, price.relation, price.unit) == ("cam.shaft_diameter", "≥", "mm")
     assert price.price == pytest.approx(0.5, rel=1e-9)
 
@@ -265,9 +270,9 @@ def test_limits_on_the_part_have_prices(contact, key):
     case = scene_of(contact).replace(limits={"pressure_angle": 25})
     had = optimise(case).best[quantity_of(key, contact)[0]]
     held = case.replace(**{f"limits.{key}": 1.03 * had})
-    found = of(held)
+    found = prices_by_key(held)
     assert [*found] == [f"limits.{key}"]
-    assert unlike_differences(held, found) == {}
+    assert unconfirmed_prices(held, found) == {}
 
 
 def test_a_cam_that_is_held_by_the_part_in_its_scene_has_prices():
@@ -275,7 +280,7 @@ def test_a_cam_that_is_held_by_the_part_in_its_scene_has_prices():
     case = scene_of("groove-arm").replace(limits={"pressure_angle": 60})
     best = optimise(case).best
     assert (best["binding"], best.scene.cam.mean_radius) == (["keyway"], best["mean_radius_mm"])
-    assert unlike_differences(case, of(case)) == {}
+    assert unconfirmed_prices(case, prices_by_key(case)) == {}
 
 
 @pytest.mark.parametrize("angle", [10.0, 30.0, 45.0])
@@ -286,7 +291,7 @@ def test_a_closed_form(angle):
     slope = 50.0 / rise * (1.0 - np.cos(2.0 * np.pi * x))
     there = np.argmax(slope / np.tan(beta) - y)
     case = scene(limits={"pressure_angle_return": angle}, **{"follower.roller_radius": 0.1})
-    (price,) = of(case).values()
+    (price,) = prices_by_key(case).values()
     assert price.price == pytest.approx(-slope[there] / np.sin(beta) ** 2 * np.pi / 180.0, rel=1e-5)
 
 
@@ -301,7 +306,7 @@ def test_a_closed_form(angle):
     ],
 )
 def test_without_a_limit_the_cam_is_that_of_another_search_and_a_bound_there_saves_no_more(case):
-    for key, price in of(case, 30.0).items():
+    for key, price in prices_by_key(case, 30.0).items():
         if key.startswith("search."):
             assert (price.size_without, price.holds_to, price.next) == (None, None, None)
             continue
@@ -309,20 +314,20 @@ def test_without_a_limit_the_cam_is_that_of_another_search_and_a_bound_there_sav
         assert price.next
         assert key not in price.next
         if price.holds_to > 1e-6:
-            there = at(case, key, price.holds_to)
+            there = smallest_size_at(case, key, price.holds_to)
             assert there == pytest.approx(price.size_without, rel=1e-7)
             ease = 0.99 if price.price > 0.0 else 1.01
-            assert at(case, key, price.holds_to * ease) == pytest.approx(price.size_without, rel=1e-7)
+            assert smallest_size_at(case, key, price.holds_to * ease) == pytest.approx(price.size_without, rel=1e-7)
 
 
 def test_where_nothing_else_limits_the_size_it_is_0_without():
-    (price,) = of(CASES["knife"].replace(limits={"pressure_angle": 30}), 30.0).values()
+    (price,) = prices_by_key(CASES["knife"].replace(limits={"pressure_angle": 30}), 30.0).values()
     assert (price.size_without, price.holds_to, price.next) == (0.0, None, ())
 
 
-def test_what_every_cam_has_to_hold_has_no_price():
+def test_a_condition_without_a_value_has_no_price():
     for name in UNASKED:
-        assert of(SIZED[name]) == {}
+        assert prices_by_key(SIZED[name]) == {}
 
 
 def test_no_cam_has_no_prices():

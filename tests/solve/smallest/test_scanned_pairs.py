@@ -21,7 +21,7 @@ FREE = (
 CAMS = 40
 
 
-def asked(seed):
+def random_pair_and_ranges(seed):
     """A random pair with limits, and the ranges of its four free numbers by their keys."""
     rng, own = np.random.default_rng(seed), ("offset", "arm_length")[seed % 2]
     scene = pair(rng, ("translating", "oscillating")[seed % 2])
@@ -39,7 +39,7 @@ def asked(seed):
 @pytest.mark.one_in(CAMS)
 @pytest.mark.parametrize("seed", range(CAMS))
 def test_a_dense_scan_of_four_free_numbers_finds_no_smaller_pair(seed):
-    scene, free = asked(seed)
+    scene, free = random_pair_and_ranges(seed)
     places = {key: key if key.startswith("drive.") else key.split(".")[1] for key in free}
     search = {places[key]: {"start": low, "stop": high} for key, (low, high) in free.items()}
     best, scanned = optimise(Scene.from_dict({**scene, "search": search})).best, ScannedPair(scene)

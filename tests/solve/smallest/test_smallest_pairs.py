@@ -12,7 +12,7 @@ STEP = 0.05  # mm
 MOTIONS = ("translating", "oscillating")
 
 
-def bounded(seed, **search):
+def pair_with_limits(seed, **search):
     """A random pair with one size for both discs, and limits."""
     scene = pair(np.random.default_rng(seed), MOTIONS[seed % 2])
     del scene["drive"]["base_radius"]
@@ -23,7 +23,7 @@ def bounded(seed, **search):
 @pytest.mark.one_in(20)
 @pytest.mark.parametrize("seed", range(40))
 def test_a_dense_scan_finds_the_same_smallest_pair(seed):
-    scene = bounded(seed)
+    scene = pair_with_limits(seed)
     problem, best = at_rounding_error(resolve(scene)), optimise(scene).best
     sizes = np.arange(STEP, 120.0, STEP)
     designs = problem.design.take(np.zeros(sizes.size, dtype=int)).with_values({"size": sizes})
@@ -47,7 +47,7 @@ def test_no_pair_with_free_sizes_is_smaller(seed):
     swings = seed % 2
     ends = {"start": 70, "stop": 88} if swings else {"start": -6, "stop": 9}
     own = "arm_length" if swings else "offset"
-    scene = bounded(seed, **{own: ends, f"drive.{own}": ends})
+    scene = pair_with_limits(seed, **{own: ends, f"drive.{own}": ends})
     problem, best = at_rounding_error(resolve(scene)), optimise(scene, seconds=20).best
     size, rng, count = best["base_radius_mm"], np.random.default_rng(seed), 40_000
     again = evaluate(scene.replace(search=None, **best_sizes(best, own)))

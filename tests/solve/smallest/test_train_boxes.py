@@ -21,7 +21,7 @@ SLIDE, VALVE, PRESS = (
 )
 
 
-def of_train(**ranges: tuple[float, float]) -> dict:
+def train_ranges(**ranges: tuple[float, float]) -> dict:
     """A search of numbers of the train, as ``1_crank``."""
     found: dict = {}
     for name, (low, high) in ranges.items():
@@ -50,26 +50,26 @@ HEAVY = {
     "limits.torque_rms_N_m": 2.69,
 }
 QUESTIONS = {
-    "bell crank": SLIDE.replace(search=of_train(of_1_coupler=(200.0, 240.0), of_1_angle=(-115.0, -100.0))),
-    "rocker": VALVE.replace(search=of_train(of_1_input_arm=(24.0, 30.0), of_1_output_angle=(-25.0, -5.0))),
+    "bell crank": SLIDE.replace(search=train_ranges(of_1_coupler=(200.0, 240.0), of_1_angle=(-115.0, -100.0))),
+    "rocker": VALVE.replace(search=train_ranges(of_1_input_arm=(24.0, 30.0), of_1_output_angle=(-25.0, -5.0))),
     "and a roller": SLIDE.replace(
-        search={**of_train(of_1_crank=(130.0, 160.0)), "roller_radius": {"start": 8, "stop": 15}}
+        search={**train_ranges(of_1_crank=(130.0, 160.0)), "roller_radius": {"start": 8, "stop": 15}}
     ),
-    "a length that may be too short": SLIDE.replace(search=of_train(of_1_coupler=(100.0, 220.0))),
-    "four-bar": PRESS.replace(search=of_train(of_1_coupler=(195.0, 205.0))),
-    "loads": VALVE.replace(**LOADED, search=of_train(of_1_input_arm=(24.0, 30.0), of_1_mass=(0.05, 0.2))),
+    "a length that may be too short": SLIDE.replace(search=train_ranges(of_1_coupler=(100.0, 220.0))),
+    "four-bar": PRESS.replace(search=train_ranges(of_1_coupler=(195.0, 205.0))),
+    "loads": VALVE.replace(**LOADED, search=train_ranges(of_1_input_arm=(24.0, 30.0), of_1_mass=(0.05, 0.2))),
     "forces in joints": VALVE.replace(
-        **LOADED, **JOINTS, search=of_train(of_1_input_arm=(22.0, 30.0), of_1_mass=(0.05, 0.2))
+        **LOADED, **JOINTS, search=train_ranges(of_1_input_arm=(22.0, 30.0), of_1_mass=(0.05, 0.2))
     ),
-    "a mean": VALVE.replace(**HEAVY, search=of_train(of_1_input_arm=(25.1, 26.5))),
+    "a mean": VALVE.replace(**HEAVY, search=train_ranges(of_1_input_arm=(25.1, 26.5))),
     "follower": VALVE.replace(
-        **{"limits.acceleration_max_follower_m_s2": 800.0}, search=of_train(of_1_input_arm=(22.0, 34.0))
+        **{"limits.acceleration_max_follower_m_s2": 800.0}, search=train_ranges(of_1_input_arm=(22.0, 34.0))
     ),
     "jerk of the follower": VALVE.replace(
-        **{"limits.jerk_max_follower_m_s3": 2.223e5}, search=of_train(of_1_output_angle=(-27.0, -9.0))
+        **{"limits.jerk_max_follower_m_s3": 2.223e5}, search=train_ranges(of_1_output_angle=(-27.0, -9.0))
     ),
     "transmission angle": PRESS.replace(
-        **{"limits.transmission_angle_min_deg": 53.5}, search=of_train(of_1_crank=(99.0, 121.0))
+        **{"limits.transmission_angle_min_deg": 53.5}, search=train_ranges(of_1_crank=(99.0, 121.0))
     ),
 }
 PROVED = [name for name in QUESTIONS if name != "four-bar"]
@@ -125,7 +125,7 @@ def test_no_box_loses_a_feasible_cam(name):
                 assert left.low[key][0] <= cam[key] <= left.high[key][0]
 
 
-def alone(scene: Scene, numbers: dict[str, float]) -> float:
+def smallest_size_of_train(scene: Scene, numbers: dict[str, float]) -> float:
     """The size of the smallest cam of one train."""
     try:
         best = optimise(scene.replace(**numbers)).best
@@ -152,14 +152,16 @@ def test_no_linkage_of_a_dense_scan_has_a_smaller_cam(name):
         *(np.clip(own[key] + 1e-3 * np.ptp(ends[key]) * np.array([-1, 0, 1]), *ends[key]) for key in keys)
     )
     fixed = scene.replace(**{f"search.{key}": None for key in keys})
-    sizes = [alone(fixed, dict(zip(keys, map(float, each), strict=True))) for each in (*grid, *near)]
+    sizes = [
+        smallest_size_of_train(fixed, dict(zip(keys, map(float, each), strict=True))) for each in (*grid, *near)
+    ]
     assert min(sizes) >= size - best["gap_mm"]
     assert min(sizes) == pytest.approx(size, rel=1e-4)
 
 
 PRICED = {
     "limits.transmission_angle_min_deg": QUESTIONS["transmission angle"],
-    "search.train.1.crank.stop": SLIDE.replace(search=of_train(of_1_crank=(150.0, 170.0))),
+    "search.train.1.crank.stop": SLIDE.replace(search=train_ranges(of_1_crank=(150.0, 170.0))),
 }
 
 
@@ -179,7 +181,9 @@ def test_a_bound_costs_what_the_smallest_cam_with_its_linkage_changes_by(key):
 
 @pytest.mark.long
 def test_the_smallest_cam_with_three_free_numbers_is_certified():
-    ranges = of_train(of_1_input_arm=(24.0, 25.0), of_1_output_angle=(-22.0, -18.0), of_1_input_angle=(-5.0, 0.0))
+    ranges = train_ranges(
+        of_1_input_arm=(24.0, 25.0), of_1_output_angle=(-22.0, -18.0), of_1_input_angle=(-5.0, 0.0)
+    )
     best = optimise(VALVE.replace(search=ranges), seconds=200.0).best
     assert best["proved"]
     assert set(certify(best.scene).values()) == {"held"}
@@ -188,7 +192,7 @@ def test_the_smallest_cam_with_three_free_numbers_is_certified():
 @pytest.mark.parametrize(
     ("scene", "bound"),
     [
-        (SLIDE.replace(search=of_train(of_1_crank=(150.0, 165.0))), {"limits.pressure_angle": 12}),
+        (SLIDE.replace(search=train_ranges(of_1_crank=(150.0, 165.0))), {"limits.pressure_angle": 12}),
         (QUESTIONS["a mean"], {"limits.joint_force_max_N": 845.0}),
     ],
     ids=["pressure", "a mean and forces in joints"],

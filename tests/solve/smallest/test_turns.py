@@ -26,7 +26,7 @@ from camopt.solve.smallest.turns import SegmentAngles, TurnOptimum
 from camopt.solve.verdicts.feasible_filter import feasible_designs
 
 
-def put_back(case, best):
+def scene_of_optimum(case, best):
     """The scene without a search, with the angles and sizes of its optimum."""
     data = case.replace(search=None).to_dict()
     for segment, angle in zip(data["motion"], best["angles_deg"], strict=True):
@@ -57,7 +57,7 @@ def test_no_turn_of_a_grid_has_a_smaller_cam(name):
     assert size_of(best) <= min(sizes) + 1e-7
     assert size_of(best) - best["gap_mm"] <= min(sizes)
     assert min(sizes) == pytest.approx(size_of(best), abs=1e-2)
-    assert evaluate(put_back(case, best))["feasible"]
+    assert evaluate(scene_of_optimum(case, best))["feasible"]
 
 
 @pytest.mark.long
@@ -85,19 +85,19 @@ def test_rise_against_return_is_where_two_monotone_functions_cross():
     case = scene(**ANGLES, **{"limits.pressure_angle": 38})
     turns = SegmentAngles(at_rounding_error(resolve(case)), (None, None))
 
-    def needed(rise, kinds, limit, sign):
+    def needed_radius(rise, kinds, limit, sign):
         weights = (-tan(radians(limit)), sign)
         return weighted_range(turns.programme_of(np.array([rise, 210.0 - rise])), weights, kinds)[1] / tan(
             radians(limit)
         )
 
     def difference(rise):
-        return needed(rise, RISE, 38, 1.0) - needed(rise, RETURN, 30, -1.0)
+        return needed_radius(rise, RISE, 38, 1.0) - needed_radius(rise, RETURN, 30, -1.0)
 
     rise = optimize.brentq(difference, 60, 150, xtol=1e-13)
     best = optimise(case).best
     assert best["angles_deg"][0] == pytest.approx(rise, abs=1e-6)
-    assert best["prime_radius_mm"] == pytest.approx(needed(rise, RISE, 38, 1.0), abs=1e-7)
+    assert best["prime_radius_mm"] == pytest.approx(needed_radius(rise, RISE, 38, 1.0), abs=1e-7)
 
 
 def test_a_turn_run_backwards_has_the_same_cam():
@@ -125,7 +125,7 @@ def test_more_freedom_never_makes_a_larger_cam_and_none_is_the_scene_itself():
     assert sizes[1] > sizes[2] > sizes[3]
 
 
-def drawn(case, law, angles, lift, limits, **ranges):
+def four_segment_scene(case, law, angles, lift, limits, **ranges):
     """A case with the strokes of a turn of four segments and the ranges of their angles, without those of dwells."""
     kinds = ("rise", "dwell", "return", "dwell")
     moves = [{"lift": lift, "law": law[kind]} if kind in law else {} for kind in kinds]
@@ -135,19 +135,19 @@ def drawn(case, law, angles, lift, limits, **ranges):
 
 
 MANY = {
-    "no rest at the lowest": drawn(
+    "no rest at the lowest": four_segment_scene(
         "flat", {"rise": "parabolic", "return": "cycloidal"}, (67, 101, 52, 140), 40,
         {"curvature_radius": 4}, rise=(54, 84), **{"return": (32, 73)}, dwell=(0, 210),
     ),
-    "curvature in two valleys": drawn(
+    "curvature in two valleys": four_segment_scene(
         "pressure binds, offset given", {"rise": "modified-sine", "return": "poly345"}, (73, 47, 81, 159), 22.5,
         {"pressure_angle": 46, "curvature_radius": 36.7}, rise=(36, 85), **{"return": (68, 110)}, dwell=(23, 238),
     ),
-    "corner": drawn(
+    "corner": four_segment_scene(
         "pressure binds, offset given", {"rise": "parabolic", "return": "cubic"}, (88, 24, 122, 126), 23,
         {"pressure_angle": 35}, rise=(78, 134), **{"return": (77, 170)},
     ),
-    "corner of curvature": drawn(
+    "corner of curvature": four_segment_scene(
         "knife", {"rise": "cycloidal", "return": "parabolic"}, (80, 84, 125, 71), 24,
         {"pressure_angle": 38, "curvature_radius": 26}, rise=(58, 118), **{"return": (66, 178)},
     ),
@@ -171,7 +171,7 @@ def test_no_turn_of_a_few_has_a_smaller_cam(name):
             solve_small_cam(problem.with_programme(turn), search_boxes(problem)[0]).size
             >= size_of(best) - best["gap_mm"]
         )
-    assert evaluate(put_back(MANY[name], best))["feasible"]
+    assert evaluate(scene_of_optimum(MANY[name], best))["feasible"]
 
 
 def feasible_cams(turns, ends, count=400):

@@ -43,7 +43,7 @@ def bucket(limits, **changes):
     return Scene.from_dict({**BUCKET, "limits": limits}).replace(**changes)
 
 
-def judged_at(problem, sizes):
+def rows_at_sizes(problem, sizes):
     """The rows of a scene's design at other sizes of the cam."""
     designs = problem.design.take(np.zeros(len(sizes), dtype=int))
     return evaluate_rows(problem, replace(designs, size=np.asarray(sizes, dtype=float)), frozenset())
@@ -117,13 +117,13 @@ def test_windows_are_found_or_proved_absent(name, place, narrowness, lift, there
     answer = solve_smallest_cam(problem, bounds)
     near, far = np.linspace(1 - 2 * width, 1 + 2 * width, 1601) * radius, np.geomspace(1e-2, 1e4, 1200)
     sizes = np.unique(np.concatenate([near, far]))
-    held = judged_at(problem, sizes).column("feasible")
+    held = rows_at_sizes(problem, sizes).column("feasible")
     assert answer.is_proved
     assert answer.size <= np.min(sizes[held], initial=inf) * (1 + 1e-9)
     if answer.design is None:
-        assert not judged_at(problem, answer.nearest.size).column("feasible")[0]
+        assert not rows_at_sizes(problem, answer.nearest.size).column("feasible")[0]
     else:
-        assert judged_at(problem, answer.design.size).column("feasible")[0]
+        assert rows_at_sizes(problem, answer.design.size).column("feasible")[0]
 
 
 # Reasons
@@ -163,24 +163,24 @@ def test_windows_are_found_or_proved_absent(name, place, narrowness, lift, there
         ),
     ],
 )
-def test_what_is_in_the_way_is_said(limits, ends, reason):
+def test_obstacles_are_named(limits, ends, reason):
     """Each limit that stops all alone; else those that do together; and the range, where it is the range."""
     search = {} if ends is None else {"search.base_radius": {"start": ends[0], "stop": ends[1]}}
     found = optimise(bucket(limits, **search))
     assert found.obstacles == {"cycloidal": reason}
     assert found.nearest_miss["violated"]
     for name in limits:
-        assert (name in reason) == stops(name, limits, ends) or "together" in reason
+        assert (name in reason) == limit_stops_all(name, limits, ends) or "together" in reason
 
 
-def stops(name, limits, ends):
+def limit_stops_all(name, limits, ends):
     """Whether none of many sizes within the range holds this limit alone."""
     problem = resolve(bucket({name: limits[name]}))
     sizes = np.linspace(*ends, 2000) if ends else np.geomspace(1e-2, 1e6, 4000)
-    return not judged_at(problem, sizes).column("feasible").any()
+    return not rows_at_sizes(problem, sizes).column("feasible").any()
 
 
-def test_a_cam_that_cannot_be_put_together_is_said_so():
+def test_a_cam_that_cannot_be_assembled_is_named():
     follower = {"motion": "translating", "contact": "knife", "offset": 20}
     scene = Scene.from_dict({**BUCKET, "follower": follower, "limits": {"pressure_angle": 30}})
     found = optimise(scene.replace(**{"search.base_radius": {"start": 5, "stop": 15}}))
