@@ -312,7 +312,7 @@ def test_optimise_says_what_bounds_cost(run, run_json):
 
 def test_optimise_without_time_has_prices_alone(run):
     _, text, _ = run("optimise", "two-pauses", "--max-pressure", "30", "--seconds", "1e-6")
-    assert "What each bound costs" in text
+    assert "What each limit costs" in text
     assert "tightened" not in text
     assert "—" in text
     assert "— without a limit or tolerance: that cam was not found and proved in the time" in text

@@ -10,7 +10,7 @@ from camopt.solve.tables.cells import with_unit
 from camopt.solve.tables.result import Result, Table, table_of, to_json_values
 
 UNKNOWN_PRICE = "—"
-PRICE_COLUMNS = ("bound", "as set", "price", "tightened", "size without it", "holds to", "then held by")
+PRICE_COLUMNS = ("limit", "value", "price", "if tightened", "size without it", "useful up to", "next limit")
 
 
 @dataclass(frozen=True)
@@ -86,13 +86,13 @@ class Price:
             return UNKNOWN_PRICE if value is None else with_unit(value, unit).replace("-", "−")
 
         return {
-            "bound": self.key,
-            "as set": f"{self.relation} {amount(self.bound, self.unit)}",
+            "limit": self.key,
+            "value": f"{self.relation} {amount(self.bound, self.unit)}",
             "price": cost(self.price),
-            "tightened": "" if self.tightened == self.price else cost(self.tightened),
+            "if tightened": "" if self.tightened == self.price else cost(self.tightened),
             "size without it": amount(self.size_without, "mm"),
-            "holds to": amount(self.holds_to, self.unit),
-            "then held by": UNKNOWN_PRICE if self.next is None else ", ".join(self.next) or "nothing",
+            "useful up to": amount(self.holds_to, self.unit),
+            "next limit": UNKNOWN_PRICE if self.next is None else ", ".join(self.next) or "nothing",
         }
 
 
@@ -119,4 +119,4 @@ class Prices(Result, dict[str, list[Price]]):
 def price_table(prices: Mapping[str, Iterable[Price]], names: Iterable[str], unit_of_size: str = "mm") -> Table:
     """The prices of each law, in some columns."""
     rows = [{"law": law, **price.in_words(unit_of_size)} for law, each in prices.items() for price in each]
-    return table_of("What each bound costs", rows, [name for name in names if any(row[name] for row in rows)])
+    return table_of("What each limit costs", rows, [name for name in names if any(row[name] for row in rows)])

@@ -106,7 +106,7 @@ class Synthesis(Result, Drawable):
         yield bound_in_words(self) + local
         if self.prices:
             yield ""
-            yield price_table({"": self.prices}, ["bound", "as set", "price"], objective_unit(self.asked))
+            yield price_table({"": self.prices}, ["limit", "value", "price"], objective_unit(self.asked))
 
     def document(self) -> dict[str, Any]:
         """The design, its objective with the bound, the known laws and the prices."""

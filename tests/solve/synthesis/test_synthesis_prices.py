@@ -207,7 +207,7 @@ def test_the_command_prints_prices(capsys, tmp_path, monkeypatch):
     (tmp_path / "coarse.toml").write_text(COARSE.to_toml(), encoding="utf-8")
     assert main(["synthesise", "coarse.toml", "--quiet"]) == 0
     text = capsys.readouterr().out
-    assert "What each bound costs" in text
+    assert "What each limit costs" in text
     assert "mm per deg" in text
     assert "mm per unit" in text
     assert main(["synthesise", "coarse.toml", "--quiet", "--json"]) == 0

@@ -90,8 +90,8 @@ def test_no_cell_of_a_table_is_cut_on_a_narrow_screen(capsys, monkeypatch):
     """A table of words too wide for the screen comes row by row."""
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     monkeypatch.setenv("COLUMNS", "56")
-    rows = [{"bound": "limits.pressure_angle", "price": "−0.8901 mm per deg", "then held by": "limits.hub_wall"}]
-    print_sections(table_of("What each bound costs", rows, rows[0]))
+    rows = [{"limit": "limits.pressure_angle", "price": "−0.8901 mm per deg", "next limit": "limits.hub_wall"}]
+    print_sections(table_of("What each limit costs", rows, rows[0]))
     text = capsys.readouterr().out
     assert all(word in text for pair in rows[0].items() for word in pair)
     assert "…" not in text
