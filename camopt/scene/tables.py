@@ -538,8 +538,12 @@ class ProfileElement(SceneTable):
 
     element: Annotated[Literal["arc", "line"], Key("Kind of element: an arc, or a line between two arcs")]
     radius: Annotated[SignedNumber | None, Key("Radius of an arc, negative on a hollow flank", "mm")] = None
-    x: Annotated[SignedNumber | None, Key("x of the centre of an arc, in the frame of the cam", "mm")] = None
-    y: Annotated[SignedNumber | None, Key("y of the centre of an arc, in the frame of the cam", "mm")] = None
+    x: Annotated[
+        SignedNumber | None, Key("Coordinate x of the centre of an arc, in the frame of the cam", "mm")
+    ] = None
+    y: Annotated[
+        SignedNumber | None, Key("Coordinate y of the centre of an arc, in the frame of the cam", "mm")
+    ] = None
 
 
 def check_pair(value: Any) -> Any:
@@ -624,7 +628,8 @@ class OwnLaw(SceneTable):
         ),
     ] = None
     crossing: Annotated[
-        SceneNumber | None, Key("x at which a symmetric law's acceleration crosses zero, in place of ½", "no unit")
+        SceneNumber | None,
+        Key("Share x of the stroke at which a symmetric law's acceleration crosses zero, in place of ½", "no unit"),
     ] = None
     peaks: Annotated[
         Annotated[tuple[Positive, Positive], BeforeValidator(check_pair)] | None,

@@ -363,7 +363,7 @@ def test_laws_are_listed_with_their_peaks(run, run_json):
     code, text, _ = run("laws")
     assert code == 0
     assert all(law in text for law in LAWS)
-    assert "times h/β, h/β² and h/β³" in " ".join(run("laws")[1].split())
+    assert "multiply these peaks by h/β, h/β² and h/β³" in " ".join(run("laws")[1].split())
 
 
 def test_scenes_are_listed_and_printed(run, run_json):

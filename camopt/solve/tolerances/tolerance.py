@@ -66,7 +66,7 @@ DWELL_ANGLES = 33
 """Number of cam angles at which the change in a dwell is computed to first order."""
 ROOT_SUM_SQUARE_NOTE = (
     "The root sum square assumes independent errors{of_batch} with a normal sum. It contains 99.73 % of the cams "
-    "at each cam angle, but fewer over the whole turn: camopt tolerance --cams counts these."
+    "at each cam angle, but fewer over the whole turn; a batch of random cams shows how many."
 )
 DWELL_ARC_NOTE = "A dwell is here the arc of the cam that is touched in it. For shaft angles use camopt timing."
 BEYOND_ZONE_NOTE = (
