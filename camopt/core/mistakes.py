@@ -1,4 +1,4 @@
-"""Errors: mistakes of a user, each one line; limits that cannot be met; a solver that fails; stopped work."""
+"""Errors of camopt: mistakes in the input, a line each; limits that cannot be met; failed solvers; stopped work."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -9,13 +9,13 @@ from typing import Any
 LONGEST_SHOWN, LONGEST_NAME, LONGEST_LINE = 100, 200, 1000  # characters of a value, of a file or key, of a message
 NOTHING_FEASIBLE, BAD_INPUT, FILE_TROUBLE, NOT_REACHED = 1, 2, 3, 4  # exit codes of commands
 MOST_SHOWN = 20  # mistakes
-ALIKE_SHARE, LIKE_SHARE = 0.75, 0.5  # share in common: of a word and its misspelling; of words that are like
-MOST_LISTED, MOST_SUGGESTED = 40, 3  # known names; those that may have been meant
+ALIKE_SHARE, LIKE_SHARE = 0.75, 0.5  # least similarity of a misspelling; of a distant suggestion
+MOST_LISTED, MOST_SUGGESTED = 40, 3  # most known names in a message; most suggestions
 
 
 @dataclass(frozen=True)
 class Mistake:
-    """One mistake. ``allowed`` completes the sentence "must be …", or says what is wrong if ``bare``."""
+    """One mistake. ``allowed`` completes "must be …"; if ``bare``, it is the whole sentence."""
 
     file: str
     key: str
@@ -30,7 +30,7 @@ class Mistake:
 
 
 def printable(text: str) -> str:
-    """A line for a terminal: what is no printable character (line ends, escape sequences) as Python writes it."""
+    """A line for a terminal: line ends and other unprintable characters are escaped as in Python."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
@@ -43,25 +43,25 @@ def shorten(text: str, most: int = LONGEST_SHOWN) -> str:
 
 
 def line_of(text: str) -> str:
-    """A message as a line for a terminal, shortened if what it quotes is long."""
+    """A message as a line for a terminal, shortened if it is long."""
     return shorten(printable(shorten(text, LONGEST_LINE)), LONGEST_LINE)
 
 
 def join_words(words: Sequence[Any], most: int = MOST_LISTED) -> str:
-    """Words after each other, and how many more there are."""
+    """Words joined by commas; after ``most`` words, the number of the rest."""
     more = f" and {len(words) - most:,} more" if len(words) > most else ""
     return ", ".join(shorten(str(word)) for word in words[:most]) + more
 
 
 def _python_text(value: Any) -> str:
-    """A value as Python writes it; of a long one only the ends."""
+    """A value as Python writes it; a long text loses its middle."""
     if isinstance(value, str) and len(value) > 2 * LONGEST_SHOWN:
         value = shorten(value, 2 * LONGEST_SHOWN)
     return repr(value)
 
 
 class CamoptError(Exception):
-    """The base of the errors that camopt raises on purpose: their messages are for readers.
+    """Base class of all errors that camopt raises on purpose, with messages for users.
 
     Examples
     --------
@@ -74,12 +74,12 @@ class CamoptError(Exception):
 
 
 class BadInput(CamoptError, ValueError):
-    """Mistakes in the input, all of them at once.
+    """All mistakes in the input, together.
 
     Parameters
     ----------
     mistakes : iterable of Mistake
-        Each with its place (``file``, ``key``), the ``value`` there, and what is ``allowed``.
+        Each with its place (``file``, ``key``), the ``value`` there, and the ``allowed`` values.
 
     Examples
     --------
@@ -92,7 +92,7 @@ class BadInput(CamoptError, ValueError):
 
     def __init__(self, mistakes: Iterable[Mistake]) -> None:
         self.mistakes = tuple(mistakes)
-        super().__init__(self.mistakes)  # what pickle makes it from again, in another process
+        super().__init__(self.mistakes)  # pickle rebuilds the error from it, in another process
 
     def __str__(self) -> str:
         more = len(self.mistakes) - MOST_SHOWN
@@ -101,7 +101,7 @@ class BadInput(CamoptError, ValueError):
 
 
 class UnknownName(CamoptError, KeyError):
-    """A mapping has no such key; the message names the most similar ones.
+    """A mapping does not have the key; the message names similar keys.
 
     Examples
     --------
@@ -115,7 +115,7 @@ class UnknownName(CamoptError, KeyError):
 
 
 class Unmet(CamoptError):
-    """No new motion law meets all limits; the message says why, as far as it is known.
+    """No computed motion law meets all limits; the message says why, as far as known.
 
     Examples
     --------
@@ -129,7 +129,7 @@ class Unmet(CamoptError):
 
 
 class Unsolved(CamoptError, ArithmeticError):
-    """The convex solver failed; the message says how.
+    """The convex solver failed; the message gives its status.
 
     Examples
     --------
@@ -142,7 +142,7 @@ class Unsolved(CamoptError, ArithmeticError):
 
 
 class Stopped(CamoptError):
-    """The caller's ``progress`` returned False, which ends the work; the message says what is kept.
+    """The caller's ``progress`` returned False and ended the work; the message says which results are kept.
 
     Examples
     --------
@@ -155,18 +155,18 @@ class Stopped(CamoptError):
 
 
 def similar_name(word: str, known: Iterable[str]) -> str:
-    """The known name that is much like a word; empty if there is none."""
+    """The known name most similar to a word; empty if none is near."""
     return next(iter(get_close_matches(shorten(word), [*known], n=1, cutoff=ALIKE_SHARE)), "")
 
 
 def suggest_names(word: str, known: Iterable[str]) -> str:
-    """The known names as the end of a message: all of a few, and those that a word may mean."""
+    """The end of a message: similar names, and all known names if they are few."""
     return _cached_suggestion(shorten(word), tuple(known))
 
 
 @lru_cache(100)
 def _cached_suggestion(word: str, known: tuple[str, ...]) -> str:
-    """The same, cached: one wrong word may occur a thousand times."""
+    """As ``suggest_names``, cached: a wrong word may occur a thousand times."""
     close = (
         get_close_matches(word, known, n=1, cutoff=ALIKE_SHARE)
         or _names_with_part(word, known)
@@ -179,7 +179,7 @@ def _cached_suggestion(word: str, known: tuple[str, ...]) -> str:
 
 
 def _names_with_part(word: str, known: Sequence[str]) -> list[str]:
-    """The first names with a part, between underscores, that is much like a word: pressure_… for presure."""
+    """The first names with a part between underscores that is similar to a word: pressure_… for presure."""
     parts = dict.fromkeys(part for name in known for part in name.split("_"))
     close = get_close_matches(word, parts, n=1, cutoff=ALIKE_SHARE)
     return [name for name in known if close and close[0] in name.split("_")][:MOST_SUGGESTED]

@@ -1,9 +1,9 @@
 """Tolerance classes of ISO 286, such as h6, H7 or js9: the limit deviations of a size.
 
-A class has a letter, for where its zone is (upper case for holes), and a grade, for how wide it is. The standard
-rounds the formulas that it names by rules of its own, so that its tables are the source here. For holes, upper and
-lower change sides: those from A to H are the shafts mirrored, JS is centred, and K to S are the shafts mirrored and
-moved by Δ = IT(n) − IT(n − 1) in fine grades, so that H7/p6 and P7/h6 have one clearance.
+The letter of a class gives the position of its zone (upper case for holes), the grade its width. The standard
+rounds its formulas by rules of its own, so the tables are the source here. Zones of holes mirror those of shafts
+from A to H; JS is centred; K to S are mirrored and, in fine grades, moved by Δ = IT(n) − IT(n − 1), so that H7/p6
+and P7/h6 have the same clearance.
 
 Source: ISO 286-1:2010, tables 1 to 5.
 """
@@ -19,7 +19,7 @@ HALF_SIZE_STEPS = (
     3.0, 6.0, 10.0, 18.0, 30.0, 40.0, 50.0, 65.0, 80.0, 100.0, 120.0, 140.0, 160.0, 180.0, 200.0, 225.0, 250.0,
     280.0, 315.0, 355.0, 400.0, 450.0, 500.0,
 )  # fmt: skip
-"""The same where the letters c, r and s divide them."""
+"""The largest size of each half range, for the letters c, r and s, mm."""
 GRADE_WIDTHS = {
     1: (0.8, 1, 1, 1.2, 1.5, 1.5, 2, 2.5, 3.5, 4.5, 6, 7, 8),
     2: (1.2, 1.5, 1.5, 2, 2.5, 2.5, 3, 4, 5, 7, 8, 9, 10),
@@ -40,7 +40,7 @@ GRADE_WIDTHS = {
     17: (1000, 1200, 1500, 1800, 2100, 2500, 3000, 3500, 4000, 4600, 5200, 5700, 6300),
     18: (1400, 1800, 2200, 2700, 3300, 3900, 4600, 5400, 6300, 7200, 8100, 8900, 9700),
 }
-"""Width of the zone of each grade, µm, by step."""
+"""Width of the zone of each grade by size range, µm."""
 SHAFT_UPPER_DEVIATIONS = {
     "c": (
         60, 70, 80, 95, 110, 120, 130, 140, 150, 170, 180, 200, 210, 230, 240, 260, 280, 300, 330, 360, 400,
@@ -52,7 +52,7 @@ SHAFT_UPPER_DEVIATIONS = {
     "g": (2, 4, 5, 6, 7, 9, 10, 12, 14, 15, 17, 18, 20),
     "h": (0,) * 13,
 }  # fmt: skip
-"""How far below the size the zone of a shaft ends, µm, by step."""
+"""Distance of the upper end of a shaft's zone below the size, by size range, µm."""
 SHAFT_LOWER_DEVIATIONS = {
     "k": (0, 1, 1, 1, 2, 2, 2, 3, 3, 4, 4, 4, 5),
     "m": (2, 4, 6, 7, 8, 9, 11, 13, 15, 17, 20, 21, 23),
@@ -61,27 +61,27 @@ SHAFT_LOWER_DEVIATIONS = {
     "r": (10, 15, 19, 23, 28, 34, 34, 41, 43, 51, 54, 63, 65, 68, 77, 80, 84, 94, 98, 108, 114, 126, 132),
     "s": (14, 19, 23, 28, 35, 43, 43, 53, 59, 71, 79, 92, 100, 108, 122, 130, 140, 158, 170, 190, 208, 232, 252),
 }
-"""How far above the size the zone of a shaft begins, µm, by step."""
+"""Distance of the lower end of a shaft's zone above the size, by size range, µm."""
 CENTRED_LETTER = "js"
 ZONE_LETTERS = (*SHAFT_UPPER_DEVIATIONS, CENTRED_LETTER, *SHAFT_LOWER_DEVIATIONS)
 CLASS_PATTERN = re.compile(r"([a-z]+|[A-Z]+)(\d+)")
 
 
 class Deviations(NamedTuple):
-    """The limits of a size less the size, mm."""
+    """Limit deviations of a size [mm]."""
 
     lower: float
     upper: float
 
 
 def limit_deviations(name: str, size: float) -> Deviations:
-    """The limit deviations (mm) of a tolerance class at a size in mm, above 0 and at most 500.
+    """Limit deviations of a tolerance class at a size [mm], for sizes up to 500 mm.
 
-    ValueError, with what is allowed, for a class or a size that is not in the tables.
+    Raises a ValueError that says what is allowed, for a class or a size outside the tables.
     """
     letter, grade = _letter_and_grade(name)
     if not 0.0 < size <= LARGEST_SIZE:
-        raise ValueError(f"is for sizes above 0 and up to {LARGEST_SIZE:g} mm, and not for {size:g} mm")
+        raise ValueError(f"is for sizes above 0 and up to {LARGEST_SIZE:g} mm, not for {size:g} mm")
     width = _table_value(GRADE_WIDTHS[grade], size)
     if letter.lower() == CENTRED_LETTER:
         return Deviations(-width / 2e3, width / 2e3)
@@ -98,8 +98,8 @@ def limit_deviations(name: str, size: float) -> Deviations:
 
 def _letter_and_grade(name: str) -> tuple[str, int]:
     """Letter and grade of a class."""
-    found = CLASS_PATTERN.fullmatch(name)
-    letter, grade = (found[1], int(found[2])) if found else ("", 0)
+    parts = CLASS_PATTERN.fullmatch(name)
+    letter, grade = (parts[1], int(parts[2])) if parts else ("", 0)
     if letter.lower() not in ZONE_LETTERS or grade not in GRADE_WIDTHS:
         known = ", ".join(ZONE_LETTERS)
         raise ValueError(
@@ -109,23 +109,23 @@ def _letter_and_grade(name: str) -> tuple[str, int]:
 
 
 def _table_value(values: tuple[float, ...], size: float) -> float:
-    """The value of a row of a table at a size."""
+    """The value in a row of a table for a size."""
     return values[bisect_left(SIZE_STEPS if len(values) == len(SIZE_STEPS) else HALF_SIZE_STEPS, size)]
 
 
 def _shaft_lower_deviation(letter: str, grade: int, size: float) -> float:
-    """Where the zone of a shaft begins, µm; k does at the size itself, but in the grades 4 to 7."""
+    """Lower deviation of a shaft from k on [µm]; that of k is 0 except in grades 4 to 7."""
     return 0.0 if letter == "k" and not 4 <= grade <= 7 else _table_value(SHAFT_LOWER_DEVIATIONS[letter], size)
 
 
 def _hole_lower_deviation(letter: str, grade: int, size: float) -> float:
-    """The lower deviation of a hole, µm."""
+    """Lower deviation of a hole [µm]."""
     if letter in SHAFT_UPPER_DEVIATIONS:
         return _table_value(SHAFT_UPPER_DEVIATIONS[letter], size)
     width, small = _table_value(GRADE_WIDTHS[grade], size), size <= SIZE_STEPS[0]
     coarse = grade > (8 if letter in "kmn" else 7)
     if grade < 3 or (letter == "k" and coarse and not small):
-        raise ValueError("is no class of holes: the standard has K from 3 to 8, and M to S from 3")
+        raise ValueError("is no class of holes: the standard has K in grades 3 to 8, and M to S from grade 3")
     if letter == "n" and coarse and not small:
         return -width
     if letter == "m" and grade == 6 and 250.0 < size <= 315.0:

@@ -1,4 +1,4 @@
-"""The keys of a scene in words: what each is, its unit, what it allows, and what it is if not given."""
+"""The keys of a scene in words: sentence, unit, allowed values and default of each."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -10,15 +10,15 @@ from camopt.scene.table_places import TOP_TABLE, key_record
 
 
 class KeyDescription(NamedTuple):
-    """A key of a scene, as people read of it."""
+    """A key of a scene in words."""
 
     key: str
     table: str
     unit: str
-    """"" where it has none to say."""
+    """"" without a unit."""
     allowed: str
     default: Any
-    """None where there is none."""
+    """None without a default."""
     needed: bool
     sentence: str
 
@@ -45,31 +45,31 @@ def keys_of_table(place: str, names: Iterable[str] = ()) -> Iterator[KeyDescript
 
 
 def find_keys(name: str | None = None) -> list[KeyDescription]:
-    """The keys of a table, or those of a name, such as rpm or cam.rpm; all without one.
+    """The keys of a table, or with a name such as rpm or cam.rpm; all keys without a name.
 
     Raises
     ------
     BadInput
-        If there is neither such a table nor such a key.
+        If no table and no key has the name.
     """
-    named = f"{name}.NAME"  # a table of tables with names of the user's, as laws are
+    named = f"{name}.NAME"  # a table of inner tables that the user names, such as laws
     if name in SCENE_TABLES or named in SCENE_TABLES:
         return [*keys_of_table(str(name) if name in SCENE_TABLES else named)]
     keys = [key for place in SCENE_TABLES for key in keys_of_table(place)]
-    found = [key for key in keys if name is None or f".{key.key}".endswith(f".{name}")]
-    if not found:
+    matching = [key for key in keys if name is None or f".{key.key}".endswith(f".{name}")]
+    if not matching:
         known = [*dict.fromkeys([*filter(None, SCENE_TABLES), *(key.key.rpartition(".")[2] for key in keys)])]
         raise BadInput([Mistake("camopt", "table", name, f"a table or a key; {suggest_names(str(name), known)}")])
-    return found
+    return matching
 
 
 def allowed_in_words(schema: dict[str, Any]) -> str:
     """What a JSON schema allows, in words."""
     match schema:
         case {"anyOf": kinds}:
-            free = {"type": "string"} in kinds  # then names are only proposed; a number with a unit is a number
-            told = [kind for kind in kinds if "pattern" not in kind and not (free and "enum" in kind)]
-            return " or ".join(map(allowed_in_words, told))
+            free = {"type": "string"} in kinds  # any text is allowed, and the names are only suggestions
+            listed = [kind for kind in kinds if "pattern" not in kind and not (free and "enum" in kind)]
+            return " or ".join(map(allowed_in_words, listed))
         case {"enum": [_, *_] as values}:
             return quoted_names(values)
         case {"$ref": target} | {"allOf": [{"$ref": target}]}:
@@ -91,7 +91,7 @@ MOST_QUOTED_NAMES = 12
 
 
 def quoted_names(values: list[str]) -> str:
-    """Words that a key may have; of many, how many there are."""
+    """The words that a key may have, or their number if there are many."""
     if len(values) > MOST_QUOTED_NAMES:
         return f"one of {len(values)} names"
     return ", ".join(f'"{value}"' for value in values)
@@ -112,5 +112,5 @@ def bounds_in_words(schema: dict[str, Any]) -> str:
 
 
 def short_number(value: float) -> str:
-    """A number, short."""
-    return re.sub(r"e([+-])0*", lambda found: "e" + found[1].strip("+"), f"{value:g}").replace("-", "−")
+    """A number in few characters, with a true minus sign."""
+    return re.sub(r"e([+-])0*", lambda match: "e" + match[1].strip("+"), f"{value:g}").replace("-", "−")

@@ -1,4 +1,4 @@
-"""The errors of pydantic about the tables of a scene in plain words: one mistake for each key."""
+"""Turn errors of pydantic about a scene into mistakes in plain words, one for each key."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -14,7 +14,7 @@ LOCATION_TAGS = (
     "constant/",
     "file/",
     "rows/",
-)  # parts of a location in pydantic's errors, no keys
+)  # parts of a location in pydantic's errors that are no keys
 
 
 KNOWN_TABLES: dict[str, type[BaseModel]] = {}
@@ -24,11 +24,13 @@ KNOWN_TABLES: dict[str, type[BaseModel]] = {}
 def mistakes_from_pydantic(
     error: ValidationError, model: type[BaseModel], prefix: str, file: str = "scene"
 ) -> list[Mistake]:
-    """Pydantic's errors as mistakes: one for each key, in plain words."""
-    found: dict[str, Mistake] = {}
+    """Pydantic's errors as mistakes in plain words, one for each key."""
+    mistakes: dict[str, Mistake] = {}
     for each in error.errors():
         *tables, last = each["loc"] or LOCATION_TAGS[:1]
-        unknown = each["type"] == "extra_forbidden"  # then the last part is a key of the user, whatever it says
+        unknown = (
+            each["type"] == "extra_forbidden"
+        )  # the last part is then the user's key, even if it looks like a tag
         where = (
             *(p for p in tables if p not in LOCATION_TAGS),
             *([last] if unknown or last not in LOCATION_TAGS else []),
@@ -36,13 +38,13 @@ def mistakes_from_pydantic(
         parts = [str(p + 1) if isinstance(p, int) else p for p in where]
         key = ".".join([prefix, *parts] if prefix else parts)
         within = each.get("ctx", {}).get("error")
-        if isinstance(within, BadInput):  # of a table inside this one, which gave its keys its own name
+        if isinstance(within, BadInput):  # from an inner table, whose keys start with its class name
             for mistake in within.mistakes:
                 name = ".".join([key, *mistake.key.split(".")[1:]])
-                found.setdefault(name, replace(mistake, file=file, key=name))
-        elif each["type"] != "too_short" or not each["input"]:  # a list of mistakes is not empty
-            found.setdefault(key, _mistake_from_error(each, str(last), model, key, file))
-    return list(found.values())
+                mistakes.setdefault(name, replace(mistake, file=file, key=name))
+        elif each["type"] != "too_short" or not each["input"]:  # a list of wrong items is not too short
+            mistakes.setdefault(key, _mistake_from_error(each, str(last), model, key, file))
+    return list(mistakes.values())
 
 
 def _mistake_from_error(each: Any, last: str, model: type[BaseModel], key: str, file: str) -> Mistake:
@@ -81,21 +83,19 @@ def _mistake_from_error(each: Any, last: str, model: type[BaseModel], key: str, 
 
 
 def unknown_key(name: str, model: type[BaseModel], others: Iterable[str] = ()) -> str:
-    """What is said of a key that a table has not; it may have some ``others``."""
+    """The message for a key that a table does not have; ``others`` are further known keys."""
     other = _only_key(name)
     meant = f"did you mean {other}?" if other else suggest_names(name, (*model.model_fields, *others))
     why = f"not a known key; {meant}"
-    if (
-        "." in name and name.partition(".")[0] in model.model_fields
-    ):  # what ``nest_dotted_keys`` could not put in place
-        why = "is given twice: leave out one of both"
+    if "." in name and name.partition(".")[0] in model.model_fields:  # a dotted key that ``nest_dotted_keys`` left
+        why = "is given twice: leave one of them out"
     return str(getattr(model, "elsewhere", {}).get(name, why))
 
 
 def _only_key(name: str) -> str | None:
-    """The only key of cam, follower and the like with such a last part; None if there is none, or several.
+    """The only key with this last part, outside search, synthesis and train; None without one, or with several.
 
-    Not of what searches, nor of stages of a train, which have the follower's names again.
+    Search and train repeat names of other tables.
     """
     tables = [place for place in KNOWN_TABLES if place.split(".")[0] not in ("", "search", "synthesis", "train")]
     keys = [f"{place}.{name}" for place in tables if name in KNOWN_TABLES[place].model_fields]

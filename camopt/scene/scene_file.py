@@ -1,7 +1,7 @@
-"""A scene written as a file: the text that it came from, with the values that are others now.
+"""Write a scene as a file: the text it was read from, with the changed values.
 
-Who reads the new file finds the order, comments, units and spelling of the old one. Where that text can not be kept
-(it is gone, or another scene would come of it), the scene is written plainly.
+The new file keeps the order, comments, units and spelling of the old one. If the old text is gone, or would give
+another scene, the scene is written plainly.
 """
 
 from collections.abc import Mapping
@@ -14,17 +14,17 @@ from camopt.core.storage.files import read_bytes, text_of, write_text
 from camopt.scene.scene import Scene, find_scene
 from camopt.scene.sources import shipped_scenes, shipped_toml
 
-LONGEST_TEXT = 100_000  # characters of a text whose order is kept: longer ones are tables of numbers
+LONGEST_TEXT = 100_000  # characters: longer texts are tables of numbers, whose order is not kept
 
 
 def write_scene(path: Path, scene: Scene) -> None:
-    """Write a scene as TOML, with all that it takes from other files."""
+    """Write a scene as TOML, including the data it read from other files."""
     write_text(path, text_of_scene(scene))
 
 
 def text_of_scene(scene: Scene) -> str:
-    """The scene as TOML text, in the order and with the comments of the file that it came from; an equal scene."""
-    with suppress(BadInput, OSError, ValueError, LookupError):  # tomlkit fails at some tables out of order
+    """The scene as TOML text that reads back as an equal scene, with the order and comments of its file."""
+    with suppress(BadInput, OSError, ValueError, LookupError):  # tomlkit fails on some tables out of order
         source = _source_text(scene.file)
         if 0 < len(source) <= LONGEST_TEXT:
             text = _update_text(source, find_scene(scene.file), scene)
@@ -34,7 +34,7 @@ def text_of_scene(scene: Scene) -> str:
 
 
 def _source_text(file: str) -> str:
-    """The text of the scene file, or of the shipped scene, of that name; empty if there is none."""
+    """The text of a scene file or shipped scene by name; empty if there is none."""
     if file in shipped_scenes():
         return shipped_toml(file)
     return text_of(read_bytes(file)) if Path(file).suffix == ".toml" else ""
@@ -52,7 +52,7 @@ def _update_text(source: str, before: Scene, after: Scene) -> str:
 
 
 def _update_table(table: Any, old: Mapping[str, Any], new: Mapping[str, Any]) -> None:
-    """Give a table of a text the values of a mapping that are not those of another, and what it names of files."""
+    """Set the values of ``new`` that differ from ``old`` in a table of a text; data replace names of files."""
     for key in [each for each in old if each not in new]:
         table.pop(key, None)
     for key, value in new.items():
@@ -68,13 +68,13 @@ def _update_table(table: Any, old: Mapping[str, Any], new: Mapping[str, Any]) ->
 
 
 def _item_with_blank_line(value: Any) -> Any:
-    """A value that is new in a text; a table with an empty line after it."""
+    """A new value of a text; a table gets an empty line after it."""
     import tomlkit  # noqa: PLC0415, as above
 
-    found = tomlkit.item(value)
+    item = tomlkit.item(value)
     if isinstance(value, dict):
-        found.add(tomlkit.nl())
-    return found
+        item.add(tomlkit.nl())
+    return item
 
 
 def _are_rows(value: Any) -> bool:

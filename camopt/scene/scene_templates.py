@@ -1,4 +1,4 @@
-"""Scenes to start from: commented by what the code says of their keys, with more keys and tables switched off.
+"""Scenes to start from, with a comment for each key, and with further keys and tables switched off.
 
 A line that begins with ``#`` and a key, or with ``#[``, is switched off; without the ``#`` it counts.
 """
@@ -28,13 +28,13 @@ PURPOSES = {
     "belt": "belt-matching",
     "barrel": "feeder-with-stop",
 }
-"""What a cam is for, each with the shipped scene of one."""
+"""Purposes of cams, each with a shipped scene."""
 PAIRINGS = {
     f"{mechanism.body.form} {mechanism.motion.name}-{tip.name}": (mechanism, tip)
     for mechanism in MECHANISMS.values()
     for tip in mechanism.tips
 }
-"""The mechanisms, each with a tip of its follower, as options name them."""
+"""Mechanisms, each with a tip of its follower, by the words of options."""
 EXAMPLE_TURN = [
     {"segment": "rise", "angle": 120, "lift": 10, "law": "cycloidal"},
     {"segment": "dwell", "angle": 60},
@@ -46,13 +46,13 @@ FLANK_HEIGHTS = ("groove_depth", "rib_height")
 
 
 def _key_examples(place: str, turns: bool = False) -> dict[str, Any]:
-    """The examples that the keys of a table have."""
-    found = {name: key_record(SCENE_TABLES[place], name) for name in SCENE_TABLES[place].model_fields}
-    return {name: record.example_of(turns=turns) for name, record in found.items() if record.example is not None}
+    """The example values of the keys of a table."""
+    records = {name: key_record(SCENE_TABLES[place], name) for name in SCENE_TABLES[place].model_fields}
+    return {name: record.example_of(turns=turns) for name, record in records.items() if record.example is not None}
 
 
 def minimal_scene_tables(mechanism: Mechanism, tip: Tip) -> dict[str, Any]:
-    """A cam with a follower of a kind, with its sizes and a motion alone."""
+    """The tables of a cam and follower with their sizes and a motion, nothing else."""
     own = mechanism.follower_keys(tip)
     return {
         "cam": {"form": mechanism.body.form, mechanism.body.size: EXAMPLE_SIZE},
@@ -66,7 +66,7 @@ def minimal_scene_tables(mechanism: Mechanism, tip: Tip) -> dict[str, Any]:
 
 
 def example_tables(scene: Scene) -> dict[str, dict[str, Any]]:
-    """What each table of a scene may have besides."""
+    """Example values of further keys, by table of a scene."""
     mechanism, tip = scene.mechanism, scene.tip
     body, size = mechanism.body, getattr(scene.cam, mechanism.body.size)
     laws = any(segment.law in LAWS for segment in scene.motion)
@@ -76,7 +76,7 @@ def example_tables(scene: Scene) -> dict[str, dict[str, Any]]:
     others |= {*GUIDE_KEYS} if mechanism.further_contacts else set()
     drive_keys = (
         mechanism.drive.keys if not mechanism.further_contacts else ()
-    )  # a preload is none with a clearance
+    )  # a preload excludes a clearance, so neither is shown
     dynamics = _key_examples("follower.dynamics", mechanism.motion.angular)
     seen = {"face_reach": 80} if tip == FLAT else {"pressure_angle": 45}
     bore = {} if scene.cam.shaft_diameter is None else {"bore": scene.cam.shaft_diameter}
@@ -103,10 +103,10 @@ def starting_scene(name: str | None = None, form: str | None = None, follower: s
     Raises
     ------
     BadInput
-        If there is no such name, or no such mechanism.
+        If the name or the mechanism is unknown.
     """
     if name is not None and (form or follower):
-        raise BadInput([Mistake("camopt", "name", name, "belongs to no mechanism: give one of both", bare=True)])
+        raise BadInput([Mistake("camopt", "name", name, "give either a name, or a form and a follower", bare=True)])
     if name is None:
         data = {"name": "My cam", **minimal_scene_tables(*_mechanism_and_tip(form, follower))}
         return _template_text(Scene.from_dict(data), data, [])
@@ -121,12 +121,12 @@ def starting_scene(name: str | None = None, form: str | None = None, follower: s
 
 
 def _mechanism_and_tip(form: str | None, follower: str | None) -> tuple[Mechanism, Tip]:
-    """The first mechanism of a form of cam and a follower, either of which may be left out."""
-    found = [pair for words, pair in PAIRINGS.items() if _matches_words(words.split(), form, follower)]
-    if not found:
+    """The first mechanism with a form of cam and a follower, preferably with a roller; both may be None."""
+    pairs = [pair for words, pair in PAIRINGS.items() if _matches_words(words.split(), form, follower)]
+    if not pairs:
         named = " ".join(filter(None, (form, follower)))
         raise BadInput([Mistake("camopt", "follower", named, f"a mechanism; {suggest_names(named, PAIRINGS)}")])
-    return next((pair for pair in found if pair[1].name == "roller"), found[0])
+    return next((pair for pair in pairs if pair[1].name == "roller"), pairs[0])
 
 
 def _matches_words(words: list[str], form: str | None, follower: str | None) -> bool:
@@ -134,7 +134,7 @@ def _matches_words(words: list[str], form: str | None, follower: str | None) -> 
 
 
 def _template_text(scene: Scene, data: Mapping[str, Any], about: list[str]) -> str:
-    """A scene as text: its own tables in order, each with the keys that it may have besides."""
+    """A scene as text: its tables in order, each with further keys switched off."""
     more = example_tables(scene)
     lines = [*about, *HELP_LINES, f"name = {_inline(data['name'])}"]
     for place, given in _tables_in_order(data):
@@ -145,7 +145,7 @@ def _template_text(scene: Scene, data: Mapping[str, Any], about: list[str]) -> s
 
 
 def _tables_in_order(data: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """The tables of a scene, and those that it may have besides, by where they stand, in the order of a file."""
+    """The tables of a scene, and further tables it may have, by place in the order of a file."""
     yield "cam", data["cam"]
     yield "follower", data["follower"]
     yield "follower.dynamics", data["follower"].get("dynamics", {})
@@ -190,14 +190,14 @@ def _inline(value: Any) -> str:
 
 
 def _drop_repeated_comments(lines: Iterable[str]) -> Iterator[str]:
-    """Lines of TOML, with a comment that was there before left out."""
-    told: set[str] = set()
+    """Lines of TOML without comments that an earlier line has."""
+    seen: set[str] = set()
     for line in lines:
-        written, mark, comment = line.partition("  # ")
-        yield line if comment not in told or not mark else written.rstrip()
-        told.add(comment)
+        code, mark, comment = line.partition("  # ")
+        yield line if comment not in seen or not mark else code.rstrip()
+        seen.add(comment)
 
 
 def enable_all_lines(lines: Iterable[str]) -> str:
-    """A text with all that it has switched off."""
+    """The text with all switched-off lines enabled."""
     return "\n".join(line[1:] if line[:1] == "#" and line[1:2] not in (" ", ":", "") else line for line in lines)

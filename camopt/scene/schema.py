@@ -13,86 +13,93 @@ from camopt.scene.tables import SceneTable
 from camopt.scene.tolerances import GivenTolerance
 
 DIALECT = "http://json-schema.org/draft-07/schema#"
-"""What every linter reads; nothing here needs a later one."""
+"""The draft that every linter reads; the schema needs no later one."""
 SCHEMA_BOUNDS = {"ge": "minimum", "le": "maximum", "lt": "exclusiveMaximum", "gt": "exclusiveMinimum"}
 UNIT_TEXT_SCHEMA = {"type": "string", "pattern": r"^\s*[-+]?[0-9]+(\.[0-9]+)?(e[-+]?[0-9]+)?\s*(1/)?[a-zA-Zµ°%]"}
-"""What a text is where a number is expected."""
+"""A number with a unit, allowed in place of a number."""
 ROW_PATTERN = "^[1-9][0-9]*$"
-"""The number of a row, as ``[search]`` names it."""
+"""The number of a row, as a key in ``[search]``."""
 SCENE_TABLES = tables_by_place(Scene)
-"""Every table by where it stands in a scene."""
+"""Every table by its place in a scene."""
 MODELS_BY_NAME = {model.__name__: (place, model) for place, model in SCENE_TABLES.items()}
 
 
 def scene_schema(site: str = SITE) -> dict[str, Any]:
-    """The schema of a whole scene; with links to the reference where the address of the site is known."""
-    made = dict(_pydantic_schema())
+    """The JSON schema of a whole scene; with a ``site``, keys link to the reference there."""
+    schema = dict(_pydantic_schema())
     tables = {
         name: _describe_table(_convert_schema(each), *MODELS_BY_NAME[name], site)
-        for name, each in made.pop("$defs").items()
+        for name, each in schema.pop("$defs").items()
     }
     for table, choice in (("Search", NumberChoice), ("Tolerances", GivenTolerance)):
-        reads = _NumberTableSchema(table.lower(), choice, sizes=table == "Tolerances", site=site)
+        writer = _NumberTableSchema(table.lower(), choice, sizes=table == "Tolerances", site=site)
         for name in ("cam", "follower", "drive", "materials"):
-            tables[table]["properties"][name] |= reads.numbers_schema(SCENE_TABLES[name], name)
+            tables[table]["properties"][name] |= writer.numbers_schema(SCENE_TABLES[name], name)
         rows = {
             "additionalProperties": False,
-            "patternProperties": {ROW_PATTERN: reads.numbers_schema(SCENE_TABLES["train"], "train")},
+            "patternProperties": {ROW_PATTERN: writer.numbers_schema(SCENE_TABLES["train"], "train")},
         }
         tables[table]["properties"]["train"] |= rows
     tables["NumberRange"] = _describe_table(
         _convert_schema(NumberRange.model_json_schema()), "search.KEY", NumberRange, site
     )
-    top = _describe_table(_convert_schema(made), *MODELS_BY_NAME["Scene"], site)
+    top = _describe_table(_convert_schema(schema), *MODELS_BY_NAME["Scene"], site)
     about = {"$schema": DIALECT, "title": "camopt scene"}
     known = {"properties": dict.fromkeys(tables["Limits"]["properties"], True), "additionalProperties": False}
-    top |= {"if": {"required": ["quantities"]}, "else": {"properties": {"limits": known}}}  # others are of its own
-    return {**about, **top, "description": "A cam, its follower, and what is asked of them.", "definitions": tables}
+    top |= {"if": {"required": ["quantities"]}, "else": {"properties": {"limits": known}}}  # else only known limits
+    return {
+        **about,
+        **top,
+        "description": "A cam, its follower, their motion and their limits.",
+        "definitions": tables,
+    }
 
 
 def table_schema(place: str) -> dict[str, Any]:
-    """What the keys of a table allow, by key."""
-    made = _pydantic_schema()
-    table = made if place == "" else made["$defs"][SCENE_TABLES[place].__name__]
+    """The JSON schemas of the keys of a table, by key."""
+    schema = _pydantic_schema()
+    table = schema if place == "" else schema["$defs"][SCENE_TABLES[place].__name__]
     properties: dict[str, Any] = _convert_schema(table)["properties"]
     return properties
 
 
 @cache
 def _pydantic_schema() -> dict[str, Any]:
-    """What pydantic makes of the tables, which takes it a tenth of a second."""
+    """Pydantic's schema of a scene, cached since it takes a tenth of a second."""
     return Scene.model_json_schema()
 
 
 def _convert_schema(schema: Any) -> Any:
-    """What pydantic makes, in the words of the dialect, and as TOML has it: without nulls."""
+    """Pydantic's schema in the draft of ``DIALECT``, without null, which TOML does not have."""
     if isinstance(schema, list):
         return [_convert_schema(each) for each in schema]
     if not isinstance(schema, dict):
         return schema
     if "$ref" in schema:
         return {"$ref": schema["$ref"].replace("$defs", "definitions")}
-    found = {SCHEMA_BOUNDS.get(key, key): _convert_schema(value) for key, value in schema.items() if key != "title"}
-    found |= (
+    result = {
+        SCHEMA_BOUNDS.get(key, key): _convert_schema(value) for key, value in schema.items() if key != "title"
+    }
+    result |= (
         {"properties": {k: _convert_schema(v) for k, v in schema["properties"].items()}}
         if "properties" in schema
         else {}
     )
-    if found.get("default", found) in (None, [], {}):
-        del found["default"]
-    if rows := found.pop("prefixItems", None):
-        found["items"] = rows[0]
-    if found.get("type") == "number":
-        bounds = {key: found.pop(key) for key in ("type", *SCHEMA_BOUNDS.values()) if key in found}
-        return {"anyOf": [bounds, UNIT_TEXT_SCHEMA], **found}
-    kinds = [kind for kind in found.pop("anyOf", found.pop("oneOf", [])) if kind != {"type": "null"}]
+    if result.get("default", result) in (None, [], {}):
+        del result["default"]
+    if rows := result.pop("prefixItems", None):
+        result["items"] = rows[0]
+    if result.get("type") == "number":
+        bounds = {key: result.pop(key) for key in ("type", *SCHEMA_BOUNDS.values()) if key in result}
+        return {"anyOf": [bounds, UNIT_TEXT_SCHEMA], **result}
+    kinds = [kind for kind in result.pop("anyOf", result.pop("oneOf", [])) if kind != {"type": "null"}]
     if len(kinds) == 1:
-        return kinds[0] | found
-    return found | ({"anyOf": [each for kind in kinds for each in kind.get("anyOf", [kind])]} if kinds else {})
+        return kinds[0] | result
+    return result | ({"anyOf": [each for kind in kinds for each in kind.get("anyOf", [kind])]} if kinds else {})
 
 
 def _describe_table(schema: dict[str, Any], place: str, model: type[SceneTable], site: str) -> dict[str, Any]:
-    """A table whose keys say what the code says of them."""
+    """Add the sentences, units and links of the keys of a table."""
     if "description" in schema:
         schema["description"] = schema["description"].split("\n\n")[0].replace("\n", " ")
     for name, each in schema["properties"].items():
@@ -101,8 +108,8 @@ def _describe_table(schema: dict[str, Any], place: str, model: type[SceneTable],
 
 
 def _describe_key(schema: dict[str, Any], model: type[SceneTable], name: str, key: str, site: str) -> None:
-    """Text, unit and link of a key."""
-    if target := schema.pop("$ref", None):  # what stands beside a reference is not read
+    """Add the sentence, unit and link of a key."""
+    if target := schema.pop("$ref", None):  # readers ignore keys beside a $ref
         schema["allOf"] = [{"$ref": target}]
     record = key_record(model, name)
     schema["description"] = f"{record.sentence}. Unit: {record.units}." if record.units else f"{record.sentence}."
@@ -113,18 +120,18 @@ def _describe_key(schema: dict[str, Any], model: type[SceneTable], name: str, ke
 
 
 class _NumberTableSchema(NamedTuple):
-    """A table that has something of numbers of other ones."""
+    """A table such as ``[search]``, with values for the numbers of other tables."""
 
     place: str
-    what: Any
-    """The type of what it has of a number."""
+    value_type: Any
+    """The type of a value for a number."""
     sizes: bool
-    """Whether of sizes too."""
+    """Whether it has values for sizes here too."""
     site: str
 
     def numbers_schema(self, table: type[SceneTable], place: str) -> dict[str, Any]:
-        """The numbers of another table as it takes them."""
-        choice = _convert_schema(TypeAdapter(self.what).json_schema())
+        """The schema of the values for the numbers of another table."""
+        choice = _convert_schema(TypeAdapter(self.value_type).json_schema())
         properties: dict[str, Any] = {}
         for name, inner in searchable_numbers(table, sizes=self.sizes).items():
             nested = isinstance(inner, type) and issubclass(inner, SceneTable)

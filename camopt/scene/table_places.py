@@ -1,4 +1,4 @@
-"""The tables of a scene by their place, and the records of their keys."""
+"""The tables of a scene by place, and the records of their keys."""
 
 from functools import cache
 
@@ -11,14 +11,14 @@ from camopt.scene.tolerances import Tolerance
 from camopt.scene.train import TrainStage
 
 TOP_TABLE = ""
-"""Where the keys before the first table of a scene stand."""
+"""The place of the keys before the first table of a scene."""
 TABLE_LISTS = ("motion", "motion.through", "train", "profile")
-"""Those of which a scene has several."""
+"""The places of lists of tables."""
 
 
 @cache
 def tables_by_place(scene: type[SceneTable]) -> dict[str, type[SceneTable]]:
-    """Every table by where it stands in a scene."""
+    """Every table by its place in a scene."""
     own = {name: field.annotation for name, field in scene.model_fields.items()}
     return {
         TOP_TABLE: scene,
@@ -46,12 +46,12 @@ def key_record(model: type[SceneTable], name: str) -> Key:
 
 
 def without_table_prefix(key: str) -> str:
-    """The key of a number of the scene, of which another table says something."""
+    """The key of a number of the scene, from its key in ``[search]`` or ``[tolerances]``."""
     return key.removeprefix("search.").removeprefix("tolerances.")
 
 
 def is_angle(key: str, angular: bool, tool_turns: bool, straight: bool) -> bool:
-    """Whether the motion that a key is about is an angle: that of the follower for its loads, else of the tool."""
+    """Whether a key refers to a motion that is an angle: the follower's for its loads, else the tool's."""
     key = without_table_prefix(key)
     if key in NUMBER_KEYS:
         return number_turns(key, angular=angular, tool_turns=tool_turns, straight=straight)

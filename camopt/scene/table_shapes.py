@@ -1,4 +1,4 @@
-"""Lists, tables and endless numbers where a scene has a word or a number: mistakes that are told before others."""
+"""Find lists, tables and huge integers where a key takes a word or a number, before all other checks."""
 
 from collections.abc import Hashable, Iterator, Mapping
 from types import UnionType
@@ -16,25 +16,25 @@ TablesByPlace = Mapping[str, type[SceneTable]]
 
 
 LARGEST_INTEGER = 10**308
-"""Whole numbers above it are no floats."""
+"""Larger integers are no floats."""
 
 
 class WrongShape(NamedTuple):
-    """A list, a table or an endless number where none belongs."""
+    """A list, a table or a huge integer that a key cannot have."""
 
     place: str
     holder: Any
-    """The table or the list that it is in."""
+    """The table or the list that contains it."""
     key: Any
-    """Its key, or its index."""
+    """Its key or index in the holder."""
     hint: Any
-    """The type of what belongs there."""
+    """The type that the key takes."""
 
 
 def replace_wrong_shapes(tables: dict[str, Any], models: TablesByPlace, file: str) -> Iterator[Mistake]:
-    """Put an empty text in place of each list, table or endless number that a key cannot have; a mistake for each.
+    """Replace each value of a wrong shape by an empty text, with a mistake for each.
 
-    It changes ``tables`` itself. An empty text is as wrong there, and all readers and checks of a scene take texts.
+    It changes ``tables`` itself. An empty text is still wrong there, but all readers and checks can handle a text.
     """
     for place, holder, key, hint in _wrong_shapes_in_table(tables, models[TOP_TABLE], "", models):
         try:
@@ -47,7 +47,7 @@ def replace_wrong_shapes(tables: dict[str, Any], models: TablesByPlace, file: st
 def _wrong_shapes_in_table(
     table: Mapping[str, Any], model: type[SceneTable], place: str, models: TablesByPlace, nested: bool = False
 ) -> Iterator[WrongShape]:
-    """The misfits in a table; if it is ``nested``, also in tables in it whose names the model does not know."""
+    """The wrong shapes in a table; if ``nested``, also in inner tables whose names the model does not know."""
     for key, value in table.items():
         where = f"{place}.{key}".lstrip(".")
         if key in model.model_fields and not _is_scalar(value):
@@ -58,7 +58,7 @@ def _wrong_shapes_in_table(
 
 
 def _wrong_shapes_in_value(whole: WrongShape, models: TablesByPlace) -> Iterator[WrongShape]:
-    """A value itself, if its key takes no list or no table, or else the misfits in it."""
+    """The value itself if its key takes no list or table, else the wrong shapes inside it."""
     place, holder, key, hint = whole
     value, members = holder[key], [*union_members(hint)]
     if _is_scalar(value):
@@ -68,7 +68,7 @@ def _wrong_shapes_in_value(whole: WrongShape, models: TablesByPlace) -> Iterator
         named = next((each for each in members if get_origin(each) is dict), None)
         if table:
             yield from _wrong_shapes_in_table(value, table, place, models)
-        elif named == dict[str, Any]:  # what search and tolerances have of numbers of other tables
+        elif named == dict[str, Any]:  # values in search and tolerances for numbers of other tables
             yield from _wrong_shapes_in_table(
                 value, models[f"{place.partition('.')[0]}.KEY"], place, models, nested=True
             )
@@ -90,12 +90,12 @@ def _wrong_shapes_in_value(whole: WrongShape, models: TablesByPlace) -> Iterator
 
 def _is_scalar(value: Any) -> bool:
     """Whether a value is a text, a switch, a date or a number that a float can hold."""
-    endless = isinstance(value, int) and abs(value) > LARGEST_INTEGER
-    return isinstance(value, Hashable) and not endless
+    huge = isinstance(value, int) and abs(value) > LARGEST_INTEGER
+    return isinstance(value, Hashable) and not huge
 
 
 def union_members(hint: Any) -> Iterator[Any]:
-    """The types that a value may have."""
+    """The members of a union type; of any other type, the type itself."""
     if get_origin(hint) is Annotated:
         yield from union_members(get_args(hint)[0])
     elif get_origin(hint) in (Union, UnionType):

@@ -1,4 +1,4 @@
-"""Scenes as text: TOML, and its faults with their lines."""
+"""Parse the TOML text of a scene; faults name their line and a likely cause."""
 
 import re
 import tomllib
@@ -14,7 +14,7 @@ ERROR_PLACE = re.compile(r" \(at line (\d+), column \d+\)$")
 NUMBER_WITH_UNIT = re.compile(
     r"\s*[-+]?\d+(\.\d+)?(e[-+]?\d+)?((\s+\d+)?/[1-9]\d*)?\s*(1/)?[a-zA-Zµ°%].*", re.DOTALL
 )
-"""A number with a unit, ``1.5 in`` or ``1 1/2 in``, which a text may be where a number is expected."""
+"""A number with a unit, such as ``1.5 in`` or ``1 1/2 in``, allowed as a text in place of a number."""
 SYNTAX_HINTS = {
     r"[\u2018-\u201f\u00ab\u00bb]": "a text has straight quotes, \" or '",
     r"[=\[,]\s*[-+]?\d+,\d+\s*(#|$)": "a number has a decimal point, not a comma",
@@ -26,22 +26,22 @@ SYNTAX_HINTS = {
 
 
 def parse_toml(data: bytes | str, file: str) -> dict[str, Any]:
-    """The tables of a scene's text.
+    """The tables in the text of a scene.
 
     Raises
     ------
     BadInput
-        If it is not TOML in UTF-8, with the line that is wrong; if tables lie too deep in each other.
+        If the text is not TOML in UTF-8, with the wrong line; if tables are nested too deep.
     """
     try:
         text = data if isinstance(data, str) else text_of(data)
         tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise _toml_mistake(file, _error_with_line(text, str(error))) from None
-    except ValueError as error:  # no text, numbers without end
+    except ValueError as error:  # not UTF-8, or a number with too many digits
         raise _toml_mistake(file, str(error)) from None
     except RecursionError:
-        raise _toml_mistake(file, "tables or lists lie too deep in each other") from None
+        raise _toml_mistake(file, "tables or lists are nested too deep") from None
     return tables
 
 
@@ -50,7 +50,7 @@ def _toml_mistake(file: str, what: str) -> BadInput:
 
 
 def _error_with_line(text: str, error: str) -> str:
-    """A parser's message with its line, and what is expected there."""
+    """A parser's message with its line and, where known, the rule that it breaks."""
     place = ERROR_PLACE.search(error)
     if not place:
         return error
@@ -63,9 +63,9 @@ def _error_with_line(text: str, error: str) -> str:
 
 
 def plain_tables(value: Any, file: str, depth: int = 0) -> Any:
-    """Tables as mappings and tuples as lists, so that Python and TOML input are checked alike."""
+    """Tables as mappings and tuples as lists, so that input from Python and TOML gets the same checks."""
     if depth > DEEPEST_NESTING:
-        raise BadInput([Mistake(file, "scene", None, "tables or lists lie too deep in each other", bare=True)])
+        raise BadInput([Mistake(file, "scene", None, "tables or lists are nested too deep", bare=True)])
     if isinstance(value, BaseModel):
         return plain_tables(value.model_dump(exclude_none=True, exclude_defaults=True), file, depth)
     if isinstance(value, dict):

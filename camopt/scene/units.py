@@ -1,7 +1,7 @@
-"""Numbers that are texts with a unit, such as ``"0.8 in"``, as numbers in the unit of their key.
+"""Convert texts with a unit, such as ``"0.8 in"``, to numbers in the unit of their key.
 
-Pint knows the units. To it an angle is a number; here a speed of 600 rev/min is none of 62.8 Hz, nor a moment one
-per angle: an angle is in both units or in neither.
+Pint knows the units. Pint takes angles as dimensionless; here either both units contain an angle or neither does,
+so 600 rev/min is not accepted as 62.8 Hz.
 """
 
 import re
@@ -22,48 +22,46 @@ from camopt.scene.train import stages_in, tool_turns
 
 ANGLE_UNIT = re.compile(r"rad|deg|°|rev|turn|rpm|arc")
 PER_MINUTE = re.compile(r"(?<=[\d. ])(1/min|min\^-1|min⁻¹)$")
-"""How plates of motors write rev/min."""
+"""The spelling of rev/min on rating plates of motors."""
 MIXED_FRACTION = re.compile(r"\b(\d+)\s+(\d+/\d+)\b(?!\.)")
-"""A whole number and a fraction, as lengths in inch are written."""
+"""A whole number and a fraction, as in lengths in inches."""
 SHARE_KEYS = ("cpk", "shared")
-"""Keys of a tolerance that are not in the unit of its number."""
+"""Keys of a tolerance without the unit of its number."""
 NAMED_TABLES = ("laws", "quantities")
-"""Tables of tables with names of the user's."""
+"""Tables of inner tables that the user names."""
 EXACT_DIGITS = 15
-"""Digits to which a converted number is rounded: those that a rounding error cannot reach."""
+"""Digits of a converted number: rounding errors do not reach them."""
 TableModels = Mapping[str, type[SceneTable]]
-"""The tables of a scene by their place (``tables_by_place``)."""
+"""The tables of a scene by place (``tables_by_place``)."""
 
 
 def replace_unit_texts(
     tables: dict[str, Any], models: TableModels, file: str
 ) -> tuple[dict[str, Any], list[Mistake]]:
-    """The tables of a scene with numbers in place of texts with units, and a mistake for each that is none."""
-    found = mechanism_of_tables(tables)
-    angular = bool(found and found[0].motion.angular)
+    """The tables of a scene with numbers in place of texts with units, and a mistake for each wrong unit."""
+    pair = mechanism_of_tables(tables)
+    angular = bool(pair and pair[0].motion.angular)
     reader = _UnitReader(models, file, angular, tables)
     return reader.table(tables, models[TOP_TABLE], "", ""), reader.mistakes
 
 
 def in_shown_units(tables: dict[str, Any], models: TableModels) -> dict[str, Any]:
-    """The tables of a scene with their numbers in the units in which results are shown."""
+    """The tables of a scene with their numbers in the units of results."""
     return _convert_tables(_ShownUnitConverter, tables, models)
 
 
 def tables_of_shown_units(tables: dict[str, Any], models: TableModels) -> dict[str, Any]:
-    """The tables of a scene with the unit in which a key's numbers are shown in place of these, "" if none."""
+    """The tables of a scene with the unit of results in place of each number, "" without a unit."""
     return _convert_tables(_UnitNamer, tables, models)
 
 
 def _convert_tables(kind: "type[_UnitReader]", tables: dict[str, Any], models: TableModels) -> dict[str, Any]:
-    found = mechanism_of_tables(tables)
-    return kind(models, "", bool(found and found[0].motion.angular), tables).table(
-        tables, models[TOP_TABLE], "", ""
-    )
+    pair = mechanism_of_tables(tables)
+    return kind(models, "", bool(pair and pair[0].motion.angular), tables).table(tables, models[TOP_TABLE], "", "")
 
 
 class _UnitReader:
-    """Goes through the tables of a scene."""
+    """Goes through the tables of a scene and converts texts with units."""
 
     def __init__(self, models: TableModels, file: str, angular: bool, scene: Mapping[str, Any]) -> None:
         self.models, self.file, self.angular, self.scene = models, file, angular, scene
@@ -71,24 +69,24 @@ class _UnitReader:
         self.mistakes: list[Mistake] = []
 
     def table(self, given: Mapping[str, Any], model: type[SceneTable], place: str, known: str) -> dict[str, Any]:
-        """The values of a table; ``known`` is where tables of its kind stand."""
-        found = {}
+        """The values of a table; ``known`` is the place of its kind of table (``tables_by_place``)."""
+        values = {}
         for key, value in given.items():
             where = f"{place}.{key}".lstrip(".")
             named = known in NAMED_TABLES
             stands = f"{known}.NAME" if named else without_table_prefix(f"{known}.{key}".lstrip("."))
             if known == "" and key in NAMED_TABLES and isinstance(value, Mapping):
-                found[key] = self.table(value, model, where, key)
+                values[key] = self.table(value, model, where, key)
             elif stands in self.models and isinstance(value, (Mapping, list)):  # tolerances.profile is a number
-                found[key] = self.tables(value, self.models[stands], where, stands)
+                values[key] = self.tables(value, self.models[stands], where, stands)
             else:
                 known_key = key in model.model_fields
                 unit = key_record(model, key).unit_of(turns=self.is_angle(where)) if known_key else ""
-                found[key] = self.value(value, unit, where)
-        return found
+                values[key] = self.value(value, unit, where)
+        return values
 
     def is_angle(self, where: str) -> bool:
-        """Whether what a key is about turns: of a stage of a train, what that moves."""
+        """Whether a key refers to a motion that is an angle; for a stage of a train, its output."""
         stage = re.match(r"train\.(\d+)\.", without_table_prefix(where))
         if where.startswith("motion.") and given_at_follower(self.scene):
             return self.angular
@@ -104,7 +102,7 @@ class _UnitReader:
         return self.table(value, model, place, known) if isinstance(value, Mapping) else value
 
     def value(self, value: Any, unit: str, where: str) -> Any:
-        """A number, a list of such or a range."""
+        """A number, a list of numbers or a range, converted."""
         if isinstance(value, list):
             return [self.value(each, unit, f"{where}.{row}") for row, each in enumerate(value, start=1)]
         if isinstance(value, Mapping):
@@ -122,14 +120,14 @@ class _UnitReader:
 
 
 class _ShownUnitConverter(_UnitReader):
-    """The same way, with numbers that are read already."""
+    """Converts numbers to the units of results."""
 
     def value(self, value: Any, unit: str, where: str) -> Any:
         return to_shown_unit(value, unit) if isinstance(value, float) else super().value(value, unit, where)
 
 
 class _UnitNamer(_UnitReader):
-    """The same way, with the units in which numbers are shown in place of these."""
+    """Replaces numbers by the units of results."""
 
     def value(self, value: Any, unit: str, where: str) -> Any:
         if isinstance(value, Mapping):
@@ -138,14 +136,14 @@ class _UnitNamer(_UnitReader):
 
 
 def convert_text_to_unit(text: str, unit: str) -> float:
-    """A text with a unit as a number in another unit; a ValueError says what is allowed."""
+    """Convert a text with a unit to a number in another unit; a ValueError says what is allowed."""
     from pint import PintError
 
     target = "" if unit == NO_UNIT else unit.replace("·", "*").replace("rev", "turn")
     if unit == "rev/min":
         text = PER_MINUTE.sub("rev/min", text)
     allowed = (
-        f"a number in {unit}, or with a unit of that kind, such as '1 {unit}'"
+        f"a number in {unit}, or a text with a unit of the same kind, such as '1 {unit}'"
         if target
         else "a number without a unit"
     )

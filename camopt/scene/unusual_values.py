@@ -1,4 +1,4 @@
-"""Values that a scene may have but that are hardly meant: metres for millimetres, turns a second, noisy tables."""
+"""Notes on allowed but unlikely values: metres for millimetres, turns per second, noisy tables."""
 
 from collections.abc import Iterator
 from math import sqrt
@@ -13,46 +13,46 @@ from camopt.scene.segments import following_segments
 from camopt.scene.table_places import key_record
 
 NARROW_HUB, USUAL_HUB = 1.5, 1.8
-"""Diameters of a hub of steel, in diameters of its bore: below the first, it is told that a keyway leaves little.
+"""Diameter of a steel hub with a keyway, in diameters of its bore: below the first there is a note.
 
-Tables for first designs ask for a wall of 0.25 to 0.5 diameters of the shaft in steel hubs, and for 1.8 to 2
-diameters where there is a key: H. Wittel et al., Roloff/Matek Maschinenelemente, hub sizes, as remembered, for the
-book was not at hand. The rule of old workshops is 2 (Shop Practice, American Technical Society, on pulleys).
+Tables for first designs recommend a wall of 0.25 to 0.5 shaft diameters in steel hubs, and hubs of 1.8 to 2
+diameters with a key: H. Wittel et al., Roloff/Matek Maschinenelemente, hub sizes (cited from memory, not looked
+up). The old workshop rule is 2 (Shop Practice, American Technical Society, on pulleys).
 """
 THIN_SIDE = 0.5
-"""Thickness of the wall beside a groove, in depths of the groove: what is thinner is told.
+"""Thickness of the wall beside a groove, in depths of the groove; below it there is a note.
 
-The roller bends it as a cantilever: the stress by a force at its edge is 6·h/t times that of the force spread over
-the wall's thickness t, by the depth h: 12 times at this share.
+The roller bends the wall as a cantilever. A force at the edge gives 6·h/t times the stress of the same force spread
+over the thickness t of the wall, for a depth h: 12 times at this share.
 """
-LARGE_NOISE_SHARE = 0.5  # of the acceleration or jerk of a table: a share of noise that is said
+LARGE_NOISE_SHARE = 0.5  # share of noise in the acceleration or jerk of a table; above it there is a note
 LIFT_RANGES = {"mm": (0.01, 2e3), "deg": (0.1, 180.0)}
-"""Likewise of a lift, by its unit."""
+"""Usual range of a lift, by its unit."""
 
 
 def unusual_value_notes(scene: Scene) -> list[str]:
-    """Sentences on values far outside what cams have; none of them is a mistake."""
-    found = [
+    """Sentences on values far outside the usual range of cams; they are no mistakes."""
+    notes = [
         f"{key} = {value:g} {unit}: is this what you mean? {least:g} to {most:g} {unit} is usual"
         for key, value, (least, most, unit) in _values_with_ranges(scene)
         if not least <= value <= most
     ]
-    told = (_noisy_tables, _resting_reversals, _wide_contact, _roller_over_pivot, thin_walls)
-    return [*found, *(line for each in told for line in each(scene))]
+    sources = (_noisy_tables, _resting_reversals, _wide_contact, _roller_over_pivot, thin_walls)
+    return [*notes, *(line for notes_of in sources for line in notes_of(scene))]
 
 
 def _wide_contact(scene: Scene) -> Iterator[str]:
-    """A contact that is wider than the steel: the disc, the depth of its groove, or the height of its rib."""
+    """A note on a contact that is wider than the disc, the depth of its groove or the height of its rib."""
     key = scene.mechanism.body.flank_height or "thickness"
-    width, steel = scene.materials.face_width, getattr(scene.part, key)
-    if width and steel and width > steel:
-        wide, there = (f"{to_shown_unit(each, 'mm'):.4g} {shown_unit('mm')}" for each in (width, steel))
-        more = f"on that the contact stress is {sqrt(width / steel):.3g} times what is computed"
-        yield f"materials.face_width = {wide}: wider than part.{key} ({there}); {more}"
+    width, available = scene.materials.face_width, getattr(scene.part, key)
+    if width and available and width > available:
+        wide, limit = (f"{to_shown_unit(each, 'mm'):.4g} {shown_unit('mm')}" for each in (width, available))
+        more = f"on that width the contact stress is {sqrt(width / available):.3g} times the computed one"
+        yield f"materials.face_width = {wide}: wider than part.{key} ({limit}); {more}"
 
 
 def _roller_over_pivot(scene: Scene) -> Iterator[str]:
-    """A roller that is as large as its arm is long: the pin of the arm is within it."""
+    """A note on a roller with a radius of at least the length of its arm, which covers the pivot."""
     first, second = scene.follower, scene.drive
     rows = {"follower": (first.roller_radius, first.arm_length)}
     if scene.mechanism.second_keys:
@@ -65,28 +65,28 @@ def _roller_over_pivot(scene: Scene) -> Iterator[str]:
 
 
 def thin_walls(scene: Scene) -> list[str]:
-    """Sentences on walls of its steel that are hardly meant."""
+    """Sentences on walls of the cam that are unusually thin."""
     return [*no_wall(scene), *thin_hub(scene), *thin_side(scene)]
 
 
 def no_wall(scene: Scene, base: float | None = None) -> list[str]:
-    """A sentence on a disc cam whose bore or keyway is as wide as its base circle, if no wall is asked for.
+    """A sentence on a disc cam whose bore or keyway reaches its base circle, unless a limit sets a least wall.
 
-    ``base`` is the radius of that in mm, if not the scene's own. Of a pair the smaller disc counts.
+    ``base`` is the base radius [mm] if not the scene's own. In a pair the smaller disc counts.
     """
     bases = filter(None, (base or scene.cam.base_radius, scene.drive.base_radius))
     base, reach = min(bases, default=None), scene.whole_part.bore_reach
     if not base or scene.limits.hub_wall is not None or base - reach > NEAR_END * base:
         return []
     what = "keyway" if scene.whole_part.keyway_width else "bore"
-    asks = "limits.hub_wall asks for a least wall, and is not set"
-    return [f"the wall between {what} and base circle is 0 mm: {asks}"]
+    hint = "limits.hub_wall, the least wall, is not set"
+    return [f"the wall between {what} and base circle is 0 mm: {hint}"]
 
 
 def thin_hub(scene: Scene) -> list[str]:
-    """A sentence on a keyway whose hub is narrower than ``NARROW_HUB`` bores, if no wall is asked for.
+    """A sentence on a keyway whose hub is narrower than ``NARROW_HUB`` bores, unless a limit sets a least wall.
 
-    What has no hub of its own is as wide as its base circle, or the bottom of its groove.
+    A cam without a hub is as wide as its base circle, or as the bottom of its groove.
     """
     part, cam = scene.whole_part, scene.cam
     size = cam.base_radius or cam.mean_radius
@@ -98,48 +98,48 @@ def thin_hub(scene: Scene) -> list[str]:
     wall = outer / 2 - part.bore_reach
     if wall <= 0.0 or outer >= NARROW_HUB * part.bore:
         return []
-    usual, has, left = (
+    usual, actual, rest = (
         f"{to_shown_unit(each, 'mm'):.4g} {shown_unit('mm')}" for each in (USUAL_HUB * part.bore, outer, wall)
     )
     rule = f"a keyed hub of steel usually has {USUAL_HUB:g} times the diameter of its bore, {usual}"
-    return [f"part.keyway_width: a wall of {left} is left: {rule}, and this one {has}"]
+    return [f"part.keyway_width: a wall of {rest} is left; {rule}; this one has {actual}"]
 
 
 def thin_side(scene: Scene) -> list[str]:
-    """A sentence on a groove that comes nearer than ``THIN_SIDE`` of its depth to the ends of its cylinder."""
+    """A sentence on a groove that is nearer than ``THIN_SIDE`` of its depth to an end of its cylinder."""
     whole, depth = scene.part.thickness, scene.part.groove_depth
     run = groove_run(scene) if whole and depth else None
     if not whole or not depth or run is None or whole - run >= 2.0 * THIN_SIDE * depth:
         return []
-    left, deep = (f"{to_shown_unit(each, 'mm'):.4g} {shown_unit('mm')}" for each in ((whole - run) / 2.0, depth))
-    rule = f"one thinner than {THIN_SIDE:g} times the groove's depth ({deep}) bends under the roller"
-    return [f"part.thickness: a wall of {left} is left beside the groove at either end: {rule}"]
+    rest, deep = (f"{to_shown_unit(each, 'mm'):.4g} {shown_unit('mm')}" for each in ((whole - run) / 2.0, depth))
+    rule = f"a wall thinner than {THIN_SIDE:g} times the groove's depth ({deep}) bends under the roller"
+    return [f"part.thickness: a wall of {rest} is left beside the groove at either end; {rule}"]
 
 
 def _noisy_tables(scene: Scene) -> Iterator[str]:
-    """The tables of laws whose acceleration, or else jerk, is mostly noise, or rounding, of their points."""
+    """Notes on tables of laws whose acceleration or jerk is mostly noise or rounding of the points."""
     for name, law in scene.laws.items():
         if law.x is not None and law.s is not None and len(law.x) >= LEAST_NOISE_POINTS:
             shares = {what: noise_share(law.x, law.s, k) for what, k in (("acceleration", 2), ("jerk", 3))}
             what = next((each for each, share in shares.items() if share > LARGE_NOISE_SHARE), None)
             if what:
-                noise = f"{min(shares[what], 1.0):.0%} of its {what} is noise, or rounding, of its points"
+                noise = f"{min(shares[what], 1.0):.0%} of its {what} is noise or rounding of its points"
                 yield f"laws.{name}: {noise}; camopt fit finds the gentlest motion within a band of such points"
 
 
 def _resting_reversals(scene: Scene) -> Iterator[str]:
-    """The tables that rest, for want of a word, where a rise goes straight over into a return or the other way.
+    """Notes on tables that rest by default between a rise and a return without a dwell.
 
-    A motion that rests there has a larger acceleration and jerk than one that turns back.
+    A motion that rests there has larger accelerations and jerks than one that reverses.
     """
     rows = scene.motion
     for number, (row, after) in enumerate(zip(rows, following_segments(rows), strict=True), start=1):
         if {row.segment, after.segment} == {"rise", "return"} and {row.law, after.law} <= scene.laws.keys():
-            where = f"it rests where motion.{number} goes straight over into motion.{number % len(rows) + 1}"
+            where = f"it rests between motion.{number} and motion.{number % len(rows) + 1}"
             for name, end in ((row.law, 1), (after.law, 0)):
                 if word := unstated_reversal(vars(scene.laws[str(name)]), end):
-                    turns = f'reversal = "{word}" turns back there, with the acceleration of its points'
-                    yield f"laws.{name}: {where}; {turns}. rest, if given, says that rest is meant"
+                    turns = f'reversal = "{word}" lets it reverse there, with the acceleration of its points'
+                    yield f"laws.{name}: {where}; {turns}. Give rest to keep the rest without this note"
 
 
 def _values_with_ranges(scene: Scene) -> Iterator[tuple[str, float, tuple[float, float, str]]]:

@@ -1,8 +1,8 @@
 """The second half of a turn in a yoke, from the first: y(θ + π) = h − y(θ) (``mechanisms.pairs``).
 
-A rise is a return half a turn later, with the same law. Positions p are s − p there, whatever the sum s is: here
-that of the lowest and the highest position of the first half, or its only one. A law of positions has no such other
-half: moves have none of their own here.
+Half a turn later, a rise is a return with the same law. A position p becomes s − p. Here s is the sum of the lowest
+and the highest position of the first half, or its only position; any s would do. Moves with a law of positions have
+no second half.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ OPPOSITE_KIND = {"rise": "return", "return": "rise"}
 
 
 def read_half_turn(data: dict[str, Any]) -> None:
-    """Put the second half of a turn behind the first, where a yoke is given half a turn, in ``data`` itself."""
+    """Append the second half of the turn if the segments of a yoke cover half a turn, in ``data`` itself."""
     drive, rows = DRIVES.get(value_at_key(data, "drive.kind")), segment_tables(data)
     angles = [finite_number(row.get("angle")) for row in rows]
     known = [angle for angle in angles if angle is not None]
@@ -30,7 +30,7 @@ def read_half_turn(data: dict[str, Any]) -> None:
 
 
 def _opposite_segment(row: Mapping[str, Any], total: float) -> dict[str, Any]:
-    """A segment that moves as much the other way."""
+    """The segment half a turn later, with the opposite motion."""
     found = {**row, "segment": OPPOSITE_KIND.get(row.get("segment", ""), row.get("segment"))}
     found |= {key: _opposite_value(total, row[key]) for key in ("to",) if row.get(key) is not None}
     found |= {key: _opposite_value(0.0, row[key]) for key in DERIVATIVE_UNITS if row.get(key) is not None}
@@ -40,7 +40,7 @@ def _opposite_segment(row: Mapping[str, Any], total: float) -> dict[str, Any]:
 
 
 def _opposite_condition(condition: Mapping[str, Any], total: float) -> dict[str, Any]:
-    """A condition on the way of a move half a turn later."""
+    """The condition within a move half a turn later."""
     sums = {"angle": None, "position": total}
     return {
         key: _opposite_value(sums.get(key, 0.0), value) for key, value in condition.items() if value is not None
@@ -48,7 +48,7 @@ def _opposite_condition(condition: Mapping[str, Any], total: float) -> dict[str,
 
 
 def _opposite_value(total: float | None, value: Any) -> Any:
-    """What a number or a range is taken from a sum; without one it is half a turn later."""
+    """``total`` less a number or a range; without a total, a cam angle half a turn later."""
     if isinstance(value, Sequence) and not isinstance(value, str):
         ends = [_opposite_value(total, end) for end in value]
         return ends if total is None else ends[::-1]

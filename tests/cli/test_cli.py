@@ -532,7 +532,7 @@ def test_a_sweep_needs_steps_and_quantities_of_the_scene(run):
     name = scene_file({"search.offset": {"start": 0, "stop": 5}})
     code, out, err = run("sweep", name, "--base-radius", "90", "--law", "harmonic")
     assert (code, out) == (2, "")
-    assert "search.offset.step: must be a step above 0, for a sweep" in err
+    assert "search.offset.step: must be above 0 for a sweep" in err
     assert files_here() == ["mine.toml"]
 
 

@@ -697,7 +697,7 @@ def test_noise_of_a_table_is_told():
     noisy = steep(181) + rng.normal(0.0, 1e-3, 181)
     noisy[0], noisy[-1] = 0.0, 1.0
     (told,) = [line for line in unusual_value_notes(table_scene(noisy, overshoot=True)) if "laws.table" in line]
-    assert "of its acceleration is noise, or rounding, of its points" in told
+    assert "of its acceleration is noise or rounding of its points" in told
     assert not [line for line in unusual_value_notes(table_scene(steep(181))) if "laws.table" in line]
     assert not [line for line in unusual_value_notes(table_scene(np.round(steep(61), 5))) if "laws.table" in line]
     in_microns = np.round(25.0 * steep(101), 3) / 25.0
@@ -721,8 +721,8 @@ def test_a_table_that_rests_where_a_rise_goes_over_into_a_return_is_told():
 
     start, *_ = told()
     assert start == (
-        "laws.up: it rests where motion.1 goes straight over into motion.2; "
-        'reversal = "end" turns back there, with the acceleration of its points. rest, if given, says that rest is meant'
+        "laws.up: it rests between motion.1 and motion.2; "
+        'reversal = "end" lets it reverse there, with the acceleration of its points. Give rest to keep the rest without this note'
     )
     assert len(told()) == 2
     assert ['reversal = "both"' in line for line in told(reversal="start")] == [True, True]

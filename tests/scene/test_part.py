@@ -113,7 +113,10 @@ def test_a_bore_has_a_unit_a_fit_and_a_standard_keyway(bore, size, fit, width):
 
 
 SHORT_MISTAKES = [
-    ({"bore": "1.5 kg H7", "keyway": "DIN 6885"}, "part.bore = '1.5 kg': must be a number in mm, or with a unit"),
+    (
+        {"bore": "1.5 kg H7", "keyway": "DIN 6885"},
+        "part.bore = '1.5 kg': must be a number in mm, or a text with a unit",
+    ),
     ({"bore": "30 h"}, "part.bore = '30 h': must be a number"),
     ({"bore": 20, "bore_fit": "h"}, "part.bore_fit = 'h': must be a fit of ISO 286, such as H7"),
     ({"bore": 20, "keyway": "DIN 6886"}, "part.keyway = 'DIN 6886': must be one of 'DIN 6885'"),
@@ -223,7 +226,7 @@ def test_a_part_is_read_and_written():
         key = scene.mechanism.body.flank_height or "thickness"
         (wide,) = unusual_value_notes(scene.replace(**{"materials.face_width": 4 * getattr(scene.part, key)}))
         assert f"wider than part.{key} (" in wide
-        assert wide.endswith("on that the contact stress is 2 times what is computed")
+        assert wide.endswith("on that width the contact stress is 2 times the computed one")
     feed = find_scene("press-feed-by-pair")
     for table, words in ("follower", "the roller covers"), ("drive", "the roller of the second disc covers"):
         (told,) = unusual_value_notes(feed.replace(**{"drive.roller_radius": 16, f"{table}.roller_radius": 112}))

@@ -41,7 +41,9 @@ def test_its_moment_is_that_of_the_force_on_its_lever():
 
 
 def test_a_moment_is_none_of_it():
-    with pytest.raises(BadInput, match=r"follower\.dynamics\.preload = '2 N\*m': .* a number in N, or with a unit"):
+    with pytest.raises(
+        BadInput, match=r"follower\.dynamics\.preload = '2 N\*m': .* a number in N, or a text with a unit"
+    ):
         rocker(spring_rate=30, preload="2 N*m", spring_at=45)
     assert rocker(spring_rate=30, preload="2 N*m").follower.dynamics.preload == 2.0
 

@@ -75,7 +75,7 @@ def test_a_shipped_scene_that_is_printed_has_nothing_of_this_machine_either(caps
     ("asked", "why"),
     [
         (("valv",), "did you mean valve?"),
-        (("valve", None, "oscillating-roller"), "belongs to no mechanism"),
+        (("valve", None, "oscillating-roller"), "give either a name, or a form and a follower"),
         ((None, "cylindrical", "translating-flat"), "known: "),
     ],
 )

@@ -76,7 +76,11 @@ def test_an_oscillating_follower_has_moments():
 @pytest.mark.parametrize(
     ("key", "text", "line"),
     [
-        ("cam.base_radius", "3 kg", "must be a number in mm, or with a unit of that kind, such as '1 mm'"),
+        (
+            "cam.base_radius",
+            "3 kg",
+            "must be a number in mm, or a text with a unit of the same kind, such as '1 mm'",
+        ),
         ("cam.base_radius", "3 inn", "'inn' is not defined"),
         ("cam.rpm", "10 Hz", "a number in rev/min"),
         ("follower.dynamics.natural_frequency", "600 rpm", "a number in Hz"),

@@ -1,8 +1,7 @@
-"""Constraints: the requirement of a limit on a curve at every cam angle, for any kind of number.
+"""Constraints: what a limit requires of a curve at every cam angle, for any kind of number.
 
-Doubles (verdicts), intervals (proofs and boxes of designs), samples (convex steps) and drawings evaluate the same
-constraints, each in its own numbers. A solver asks a constraint which curve it is about, never a limit for its
-name.
+Verdicts (doubles), proofs and boxes (intervals), convex steps (samples) and pictures evaluate the same constraints,
+each with its own kind of number. Solvers look at the curve of a constraint, never at the name of a limit.
 """
 
 from collections.abc import Callable, Iterable
@@ -17,7 +16,7 @@ from camopt.model.motion.stroke import ALL_STROKES
 
 
 class QuantityBound(NamedTuple):
-    """The extreme at which its quantity has a given value."""
+    """The bound on an extreme at which the quantity has a given value."""
 
     scale: Scale
     quantity: float
@@ -42,25 +41,25 @@ CONSTRAINT_SIDES = {LARGEST: (1.0,), LEAST: (-1.0,), LARGEST_MAGNITUDE: (1.0, -1
 
 
 class Constraint(NamedTuple):
-    """side · factor(design) · curve ≤ allowed at every cam angle of some strokes, for each side of the goal.
+    """side · factor(design) · curve ≤ bound at every cam angle of some strokes, for each side of the goal.
 
-    That is: the largest value (LARGEST) or the largest magnitude (LARGEST_MAGNITUDE) of factor · curve is at most
-    the bound, or its least value (LEAST) at least the bound. Units are the curve's. No factor is below 0, since
-    searches look where the curve itself is largest or least.
+    By goal: the largest value (LARGEST) or largest magnitude (LARGEST_MAGNITUDE) of factor · curve is at most the
+    bound, or its least value (LEAST) is at least the bound. Units are those of the curve. Factors are at least 0,
+    since searches look for the largest or least value of the curve itself.
 
-    Example: a roller of radius R_r undercuts no profile with κ·R_r < 1 at every cam angle, where κ is the curvature
-    of the pitch curve: the curve is κ, the goal LARGEST, the factor R_r, the bound 1.
+    Example: a roller of radius R_r makes no undercut if κ·R_r < 1 at every cam angle, with the curvature κ of the
+    pitch curve. The curve is κ, the goal LARGEST, the factor R_r, the bound 1.
     """
 
     curve: Callable[[Designs, Any], Any]
-    """A curve of the mechanism or of a load, for a design and a motion; or of a train, for what that does."""
+    """A curve of the mechanism or of a load, from a design and a motion; or a curve of a train."""
     kinds: int
-    """Kinds of stroke, or ways in which the follower moves (``motion.table``)."""
+    """Kinds of stroke, or directions of motion (``motion.table``)."""
     goal: int
     bound: ConstraintBound
     factor: Callable[[Designs], Any] = unit_weight
     unit: Callable[[Designs], Any] = unit_weight
-    """The scale of a relative excess where the bound is 0."""
+    """The value that a relative excess is relative to if the bound is 0."""
 
     @property
     def sides(self) -> tuple[float, ...]:
@@ -73,19 +72,19 @@ class Constraint(NamedTuple):
 
     @property
     def comparison_key(self) -> tuple[Any, ...]:
-        """Equal for constraints on one curve with one kind of factor: the strictest implies the others."""
+        """Equal for constraints on the same curve with the same kind of factor; the strictest implies all."""
         of_body = isinstance(self.factor, BodyRadiusPlus)
         weighted = (BodyRadiusPlus, self.upper_bound()) if of_body else (self.factor, None)
         return self.curve, self.kinds, self.goal, *weighted
 
     @property
     def strictness(self) -> float:
-        """Larger for the stricter of two comparable constraints."""
+        """A number that is larger for the stricter of two constraints with the same key."""
         return self.factor.radius if isinstance(self.factor, BodyRadiusPlus) else -float(self.upper_bound())
 
 
 def constraints_on_peak(peak: Peak, bound: float) -> tuple[Constraint, ...]:
-    """The constraints of a bound on the curves that decide its quantity."""
+    """The constraints on the curves behind a quantity, from a bound on the quantity."""
     at, weight = QuantityBound(peak.scale, bound), peak.scale.weight(bound)
     return tuple(
         Constraint(make, kinds, peak.goal, at, weight, peak.unit or unit_weight) for make, kinds in peak.curves
@@ -93,35 +92,35 @@ def constraints_on_peak(peak: Peak, bound: float) -> tuple[Constraint, ...]:
 
 
 def merge_stroke_kinds(constraints: Iterable[Constraint]) -> list[Constraint]:
-    """Constraints with equal bounds on one curve, over several kinds of stroke, as one over all of these."""
-    found: dict[Any, Constraint] = {}
+    """Merge constraints that differ only in their kinds of stroke."""
+    merged: dict[Any, Constraint] = {}
     for constraint in constraints:
-        same = (*constraint._replace(kinds=0, bound=ConstantBound(0.0)), constraint.upper_bound())
-        found[same] = (
-            constraint._replace(kinds=constraint.kinds | found[same].kinds) if same in found else constraint
+        key = (*constraint._replace(kinds=0, bound=ConstantBound(0.0)), constraint.upper_bound())
+        merged[key] = (
+            constraint._replace(kinds=constraint.kinds | merged[key].kinds) if key in merged else constraint
         )
-    return list(found.values())
+    return list(merged.values())
 
 
 def constraints_on_train_peak(peak: TrainPeak, bound: float) -> tuple[Constraint, ...]:
-    """The constraints of a bound on the curves of a train that decide its quantity."""
+    """The constraints on the curves of a train behind a quantity, from a bound on the quantity."""
     return tuple(
         Constraint(curve, ALL_STROKES, peak.goal, QuantityBound(peak.scale, bound)) for curve in peak.curves
     )
 
 
 class TurnMeanConstraint(NamedTuple):
-    """The requirement of a limit on the mean of a curve to a power over the turn: at most, or at least, a bound."""
+    """What a limit requires of the mean over the turn of a power of a curve: at most, or at least, a bound."""
 
     mean: Mean
     quantity: float
     """The bound on the quantity."""
     side: float
-    """−1 where the mean must be at least so much, else 1."""
+    """−1 if the mean must be at least the bound, else 1."""
 
     @property
     def kinds(self) -> int:
-        """The kinds of stroke that it is about: all."""
+        """All kinds of stroke."""
         return ALL_STROKES
 
     @property
@@ -129,11 +128,11 @@ class TurnMeanConstraint(NamedTuple):
         return (self.side,)
 
     def upper_bound(self, numbers: NumberKind = DOUBLES) -> Any:
-        """The mean of the curve to the power that is just allowed, times the factor."""
+        """The largest allowed mean of the curve to the power, times the factor."""
         return self.mean.power_mean_at(self.quantity, numbers)
 
     def factor(self, designs: Designs) -> Any:
-        """The factor of that mean, which may depend on the design; not below 0."""
+        """The factor of the mean, at least 0, which may depend on the design."""
         factor = self.mean.scale.weight(self.quantity)(designs)
         return factor * factor if self.mean.power == 2 else factor
 
@@ -142,5 +141,5 @@ AnyConstraint = Constraint | TurnMeanConstraint
 
 
 def constraint_on_mean(mean: Mean, bound: float, side: float) -> TurnMeanConstraint:
-    """The constraint of a bound, from one side, on the mean that decides its quantity."""
+    """The constraint on the mean behind a quantity, from a bound on the quantity."""
     return TurnMeanConstraint(mean, bound, -side if mean.scale.falls else side)

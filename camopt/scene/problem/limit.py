@@ -1,4 +1,4 @@
-"""A limit: a bound on a quantity, with all that verdicts, searches, proofs, prices and pictures need of it."""
+"""Limits: bounds on quantities, with what verdicts, searches, proofs, shadow prices and pictures read of them."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
@@ -32,26 +32,28 @@ from camopt.scene.problem.constraints import (
 )
 from camopt.scene.problem.rows import QuantityColumns
 
-ASSEMBLY = "assembly"  # what a design violates that cannot be put together
+ASSEMBLY = "assembly"  # the limit that a design violates if it cannot be assembled
 UNDERCUT, SELF_CROSSING, NO_RIB, PIVOT_IN_CAM = (
     "undercut",
     "self_crossing",
     "no_rib",
     "pivot_in_cam",
-)  # names of limits that every cam has to hold
+)  # names of limits that every cam has to meet
 
 Decider = Callable[[Setup, Designs, Programme], bool | None]
-EXTREME_FLOOR = 4.0 * CLEAR_SHARE  # relative, of what is further from a bound than rounding and a relative error
+EXTREME_FLOOR = 4.0 * CLEAR_SHARE  # relative distance from a bound beyond which an extreme needs no more digits
 
 
 class FeasibleBodies(NamedTuple):
-    """The bodies with which designs of some curves hold a limit for certain, and those with which they may."""
+    """Ranges of the radius of roller or face for given pitch curves, with regard to a limit."""
 
     sure_bodies: RadiusRange = RadiusRange()
+    """Radii that meet the limit for certain."""
     possible_bodies: RadiusRange = RadiusRange()
+    """Radii that may meet it."""
 
     def intersection(self, other: "FeasibleBodies") -> "FeasibleBodies":
-        """The same of two limits together."""
+        """The ranges for both limits together."""
         return FeasibleBodies(
             self.sure_bodies.intersection(other.sure_bodies),
             self.possible_bodies.intersection(other.possible_bodies),
@@ -64,125 +66,125 @@ class Limit(ABC):
 
     name: str
     bound: float
-    """In the unit of its key."""
+    """The bound, in the unit of the key."""
     setup: Setup = field(repr=False)
     set_by_scene: bool = True
-    """Whether the scene asks for it; False for limits that every cam must meet."""
+    """Whether the scene sets the limit; False for limits that every cam must meet."""
     bound_key: str = ""
-    """The key of the scene that gives its bound, if that is not ``[limits]`` with its name."""
+    """The key of the scene that gives the bound, if it is not the limit's name in ``[limits]``."""
 
     @abstractmethod
     def excess(self, columns: QuantityColumns, designs: Designs) -> Any:
-        """Relative excess of designs over it: held where ≤ 0, exceeded by 10 % at 0.1. Its sign is exact."""
+        """Relative excess of designs over the limit: met where ≤ 0, exceeded by 10 % at 0.1. The sign is exact."""
 
     def excess_derivative(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
-        """∂excess/∂bound of designs that just meet it; bound − excess/by_bound is the bound that a design meets."""
+        """∂excess/∂bound for designs that just meet the limit; a design meets the bound − excess/derivative."""
         return np.full(len(designs), np.nan)
 
     @property
     def pitch_curve_quantities(self) -> tuple[str, ...] | None:
-        """The quantities from which pitch curves alone tell whether designs hold it; None if they do not."""
+        """The quantities that decide the limit from pitch curves alone; None if pitch curves do not decide it."""
         return None
 
     def feasible_bodies(self, case: EvaluationBlock, bodies: RadiusRange) -> FeasibleBodies | None:
-        """With which of some bodies designs hold it that have the pitch curves of a case, and what is found of it.
+        """The radii of roller or face among ``bodies`` with which designs of a case meet the limit.
 
-        None if pitch curves do not tell.
+        None if pitch curves do not decide the limit.
         """
         return None
 
     @property
     def required_quantities(self) -> tuple[str, ...]:
-        """The quantities that it calls for."""
+        """The quantities that the limit needs."""
         return ()
 
     @property
     def shown_quantities(self) -> tuple[str, ...]:
-        """The quantities that people read beside the bound."""
+        """The quantities to show beside the bound."""
         return ()
 
     @property
     def quantity(self) -> Quantity | None:
-        """The first of these."""
+        """The first quantity to show; None without one."""
         return find_quantity(self.shown_quantities[0], self.setup) if self.shown_quantities else None
 
     @property
     def relation(self) -> str:
-        """The relation of each of them to the bound; ± if the magnitude must be ≤."""
+        """The relation of the shown quantities to the bound; ± if their magnitude must be ≤."""
         return AT_MOST
 
     @property
     def constraints(self) -> tuple[Constraint, ...]:
-        """The curves that decide it, for searches, proofs and pictures; none if it is not decided by curves."""
+        """The constraints on curves that decide the limit, for searches, proofs and pictures; may be empty."""
         return ()
 
     def constraints_at_contact(self, contact: int) -> tuple[Constraint, ...]:
-        """Those of one contact of a follower that has more, by its number; none that several contacts decide."""
+        """The constraints of one contact, by number, of a follower with several; empty if contacts act together."""
         return ()
 
     @property
     def mean_constraint(self) -> TurnMeanConstraint | None:
-        """The mean of a curve that decides it, if there is one."""
+        """The constraint on the mean of a curve that decides the limit, if there is one."""
         return None
 
     @property
     def train_constraints(self) -> tuple[Constraint, ...]:
-        """The curves of a train that decide it, for searches among trains; none if they do not."""
+        """The constraints on curves of a train that decide the limit, for searches among trains."""
         return ()
 
     def is_infinite_on_motion(self, programme: Programme) -> bool:
-        """Whether jumps of a motion make its quantity infinite, so that no design meets it."""
+        """Whether jumps of a motion make the quantity infinite, so that no design meets the limit."""
         return False
 
     @property
     def decider(self) -> Decider | None:
-        """Whether one design breaks it, None if undecided; for a limit that is not decided by curves."""
+        """Decides whether one design breaks the limit (None if undecided); for limits not on curves."""
         return None
 
     @property
     def presumed_limit(self) -> str:
-        """Another limit that must be met first."""
+        """The name of another limit that must be met first; "" without one."""
         return ""
 
     @property
     def necessary_conditions(self) -> NecessaryConditions:
-        """Necessary conditions on any cam that meets it."""
+        """Necessary conditions on any cam that meets the limit."""
         return NecessaryConditions()
 
     @property
     def least_contact_force(self) -> LeastForce | None:
-        """The least contact force that it needs."""
+        """The least contact force that the limit requires."""
         return self.necessary_conditions.force
 
     @property
     def least_size(self) -> float:
-        """A base (mean) radius below which no design meets it."""
+        """Base (mean) radius below which no design meets the limit [mm]."""
         return self.necessary_conditions.least_size
 
     @property
     def least_base_radius(self) -> float:
-        """A base radius of any disc below which no design meets it."""
+        """Base radius of any disc below which no design meets the limit [mm]."""
         return self.bound / 2.0 if self.is_on_base_circle else 0.0
 
     @property
     def most_size(self) -> float:
-        """A base (mean) radius above which no design meets it."""
+        """Base (mean) radius above which no design meets the limit [mm]."""
         return self.necessary_conditions.most_size
 
     @property
     def is_on_base_circle(self) -> bool:
-        """Whether its bound is a least diameter of the base circle."""
+        """Whether the bound is a least diameter of the base circle."""
         return False
 
     @cached_property
     def is_of_motion(self) -> bool:
-        """Whether motion and speed alone decide it, not the design."""
+        """Whether motion and speed alone decide the limit, not the design."""
         effects = [require_effect(name, self.setup) for name in self.required_quantities]
         return bool(effects) and not self.setup.free and all(effect.is_of_motion(self.setup) for effect in effects)
 
     @cached_property
     def is_on_motion_error(self) -> bool:
-        """Whether it is on errors by tolerances: those of all cams within them, of the nominal one as it is cut."""
+        """Whether the limit is on motion errors by tolerances, which cover all cams within the tolerances."""
         return any(
             find_quantity(name, self.setup).effect == MOTION_ERRORS.name
             for name in with_read_quantities(self.shown_quantities, self.setup)
@@ -190,39 +192,39 @@ class Limit(ABC):
 
     @property
     def lacks_enclosure(self) -> bool:
-        """Whether a number decides it that has no enclosure."""
+        """Whether the limit depends on a number without an enclosure."""
         return False
 
     @property
     def key(self) -> str:
-        """The key of the scene that gives its bound; the name of a limit that has none there."""
+        """The key of the scene that gives the bound; without a key, the name of the limit."""
         return self.bound_key or (f"limits.{self.name}" if self.set_by_scene else self.name)
 
     @cached_property
     def is_deferred(self) -> bool:
-        """Whether it is checked only for designs that meet all other limits."""
+        """Whether the limit is checked only for designs that meet all other limits."""
         return any(require_effect(name, self.setup).last for name in self.required_quantities)
 
 
 def quantities_of_limits(limits: Iterable[Limit]) -> frozenset[str]:
-    """The quantities that some limits call for."""
+    """The quantities that some limits need."""
     return frozenset(need for limit in limits for need in limit.required_quantities)
 
 
 @dataclass(frozen=True, eq=False)
 class QuantityLimit(Limit):
-    """A bound on a quantity, from the side that its list says; on several, of their largest magnitude."""
+    """A bound on a quantity, from above or below as the quantity says; on several, on their largest magnitude."""
 
     quantities: tuple[str, ...] = ()
     peak_or_mean: Peak | Mean | TrainPeak | None = None
-    """The extreme or the mean of curves that they are, if they are one; or the extreme of those of a train."""
+    """The extreme or mean of curves, or extreme of a train's curves, behind the quantities; None if neither."""
     other_constraints: tuple[Constraint, ...] = ()
-    """What it says of other curves."""
+    """Constraints on other curves."""
     further_peaks: tuple[Peak, ...] = ()
     """The same extreme at further contacts of the follower."""
 
     def with_peaks(self, change: Callable[[Peak], Peak]) -> "QuantityLimit":
-        """The same bound on other extremes of the same curves."""
+        """The limit with changed extremes."""
         assert isinstance(self.peak_or_mean, Peak)
         return replace(
             self, peak_or_mean=change(self.peak_or_mean), further_peaks=tuple(map(change, self.further_peaks))
@@ -253,7 +255,7 @@ class QuantityLimit(Limit):
 
     @property
     def _is_open(self) -> bool:
-        """Whether a design at the bound itself does not meet it."""
+        """Whether a design exactly at the bound breaks the limit."""
         return self.bound == 0.0 and isinstance(self.peak_or_mean, Peak) and self.peak_or_mean.open_at_zero
 
     @property
@@ -303,16 +305,18 @@ class QuantityLimit(Limit):
 
     def excess(self, columns: QuantityColumns, designs: Designs) -> Any:
         peak = self.peak_or_mean
-        over = self._extreme_excess(peak, columns, designs) if isinstance(peak, Peak) and peak.extremes else None
-        if over is None:
+        excess = self._extreme_excess(peak, columns, designs) if isinstance(peak, Peak) and peak.extremes else None
+        if excess is None:
             values = [columns[name] for name in self.quantities]
             value = values[0] if len(values) == 1 else reduce(np.maximum, map(np.abs, values))
-            with np.errstate(over="ignore"):  # of a bound near 0
-                over = self._bound_side * (value - self.bound) / self._excess_unit(designs) + np.zeros(len(designs))
-        return np.where(over == 0.0, np.finfo(float).tiny, over) if self._is_open else over
+            with np.errstate(over="ignore"):  # for a bound near 0
+                excess = self._bound_side * (value - self.bound) / self._excess_unit(designs) + np.zeros(
+                    len(designs)
+                )
+        return np.where(excess == 0.0, np.finfo(float).tiny, excess) if self._is_open else excess
 
     def _excess_unit(self, designs: Designs) -> Any:
-        """The unit of a relative excess."""
+        """The value that a relative excess is relative to."""
         if self.bound or not isinstance(self.peak_or_mean, Peak) or self.peak_or_mean.unit is None:
             return abs(self.bound) or 1.0
         return self.peak_or_mean.unit(designs)
@@ -332,7 +336,7 @@ class QuantityLimit(Limit):
 
     @property
     def _extreme_weight(self) -> Callable[[Designs], Any] | None:
-        """The weight of the extreme that a bound is compared with, if it is one."""
+        """The weight of the extreme that is compared with the bound; None without an extreme."""
         peak = self.peak_or_mean
         return peak.scale.weight(self.bound) if isinstance(peak, Peak) and peak.extremes else None
 
@@ -342,11 +346,11 @@ class QuantityLimit(Limit):
 
     @property
     def _body_rule(self) -> RadiiOfCurves | None:
-        """What gives the bodies with which pitch curves meet it, if its peak has that."""
+        """The rule for the radii with which pitch curves meet the limit, if the peak has one."""
         return self.peak_or_mean.bodies if isinstance(self.peak_or_mean, Peak) and not self.further_peaks else None
 
     def _allowed_inverse(self, designs: Designs) -> Any:
-        """The inverse of the extreme that designs are allowed."""
+        """The inverse of the extreme allowed for designs."""
         assert isinstance(self.peak_or_mean, Peak)
         scale = self.peak_or_mean.scale
         return scale.weight(self.bound)(designs) / scale.extreme_at(self.bound, DOUBLES)
@@ -367,25 +371,25 @@ class QuantityLimit(Limit):
         return FeasibleBodies(weight.allowed_radii(far, CLEAR_SHARE), weight.allowed_radii(near, -CLEAR_SHARE))
 
     def _bodies_for_least_value(self, case: EvaluationBlock, peak: Peak) -> FeasibleBodies:
-        """The bodies that are large or small enough for a least value, by that with a body of none."""
-        found = peak_extremes(case, peak)
-        finite = np.where(np.isfinite(found.value), found.value, 0.0)
+        """The radii that are large or small enough for a least value, from the value at radius 0."""
+        extremes = peak_extremes(case, peak)
+        finite = np.where(np.isfinite(extremes.value), extremes.value, 0.0)
         room = CLEAR_SHARE * np.maximum(self._excess_unit(case.designs), np.abs(finite))
-        far, near = (self.bound - found.value + side * (found.width + room) for side in (1.0, -1.0))
+        far, near = (self.bound - extremes.value + side * (extremes.width + room) for side in (1.0, -1.0))
         if peak.per_body < 0.0:
             return FeasibleBodies(RadiusRange(most=-far), RadiusRange(most=-near))
         return FeasibleBodies(RadiusRange(least=far), RadiusRange(least=near))
 
     def _extreme_sides(self, case: EvaluationBlock, peak: Peak, weight: float) -> tuple[FloatArray, FloatArray]:
-        """The far and the near side of what ``_extreme_share`` gives, or of what holds with the largest weight."""
+        """The far and near side of ``_extreme_share``; less exact where the limit holds with the largest weight."""
         allowed = peak.scale.extreme_at(self.bound, DOUBLES)
         floor = (1.0 - EXTREME_FLOOR) / (weight * abs(allowed)) if weight > 0.0 else -np.inf
-        found = peak_extremes(case, peak, floor=floor)
-        far, near = (allowed * found.value + side * abs(allowed) * found.width for side in (1.0, -1.0))
+        extremes = peak_extremes(case, peak, floor=floor)
+        far, near = (allowed * extremes.value + side * abs(allowed) * extremes.width for side in (1.0, -1.0))
         return far, near
 
     def _extreme_share(self, peak: Peak, columns: Mapping[str, Any], designs: Designs) -> FloatArray:
-        """The extreme as a share of what it is allowed to be, but for its weight."""
+        """The extreme as a share of its allowed value, without the weight."""
         most, least = (np.asarray(columns[name] + np.zeros(len(designs))) for name in peak.extremes)
         if peak.goal == LARGEST_MAGNITUDE:
             most = np.maximum(most, -least)
@@ -394,13 +398,13 @@ class QuantityLimit(Limit):
 
     def excess_derivative(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
         if isinstance(self.peak_or_mean, Peak) and self.peak_or_mean.extremes:
-            return self._extreme_share(self.peak_or_mean, columns, designs)  # weights rise with a bound as 1 does
+            return self._extreme_share(self.peak_or_mean, columns, designs)  # weights are linear in the bound
         return np.asarray(-self._bound_side / self._excess_unit(designs) + np.zeros(len(designs)))
 
 
 @dataclass(frozen=True, eq=False)
 class OwnQuantityLimit(Limit):
-    """A quantity of the scene's own is a finite number, and at most the bound; an infinite bound is none."""
+    """A limit on a quantity that the scene defines: finite, and at most the bound if that is finite."""
 
     @property
     def required_quantities(self) -> tuple[str, ...]:
@@ -412,34 +416,34 @@ class OwnQuantityLimit(Limit):
 
     @cached_property
     def lacks_enclosure(self) -> bool:
-        """Whether it reads a Python function, or what is no quantity to be bounded, as where something is."""
-        read = [
+        """Whether the quantity reads a Python function, or a quantity without a bound such as a cam angle."""
+        quantities = [
             find_quantity(name, self.setup) for name in with_read_quantities(self.required_quantities, self.setup)
         ]
-        functions = [isinstance(each, OwnQuantity) and each.call for each in read]
-        return any(functions) or not all(each.relation or each.effect == "sizes" for each in read)
+        functions = [isinstance(each, OwnQuantity) and each.call for each in quantities]
+        return any(functions) or not all(each.relation or each.effect == "sizes" for each in quantities)
 
     def excess(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
         value = columns[self.name]
-        over = (value - self.bound) / (abs(self.bound) or 1.0) if self.set_by_scene else -1.0
-        return np.asarray(np.where(value == np.inf, np.inf, over) + np.zeros(len(designs)))
+        excess = (value - self.bound) / (abs(self.bound) or 1.0) if self.set_by_scene else -1.0
+        return np.asarray(np.where(value == np.inf, np.inf, excess) + np.zeros(len(designs)))
 
     def excess_derivative(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
         return np.full(len(designs), -1.0 / (abs(self.bound) or 1.0))
 
 
 def _profile_crosses_itself(setup: Setup, design: Designs, programme: Programme) -> bool | None:
-    """Whether any profile of one design crosses itself; None if that is not known."""
-    found = [
+    """Whether any profile of one design crosses itself; None if undecided."""
+    verdicts = [
         find_crossing(replace(setup, mechanism=each.mechanism), each.local_designs(design), programme).crosses
         for each in follower_contacts(setup)
     ]
-    return True if True in found else None if None in found else False
+    return True if True in verdicts else None if None in verdicts else False
 
 
 @dataclass(frozen=True, eq=False)
 class SelfCrossingLimit(Limit):
-    """The profile does not cross itself: held or broken, without a measure between."""
+    """The limit that no profile crosses itself; it is met or broken, with nothing between."""
 
     @property
     def required_quantities(self) -> tuple[str, ...]:
@@ -467,7 +471,7 @@ class SelfCrossingLimit(Limit):
 
 @dataclass(frozen=True, eq=False)
 class BaseCircleLimit(Limit):
-    """A circle with the bound as its diameter lies within the base circle, the least radius of every profile."""
+    """The limit that a circle of a diameter (the bound) lies within the base circle."""
 
     @property
     def relation(self) -> str:

@@ -1,4 +1,4 @@
-"""Limits of a scene, and the quantity that each key of ``[limits]`` bounds."""
+"""The limits of a scene, from its keys and from what every cam must meet."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -30,32 +30,32 @@ from camopt.scene.problem.limit import (
 )
 from camopt.scene.scene import Scene
 
-FORCE_ROUNDING = 1e-9  # N: less than nothing by so much is rounding
-THINNEST_WALL = 1e-12  # of the base radius: the wall that a keyway or bore leaves, since a scene has to have one
+FORCE_ROUNDING = 1e-9  # N: a force this far below 0 is rounding
+THINNEST_WALL = 1e-12  # share of the base radius: least wall around a bore or keyway
 LOAD_LIMITS, PART_LIMITS, ERROR_LIMITS = (
     {each.key: each.quantity for each in keys} for keys in (LOAD_KEYS, PART_KEYS, ERROR_KEYS)
 )
-"""Short keys of limits on loads, on the part, and on errors by tolerances: the quantity that each bounds."""
+"""The quantity of each short key on loads, on the part, and on motion errors by tolerances."""
 SINGLE_QUANTITY_KEYS = LOAD_LIMITS | PART_LIMITS | ERROR_LIMITS | {name: name for name in BOUNDED_QUANTITIES}
-"""All keys that bound just one quantity from one side."""
+"""The keys that bound one quantity from one side."""
 
 
 def limited_quantity(key: str, setup: Setup) -> str:
-    """The quantity that a key of ``[limits]`` bounds: of a short key its quantity, else the key.
+    """The quantity that a key of ``[limits]`` bounds: the quantity of a short key, else the key itself.
 
-    By a short key, a quantity of the motion is that of an angle where what is asked to move, turns.
+    For a tool that turns, short keys of the motion mean angular quantities.
     """
     short = LIMIT_KEYS.get(key)
     return short.quantity_of(turns=setup.tool_turns) if short and short.quantity else key
 
 
 def peaks_of_quantity(quantity: str, setup: Setup) -> tuple[Peak, ...]:
-    """The peak behind a quantity, at each contact of the follower; none if it is no extreme of curves."""
+    """The peak behind a quantity at each contact of the follower; empty if it is no extreme of curves."""
     return tuple(contact_peaks(require_effect(quantity, setup), setup, quantity))
 
 
 def first_peak(quantity: str, setup: Setup) -> Peak | None:
-    """The peak behind a quantity, at the first contact; None if it is no extreme of curves."""
+    """The peak behind a quantity at the first contact; None if it is no extreme of curves."""
     return next(iter(peaks_of_quantity(quantity, setup)), None)
 
 
@@ -66,7 +66,7 @@ def mean_or_train_peak(quantity: str, setup: Setup) -> Mean | TrainPeak | None:
 
 
 def quantity_limit(name: str, bound: float, setup: Setup, *quantities: str) -> QuantityLimit:
-    """The limit by which a quantity, or the largest magnitude of several, is bounded."""
+    """The limit on a quantity, or on the largest magnitude of several."""
     peaks = peaks_of_quantity(quantities[0], setup)
     form = peaks[0] if peaks else mean_or_train_peak(quantities[0], setup)
     others = tuple(_jump_constraints(quantities[0], bound, setup))
@@ -82,7 +82,7 @@ def quantity_limit(name: str, bound: float, setup: Setup, *quantities: str) -> Q
 
 
 def _jump_constraints(quantity: str, bound: float, setup: Setup) -> Iterator[Constraint]:
-    """A jump speed for designs with numbers of their own: contact is kept at that speed."""
+    """The constraint of a jump speed on designs with their own numbers: contact is kept at that speed."""
     speeds: dict[str, Callable[[Setup], Any]] = {
         "jump_speed_rpm": lambda own: bound * pi / 30,
         "jump_speed_ratio": lambda own: bound * own.omega,
@@ -97,9 +97,9 @@ def _jump_constraints(quantity: str, bound: float, setup: Setup) -> Iterator[Con
 
 
 def _inherent_limits(setup: Setup) -> list[Limit]:
-    """The limits of every cam: no undercut or self-crossing, room for shaft, hub and pivot, within its edge, a rib.
+    """The limits of every cam: no undercut, no self-crossing, room for shaft, hub, pivot and rib, inside the disc.
 
-    Without undercut, only a round body can make a profile that crosses itself.
+    A profile without undercut can cross itself only with a roller or a spherical face.
     """
     limits: list[Limit] = []
     if not setup.is_knife:
@@ -120,7 +120,7 @@ def _inherent_limits(setup: Setup) -> list[Limit]:
 
 
 def _base_circle_limits(setup: Setup) -> Iterator[BaseCircleLimit]:
-    """The circles within the base circle: the shaft, the hub, and the bore with its thinnest wall."""
+    """The limits on the base circle: it holds the shaft, the hub, and the bore with its thinnest wall."""
     bore = "keyway" if setup.solid.keyway_width else "bore"
     around = wall.size_for_wall(setup, 0.0) * (1.0 + THINNEST_WALL)
     shaft = setup.shaft_radius or 0.0
@@ -134,7 +134,7 @@ def _base_circle_limits(setup: Setup) -> Iterator[BaseCircleLimit]:
 
 
 def pressure_angle_limits(setup: Setup, on_rise: float | None, on_return: float | None) -> Iterator[Limit]:
-    """The limits on the pressure angle in deg: one of rises and dwells, one of returns alone."""
+    """The limits on the pressure angle [deg]: one on rises and dwells, one on returns."""
     rises, dwells, returns = (f"pressure_angle_max_{kind}_deg" for kind in ("rise", "dwell", "return"))
     if on_rise is not None and first_peak(rises, setup):
         limit = quantity_limit("pressure_angle", on_rise, setup, rises, dwells)
@@ -144,16 +144,16 @@ def pressure_angle_limits(setup: Setup, on_rise: float | None, on_return: float 
 
 
 def _face_reach_limits(bound: float, setup: Setup) -> Iterator[Limit]:
-    """The reach along a flat face, to either side."""
+    """The limit on the reach along a flat face, to either side."""
     ends = ("face_reach_max_mm", "face_reach_min_mm")
     if first_peak(ends[0], setup) is not None:
         yield quantity_limit("face_reach", bound, setup, *ends).with_peaks(Peak.as_magnitude)
 
 
 def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
-    """The limits of a scene with those of every cam; limits that are checked last are at the end."""
-    asked, mechanism = scene.limits, setup.mechanism
-    named = asked.bounds_by_key
+    """The limits of a scene and those of every cam; limits that are checked last come last."""
+    given, mechanism = scene.limits, setup.mechanism
+    named = given.bounds_by_key
 
     def limits_on(quantities: Mapping[str, str]) -> list[Limit]:
         return [quantity_limit(key, named[key], setup, name) for key, name in quantities.items() if key in named]
@@ -161,10 +161,10 @@ def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
     limits: list[Limit] = limits_on(
         {each: motion_quantity(each, "", angular=setup.tool_turns, timed=True) for each in DERIVATIVE_UNITS}
     )
-    on_return = asked.pressure_angle if asked.pressure_angle_return is None else asked.pressure_angle_return
-    for limit in pressure_angle_limits(setup, asked.pressure_angle, on_return):
+    on_return = given.pressure_angle if given.pressure_angle_return is None else given.pressure_angle_return
+    for limit in pressure_angle_limits(setup, given.pressure_angle, on_return):
         limits.append(limit if limit.name in named else replace(limit, bound_key="limits.pressure_angle"))
-    limits += [] if asked.face_reach is None else _face_reach_limits(asked.face_reach, setup)
+    limits += [] if given.face_reach is None else _face_reach_limits(given.face_reach, setup)
     limits += limits_on({"outer_radius": outline.OUTER_RADIUS} if mechanism.outline is not None else {})
     limits += limits_on({"curvature_radius": CONVEX_RADIUS})
     limits += limits_on(
@@ -187,11 +187,13 @@ BUILD_LIMITS = {
     "hub_wall": wall.WALL,
     rib.RIB_THICKNESS: rib.RIB_THICKNESS,
 }
-"""Limits that make a cam one to build, each with its quantity."""
+"""Limits that a cam to be built should have, each with its quantity."""
 
 
 def unset_build_limits(limits: Iterable[Limit], setup: Setup) -> list[str]:
-    """Those of ``BUILD_LIMITS`` that are not among some limits of a scene, and that can hold its cam."""
+    """The ``BUILD_LIMITS`` that apply to a cam and are not among ``limits``."""
     flat = setup.mechanism.flat_faced and not setup.angular  # then the pressure angle is 0
-    out = {limit.name for limit in limits} | ({"pressure_angle"} if flat else set())
-    return [key for key, name in BUILD_LIMITS.items() if name in available_quantities(setup) and key not in out]
+    excluded = {limit.name for limit in limits} | ({"pressure_angle"} if flat else set())
+    return [
+        key for key, name in BUILD_LIMITS.items() if name in available_quantities(setup) and key not in excluded
+    ]

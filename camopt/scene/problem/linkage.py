@@ -1,7 +1,6 @@
-"""Where the links of a train are, and where its follower drives them.
+"""Places of the links of a train, for pictures.
 
-Scenes do not say where a linkage is mounted: links are put one after the other, each on the far side of what drives
-it.
+A scene does not say where its linkage is mounted. Links are placed in order, each on the far side of its driver.
 """
 
 import numpy as np
@@ -13,7 +12,7 @@ from camopt.scene.problem.problem import Problem
 
 
 def follower_pivot(problem: Problem) -> complex:
-    """The pivot of an oscillating follower, mm: from the axis of a disc cam, on a surface that is developed."""
+    """The pivot of an oscillating follower [mm]: from the axis of a disc cam, or on the developed cylinder."""
     design = problem.design
     if not problem.setup.mechanism.body.developed:
         return complex(design.centre_distance[0])
@@ -21,20 +20,20 @@ def follower_pivot(problem: Problem) -> complex:
 
 
 def outward_turn_sense(problem: Problem) -> float:
-    """Which way an oscillating follower turns as it goes outward: 1 anticlockwise, −1 clockwise."""
+    """Sense in which an oscillating follower turns outward: 1 anticlockwise, −1 clockwise."""
     return -problem.design.sense if problem.setup.mechanism.body.developed else -1.0
 
 
 def linkage_sketch(problem: Problem, angles: FloatArray, at: complex, size: float) -> LinkSketch | None:
-    """The train of a problem at cam angles, rad, driven ``at`` a place of the first of them; None without a train.
+    """The train of a problem at cam angles [rad]; None without a train.
 
-    Where its follower swings that is its pivot, and where it slides the end of its stem. What has no length of its
-    own goes by ``size``, mm.
+    ``at`` is the pivot of an oscillating follower, or the end of the stem of a translating one at the first angle.
+    ``size`` [mm] replaces lengths that the scene does not have.
     """
     train = problem.setup.train
     if train is None:
         return None
-    moved = train.follower_at(tool_position(problem.programme, angles))
+    positions = train.follower_at(tool_position(problem.programme, angles))
     if not problem.setup.angular:
-        return train.sketch(moved, Port(at - 1j * float(moved[0]), 1j), size)
-    return train.sketch(moved, Port(at, -outward_turn_sense(problem), outward_turn_sense(problem)), size)
+        return train.sketch(positions, Port(at - 1j * float(positions[0]), 1j), size)
+    return train.sketch(positions, Port(at, -outward_turn_sense(problem), outward_turn_sense(problem)), size)

@@ -1,4 +1,7 @@
-"""From a scene to a problem in inside units (mm, s, rad): its setup, programme, design and limits."""
+"""``Problem``: a scene in inside units (mm, s, rad), with its setup, programme, design and limits.
+
+``resolve`` makes a problem from a scene. Solvers, reports and pictures read the problem, not the scene.
+"""
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -48,94 +51,93 @@ from camopt.scene.tolerances import ToleranceZone
 from camopt.scene.train import build_trains, train_load
 
 MISSING_SIZE = (
-    "missing; only what finds sizes can do without it: optimise, serve, effects, a sweep whose [search] has it"
+    "missing; only commands that find sizes work without it: optimise, serve, effects, and sweep if [search] has it"
 )
-MISSING_NUMBER = "missing; only sweep and optimise can do without it, if [search] has it"
-SINGLE_DESIGN_ERROR = 1e-13  # for single designs, whose digits people compare: it costs nothing there
+MISSING_NUMBER = "missing; only sweep and optimise work without it, if [search] has it"
+SINGLE_DESIGN_ERROR = (
+    1e-13  # relative error for single designs, whose digits people compare; it costs nothing there
+)
 
 
 @dataclass(frozen=True)
 class Problem:
-    """A resolved scene: setup, laws, programme and design in inside units, limits, and wanted quantities."""
+    """A scene in inside units: setup, laws, programme, design, limits, and the quantities to report."""
 
     file: str
-    """What messages call the scene."""
+    """The name of the scene in messages."""
     setup: Setup
     laws: Mapping[str, Law]
-    """Every law that the scene can name: the built-in ones and its own."""
+    """All laws that the scene can name: built-in ones and its own."""
     programme: Programme
+    """The motion of the follower over a turn."""
     segments: tuple[MotionSegment, ...]
-    """The turn as the scene gives it; none where it gives the profile of the cam."""
+    """The segments in the scene; empty with a profile."""
     profile: tuple[float, ...]
-    """The radii of that profile's arcs, mm; below 0 where hollow, infinite for a line."""
+    """The radii of the given profile's arcs [mm]: below 0 where hollow, infinite for a line."""
     design: Designs
-    """The scene's own design; a size that the scene leaves to its search is not a number (``resolve_design``)."""
+    """The design of the scene; a size that the scene leaves to its search is NaN (``resolve_design``)."""
     limits: tuple[Limit, ...]
     objectives: Objectives
     outputs: tuple[str, ...]
-    """Quantities and effects to report besides, by name."""
+    """Names of quantities and effects to report."""
     search_space: SearchSpace
     variables: tuple[Variable, ...]
-    """What may differ between designs, whether searched or not; no angles."""
+    """The sizes and numbers that may differ between designs, searched or not; no angles."""
     missing_variables: tuple[Variable, ...]
-    """Those that the scene leaves to its search."""
+    """The variables that the scene leaves to its search."""
     accuracy: float
-    """The largest relative error of reported values that is asked; the setup's may be smaller."""
+    """Largest relative error of reported values; that of the setup may be smaller."""
     scene_values: "SceneValues"
     zones: Mapping[str, ToleranceZone] = field(default_factory=dict)
-    """Between which ends numbers may be off of the cams that have to hold the limits as well, by field of designs;
-    those of the train by key."""
+    """Tolerance zones of a robust search, by field of designs or key of the train: cams in them meet the limits."""
     robust_errors: tuple[NumberErrors, ...] = ()
-    """By how much they are of those that are looked at: at the corners, and where a worse one is known."""
+    """Errors at which a robust search checks the limits: corners of the zones, and worse points found later."""
 
     def all_variants(self, designs: Designs) -> Iterator[tuple["Problem", Designs]]:
-        """Designs, and those that have to hold the limits with each of them, with what these have to hold.
+        """The nominal designs, then the designs with each of the robust errors, each with its problem.
 
-        Of any kind of number. Limits on errors by tolerances are those of the first alone: they are of all cams
-        within the tolerances already.
+        Designs may have any kind of number. Only the first problem has limits on motion errors, since these cover
+        all cams within the tolerances already.
         """
         yield self, designs
-        for own, off in self.error_variants:
-            yield own, add_errors(designs, off)
+        for problem, errors in self.error_variants:
+            yield problem, add_errors(designs, errors)
 
     @cached_property
     def error_variants(self) -> "tuple[tuple[Problem, NumberErrors], ...]":
-        """Those that have to hold the limits with designs: a problem with what these do not bring, and how far off.
-
-        Designs do not bring the numbers of their train.
-        """
-        found = dict[frozenset[tuple[str, float]], Problem]()
+        """Each of the robust errors as a problem with the errors of its train, and the errors of designs."""
+        problems = dict[frozenset[tuple[str, float]], Problem]()
         pairs = []
-        for off in self.robust_errors:
-            shared, own = self.split_errors(off)
+        for errors in self.robust_errors:
+            shared, of_design = self.split_errors(errors)
             place = frozenset(shared.items())
-            if place not in found:
-                found[place] = self.without_error_limits.with_number_errors(shared)
-            pairs.append((found[place], own))
+            if place not in problems:
+                problems[place] = self.without_error_limits.with_number_errors(shared)
+            pairs.append((problems[place], of_design))
         return tuple(pairs)
 
-    def split_errors(self, off: NumberErrors) -> tuple[NumberErrors, NumberErrors]:
-        """What of a cam that is off its designs do not bring, and what they do."""
-        shared = {key: by for key, by in off.items() if key not in self.design.values}
-        return shared, {key: by for key, by in off.items() if key not in shared}
+    def split_errors(self, errors: NumberErrors) -> tuple[NumberErrors, NumberErrors]:
+        """Errors of numbers that designs do not have (those of the train), and errors of numbers of designs."""
+        shared = {key: by for key, by in errors.items() if key not in self.design.values}
+        return shared, {key: by for key, by in errors.items() if key not in shared}
 
-    def with_number_errors(self, off: NumberErrors) -> "Problem":
-        """The problem with numbers that are off, as those of a train, and the same limits of those it gives."""
-        if not off:
+    def with_number_errors(self, errors: NumberErrors) -> "Problem":
+        """The problem with errors added to its numbers, such as those of a train, under the same limits."""
+        if not errors:
             return self
         most = {key: self.setup.given[key] for key in self.setup.free}
-        moved = self.with_numbers({**most, **{key: self.nominal_numbers[key] + by for key, by in off.items()}})
-        return self._with_same_limits(moved.with_free_keys(self.setup.free))
+        changed = self.with_numbers({**most, **{key: self.nominal_numbers[key] + by for key, by in errors.items()}})
+        return self._with_same_limits(changed.with_free_keys(self.setup.free))
 
     def _with_same_limits(self, changed: "Problem") -> "Problem":
-        """Another problem with those limits that this one has."""
+        """Another problem, reduced to the limits of this one, which may lack some."""
         given = {(limit.name, limit.bound): limit for limit in changed.limits}
-        limits = tuple(given.get((limit.name, limit.bound), limit) for limit in self.limits)  # some may be left out
+        limits = tuple(given.get((limit.name, limit.bound), limit) for limit in self.limits)
         return replace(changed, limits=limits)
 
     @cached_property
     def without_error_limits(self) -> "Problem":
-        """The problem without limits on errors by tolerances."""
+        """The problem without limits on motion errors by tolerances."""
         return replace(self, limits=tuple(limit for limit in self.limits if not limit.is_on_motion_error))
 
     def with_relative_error(self, relative_error: float) -> "Problem":
@@ -145,37 +147,37 @@ class Problem:
     def with_programme(self, programme: Programme) -> "Problem":
         """The problem of another motion of the same follower, with the same limits."""
         problem = replace(self, programme=programme)
-        vars(problem)["evaluated_quantities"] = self.evaluated_quantities  # the same for all motions
+        vars(problem)["evaluated_quantities"] = self.evaluated_quantities  # they do not depend on the motion
         return problem
 
     def with_numbers(self, numbers: Mapping[str, float | None]) -> "Problem":
-        """The problem with other numbers of the scene, by key, to the same relative error; sizes stay."""
+        """The problem with other numbers of the scene, by key; sizes and relative error stay."""
         if not numbers:
             return self
         values = self.scene_values.with_values(numbers)
-        moved = any(map(is_train_key, numbers))
-        if moved and (why := values.train_fault):
+        changes_train = any(map(is_train_key, numbers))
+        if changes_train and (why := values.train_fault):
             named = ", ".join(f"{key} = {value:.6g}" for key, value in numbers.items())
             return replace(self, setup=self.setup.with_numbers(numbers)).with_no_assembly(f"{why} (with {named})")
         setup = replace(
             values.setup, relative_error=self.setup.relative_error, free=self.setup.free - numbers.keys()
         )
         changed = replace(self, scene_values=values, setup=setup, limits=values.limits(setup))
-        return changed.with_given_motion(self.given_motion) if moved else changed
+        return changed.with_given_motion(self.given_motion) if changes_train else changed
 
-    def with_given_motion(self, asked: Programme) -> "Problem":
-        """The problem of another motion that is asked; of no design, where the train cannot move so far."""
+    def with_given_motion(self, given: Programme) -> "Problem":
+        """The problem of another given motion; if the train cannot move so far, no design can be assembled."""
         try:
-            return self.with_programme(self.follower_motion(asked))
+            return self.with_programme(self.follower_motion(given))
         except BadInput as error:
             return self.with_no_assembly(error.mistakes[0].allowed)
 
     def with_no_assembly(self, why: str) -> "Problem":
-        """The problem where no design can be assembled, for a reason."""
+        """The problem in which no design can be assembled, with the reason."""
         return replace(self, setup=replace(self.setup, mechanism=self.setup.mechanism.with_no_assembly(why)))
 
     def with_free_numbers(self, numbers: Mapping[str, float]) -> "Problem":
-        """The problem of designs with numbers of their own, by key of the scene, at most as large as given here."""
+        """The problem whose designs have these numbers of their own, by key; the values are their largest."""
         if not numbers:
             return self
         setup = self.with_numbers(numbers).setup
@@ -183,111 +185,111 @@ class Problem:
         return replace(self, setup=setup, limits=self.scene_values.limits(setup))
 
     def with_free_keys(self, keys: Collection[str]) -> "Problem":
-        """The problem of designs with numbers of their own that do not change what its own are, as of the train."""
+        """The problem whose designs have numbers of their own, by key; its own numbers stay."""
         setup = replace(self.setup, free=self.setup.free.union(keys))
         return replace(self, setup=setup, limits=self.scene_values.limits(setup))
 
     def absorb_design_numbers(self, design: Designs) -> "tuple[Problem, Designs]":
-        """The problem with the numbers of one design in it, and the design without them."""
+        """The problem with the numbers of one design as its own, and the design without them."""
         return self._with_same_limits(self.with_numbers(design.number_values)), replace(design, numbers={})
 
     def absorb_fixed_numbers(self, design: Designs) -> "tuple[Problem, Designs]":
-        """As ``absorb_design_numbers``, but the design still brings what tolerances of a robust cam move."""
+        """As ``absorb_design_numbers``, but the design keeps numbers with a robust tolerance zone."""
         kept = {key: value for key, value in design.numbers.items() if key in self.zones}
         changed, bare = self.absorb_design_numbers(design.without_numbers(kept))
         return changed, bare.with_values(kept)
 
     @cached_property
     def nominal_numbers(self) -> Mapping[str, float]:
-        """The numbers of the scene, by key: sizes, and all that it gives besides."""
+        """The nominal numbers of the scene, by key: sizes and other numbers."""
         return collect_nominal_numbers(self.variables, self.design, self.setup.given.values)
 
     def without_bound(self, key: str) -> "Problem":
-        """The problem without the bound of a key, and without all limits that it gives."""
+        """The problem without the bound of a key, and without the limits that it sets."""
         names = {limit.name for limit in self.limits if limit.key == key}
         changed = self.with_numbers({key: None})
         return replace(changed, limits=tuple(limit for limit in changed.limits if limit.name not in names))
 
     def follower_motion_with_laws(self, rise: str | None, fall: str | None) -> Programme:
-        """The scene's programme with other laws, by name, on its rises and returns (None keeps them)."""
+        """The motion of the follower with other laws on rises and returns, by name; None keeps the law."""
         return self.follower_motion(self.given_motion_with_laws(rise, fall))
 
     def given_motion_with_laws(self, rise: str | None, fall: str | None) -> Programme:
-        """The motion that is asked, of the tool or the follower itself, with other laws."""
+        """The given motion, of tool or follower, with other laws on rises and returns, by name."""
         chosen = (None if name is None else self.laws[name] for name in (rise, fall))
         return self.given_motion.with_laws(*chosen)
 
     @property
     def given_motion(self) -> Programme:
-        """The motion that the scene gives: of the tool, or of the follower."""
+        """The motion that the scene gives, of the tool or of the follower."""
         return self.programme.given_programme
 
     @property
     def given_turns(self) -> bool:
-        """Whether that motion is an angle."""
+        """Whether the given motion is an angle."""
         return self.setup.angular if self.programme.given_at_follower else self.setup.tool_turns
 
-    def follower_motion(self, asked: Programme) -> Programme:
-        """The turn of the follower that moves as asked, or drives a tool so, under the scene's load.
+    def follower_motion(self, given: Programme) -> Programme:
+        """The motion of the follower that gives the follower or the tool a motion, under the scene's load.
 
         Raises
         ------
         BadInput
             If the tool goes beyond a dead point of the train.
         """
-        return self.scene_values.follower_motion(asked, self.setup, self.segments)
+        return self.scene_values.follower_motion(given, self.setup, self.segments)
 
     def trains_with_numbers(self, numbers: Mapping[str, Any]) -> Train:
-        """The trains with other numbers, by key of the scene: arrays, or ranges with slopes."""
+        """Trains with other numbers, by key of the scene: arrays, or ranges with slopes."""
         return self.scene_values.trains_with_numbers(numbers, angular=self.setup.angular)
 
     def train_with_errors(self, errors: Mapping[str, Any]) -> Train:
-        """The trains whose links are off, by key of the scene, in its units; other errors move no link."""
-        own = {key: self.nominal_numbers[key] + by for key, by in errors.items() if is_train_key(key)}
+        """The train with errors of its numbers, by key and in units of the scene; other errors are ignored."""
+        numbers = {key: self.nominal_numbers[key] + by for key, by in errors.items() if is_train_key(key)}
         assert self.setup.train is not None
-        return self.trains_with_numbers(own) if own else self.setup.train
+        return self.trains_with_numbers(numbers) if numbers else self.setup.train
 
     @property
     def contact_problems(self) -> "tuple[Problem, ...]":
-        """That of each contact of the follower, as of an ordinary cam with the motion of its own."""
+        """The problem of each contact of the follower, as an ordinary cam with its own motion."""
         first = replace(
             self, setup=replace(self.setup, mechanism=self.setup.mechanism._replace(further_contacts=()))
         )
-        found = [first]
-        for each in self.setup.mechanism.further_contacts:
-            own = replace(first, design=each.local_designs(self.design))
-            found.append(
-                replace(own, programme=self.programme.reversed_programme)
-                if each.mechanism.reverses
-                else replace(own, setup=replace(first.setup, mechanism=each.mechanism))
+        problems = [first]
+        for contact in self.setup.mechanism.further_contacts:
+            local = replace(first, design=contact.local_designs(self.design))
+            problems.append(
+                replace(local, programme=self.programme.reversed_programme)
+                if contact.mechanism.reverses
+                else replace(local, setup=replace(first.setup, mechanism=contact.mechanism))
             )
-        return tuple(found)
+        return tuple(problems)
 
     @property
     def half_width(self) -> float:
-        """How far walls and profile are from the pitch curve: the roller's radius and half its clearance, mm."""
+        """Distance of walls and profile from the pitch curve: radius of the roller plus half its clearance [mm]."""
         return float(np.squeeze(self.setup.half_width(self.design)))
 
     @property
     def size_name(self) -> str:
-        """The quantity of the size of the cam."""
+        """The name of the quantity for the cam's size."""
         return self.setup.mechanism.body.size_quantity
 
     @cached_property
     def size_names(self) -> frozenset[str]:
-        """The quantities of the sizes of a design."""
+        """The names of the quantities for all sizes of a design."""
         return frozenset(
             n for n in available_quantities(self.setup) if find_quantity(n, self.setup).effect == "sizes"
         )
 
     @cached_property
     def without_deferred_limits(self) -> "Problem":
-        """The problem without the limits that are asked last."""
+        """The problem without the limits that are checked last."""
         return replace(self, limits=tuple(limit for limit in self.limits if not limit.is_deferred))
 
     @property
     def has_deferred_limits(self) -> bool:
-        """Whether there are limits that are asked last."""
+        """Whether some limits are checked last."""
         return any(limit.is_deferred for limit in self.limits)
 
     @property
@@ -297,7 +299,7 @@ class Problem:
 
     @cached_property
     def pitch_curve_limits(self) -> tuple[Limit, ...]:
-        """The limits that constraints on pitch curves alone decide, whatever body rolls along them."""
+        """The limits that depend on pitch curves alone, not on the radius of roller or face."""
         curves = self.setup.mechanism.pitch_curves
         return tuple(
             limit
@@ -311,75 +313,75 @@ class Problem:
 
     @cached_property
     def has_unenclosed_limit(self) -> bool:
-        """Whether a number decides a limit that has no enclosure, as that of a Python function."""
+        """Whether a limit depends on a number without an enclosure, such as that of a Python function."""
         return any(limit.lacks_enclosure for limit in self.limits)
 
     @property
     def required_quantities(self) -> frozenset[str]:
-        """The quantities that limits and objectives call for."""
+        """The quantities that limits and objectives need."""
         return quantities_of_limits(self.limits).union(self.objectives)
 
     @property
     def output_quantities(self) -> frozenset[str]:
-        """The quantities of the scene's named outputs, or else those of motion and geometry; and its own."""
+        """The quantities of ``outputs`` (by default motion and geometry), and those that the scene defines."""
         outputs = self.outputs or GEOMETRY
-        about = {name: find_quantity(name, self.setup) for name in available_quantities(self.setup)}
-        named = [name for name, each in about.items() if each.effect in outputs or EVERYTHING in outputs]
+        quantities = {name: find_quantity(name, self.setup) for name in available_quantities(self.setup)}
+        named = [name for name, each in quantities.items() if each.effect in outputs or EVERYTHING in outputs]
         return frozenset(named) | (frozenset(outputs) & QUANTITIES.keys()) | self.setup.own_quantities.keys()
 
     @cached_property
     def evaluated_quantities(self) -> frozenset[str]:
-        """The wanted quantities: the scene's outputs, or else motion and geometry; and those that limits need."""
+        """All quantities to evaluate: outputs, and those that limits and objectives need."""
         return self.required_quantities | self.output_quantities
 
 
-@lru_cache(maxsize=4)  # the motions of a space have one setup
+@lru_cache(maxsize=4)  # all motions of a space share one setup
 def _with_relative_error(same: IdentityKey[Setup], relative_error: float) -> Setup:
     return replace(same.value, relative_error=relative_error)
 
 
 @dataclass(frozen=True)
 class SceneValues:
-    """The values of a scene for setup and limits, which can be replaced; only this module reads them."""
+    """The scene behind a problem, to make setup and limits for other values; only this module reads it."""
 
     _scene: Scene
 
     def with_values(self, values: Mapping[str, float | None]) -> "SceneValues":
-        """The same with other values by key of the scene, checked already; None removes one."""
+        """A copy with other values by key of the scene, already checked; None removes a value."""
         return SceneValues(self._scene.with_values(values))
 
     @property
     def setup(self) -> Setup:
-        """The setup that they make."""
+        """The setup of the scene."""
         return setup_of(self._scene)
 
     @property
     def train_fault(self) -> str:
-        """Why the train cannot move the follower as asked; empty if it can."""
+        """Why the train cannot perform the given motion; empty if it can."""
         return train_fault(self._scene)
 
-    def follower_motion(self, asked: Programme, setup: Setup, segments: Sequence[MotionSegment]) -> Programme:
-        """The turn of the follower that moves as asked, or drives a tool so, under the scene's load."""
+    def follower_motion(self, given: Programme, setup: Setup, segments: Sequence[MotionSegment]) -> Programme:
+        """The motion of the follower that gives the follower or the tool a motion, under the scene's load."""
         _, load = split_load(*load_and_unit(self._scene))
-        brought = train_load(self._scene.train, setup.train, load)
-        return motion_through_train(asked, segments, self._scene, setup.train, brought)
+        total_load = train_load(self._scene.train, setup.train, load)
+        return motion_through_train(given, segments, self._scene, setup.train, total_load)
 
     def trains_with_numbers(self, numbers: Mapping[str, Any], *, angular: bool) -> Train:
-        """The trains with other numbers, from a follower whose motion is an angle or not."""
+        """Trains with other numbers; ``angular`` says whether the follower turns."""
         return build_trains(self._scene.train, numbers, angular=angular)
 
     def limits(self, setup: Setup) -> tuple[Limit, ...]:
-        """The limits that they set to designs of a setup."""
+        """The limits of the scene on designs of a setup."""
         return limits_of(self._scene, setup)
 
 
 def resolve(scene: Scene) -> Problem:
-    """Turn a validated scene into inside units: mm, s, rad.
+    """Convert a checked scene to a problem in inside units: mm, s, rad.
 
     Raises
     ------
     BadInput
-        For a robust search of numbers whose tolerances are not the same for all of their values.
+        For a robust search of a size with a class of ISO 286, whose zone depends on the size.
     """
     problem = _cached_problem(IdentityKey(scene))
     given = scene.tolerances.numbers if scene.search.robust else {}
@@ -392,12 +394,12 @@ def resolve(scene: Scene) -> Problem:
 
 
 def _iso_class_advice(searched: Variable) -> str:
-    return f"± mm: with search.robust no class of a size that [search] varies; or leave out {searched.search_key}"
+    return f"± mm: with search.robust, a size that [search] varies has no class; or leave {searched.search_key} out"
 
 
-@lru_cache(maxsize=4)  # a command asks several times of its scene
+@lru_cache(maxsize=4)  # a command resolves its scene several times
 def _cached_problem(same: IdentityKey[Scene]) -> Problem:
-    """As ``resolve``, of a design that a search leaves as it is."""
+    """As ``resolve``, without the check of a robust search."""
     scene = same.value
     variables = variables_of(scene)
     given = scene.numbers(each.key for each in variables)
@@ -446,12 +448,12 @@ def _cached_problem(same: IdentityKey[Scene]) -> Problem:
 
 
 def resolve_design(scene: Scene) -> Problem:
-    """As ``resolve``, for a scene that gives every size and number of its design.
+    """As ``resolve``, for a scene with every size and number of its design.
 
     Raises
     ------
     BadInput
-        For each size, or other number, that it leaves to a search.
+        For each size or number that the scene leaves to its search.
     """
     problem = _cached_problem(IdentityKey(scene))
     if mistakes := missing_variable_mistakes(problem):
@@ -460,7 +462,7 @@ def resolve_design(scene: Scene) -> Problem:
 
 
 def missing_variable_mistakes(problem: Problem, searched: Collection[str] = ()) -> list[Mistake]:
-    """A mistake for each size or number that the scene does not give, but for those searched, by key."""
+    """A mistake for each size or number that is missing in the scene and not among ``searched``, by key."""
     return [
         Mistake(problem.file, each.key, None, MISSING_SIZE if each.is_size else MISSING_NUMBER, bare=True)
         for each in problem.missing_variables
@@ -468,21 +470,21 @@ def missing_variable_mistakes(problem: Problem, searched: Collection[str] = ()) 
     ]
 
 
-def constraints_on_curve(problem: Problem, made: Callable[[Designs, Programme], Any] | None) -> list[Constraint]:
-    """The constraints of the limits on one of the mechanism's curves; none if it has no such curve."""
-    return [constraint for constraint in problem.constraints if constraint.curve is made]
+def constraints_on_curve(problem: Problem, curve: Callable[[Designs, Programme], Any] | None) -> list[Constraint]:
+    """The constraints on one of the mechanism's curves; empty if the mechanism has no such curve."""
+    return [constraint for constraint in problem.constraints if constraint.curve is curve]
 
 
 def strictest_constraints(constraints: Iterable[Constraint]) -> list[Constraint]:
-    """Some constraints without those that a stricter one on the same curve and strokes implies."""
-    found: dict[Any, Constraint] = {}
+    """The strictest constraint on each curve and kind of stroke."""
+    strictest: dict[Any, Constraint] = {}
     for constraint in constraints:
-        same = constraint.comparison_key
-        if same not in found or constraint.strictness > found[same].strictness:
-            found[same] = constraint
-    return list(found.values())
+        key = constraint.comparison_key
+        if key not in strictest or constraint.strictness > strictest[key].strictness:
+            strictest[key] = constraint
+    return list(strictest.values())
 
 
 def at_rounding_error(problem: Problem) -> Problem:
-    """The problem at a relative error near rounding, for the few designs whose digits count."""
+    """The problem with a relative error near rounding, for single designs whose digits people compare."""
     return problem.with_relative_error(min(problem.setup.relative_error, SINGLE_DESIGN_ERROR))

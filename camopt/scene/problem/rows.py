@@ -1,4 +1,4 @@
-"""Rows: designs and their quantities inside the program, before they become a table."""
+"""Rows of designs and their quantities as arrays, before they become a table."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -10,19 +10,19 @@ from numpy.typing import NDArray
 from camopt.core.numerics import IndexArray
 
 QuantityColumns = dict[str, Any]
-"""Quantities by name: an array (rows,), or one value that holds for all rows."""
+"""Quantities by name: an array (rows,), or one value for all rows."""
 Objectives = Mapping[str, float]
-"""The quantities to minimise or to maximise, and what turns each into a cost: 1 if minimised, −1 if maximised."""
+"""The objectives by name, each with the sign that makes it a cost: 1 if minimised, −1 if maximised."""
 VERDICT_COLUMNS = ("feasible", "violated", "status", "relative_half_width")
 """The columns of a verdict."""
 
 
 @dataclass(frozen=True)
 class DesignRows:
-    """A number of rows with their columns.
+    """Rows with their columns.
 
-    The true value of a quantity lies between its column and that plus ``outward`` (absent: exact to rounding);
-    ``half_width`` is the largest width of an enclosure of each row, relative to the quantity.
+    The true value of a quantity lies between its column and the column plus ``outward``; without an entry there,
+    the column is exact to rounding. ``half_width`` is the largest relative width of an enclosure in each row.
     """
 
     columns: QuantityColumns
@@ -31,7 +31,7 @@ class DesignRows:
     half_width: Any = 0.0
 
     def shifted_columns(self, share: Any) -> QuantityColumns:
-        """The columns moved by a share of their widths: 1 for the far side, −1 for the same distance inwards.
+        """The columns moved by a share of their widths: 1 for the far side, −1 for the same distance inward.
 
         Shares (n, 1) give columns (n, rows).
         """
@@ -54,17 +54,17 @@ class DesignRows:
         return DesignRows(columns, index.size, outward, take_values(self.half_width))
 
     def take_and_release(self, index: NDArray[Any]) -> "DesignRows":
-        """As ``take``, of rows that are given up: each column goes as soon as what is taken of it is there."""
+        """As ``take``, but it frees each column of these rows as soon as its values are taken."""
         count, columns = int(np.count_nonzero(index)) if index.dtype == bool else index.size, self.columns
         return DesignRows({n: v[index] if is_per_row(v := columns.pop(n)) else v for n in [*columns]}, count)
 
-    def slice_rows(self, some: slice) -> "DesignRows":
-        """Consecutive rows, which share their columns with these."""
-        columns = {name: values[some] if is_per_row(values) else values for name, values in self.columns.items()}
-        return DesignRows(columns, len(range(*some.indices(self.count))))
+    def slice_rows(self, part: slice) -> "DesignRows":
+        """Consecutive rows, as views of these columns."""
+        columns = {name: values[part] if is_per_row(values) else values for name, values in self.columns.items()}
+        return DesignRows(columns, len(range(*part.indices(self.count))))
 
     def replace_rows(self, index: IndexArray, other: "DesignRows") -> "DesignRows":
-        """These columns with the rows at an index taken from others."""
+        """The rows with those at an index replaced by other rows."""
         columns = {}
         for name, value in self.columns.items():
             if not (is_per_row(value) or is_per_row(other.columns[name])) and value == other.columns[name]:
@@ -88,19 +88,19 @@ class DesignRows:
 
 
 def is_per_row(values: Any) -> bool:
-    """Whether a column has a value for each row; or else one for all."""
+    """Whether a column has a value for each row, not one for all."""
     return bool(getattr(values, "ndim", 0))
 
 
 def concatenate_rows(parts: Iterable[DesignRows]) -> DesignRows:
-    """Rows put one after the other; all must have the same columns."""
+    """All rows of several parts, which must have the same columns."""
     parts = list(parts)
     columns = {name: _concatenate_column(name, parts) for name in parts[0].columns}
     return DesignRows(columns, sum(part.count for part in parts))
 
 
 def join_and_release_rows(parts: list[DesignRows]) -> DesignRows:
-    """As ``concatenate_rows``, of rows that are given up: each column of all goes as soon as it is joined."""
+    """As ``concatenate_rows``, but it frees each column of the parts as soon as it is joined."""
     count = sum(part.count for part in parts)
     columns = {}
     for name in [*parts[0].columns]:
@@ -111,7 +111,7 @@ def join_and_release_rows(parts: list[DesignRows]) -> DesignRows:
 
 
 def _concatenate_column(name: str, parts: list[DesignRows]) -> Any:
-    """A column of several parts; if all have the same single value, that value."""
+    """A column of several parts; a single value if all parts share it."""
     values = [part.columns[name] for part in parts]
     if not any(map(is_per_row, values)):
         same = all(value == values[0] for value in values)
@@ -120,9 +120,9 @@ def _concatenate_column(name: str, parts: list[DesignRows]) -> Any:
 
 
 def scatter_rows(parts: Iterable[tuple[Any, DesignRows]], count: int) -> DesignRows:
-    """One table of so many rows from parts, each with the places of its rows; nothing is held twice.
+    """``count`` rows from parts, each with the places of its rows; no column is held twice.
 
-    Texts are references: in arrays of their own each takes four bytes a letter.
+    Columns of texts hold references, since arrays of texts take four bytes a letter.
     """
     columns: QuantityColumns = {}
     for places, rows in parts:

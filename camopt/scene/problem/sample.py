@@ -1,8 +1,8 @@
-"""A space of evenly drawn random designs, for more free sizes than a grid can have.
+"""A space of random designs, drawn evenly, for more free sizes than a grid can have.
 
-Sobol points fill a space more evenly than a Latin hypercube does, which fills each axis by itself. Both are
-scrambled with a seed, so that a scene always has the same designs. Sources: Owen, J. Complexity 14 (1998), 466;
-McKay, Beckman and Conover, Technometrics 21 (1979), 239.
+Sobol points fill the space more evenly than a Latin hypercube, which is even along each axis only. Both use a seed,
+so that a scene always has the same designs. Sources: Owen, J. Complexity 14 (1998), 466; McKay, Beckman and
+Conover, Technometrics 21 (1979), 239.
 """
 
 from collections.abc import Callable, Iterator
@@ -19,20 +19,20 @@ from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.settings import problem_with_free_numbers, problems_by_motion, setting_count_mistakes
 from camopt.scene.problem.space import DesignRange, DesignSpace, grid_space, sweep_mistakes
 
-NEXT_SIZE_SHARE = 0.01  # of a cam's size: how much smaller the next one is said to be
+NEXT_SIZE_SHARE = 0.01  # share of a cam's size by which the next smaller size is smaller
 
 
 @dataclass(frozen=True)
 class DesignSample(DesignSpace):
-    """Motions × designs drawn from ranges and lists of numbers, the same designs for each motion.
+    """Motions × designs drawn from ranges and lists of numbers; each motion has the same designs.
 
-    Those of one problem stand together.
+    The designs of a problem are consecutive.
     """
 
     drawn_values: dict[str, FloatArray]
-    """The sizes and other numbers of the designs, by field of ``Designs``, each (designs,)."""
+    """Sizes and other numbers of the designs, by field of ``Designs``, each (designs,)."""
     setting_ends: IntArray
-    """The number of the design after the last one of each setting of problems, (settings,)."""
+    """Number of the design after the last design of each setting, (settings,)."""
 
     @property
     def designs_per_problem(self) -> int:
@@ -51,19 +51,19 @@ class DesignSample(DesignSpace):
 
 
 def sweep_space(problem: Problem) -> DesignSpace:
-    """The space of a scene's ``[search]``: a sample if it gives a number of designs, or else the grid.
+    """The space of a scene's ``[search]``: a sample if it has ``samples``, else a grid.
 
     Raises
     ------
     BadInput
-        As ``grid_space``; for a sample if nothing is free. The step of a range does not matter to one.
+        As ``grid_space``; for a sample if nothing varies. A sample ignores the steps of ranges.
     """
     choices, file = problem.search_space, problem.file
     if choices.samples is None:
         return grid_space(problem)
     mistakes, varied = sweep_mistakes(problem), (*choices.sizes, *choices.numbers)
     if not varied:
-        why = "needs a range or a list of some size or other number in [search]"
+        why = "needs a range or a list for a size or another number in [search]"
         mistakes.append(Mistake(file, "search.samples", choices.samples, why, bare=True))
     if mistakes:
         raise BadInput(mistakes)
@@ -80,7 +80,7 @@ def sweep_space(problem: Problem) -> DesignSpace:
 
 
 def _distinct_settings(columns: list[FloatArray], count: int) -> tuple[list[tuple[float, ...]], IntArray]:
-    """The combinations of some numbers, and which of them each design has; without numbers a single, empty one."""
+    """The distinct combinations of numbers, and the index of that of each design; without numbers one, empty."""
     if not columns:
         return [()], np.zeros(count, dtype=np.int64)
     settings, which = np.unique(np.column_stack(columns), axis=0, return_inverse=True)
@@ -101,4 +101,4 @@ SAMPLERS: dict[str, Callable[[int, int, int], Any]] = {
     "sobol": sobol_points,
     "latin-hypercube": _latin_hypercube_points,
 }
-"""Points (count, axes) in [0, 1), by the word in ``[search]`` that asks for them."""
+"""Functions for points (count, axes) in [0, 1), by value of ``search.sampler``."""

@@ -1,4 +1,4 @@
-"""Values of dynamics and materials that nothing reads, wanted effects that lack data, constant objectives."""
+"""Notes on a scene: unusual values, unused values, outputs that lack data, constant objectives."""
 
 from collections.abc import Mapping
 
@@ -28,32 +28,32 @@ READING_EFFECTS = {each.name: each.read_by for each in NUMBERS if each.read_by} 
 
 
 def notes_on_scene(scene: Scene) -> tuple[str, ...]:
-    """Sentences on what of a scene is odd, what of it nothing called for, and what its outputs lack."""
+    """Sentences on unusual and unused values of a scene, and on data that its outputs lack."""
     return (*unusual_value_notes(scene), *unused_value_notes(scene), *empty_output_notes(scene))
 
 
 def notes_on_search(scene: Scene) -> tuple[str, ...]:
-    """Sentences as of ``notes_on_scene``, and on objectives that are the same for all designs."""
+    """The sentences of ``notes_on_scene``, and one on objectives that are equal for all designs."""
     return (*notes_on_scene(scene), *constant_objective_notes(scene))
 
 
 def unused_value_notes(scene: Scene) -> list[str]:
-    """Sentences on values that nothing reads: the keys, and the effects that would use them."""
+    """Sentences on values that no requested quantity uses, with the effects that would use them."""
     problem = resolve(scene)
     setup = problem.setup
     running, offers = plan_effects(problem.evaluated_quantities, setup), frozenset(available_quantities(setup))
     massless = missing_keys_by_quantity(setup.with_numbers(dict.fromkeys(MASS_KEYS)))
 
     def reads(effect: str, key: str, names: frozenset[str]) -> bool:
-        """Whether some quantities of an effect read a key; only loads read what presses on the cam."""
+        """Whether some of the quantities of an effect read a key; only loads read pressing forces."""
         here = {name for name in names if name in QUANTITIES and _effect_of_quantity(name) == effect}
         return bool(here & massless.keys() if key in PRESSING_NUMBERS or effect == "surface" else here)
 
-    asked = frozenset(name for names in running.values() for name in names)
+    evaluated = frozenset(name for names in running.values() for name in names)
     idle = [
         key
         for key in _keys_with_values(scene)
-        if not any(reads(effect, key, asked) for effect in READING_EFFECTS[key])
+        if not any(reads(effect, key, evaluated) for effect in READING_EFFECTS[key])
     ]
     able = {key: [effect for effect in READING_EFFECTS[key] if reads(effect, key, offers)] for key in idle}
     effects = [name for name in EFFECTS if any(name in users for users in able.values())]
@@ -70,13 +70,13 @@ def unused_value_notes(scene: Scene) -> list[str]:
 
 
 def _effect_of_quantity(name: str) -> str:
-    """The effect that finds a quantity; of one that is told of each contact, that which finds it there."""
+    """The effect that computes a quantity, or the quantity of one contact."""
     place, _, each = name.partition("_")
     return QUANTITIES[each if place in CONTACT_NAMES and each in CONTACT_QUANTITIES else name].effect
 
 
 def empty_output_notes(scene: Scene) -> list[str]:
-    """Sentences on wanted effects without a result: the keys that they lack."""
+    """Sentences on requested effects without a result, with the keys that they lack."""
     setup = resolve(scene).setup
     shown, lacks = (
         {find_quantity(name, setup).effect for name in available_quantities(setup)},
@@ -87,7 +87,7 @@ def empty_output_notes(scene: Scene) -> list[str]:
         needs = [keys for name, keys in lacks.items() if find_quantity(name, setup).effect == effect]
         if needs and effect not in shown:
             carried = any(getattr(stage, key) for stage in scene.train for key in CARRIED_KEYS)
-            also = ", and does not count what the train carries alone" if carried else ""
+            also = "; masses and forces of the train alone are not enough" if carried else ""
             sentences.append(
                 f"outputs: {effect} shows nothing without {', '.join(sorted(needs, key=len)[0])}{also}"
             )
@@ -95,10 +95,9 @@ def empty_output_notes(scene: Scene) -> list[str]:
 
 
 def constant_objective_notes(scene: Scene) -> list[str]:
-    """A sentence on the objectives that have the same value in all designs of a sweep.
+    """A sentence on objectives that have the same value in all designs of a sweep.
 
-    They are sizes that ``[search]`` does not vary, and what the motion alone decides, where there is one motion at
-    one speed.
+    These are sizes that ``[search]`` does not vary and, with one motion at one speed, quantities of the motion.
     """
     problem = resolve(scene)
     fixed = {each.quantity for each in problem.variables if not each.is_searched}
@@ -108,12 +107,12 @@ def constant_objective_notes(scene: Scene) -> list[str]:
         for name in problem.objectives
         if name in fixed or (not moving and require_effect(name, problem.setup).is_of_motion(problem.setup))
     ]
-    decide = "decides" if len(same) == 1 else "decide"
-    return [f"objectives: {', '.join(same)} {decide} nothing, being the same for all designs"] if same else []
+    has = "has" if len(same) == 1 else "have"
+    return [f"objectives: {', '.join(same)} {has} no effect: all designs have the same value"] if same else []
 
 
 def _keys_with_values(scene: Scene) -> list[str]:
-    """The keys of ``[follower.dynamics]`` and ``[materials]`` that a scene gives, but for zeros, or varies."""
+    """The keys of ``[follower.dynamics]`` and ``[materials]`` with a value other than 0, or with a choice."""
     tables = (scene.follower.dynamics, scene.materials)
     given = [key for table in tables if table for key, value in table if value is not None and value != 0.0]
     varied = [key.rpartition(".")[2] for key in scene.search.numbers]
@@ -121,7 +120,7 @@ def _keys_with_values(scene: Scene) -> list[str]:
 
 
 def _missing_keys_text(keys: list[str], lacks: Mapping[str, tuple[str, ...]]) -> str:
-    """The fewest keys that would make one of the quantities that read some keys computable."""
+    """The fewest missing keys of a quantity that reads some of the keys, as the end of a sentence."""
     effects = {effect for key in keys for effect in READING_EFFECTS[key]}
     known = {name: QUANTITIES[name].effect for name in lacks if name in QUANTITIES}
     wanting = [tuple(lacks[name]) for name, effect in known.items() if effect in effects]

@@ -1,4 +1,4 @@
-"""What ``[search]`` leaves open of a scene, as searches take it."""
+"""The search space of a scene: the variables and laws that ``[search]`` varies."""
 
 from collections.abc import Mapping, Sequence
 from itertools import product
@@ -14,17 +14,17 @@ LawPair = tuple[str | None, str | None]
 
 
 class SearchSpace(NamedTuple):
-    """What a search may choose, and how many designs it is to draw."""
+    """Variables and laws of a search, and the number of designs to draw."""
 
     variables: Mapping[str, Variable]
-    """What it varies, by field of boxes: sizes, the slowest of a sweep first, other numbers, angles of segments."""
+    """Variables by field of boxes: sizes (the slowest of a sweep first), other numbers, angles of segments."""
     laws: tuple[LawPair, ...]
     samples: int | None
-    """How many designs are drawn; None for a grid."""
+    """Number of designs to draw; None for a grid."""
     sampler: str
-    """How they are drawn."""
+    """Method of drawing, a key of ``sample.SAMPLERS``."""
     seed: int
-    """Which of all such draws."""
+    """Seed of the random draw."""
 
     @property
     def sizes(self) -> list[Variable]:
@@ -32,12 +32,12 @@ class SearchSpace(NamedTuple):
 
     @property
     def numbers(self) -> list[Variable]:
-        """Other numbers of the scene."""
+        """The variables that are other numbers of the scene."""
         return [each for each in self.variables.values() if each.is_number]
 
     @property
     def trains(self) -> list[Variable]:
-        """Those of them that are numbers of the train."""
+        """The variables that are numbers of the train."""
         return [each for each in self.numbers if each.role == "train"]
 
     @property
@@ -48,7 +48,7 @@ class SearchSpace(NamedTuple):
 def search_space_of(
     search: Search, variables: Sequence[Variable], segments: Sequence[MotionSegment]
 ) -> SearchSpace:
-    """The choices that ``[search]`` gives of the variables of a scene, and of the angles of its segments."""
+    """The search space of a scene, from its ``[search]``, variables and segments."""
     pairs: list[LawPair] = [(law, law) for law in search.law]
     order = {name: place for place, name in enumerate((*FIELDS, *SECOND_FIELDS, *search.numbers))}
     varied = sorted((each for each in variables if each.is_searched), key=lambda each: order[each.name])

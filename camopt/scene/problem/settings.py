@@ -1,7 +1,7 @@
-"""The problems of a space: every choice of laws; and the numbers of the scene, no sizes, that a search varies.
+"""The problems of a search space: one for each motion, and for each setting of shared numbers.
 
-Designs bring these numbers as they bring their sizes. A setting is one choice of all of them: there is a problem
-for each setting only of what decides which limits there are.
+Designs carry most numbers that a search varies, as they carry their sizes. Numbers that decide the motion or the
+list of limits are shared by all designs of a problem; a setting is one choice of these.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -18,29 +18,29 @@ from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.search_space import LawPair
 from camopt.scene.problem.tolerance_zones import train_entries
 
-MOST_SETTINGS = 10_000  # of which each has problems of its own, one for each motion
+MOST_SETTINGS = 10_000  # each setting has a problem for every motion
 
 NumberSetting = Mapping[str, float]
-"""Values of numbers of the scene that are no sizes, by key."""
+"""Values of numbers of the scene other than sizes, by key."""
 
 
 def law_choices(problem: Problem) -> Mapping[Programme, LawPair]:
-    """The scene's programme under every choice of laws in ``[search]``, and the laws on its rises and returns."""
+    """The motion for every choice of laws in ``[search]``, with the laws on its rises and returns."""
     return _cached_law_choices(IdentityKey(problem))
 
 
-@lru_cache(maxsize=4)  # of a scene they are asked for again and again
+@lru_cache(maxsize=4)  # read many times for a scene
 def _cached_law_choices(same: IdentityKey[Problem]) -> Mapping[Programme, LawPair]:
     return {same.value.follower_motion_with_laws(*pair): pair for pair in same.value.search_space.laws}
 
 
 def problems_by_motion(problem: Problem, settings: Sequence[NumberSetting] = ({},)) -> tuple[Problem, ...]:
-    """The problem under every choice of laws in ``[search]``, and in each of some settings, these faster.
+    """The problem for every choice of laws in ``[search]`` and every setting; settings vary fastest.
 
     Raises
     ------
     BadInput
-        If a quantity that the problem calls for cannot be computed in one of the settings.
+        If a quantity that the problem needs cannot be computed in a setting.
     """
     problems = problems_in_settings(problem, settings)
     return tuple(
@@ -53,14 +53,14 @@ def problems_by_motion(problem: Problem, settings: Sequence[NumberSetting] = ({}
 
 
 def problem_with_free_numbers(problem: Problem, ends: Mapping[str, tuple[float, float]] | None = None) -> Problem:
-    """The problem of designs that bring the numbers which its ``[search]`` varies, and those that tolerances move.
+    """The problem whose designs carry the numbers that ``[search]`` varies, and numbers with robust tolerances.
 
-    Other ends of a number, by key, may be given in place of those in ``[search]``.
+    ``ends`` replaces the range ends in ``[search]``, by key.
 
     Raises
     ------
     BadInput
-        If a quantity that the problem calls for cannot be computed with the least of one of the numbers.
+        If a quantity that the problem needs cannot be computed with the least value of a number.
     """
     return (
         _cached_free_problem(IdentityKey(problem))
@@ -69,7 +69,7 @@ def problem_with_free_numbers(problem: Problem, ends: Mapping[str, tuple[float, 
     )
 
 
-@lru_cache(maxsize=4)  # designs of a scene are evaluated again and again
+@lru_cache(maxsize=4)  # designs of a scene are evaluated many times
 def _cached_free_problem(same: IdentityKey[Problem]) -> Problem:
     return _with_free_numbers(same.value, _search_ranges(same.value))
 
@@ -79,26 +79,26 @@ def _search_ranges(problem: Problem) -> dict[str, tuple[float, float]]:
 
 
 def with_toleranced_numbers(problem: Problem) -> Problem:
-    """The problem whose design has the numbers with tolerances; raises as ``problem_with_free_numbers``."""
+    """The problem whose design carries the numbers with tolerances; raises as ``problem_with_free_numbers``."""
     return _with_free_numbers(problem, {})
 
 
 def _with_free_numbers(problem: Problem, searched: Mapping[str, tuple[float, float]]) -> Problem:
-    brought = problem.zones.keys() - problem.design.sizes.keys() - train_entries(problem.zones).keys()
-    zones = {key: each for key, each in problem.zones.items() if key in brought}
-    own = {key: problem.nominal_numbers[key] for key in zones if key not in searched}
-    ends = {**searched, **{key: (value, value) for key, value in own.items()}}
+    carried = problem.zones.keys() - problem.design.sizes.keys() - train_entries(problem.zones).keys()
+    zones = {key: each for key, each in problem.zones.items() if key in carried}
+    fixed = {key: problem.nominal_numbers[key] for key in zones if key not in searched}
+    ends = {**searched, **{key: (value, value) for key, value in fixed.items()}}
     if not ends:
         return problem
     for key, zone in zones.items():
         ends[key] = ends[key][0] + zone.lower, ends[key][1] + zone.upper
     problems_in_settings(problem, [{key: least for key, (least, _) in ends.items()}])
     freed = problem.with_free_numbers({key: largest for key, (_, largest) in ends.items()})
-    return replace(freed, design=freed.design.with_values({key: np.array([value]) for key, value in own.items()}))
+    return replace(freed, design=freed.design.with_values({key: np.array([value]) for key, value in fixed.items()}))
 
 
 def problems_in_settings(problem: Problem, settings: Iterable[NumberSetting]) -> list[Problem]:
-    """The problem in some settings; raises as ``problems_by_motion``."""
+    """The problem in each setting; raises as ``problems_by_motion``."""
     problems = [problem.with_numbers(setting) for setting in settings]
     if mistakes := list(_zero_number_mistakes(problem, problems)):
         raise BadInput(mistakes)
@@ -106,25 +106,25 @@ def problems_in_settings(problem: Problem, settings: Iterable[NumberSetting]) ->
 
 
 def _zero_number_mistakes(problem: Problem, problems: Iterable[Problem]) -> Iterator[Mistake]:
-    """A mistake for each number that is 0 in some settings where a wanted quantity needs more, as jamming does."""
-    wanted, found = problem.evaluated_quantities, dict[str, set[str]]()
+    """A mistake for each number that is 0 in a setting although a quantity, such as jamming, needs it."""
+    wanted, names_by_key = problem.evaluated_quantities, dict[str, set[str]]()
     for each in problems:
         for name, keys in missing_keys_by_quantity(each.setup).items():
             for key in keys if name in wanted else ():
-                found.setdefault(key, set()).add(name)
-    for key, names in found.items():
+                names_by_key.setdefault(key, set()).add(name)
+    for key, names in names_by_key.items():
         needed = f"{', '.join(sorted(names))} {'need' if len(names) > 1 else 'needs'} it"
         yield Mistake(problem.file, f"search.{key}", 0.0, f"above 0: {needed}")
 
 
 def setting_count_mistakes(problem: Problem, count: int) -> list[Mistake]:
-    """A mistake if there are more settings than there can be problems for."""
-    allowed = f"ranges and lists of at most {MOST_SETTINGS:,} combinations of numbers that are taken one by one"
+    """A mistake if there are too many settings."""
+    allowed = f"ranges and lists with at most {MOST_SETTINGS:,} combinations of train numbers and shaft diameters"
     why = f"{allowed}; these have {count:,}"
     return [Mistake(problem.file, "search", None, why)] if count > MOST_SETTINGS else []
 
 
 def given_profile_mistakes(problem: Problem, what: str) -> list[Mistake]:
-    """A mistake if the cam is given by its profile, for those that look for another size, or another motion."""
-    why = f"{what} cannot change, for the profile of the cam is given"
+    """A mistake if the cam is given by its profile, for commands that search its size or motion (``what``)."""
+    why = f"{what} cannot change, since the scene gives the profile of the cam"
     return [Mistake(problem.file, "profile", None, why, bare=True)] if problem.profile else []

@@ -21,7 +21,7 @@ from camopt.scene.train import build_train, build_trains
 
 
 def setup_of(scene: Scene) -> Setup:
-    """The setup of a scene, with the largest of the numbers that its search varies and that it does not give."""
+    """The setup of a scene."""
     angular = scene.mechanism.motion.angular
     return Setup(
         mechanism=scene.mechanism,
@@ -37,7 +37,7 @@ def setup_of(scene: Scene) -> Setup:
 
 
 def _setup_numbers(scene: Scene) -> dict[str, float | None]:
-    """The numbers of a scene by key, with those of its materials where it only names them."""
+    """The numbers of a scene by key, with those of named materials."""
     of_train = filter(is_train_key, (*scene.search.numbers, *scene.tolerances.numbers))
     numbers, given = scene.numbers((*NUMBER_COLUMNS, *of_train)), scene.materials
     load, _ = split_load(load_and_unit(scene)[0], 1.0)
@@ -51,7 +51,7 @@ def _setup_numbers(scene: Scene) -> dict[str, float | None]:
 
 
 def _errors_from_tolerances(scene: Scene) -> ToleranceBands | None:
-    """What ``[tolerances]`` says; a class of ISO 286 is of the size that the scene gives."""
+    """The error bands from ``[tolerances]``; None without any."""
     given = scene.tolerances
     zones = {
         key: tolerance_zone(given.numbers[f"follower.{key}"], key, getattr(scene.follower, key) or 0.0)
@@ -90,7 +90,7 @@ def _second_contact_bands(scene: Scene) -> Iterator[tuple[str, ErrorBand]]:
 
 
 def _train_link_bands(scene: Scene) -> Iterator[tuple[str, tuple[ErrorBand, Train]]]:
-    """The bands of numbers of the train that move the tool, by key, each with the train as a series of it."""
+    """The bands of numbers of the train that move the tool, by key, each with the train as a series in it."""
     angular = scene.mechanism.motion.angular
     for key, given in scene.tolerances.numbers.items():
         if is_train_key(key) and moves_tool(key) and (nominal := scene.numbers((key,))[key]) is not None:
@@ -100,7 +100,7 @@ def _train_link_bands(scene: Scene) -> Iterator[tuple[str, tuple[ErrorBand, Trai
 
 
 def load_and_unit(scene: Scene) -> tuple[Any, float]:
-    """The external load as the scene gives it, and its unit in N (N·mm)."""
+    """The external load in the scene's unit, and that unit in N (N·mm)."""
     given = scene.follower.dynamics
     return given and given.load, 1e3 if scene.mechanism.motion.angular else 1.0
 

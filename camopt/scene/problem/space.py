@@ -1,6 +1,6 @@
-"""The design space of a sweep: the product of a few axes, indexed and never materialised.
+"""The design space of a sweep: the product of a few axes, indexed and never held in memory.
 
-Axes are sizes, and other numbers of the scene: designs bring both.
+Axes are sizes and other numbers of the scene, both carried by designs.
 """
 
 from collections.abc import Iterator, Mapping
@@ -27,53 +27,55 @@ from camopt.scene.problem.settings import (
 )
 from camopt.scene.problem.variables import Variable, variation_mistakes
 
-MOST_DESIGNS = 2**63 - 1  # what their numbers can count
-MOST_AXIS_VALUES = 10_000_000  # of one axis; a space may have far more designs, it is never materialised
+MOST_DESIGNS = 2**63 - 1  # largest number of a design
+MOST_AXIS_VALUES = (
+    10_000_000  # values of one axis; a space may have far more designs, since it is never held in memory
+)
 EDGE_OF_SPACE = "edge of the space"
-"""In the place of the limits that hold a design, where the space has no smaller cam to compare it with."""
+"""Stands for the active limits of a design if the space has no smaller cam to compare it with."""
 
 DesignRange = tuple[Problem, int, int]
 
 
 @dataclass(frozen=True)
 class DesignSpace:
-    """Motions × numbers of the scene × sizes, with a problem for each motion.
+    """Motions × numbers of the scene × sizes, with a problem for each motion and setting.
 
-    Designs of a problem are numbered with the cam's radius fastest, and all sizes faster than other numbers.
+    In the numbering of a problem's designs the cam's radius varies fastest, and sizes faster than other numbers.
     """
 
     problem: Problem
     problems: tuple[Problem, ...]
-    """One for each motion, in the order of the laws, and for each setting that is one of problems, these faster."""
+    """One for each motion, in the order of the laws, and for each setting; settings vary fastest."""
     axes: dict[str, FloatArray]
-    """The values of other numbers and of sizes, by field of ``Designs``."""
+    """Values of other numbers and of sizes, by field of ``Designs``."""
 
     @property
     def designs_per_problem(self) -> int:
-        """Designs of each problem."""
+        """Number of designs of each problem."""
         return prod(values.size for values in self.axes.values())
 
     def __len__(self) -> int:
         return sum(last - first for _, first, last in self.problem_ranges())
 
     def problem_ranges(self) -> Iterator[DesignRange]:
-        """The problems in order, each with the number of its first design and that after its last."""
+        """The problems in order, each with the number of its first design and the number after its last."""
         for problem in self.problems:
             yield problem, 0, self.designs_per_problem
 
     def blocks(self, size: int) -> Iterator[DesignRange]:
-        """The space in order, as (problem, first, last) of at most ``size`` designs."""
+        """The space in order, as (problem, first, last) with at most ``size`` designs each."""
         for problem, start, stop in self.problem_ranges():
             for first in range(start, stop, size):
                 yield problem, first, min(first + size, stop)
 
     def varied_values(self, index: IntArray) -> dict[str, FloatArray]:
-        """The sizes and numbers that vary, of the designs of a problem by number; as ``Designs`` have them."""
-        found, rest = dict[str, FloatArray](), index
-        for field, values in reversed(self.axes.items()):  # a third of the time of np.unravel_index
+        """The varied sizes and numbers of designs of a problem by number, by field of ``Designs``."""
+        columns, rest = dict[str, FloatArray](), index
+        for field, values in reversed(self.axes.items()):  # three times as fast as np.unravel_index
             slower = rest // values.size
-            found[field], rest = values[rest - slower * values.size], slower
-        return {field: found[field] for field in self.axes}
+            columns[field], rest = values[rest - slower * values.size], slower
+        return {field: columns[field] for field in self.axes}
 
     def next_smaller_size(self, size: float) -> float | None:
         """The next smaller size of the cam; None at the edge of the space."""
@@ -86,18 +88,20 @@ class DesignSpace:
         return self.designs_with(self.varied_values(index), index.size)
 
     def designs_with(self, varied: Mapping[str, FloatArray], count: int) -> Designs:
-        """So many designs of a problem with some sizes and numbers, by field of ``Designs``."""
+        """``count`` designs of a problem with the varied sizes and numbers, by field of ``Designs``."""
         fixed = self.problem.design
         others = {name: value.tobytes() for name, value in fixed.sizes.items() if name not in varied}
-        alike = {value: np.full(count, np.frombuffer(value)) for value in set(others.values())}
-        return fixed.with_values({name: alike[value] for name, value in others.items()} | dict(varied))
+        columns = {
+            value: np.full(count, np.frombuffer(value)) for value in set(others.values())
+        }  # equal ones shared
+        return fixed.with_values({name: columns[value] for name, value in others.items()} | dict(varied))
 
     def designs_of_rows(self, rows: DesignRows) -> Iterator[tuple[Problem, IndexArray, Designs]]:
-        """The designs of some rows of a sweep by problem: (problem, numbers of rows, their designs)."""
+        """The designs of rows of a sweep by problem: (problem, numbers of rows, their designs)."""
         fixed, count, varied = self.problem.design, rows.count, self.problem.variables
-        brought = [each for each in varied if each.is_size or (each.is_searched and each.varies_by_design)]
+        carried = [each for each in varied if each.is_size or (each.is_searched and each.varies_by_design)]
         columns = {name: np.broadcast_to(value, (count,)) for name, value in fixed.sizes.items()}
-        designs = fixed.with_values(columns | {each.field: rows.column(each.quantity) for each in brought})
+        designs = fixed.with_values(columns | {each.field: rows.column(each.quantity) for each in carried})
         shared = [each for each in self.problem.search_space.numbers if not each.varies_by_design]
         for motion in map(self.problem.with_programme, self._programmes_by_motion.values()):
             rise, fall = (motion.programme.law_names(kind) for kind in (RISE, RETURN))
@@ -109,11 +113,14 @@ class DesignSpace:
 
     @property
     def _programmes_by_motion(self) -> dict[Programme, Programme]:
-        """A programme of the problems for each motion that is given, whatever its train."""
+        """One programme of the problems for each given motion, with any train."""
         return {each.given_motion: each.programme for each in self.problems}
 
     def designs_by_setting(self, rows: DesignRows) -> Iterator[tuple[Problem, IndexArray, Designs]]:
-        """The same with a problem for each setting, which has the digits of a scene: designs bring no numbers."""
+        """As ``designs_of_rows``, but with a problem for each setting of all numbers; designs carry only sizes.
+
+        Results then have the same digits as those of a scene with these numbers.
+        """
         for problem, index, designs in self.designs_of_rows(rows):
             if not designs.numbers:
                 yield problem, index, designs
@@ -123,7 +130,7 @@ class DesignSpace:
 
 
 def _rows_by_setting(columns: Mapping[str, FloatArray], count: int) -> Iterator[tuple[NumberSetting, IndexArray]]:
-    """Each combination of values that some columns (count,) have, and the rows that have it."""
+    """Each combination of values in some columns (count,), with the rows that have it."""
     if not columns:
         yield {}, np.arange(count)
         return
@@ -135,7 +142,7 @@ def _rows_by_setting(columns: Mapping[str, FloatArray], count: int) -> Iterator[
 
 
 def grid_space(problem: Problem) -> DesignSpace:
-    """The space that a scene's ``[search]`` spans; a range without a step is a mistake here."""
+    """The grid of a scene's ``[search]``; every range needs a step."""
     file, choices = problem.file, problem.search_space
     varied = (*choices.numbers, *choices.sizes)
     mistakes = [m for each in (*choices.sizes, *choices.numbers) for m in _grid_step_mistakes(file, each)]
@@ -157,7 +164,7 @@ def grid_space(problem: Problem) -> DesignSpace:
 
 
 def sweep_mistakes(problem: Problem) -> list[Mistake]:
-    """What keeps any space of a problem from being swept: sizes that it does not give, and angles that are free."""
+    """Mistakes of a scene that no sweep allows: missing sizes, and varied angles of segments."""
     sized = [each.key for each in problem.variables if each.is_number or each.is_searched]
     return [
         *missing_variable_mistakes(problem, sized),
@@ -166,21 +173,21 @@ def sweep_mistakes(problem: Problem) -> list[Mistake]:
 
 
 def _grid_step_mistakes(file: str, variable: Variable) -> Iterator[Mistake]:
-    """What keeps a range from being an axis of a grid."""
+    """Mistakes of a range as an axis of a grid: no step, or too many values."""
     key, choice = f"{variable.search_key}.step", variable.choice
     if not isinstance(choice, StepRange):
         return
     if choice.step is None and choice.start != choice.stop:
-        yield Mistake(file, key, None, "a step above 0, for a sweep of a grid, or search.samples")
+        yield Mistake(file, key, None, "above 0 for a sweep of a grid, unless search.samples is given")
     elif variable.grid_count > MOST_AXIS_VALUES:
         allowed = f"a range of at most {MOST_AXIS_VALUES:,} values; this one has {variable.grid_count:,}"
         yield Mistake(file, key, choice.step, allowed)
 
 
 def search_boxes(problem: Problem) -> list[SizeBounds]:
-    """The boxes to search: every combination of what is listed, with an interval for every range.
+    """The boxes to search: every combination of listed values, with an interval for every range.
 
-    Numbers that designs bring because a tolerance moves them are there as sizes are.
+    Boxes include numbers that designs carry for their tolerances.
     """
     options = {name: [(float(value[0]), float(value[0]))] for name, value in problem.design.values.items()}
     options["size"] = [(0.0, inf)]
@@ -190,7 +197,7 @@ def search_boxes(problem: Problem) -> list[SizeBounds]:
 
 
 def describe_listed_values(problem: Problem, bounds: SizeBounds) -> str:
-    """What a box has of the variables of which ``[search]`` lists several values, as a user writes them."""
+    """The values of a box for variables with a list in ``[search]``, as in "rpm = 500 and offset = 3"."""
     trains = {
         each.name: problem.setup.given[each.key] for each in problem.search_space.trains if not each.has_range
     }

@@ -1,4 +1,4 @@
-"""The numbers that designs may have which are within the tolerances of a scene."""
+"""Tolerance zones of the numbers of a scene, and the errors at which a robust search checks designs."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import product
@@ -14,22 +14,25 @@ from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ANGLE_TOLERANCES, ToleranceZone, moves_tool, tolerance_zone
 
 MOST_CORNER_NUMBERS, MOST_CORNER_LINKS = 8, 4
-"""Of more numbers there are too many corners; of more of a train too, of each of which a motion is made."""
+"""Largest numbers of tolerances, in all and on the train, for which all corners of the zones are checked.
+
+Corners double with every number, and each corner of a train needs a motion of its own.
+"""
 NumberErrors = Mapping[str, float]
-"""By how much numbers are off, by field of ``Designs``; those of a train by key."""
+"""Errors of numbers, by field of ``Designs``; those of a train by key."""
 EntryT = TypeVar("EntryT")
 
 
 def collect_nominal_numbers(
     variables: Iterable[Variable], design: Designs, others: Mapping[str, float | None]
 ) -> Mapping[str, float]:
-    """The numbers of a scene, by key: those of its design, and others that it gives."""
+    """The nominal numbers of a scene, by key: those of its design, and ``others``."""
     own = {each.key: float(design.values[each.field][0]) for each in variables if each.field in design.values}
     return {key: value for key, value in others.items() if value is not None} | own
 
 
 def number_zones(scene: Scene, nominal: Mapping[str, float]) -> dict[str, ToleranceZone]:
-    """The zone of each number that has a tolerance, by its key in the scene, in its unit."""
+    """The zone of each number with a tolerance, by key and in the unit of the scene."""
     return {
         key: tolerance_zone(tolerance, key.rpartition(".")[2], nominal[key])
         for key, tolerance in scene.tolerances.numbers.items()
@@ -37,7 +40,7 @@ def number_zones(scene: Scene, nominal: Mapping[str, float]) -> dict[str, Tolera
 
 
 def number_and_angle_zones(scene: Scene, nominal: Mapping[str, float]) -> dict[str, ToleranceZone]:
-    """Those, and of the angles of a cam and its face in rad, by key of ``[tolerances]``."""
+    """The zones of numbers, and of the angles of cam and face in rad, by key of ``[tolerances]``."""
     angles = {
         key: each for key, each in scene.tolerances.number_and_angle_tolerances.items() if key in ANGLE_TOLERANCES
     }
@@ -47,14 +50,14 @@ def number_and_angle_zones(scene: Scene, nominal: Mapping[str, float]) -> dict[s
 
 
 def tool_zones(scene: Scene, nominal: Mapping[str, float]) -> dict[str, ToleranceZone]:
-    """Those that move the tool: of sizes of the follower, links of the train, and angles."""
+    """The zones that move the tool: of sizes of the follower, links of the train, and angles."""
     return {key: zone for key, zone in number_and_angle_zones(scene, nominal).items() if moves_tool(key)}
 
 
 def robust_zones(
     scene: Scene, variables: Iterable[Variable], nominal: Mapping[str, float]
 ) -> dict[str, ToleranceZone]:
-    """The zones within which cams have to hold the limits too, by field; none unless ``search.robust``.
+    """The zones within which cams must meet the limits, by field; empty unless ``search.robust``.
 
     Raises
     ------
@@ -71,19 +74,19 @@ def robust_zones(
 
 
 def train_entries(off: Mapping[str, EntryT]) -> dict[str, EntryT]:
-    """What of some numbers is of the train, which designs do not bring."""
+    """The entries for numbers of the train, which designs do not carry."""
     return {key: each for key, each in off.items() if is_train_key(key)}
 
 
 def initial_robust_errors(zones: Mapping[str, ToleranceZone]) -> tuple[NumberErrors, ...]:
-    """By how much cams are off that are looked at, at first, where all within zones have to hold the limits."""
+    """The errors that a robust search checks first: the corners of the zones."""
     return tuple(corner_errors(zones, MOST_CORNER_NUMBERS if len(train_entries(zones)) <= MOST_CORNER_LINKS else 0))
 
 
 def corner_errors(zones: Mapping[str, ToleranceZone], most: int = MOST_CORNER_NUMBERS) -> Iterator[NumberErrors]:
-    """By how much numbers are off at the corners of zones, by field; of more than a few where one of them is alone.
+    """The errors at the corners of zones, by field; with more than ``most`` zones, at their ends one at a time.
 
-    None of zones that have no width.
+    Zones without a width give no errors.
     """
     ends = {field: {zone.lower, zone.upper} for field, zone in zones.items()}
     if len(ends) > most:
@@ -94,13 +97,15 @@ def corner_errors(zones: Mapping[str, ToleranceZone], most: int = MOST_CORNER_NU
             yield dict(zip(ends, corner, strict=True))
 
 
-def add_errors(designs: Designs, off: NumberErrors) -> Designs:
-    """Designs whose numbers are off; of any kind of number."""
-    return designs.with_values({field: designs.values[field] + by for field, by in off.items()})
+def add_errors(designs: Designs, errors: NumberErrors) -> Designs:
+    """Designs with errors added to their numbers, of any kind."""
+    return designs.with_values({field: designs.values[field] + by for field, by in errors.items()})
 
 
-def designs_with_errors(design: Designs, offs: list[NumberErrors]) -> Designs:
-    """One design off in several ways."""
-    fields = {field for off in offs for field in off}
-    every = design.take(np.zeros(len(offs), dtype=int))
-    return every.with_values({n: every.values[n] + np.array([off.get(n, 0.0) for off in offs]) for n in fields})
+def designs_with_errors(design: Designs, variants: list[NumberErrors]) -> Designs:
+    """Copies of a design, each with its own errors."""
+    fields = {field for errors in variants for field in errors}
+    copies = design.take(np.zeros(len(variants), dtype=int))
+    return copies.with_values(
+        {n: copies.values[n] + np.array([errors.get(n, 0.0) for errors in variants]) for n in fields}
+    )

@@ -1,4 +1,4 @@
-"""From the motion that a scene asks of its tool to that of its follower, or from a given cam to its tool."""
+"""The motion of the follower from that of the tool through a train, or the reverse."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,34 +14,33 @@ from camopt.scene.scene import Scene
 
 
 def motion_through_train(
-    asked: Programme,
+    given: Programme,
     segments: Sequence[MotionSegment],
     scene: Scene,
     train: Train | None,
     load: ExternalLoad | TrainLoad | None,
 ) -> Programme:
-    """The turn of the follower of a scene, under a load; without a train it is what is asked.
+    """The motion of the follower of a scene, under a load; without a train it is the given motion.
 
-    On a given profile, and where the motion is given at the follower, its turn is known, and comes with that of the
-    tool.
+    If the scene gives the motion of the follower, or its profile, the result has the motion of the tool added.
 
     Raises
     ------
     BadInput
-        If the tool, or a follower whose motion is given, goes beyond a dead point of the train.
+        If the tool, or a follower with a given motion, goes beyond a dead point of the train.
     """
     if train is None:
-        return asked
-    zero = (start_position(segments) - asked.start) * asked.unit
+        return given
+    zero = (start_position(segments) - given.start) * given.unit
     drive = programme_with_tool if scene.given_at_follower else follower_programme
     try:
-        return drive(replace(asked, load=None), train, zero, load)
+        return drive(replace(given, load=None), train, zero, load)
     except StageFault as fault:
         raise BadInput([Mistake(scene.file, f"train.{fault.number}", None, str(fault), bare=True)]) from None
 
 
 def train_fault(scene: Scene) -> str:
-    """Why the train of a scene cannot move its follower as asked; empty if it can."""
+    """Why the train of a scene cannot perform the given motion; empty if it can."""
     faults = (
         fault for fault in faults_of(scene, scene.to_dict()) if fault[0].startswith(("train", "follower.dynamics"))
     )

@@ -1,4 +1,4 @@
-"""Mistakes of scenes that ask for what their mechanism does not have, or for which they lack data."""
+"""Mistakes for limits and outputs that a mechanism does not have, or for which a scene lacks data."""
 
 from collections.abc import Iterator
 
@@ -15,11 +15,11 @@ from camopt.scene.problem.rows import VERDICT_COLUMNS
 from camopt.scene.scene import Scene
 
 CONTACT_KEEPING_EFFECTS, CONTACT_KEEPING_QUANTITIES = ("force", "clearance"), ("contact_force_elastic_min_N",)
-"""Effects, and a quantity, that are of contacts kept by a spring or in a groove."""
+"""Effects and quantities of contacts that a spring or a groove keeps."""
 
 
 def unavailable_limits(scene: Scene, setup: Setup) -> list[Mistake]:
-    """Mistakes for limits on quantities that the mechanism does not have, or for which the scene lacks data."""
+    """Mistakes for limits on quantities that the mechanism does not have, or for which keys are missing."""
     mistakes, offers, lacks = [], available_quantities(setup), missing_keys_by_quantity(setup)
     for key, bound in scene.limits.bounds_by_key.items():
         name = limited_quantity(key, setup)
@@ -30,18 +30,18 @@ def unavailable_limits(scene: Scene, setup: Setup) -> list[Mistake]:
 
 
 def _unavailable_reason(name: str, setup: Setup) -> str:
-    """That a mechanism has no such quantity; of what keeps contact elsewhere, what does so in place of it."""
+    """The message for a quantity that a mechanism does not have; with two contacts, it names the preload."""
     none = f"this mechanism has no {name}"
     if not setup.mechanism.further_contacts or (
         QUANTITIES[name].effect not in CONTACT_KEEPING_EFFECTS and name not in CONTACT_KEEPING_QUANTITIES
     ):
         return none
-    how = "neither contact lets go with enough preload"
-    return f"{none}: {how} (drive.interference, drive.stiffness), limits.{preload.PRELOAD_RATIO} = 1"
+    how = "its contacts stay closed by a preload"
+    return f"{none}: {how} (drive.interference, drive.stiffness); set limits.{preload.PRELOAD_RATIO} = 1"
 
 
 def unavailable_outputs(scene: Scene, setup: Setup) -> list[Mistake]:
-    """Mistakes for quantities that the mechanism does not have, or lacks keys for; an objective is a number."""
+    """Mistakes for outputs and objectives that the mechanism does not have, or for which keys are missing."""
     offers, lacks = (*available_quantities(setup), *VERDICT_COLUMNS), missing_keys_by_quantity(setup)
     numbers = tuple(name for name in offers if find_quantity(name, setup).kind is float)
     effects = {find_quantity(name, setup).effect for name in (*offers, *lacks)}
@@ -65,7 +65,7 @@ def unavailable_outputs(scene: Scene, setup: Setup) -> list[Mistake]:
 
 
 def _uncomputable_own_quantities(scene: Scene, setup: Setup) -> Iterator[Mistake]:
-    """Mistakes for quantities of the scene's own that read what this mechanism has not, or lacks keys for."""
+    """Mistakes for quantities that the scene defines over quantities that cannot be computed."""
     offers, lacks = available_quantities(setup), missing_keys_by_quantity(setup)
     for name, own in setup.own_quantities.items():
         for read in own.reads:
@@ -76,9 +76,9 @@ def _uncomputable_own_quantities(scene: Scene, setup: Setup) -> Iterator[Mistake
 
 
 def yoke_motion_mistakes(scene: Scene, motion: Programme) -> list[Mistake]:
-    """A mistake if a yoke cannot move as asked."""
-    if not scene.mechanism.drive.one_disc or (found := half_turn_misfit(motion)).off <= SAME_HALVES * motion.lift:
+    """A mistake if the motion does not fit a yoke."""
+    if not scene.mechanism.drive.one_disc or (misfit := half_turn_misfit(motion)).off <= SAME_HALVES * motion.lift:
         return []
-    how = "The second half of the turn is the first with rises and returns exchanged, with the same angles and laws"
-    off = f"it is off by {found.off:.4g} mm at {np.degrees(found.at):.5g} deg"
+    how = "Exchange rises and returns in the second half of the turn, with the same angles and laws"
+    off = f"the error is {misfit.off:.4g} mm at {np.degrees(misfit.at):.5g} deg"
     return [Mistake(scene.file, "motion", None, f"{HALVES_HAVE_TO}; {off}. {how}", bare=True)]

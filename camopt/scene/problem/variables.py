@@ -1,6 +1,6 @@
-"""What may differ between designs of a scene, each said once: its sizes, its other numbers, angles of its segments.
+"""Variables: the sizes, other numbers and angles of segments that may differ between designs of a scene.
 
-Laws are no variables: a search goes through them one by one.
+Laws are no variables: a search tries them one by one.
 """
 
 from collections.abc import Iterable, Sequence
@@ -21,9 +21,11 @@ from camopt.scene.search import Search
 from camopt.scene.sizes import SIGNED_SIZES
 
 VariableRole = Literal["size", "number", "shared", "train", "angle"]
-"""Where a variable enters: as a size, or another number, that designs bring; as a number that decides which limits
-there are, so that all designs of a problem share it; as one of the train, which decides their motion and which they
-share therefore; as the angle of a segment of their motion."""
+"""Role of a variable.
+
+Designs carry a "size" or "number". All designs of a problem share a "shared" number, which decides the list of
+limits, and a number of the "train", which decides the motion. An "angle" is that of a segment.
+"""
 SHARED_KEYS = ("cam.shaft_diameter",)
 ROLE_ADVICE = {
     "number": "this number from the scene; only sweep and optimise can vary it",
@@ -31,31 +33,32 @@ ROLE_ADVICE = {
     "train": "this number of the train from the scene; only sweep and optimise can vary it",
     "angle": "the angles of the scene; only optimise can vary them",
 }
-"""What those take that do not vary it, by where a variable enters."""
+"""The end of a message from a command that cannot vary a variable, by role."""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """A number that may differ between designs, and what ``[search]`` gives for it."""
+    """A number that may differ between designs, with its choice in ``[search]``."""
 
     key: str
-    """In the scene, as ``cam.base_radius`` or ``motion.2.angle``."""
+    """Key in the scene, such as ``cam.base_radius`` or ``motion.2.angle``."""
     role: VariableRole
     name: str
-    """In ``[search]``, as ``base_radius``, ``cam.rpm`` or ``angle_rise``."""
+    """Key in ``[search]``, such as ``base_radius``, ``cam.rpm`` or ``angle_rise``."""
     field: str
-    """In ``Designs`` and in boxes of them."""
+    """Field in ``Designs`` and in boxes."""
     quantity: str = ""
-    """The column that tables have it in; an angle has none of its own."""
+    """Column in tables; empty for an angle."""
     choice: CheckedChoice | None = None
+    """Range or list in ``[search]``; None if it is not searched."""
     segment: int = -1
-    """Of an angle, the number of its segment."""
+    """Index of the segment of an angle."""
     shared_angle: float = 0.0
-    """Of an angle, the degrees that all freed segments have together."""
+    """Sum of the angles of all varied segments, for an angle [deg]."""
 
     @property
     def search_key(self) -> str:
-        """Its key in the scene where a search varies it."""
+        """Key of its choice in the scene."""
         return f"search.{self.name}"
 
     @property
@@ -72,54 +75,54 @@ class Variable:
 
     @property
     def is_number(self) -> bool:
-        """Whether it is a number of the scene that is no size."""
+        """Whether it is a number of the scene other than a size."""
         return self.role in ("number", "shared", "train")
 
     @property
     def varies_by_design(self) -> bool:
-        """Whether boxes of designs may have a range of it: not of what all designs of a problem share."""
+        """Whether it may differ between designs of a problem, so that boxes may have a range of it."""
         return self.role not in ("shared", "train")
 
     @property
     def has_range(self) -> bool:
-        """Whether its choice is a range."""
+        """Whether the choice is a range."""
         return isinstance(self.choice, StepRange)
 
     @property
     def is_free(self) -> bool:
-        """Whether a search may give it any value of a range."""
+        """Whether a search may use any value in a range."""
         return self.varies_by_design and self.has_range
 
     @property
     def range_ends(self) -> tuple[float, float]:
-        """The least and the largest value of its choice."""
+        """The least and the largest value of the choice; NaN without one."""
         if isinstance(self.choice, StepRange):
             return self.choice.start, self.choice.stop
         return (float(min(self.choice)), float(max(self.choice))) if self.choice else (nan, nan)
 
     @property
     def lower_bound(self) -> float:
-        """What it may not be below, beside its choice."""
+        """The least value that is allowed at all: 0, or −∞ for signed values."""
         return -inf if self.field in SIGNED_SIZES or self.range_ends[0] < 0.0 else 0.0
 
     def magnitude(self, length: float) -> float:
-        """What it is of the order of, if the cam is of the order of a length in mm."""
+        """Order of magnitude of the variable, for a cam of the order of a length [mm]."""
         return {"size": length, "angle": self.shared_angle}.get(self.role) or max(map(abs, self.range_ends))
 
     @property
     def first_value(self) -> float:
-        """The first value of its choice."""
+        """The first value of the choice."""
         return self.range_ends[0] if isinstance(self.choice, StepRange) else float(self.listed_values[0])
 
     @property
     def listed_values(self) -> FloatArray:
-        """The values of a list, each once."""
+        """The values of a list without repetitions."""
         values = () if self.choice is None or isinstance(self.choice, StepRange) else self.choice
         return np.array([*dict.fromkeys(values)], dtype=float)
 
     @property
     def grid_count(self) -> int:
-        """How many values it has in a grid."""
+        """Number of values in a grid."""
         if not isinstance(self.choice, StepRange):
             return self.listed_values.size
         low, high = self.range_ends
@@ -127,14 +130,14 @@ class Variable:
 
     @property
     def grid_values(self) -> FloatArray:
-        """Those values, of a range with both its ends: the last step may fall short, and none is beyond."""
+        """The values in a grid; a range includes both ends, so the last step may be shorter."""
         if not isinstance(self.choice, StepRange):
             return self.listed_values
         low, high = self.range_ends
         return np.asarray(np.minimum(low + (self.choice.step or 0.0) * np.arange(self.grid_count), high))
 
     def values_at_shares(self, shares: FloatArray) -> FloatArray:
-        """Values of its range, or of its list, at shares of it from 0 to 1."""
+        """Values of the range or list at shares from 0 to 1."""
         if isinstance(self.choice, StepRange):
             low, high = self.range_ends
             return np.asarray(np.clip(low + shares * (high - low), low, high))
@@ -146,14 +149,14 @@ class Variable:
 
     @property
     def box_intervals(self) -> list[tuple[float, float]]:
-        """What boxes have of it: its range, or a listed value; of the cam's own size all between those listed."""
+        """The intervals in boxes: the range, or each listed value; for the cam's size one over all values."""
         if isinstance(self.choice, StepRange) or self.field == "size":
             return [self.range_ends]
         return [(value, value) for value in self.listed_values.tolist()]
 
 
 def variables_of(scene: Scene) -> tuple[Variable, ...]:
-    """The sizes of a scene's mechanism, that of the body first, and all numbers of scenes that are no sizes."""
+    """The variables of a scene: the sizes of its mechanism, the body's first, and all other numbers."""
     sizes, numbers, columns = scene.search.sizes, scene.search.numbers, scene.mechanism.size_quantities
     return (
         *(
@@ -170,24 +173,24 @@ def variables_of(scene: Scene) -> tuple[Variable, ...]:
 
 
 def is_train_key(key: str) -> bool:
-    """Whether a key is that of a number of the train, which decides the motion."""
+    """Whether a key belongs to a number of the train, which decides the motion."""
     return key.startswith("train.")
 
 
 def angle_variables(search: Search, segments: Sequence[MotionSegment]) -> tuple[Variable, ...]:
-    """The angles of the segments of a turn that ``[search]`` frees."""
-    freed = {place: each for place, each in enumerate(segments) if each.segment in search.angles}
-    turn = float(sum(each.angle for each in freed.values()))
+    """The angles of segments that ``[search]`` varies."""
+    varied = {place: each for place, each in enumerate(segments) if each.segment in search.angles}
+    turn = float(sum(each.angle for each in varied.values()))
     return tuple(
         Variable(
             f"{s.key}.angle", "angle", f"angle_{s.segment}", f"angle {i}", "", search.angles[s.segment], i, turn
         )
-        for i, s in freed.items()
+        for i, s in varied.items()
     )
 
 
 def variation_mistakes(file: str, variables: Iterable[Variable], who: str) -> list[Mistake]:
-    """A mistake for each of some variables that ``[search]`` varies, for those that take what the scene has."""
-    found = {each.search_key: ROLE_ADVICE[each.role] for each in variables if each.is_searched}
-    why = {key: f"{who} {other}: leave it out of [search]" for key, other in found.items()}
+    """A mistake for each variable that ``[search]`` varies, for a command (``who``) that cannot vary it."""
+    advice = {each.search_key: ROLE_ADVICE[each.role] for each in variables if each.is_searched}
+    why = {key: f"{who} {other}: leave it out of [search]" for key, other in advice.items()}
     return [Mistake(file, key, None, what, bare=True) for key, what in why.items()]

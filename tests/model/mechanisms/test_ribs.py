@@ -413,7 +413,10 @@ BAD = {
         {"part.groove_depth": 6.0},
         r"part\.groove_depth = 6.*: a ribbed cylindrical cam has none",
     ),
-    "a rib beyond the cylinder": ({"part": {"thickness": 30, "rib_height": 9}}, "must be above .*the rib runs"),
+    "a rib beyond the cylinder": (
+        {"part": {"thickness": 30, "rib_height": 9}},
+        "must be above .*the length of the rib",
+    ),
     "a rib down to the axis": (
         {"part.rib_height": 190.0},
         r"part\.rib_height = 190.*: must be below twice the mean",
@@ -424,7 +427,7 @@ BAD = {
     ),
     "crossings under preload": (
         {"drive.interference": 0.01, "drive.stiffness": 1e4, "limits": {"crossing_speed": 0.1}},
-        "crossing_speed_max_m_s: neither contact lets go with enough preload",
+        "crossing_speed_max_m_s: its contacts stay closed by a preload",
     ),
     "a knife": ({"follower.contact": "knife", "follower.roller_radius": None}, "must be .*groove"),
 }

@@ -414,13 +414,13 @@ def test_a_scene_without_motion_and_profile_is_told():
 
 @pytest.mark.parametrize("command", [optimise, synthesise])
 def test_what_changes_size_or_motion_refuses_a_profile(command):
-    with pytest.raises(BadInput, match=r"profile: the .* cannot change, for the profile of the cam is given"):
+    with pytest.raises(BadInput, match=r"profile: the .* cannot change, since the scene gives the profile"):
         command(scene_of("tangent", "roller"))
 
 
 def test_other_sizes_are_refused_and_other_speeds_are_not(tmp_path):
     scene = scene_of("tangent", "roller")
-    with pytest.raises(BadInput, match="profile: sizes cannot change, for the profile of the cam is given"):
+    with pytest.raises(BadInput, match="profile: sizes cannot change, since the scene gives the profile"):
         evaluate_designs(scene, {"roller_radius_mm": [10.0, 12.0]})
     found = evaluate_designs(scene, {"rpm": [300.0, 600.0]})
     fast = evaluate(scene.replace(**{"cam.rpm": 600}))

@@ -162,7 +162,7 @@ def test_a_sample_that_cannot_be_drawn_is_a_mistake(search, message):
 
 
 def test_a_sample_needs_a_free_size():
-    with pytest.raises(BadInput, match=r"search\.samples = 8: needs a range or a list of some size"):
+    with pytest.raises(BadInput, match=r"search\.samples = 8: needs a range or a list for a size"):
         sweep(find_scene("roller-1000rpm").replace(search={"samples": 8, "law": ["harmonic"]}))
 
 
@@ -171,4 +171,4 @@ def test_the_command_draws_a_sample(capsys, tmp_path, monkeypatch):
     assert main(["sweep", "--samples", "40", "--base-radius", "40:90", "--offset", "0:10", "--quiet"]) == 0
     assert "280 designs" in capsys.readouterr().out
     assert main(["sweep", "--base-radius", "40:90", "--quiet"]) == 2
-    assert "a step above 0, for a sweep of a grid, or search.samples" in capsys.readouterr().err
+    assert "above 0 for a sweep of a grid, unless search.samples is given" in capsys.readouterr().err

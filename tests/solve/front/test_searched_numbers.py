@@ -305,7 +305,7 @@ def test_a_table_with_numbers_that_no_scene_has_is_refused(value, tmp_path):
 def test_numbers_that_only_the_search_has_are_missing_elsewhere():
     scene = VALVE.replace(**{"cam.rpm": None, "search.cam.rpm": [400, 500]})
     assert sweep(scene).best["poly345"]["rpm"] in (400.0, 500.0)
-    with pytest.raises(BadInput, match=r"cam\.rpm: missing; only sweep and optimise can do without it") as caught:
+    with pytest.raises(BadInput, match=r"cam\.rpm: missing; only sweep and optimise work without it") as caught:
         evaluate(scene)
     assert len(caught.value.mistakes) == 1
 
@@ -406,7 +406,7 @@ JAMMING = {"mass": 1, "guide_length": 50, "overhang": 50, "friction": 0.1}
     [
         (
             {"search.cam.rpm": {"start": 3, "stop": 9}},
-            "search.cam.rpm.step: must be a step above 0, for a sweep of",
+            "search.cam.rpm.step: must be above 0 for a sweep of",
         ),
         (
             {"search.cam.shaft_diameter": {"start": 1, "stop": 2}, "search.samples": MOST_SETTINGS + 1},

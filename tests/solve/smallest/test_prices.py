@@ -118,7 +118,7 @@ def test_prices_are_derivatives_in_the_shipped_scenes(name):
 REFUSED = {
     **dict.fromkeys(
         ("eccentric-rocker", "tangent-cam", "three-arc-valve"),
-        "profile: the base radius cannot change, for the profile of the cam is given",
+        "profile: the base radius cannot change, since the scene gives the profile of the cam",
     ),
     **dict.fromkeys(
         ("harmonic-240rpm-radial", "knife-300rpm-radial", "knife-900rpm-radial", "uniform-knife-radial"),

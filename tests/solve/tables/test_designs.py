@@ -55,7 +55,7 @@ def test_optimise_needs_no_size_of_the_cam(name):
 def test_a_sweep_needs_no_size_that_its_search_has():
     scene = find_scene("roller-1000rpm").replace(**FEW)
     assert sweep(unsized(scene, "follower.roller_radius")).best == sweep(scene).best
-    with pytest.raises(BadInput, match=r"^roller-1000rpm: cam\.base_radius: missing; only what finds sizes"):
+    with pytest.raises(BadInput, match=r"^roller-1000rpm: cam\.base_radius: missing; only commands that find"):
         sweep(unsized(scene).replace(**{"search.base_radius": None}))
 
 

@@ -461,7 +461,7 @@ def test_options_take_lengths_and_feeds_with_a_unit(capsys, tmp_path):
     for given in ("0.2 kg", "wide", "0.2 in/min"):
         code, _, said = run(capsys, *words, "--cutter-radius", given, "--feed", "254")
         assert code == 2
-        assert "a number in mm, or with a unit of that kind" in said
+        assert "a number in mm, or a text with a unit of the same kind" in said
 
 
 def test_a_synthesis_is_told_in_both_systems_for_pages_of_either(tmp_path):
