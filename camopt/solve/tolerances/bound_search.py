@@ -1,17 +1,17 @@
-"""The largest value of a quantity of all cams within tolerances: a bound that is proved, and a cam with nearly it.
+"""Largest value of a quantity over all cams within tolerances: a proven bound, and a cam that nearly reaches it.
 
-A quantity f(φ, x) is a formula of the cam angle and of all errors x, run on ranges with slopes. Over a part of the
-turn, with the slopes g by the errors over all of them, and any errors p,
+A quantity f(φ, x) is a formula of the cam angle φ and of all errors x, run on ranges with slopes. Over a part of
+the turn, with the slopes g by the errors over their whole box, and any errors p,
 
     f(φ, x) ≤ f(φ, p) + max g·(x − p)
 
-p is the corner at which the slopes point: there hardly anything is left of the second term, and the first one is a
-curve over the turn. So the turn alone is cut, where the bound is the highest; and an error, where the sign of its
-slope is not known however small the part. The largest f(φ, p) in the middle of a part is that of a cam: its errors
-are the worst that are found.
+p is the corner to which the slopes point. There the second term nearly vanishes, and the first one is a curve over
+the turn. So mostly the turn is divided, where the bound is highest. An error is divided only where the sign of its
+slope is unknown, however small the part. f(φ, p) in the middle of a part is the value of a real cam: the largest
+one is the witness.
 
-Some errors have a direction: they are vectors with two coordinates, no longer than ε. Their p is ε·n along the
-middle n of the slopes, and the second term is ε·(|g| − g·n) at most.
+Errors with a direction are vectors with two coordinates and a length up to ε. Their p is ε·n, along the middle n of
+the slopes, and the second term is at most ε·(|g| − g·n).
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 6 and 11.
 """
@@ -38,81 +38,81 @@ from camopt.solve.tolerances.errors import direction_key, is_direction, polar_er
 from camopt.solve.verdicts.constraint_boxes import CONSTRAINT_PART_CUTS, LEAST_PART_SHARE, BoxParts, NumberRanges
 
 PARTS_AT_ONCE, MOST_ROUNDS = 128, 400
-"""How many parts are cut at once, those with the highest bounds first, and how often."""
+"""Number of parts that are divided at once, the highest bounds first, and the largest number of rounds."""
 NARROW_ANGLE = 0.5
-"""Within which angle of the middle one slopes have to be, rad, for a vector to be taken along them."""
+"""Largest angle [rad] between the slopes and their middle with which a vector is taken along the slopes."""
 LENGTH_ROUNDING = 1e-9
-"""Relative, for rounding of how long vectors are."""
+"""Relative allowance for rounding of the lengths of vectors."""
 ErrorValues = dict[str, float]
 BoundedQuantity = Callable[[Mapping[str, SlopedInterval], PartMotion], Any]
-"""From flat errors and a place of the turn to a quantity over boxes of both."""
+"""Computes a quantity over boxes, from flat errors and the motion over parts of the turn."""
 JumpCase = tuple[bool | None, bool | None]
-"""Whether a jump within reach of a place lies between it and the cam angle at which it touches, and between it and
-where a further contact touches then; None if that is not said."""
+"""Whether a jump within reach of a place lies between it and its cam angle, and between it and the second contact's
+place; None if both are possible."""
 
 
 class ProvedBound(NamedTuple):
-    """The most that any cam has of a quantity."""
+    """Upper bound of a quantity over all cams, with a witness."""
 
     high: float
-    """No cam has more, proved; infinite where nothing is known."""
+    """Proven upper bound; infinite if none is known."""
     witness_value: float = -inf
-    """What a cam has at least that was found."""
+    """Value that the best cam found reaches at least."""
     witness: ErrorValues | None = None
-    """Its errors, those with a direction by length and angle, with the variables of the quantity."""
+    """Errors of that cam in polar form, with the other variables of the quantity."""
 
 
 def missing_bound_reason(high: float, seconds: float, until: float) -> str:
-    """Why there is no bound of what was to be proved in a time; "" if there is one."""
+    """Why there is no bound after a proof with a time limit; "" if there is one."""
     over = f"the time of {seconds:g} s was over"
     return "" if high < inf else over if clock_seconds() > until else "the tolerances are too large for it"
 
 
 def coordinate_box(ends: NumberRanges) -> dict[str, tuple[float, float]]:
-    """Between which values each number of errors is, with both coordinates of those that have a way."""
-    found = dict[str, tuple[float, float]]()
+    """Range of each coordinate of the errors; both coordinates of errors with a direction."""
+    box = dict[str, tuple[float, float]]()
     for key, (low, high) in ends.items():
         if not is_direction(key):
-            found |= (
+            box |= (
                 dict.fromkeys((key, direction_key(key)), (-high, high))
                 if direction_key(key) in ends
                 else {key: (low, high)}
             )
-    return found
+    return box
 
 
 def whole_panel_parts(
     problem: Problem, box: NumberRanges, panels: IntArray | None = None, sides: Sequence[float] = (1.0, -1.0)
 ) -> BoxParts:
-    """Whole panels, all unless some are named, with the whole box, for each side of a quantity."""
-    every = np.arange(problem.programme.table.half_width.size) if panels is None else panels
-    panel, side = (each.ravel() for each in np.meshgrid(every, np.array(sides), indexing="ij"))
+    """Parts that are whole panels (by default all) with the whole box, one for each side of a quantity."""
+    numbers = np.arange(problem.programme.table.half_width.size) if panels is None else panels
+    panel, side = (each.ravel() for each in np.meshgrid(numbers, np.array(sides), indexing="ij"))
     low, high = (np.repeat(each[:, None], panel.size, axis=1) for each in np.array([(-1.0, 1.0), *box.values()]).T)
     return BoxParts(panel, side, low, high, np.where(high > low, high - low, 1.0)[:, :1])
 
 
 @dataclass(frozen=True)
 class BoundSearch:
-    """The search for the most that any cam has of a quantity."""
+    """Search for the largest value of a quantity over all cams."""
 
     problem: Problem
     quantity: BoundedQuantity
     error_ranges: NumberRanges
-    """Between which values errors are, with those that have a way as a length and an angle."""
+    """Range of each error in polar form."""
     box: NumberRanges
-    """Between which values each number of them is (``box_of``), and other variables of the quantity."""
+    """Range of each coordinate of the errors (``coordinate_box``), and of the other variables of the quantity."""
     cut_variables: frozenset[str] = frozenset()
-    """Variables that are no errors: they are cut as the turn is."""
+    """Variables that are no errors: they are divided as the turn is."""
     jumps: tuple[Jump, ...] = ()
-    """Where derivatives of the motion jump: of y'', and of y'''."""
+    """Jumps of y'' and y'''."""
     reach: float = 0.0
-    """As far as any cam is late or early, rad."""
+    """Largest angle by which any cam is late or early [rad]."""
     jump_case: JumpCase = (None, None)
 
     def run(self, parts: BoxParts, least: float, gap: float, until: float, enough: float = inf) -> ProvedBound:
-        """The most over parts, of which a cam has ``least``, to a relative gap or until a time (``clock.now``).
+        """Bound of the quantity over parts, where some cam reaches ``least``.
 
-        Or until a cam is found that has more than is ``enough``.
+        Ends at the relative gap, at the time ``until`` (``clock.clock_seconds``), or when a cam exceeds ``enough``.
         """
         if clock_seconds() > until:
             return ProvedBound(inf, least)
@@ -120,9 +120,11 @@ class BoundSearch:
         enclosed = pool
         for _ in range(MOST_ROUNDS):
             best = max(best, enclosed.best_witness, key=lambda each: each.witness_value)
-            left = ~pool.is_thin & ~(pool.high <= max(best.witness_value + gap * abs(best.witness_value), settled))
-            settled = max(settled, pool.high[~left].max(initial=-inf))
-            pool = pool.take_parts(np.flatnonzero(left))
+            is_open = ~pool.is_thin & ~(
+                pool.high <= max(best.witness_value + gap * abs(best.witness_value), settled)
+            )
+            settled = max(settled, pool.high[~is_open].max(initial=-inf))
+            pool = pool.take_parts(np.flatnonzero(is_open))
             if not pool.high.size or clock_seconds() > until or best.witness_value > enough:
                 break
             order = np.argsort(-pool.high, kind="stable")
@@ -132,7 +134,7 @@ class BoundSearch:
         return best._replace(high=float(max(settled, pool.high.max(initial=-inf))))
 
     def enclose(self, parts: BoxParts, near: FloatArray) -> "EnclosedParts":
-        """The bounds of parts by errors near some; they keep those ends where the quantity surely is the most."""
+        """Bounds of parts, from errors p near the given ones; errors with a known sign of slope keep one end."""
         rows, size = self._cut_rows, parts.size
         at = self._nearest_errors(parts, near)
         low, high = at.copy(), at.copy()
@@ -140,75 +142,80 @@ class BoundSearch:
         with np.errstate(all="ignore"):
             both = self.enclose_quantity(_join_parts(parts, replace(parts, low=low, high=high)))
             whole, at_errors = both[:size], both[size:]
-            moved = whole.slopes * whole.span
+            change = whole.slopes * whole.span
             middle = whole.at.high + self._largest_gain(parts, whole.slopes, (parts.low + parts.high) / 2.0)
-            middle += moved[rows].high.sum(axis=0) + INPUT_ROUNDOFF * moved.largest_magnitude.sum(axis=0)
-            left = self._largest_gain(parts, whole.slopes, at)
-            top = np.fmin(np.fmin(whole.value.high, middle), at_errors.value.high + left * (1.0 + INPUT_ROUNDOFF))
+            middle += change[rows].high.sum(axis=0) + INPUT_ROUNDOFF * change.largest_magnitude.sum(axis=0)
+            gain = self._largest_gain(parts, whole.slopes, at)
+            top = np.fmin(np.fmin(whole.value.high, middle), at_errors.value.high + gain * (1.0 + INPUT_ROUNDOFF))
             steep = whole.slopes.largest_magnitude
             for pair, _ in self._vector_rows:
                 steep[pair] = whole.slopes[pair].high - whole.slopes[pair].low
             thin = ~_can_be_cut(parts, steep)
             parts = self._narrow_errors(parts, whole.slopes)
             corner = self._slope_corners(parts, whole.slopes)
-        top = np.where(left > -inf, np.where(np.isnan(top), inf, top), -inf)
+        top = np.where(gain > -inf, np.where(np.isnan(top), inf, top), -inf)
         lower = np.where(top > -inf, np.nan_to_num(at_errors.at.low, nan=-inf), -inf)
         at[rows] = (parts.low[rows] + parts.high[rows]) / 2.0
         most = int(lower.argmax()) if size else 0
-        found = ProvedBound(inf, float(lower[most]), self.cam_errors(at[1:, most])) if size else ProvedBound(inf)
-        return EnclosedParts(parts, top, thin, corner, steep, found)
+        best = ProvedBound(inf, float(lower[most]), self.cam_errors(at[1:, most])) if size else ProvedBound(inf)
+        return EnclosedParts(parts, top, thin, corner, steep, best)
 
     def enclose_quantity(self, parts: BoxParts) -> SlopedInterval:
-        """The quantity over parts, to their side."""
+        """The quantity over parts, times their side."""
         middle = (parts.low + parts.high) / 2.0
         half = self.problem.programme.table.half_width[parts.panel]
         place = Interval(parts.low[0] * half, parts.high[0] * half)
         sides = [place, *(Interval(low, high) for low, high in zip(parts.low[1:], parts.high[1:], strict=True))]
         angle, *numbers = box_variables(sides, [middle[0] * half, *middle[1:]])
-        found = self.quantity(
+        value = self.quantity(
             dict(zip(self.box, numbers, strict=True)), self._motion_over_parts(parts, middle[0], angle)
         )
-        found = found.divide() if isinstance(found, Quotient) else found
-        return as_sloped_interval(found * parts.side, angle)
+        value = value.divide() if isinstance(value, Quotient) else value
+        return as_sloped_interval(value * parts.side, angle)
 
     def _narrow_errors(self, parts: BoxParts, slopes: Interval) -> BoxParts:
-        """With that end alone of errors by which the quantity surely rises or falls, but for vectors."""
+        """Parts with one end of each error in which the quantity is monotone; vectors near the worst direction."""
         low, high = slopes.low.copy(), slopes.high.copy()
         for both, _ in self._vector_rows:
-            low[both], high[both] = -1.0, 1.0  # neither end alone is left
-        found = parts.reduce_monotone(Interval(low, high))
-        low, high = found.low.copy(), found.high.copy()
-        for both, longest in self._vector_rows:  # the worst is as long as it may be, and along its slopes
+            low[both], high[both] = -1.0, 1.0  # keeps both ends
+        reduced = parts.reduce_monotone(Interval(low, high))
+        low, high = reduced.low.copy(), reduced.high.copy()
+        for (
+            both,
+            longest,
+        ) in self._vector_rows:  # the worst vector has the largest length, and points along its slopes
             (along, across), ahead = _slopes_along_direction(slopes, both)
-            off, way = np.arctan2(across.largest_magnitude, along.low), np.arctan2(*ahead[::-1])
+            spread, way = np.arctan2(across.largest_magnitude, along.low), np.arctan2(*ahead[::-1])
             for row, turn in zip(both, (0.0, 0.5 * pi), strict=True):
-                ends = np.cos(Interval(way - off - turn, way + off - turn))
+                ends = np.cos(Interval(way - spread - turn, way + spread - turn))
                 low[row] = np.where(
-                    off < NARROW_ANGLE, np.maximum(low[row], longest * (ends.low - LENGTH_ROUNDING)), low[row]
+                    spread < NARROW_ANGLE, np.maximum(low[row], longest * (ends.low - LENGTH_ROUNDING)), low[row]
                 )
                 high[row] = np.where(
-                    off < NARROW_ANGLE, np.minimum(high[row], longest * (ends.high + LENGTH_ROUNDING)), high[row]
+                    spread < NARROW_ANGLE,
+                    np.minimum(high[row], longest * (ends.high + LENGTH_ROUNDING)),
+                    high[row],
                 )
-            high[both] = np.maximum(low[both], high[both])  # one stands for none
-        return replace(found, low=low, high=high)
+            high[both] = np.maximum(low[both], high[both])  # an empty range becomes a single value
+        return replace(reduced, low=low, high=high)
 
     @cached_property
     def _cut_rows(self) -> list[int]:
-        """The rows of the turn and of variables that are no errors."""
+        """Rows of the turn and of variables that are no errors."""
         return [0, *(1 + k for k, name in enumerate(self.box) if name in self.cut_variables)]
 
     def _nearest_errors(self, parts: BoxParts, near: FloatArray) -> FloatArray:
-        """Errors of parts that are next to some."""
-        found = np.clip(near, parts.low, parts.high)
+        """Errors within parts that are nearest to the given ones."""
+        errors = np.clip(near, parts.low, parts.high)
         for both, longest in self._vector_rows:
             way = near[both] / longest
-            found[both] = _furthest_vector(
+            errors[both] = _furthest_vector(
                 parts.low[both], parts.high[both], way, longest * (1.0 - LENGTH_ROUNDING)
             )
-        return found
+        return errors
 
     def _slope_corners(self, parts: BoxParts, slopes: Interval) -> FloatArray:
-        """Errors at which slopes point."""
+        """Errors to which the slopes point."""
         corner = np.where(slopes.low + slopes.high > 0.0, parts.high, parts.low)
         for both, longest in self._vector_rows:
             _, way = _slopes_along_direction(slopes, both)
@@ -218,27 +225,27 @@ class BoundSearch:
         return corner
 
     def _largest_gain(self, parts: BoxParts, slopes: Interval, at: FloatArray) -> FloatArray:
-        """What errors of parts have more at most than those at a point."""
-        each = (slopes * Interval(parts.low - at, parts.high - at)).high
-        each[self._cut_rows] = 0.0
+        """Largest increase of the quantity from errors at a point to any errors of a part: max g·(x − p)."""
+        gains = (slopes * Interval(parts.low - at, parts.high - at)).high
+        gains[self._cut_rows] = 0.0
         for both, longest in self._vector_rows:
             low, high, x, y = parts.low[both], parts.high[both], slopes[both[0]], slopes[both[1]]
             ends = [np.array(g) for g in product((x.low, x.high), (y.low, y.high))]
             anywhere = [longest * (1.0 + LENGTH_ROUNDING) * np.hypot(*g) - (g * at[both]).sum(axis=0) for g in ends]
             (along, across), way = _slopes_along_direction(slopes, both)
-            off = Interval(low - at[both], high - at[both])
-            x, y = (off[0] * way[0] + off[1] * way[1]), off[1] * way[0] - off[0] * way[1]
-            room = longest * (1.0 + LENGTH_ROUNDING) - (way * at[both]).sum(axis=0)
-            further = along * Interval(x.low, np.clip(room, x.low, x.high)) + across * y
+            change = Interval(low - at[both], high - at[both])
+            x, y = (change[0] * way[0] + change[1] * way[1]), change[1] * way[0] - change[0] * way[1]
+            margin = longest * (1.0 + LENGTH_ROUNDING) - (way * at[both]).sum(axis=0)
+            by_direction = along * Interval(x.low, np.clip(margin, x.low, x.high)) + across * y
             outside = np.hypot(*np.clip(0.0, low, high)) > longest * (1.0 + LENGTH_ROUNDING)
-            most = reduce(np.fmin, [np.max(anywhere, axis=0), each[both].sum(axis=0), further.high])
-            each[both[0]] = np.where(outside, -inf, most)
-            each[both[1]] = 0.0
-        return np.asarray(each.sum(axis=0))
+            most = reduce(np.fmin, [np.max(anywhere, axis=0), gains[both].sum(axis=0), by_direction.high])
+            gains[both[0]] = np.where(outside, -inf, most)
+            gains[both[1]] = 0.0
+        return np.asarray(gains.sum(axis=0))
 
     @cached_property
     def _vector_rows(self) -> list[tuple[list[int], float]]:
-        """The rows of both coordinates in parts, and the largest length."""
+        """Rows of both coordinates of each vector, and its largest length."""
         rows = {name: 1 + number for number, name in enumerate(self.box)}
         return [
             ([rows[key], rows[direction_key(key)]], high)
@@ -250,52 +257,49 @@ class BoundSearch:
         return not is_direction(key) and direction_key(key) in self.error_ranges
 
     def cam_errors(self, numbers: FloatArray) -> ErrorValues:
-        """A cam by length and angle, from the numbers of its errors."""
-        known = dict(zip(self.box, map(float, numbers), strict=True))
-        cam = {key: float(each) for key, each in polar_errors(known, self.error_ranges).items()}
+        """Errors of a cam in polar form, from the coordinates of its errors."""
+        flat = dict(zip(self.box, map(float, numbers), strict=True))
+        polar = {key: float(each) for key, each in polar_errors(flat, self.error_ranges).items()}
         longest = {key: high for key, (_, high) in self.error_ranges.items() if self._has_direction(key)}
-        return (
-            known
-            | cam
-            | {key: min(cam[key] * (1.0 + 2.0 * LENGTH_ROUNDING), high) for key, high in longest.items()}
-        )
+        lengths = {key: min(polar[key] * (1.0 + 2.0 * LENGTH_ROUNDING), high) for key, high in longest.items()}
+        return flat | polar | lengths
 
     def _motion_over_parts(self, parts: BoxParts, u: FloatArray, angle: SlopedInterval) -> PartMotion:
         table = self.problem.programme.table
-        half, found = table.half_width[parts.panel], part_ranges(table, parts.panel, u, angle.span.high[0])
+        half, ranges = table.half_width[parts.panel], part_ranges(table, parts.panel, u, angle.span.high[0])
         motion = [
             replace(angle, value=whole, at=middle, slopes=slopes_by_angle(angle, slope))
             for middle, whole, slope in zip(
-                found.middle[: LAST_DERIVATIVE + 1], found.whole, found.whole[1:], strict=False
+                ranges.middle[: LAST_DERIVATIVE + 1], ranges.whole, ranges.whole[1:], strict=False
             )
         ]
         low, high, middle = (each * half for each in (parts.low[0], parts.high[0], u))
         angles = table.centre[parts.panel] + middle
-        jumped = (self._jump_ranges(parts.panel, angles, each) for each in self.jump_case)
-        return PartMotion(motion, parts.panel, low, high, middle, *jumped)
+        jumps = (self._jump_ranges(parts.panel, angles, passed) for passed in self.jump_case)
+        return PartMotion(motion, parts.panel, low, high, middle, *jumps)
 
     def _jump_ranges(self, panel: IntArray, angles: FloatArray, passed: bool | None) -> JumpRanges:
-        """By which jumps of y'' and of y''' a cam that touches with places on panels may be off.
+        """Ranges of the jumps of y'' and y''' that a cam which touches with places on panels may have as errors.
 
-        A place at a jump is on the side of it on which its panel is.
+        A place at a jump is on the same side of it as its panel.
         """
-        found, centre = np.zeros((2, 2, panel.size)), self.problem.programme.table.centre[panel]
+        ranges, centre = np.zeros((2, 2, panel.size)), self.problem.programme.table.centre[panel]
         near = dict(zip(self._jump_angles, self._reached_jumps(angles), strict=True))
         known = (sum(near.values(), np.zeros(panel.size)) == 1) & (passed is not None)
         for jump in self.jumps:
             size = np.where(near[jump.at], np.sign(self._angle_to_jump(jump.at, centre)) * jump.size, 0.0)
             hull = np.array([np.minimum(size, 0.0), np.maximum(size, 0.0)])
-            found[jump.order - 2] += np.where(known, size * bool(passed), hull)
-        return JumpRanges(*(Interval(*each) for each in found))
+            ranges[jump.order - 2] += np.where(known, size * bool(passed), hull)
+        return JumpRanges(*(Interval(*each) for each in ranges))
 
     def parts_near_jump(self, parts: BoxParts) -> BoolArray:
-        """Which parts are within reach of a jump."""
+        """Whether each part is within reach of a jump."""
         table, middle = self.problem.programme.table, 0.5 * (parts.low[0] + parts.high[0])
         angles = table.centre[parts.panel] + middle * table.half_width[parts.panel]
         return np.asarray(self._reached_jumps(angles).any(axis=0))
 
     def _reached_jumps(self, angles: FloatArray) -> BoolArray:
-        """Of which places of jumps cam angles are within reach, (places, m)."""
+        """Whether each jump is within reach of cam angles, shape (jumps, angles)."""
         ahead = [np.abs(self._angle_to_jump(at, angles)) for at in self._jump_angles]
         return np.reshape(ahead, (-1, angles.size)) <= (
             (1.0 + LENGTH_ROUNDING) * self.reach if self.reach else -1.0
@@ -306,12 +310,12 @@ class BoundSearch:
         return sorted({jump.at for jump in self.jumps})
 
     def _angle_to_jump(self, at: float, angles: FloatArray) -> FloatArray:
-        """How far ahead a jump is, within half a turn."""
+        """Angle from cam angles to a jump, within half a turn [rad]."""
         turn = self.problem.programme.strokes[-1].end
         return np.asarray(np.mod(at - angles + 0.5 * turn, turn) - 0.5 * turn)
 
     def split_at_jumps(self, parts: BoxParts) -> BoxParts:
-        """Parts that are within reach of each jump or not."""
+        """Parts split so that each is either within reach of a jump or not."""
         table = self.problem.programme.table
         for jump in self.jumps:
             for side in (-1.0, 1.0):
@@ -321,7 +325,7 @@ class BoundSearch:
 
 
 def _slopes_along_direction(slopes: Interval, both: list[int]) -> tuple[tuple[Interval, Interval], FloatArray]:
-    """Slopes by both coordinates, along the middle ones and across them, and the direction of these."""
+    """Slopes of a vector along and across their middle direction, and this direction."""
     x, y = slopes[both[0]], slopes[both[1]]
     angle = np.arctan2(y.low + y.high, x.low + x.high)
     way = np.array([np.cos(angle), np.sin(angle)])
@@ -329,7 +333,7 @@ def _slopes_along_direction(slopes: Interval, both: list[int]) -> tuple[tuple[In
 
 
 def _furthest_vector(low: FloatArray, high: FloatArray, way: FloatArray, longest: float) -> FloatArray:
-    """The vector of a box that is the furthest in a direction, or nearly so, of those that are no longer."""
+    """The vector of a box, no longer than ``longest``, that reaches furthest in a direction, or nearly so."""
     nearest, far = np.clip(0.0, low, high), np.clip(way * longest, low, high)
     step = far - nearest
     a, b, c = (step * step).sum(axis=0), (nearest * step).sum(axis=0), (nearest * nearest).sum(axis=0) - longest**2
@@ -338,13 +342,13 @@ def _furthest_vector(low: FloatArray, high: FloatArray, way: FloatArray, longest
 
 
 def _join_parts(a: BoxParts, b: BoxParts) -> BoxParts:
-    """Parts of both."""
+    """The parts of a and b."""
     panel, side = np.concatenate([a.panel, b.panel]), np.concatenate([a.side, b.side])
     return replace(a, panel=panel, side=side, low=np.hstack([a.low, b.low]), high=np.hstack([a.high, b.high]))
 
 
 def _can_be_cut(parts: BoxParts, steepness: FloatArray) -> BoolArray:
-    """Which parts have something that can be cut."""
+    """Whether each part has a variable that can be divided."""
     width = parts.high - parts.low
     return np.asarray((~(steepness * width <= 0.0) & (width > LEAST_PART_SHARE * parts.whole)).any(axis=0))
 
@@ -355,22 +359,22 @@ class EnclosedParts(NamedTuple):
     parts: BoxParts
     high: FloatArray
     is_thin: BoolArray
-    """Which of them had nothing left to be cut."""
+    """Whether each part had nothing left to divide."""
     corner: FloatArray
-    """The errors at which slopes point, below the place on the panel."""
+    """The errors to which the slopes point, in the rows after that of the place on the panel."""
     steepness: FloatArray
-    """How much each variable changes what is not known yet."""
+    """Change of the unknown part of the quantity with each variable."""
     best_witness: ProvedBound
-    """What a cam of them has at least."""
+    """The best cam of the parts."""
 
     @property
     def cut_parts(self) -> tuple[BoxParts, FloatArray]:
-        """The parts cut where most is not known, whole where one end of each variable is left; and their errors."""
+        """The parts divided along their steepest variable, or whole if that is impossible; and their corners."""
         wide = _can_be_cut(self.parts, self.steepness)
-        some, whole = self.take_parts(np.flatnonzero(wide)), self.take_parts(np.flatnonzero(~wide))
-        parts = some.parts.cut_steepest(some.steepness) if wide.any() else some.parts
+        divisible, whole = self.take_parts(np.flatnonzero(wide)), self.take_parts(np.flatnonzero(~wide))
+        parts = divisible.parts.cut_steepest(divisible.steepness) if wide.any() else divisible.parts
         return _join_parts(parts, whole.parts), np.hstack(
-            [np.tile(some.corner, CONSTRAINT_PART_CUTS), whole.corner]
+            [np.tile(divisible.corner, CONSTRAINT_PART_CUTS), whole.corner]
         )
 
     def take_parts(self, index: IntArray) -> "EnclosedParts":

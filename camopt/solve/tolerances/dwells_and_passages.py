@@ -1,43 +1,43 @@
-"""How far the tool of any cam within the tolerances moves while it should dwell: a bound and a witness.
+"""Dwells and passages of all cams within tolerances: bounds and witnesses by exact contact.
 
-On the arc of a dwell y is constant, so that the exact place of a follower (``mechanisms.contact_errors``) depends
-on nothing that changes along the arc but the direction of the bore's axis in the ground, which goes on with the cam
-by the angle a from one place to another, and the profile, which may be off otherwise there. All else that is off is
-the same at both places. What a cam wobbles is the difference of both exact places,
+**Dwells: how far the tool moves while it should dwell.** On the arc of a dwell y is constant. The exact position of
+the follower (``mechanisms.contact_errors``) then depends on only two things that change along the arc. One is the
+direction of the bore's axis in the ground, which turns with the cam by the angle a from one place to the other. The
+other is the error of the profile. All other errors are the same at both places. The wobble is the difference of
+both exact positions,
 
-    Δ = f*(y + moved₁) − f*(y + moved₂)
+    Δ = f*(y + m₁) − f*(y + m₂)
 
-with its own links in f*. Run on ranges with slopes, what both have in common cancels in the slopes, and the bound
-is proved as that of the displacement (``tolerances.worst_case``): of errors, of a direction, and of a.
+with f* of the train with errors, and m as in ``tolerances.real_cam``. Run on ranges with slopes, the common parts
+cancel in the slopes. The bound is proved as that of the displacement (``tolerances.worst_case``), over the errors,
+a direction and a.
 
-An error of the profile with at most n waves in a turn, within ±t, differs at two places by at most 2·t·sin(n·a/2),
-up to n·a = π (Boas), as a sine of n waves does. It is taken as p at one and as p − d at the other, with any p
-within ±t and d up to this: what p − d is beyond −t is of second order. Where n·a can be π both are anything in ±t.
+An error of the profile within ±t with at most n waves in a turn differs at two places by at most 2·t·sin(n·a/2) up
+to n·a = π (Boas), as a sine of n waves does. The proof takes it as p at one place and p − d at the other, with any
+p within ±t and d up to this difference; the amount by which p − d exceeds ±t is of second order. Where n·a can
+reach π, both errors are anything in ±t.
 
-Sources: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 6 and 11; R. P. Boas,
-Entire Functions, ch. 11.
-
-When tools pass a position, of all cams within tolerances, proved by exact contact.
-
-A cam passes a level about the cam angle of the nominal one. If at the cam angle θ no cam within the tolerances is
-at the level yet,
+**Passages: when the tool passes a level.** A real cam passes a level near the cam angle of the nominal one. If at
+the cam angle θ
 
     f(y(θ)) + δ(θ; x) ≤ level    for all errors x,
 
-none passes it outward before θ; after θ, if at θ all are at the level or beyond it. Inward it is the other way
-round. δ(θ; x) is the exact error at a given cam angle: each contact touches at a place φ with φ + turned(φ) = θ
-(``tolerances.contact_ahead``), and
+no cam passes the level outward before θ. If all cams are at the level or beyond it at θ, none passes it after θ.
+Inward passages are the other way round. δ(θ; x) is the exact error at a given cam angle. Each contact touches with
+a place φ of which φ + τ(φ) = θ (``tolerances.enclosures``), and
 
-    δ = Σ (±moved + y(φ) − y(θ)) / contacts
+    δ = Σ (±m + y(φ) − y(θ)) / contacts
 
-comes through the train as that of the worst case does. Whether any cam is beyond is decided over boxes of errors at
-the one cam angle. The cam that passes the first or the last is at those ends of its errors that move the tool the
-furthest there; the proof is asked a little further out.
+acts through the train as in the worst case. The proof decides over boxes of errors at a single cam angle whether
+any cam is beyond the level. The first or last cam has its errors at the ends that move the tool furthest; the proof
+is made a little further out.
 
-To first order the tool stands at y + upper or y + lower of its errors at worst (``tolerances.turn``). It may have
-passed a level outward as soon as the first of them is there, and surely has when the second one is; inward the
-other way round. No velocity divides an error: where the tool is slow, an angle is as far off as the motion takes to
-make up for it.
+To first order the tool is between y + lower and y + upper of its error (``tolerances.turn_errors``). It may pass a
+level outward when the upper end reaches it, and has passed when the lower end does; inward the other way round. No
+error is divided by a velocity: where the tool is slow, the angle follows from the motion itself.
+
+Sources: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 6 and 11; R. P. Boas,
+Entire Functions, ch. 11.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -78,30 +78,30 @@ from camopt.solve.tolerances.worst_case import CORNERS_REASON, WorstSearch, wors
 from camopt.solve.verdicts.constraint_boxes import BoxParts
 
 WOBBLE_GAP = 1e-4
-"""By no more than this, relative, a cam may wobble more than the worst found."""
+"""Relative gap between bound and worst cam at which a proof of a dwell ends."""
 MOTION_PROOF_SECONDS = 10.0
-"""For the bounds of all dwells of a motion, and for those of all passages of a lift."""
+"""Time for the bounds of all dwells of a motion, and for those of all passages of a lift."""
 PASSAGE_GAPS = 1e-5, 1e-4, 1e-3, 1e-2
-"""Relative, of the distance from the nominal passage: by no more than this a cam is further, the first proved."""
+"""Gaps that a proof of a passage tries until one is proved, relative to the distance from the nominal passage."""
 WORSE_PASSAGES = 8
-"""How often a worse cam than the worst so far is taken for it, for one gap."""
+"""Number of times, for one gap, that a worse cam replaces the worst so far."""
 TURN_STEPS, FINER_STEPS, PASSAGE_ZOOMS = 1440, 33, 8
-"""Cam angles of a turn that are looked at, and how often, and with how many, between two of them."""
+"""Number of cam angles of a turn, of finer ones between two of them, and of refinements."""
 NEVER_PASSES = "some cam never passes it"
 PROOF_OFFSET = 1e-10
-"""How much further out the proof is asked at least, rad."""
+"""Least distance of the proof's angle beyond the passage [rad]."""
 LAG_KEY = "lag"
-"""The variable that is the cam angle from the highest place to the lowest one, rad."""
+"""Key of the variable a: the cam angle from the highest place to the lowest one [rad]."""
 LOWEST_SUFFIX = " (lowest)"
-"""After the key of a profile: how far it is off at the lowest place, mm; with few waves a share of otherwise."""
+"""Suffix of a profile's key for its error at the lowest place [mm]; with few waves, a share of its change."""
 COARSE_GRID, FINE_GRID, GRID_ZOOMS = 33, 17, 3
-"""How many directions and lags are looked at, and how many closer about the best, so often."""
+"""Number of directions and lags in the first grid, in finer grids about the best one, and of these grids."""
 ZOOM_WIDTH = 1.5
-"""How far to either side of the best it is looked at next, of the step before."""
+"""Half width of a finer grid, in steps of the grid before."""
 
 
 class WorstWobble(NamedTuple):
-    """The largest distance that the tool of any cam within the tolerances moves in a dwell.
+    """Largest movement of the tool in a dwell, over all cams within the tolerances.
 
     Examples
     --------
@@ -112,30 +112,29 @@ class WorstWobble(NamedTuple):
     """
 
     bound: float
-    """No cam within the tolerances moves the tool further on the arc of the dwell, proved; infinite if that is not
-    known. mm (deg)."""
+    """Proven upper bound of the movement on the arc of the dwell, mm (deg); infinite if no bound is proved."""
     change: float
-    """How far a cam moves it that has these ``errors``, by exact contact, mm (deg)."""
+    """Movement of the worst cam found, by exact contact, mm (deg)."""
     highest_deg: float
-    """The cam angle at which it is the furthest out."""
+    """Cam angle at which that tool is highest [deg]."""
     lowest_deg: float
+    """Cam angle at which that tool is lowest [deg]."""
     errors: dict[str, float]
-    """Of that cam, by key of ``[tolerances]``, mm and deg, as those of ``WorstCase``; of the profile where the tool
-    is highest."""
+    """Errors of the worst cam found, as in ``WorstCase``; that of the profile where the tool is highest."""
     at_lowest: dict[str, float]
-    """What is off otherwise where it is lowest: the profile, mm."""
+    """Error of the profile where the tool is lowest, by key, mm."""
     unproved: str = ""
     """Why no bound is proved; "" if one is."""
 
     @property
     def gap(self) -> float:
-        """By how much some cam may be worse than that one."""
+        """Difference between the bound and the movement of the worst cam found."""
         return self.bound - self.change
 
 
 @dataclass(frozen=True)
 class WobbleSearch:
-    """The search for the cam that wobbles the most in a dwell."""
+    """Search for the cam with the largest movement in a dwell."""
 
     cam_search: WorstSearch
     stroke: Stroke
@@ -143,7 +142,7 @@ class WobbleSearch:
 
     @cached_property
     def profile_zones(self) -> dict[str, float]:
-        """The zone of each profile, by its key."""
+        """Zone of each profile, by key."""
         return {
             key: high
             for key, (_, high) in self.cam_search.error_ranges.items()
@@ -152,7 +151,7 @@ class WobbleSearch:
 
     @cached_property
     def variable_ranges(self) -> dict[str, tuple[float, float]]:
-        """Between which values each variable is: the errors first."""
+        """Range of each variable; the errors first."""
         most = min(self.stroke.angle, pi)
         lag = (
             {LAG_KEY: (-most, most)}
@@ -167,17 +166,17 @@ class WobbleSearch:
 
     @property
     def slow_waves(self) -> int:
-        """The number of waves, if a profile cannot go from one end of its zone to the other in the dwell."""
+        """Number of waves if the profile cannot cross its whole zone within the dwell; else 0."""
         waves = self.cam_search.turn.scene.tolerances.waves or 0
         return waves if waves * self.stroke.angle < pi else 0
 
     @property
     def can_wobble(self) -> bool:
-        """Whether anything changes along the arc."""
+        """Whether any error changes along the arc."""
         return bool(self.profile_zones) or BORE_DIRECTION in self.cam_search.error_ranges
 
     def errors_at_both_places(self, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Errors at the highest place and at the lowest one, flat."""
+        """Errors at the highest and at the lowest place, in flat form."""
         first = {key: values[key] for key in self.cam_search.error_ranges}
         lag = values[LAG_KEY] * self.cam_search.problem.design.sense if BORE_DIRECTION in first else 0.0
         second = turn_error(first, BORE, lag)
@@ -187,28 +186,28 @@ class WobbleSearch:
         return first, second
 
     def _profile_swing(self, key: str, values: Mapping[str, Any]) -> Any:
-        """By how much a profile with few waves is off its middle at both places, mm."""
+        """Deviation of a profile with few waves from its mean at both places [mm]."""
         return np.sin(np.absolute(values[LAG_KEY]) * (0.5 * self.slow_waves)) * (
             values[key + LOWEST_SUFFIX] * self.profile_zones[key]
         )
 
     def cam_values(self, values: ErrorValues) -> ErrorValues:
-        """Values that a cam has: a sine of few waves is as far off on either side."""
+        """The values of a real cam: a sine of few waves has equal errors to both sides."""
         return values | {
             key: float(self._profile_swing(key, values)) for key in self.profile_zones if self.slow_waves
         }
 
     def run(self, until: float) -> WorstWobble:
-        """The worst cam that is found, and what no cam exceeds."""
+        """The worst cam found, and the proven bound."""
         if not self.can_wobble:
             start = degrees(self.stroke.start)
             return WorstWobble(0.0, 0.0, start, start, {}, {})
         values = self.largest_wobble()
-        found = self.bound_search.run(self._dwell_parts, self._height_change(values), WOBBLE_GAP, until)
-        if found.witness is not None:
-            values = max(values, self.cam_values(found.witness), key=self._height_change)
+        bound = self.bound_search.run(self._dwell_parts, self._height_change(values), WOBBLE_GAP, until)
+        if bound.witness is not None:
+            values = max(values, self.cam_values(bound.witness), key=self._height_change)
         return self._make_worst_wobble(
-            values, found.high, missing_bound_reason(found.high, MOTION_PROOF_SECONDS, until)
+            values, bound.high, missing_bound_reason(bound.high, MOTION_PROOF_SECONDS, until)
         )
 
     def _make_worst_wobble(self, cam: ErrorValues, bound: float, unproved: str) -> WorstWobble:
@@ -221,14 +220,14 @@ class WobbleSearch:
             self._contact_angle_and_errors(errors, place)
             for errors, place in zip(cams, (middle - half, middle + half), strict=True)
         )
-        unit, otherwise = (
+        unit, at_lowest = (
             motion_scale(self.cam_search.problem.setup, 0),
             {key: lowest[key] for key in self.profile_zones},
         )
-        return WorstWobble(unit * bound, unit * self._height_change(cam), start, end, highest, otherwise, unproved)
+        return WorstWobble(unit * bound, unit * self._height_change(cam), start, end, highest, at_lowest, unproved)
 
     def _contact_angle_and_errors(self, errors: ErrorValues, place: float) -> tuple[float, ErrorValues]:
-        """The cam angle at which a cam touches, deg, and its errors in mm and deg."""
+        """Cam angle at which a cam touches with a place [deg], and its errors in mm and deg."""
         angle = self.cam_search.contact_error(errors, np.array([place])).angle
         return degrees(float(self.cam_search.cam.angles_in_turn(angle)[0])), self.cam_search.errors_in_mm_and_deg(
             errors, place, float(angle[0])
@@ -236,7 +235,7 @@ class WobbleSearch:
 
     @cached_property
     def bound_search(self) -> BoundSearch:
-        """The search for the bound of how much higher the tool of any cam is at one place than at another."""
+        """Search for the bound of the wobble of all cams."""
         return BoundSearch(
             self.cam_search.problem,
             self.enclose_wobble,
@@ -246,23 +245,23 @@ class WobbleSearch:
         )
 
     def enclose_wobble(self, errors: Errors, at: PartMotion) -> Any:
-        """How much higher the tool is at one place of a dwell than at another, mm (rad), over boxes of errors."""
+        """Difference of the tool's heights at two places of a dwell, mm (rad), over boxes of errors."""
         cam = self.cam_search.cam
 
-        def follower_shift(own: Errors) -> Any:
-            rest = cam.contact_shift(0, cam.problem.design, cam.errors_of_contact(0, own), at.motion, 0)
-            first, turned = rest.follower_shift.terms[0], rest.cam_turn.terms[0]
+        def follower_shift(place_errors: Errors) -> Any:
+            rest = cam.contact_shift(0, cam.problem.design, cam.errors_of_contact(0, place_errors), at.motion, 0)
+            first, turn = rest.follower_shift.terms[0], rest.cam_turn.terms[0]
             if len(cam.contacts) == 1:
                 return first
-            second = RestingContact(cam, 1, errors, own, at)
-            return (first + second.follower_shift(second.angle_ahead(turned))) * 0.5
+            second = RestingContact(cam, 1, errors, place_errors, at)
+            return (first + second.follower_shift(second.angle_ahead(turn))) * 0.5
 
         first, second = map(follower_shift, self.errors_at_both_places(errors))
         return difference_through_train(cam.problem, errors, first, second, at.y)
 
     @cached_property
     def _dwell_parts(self) -> BoxParts:
-        """All cams, with a panel of the dwell."""
+        """The box of all cams, on a panel of the dwell."""
         table, middle = self.cam_search.problem.programme.table, self.stroke.start + 0.5 * self.stroke.angle
         panel = np.searchsorted(
             table.centre + table.half_width, self.cam_search.cam.angles_in_turn(np.array([middle]))
@@ -273,15 +272,15 @@ class WobbleSearch:
         return float(self._height_changes([values])[0])
 
     def _height_changes(self, cams: Sequence[ErrorValues]) -> FloatArray:
-        """How much higher the tools of cams are at the first place than at the second one."""
-        flat_ones = [flat_errors(each) for each in cams]
+        """Wobble of cams: heights of their tools at the first place less those at the second."""
+        flat = [flat_errors(each) for each in cams]
         first, second = self.errors_at_both_places(
-            {key: np.array([each[key] for each in flat_ones]) for key in self.bound_search.box}
+            {key: np.array([each[key] for each in flat]) for key in self.bound_search.box}
         )
         return self._tool_heights(first) - self._tool_heights(second)
 
     def _tool_heights(self, errors: Errors) -> FloatArray:
-        """How much further out the tools of cams (m,) are in the middle of the arc."""
+        """Errors of the tool's height of cams in the middle of the arc, mm (rad)."""
         cam, size = self.cam_search.cam, len(errors[next(iter(errors))])
         angle = cam.angles_in_turn(np.full(size, self.stroke.start + 0.5 * self.stroke.angle))
 
@@ -292,43 +291,42 @@ class WobbleSearch:
                 number, contact.design, cam.errors_of_contact(number, errors, ahead), motion, 0
             )
 
-        found = rest(0)
+        first = rest(0)
+        shift = first.follower_shift
         if len(cam.contacts) == 2:
             second = rest(1)
             for _ in range(CONTACT_ROUNDS):
-                second = rest(1, found.cam_turn.terms[0] - second.cam_turn.terms[0])
-            found = found._replace(
-                follower_shift=(found.follower_shift - second.follower_shift * cam.second_motion_sign) * 0.5
-            )
-        return cam.error_at_tool(errors, angle, [found.follower_shift.terms[0] + np.zeros(size)]).error
+                second = rest(1, first.cam_turn.terms[0] - second.cam_turn.terms[0])
+            shift = (shift - second.follower_shift * cam.second_motion_sign) * 0.5
+        return cam.error_at_tool(errors, angle, [shift.terms[0] + np.zeros(size)]).error
 
     def largest_wobble(self) -> ErrorValues:
-        """The cam that wobbles the most, or nearly so."""
+        """Values of the cam with the largest wobble, or nearly so."""
         best = {key: high for key, (_, high) in self.variable_ranges.items()}
         best |= {key + LOWEST_SUFFIX: -zone for key, zone in self.profile_zones.items() if not self.slow_waves}
         ranges = {
             key: self.variable_ranges[key] for key in (BORE_DIRECTION, LAG_KEY) if key in self.variable_ranges
         }
         for count in (COARSE_GRID, *[FINE_GRID] * GRID_ZOOMS):
-            tried = product(*(np.linspace(*each, count) for each in ranges.values()))
-            best = self._best_cam([best | dict(zip(ranges, map(float, each), strict=True)) for each in tried])
+            grid = product(*(np.linspace(*each, count) for each in ranges.values()))
+            best = self._best_cam([best | dict(zip(ranges, map(float, each), strict=True)) for each in grid])
             ranges = {key: self._narrower_range(key, best[key], each, count) for key, each in ranges.items()}
             best = self._with_better_ends(best)
         return self.cam_values(best)
 
     def _with_better_ends(self, best: ErrorValues) -> ErrorValues:
-        """With the better end of each error, and the better sense of each profile."""
-        two = [(key, key + LOWEST_SUFFIX) for key in self.profile_zones]
-        of_two = {each for pair in two for each in pair}
-        other = [
+        """The cam with the better end of each error, and the better sign of each profile."""
+        pairs = [(key, key + LOWEST_SUFFIX) for key in self.profile_zones]
+        paired = {key for pair in pairs for key in pair}
+        changes = [
             {key: self.cam_search.error_ranges[key][0]}
             for key in self.cam_search.error_ranges
-            if key not in (BORE_DIRECTION, BORE, *of_two)
+            if key not in (BORE_DIRECTION, BORE, *paired)
         ]
-        other += [{key: -best[key] for key in pair} for pair in two]
-        alone, *changed = self._height_changes([self.cam_values(best | each) for each in ({}, *other)])
-        for each, found in zip(other, changed, strict=True):
-            best |= each if found > alone else {}
+        changes += [{key: -best[key] for key in pair} for pair in pairs]
+        before, *after = self._height_changes([self.cam_values(best | each) for each in ({}, *changes)])
+        for change, wobble in zip(changes, after, strict=True):
+            best |= change if wobble > before else {}
         return best
 
     def _best_cam(self, cams: Sequence[ErrorValues]) -> ErrorValues:
@@ -337,22 +335,22 @@ class WobbleSearch:
     def _narrower_range(
         self, key: str, place: float, before: tuple[float, float], count: int
     ) -> tuple[float, float]:
-        """The range to look at next, about the best place of the one before."""
+        """The next range of a variable, about the best value of the range before."""
         half = ZOOM_WIDTH * (before[1] - before[0]) / (count - 1)
         low, high = (-inf, inf) if key == BORE_DIRECTION else self.variable_ranges[key]
         return max(place - half, low), min(place + half, high)
 
 
 def worst_wobbles(turn: TurnErrors) -> Iterator[tuple[Stroke, WorstWobble]]:
-    """The dwells of the motion with what cams wobble in each, in the order of the turn."""
-    of, until = worst_search(turn), clock_seconds() + MOTION_PROOF_SECONDS
+    """The dwells of the motion with their worst wobbles, in the order of the turn."""
+    search, until = worst_search(turn), clock_seconds() + MOTION_PROOF_SECONDS
     dwells = turn.problem.programme.tool.dwells
     for number, stroke in enumerate(dwells):
-        yield stroke, WobbleSearch(of, stroke).run(time_share(until, len(dwells) - number))
+        yield stroke, WobbleSearch(search, stroke).run(time_share(until, len(dwells) - number))
 
 
 class WorstPassage(NamedTuple):
-    """The cam angle before which, or after which, no cam within the tolerances passes a lift.
+    """Earliest or latest passage of a lift over all cams within the tolerances.
 
     Examples
     --------
@@ -365,107 +363,109 @@ class WorstPassage(NamedTuple):
     lift: float
     """mm (deg), from the lowest position."""
     passage: str
-    """"rises" where the tool passes outward, "falls" where inward."""
+    """"rises" for an outward passage, "falls" for an inward one."""
     end: str
     """"earliest" or "latest"."""
     bound_deg: float
-    """No cam passes sooner, or later, proved; infinite if that is not known, or where some cam does not pass."""
+    """Proven bound of the cam angle [deg]; infinite if none is proved, or some cam never passes."""
     found_deg: float
-    """A cam with these ``errors`` has passed then already, or not yet before, by exact contact."""
+    """Cam angle at which the worst cam found passes, by exact contact [deg]."""
     errors: dict[str, float]
-    """Of that cam, by key of ``[tolerances]``, mm and deg, as those of ``WorstCase``."""
+    """Errors of the worst cam found, as in ``WorstCase``."""
     unproved: str = ""
     """Why there is no bound: none is proved, or some cam never passes; "" if there is one."""
 
     @property
     def gap_deg(self) -> float:
-        """By how much some cam may be sooner or later than that one."""
+        """Difference between the bound and the worst cam found [deg]."""
         return 0.0 if self.bound_deg == self.found_deg else abs(self.bound_deg - self.found_deg)
 
 
 ErrorsByPlace = Callable[[FloatArray], dict[str, FloatArray]]
-"""Errors of cams by the places with which they touch."""
+"""Computes the errors of cams from the places with which they touch."""
 
 
 def error_at_cam_angle(cam: RealCam) -> BoundedQuantity:
-    """The exact error of the tool at a cam angle, mm (rad), over boxes of errors."""
+    """Exact error of the tool at a cam angle, mm (rad), over boxes of errors."""
 
     def error(errors: Errors, at: PartMotion) -> Any:
         contacts = [ContactAhead(cam, number, errors, errors, at) for number in range(len(cam.contacts))]
-        moved = reduce(
-            add, (each.follower_shift(each.angle_ahead(as_sloped_interval(0.0, at.y))) for each in contacts)
-        )
-        return error_through_train(cam.problem, errors, [moved * (1.0 / len(contacts))], at.motion.__getitem__)
+        shifts = (each.follower_shift(each.angle_ahead(as_sloped_interval(0.0, at.y))) for each in contacts)
+        delta = reduce(add, shifts) * (1.0 / len(contacts))
+        return error_through_train(cam.problem, errors, [delta], at.motion.__getitem__)
 
     return error
 
 
 @dataclass(frozen=True)
 class PassageSearch:
-    """The search for the cam that passes a level the first, or the last."""
+    """Search for the first, or the last, cam that passes a level."""
 
     cam_search: WorstSearch
     level: float
-    """mm (rad)."""
+    """Level of the tool, mm (rad)."""
     angle: float
-    """Where the nominal cam passes, rad."""
+    """Cam angle of the nominal passage [rad]."""
     direction: float
-    """−1 for the earliest, 1 for the latest."""
+    """−1 for the earliest passage, 1 for the latest."""
     side: float
-    """1 where cams that stand out the most decide, −1 where those that stand back do."""
+    """1 if the cams with the highest tools decide, −1 if those with the lowest do."""
 
     def run(self, until: float) -> tuple[float, float, ErrorValues, str]:
-        """How far from the nominal one no cam passes, and one with some errors does, rad; why nothing is proved."""
+        """Proven bound of the distance from the nominal passage, that of the worst cam found, its errors [rad].
+
+        The last value is the reason why no bound is proved, or "".
+        """
         place = self._passage_place(self.angle, self._extreme_errors)
         if isinf(place):
             return inf, inf, {}, NEVER_PASSES
-        found, errors = self._passage_distance(place, self._extreme_errors)
+        worst, errors = self._passage_distance(place, self._extreme_errors)
         if self.cam_search.problem.programme.corners:
-            return inf, found, errors, CORNERS_REASON
+            return inf, worst, errors, CORNERS_REASON
         for gap in PASSAGE_GAPS:
             for _ in range(WORSE_PASSAGES):
-                distance = found * (1.0 + gap)
+                distance = worst * (1.0 + gap)
                 bound = self.bound_at_distance(distance, until)
                 if bound.high <= 0.0:
-                    return distance, found, errors, ""
+                    return distance, worst, errors, ""
                 if bound.witness is None or not bound.witness_value > 0.0:
                     break
-                more, other = self._passage_of_witness(bound.witness, distance)
-                if more <= found:
+                further, further_errors = self._passage_of_witness(bound.witness, distance)
+                if further <= worst:
                     break
-                found, errors = more, other
-        return inf, found, errors, missing_bound_reason(inf, MOTION_PROOF_SECONDS, until)
+                worst, errors = further, further_errors
+        return inf, worst, errors, missing_bound_reason(inf, MOTION_PROOF_SECONDS, until)
 
     def _extreme_errors(self, places: FloatArray) -> dict[str, FloatArray]:
-        """The errors of the furthest cams, where they touch with places."""
+        """Errors of the extreme cams that touch with places."""
         return self.cam_search.extreme_errors(self.cam_search.cam.angles_in_turn(places), self.side)
 
     def _passage_place(self, start: float, errors: ErrorsByPlace) -> float:
-        """The place with which cams touch that pass the furthest from a start."""
+        """Place of the passage that is furthest from a start, for cams with the errors."""
 
         def distance_beyond_level(places: FloatArray) -> FloatArray:
-            found = self.cam_search.contact_error(errors(places), places)
-            return self.side * (self._tool_positions(found.angle) + found.error - self.level)
+            contact = self.cam_search.contact_error(errors(places), places)
+            return self.side * (self._tool_positions(contact.angle) + contact.error - self.level)
 
         return sign_change_place(start, self.direction, distance_beyond_level)
 
     def _passage_distance(self, place: float, errors: ErrorsByPlace) -> tuple[float, ErrorValues]:
-        """How far from the nominal passage a cam touches with a place, and its errors at that cam angle."""
+        """Distance of a cam's contact with a place from the nominal passage [rad], and its errors at that angle."""
         cam = {key: float(each[0]) for key, each in errors(np.array([place])).items()}
         angle = float(self.cam_search.contact_error(cam, np.array([place])).angle[0])
-        if BORE_DIRECTION in cam:  # in the ground at that cam angle, not where the point is touched
+        if BORE_DIRECTION in cam:  # the direction in the ground at that cam angle instead of the place's
             cam[BORE_DIRECTION] += self.cam_search.problem.design.sense * (angle - place)
         return max(self.direction * (angle - self.angle), 0.0), cam
 
     def _passage_of_witness(self, values: ErrorValues, distance: float) -> tuple[float, ErrorValues]:
-        """Where a cam passes that is at the level, or beyond it, at a distance from the nominal passage."""
+        """Passage of a cam that is at the level, or beyond it, at a distance from the nominal passage."""
         angle, sense = self.angle + self.direction * (distance + PROOF_OFFSET), self.cam_search.problem.design.sense
 
         def errors(places: FloatArray) -> dict[str, FloatArray]:
-            found = {key: np.full(places.size, each) for key, each in values.items()}
-            if BORE_DIRECTION in found:
-                found[BORE_DIRECTION] += sense * (places - angle)
-            return found
+            repeated = {key: np.full(places.size, each) for key, each in values.items()}
+            if BORE_DIRECTION in repeated:
+                repeated[BORE_DIRECTION] += sense * (places - angle)
+            return repeated
 
         place = np.array([angle])
         for _ in range(CONTACT_ROUNDS):
@@ -478,7 +478,7 @@ class PassageSearch:
         )
 
     def bound_at_distance(self, distance: float, until: float) -> ProvedBound:
-        """By how much any cam is beyond the level already, or short of it still, at a distance from the passage."""
+        """Bound of the distance by which any cam is beyond the level, at a distance from the nominal passage."""
         table, error = self.cam_search.problem.programme.table, error_at_cam_angle(self.cam_search.cam)
         angle = self.cam_search.cam.angles_in_turn(
             np.array([self.angle + self.direction * (distance + PROOF_OFFSET)])
@@ -491,7 +491,7 @@ class PassageSearch:
         return search.run(parts, 0.0, 0.0, until, 0.0)
 
     def errors_in_mm_and_deg(self, values: ErrorValues, distance: float) -> ErrorValues:
-        """Errors in mm and deg, with the direction of the bore as the cam has it."""
+        """Errors in mm and deg, with the direction of the bore in the cam's frame."""
         angle = self.angle + self.direction * distance
         return self.cam_search.errors_in_mm_and_deg(values, angle, angle)
 
@@ -500,12 +500,12 @@ class NominalPassage(NamedTuple):
     """A passage of the nominal cam."""
 
     lift: float
-    """As it is told."""
+    """The lift as shown, mm (deg)."""
     level: float
-    """mm (rad)."""
+    """The level of the tool, mm (rad)."""
     passage: str
     angle: float
-    """rad."""
+    """Cam angle of the passage [rad]."""
 
 
 PASSAGE_DIRECTIONS = {"earliest": -1.0, "latest": 1.0}
@@ -517,31 +517,31 @@ PASSAGE_SIDES = {
 }
 
 
-def worst_passages(turn: TurnErrors, asked: list[NominalPassage]) -> Iterator[WorstPassage]:
-    """Those of the passages of the nominal cam, the earliest and the latest of each.
+def worst_passages(turn: TurnErrors, passages: list[NominalPassage]) -> Iterator[WorstPassage]:
+    """The earliest and the latest of each nominal passage over all cams.
 
-    BadInput for tolerances so large that a follower has no place on its cam.
+    Raises BadInput if the tolerances are so large that a follower may not touch its cam.
     """
-    of, until = worst_search(turn), clock_seconds() + MOTION_PROOF_SECONDS
-    every = [(each, end) for each in asked for end in PASSAGE_DIRECTIONS]
+    search, until = worst_search(turn), clock_seconds() + MOTION_PROOF_SECONDS
+    pairs = [(passage, end) for passage in passages for end in PASSAGE_DIRECTIONS]
     try:
-        for number, (each, end) in enumerate(every):
-            yield _worst_passage(of, each, end, time_share(until, len(every) - number))
+        for number, (passage, end) in enumerate(pairs):
+            yield _worst_passage(search, passage, end, time_share(until, len(pairs) - number))
     except FloatingPointError:
-        raise of.no_contact_error() from None
+        raise search.no_contact_error() from None
 
 
-def _worst_passage(of: WorstSearch, asked: NominalPassage, end: str, until: float) -> WorstPassage:
-    way = PASSAGE_DIRECTIONS[end]
-    search = PassageSearch(of, asked.level, asked.angle, way, PASSAGE_SIDES[asked.passage, end])
-    distance, found, cam, unproved = search.run(until)
-    bound, passed = (degrees(asked.angle + way * each) for each in (distance + PROOF_OFFSET, found))
-    errors = search.errors_in_mm_and_deg(cam, found) if cam else {}
-    return WorstPassage(asked.lift, asked.passage, end, bound, passed, errors, unproved)
+def _worst_passage(cam_search: WorstSearch, nominal: NominalPassage, end: str, until: float) -> WorstPassage:
+    direction = PASSAGE_DIRECTIONS[end]
+    search = PassageSearch(cam_search, nominal.level, nominal.angle, direction, PASSAGE_SIDES[nominal.passage, end])
+    proved, worst, cam, unproved = search.run(until)
+    bound, found = (degrees(nominal.angle + direction * each) for each in (proved + PROOF_OFFSET, worst))
+    errors = search.errors_in_mm_and_deg(cam, worst) if cam else {}
+    return WorstPassage(nominal.lift, nominal.passage, end, bound, found, errors, unproved)
 
 
 class PassageRange(NamedTuple):
-    """The cam angles between which all cams pass a level, rad: beyond the turn if need be; infinite if never."""
+    """Cam angles between which all cams pass a level [rad]; they may exceed the turn, and are infinite if never."""
 
     earliest: float
     latest: float
@@ -549,23 +549,23 @@ class PassageRange(NamedTuple):
 
 @dataclass(frozen=True)
 class LevelPassages:
-    """A level of the tool, and the turn of a cam with tolerances."""
+    """First-order passages of a level of the tool, over a turn of a cam with tolerances."""
 
     turn: TurnErrors
     level: float
-    """mm (rad)."""
+    """Level of the tool, mm (rad)."""
 
     def passage_range(self, angle: float, *, outward: bool) -> PassageRange:
-        """When the cams pass that level which the nominal one passes at a cam angle, rad."""
+        """Cam angles between which all cams pass the level that the nominal cam passes at ``angle`` [rad]."""
         first, last = (1.0, -1.0) if outward else (-1.0, 1.0)
         return PassageRange(self._passage_end(angle, -1.0, first), self._passage_end(angle, 1.0, last))
 
-    def _passage_end(self, angle: float, way: float, side: float) -> float:
-        """How far backward or forward some cam still is at the level, at the upper or lower end of its error."""
-        return sign_change_place(angle, way, lambda angles: side * self._height_above_level(angles, side))
+    def _passage_end(self, angle: float, direction: float, side: float) -> float:
+        """Last cam angle, backward or forward, at which some cam is at the level [rad]."""
+        return sign_change_place(angle, direction, lambda angles: side * self._height_above_level(angles, side))
 
     def _height_above_level(self, angles: FloatArray, side: float) -> FloatArray:
-        """How far above the level the tool is at an end of its error."""
+        """Height of the tool above the level, at the upper (1) or lower (−1) end of its error, mm (rad)."""
         within = np.mod(angles, 2 * pi)
         ends = worst_case_range(self.turn.contributions_at(within), 0)
         y = self.turn.problem.programme.tool.motion_at(within)[0]
@@ -573,7 +573,10 @@ class LevelPassages:
 
 
 def sign_change_place(angle: float, way: float, above: Callable[[FloatArray], FloatArray]) -> float:
-    """Up to which place, backward or forward from one, a value stays 0 or more; infinite if all over the turn."""
+    """Place, backward (−1) or forward (1) from an angle, up to which a value stays 0 or more.
+
+    Infinite if it does so all over the turn.
+    """
     near, far = 0.0, 2 * pi
     for count in (TURN_STEPS, *[FINER_STEPS] * PASSAGE_ZOOMS):
         steps = np.linspace(near, far, count)

@@ -1,32 +1,32 @@
-"""What proofs of errors run on: the motion near a place, and contacts near one, over boxes of errors.
+"""Enclosures for proofs of errors: motion, contacts and trains over boxes of errors.
 
-Where the cam touches at φ + a in place of φ, with a as small as the errors,
+**Motion.** A cam touches with the place φ + a instead of φ, with a as small as the errors. Then
 
     y⁽ᵏ⁾(φ + a) − y⁽ᵏ⁾(φ) ∈ a·y⁽ᵏ⁺¹⁾([φ, φ + a]),    ∂/∂a = y⁽ᵏ⁺¹⁾(φ + a),    ∂/∂φ = y⁽ᵏ⁺¹⁾(φ + a) − y⁽ᵏ⁺¹⁾(φ)
 
-with the ranges of the derivatives over stretches of the turn (``numerics.stretches``). Where y'' jumps between both
-angles, that of y'' is without the jump, which ``JumpRanges`` has.
+with ranges of the derivatives over stretches of the turn (``numerics.stretches``). Where y'' jumps between both
+angles, the change of y'' excludes the jump, which ``JumpRanges`` has.
 
-A contact touches at θ = φ + turned(φ). The place φ + a that it touches at the cam angle φ + b is that of which
+**Contacts.** A contact touches with the place φ at the cam angle θ = φ + τ(φ). At the cam angle φ + b it touches
+with the place φ + a, where
 
-    a = b − turned(φ + a)
+    a = b − τ(φ + a)
 
-Where b − turned(φ + A) is within a range A, there is such an a in it (Brouwer); its slopes are those of the
-equation. b is 0 at a given cam angle φ, and of a second contact what the first one has turned where it touches φ.
+If b − τ(φ + A) lies within a range A, such an a exists in it (Brouwer). Its slopes follow from the equation. b is 0
+for a given cam angle φ. For a second contact, b is τ of the first contact at φ.
 
-Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 8.
-
-What the errors of a follower are at the tool, through a train whose links may be off too.
-
-A follower that should stand at s(θ) stands at s + δ, and its train is f* in place of f:
+**Trains.** The nominal position of the follower is s(θ), the real one s + δ. The train with errors is f* instead of
+f:
 
     ε = Δ₀,    ε' = Δ₁·(s' + δ') + f'·δ',    ε'' = Δ₂·(s' + δ')² + f''·(2s' + δ')·δ' + Δ₁·(s'' + δ'') + f'·δ''
 
-with f* and its derivatives at s + δ less those of f at s, which are small as the errors are:
+Δ_k is the derivative of f* at s + δ less that of f at s, which is as small as the errors:
 
     Δ_k = f*⁽ᵏ⁾(s + δ) − f⁽ᵏ⁾(s) ∈ f*⁽ᵏ⁺¹⁾·δ + Σ ∂f*⁽ᵏ⁾/∂p·δp
 
-on the ranges between both (the mean value theorem), and at a point as they are.
+Over ranges it is enclosed by the mean value theorem; at a point the difference is computed directly.
+
+Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 8.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -56,11 +56,11 @@ from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, Errors
 from camopt.solve.tolerances.real_cam import ContactShiftSeries, RealCam, follower_errors, follower_start
 
 CONTRACTIONS = 2
-"""How often the place is found closer."""
+"""Number of iterations that narrow the range of a place."""
 FIRST_RANGE_FACTOR = 2.0
-"""Of what is looked at first for it, to where it seems to be."""
+"""Factor of the first range for a place to its estimated distance."""
 LAST_DERIVATIVE = 3
-"""The order of the last derivative of a motion that a place has."""
+"""Highest order of the derivatives of a motion at a place."""
 
 
 class PartMotion(NamedTuple):
@@ -70,13 +70,14 @@ class PartMotion(NamedTuple):
     """y, y', y'', y'''."""
     panel: IntArray
     low: FloatArray
-    """Where they begin, and end, from the centre of their panel, rad."""
+    """Start of each part, from the centre of its panel [rad]."""
     high: FloatArray
+    """End of each part [rad]."""
     middle: FloatArray
     jumps_at_contact: "JumpRanges"
-    """What jumps make of the motion at the cam angle at which the place touches."""
+    """Jumps between the place and the cam angle at which it touches."""
     jumps_at_second_contact: "JumpRanges"
-    """And where a further contact touches then."""
+    """Jumps between the place and that of the second contact."""
 
     @property
     def y(self) -> SlopedInterval:
@@ -88,7 +89,7 @@ class PartMotion(NamedTuple):
 
 
 class JumpRanges(NamedTuple):
-    """By how much y'' and y''' may differ a little further on, by jumps between both angles."""
+    """Ranges of the jumps of y'' and y''' between two neighbouring angles."""
 
     y2_jump: Interval
     y3_jump: Interval
@@ -96,7 +97,7 @@ class JumpRanges(NamedTuple):
 
 @dataclass(frozen=True)
 class MotionAhead:
-    """The motion at an angle further on, which changes with the errors and with φ."""
+    """The motion at an angle ahead of φ, which depends on the errors and on φ."""
 
     programme: Programme
     place: PartMotion
@@ -105,7 +106,7 @@ class MotionAhead:
     _derivative_changes: dict[int, SlopedInterval] = field(default_factory=dict)
 
     def derivative_change(self, order: int) -> Any:
-        """By how much a derivative differs there; of y'' but for its jumps."""
+        """Change of a derivative from φ to the angle ahead; of y'' without its jumps."""
         if order not in self._derivative_changes:
             self._derivative_changes[order] = self._enclose_derivative_change(order)
         return self._derivative_changes[order]
@@ -125,10 +126,10 @@ class MotionAhead:
         return apply_chain_rule(still, point, [(a, self._stretch_ahead.ranges[order + 1]), (place, last)])
 
     def derivative_ahead(self, order: int) -> Any:
-        """A derivative there."""
+        """A derivative of the motion at the angle ahead."""
         if order < LAST_DERIVATIVE:
-            found = self.place.motion[order] + self.derivative_change(order)
-            return found + self.jumps.y2_jump if order == 2 else found
+            derivative = self.place.motion[order] + self.derivative_change(order)
+            return derivative + self.jumps.y2_jump if order == 2 else derivative
         a, y3, slope = (
             self.angle_ahead,
             self.place.motion[LAST_DERIVATIVE],
@@ -142,7 +143,7 @@ class MotionAhead:
         return apply_chain_rule(value, point, [(a, slope), (place, slope)]) + self.jumps.y3_jump
 
     def _change_slope(self, order: int) -> Interval:
-        """By how much the next derivative differs: the slope by φ."""
+        """Change of the next derivative: the slope of a change by φ."""
         near: Interval = range_of(self.angle_ahead) * self._stretch_on_way.ranges[order + 2]
         if order == 0:
             return near
@@ -169,21 +170,21 @@ class MotionAhead:
 
     @cached_property
     def _motion_stretches(self) -> list[StretchRanges]:
-        """Where the motion is further on, and all on the way there; over parts, and from their middles."""
+        """Stretches at the angle ahead, and on the way to it; over whole parts, and from their middles."""
         place, table = self.place, self.programme.table
         whole = place.low, place.high, range_of(self.angle_ahead)
         middle = place.middle, place.middle, value_at_point(self.angle_ahead)
         ways = [(low, high, way) for low, high, a in (whole, middle) for way in (a, range_from_zero(a))]
-        every = zip(*((low, high, way.low, way.high) for low, high, way in ways), strict=True)
-        start, end, back, on = (np.concatenate(each) for each in every)
+        columns = zip(*((low, high, way.low, way.high) for low, high, way in ways), strict=True)
+        start, end, back, forward = (np.concatenate(each) for each in columns)
         panel = np.tile(place.panel, len(ways))
-        room = INPUT_ROUNDOFF * table.half_width[panel]
-        start, end = start + back - room * (back < 0.0), end + on + room * (on > 0.0)
+        rounding = INPUT_ROUNDOFF * table.half_width[panel]
+        start, end = start + back - rounding * (back < 0.0), end + forward + rounding * (forward > 0.0)
         return stretch_ranges(table, panel, start, end).split(len(ways))
 
 
 class DwellAhead(MotionAhead):
-    """The motion on the arc of a dwell, wherever it is further on."""
+    """The motion on the arc of a dwell, which is the same at every angle ahead."""
 
     def derivative_change(self, order: int) -> Any:
         return self.place.y * 0.0
@@ -192,8 +193,8 @@ class DwellAhead(MotionAhead):
         return self.place.motion[order]
 
 
-def _widen_range(x: Interval, room: float) -> Interval:
-    return Interval(x.low - room, x.high + room)
+def _widen_range(x: Interval, margin: float) -> Interval:
+    return Interval(x.low - margin, x.high + margin)
 
 
 def _select_ranges(chosen: Any, a: Interval, b: Interval) -> Interval:
@@ -205,7 +206,7 @@ def _blank_unknown(known: Any, value: Interval) -> Interval:
 
 
 def _slopes_by_turn(like: SlopedInterval) -> Interval:
-    """The slopes of the cam angle itself, which is the first of the variables."""
+    """Slopes of the cam angle itself, which is the first variable."""
     one = np.zeros(like.slopes.low.shape)
     one[0] = 1.0
     return Interval(one, one)
@@ -213,155 +214,158 @@ def _slopes_by_turn(like: SlopedInterval) -> Interval:
 
 @dataclass(frozen=True)
 class ContactAhead:
-    """One contact of a follower over parts of the turn, at places that are ahead."""
+    """One contact of a follower over parts of the turn, at a place ahead of φ."""
 
     cam: RealCam
     number: int
     box: Errors
-    """The numbers that boxes are of, flat."""
+    """The variables of the boxes, in flat form."""
     errors: Errors
-    """The same, or what they are at another cam angle; the bore is in the ground where nothing is ahead."""
+    """The errors in flat form, equal to ``box`` or taken at another cam angle; the bore as it is at φ."""
     place: PartMotion
 
     @property
     def motion_sign(self) -> float:
-        """What its own motion is to that of the follower."""
+        """Sign of the contact's own motion relative to the follower's."""
         return -self.cam.second_motion_sign if self.number else 1.0
 
     @property
     def contact_problem(self) -> Problem:
-        """That of the contact."""
+        """The problem of the contact."""
         return self.cam.contacts[self.number]
 
     def follower_shift(self, ahead: SlopedInterval) -> Any:
-        """How much further it would move the follower than the motion has it where nothing is ahead."""
-        there = self.motion_ahead(ahead)
+        """Displacement that the contact gives the follower at the place ahead, less that of the motion at φ."""
+        motion = self.motion_ahead(ahead)
         return (
-            there.derivative_change(0)
-            + self._contact_shift(there, self._contact_motion(there, 2), 0).follower_shift.terms[0]
+            motion.derivative_change(0)
+            + self._contact_shift(motion, self._contact_motion(motion, 2), 0).follower_shift.terms[0]
             * self.motion_sign
         )
 
-    def errors_at_first_contact(self, further: MotionAhead, order: int) -> list[Any]:
-        """Its errors, in its own motion, at the cam angle that the first contact has where it touches."""
-        there = self.motion_ahead(self.angle_ahead(further.angle_ahead))
-        motion = self._contact_motion(there, order + 2)
+    def errors_at_first_contact(self, first: MotionAhead, order: int) -> list[Any]:
+        """Errors of the contact's own motion at the cam angle at which the first contact touches."""
+        ahead = self.motion_ahead(self.angle_ahead(first.angle_ahead))
+        motion = self._contact_motion(ahead, order + 2)
 
-        def differs(k: int) -> Any:
-            return (further.derivative_change(k) - there.derivative_change(k)) * self.motion_sign
+        def change(k: int) -> Any:
+            return (first.derivative_change(k) - ahead.derivative_change(k)) * self.motion_sign
 
-        jumped = (
-            self.place.jumps_at_contact.y2_jump - self.place.jumps_at_second_contact.y2_jump
-        ) * self.motion_sign
-        return follower_errors(self._contact_shift(there, motion, order), motion, differs, jumped, order)
+        jump = (self.place.jumps_at_contact.y2_jump - self.place.jumps_at_second_contact.y2_jump) * self.motion_sign
+        return follower_errors(self._contact_shift(ahead, motion, order), motion, change, jump, order)
 
     def motion_ahead(self, ahead: SlopedInterval) -> MotionAhead:
-        """The motion there."""
+        """The motion at an angle ahead."""
         return MotionAhead(self.cam.problem.programme, self.place, ahead, self.place.jumps_at_second_contact)
 
-    def angle_ahead(self, turned: SlopedInterval) -> SlopedInterval:
-        """How far ahead it touches where the cam is turned on by so much."""
-        there = as_sloped_interval(0.0, turned)
-        guess = turned - self._cam_turn(there)
-        most = FIRST_RANGE_FACTOR * (turned.value.largest_magnitude + guess.value.largest_magnitude)
-        there, inside = as_sloped_interval(Interval(-most, most), turned), np.ones(most.shape, dtype=bool)
-        for _ in range(CONTRACTIONS):  # a contraction by the share that errors are of the cam
-            of = self._cam_turn(there)
-            found = turned - of  # of errors that both have in common little is left
-            inside &= (found.value.low >= there.value.low) & (found.value.high <= there.value.high)
-            there = replace(there, value=_blank_unknown(inside, found.value), at=_blank_unknown(inside, found.at))
-        slope = 1.0 / (self._turn_slope_by_place(of) + 1.0)
-        return apply_chain_rule(there.value, there.at, [(turned, slope), (of, slope * -1.0)])
+    def angle_ahead(self, cam_angle: SlopedInterval) -> SlopedInterval:
+        """Angle a from φ to the place that touches when the cam is turned ``cam_angle`` (b) beyond φ [rad]."""
+        place = as_sloped_interval(0.0, cam_angle)
+        guess = cam_angle - self._cam_turn(place)
+        most = FIRST_RANGE_FACTOR * (cam_angle.value.largest_magnitude + guess.value.largest_magnitude)
+        place, inside = as_sloped_interval(Interval(-most, most), cam_angle), np.ones(most.shape, dtype=bool)
+        for _ in range(CONTRACTIONS):  # each contracts the range by the ratio of the errors to the cam's size
+            turn = self._cam_turn(place)
+            nearer = cam_angle - turn  # errors that both have in common nearly cancel
+            inside &= (nearer.value.low >= place.value.low) & (nearer.value.high <= place.value.high)
+            place = replace(place, value=_blank_unknown(inside, nearer.value), at=_blank_unknown(inside, nearer.at))
+        slope = 1.0 / (self._turn_slope_by_place(turn) + 1.0)
+        return apply_chain_rule(place.value, place.at, [(cam_angle, slope), (turn, slope * -1.0)])
 
     def _cam_turn(self, ahead: SlopedInterval) -> Any:
-        there = self.motion_ahead(ahead)
-        return self._contact_shift(there, self._contact_motion(there, 2), 0).cam_turn.terms[0]
+        motion = self.motion_ahead(ahead)
+        return self._contact_shift(motion, self._contact_motion(motion, 2), 0).cam_turn.terms[0]
 
-    def _contact_shift(self, there: MotionAhead, motion: list[Any], order: int) -> ContactShiftSeries:
-        """Where its follower rests."""
+    def _contact_shift(self, ahead: MotionAhead, motion: list[Any], order: int) -> ContactShiftSeries:
+        """m and τ of the contact at the place ahead."""
         errors, design = (
-            self.cam.errors_of_contact(self.number, self.errors, there.angle_ahead),
+            self.cam.errors_of_contact(self.number, self.errors, ahead.angle_ahead),
             self.contact_problem.design,
         )
         return self.cam.contact_shift(self.number, design, errors, motion, order)
 
-    def _contact_motion(self, there: MotionAhead, count: int) -> list[Any]:
-        """Its own motion at a place."""
-        found = [there.derivative_ahead(order) * self.motion_sign for order in range(count)]
-        return [found[0] + self.contact_problem.programme.lift, *found[1:]] if self.motion_sign < 0.0 else found
+    def _contact_motion(self, ahead: MotionAhead, count: int) -> list[Any]:
+        """The contact's own motion at the place ahead."""
+        motion = [ahead.derivative_ahead(order) * self.motion_sign for order in range(count)]
+        return [motion[0] + self.contact_problem.programme.lift, *motion[1:]] if self.motion_sign < 0.0 else motion
 
-    def _turn_slope_by_place(self, of: SlopedInterval) -> Interval:
-        """The slope of where the cam touches by the place: the bore turns with it."""
-        keys, found = [*self.box], as_interval(of.slopes[0])
+    def _turn_slope_by_place(self, turn: SlopedInterval) -> Interval:
+        """Slope of τ by the place; the bore turns with the place."""
+        keys, slope = [*self.box], as_interval(turn.slopes[0])
         if BORE in keys and not self.cam.is_developed:
             x, y = (range_of(self.box[key]) for key in (BORE, BORE_DIRECTION))
-            by_x, by_y = (of.slopes[1 + keys.index(key)] for key in (BORE, BORE_DIRECTION))
-            found = found + (by_y * x - by_x * y) * self.cam.problem.design.sense
-        return found
+            by_x, by_y = (turn.slopes[1 + keys.index(key)] for key in (BORE, BORE_DIRECTION))
+            slope = slope + (by_y * x - by_x * y) * self.cam.problem.design.sense
+        return slope
 
 
 class RestingContact(ContactAhead):
-    """A contact that touches the arc of a dwell, wherever it is ahead."""
+    """A contact that touches the arc of a dwell at any place ahead."""
 
     def motion_ahead(self, ahead: SlopedInterval) -> MotionAhead:
         return DwellAhead(self.cam.problem.programme, self.place, ahead, self.place.jumps_at_second_contact)
 
 
 LinkRanges = Mapping[str, Interval]
-"""By how much links are off, by key of the scene."""
+"""Errors of links, by key of the scene."""
 
 
 def error_through_train(
-    problem: Problem, errors: Mapping[str, Any], errors_of_follower: Sequence[Any], asked: Callable[[int], Any]
+    problem: Problem, errors: Mapping[str, Any], follower_deltas: Sequence[Any], nominal: Callable[[int], Any]
 ) -> Any:
-    """The error of the tool of the last order, from those of a follower up to it, and its motion that is asked."""
-    found = [each.divide() if hasattr(each, "divide") else each for each in errors_of_follower]
-    order = len(found) - 1
+    """Error ε of the tool of the last order, from the follower's errors δ of all orders.
+
+    ``nominal`` gives the derivatives of the follower's programmed motion.
+    """
+    deltas = [each.divide() if hasattr(each, "divide") else each for each in follower_deltas]
+    order = len(deltas) - 1
     if problem.setup.train is None:
-        return found[order]
-    motion = [asked(k) for k in range(order + 1)]
+        return deltas[order]
+    motion = [nominal(k) for k in range(order + 1)]
     links = _link_errors(problem, errors, motion[0])
     if (ratio := _constant_ratio(problem, links)) is not None:
-        return found[order] * ratio
-    off = RealTrain(problem, links, found[0], motion[0], order)
+        return deltas[order] * ratio
+    train = RealTrain(problem, links, deltas[0], motion[0], order)
     if order == 0:
-        return off.derivative_change(0)
-    speed = motion[1] + found[1]
+        return train.derivative_change(0)
+    velocity = motion[1] + deltas[1]
     if order == 1:
-        return off.derivative_change(1) * speed + off.nominal_derivative(1) * found[1]
-    bent = (
-        off.nominal_derivative(2) * (motion[1] * 2.0 + found[1]) * found[1] + off.nominal_derivative(1) * found[2]
+        return train.derivative_change(1) * velocity + train.nominal_derivative(1) * deltas[1]
+    by_nominal_train = (
+        train.nominal_derivative(2) * (motion[1] * 2.0 + deltas[1]) * deltas[1]
+        + train.nominal_derivative(1) * deltas[2]
     )
-    return off.derivative_change(2) * np.square(speed) + off.derivative_change(1) * (motion[2] + found[2]) + bent
+    by_links = train.derivative_change(1) * (motion[2] + deltas[2])
+    return train.derivative_change(2) * np.square(velocity) + by_links + by_nominal_train
 
 
 def difference_through_train(
-    problem: Problem, errors: Mapping[str, Any], first: Any, second: Any, stands: SlopedInterval
+    problem: Problem, errors: Mapping[str, Any], first: Any, second: Any, position: SlopedInterval
 ) -> Any:
-    """f*(s + δ₁) − f*(s + δ₂), of a follower that should stand at s: by the mean value theorem."""
-    further, start = first - second, stands + second
+    """f*(s + δ₁) − f*(s + δ₂) for a follower with the nominal position s, by the mean value theorem."""
+    difference, start = first - second, position + second
     if problem.setup.train is None:
-        return further
-    links = _link_errors(problem, errors, stands)
+        return difference
+    links = _link_errors(problem, errors, position)
     if (ratio := _constant_ratio(problem, links)) is not None:
-        return further * ratio
-    apart, off, off_at = range_of(further), _link_ranges(links), _link_points(links)
-    ends = [(value_at_point(each), off_at) for each in (start + further, start)]
+        return difference * ratio
+    step, link_ranges, link_points = range_of(difference), _link_ranges(links), _link_points(links)
+    ends = [(value_at_point(each), link_points) for each in (start + difference, start)]
     (slopes, first_at, second_at), by_link = _train_derivatives(
-        problem, [(range_of(start) + range_from_zero(apart), off), *ends], 3
+        problem, [(range_of(start) + range_from_zero(step), link_ranges), *ends], 3
     )
-    by_links = [(each, by_link[key][1] * apart) for key, each in links.items()]
-    parts = [(further, slopes[1]), (start, slopes[2] * apart), *by_links]
-    return apply_chain_rule(slopes[1] * apart, first_at[0] - second_at[0], parts)
+    by_links = [(each, by_link[key][1] * step) for key, each in links.items()]
+    parts = [(difference, slopes[1]), (start, slopes[2] * step), *by_links]
+    return apply_chain_rule(slopes[1] * step, first_at[0] - second_at[0], parts)
 
 
 def _link_errors(problem: Problem, errors: Mapping[str, Any], like: SlopedInterval) -> dict[str, SlopedInterval]:
-    """By how much links are off."""
+    """The errors of links, by key."""
     return {key: without_kept_quotient(each, like) for key, each in errors.items() if is_train_key(key)}
 
 
 def _constant_ratio(problem: Problem, links: Mapping[str, SlopedInterval]) -> float | None:
-    """That of a train whose links are not off, if it has one."""
+    """Constant ratio of a train without errors; None if the links have errors or the ratio changes."""
     train = problem.setup.train
     assert train is not None
     return None if links else train.constant_ratio
@@ -369,7 +373,7 @@ def _constant_ratio(problem: Problem, links: Mapping[str, SlopedInterval]) -> fl
 
 @dataclass(frozen=True)
 class RealTrain:
-    """A train whose links may be off, of a follower that is off by an error from where it stands."""
+    """A train whose links may have errors, driven by a follower with an error of its position."""
 
     problem: Problem
     links: Mapping[str, SlopedInterval]
@@ -378,42 +382,45 @@ class RealTrain:
     order: int
 
     def derivative_change(self, order: int) -> SlopedInterval:
-        """Δ_k."""
-        (between, _, asked_at, real_at), by_link = self._derivative_blocks
+        """Change Δ_k of the derivative of an order."""
+        (between, _, nominal_at, real_at), by_link = self._derivative_blocks
         parts = [(self.error, between[order + 1]), (self.nominal_position, self._change_range(order + 1))]
         parts += [(each, by_link[key][order]) for key, each in self.links.items()]
-        return apply_chain_rule(self._change_range(order), real_at[order] - asked_at[order], parts)
+        return apply_chain_rule(self._change_range(order), real_at[order] - nominal_at[order], parts)
 
     def nominal_derivative(self, order: int) -> SlopedInterval:
-        """The derivative of f where the follower should stand."""
-        (_, asked, asked_at, _), _ = self._derivative_blocks
-        return apply_chain_rule(asked[order], asked_at[order], [(self.nominal_position, asked[order + 1])])
+        """Derivative of f at the nominal position."""
+        (_, nominal, nominal_at, _), _ = self._derivative_blocks
+        return apply_chain_rule(nominal[order], nominal_at[order], [(self.nominal_position, nominal[order + 1])])
 
     def _change_range(self, order: int) -> Interval:
-        """By how much a derivative differs, on ranges."""
+        """Range of Δ_k, by the mean value theorem."""
         (between, *_), by_link = self._derivative_blocks
-        found = between[order + 1] * range_of(self.error)
+        change = between[order + 1] * range_of(self.error)
         for key, each in self.links.items():
-            found = found + by_link[key][order] * range_of(each)
-        return as_interval(found)
+            change = change + by_link[key][order] * range_of(each)
+        return as_interval(change)
 
     @cached_property
     def _derivative_blocks(self) -> "TrainDerivatives":
-        """From where the follower should stand to where it does; where it should, and that and where it does at
-        the point; with links."""
-        stands, at, none = (
+        """Derivatives of the train over four blocks.
+
+        From the nominal to the real position, over the nominal position, at its point, and at the real point.
+        """
+        position, at, no_errors = (
             range_of(self.nominal_position),
             value_at_point(self.nominal_position),
             _link_ranges(self.links, 0.0),
         )
-        from_asked = {key: range_from_zero(each) for key, each in _link_ranges(self.links).items()}
+        from_nominal = {key: range_from_zero(each) for key, each in _link_ranges(self.links).items()}
         real = at + value_at_point(self.error), _link_points(self.links)
-        blocks = [(stands + range_from_zero(range_of(self.error)), from_asked), (stands, none), (at, none), real]
+        between = position + range_from_zero(range_of(self.error)), from_nominal
+        blocks = [between, (position, no_errors), (at, no_errors), real]
         return _train_derivatives(self.problem, blocks, self.order + 3)
 
 
 TrainDerivatives = tuple[list[list[Interval]], dict[str, list[Interval]]]
-"""f, f', … of some blocks of ranges, and those of ∂f/∂p of the first block, by the key of each link."""
+"""f, f', … over blocks of ranges, and the derivatives of ∂f/∂p over the first block, by key of each link."""
 
 
 def _link_ranges(links: Mapping[str, SlopedInterval], share: float = 1.0) -> dict[str, Interval]:
@@ -427,51 +434,51 @@ def _link_points(links: Mapping[str, SlopedInterval]) -> dict[str, Interval]:
 def _train_derivatives(
     problem: Problem, blocks: Sequence[tuple[Interval, LinkRanges]], count: int
 ) -> TrainDerivatives:
-    """The derivatives of trains by where their follower stands, on ranges of it and of what links are off by."""
+    """Derivatives of trains by the follower's position, over ranges of the position and of the links' errors."""
     keys, size = [*blocks[0][1]], blocks[0][0].size
-    every = [blocks[0]] * (len(keys) - 1) + [*blocks]  # the first one for each link
-    place = _join_ranges([each for each, _ in every])
-    made: dict[str, Any] = {
-        key: without_slopes(problem.nominal_numbers[key] + _join_ranges([off[key] for _, off in every]))
+    repeated = [blocks[0]] * (len(keys) - 1) + [*blocks]  # the first block once for each link
+    place = _join_ranges([each for each, _ in repeated])
+    numbers: dict[str, Any] = {
+        key: without_slopes(problem.nominal_numbers[key] + _join_ranges([errors[key] for _, errors in repeated]))
         for key in keys
     }
-    none = without_slopes(as_interval(place * 0.0))
-    stands: Any = Taylor([without_slopes(follower_start(problem) + place), none + 1.0, *[none] * count][:count])
+    zero = without_slopes(as_interval(place * 0.0))
+    position: Any = Taylor([without_slopes(follower_start(problem) + place), zero + 1.0, *[zero] * count][:count])
     if keys:
-        seeds = np.repeat(np.eye(len(keys), len(every)), size, axis=1)
-        made = {key: Taylor([made[key], seed]) for key, seed in zip(keys, seeds, strict=True)}
-        stands = Taylor([stands, stands * 0.0])
-    train = problem.trains_with_numbers(made) if made else problem.setup.train
+        seeds = np.repeat(np.eye(len(keys), len(repeated)), size, axis=1)
+        numbers = {key: Taylor([numbers[key], seed]) for key, seed in zip(keys, seeds, strict=True)}
+        position = Taylor([position, position * 0.0])
+    train = problem.trains_with_numbers(numbers) if numbers else problem.setup.train
     assert train is not None
-    found, first = train.tool(stands), max(len(keys) - 1, 0)
+    tool, first = train.tool(position), max(len(keys) - 1, 0)
 
     def block(series: Taylor, number: int) -> list[Interval]:
         part = slice(number * size, (number + 1) * size)
         return [range_of(each)[part] * float(factorial(k)) for k, each in enumerate(series.terms)]
 
-    value, slope = found.terms if keys else (found, found)
+    value, slope = tool.terms if keys else (tool, tool)
     by_link = {key: block(slope, number) for number, key in enumerate(keys)}
     return [block(value, first + number) for number in range(len(blocks))], by_link
 
 
 def _join_ranges(parts: Sequence[Interval]) -> Interval:
-    """Ranges one after the other."""
+    """Ranges joined into one array."""
     return Interval(
         *(np.concatenate(each) for each in zip(*((part.low, part.high) for part in parts), strict=True))
     )
 
 
 def range_from_zero(x: Interval) -> Interval:
-    """All from 0 to a range."""
+    """The smallest range that contains 0 and x."""
     return Interval(np.minimum(x.low, 0.0), np.maximum(x.high, 0.0))
 
 
 def without_slopes(x: Interval) -> LinkageInterval:
     """Ranges without slopes, for the formulas of links."""
-    none = as_interval(np.zeros((1, x.size)))
-    return LinkageInterval.from_interval(SlopedInterval(x, x, none, none), [])
+    zero = as_interval(np.zeros((1, x.size)))
+    return LinkageInterval.from_interval(SlopedInterval(x, x, zero, zero), [])
 
 
 def without_kept_quotient(x: Any, like: SlopedInterval) -> Any:
-    """A number over boxes as what has no kept quotient."""
+    """A number over boxes, with its quotient carried out."""
     return x.divide() if hasattr(x, "divide") else x + like * 0.0

@@ -107,9 +107,9 @@ def test_grades_cost_no_less_than_the_best_widths_of_reciprocal_cost():
 def test_what_cannot_be_kept_or_is_no_cost_is_said(tmp_path):
     scene = scene_of("offset-roller", given=GIVEN)
     for within, costs, said in (
-        (0.001, None, "no grades that are offered keep ±0.001 mm: with the finest of all a cam is"),
+        (0.001, None, "no permitted grades keep ±0.001 mm: even with the finest ones a cam has an error of"),
         (-1.0, None, "a distance above 0"),
-        (0.1, {6: 1.0, 7: 2.0}, "must be at least that of the coarser grade 7"),
+        (0.1, {6: 1.0, 7: 2.0}, "must be at least the cost of the coarser grade 7"),
         (0.1, {6.5: 1.0}, "a grade, 1 to 18"),
         (0.1, {"follower.offset": {7: 1.0}}, "costs.follower.roller_radius"),
         (0.1, tmp_path / "none.csv", "must be a CSV file"),
@@ -118,7 +118,7 @@ def test_what_cannot_be_kept_or_is_no_cost_is_said(tmp_path):
             camopt.allocate(scene, within, costs=costs)
     with pytest.raises(BadInput, match=r"only = 'follower.ofset': is no tolerance with a grade; did you mean"):
         camopt.allocate(scene, 0.1, only=["follower.ofset"])
-    with pytest.raises(BadInput, match="names nothing that has a grade"):
+    with pytest.raises(BadInput, match="has no tolerance with a grade"):
         camopt.allocate(scene_of(given={"phase": 0.1}), 0.1)
 
 
@@ -127,7 +127,7 @@ def test_the_command_allocates_by_a_file_of_costs(command, tmp_path):
     file.write_text(scene_of("offset-roller", given=GIVEN).to_toml())
     costs.write_text("grade,cost,follower.offset\n6,3,9\nIT7,1.5,8\n8,1,7\n9,0.7,1\n")
     code, out, err = command("tolerance", file, "--allocate", "0.09", "--costs", costs, "--out", tmp_path / "out")
-    assert (code, "the loosest grades within ±0.09 mm" in out, "allocated.toml" in err) == (0, True, True)
+    assert (code, "the cheapest grades within ±0.09 mm" in out, "allocated.toml" in err) == (0, True, True)
     assert "--allocate = '0': must be a tool error" in command("tolerance", file, "--allocate", "0")[2]
     found = json.loads(command("tolerance", file, "--allocate", "90 µm", "--costs", costs, "--json")[1])[
         "allocation"

@@ -431,10 +431,7 @@ def test_a_robust_scene_of_given_sizes_is_certified_with_classes_of_them():
         ({"cam.form": 1}, "tolerances.cam.form = 1: not a number of this table"),
         ({"phase": {"values": "x.csv"}}, "must be a list of numbers, or a file and its column"),
         ({"phase": {"values": "x.csv:a"}}, "must be a CSV file with columns a: No such file"),
-        (
-            {"phase": {"values": [1, 2], "cpk": 2}},
-            "tolerances.phase.cpk = 2: the measured values are the distribution",
-        ),
+        ({"phase": {"values": [1, 2], "cpk": 2}}, "phase.cpk = 2: the measured values are the distribution"),
         ({"phase": {"plus": 1, "shared": 0.5}}, "needs the name of a batch, which is missing"),
     ],
 )
