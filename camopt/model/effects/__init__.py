@@ -1,4 +1,4 @@
-"""Effects compute quantities; a plan runs only the effects that are needed."""
+"""Effects compute quantities; a plan runs only those that the wanted quantities need."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -95,26 +95,23 @@ _ONE_CONTACT_EFFECTS = {
         self_crossing.EFFECT,
     )
 }
-"""Every effect as it is written, for a follower that one cam touches."""
+"""Every effect by name, as written for a follower with one contact."""
 
 
 def _add_columns(case: EvaluationBlock, wanted: frozenset[str], known: dict[str, Any]) -> None:
-    """Add columns of a case of one contact, and all that they need, to those that are known."""
+    """Add the wanted columns of one contact, and all that they need, to ``known``."""
     for name, needed in plan_effects(wanted, case.setup).items():
-        for run in (
-            (_ONE_CONTACT_EFFECTS[name].run_on_pitch, _ONE_CONTACT_EFFECTS[name].run)
-            if needed - known.keys()
-            else ()
-        ):
-            bounded = {key: value for key, value in known.items() if isinstance(value, EnclosedValue)}
-            columns = known | {key: value.value for key, value in bounded.items()}
-            outward = {key: value.outward for key, value in bounded.items()}
-            found = run(replace(case, columns=columns, outward=outward), frozenset(needed))
-            known |= {key: value for key, value in found.items() if key in needed}
+        effect = _ONE_CONTACT_EFFECTS[name]
+        for run in (effect.run_on_pitch, effect.run) if needed - known.keys() else ():
+            enclosed = {key: value for key, value in known.items() if isinstance(value, EnclosedValue)}
+            columns = known | {key: value.value for key, value in enclosed.items()}
+            outward = {key: value.outward for key, value in enclosed.items()}
+            results = run(replace(case, columns=columns, outward=outward), frozenset(needed))
+            known |= {key: value for key, value in results.items() if key in needed}
 
 
 def _for_any_drive(effect: Effect) -> Effect:
-    """An effect for followers with any drive."""
+    """An effect for followers with any number of contacts."""
     if effect.is_per_contact:
         return worst_contact_effect(effect, _add_columns)
     return single_disc_effect(effect) if effect.is_single_disc else effect
@@ -122,25 +119,23 @@ def _for_any_drive(effect: Effect) -> Effect:
 
 _PAIR_EFFECT = per_contact_effect(_ONE_CONTACT_EFFECTS, _add_columns)
 EFFECTS: dict[str, Effect] = {e.name: _for_any_drive(e) for e in (*_ONE_CONTACT_EFFECTS.values(), _PAIR_EFFECT)}
-"""Every effect by name, cheapest first: the order in which they run."""
+"""Every effect by name, in the order in which effects run: the cheapest first."""
 
 
 def find_quantity(name: str, setup: Setup) -> Quantity:
-    """A quantity by name: one of the scene's own, or one that every scene has."""
+    """A quantity by name: one that the scene defines, or one that camopt has."""
     return setup.own_quantities[name] if name in setup.own_quantities else QUANTITIES[name]
 
 
 def setup_effects(setup: Setup) -> Mapping[str, Effect]:
-    """Every effect of a setup by name: those of all scenes, then those of the scene's own quantities."""
-    return (
-        EFFECTS | {each.name: each for each in _own_quantity_effects(IdentityKey(setup)).values()}
-        if setup.own_quantities
-        else EFFECTS
-    )
+    """Every effect of a setup by name: those of all scenes, then those of quantities that the scene defines."""
+    if not setup.own_quantities:
+        return EFFECTS
+    return EFFECTS | {effect.name: effect for effect in _own_quantity_effects(IdentityKey(setup)).values()}
 
 
 def find_effect(name: str, setup: Setup) -> Effect | None:
-    """The effect that computes a quantity; None of a verdict."""
+    """The effect that computes a quantity; None for a verdict."""
     return (
         _own_quantity_effects(IdentityKey(setup))[name]
         if name in setup.own_quantities
@@ -149,33 +144,32 @@ def find_effect(name: str, setup: Setup) -> Effect | None:
 
 
 def require_effect(name: str, setup: Setup) -> Effect:
-    """The effect that computes a quantity."""
-    found = find_effect(name, setup)
-    assert found is not None
-    return found
+    effect = find_effect(name, setup)
+    assert effect is not None
+    return effect
 
 
 @lru_cache(maxsize=16)
 def _own_quantity_effects(same: IdentityKey[Setup]) -> Mapping[str, Effect]:
-    """The effect of each of the scene's own quantities; one that reads what is computed last is last too."""
-    found: dict[str, Effect] = {}
-    for name, each in same.value.own_quantities.items():
-        read = [found.get(read) or EFFECTS[QUANTITIES[read].effect] for read in each.reads]
-        found[name] = expression_effect(each, last=any(effect.last for effect in read))
-    return found
+    """The effects of quantities that the scene defines; one that reads a late quantity is late too."""
+    effects: dict[str, Effect] = {}
+    for name, quantity in same.value.own_quantities.items():
+        sources = [effects.get(read) or EFFECTS[QUANTITIES[read].effect] for read in quantity.reads]
+        effects[name] = expression_effect(quantity, last=any(effect.last for effect in sources))
+    return effects
 
 
 def with_read_quantities(names: Iterable[str], setup: Setup) -> frozenset[str]:
-    """Some quantities, and all that those of the scene's own among them read."""
-    found = set(names)
-    for each in reversed([*setup.own_quantities.values()]):
-        if each.name in found:
-            found.update(each.reads)
-    return frozenset(found)
+    """Some quantities, with all that the scene's definitions of them read."""
+    quantities = set(names)
+    for own in reversed([*setup.own_quantities.values()]):
+        if own.name in quantities:
+            quantities.update(own.reads)
+    return frozenset(quantities)
 
 
 def available_quantities(setup: Setup) -> tuple[str, ...]:
-    """All quantities of a setup for which the scene gives enough values, in the order of the columns."""
+    """All quantities that can be computed from what the scene gives, in the order of columns."""
     return _find_available_quantities(IdentityKey(setup))
 
 
@@ -189,33 +183,33 @@ def _find_available_quantities(same: IdentityKey[Setup]) -> tuple[str, ...]:
 
 
 def missing_keys_by_quantity(setup: Setup) -> Mapping[str, tuple[str, ...]]:
-    """The keys that the scene lacks, for each quantity that a setup would have with them."""
+    """The missing keys of the scene, by the quantity that cannot be computed without them."""
     return _find_missing_keys(IdentityKey(setup))
 
 
 @lru_cache(maxsize=16)
 def _find_missing_keys(same: IdentityKey[Setup]) -> Mapping[str, tuple[str, ...]]:
-    found = {name: keys for effect in EFFECTS.values() for name, keys in effect.lacks(same.value).items()}
-    for each in same.value.own_quantities.values():
-        if keys := [key for read in each.reads for key in found.get(read, ())]:
-            found[each.name] = tuple(dict.fromkeys(keys))
-    return found
+    missing = {name: keys for effect in EFFECTS.values() for name, keys in effect.lacks(same.value).items()}
+    for quantity in same.value.own_quantities.values():
+        if keys := [key for read in quantity.reads for key in missing.get(read, ())]:
+            missing[quantity.name] = tuple(dict.fromkeys(keys))
+    return missing
 
 
 def plan_effects(wanted: Iterable[str], setup: Setup) -> Mapping[str, frozenset[str]]:
-    """The quantities needed of each effect, by its name, in the order in which effects run."""
+    """The quantities that each effect has to compute, by its name, in the order in which effects run."""
     return _plan_sorted_effects(frozenset(wanted), IdentityKey(setup))
 
 
 @lru_cache(maxsize=16)
 def _plan_sorted_effects(wanted: frozenset[str], same: IdentityKey[Setup]) -> Mapping[str, frozenset[str]]:
-    setup, asked, open_ = same.value, dict[str, set[str]](), set(wanted)
-    while open_:
-        name = open_.pop()
+    setup, plan, pending = same.value, dict[str, set[str]](), set(wanted)
+    while pending:
+        name = pending.pop()
         effect = find_effect(name, setup)
         if effect is None:
             continue
-        if effect.name not in asked:
-            open_ |= set(effect.reads(setup))
-        asked.setdefault(effect.name, set()).add(name)
-    return {name: frozenset(asked[name]) for name in setup_effects(setup) if name in asked}
+        if effect.name not in plan:
+            pending |= set(effect.reads(setup))
+        plan.setdefault(effect.name, set()).add(name)
+    return {name: frozenset(plan[name]) for name in setup_effects(setup) if name in plan}

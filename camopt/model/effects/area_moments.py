@@ -1,8 +1,8 @@
-"""Plane figures about the cam's axis as area, first moment and polar moment: discs, and a keyway beside its bore.
+"""Area, first moment and polar moment of plane figures about the cam's axis: discs, and a keyway beside its bore.
 
-A keyway of width w runs from the bore (radius r) to a flat bottom at u = r + t from the axis, along a direction of
-its own. It is the rectangle |v| ≤ a = w/2, 0 ≤ u ≤ r + t less the part of the bore in it, of which, with
-c = √(r² − a²) and φ = arcsin(a/r),
+A keyway of width w runs from the bore (radius r) to a flat bottom at the distance r + t from the axis. It is the
+rectangle |v| ≤ a = w/2, 0 ≤ u ≤ r + t, without the part of the bore inside it. With c = √(r² − a²) and
+φ = arcsin(a/r) that part has
 
     area = a·c + r²·φ,    ∫u dA = a·r² − a³/3,    ∫(u² + v²) dA = a·c·(r² + 2a²)/6 + r⁴·φ/2
 
@@ -14,32 +14,31 @@ from typing import Any, NamedTuple
 
 
 class AreaMoments(NamedTuple):
-    """Area (mm²), first moment (complex x + iy, mm³) and polar moment about the axis (mm⁴); numbers or arrays."""
+    """Area [mm²], first moment (complex x + iy) [mm³] and polar moment about the axis [mm⁴]; numbers or arrays."""
 
     area: Any
     moment: Any
     polar: Any
 
     def subtract(self, other: "AreaMoments") -> "AreaMoments":
-        """What is left of a figure without another one inside it."""
+        """The figure without another one inside it."""
         return AreaMoments(*(a - b for a, b in zip(self, other, strict=True)))
 
     def add(self, other: "AreaMoments") -> "AreaMoments":
-        """Two figures that do not overlap."""
+        """Both figures together; they do not overlap."""
         return AreaMoments(*(a + b for a, b in zip(self, other, strict=True)))
 
     def times(self, factor: float) -> "AreaMoments":
-        """The figure as thick, or as heavy, as a factor."""
+        """The moments times a factor, as a thickness or a density."""
         return AreaMoments(*(factor * each for each in self))
 
 
 def disc_moments(radius: Any) -> AreaMoments:
-    """A disc about the axis."""
     return AreaMoments(pi * radius**2, 0.0, pi * radius**4 / 2.0)
 
 
 def keyway_moments(bore_radius: float, width: float, depth: float, angle: float) -> AreaMoments:
-    """A keyway in the direction of an angle (rad), without the bore; of no width it is nothing."""
+    """Moments of a keyway in the direction of an angle [rad], without the bore; all 0 if its width is 0."""
     r, a, u = bore_radius, width / 2.0, bore_radius + depth
     if not a:
         return AreaMoments(0.0, 0.0, 0.0)

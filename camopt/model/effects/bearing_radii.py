@@ -1,17 +1,18 @@
-"""Bodies with which a line contact bears its load at every cam angle, for all designs that share a pitch curve.
+"""Radii of rollers with which a line contact bears its load at every cam angle, for all designs of a pitch curve.
 
-The load of the contact stress, N/R (``effects.loads``), is at most 1/share where R_r·(1 − κ·R_r) ≥ n, n = share·N,
-on a flank that κ > 0 bends towards the roller and that is not undercut. It is so at every cam angle if
+Contact stress has the load N/R (``effects.loads``). It is at most 1/share where R_r·(1 − κ·R_r) ≥ n with n =
+share·N, on a flank that κ > 0 bends towards the roller and that is not undercut. At every cam angle this holds if
 
     M(u) ≤ √u,    M(u) = max(n + κ·u) over the turn,    u = R_r²
 
-Neither n nor κ depends on the roller. M is the largest of straight lines, and so convex, and √u is concave: a pitch
-curve has one range of rollers. From few values of M follows where it ends: M is below the chord of two of them, and
-beyond these above it. A straight line n + κ·u is below √u with the rollers
+Neither n nor κ depends on the roller. M is the largest of straight lines and so convex, and √u is concave: the
+allowed rollers of a pitch curve form one range. A few values of M enclose its ends: between two values M is below
+their chord, and beyond them above it. A straight line n + κ·u is below √u for the rollers
 
     2·n/(1 + √d)  ≤  R_r  ≤  (1 + √d)/(2·κ),    d = 1 − 4·κ·n
 
-A flat face bears its load where ρ ≥ n: with bodies from the largest n − ρ on, ρ with a body of none.
+A flat face bears its load where ρ ≥ n. Its body adds to ρ, so the least body is the largest n − ρ, with ρ for a
+body of 0.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,12 +32,12 @@ from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.stroke import ALL_STROKES
 
 InverseAllowedLoad = Callable[[Designs], Any]
-"""The inverse of the load that designs are allowed."""
+"""The inverse of the largest allowed load, by design."""
 
 
 @curve_type(loaded=True)
 def required_roller_radius(at, normal, curvature, share, bulge):
-    """n + κ·u [mm]; ``share`` is that of a force outward, ``bulge`` the sign of κ on the flank times u."""
+    """n + κ·u [mm]; ``share`` has the sign of the force on the flank, ``bulge`` is u times the sign of κ there."""
     return share * normal + bulge * curvature
 
 
@@ -49,14 +50,12 @@ def required_face_radius(at, normal, radius, share):
 def load_bearing_radii(
     case: EvaluationBlock, share: InverseAllowedLoad, bodies: RadiusRange
 ) -> tuple[RadiusRange, RadiusRange]:
-    """With which of some bodies the pitch curves of a case bear a load for certain, and with which they may.
+    """The radii of ``bodies`` with which pitch curves surely bear a load, and those with which they may.
 
-    Its designs are such that a point follows on their pitch curves; no guide rubs on the follower.
+    The designs have a point as their follower, which moves along their pitch curves; guides have no friction.
     """
-    normal, shares = (
-        normal_curve(case.setup, case.designs, case.programme),
-        share(case.designs) + _design_zeros(case),
-    )
+    normal = normal_curve(case.setup, case.designs, case.programme)
+    shares = share(case.designs) + _design_zeros(case)
     if case.setup.mechanism.flat_faced:
         far, near = _enclose_largest(case, [_required_face_curve(case, normal, shares)], max(map(abs, bodies)))
         return RadiusRange(least=far), RadiusRange(least=near)
@@ -75,38 +74,40 @@ def load_bearing_radii(
 
 
 def _probe_radii(bodies: RadiusRange) -> list[float]:
-    """The rollers at which M is found: the least, the largest, and their geometric mean."""
+    """The rollers at which M is computed: the least, the largest, and their geometric mean."""
     low, high = map(float, bodies)
     return [low, sqrt(low * high), high] if low < high else [low]
 
 
 def _proved_radii(radii: Sequence[float], far: Sequence[FloatArray]) -> RadiusRange:
-    """The rollers with which M is surely low enough, from what it is no larger than: below chords."""
-    found = _sufficient_radii(radii, far)
+    """The rollers with which M ≤ √u for certain, from upper bounds of M: M is below the chords between them."""
+    ranges = _sufficient_radii(radii, far)
     for low, high, first, last in zip(radii, radii[1:], far, far[1:], strict=False):
-        found.append(
-            _radii_below_root(low, first, _chord_slope(low, first, high, last)).intersection(RadiusRange(low, high))
-        )
-    return _radius_hull(found)
+        below_root = _radii_below_root(low, first, _chord_slope(low, first, high, last))
+        ranges.append(below_root.intersection(RadiusRange(low, high)))
+    return _radius_hull(ranges)
 
 
 def _possible_radii(radii: Sequence[float], far: Sequence[FloatArray], near: Sequence[FloatArray]) -> RadiusRange:
-    """Those with which it may be, from what it is no less than, too: above chords that go on."""
-    found = _sufficient_radii(radii, near)
+    """The rollers with which M ≤ √u is possible, from upper and lower bounds of M.
+
+    Between two rollers M is above the chords of its neighbours, extended: these give the lower bounds.
+    """
+    ranges = _sufficient_radii(radii, near)
     for i, (low, high) in enumerate(pairwise(radii)):
-        some = RadiusRange(low, high)
+        between = RadiusRange(low, high)
         if i > 0:
             slope = _chord_slope(radii[i - 1], far[i - 1], low, near[i])
-            some = some.intersection(_radii_below_root(low, near[i], slope))
+            between = between.intersection(_radii_below_root(low, near[i], slope))
         if i + 2 < len(radii):
             slope = _chord_slope(high, near[i + 1], radii[i + 2], far[i + 2])
-            some = some.intersection(_radii_below_root(high, near[i + 1], slope))
-        found.append(some)
-    return _radius_hull(found)
+            between = between.intersection(_radii_below_root(high, near[i + 1], slope))
+        ranges.append(between)
+    return _radius_hull(ranges)
 
 
 def _sufficient_radii(radii: Sequence[float], values: Sequence[FloatArray]) -> list[RadiusRange]:
-    """Of each roller, itself where a value of M is low enough."""
+    """For each roller the range of itself alone if its value of M is at most √u, else an empty range."""
     return [
         RadiusRange(radius, np.where(value <= radius, radius, -np.inf))
         for radius, value in zip(radii, values, strict=True)
@@ -114,13 +115,16 @@ def _sufficient_radii(radii: Sequence[float], values: Sequence[FloatArray]) -> l
 
 
 def _chord_slope(low: float, first: FloatArray, high: float, last: FloatArray) -> FloatArray:
-    """The slope by u of the straight line through two values of M."""
-    with np.errstate(invalid="ignore"):  # of infinite loads
+    """Slope by u of the straight line through two values of M."""
+    with np.errstate(invalid="ignore"):  # loads may be infinite
         return np.asarray((last - first) / (high**2 - low**2))
 
 
 def _radii_below_root(radius: float, value: FloatArray, slope: FloatArray) -> RadiusRange:
-    """The rollers with which the straight line through a value at one is at most √u; none if it is infinite."""
+    """The rollers for which a straight line is at most √u; none if it is infinite.
+
+    The line has a value at one roller, and a slope by u.
+    """
     with np.errstate(all="ignore"):
         start = value - slope * radius**2
         root = np.sqrt(1.0 - 4.0 * slope * start)
@@ -133,19 +137,19 @@ def _radii_below_root(radius: float, value: FloatArray, slope: FloatArray) -> Ra
 
 
 def _radius_hull(ranges: Sequence[RadiusRange]) -> RadiusRange:
-    """The range over several ranges; none where all are empty."""
+    """The least range that contains several ranges; empty where all are."""
     least, most = (np.array(np.broadcast_arrays(*ends)) for ends in zip(*ranges, strict=True))
-    some = least <= most
-    return RadiusRange(np.where(some, least, np.inf).min(axis=0), np.where(some, most, -np.inf).max(axis=0))
+    filled = least <= most
+    return RadiusRange(np.where(filled, least, np.inf).min(axis=0), np.where(filled, most, -np.inf).max(axis=0))
 
 
 def _enclose_largest(case: EvaluationBlock, curves: Sequence[Any], scale: float) -> tuple[FloatArray, FloatArray]:
-    """What the largest value of some curves is no more than, and no less, beside rounding."""
-    made = tuple((lambda *_, each=each: each, ALL_STROKES) for each in curves)
-    found = peak_extremes(case, Peak(made, LARGEST, jumps=jumps_at_corners))
-    finite = np.where(np.isfinite(found.value), np.abs(found.value), 0.0)
-    by = found.width + CLEAR_SHARE * (finite + scale)
-    return found.value + by, found.value - by
+    """Upper and lower bound of the largest value of some curves, with a margin for rounding."""
+    variants = tuple((lambda *_, curve=curve: curve, ALL_STROKES) for curve in curves)
+    largest = peak_extremes(case, Peak(variants, LARGEST, jumps=jumps_at_corners))
+    finite = np.where(np.isfinite(largest.value), np.abs(largest.value), 0.0)
+    margin = largest.width + CLEAR_SHARE * (finite + scale)
+    return largest.value + margin, largest.value - margin
 
 
 def _required_face_curve(case: EvaluationBlock, normal: Any, shares: FloatArray) -> Any:

@@ -1,21 +1,25 @@
-"""Clearance of a positive drive: what happens where the follower crosses from one flank to the other.
+"""Crossings in the clearance of a positive drive, where the follower changes from one flank to the other.
 
-Where the force along the motion changes its sign, the follower flies over the gap that the clearance j leaves along
-the motion, g = j/(l·cos β), of a rib between swinging rollers ½·j/l·(1/cos β₁ + 1/cos β₂) (``effects.flight``), and
-strikes the other flank. With the jerk J of F/m there, or the acceleration A to which it jumps, and small g,
+Where the force along the motion changes its sign, the follower flies across the gap and strikes the other flank
+(``effects.flight``). The clearance j leaves the gap g = j/(l·cos β) along the motion; at a rib between swinging
+rollers it is ½·j/l·(1/cos β₁ + 1/cos β₂). The flight starts with the jerk J of F/m, or with the acceleration A if F
+jumps. For small g its time t and its landing speed v are
 
     t = (6·g/J)^⅓,  v = ½·J·t²        t = √(2·g/A),  v = √(2·A·g)
 
-times l for the speed of an arm's end. A roller in a groove spins at ω·(N_p/R_r − q) on the inner wall, and the
-other way at ω·(N_p/R_r + q) on the outer one, with N_p and q of ``effects.surface`` (over a cylinder, which does
-not turn below it, q − 1 in place of q). So it comes with the wrong spin: it slips at first at 2·ω·N_p, and skids
-until the friction μ·N of the wall has turned it,
+For an arm the speed of its end is l times v.
+
+A roller in a groove spins at ω·(N_p/R_r − q) on the inner wall, and the other way at ω·(N_p/R_r + q) on the outer
+one, with N_p and q of ``effects.surface``; on a cylinder q − 1 takes the place of q. So the roller lands with the
+wrong spin. It slips at 2·ω·N_p at first, and skids until the friction μ·N of the wall has changed its spin:
 
     μ·R_r·∫N dt = J_r·2·ω·N_p/R_r
 
-with its inertia J_r about its pin, N the normal force of the motion as prescribed. On a wall it does not slip, and
-is turned with the angular acceleration ω²·(N_p'/R_r ∓ q'). Neither the blow of the landing nor the friction of the
-guide counts, and no follower with a train beyond it is asked.
+J_r is the inertia of the roller about its pin, and N the normal force of the prescribed motion. A roller that does
+not slip has the angular acceleration ω²·(N_p'/R_r ∓ q').
+
+Assumptions: the impact of the landing and the friction of the guide have no effect. Followers that drive a train
+are not computed.
 
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 1 (form-closed cams: crossover shock); the rest follows
 from Newton's law.
@@ -92,7 +96,7 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    """The angular acceleration of a roller that does not slip, on either wall."""
+    """Angular acceleration of a roller that does not slip, on either wall."""
     if ROLLER_ACCELERATION not in offers(setup) or setup.omega is None:
         return {}
     curves = tuple(
@@ -107,34 +111,34 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     known = peaks(case.setup)
     columns: dict[str, Any] = {name: peak_column(case, known[name]) for name in wanted & known.keys()}
-    left = wanted - known.keys()
-    if not left:
+    others = wanted - known.keys()
+    if not others:
         return columns
     count = len(case.designs)
     if not count:
-        return columns | dict.fromkeys(left, np.zeros(0))
+        return columns | dict.fromkeys(others, np.zeros(0))
     if case.programme.corners:
         infinite = np.full(count, inf)
         return columns | {
-            name: np.zeros(count) if name in (CROSSING_COUNT, CROSSING_ANGLE) else infinite for name in left
+            name: np.zeros(count) if name in (CROSSING_COUNT, CROSSING_ANGLE) else infinite for name in others
         }
-    return columns | {name: column for name, column in crossing_columns(case, left).items() if name in left}
+    return columns | {name: column for name, column in crossing_columns(case, others).items() if name in others}
 
 
 def crossing_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-    """The quantities of the crossings of all designs: the largest of each over their turns, 0 without crossings."""
+    """The quantities of crossings: for each design the largest over its turn, 0 without crossings."""
     flights, followers = design_flights(case)
-    own, design, count = case.setup_per_design, flights.design, len(case.designs)
-    omega = np.broadcast_to(own.omega, count)[design]
+    setup, design, count = case.setup_per_design, flights.design, len(case.designs)
+    omega = np.broadcast_to(setup.omega, count)[design]
 
     def largest(values: FloatArray) -> FloatArray:
-        found = np.zeros(count)
-        np.maximum.at(found, design, values)
-        return found
+        maxima = np.zeros(count)
+        np.maximum.at(maxima, design, values)
+        return maxima
 
     columns: dict[str, Any] = {}
     ends, speed, crosses = None, -flights.side * flights.slope, np.ones(design.size, dtype=bool)
-    if own.given.drive.clearance is not None:
+    if setup.given.drive.clearance is not None:
         ends, speed = land_flights(case, flights, followers)
         crosses = ends.crosses
         columns |= {
@@ -156,7 +160,10 @@ def crossing_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
 
 
 def land_flights(case: EvaluationBlock, flights: Flights, followers: Followers) -> tuple[Landings, FloatArray]:
-    """Where flights end, and the speeds at which they do along the motion, m/s; 0 of those that never begin."""
+    """The landings of flights and their speeds along the motion [m/s].
+
+    A flight that would begin while the follower still flies does not take place; its speed is 0.
+    """
     ends = simulate_flights(case.programme, followers, flights, half_gap(case))
     count = flights.design.size
     begun = ~np.isin(np.arange(count), _following_crossing_index(flights)[ends.length > _angle_to_next(flights)])
@@ -166,27 +173,28 @@ def land_flights(case: EvaluationBlock, flights: Flights, followers: Followers) 
 
 
 def design_flights(case: EvaluationBlock) -> tuple[Flights, Followers]:
-    """All flights of the designs of a case over a turn, and the followers that fly, by setting."""
-    own, count = case.setup_per_design, len(case.designs)
-    factors = np.array(np.broadcast_arrays(*force.force_factors(own.dynamics, own.omega), np.zeros(count))[:-1])
-    mass = np.broadcast_to(own.dynamics.mass, count)
+    """All flights of a block's designs over a turn, and the followers of each setting."""
+    setup, count = case.setup_per_design, len(case.designs)
+    factors = np.array(np.broadcast_arrays(*force.force_factors(setup.dynamics, setup.omega), np.zeros(count))[:-1])
+    mass = np.broadcast_to(setup.dynamics.mass, count)
     settings, which = np.unique(np.vstack([factors, mass]), axis=1, return_inverse=True)
     rows = settings[:-1]
-    found = [find_flank_crossings(case.programme, tuple(rows[:, k].tolist())) for k in range(rows.shape[1])]
-    numbers = np.array([each.angle.size for each in found], dtype=int)[which.reshape(-1)]
+    crossings = [find_flank_crossings(case.programme, tuple(rows[:, k].tolist())) for k in range(rows.shape[1])]
+    numbers = np.array([part.angle.size for part in crossings], dtype=int)[which.reshape(-1)]
     design = np.repeat(np.arange(count), numbers)
-    parts = [found[k] for k in which.reshape(-1)]
-    each = FlankCrossings(
+    parts = [crossings[k] for k in which.reshape(-1)]
+    joined = FlankCrossings(
         *(np.concatenate([getattr(part, name) for part in parts]) for name in FlankCrossings._fields)
     )
-    flights = Flights(design, which.reshape(-1)[design], each.angle, each.panel, each.side, each.slope, each.jump)
+    starts = joined.angle, joined.panel, joined.side, joined.slope, joined.jump
+    flights = Flights(design, which.reshape(-1)[design], *starts)
     speed = np.sqrt(rows[4])
     series = force.force_series(case.programme, [*rows])
     return flights, Followers(settings[-1], rows[1] / speed, rows[0], speed, series)
 
 
 def half_gap(case: EvaluationBlock) -> HalfGap:
-    """Half the clearance along the motion, of the designs of a case."""
+    """Half the clearance along the motion, of a block's designs."""
     clearance = np.broadcast_to(case.setup_per_design.given.drive.clearance, len(case.designs))
     pressures = tuple(
         contact.mechanism.pressure(contact.local_designs(case.designs), case.programme)
@@ -196,12 +204,12 @@ def half_gap(case: EvaluationBlock) -> HalfGap:
 
 
 def _motion_lever(case: EvaluationBlock) -> FloatArray:
-    """The length of the arm that a motion turns, or 1."""
+    """Length of the arm [mm] if the follower oscillates, else 1."""
     return case.designs.arm_length if case.setup.angular else np.ones(len(case.designs))
 
 
 def _leading_speeds(case: EvaluationBlock, followers: Followers, flights: Flights, gap: HalfGap) -> FloatArray:
-    """The speeds of landing of small gaps, m/s."""
+    """Landing speeds by the formulas for small gaps [m/s]."""
     table = case.programme.table
     place = (flights.angle - table.centre[flights.panel]) / table.half_width[flights.panel]
     way = sum(
@@ -215,29 +223,29 @@ def _leading_speeds(case: EvaluationBlock, followers: Followers, flights: Flight
 
 
 def _fastest_crossing_angle(speed: FloatArray, flights: Flights, count: int) -> FloatArray:
-    """The cam angle, deg, of the fastest crossing of each design; 0 without one."""
-    found = np.zeros(count)
+    """Cam angle of the fastest crossing of each design [deg]; 0 without a crossing."""
+    angles = np.zeros(count)
     order = np.argsort(speed, kind="stable")
-    found[flights.design[order]] = np.degrees(flights.angle[order])
-    return found
+    angles[flights.design[order]] = np.degrees(flights.angle[order])
+    return angles
 
 
 def _trace_speeds(case: EvaluationBlock, flights: Flights, ends: Landings | None) -> FloatArray:
-    """N_p where flights end, or where they begin if there is no clearance, mm/rad."""
-    made = case.setup.mechanism.trace_speed
-    assert made is not None
+    """Speed of the trace point N_p at the landings, or at the crossings if there is no clearance [mm/rad]."""
+    make = case.setup.mechanism.trace_speed
+    assert make is not None
     table = case.programme.table
     panel, angle = (flights.panel, flights.angle) if ends is None else (ends.panel, ends.angle)
     place = np.clip((angle - table.centre[panel]) / table.half_width[panel], -1.0, 1.0)
     return np.asarray(
-        value_of(made(case.designs, case.programme), flights.design, panel_state(case.programme, panel, place))
+        value_of(make(case.designs, case.programme), flights.design, panel_state(case.programme, panel, place))
     )
 
 
 def skidding_times(
     case: EvaluationBlock, followers: Followers, flights: Flights, ends: Landings | None, slip: FloatArray
 ) -> FloatArray:
-    """How long friction takes to turn the roller after a landing, s; infinite if not before the next crossing."""
+    """Time in which friction turns the roller after a landing [s]; infinite if not before the next crossing."""
     drive, designs, table = case.setup_per_design.given.drive, case.designs, case.programme.table
     count, design = len(designs), flights.design
     inertia, friction = (np.broadcast_to(each, count)[design] for each in (drive.roller_inertia, drive.friction))
@@ -253,15 +261,18 @@ def skidding_times(
 
 
 def _skidding_angle(
-    programme: Programme, followers: Followers, flights: Flights, asked: tuple[FloatArray, FloatArray]
+    programme: Programme, followers: Followers, flights: Flights, start_and_impulse: tuple[FloatArray, FloatArray]
 ) -> FloatArray:
-    """The cam angle over which the force on the other flank gives ∫|F| dθ, N·rad (N·mm·rad), from an angle on."""
-    table, (start, needed) = programme.table, asked
+    """Cam angle from a start over which the force on the other flank gives an impulse [rad].
+
+    The impulse is ∫|F| dθ [N·rad or N·mm·rad].
+    """
+    table, (start, needed) = programme.table, start_and_impulse
     impulse = integrate_series(table.half_width, followers.force)
     whole = np.asarray(polynomial.polyval(1.0, impulse))[:, -1]
 
     def impulse_since_start(angle: FloatArray) -> FloatArray:
-        """∫F from the start of the turn to cam angles, which may be beyond its end."""
+        """∫F dθ from the start of the turn to cam angles, which may be beyond its end."""
         turns, here = np.divmod(angle, 2.0 * pi)
         panel = np.maximum(np.searchsorted(table.centre - table.half_width, here, side="right") - 1, 0)
         u = (here - table.centre[panel]) / table.half_width[panel]
@@ -283,15 +294,15 @@ def _skidding_angle(
 
 
 def _following_crossing_index(flights: Flights) -> IntArray:
-    """The number of the crossing after each one; that after the last of a turn is its first."""
-    found = np.arange(1, flights.design.size + 1)
+    """Index of the crossing after each one; after the last of a turn comes the first."""
+    following = np.arange(1, flights.design.size + 1)
     last = np.flatnonzero(np.diff(flights.design, append=-1))
-    found[last] = np.flatnonzero(np.diff(flights.design, prepend=-1))
-    return found
+    following[last] = np.flatnonzero(np.diff(flights.design, prepend=-1))
+    return following
 
 
 def _angle_to_next(flights: Flights) -> FloatArray:
-    """The cam angle from each crossing to the next, rad."""
+    """Cam angle from each crossing to the next [rad]."""
     return np.asarray(np.mod(flights.angle[_following_crossing_index(flights)] - flights.angle, 2.0 * pi))
 
 

@@ -1,9 +1,9 @@
-"""Effects of a contact, where the follower has more than one: each on its own, and the worst of all counts.
+"""Effects of followers with several contacts: each contact is computed alone, and the worst value counts.
 
-An effect is written for one contact. Of a follower with further ones (``Mechanism.further_contacts``) it runs once
-for each, on the sizes of that contact and with the curves of its motion, and a quantity is the worst: the largest
-of what one wants small, the least of what one wants large. Peaks of a further contact are peaks of the same motion:
-their curves and scales look at designs as that contact does (``contact_peak``).
+An effect is written for one contact. If the follower has further contacts (``Mechanism.further_contacts``), the
+effect runs once for each, with the sizes and curves of that contact. The worst value is the largest of a quantity
+that should be small, and the least of one that should be large. Peaks of a further contact are peaks over the same
+motion; their curves and scales take the sizes at that contact (``contact_peak``).
 """
 
 from collections.abc import Callable, Container, Iterator, Mapping
@@ -22,11 +22,11 @@ from camopt.model.mechanisms.design import Designs, FurtherContact
 from camopt.model.motion.programme import Programme
 
 ColumnFinder = Callable[[EvaluationBlock, frozenset[str], dict[str, Any]], None]
-"""Of a case of one contact: adds columns, by name, and all that they need, to those that are known."""
+"""Adds columns of a block with one contact, by name, and all that they need, to known ones."""
 
 
 def follower_contacts(setup: Setup) -> tuple[FurtherContact, ...]:
-    """All contacts of a follower, each as that of an ordinary cam."""
+    """All contacts of a follower, each as the contact of an ordinary cam."""
     first = setup.mechanism._replace(further_contacts=())
     return (FurtherContact(first, _unchanged_designs), *setup.mechanism.further_contacts)
 
@@ -36,30 +36,32 @@ def _unchanged_designs(designs: Designs) -> Designs:
 
 
 def block_at_contact(case: EvaluationBlock, contact: FurtherContact) -> EvaluationBlock:
-    """A case as a contact has it."""
+    """A block with the mechanism and the sizes of one contact."""
     setup = replace(case.setup, mechanism=contact.mechanism)
     return EvaluationBlock(setup, case.programme, contact.local_designs(case.designs))
 
 
-def contact_columns(case: EvaluationBlock, found: ColumnFinder, wanted: frozenset[str]) -> list[dict[str, Any]]:
-    """Columns of a case at each contact; what one effect asks, the next ones need not look for again."""
+def contact_columns(
+    case: EvaluationBlock, find_columns: ColumnFinder, wanted: frozenset[str]
+) -> list[dict[str, Any]]:
+    """Columns of a block at each contact; they are remembered for later effects."""
     if _remembered_columns(case) is None:
         of = (case.setup, case.programme, case.designs)
         case.memory.update(of=of, known=[{} for _ in follower_contacts(case.setup)])
     for contact, known in zip(follower_contacts(case.setup), case.memory["known"], strict=True):
         if missing := wanted - known.keys():
-            found(block_at_contact(case, contact), missing, known)
+            find_columns(block_at_contact(case, contact), missing, known)
     return [{name: known[name] for name in wanted & known.keys()} for known in case.memory["known"]]
 
 
 def _remembered_columns(case: EvaluationBlock) -> list[dict[str, Any]] | None:
-    """The columns that were found at each contact of a case; None if none were sought."""
+    """The columns computed so far at each contact of a block; None before the first."""
     of = (case.setup, case.programme, case.designs)
     return case.memory["known"] if all(map(is_, case.memory.get("of", (None,) * 3), of)) else None
 
 
 def select_designs(case: EvaluationBlock, index: IntArray) -> EvaluationBlock:
-    """A case of some of its designs, with what was found at each contact of them."""
+    """The block of some designs, with the remembered columns of their contacts."""
 
     def select_rows(value: Any) -> Any:
         if isinstance(value, EnclosedValue):
@@ -74,35 +76,34 @@ def select_designs(case: EvaluationBlock, index: IntArray) -> EvaluationBlock:
 
 
 def with_designs(case: EvaluationBlock, designs: Designs, changed: Container[str]) -> EvaluationBlock:
-    """A case of designs for which some quantities change, with what was found at each contact of the others."""
+    """The block with other designs, with the remembered columns of quantities that do not change."""
     other = replace(case, designs=designs, memory={})
     if known := _remembered_columns(case):
-        kept = [{name: value for name, value in each.items() if name not in changed} for each in known]
+        kept = [{name: value for name, value in columns.items() if name not in changed} for columns in known]
         other.memory.update(of=(other.setup, other.programme, other.designs), known=kept)
     return other
 
 
 def differing_quantities(case: EvaluationBlock) -> frozenset[str]:
-    """The quantities, of those found at each contact, in which designs of a case differ."""
+    """The remembered quantities in which the designs of a block differ."""
 
     def differs(value: Any) -> bool:
         parts = value if isinstance(value, EnclosedValue) else (value,)
-        return not all(np.array_equal(each, np.roll(each, 1), equal_nan=True) for each in parts)
+        return not all(np.array_equal(part, np.roll(part, 1), equal_nan=True) for part in parts)
 
     return frozenset(
-        name for each in _remembered_columns(case) or () for name, value in each.items() if differs(value)
+        name for columns in _remembered_columns(case) or () for name, value in columns.items() if differs(value)
     )
 
 
 def least_disc_size(setup: Setup, designs: Designs) -> Any:
-    """The size of the smallest of the discs that the follower touches."""
-    return _reduce_values(
-        np.minimum, [designs.size, *(each.local_designs(designs).size for each in setup.mechanism.further_contacts)]
-    )
+    """Size of the smallest disc that the follower touches [mm]."""
+    further = (contact.local_designs(designs).size for contact in setup.mechanism.further_contacts)
+    return _reduce_values(np.minimum, [designs.size, *further])
 
 
-def worst_contact_effect(effect: Effect, found: ColumnFinder) -> Effect:
-    """An effect of one contact as one of all: what it offers is the worst of them."""
+def worst_contact_effect(effect: Effect, find_columns: ColumnFinder) -> Effect:
+    """An effect of one contact as an effect of all contacts: its quantities are the worst of them."""
 
     @wraps(effect.offers)
     def offers(setup: Setup) -> tuple[str, ...]:
@@ -113,28 +114,29 @@ def worst_contact_effect(effect: Effect, found: ColumnFinder) -> Effect:
         names = effect.reads(setup)
         return tuple(filter(_has_worst, names)) if setup.mechanism.further_contacts else names
 
-    def worst_of_all(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-        each = contact_columns(case, found, wanted)
-        return {name: _worst_column(name, [columns[name] for columns in each]) for name in each[0]}
+    def worst_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+        contacts = contact_columns(case, find_columns, wanted)
+        return {name: _worst_column(name, [columns[name] for columns in contacts]) for name in contacts[0]}
 
-    def of_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    def run_on_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
         if not case.setup.mechanism.further_contacts:
             return effect.run_on_pitch(case, wanted)
-        return worst_of_all(case, wanted) if effect.run is no_columns else {}
+        return worst_columns(case, wanted) if effect.run is no_columns else {}
 
     def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-        return worst_of_all(case, wanted) if case.setup.mechanism.further_contacts else effect.run(case, wanted)
+        return worst_columns(case, wanted) if case.setup.mechanism.further_contacts else effect.run(case, wanted)
 
+    only_run = effect.run_on_pitch is no_columns and effect.run is not no_columns
     return effect._replace(
         offers=offers,
         reads=reads,
-        run_on_pitch=no_columns if effect.run_on_pitch is no_columns and effect.run is not no_columns else of_pitch,
+        run_on_pitch=no_columns if only_run else run_on_pitch,
         run=no_columns if effect.run is no_columns else run,
     )
 
 
 def single_disc_effect(effect: Effect) -> Effect:
-    """An effect of the only disc that there is: of two discs it offers nothing."""
+    """An effect of a single disc: a pair of discs has none of its quantities."""
 
     @wraps(effect.offers)
     def offers(setup: Setup) -> tuple[str, ...]:
@@ -144,7 +146,7 @@ def single_disc_effect(effect: Effect) -> Effect:
 
 
 def _has_worst(name: str) -> bool:
-    """Whether one value of a quantity is worse than another; not of what says where something is."""
+    """Whether one value of a quantity can be worse than another; not so for places."""
     return bool(QUANTITIES[name].relation) or QUANTITIES[name].kind is bool
 
 
@@ -172,7 +174,7 @@ def _reduce_values(worse: Any, values: list[Any]) -> Any:
 
 @dataclass(frozen=True)
 class ContactCurve:
-    """A curve of designs as a contact sees them."""
+    """A curve that takes the sizes of designs at a contact."""
 
     make: Callable[[Designs, Programme], Any]
     local_designs: Callable[[Designs], Designs]
@@ -183,7 +185,7 @@ class ContactCurve:
 
 @dataclass(frozen=True)
 class ContactWeight:
-    """A number of designs as a contact sees them."""
+    """A weight that takes the sizes of designs at a contact."""
 
     weight: Callable[[Designs], Any]
     local_designs: Callable[[Designs], Designs]
@@ -194,7 +196,7 @@ class ContactWeight:
 
 @dataclass(frozen=True)
 class ContactScale(Scale):
-    """The scale of an extreme of designs as a contact sees them."""
+    """A scale that takes the sizes of designs at a contact."""
 
     scale: Scale
     local_designs: Callable[[Designs], Designs]
@@ -218,7 +220,7 @@ class ContactScale(Scale):
 
 
 def contact_peak(peak: Peak, contact: FurtherContact) -> Peak:
-    """A peak of the designs that a contact sees, as one of all designs."""
+    """A peak of one contact, as a peak of the designs themselves."""
     curves = tuple((ContactCurve(make, contact.local_designs), kinds) for make, kinds in peak.curves)
     unit = peak.unit and ContactWeight(peak.unit, contact.local_designs)
     return peak._replace(
@@ -227,7 +229,7 @@ def contact_peak(peak: Peak, contact: FurtherContact) -> Peak:
 
 
 def contact_peaks(effect: Effect, setup: Setup, name: str) -> Iterator[Peak]:
-    """The peak behind a quantity of an effect at each contact, if it is one; the only one as it is."""
+    """The peak of an effect's quantity at each contact; none if the quantity is no peak."""
     if not (effect.is_per_contact and setup.mechanism.further_contacts):
         if peak := effect.peaks(setup).get(name):
             yield peak
@@ -244,44 +246,44 @@ CONTACT_QUANTITIES = (
     "outer_radius_mm",
     "contact_stress_max_MPa",
 )
-"""Quantities that are told of each contact too, as ``first_…`` and ``second_…``."""
+"""Quantities that are reported of each contact too, as ``first_…`` and ``second_…``."""
 CONTACT_NAMES = ("first", "second")
 
 
-def per_contact_effect(effects: Mapping[str, Effect], found: ColumnFinder) -> Effect:
-    """The effect that tells some quantities of each contact of a follower that has more than one."""
+def per_contact_effect(effects: Mapping[str, Effect], find_columns: ColumnFinder) -> Effect:
+    """The effect that reports some quantities of each contact, if the follower has more than one."""
 
     def offers(setup: Setup) -> tuple[str, ...]:
         if not setup.mechanism.further_contacts:
             return ()
-        told = (
-            CONTACT_QUANTITIES if setup.mechanism.two_profiles else CONTACT_QUANTITIES[-1:]
-        )  # one disc has one shape
-        known = {name for name in told if name in effects[QUANTITIES[name].effect].offers(setup)}
+        two_shapes = setup.mechanism.two_profiles  # a single disc has one shape
+        reported = CONTACT_QUANTITIES if two_shapes else CONTACT_QUANTITIES[-1:]
+        known = {name for name in reported if name in effects[QUANTITIES[name].effect].offers(setup)}
         return tuple(f"{place}_{name}" for name in CONTACT_QUANTITIES if name in known for place in CONTACT_NAMES)
 
     def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
         lacking = {name: effects[QUANTITIES[name].effect].lacks(setup).get(name) for name in CONTACT_QUANTITIES}
-        every = {each: lacking[each.partition("_")[2]] for each in offers(setup)}
-        return {each: keys for each, keys in every.items() if keys}
+        every = {name: lacking[name.partition("_")[2]] for name in offers(setup)}
+        return {name: keys for name, keys in every.items() if keys}
 
     def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
         columns: dict[str, Any] = {}
-        asked = frozenset(
+        names = frozenset(
             name for name in CONTACT_QUANTITIES if any(f"{place}_{name}" in wanted for place in CONTACT_NAMES)
         )
-        for place, told in zip(CONTACT_NAMES, contact_columns(case, found, asked), strict=True):
-            columns |= {f"{place}_{name}": value for name, value in told.items()}
+        for place, values in zip(CONTACT_NAMES, contact_columns(case, find_columns, names), strict=True):
+            columns |= {f"{place}_{name}": value for name, value in values.items()}
         return columns
 
     def peaks(setup: Setup) -> dict[str, Peak]:
         if not setup.mechanism.further_contacts:
             return {}
-        every = {name: contact_peaks(effects[QUANTITIES[name].effect], setup, name) for name in CONTACT_QUANTITIES}
         return {
-            f"{p}_{name}": peak
-            for name, each in every.items()
-            for p, peak in zip(CONTACT_NAMES, each, strict=False)
+            f"{place}_{name}": peak
+            for name in CONTACT_QUANTITIES
+            for place, peak in zip(
+                CONTACT_NAMES, contact_peaks(effects[QUANTITIES[name].effect], setup, name), strict=False
+            )
         }
 
     return Effect("pair", offers, run, lacks, peaks=peaks)

@@ -1,11 +1,13 @@
 """Curvature of pitch curve and profile, undercut, and the largest cutter.
 
-With a trace point, κ_profile = κ/(1 − κ·R_r): the profile's least convex radius is 1/κ_max − R_r, the cam is
-undercut where κ·R_r ≥ 1 (a test of sign, no difference of radii), and a cutter reaches the most concave flank
-if it is no larger than R_r + 1/|κ_min|. A groove is touched on both flanks, so |κ| takes the place of κ, and a
-cutter no wider than the roller reaches them all. With a clearance j flanks are R_r + j/2 from the pitch curve, and
-that is in the place of R_r. A flat face touches the profile itself: ρ is linear in y and y''.
-A corner of the motion is a corner of the curve. Of a cam that is given by its profile the radii are known.
+With a trace point, the profile has the curvature κ/(1 − κ·R_r). Its least convex radius is 1/κ_max − R_r. The cam
+is undercut where κ·R_r ≥ 1; this is a test of sign, without a difference of radii. A cutter reaches the most
+concave flank if its radius is at most R_r + 1/|κ_min|.
+
+In a groove the roller touches both flanks, so |κ| takes the place of κ; a cutter of the roller's size reaches all
+flanks. With a clearance j the flanks are R_r + j/2 from the pitch curve, and R_r + j/2 takes the place of R_r. A
+flat face touches the profile itself, and ρ is linear in y and y''. A corner of the motion is a corner of the curve.
+If the scene gives the profile, its radii are known.
 """
 
 from typing import Any
@@ -33,7 +35,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
 def peaks(setup: Setup) -> dict[str, Peak]:
     mechanism = setup.mechanism
     flank = mechanism.flanks[0]
-    below = mechanism.reverses == (flank.side > 0.0)  # the profile is, seen along the follower's own motion
+    below = mechanism.reverses == (flank.side > 0.0)  # the profile is below the trace point along the motion
     pointed, notched = (is_pointed, is_notched) if below else (is_notched, is_pointed)
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
@@ -43,9 +45,9 @@ def peaks(setup: Setup) -> dict[str, Peak]:
             CONVEX_RADIUS: radius._replace(per_body=0.0 if mechanism.profile_or_pitch is unshared_pitch else 1.0)
         }
     curves = ((mechanism.curvature, ALL_STROKES),)
-    both = mechanism.two_sided  # either flank may be the sharper one
     most, least = (pointed, notched) if flank.bulge > 0.0 else (notched, pointed)
-    goal, sharp = (LARGEST_MAGNITUDE, has_corner) if both else (LARGEST, pointed)
+    # with two flanks either one may be the sharper
+    goal, sharp = (LARGEST_MAGNITUDE, has_corner) if mechanism.two_sided else (LARGEST, pointed)
     wider = None if setup.given.drive.clearance is None else setup.half_width
     found = {
         "pitch_curvature_max_per_mm": Peak(curves, LARGEST, jumps=most),
@@ -57,17 +59,16 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 
 
 def is_pointed(programme: Programme) -> bool:
-    """Whether the follower's speed falls at a corner, which makes a disc cam's profile pointed there."""
+    """Whether the follower's speed falls at a corner, where a disc cam's profile is pointed."""
     return any(corner.size < 0.0 for corner in programme.corners)
 
 
 def is_notched(programme: Programme) -> bool:
-    """Whether the follower's speed rises at a corner, which makes a disc cam's profile hollow there."""
+    """Whether the follower's speed rises at a corner, where a disc cam's profile is hollow."""
     return any(corner.size > 0.0 for corner in programme.corners)
 
 
 def has_corner(programme: Programme) -> bool:
-    """Whether there is a corner of either kind."""
     return bool(programme.corners)
 
 
@@ -87,7 +88,7 @@ def run_on_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any
 
 
 def _arc_extremes(case: EvaluationBlock) -> dict[str, Any]:
-    """As ``run_on_pitch``, for a cam of arcs and lines: the curvature is constant on each."""
+    """The same for a cam of arcs and lines, each of which has a constant curvature."""
     curvature = 1.0 / np.array(case.programme.radii)
     most, least = (np.full(len(case.designs), extreme) for extreme in (curvature.max(), curvature.min()))
     exact, scale = np.zeros_like(most), np.maximum(np.abs(most), np.abs(least))
@@ -127,7 +128,7 @@ def _trace_point_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[
 
 @np.errstate(divide="ignore", invalid="ignore")
 def _curvature_radius(curvature: FloatArray, larger: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The radius of a curvature, infinite where that is 0 or less; how far one is from that of a larger."""
+    """Radius of a curvature, infinite if that is 0 or less; and the change to the radius of a larger curvature."""
     radius = 1.0 / np.maximum(curvature, 0.0)
     inwards = np.minimum(1.0 / np.maximum(larger, 0.0) - radius, 0.0)
     return radius, np.where(np.isfinite(radius), inwards, 0.0)

@@ -1,8 +1,7 @@
 """The scene's numbers for speed, loads and materials, converted to inside units.
 
-Each may be one number, an array with a number for each of many designs, or a range of numbers, with slopes or
-without: what is made of them is arithmetic. None where a scene does not say; what presses the follower on the cam
-is 0 then.
+Each may be one number, an array with a number for each design, or a range with or without slopes; all formulas take
+these. A number that the scene does not give is None, but 0 for forces on the follower.
 """
 
 from collections.abc import Mapping
@@ -15,7 +14,7 @@ from camopt.model.trains.train import Train
 
 
 class ErrorBand(NamedTuple):
-    """Between which values an error is."""
+    """The range of an error."""
 
     low: float
     high: float
@@ -29,7 +28,7 @@ class ErrorBand(NamedTuple):
         return (self.low + self.high) / 2.0
 
     def end(self, side: float) -> float:
-        """How far it goes to a side, +1 or −1."""
+        """How far it reaches to a side, +1 or −1."""
         return self.high if side > 0.0 else -self.low
 
 
@@ -38,38 +37,38 @@ NO_BAND = ErrorBand(0.0, 0.0)
 
 @dataclass(frozen=True)
 class ToleranceBands:
-    """By how much cams and followers may be off: mm, rad."""
+    """The tolerances of cams and followers [mm, rad]."""
 
     sizes: Mapping[str, ErrorBand]
-    """Of the follower, by field of ``Designs``."""
+    """Bands of the follower's sizes, by field of ``Designs``."""
     profile: float = 0.0
     waves: int | None = None
     bore: float = 0.0
     phase: ErrorBand = NO_BAND
     tilt: ErrorBand = NO_BAND
     is_square: bool = False
-    """Whether a follower that rests stands square to its cam, whatever the design: it translates, not offset."""
+    """Whether the pressure angle is 0 in every dwell of any design: the follower translates without offset."""
     second: Mapping[str, ErrorBand] = field(default_factory=dict)
-    """Of sizes of a second contact, by key of the scene."""
+    """Bands of the sizes of a second contact, by key of the scene."""
     disc_phase: ErrorBand = NO_BAND
     links: Mapping[str, tuple[ErrorBand, Train]] = field(default_factory=dict)
-    """Of numbers of the train, by key, each with the train as a series of it."""
+    """Bands of the train's numbers by key, each with the train as a series in that number."""
 
     @property
     def by_key(self) -> dict[str, ErrorBand]:
-        """The bands of numbers that are not of the train, by key of ``[tolerances]``."""
+        """All bands but those of the train, by key of ``[tolerances]``."""
         angles = {"phase": self.phase, "face_tilt": self.tilt, "disc_phase": self.disc_phase}
         sizes = {f"follower.{field}": band for field, band in self.sizes.items()}
         return {**sizes, **self.second, **{key: band for key, band in angles.items() if band != NO_BAND}}
 
     @property
     def is_lopsided(self) -> bool:
-        """Whether an error goes further to one side than to the other."""
-        return any(each.middle for each in (*self.sizes.values(), self.phase, self.tilt))
+        """Whether an error reaches further to one side than to the other."""
+        return any(band.middle for band in (*self.sizes.values(), self.phase, self.tilt))
 
 
 Number = Any
-"""A number, an array (designs,), an Interval or a Sloped; None where a scene does not say."""
+"""A number, an array (designs,), an Interval or a SlopedInterval; None if the scene does not give it."""
 
 
 class ConvertedTable:
@@ -81,21 +80,21 @@ class ConvertedTable:
     def __getattr__(self, name: str) -> Number:
         if name.startswith("__"):
             raise AttributeError(name)
-        found = self.__dict__[name] = self.numbers.convert_number(f"{self.table}.{name}")
-        return found
+        number = self.__dict__[name] = self.numbers.convert_number(f"{self.table}.{name}")
+        return number
 
 
 class FollowerDynamics(ConvertedTable):
-    """The dynamics of the follower: mm, s, N, t; oscillating: t·mm², N·mm/rad, N·mm, N·mm·s/rad."""
+    """The dynamics of the follower in mm, s, N and t; oscillating, in t·mm², N·mm/rad, N·mm and N·mm·s/rad."""
 
     @cached_property
     def mass(self) -> Number:
-        """Mass, or moment of inertia."""
+        """Mass [t], or moment of inertia [t·mm²]."""
         return self.inertia if self.numbers.angular else self.numbers.convert_number(f"{self.table}.mass")
 
     @cached_property
     def stiffness(self) -> Number:
-        """Rate of the spring; a straight one with a rate in N/mm has one in N·mm/rad on its lever."""
+        """Spring rate [N/mm or N·mm/rad]; a straight spring acts on an oscillating follower by a lever."""
         lever = self.spring_at
         return (
             self.spring_rate
@@ -105,34 +104,34 @@ class FollowerDynamics(ConvertedTable):
 
     @cached_property
     def preload(self) -> Number:
-        """Preload of the spring; of a straight one that of its force on its lever."""
+        """Preload of the spring [N or N·mm]; a straight spring acts on an oscillating follower by a lever."""
         lever, inside = self.spring_at, self.numbers.convert_number(f"{self.table}.preload")
         return inside if lever is None else self.numbers.multiply_number(f"{self.table}.preload", lever, 0.0)
 
     @cached_property
     def load(self) -> Number:
-        """Constant external force on the follower, its weight included, positive towards the cam."""
+        """Constant external force on the follower with its weight, positive towards the cam [N or N·mm]."""
         weight = (0.0 if self.mass is None else self.mass) * self.gravity * 1e3
         return self.numbers.convert_number(f"{self.table}.load") + weight
 
     @cached_property
     def pair_stiffness(self) -> Number:
-        """Increase of the preload of two contacts by their interference."""
+        """Preload of two contacts per interference [N/mm or N·mm/rad]."""
         return self.numbers.convert_number("drive.stiffness")
 
     @cached_property
     def pair_preload(self) -> Number:
-        """Preload with which two contacts press at rest."""
+        """Preload of two contacts at rest [N or N·mm]."""
         interference = self.numbers.convert_number("drive.interference")
         return None if self.pair_stiffness is None or interference is None else self.pair_stiffness * interference
 
 
 class ContactBodies(ConvertedTable):
-    """The bodies in contact and their lubricant: MPa, mm, N, s."""
+    """The bodies in contact and their lubricant, in MPa, mm, N and s."""
 
     @cached_property
     def modulus(self) -> Number:
-        """E* of 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂; None unless modulus and Poisson's ratio of both are known."""
+        """Contact modulus E* [MPa]: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂; None if one of these is not given."""
         compliance: Any = 0.0
         for body in ("cam", "follower"):
             modulus, poisson = (getattr(self, f"{body}_{name}") for name in ("modulus", "poisson"))
@@ -144,23 +143,23 @@ class ContactBodies(ConvertedTable):
 
 @dataclass(frozen=True)
 class SceneNumbers:
-    """Numbers by key of the scene, such as ``cam.rpm``, in its units; None, or absent, if not given."""
+    """Numbers by key of the scene, such as ``cam.rpm``, in the scene's units; None or absent if not given."""
 
     values: Mapping[str, Number] = field(default_factory=dict)
     angular: bool = False
-    """Whether the follower oscillates: what is a force and a mass elsewhere is a moment and an inertia."""
+    """Whether the follower oscillates; forces and masses are then moments and inertias."""
     tool_turns: bool = False
-    """Whether the motion of the tool, or without a train of the follower, is an angle."""
+    """Whether the motion of the tool is an angle; without a train, the follower is the tool."""
 
     def with_numbers(self, numbers: Mapping[str, Number]) -> "SceneNumbers":
-        """The same with other numbers."""
+        """The numbers with some replaced."""
         return replace(self, values={**self.values, **numbers})
 
     def __getitem__(self, key: str) -> Number:
         return self.values.get(key)
 
     def multiply_number(self, key: str, factor: Number, absent: float | None = None) -> Number:
-        """A number in inside units; None stays None."""
+        """A number times a factor; ``absent`` if the scene does not give it."""
         value = self[key]
         return absent if value is None else value * factor
 
@@ -173,22 +172,19 @@ class SceneNumbers:
         return self.multiply_number("cam.shaft_diameter", 0.5)
 
     def convert_number(self, key: str) -> Number:
-        """A number in mm, s, N, t, rad; what it is where the scene does not give it."""
+        """A number in mm, s, N, t, rad; its default if the scene does not give it."""
         record, value = NUMBER_KEYS[key], self[key]
         turns = number_turns(key, angular=self.angular, tool_turns=self.tool_turns)
         return record.default if value is None else record.to_inside_units(value, turns=turns)
 
     @property
     def dynamics(self) -> FollowerDynamics:
-        """The follower's dynamics."""
         return FollowerDynamics(self, "follower.dynamics")
 
     @property
     def bodies(self) -> ContactBodies:
-        """The bodies in contact."""
         return ContactBodies(self, "materials")
 
     @property
     def drive(self) -> ConvertedTable:
-        """The positive drive."""
         return ConvertedTable(self, "drive")

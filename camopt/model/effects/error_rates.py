@@ -1,15 +1,16 @@
-"""Curves of errors of velocity and acceleration by tolerances, to first order: derivatives of those of position.
+"""Curves of the errors of velocity and acceleration within tolerances, to first order.
 
-What is off along the outward normal N answers with G = √(1 + T²), T = tan β, over the length of an arm, or with
-G = 1/t at the reach t of a swinging face (``effects.motion_errors``). In the cam's frame the normal turns by χ', so
-that with derivatives by the cam angle
+They are derivatives of the error of position. An error along the outward normal has the factor G = √(1 + T²) with
+T = tan β, divided by the length of an arm; on a swinging face G = 1/t with the reach t (``effects.motion_errors``).
+In the cam's frame the normal turns at the rate χ'. With derivatives by the cam angle, the errors are at most
 
     roller, face                  |G'|,                 |G''|
     profile within ±t, n waves    t·√(G'² + n²G²),      t·(|G''| + n·√(4G'² + n²G²))
     bore off by ε                 ε·√(G'² + G²χ'²),     ε·√((G'' − Gχ'²)² + (2G'χ' + Gχ'')²)
 
-by Bernstein's and Szegő's inequality for the profile (``effects.answers``). On a cylinder a bore that is
-off answers as y' does, in two directions. The others are derivatives of T, of sin ψ − T·cos ψ and of y'.
+The row of the profile uses Bernstein's and Szegő's inequality (``effects.error_response``). On a cylinder the error
+of the bore has the factor y', in two directions. The factors of the other errors are derivatives of T, of sin ψ −
+T·cos ψ and of y'.
 
 Sources: S. Bernstein, Sur l'ordre de la meilleure approximation des fonctions continues, 1912; R. Boas, Entire
 Functions, ch. 11.
@@ -28,25 +29,25 @@ from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import Programme
 
 TINY_SQUARE = 1e-60
-"""Below any square that counts: so that a root of two squares has a slope where both are 0."""
+"""Smaller than any square that counts; it gives the root of two squares a slope where both are 0."""
 
 
 @inline_in_kernels
 def band_rate(half, middle, c, c1):
-    """half·|c| + middle·c, and its slope."""
+    """half·|c| + middle·c with its slope."""
     return half * np.abs(c) + middle * c, (half * np.sign(c) + middle) * c1
 
 
 @inline_in_kernels
 def hypotenuse_rate(a, a1, b, b1):
-    """√(a² + b²), and its slope."""
+    """√(a² + b²) with its slope."""
     root = np.sqrt(np.square(a) + np.square(b) + TINY_SQUARE)
     return root, (a * a1 + b * b1) / root
 
 
 @inline_in_kernels
 def normal_error_rate(f, i, g, chi):
-    """What is off along the normal, from G and χ', each with derivatives."""
+    """Errors along the normal with their slope, from G and χ' with their derivatives."""
     (g0, g1, g2, g3), (x1, x2, x3) = g, chi
     n = f.waves[i]
     if f.order == 1:
@@ -67,7 +68,7 @@ def normal_error_rate(f, i, g, chi):
 
 @inline_in_kernels
 def motion_error_rate(f, i, at):
-    """What answers as y' does."""
+    """Errors with the factor y', with their slope."""
     if f.order == 1:
         ahead, ahead1 = band_rate(f.turning[i], f.ahead[i], at.y2, at.y3)
         across, across1 = hypotenuse_rate(at.y2, at.y3, at.y1, at.y2)
@@ -79,14 +80,14 @@ def motion_error_rate(f, i, at):
 
 @inline_in_kernels
 def pick_order(order, c1, c2, c3):
-    """The derivative of an order, and the next one."""
+    """The derivative of an order and the next one."""
     return (c1, c2) if order == 1 else (c2, c3)
 
 
 class NormalErrors(NamedTuple):
-    """What is off along the normal, mm (over an arm's length), of a velocity (order 1) or an acceleration (2).
+    """Errors along the normal for the velocity (order 1) or acceleration (2), in mm; over an arm's length in rad.
 
-    The normal turns by χ' = 1 + swing·y' − way·β' in the cam's frame.
+    In the cam's frame the normal turns at the rate χ' = 1 + swing·y' − way·β'.
     """
 
     order: int
@@ -98,7 +99,7 @@ class NormalErrors(NamedTuple):
 
 
 class MotionRates(NamedTuple):
-    """turning·|y''| + ahead·y'' and around·√(y''² + y'²), or their next derivatives."""
+    """Errors with the factor y': turning·|y''| + ahead·y'' and around·√(y''² + y'²), or their next derivatives."""
 
     order: int
     turning: FloatArray
@@ -107,7 +108,7 @@ class MotionRates(NamedTuple):
 
 
 class TraceErrorRates(NamedTuple):
-    """Those of a trace point: along the normal, of the motion, and half·|T'| + middle·T' of an offset or arm."""
+    """Errors of a trace point: along the normal, of the motion, and half·|T'| + middle·T' of an offset or arm."""
 
     pressure: Any
     normal: NormalErrors
@@ -119,7 +120,7 @@ class TraceErrorRates(NamedTuple):
 
 
 class ArmErrorRates(NamedTuple):
-    """Those of a trace point, and half·|g'| + middle·g' with g = sin ψ − T·cos ψ."""
+    """Errors of a trace point on an arm: with half·|g'| + middle·g' of the centre distance, g = sin ψ − T·cos ψ."""
 
     trace: TraceErrorRates
     cosine: FloatArray
@@ -129,14 +130,14 @@ class ArmErrorRates(NamedTuple):
 
 
 class FaceErrorRates(NamedTuple):
-    """``steady`` and of the motion, with tilting·|y''| and leaning·y'' or their next derivatives, mm."""
+    """Errors of a translating face [mm]: ``steady``, and those of the motion, the tilt among them."""
 
     steady: FloatArray
     motion: MotionRates
 
 
 class SwingingFaceErrorRates(NamedTuple):
-    """Those along the normal, of the motion, and half·|h'| + middle·h' with h = sin ψ/t."""
+    """Errors of a swinging face: along the normal, of the motion, and half·|h'| + middle·h' with h = sin ψ/t."""
 
     reach: Any
     normal: NormalErrors
@@ -176,8 +177,8 @@ def arm_error_rates(f, i, at):
     g1, g2 = s1 - t1 * c - t * c1, s2 - t2 * c - 2.0 * t1 * c1 - t * c2
     g3 = s3 - t3 * c - 3.0 * t2 * c1 - 3.0 * t1 * c2 - t * c3
     g, next_ = pick_order(f.trace.normal.order, g1, g2, g3)
-    off, off1 = band_rate(f.half[i], f.middle[i], g, next_)
-    return value + off, slope + off1
+    error, error1 = band_rate(f.half[i], f.middle[i], g, next_)
+    return value + error, slope + error1
 
 
 @pair_formula(FaceErrorRates)
@@ -201,36 +202,36 @@ def swinging_face_error_rates(f, i, at):
     h1, h2 = s1 * g0 + s * g1, s2 * g0 + 2.0 * s1 * g1 + s * g2
     h3 = s3 * g0 + 3.0 * s2 * g1 + 3.0 * s1 * g2 + s * g3
     h, next_ = pick_order(f.normal.order, h1, h2, h3)
-    off, off1 = band_rate(f.half[i], f.middle[i], h, next_)
-    return normal + motion + off, normal1 + motion1 + off1
+    error, error1 = band_rate(f.half[i], f.middle[i], h, next_)
+    return normal + motion + error, normal1 + motion1 + error1
 
 
 def rate_curve(
-    setup: Setup, given: ToleranceBands, order: int, side: float, designs: Designs, programme: Programme
+    setup: Setup, bands: ToleranceBands, order: int, side: float, designs: Designs, programme: Programme
 ) -> Any:
-    """Curve of the worst error of velocity (1) or acceleration (2) to one side, +1 or −1; mm (rad) per radⁿ."""
+    """Curve of the worst error of velocity (1) or acceleration (2) to one side, +1 or −1 [mm or rad per radⁿ]."""
     mechanism, zeros = setup.mechanism, np.zeros(len(designs))
-    sizes = {field: given.sizes.get(field, NO_BAND) for field in mechanism.sizes}
+    sizes = {field: bands.sizes.get(field, NO_BAND) for field in mechanism.sizes}
     face = mechanism.flat_faced and not setup.angular
-    turning, ahead = given.phase.half, side * given.phase.middle
+    turning, ahead = bands.phase.half, side * bands.phase.middle
     if face:
-        turning, ahead = turning + given.tilt.half, ahead - side * designs.sense * given.tilt.middle
-    developed, waves = mechanism.body.developed, float(given.waves or 0)
-    around = given.bore / designs.size if developed else zeros
+        turning, ahead = turning + bands.tilt.half, ahead - side * designs.sense * bands.tilt.middle
+    developed, waves = mechanism.body.developed, float(bands.waves or 0)
+    around = bands.bore / designs.size if developed else zeros
     motion = MotionRates(order, zeros + turning, zeros + ahead, zeros + around)
     if face:
-        return FaceErrorRates(zeros + given.profile * waves**order + given.bore, motion)
+        return FaceErrorRates(zeros + bands.profile * waves**order + bands.bore, motion)
     pressure, length_of = mechanism.pressure(designs, programme), designs.arm_length if setup.angular else 1.0
-    swinging, bore = mechanism.flat_faced, 0.0 if developed else given.bore
-    off = sizes["face_offset"] if swinging else sizes.get("roller_radius", NO_BAND)
+    swinging, bore = mechanism.flat_faced, 0.0 if developed else bands.bore
+    body = sizes["face_offset"] if swinging else sizes.get("roller_radius", NO_BAND)
     scale, sign = (1.0, -side) if swinging else (length_of, side)
     normal = NormalErrors(
         order,
-        zeros + given.profile / scale,
+        zeros + bands.profile / scale,
         zeros + waves,
         zeros + bore / scale,
-        zeros + off.half / scale,
-        zeros + sign * off.middle / scale,
+        zeros + body.half / scale,
+        zeros + sign * body.middle / scale,
     )
     sense = np.full(len(designs), designs.sense)
     if swinging:

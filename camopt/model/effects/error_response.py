@@ -1,24 +1,25 @@
-"""How the motion answers to a small error of cam or follower, to first order: one formula for all errors.
+"""The response of the motion to small errors of cam and follower, to first order.
 
-A real follower touches the point that a nominal one touches at the cam angle φ when the cam has turned on by τ, and
-stands further out by m then (``mechanisms.contact_errors``). So it is off by m − (y(φ + τ) − y(φ)) at that cam
-angle, and to first order by
+A nominal follower touches a point of the cam at the cam angle φ. The real follower touches the same point when the
+cam has turned on by τ, and has moved further by m (``mechanisms.contact_errors``). At that cam angle its error is
+m − (y(φ + τ) − y(φ)), and to first order
 
     δ = m − y'·τ
 
-with the derivatives of both by the error: the formula is run on numbers of two terms, the value and its derivatives
-by all errors.
-What is left out is of second order: below 0.05 µm for errors of 10 µm. Velocity and acceleration are those of the
-series of δ by the cam angle, which come of the motion's own. Of two contacts that are equally stiff, each with the
-error of its own motion, the follower is off by δ = (e₁ − e₂)/2 (``tolerances.contact_notes``).
+with the derivatives of m and τ by the error. The formula runs on numbers of two terms, a value and its derivatives
+by all errors. The terms of second order that are left out are below 0.05 µm for errors of 10 µm. The errors of
+velocity and acceleration follow from the Taylor series of δ by the cam angle.
 
-A profile within ±t with at most n waves in a turn is a trigonometric polynomial δn of degree n. Its slopes are
-bounded by Bernstein's and Szegő's inequality, δn'² + n²·δn² ≤ n²·t², and the same of δn' with n·t: with the answer
-g to the profile
+A follower with two equally stiff contacts has the error δ = (e₁ − e₂)/2, with the error of the motion at each
+contact (``tolerances.contact_notes``).
+
+A profile within ±t with at most n waves in a turn is a trigonometric polynomial δn of degree n. Bernstein's and
+Szegő's inequality bounds its slope, δn'² + n²·δn² ≤ n²·t², and likewise that of δn' with n·t. With the response g
+to the profile
 
     |gδn| ≤ |g|·t,    |(gδn)'| ≤ t·√(g'² + n²g²),    |(gδn)''| ≤ t·(|g''| + n·√(4g'² + n²g²))
 
-The first two are attained by a cosine of n waves. Without n no slope is bounded.
+A cosine of n waves attains the first two bounds. Without n no slope is bounded.
 
 Sources: the closed loop of cam and follower (Norton, Cam Design and Manufacturing Handbook, ch. 7), varied;
 S. Bernstein, Sur l'ordre de la meilleure approximation des fonctions continues, 1912; R. Boas, Entire
@@ -43,26 +44,26 @@ from camopt.model.motion.tool_drive import follower_series
 from camopt.model.trains.train import Train
 
 RESPONSE_ORDERS = 3
-"""Displacement, velocity and acceleration: the terms of each series."""
+"""Number of terms of each series: displacement, velocity and acceleration."""
 SECOND_CONTACT_SUFFIX = " (second)"
-"""What the key of an error has after it that is of the second contact, where one key is of both."""
+"""The end of an error's key at the second contact, if both contacts have an error of that key."""
 SHARED_ERRORS = ("follower.centre_distance", "phase", "face_tilt", "bore_eccentricity")
 """Errors that are the same at both contacts."""
 SHARED_SIZES = ("offset", "arm_length", "roller_spacing")
-"""And sizes of a follower whose second contact has none of its own."""
+"""Sizes whose error is the same at both contacts, if the second contact has no sizes of its own."""
 SignedKey = tuple[str, float]
 """The key of an error at a contact, and its sign there."""
 
 
 class ErrorAtContacts(NamedTuple):
-    """What an error is at both contacts; None where it is of the other one."""
+    """The key and sign of an error at each contact; None at a contact that does not have it."""
 
     first: SignedKey | None
     second: SignedKey | None
 
 
 def errors_by_contact(mechanism: Mechanism, key: str) -> dict[str, ErrorAtContacts]:
-    """What a tolerance is of, at both contacts of a follower, by the key of the error."""
+    """The errors of one tolerance at both contacts of a follower, by key of the error."""
     table, _, name = key.partition(".")
     if key in SHARED_ERRORS:
         return {key: ErrorAtContacts((key, 1.0), (key, -1.0 if key == "face_tilt" else 1.0))}
@@ -83,48 +84,48 @@ def errors_by_contact(mechanism: Mechanism, key: str) -> dict[str, ErrorAtContac
 
 
 def second_motion_sign(mechanism: Mechanism) -> float:
-    """What its own motion at the second contact is to e₂: 1 where it is that of the follower reversed, else −1."""
+    """Sign of the second contact's error e₂: 1 if its motion is that of the follower reversed, else −1."""
     (further,) = mechanism.further_contacts
     return 1.0 if further.mechanism.reverses else -1.0
 
 
 def second_profile_sign(mechanism: Mechanism) -> float:
-    """How far along the normal a profile of the second contact that stands out, or its larger roller, moves it."""
+    """Sign of the shift along the normal by an outward profile error, or a larger roller, at the second contact."""
     (further,) = mechanism.further_contacts
     return -further.mechanism.flanks[0].side
 
 
-def largest_profile_response(answer: FloatArray, zone: float, waves: int | None) -> FloatArray:
-    """The largest magnitude of what a profile within a zone makes, with so many waves in a turn, (orders, …)."""
-    g, most, n = np.abs(answer), [np.abs(answer[0])], inf if waves is None else float(waves)
+def largest_profile_response(response: FloatArray, zone: float, waves: int | None) -> FloatArray:
+    """Largest magnitude of the error by a profile within a zone, with at most ``waves`` in a turn, (orders, …)."""
+    g, most, n = np.abs(response), [np.abs(response[0])], inf if waves is None else float(waves)
     if waves is None:
         most += [np.full_like(g[0], inf)] * (len(g) - 1)
     elif len(g) > 1:
-        most += [np.hypot(g[1], n * g[0]), *(each + n * np.hypot(2.0 * g[1], n * g[0]) for each in g[2:])]
+        most += [np.hypot(g[1], n * g[0]), *(g2 + n * np.hypot(2.0 * g[1], n * g[0]) for g2 in g[2:])]
     return zone * np.array(most)
 
 
-def series_derivatives(found: Series, shape: tuple[int, ...], orders: int = RESPONSE_ORDERS) -> FloatArray:
-    """Those of a series by the cam angle, (orders, *shape): to that of the acceleration unless told."""
-    return np.array([np.broadcast_to(found.derivative(order), shape) for order in range(orders)])
+def series_derivatives(series: Series, shape: tuple[int, ...], orders: int = RESPONSE_ORDERS) -> FloatArray:
+    """Derivatives of a series by the cam angle, (orders, *shape)."""
+    return np.array([np.broadcast_to(series.derivative(order), shape) for order in range(orders)])
 
 
-def link_response(made: Train, train: Train, programme: Programme, angles: FloatArray) -> Series:
-    """∂f/∂p, how far the tool moves for a number p of its train that is larger, as a series by the cam angle.
+def link_response(varied: Train, train: Train, programme: Programme, angles: FloatArray) -> Series:
+    """Motion of the tool for an error of a number p of its train, ∂f/∂p, as a series by the cam angle.
 
-    ``made`` is the series of trains by p.
+    ``varied`` is the train as a series in p.
     """
-    stands = follower_series(train, programme, angles)
-    moved: Series = made.tool(Taylor([stands, stands * 0.0])).terms[1]
-    return moved
+    position = follower_series(train, programme, angles)
+    response: Series = varied.tool(Taylor([position, position * 0.0])).terms[1]
+    return response
 
 
 @dataclass(frozen=True)
 class ContactResponse:
-    """The answers of the follower of one contact, as series by the cam angle at some angles, rad.
+    """The responses of the follower at one contact, as series by the cam angle at some angles [rad].
 
-    In mm or rad by mm or rad of the error. ``designs`` are one, or as many as there are rows of angles: of these
-    each array is a column.
+    The unit is mm or rad per mm or rad of the error. ``designs`` is one design, or one for each row of angles; its
+    arrays are then columns.
     """
 
     mechanism: Mechanism
@@ -132,10 +133,10 @@ class ContactResponse:
     programme: Programme
     angles: FloatArray
     orders: int = RESPONSE_ORDERS
-    """How many terms series have."""
+    """Number of terms of the series."""
 
     def number_response(self, key: str) -> Series:
-        """To a size of the follower or an angle that is larger than it should be, or a profile that stands out."""
+        """Response to an error by key: of a size, of an angle, or of the profile along its normal."""
         if key == "phase":
             return self.motion[1]
         return (
@@ -145,27 +146,27 @@ class ContactResponse:
         )
 
     def size_response(self, field: str) -> Series:
-        """To a size of the follower, by field of ``Designs``, that is larger than it should be."""
+        """Response to a larger size of the follower, by field of ``Designs``."""
         return self._unit_responses["profile" if field == "roller_radius" else field]
 
     @property
     def profile_response(self) -> Series:
-        """To a profile that stands out along its normal everywhere, as to a roller that is larger by as much.
+        """Response to a profile that is further out along its normal everywhere, as to a larger roller.
 
-        A roller in a groove is held from both sides: there it is the middle of the groove that is off.
+        A roller in a groove is held from both sides; there it is the middle of the groove that is further out.
         """
         return self._unit_responses["profile"]
 
     def wave_responses(self, count: int) -> tuple[Series, Series]:
-        """To a profile that stands out as a cosine, and as a sine, of so many waves in a turn."""
+        """Responses to a profile error that is a cosine and one that is a sine, with ``count`` waves in a turn."""
         cosine, sine = direction(self._angle_series(float(count)))
         return self.profile_response * cosine, self.profile_response * sine
 
     @cached_property
     def bore_responses(self) -> tuple[Series, Series]:
-        """To a profile whose axis is off that of the bore, in each of two directions that turn with the cam.
+        """Responses to an eccentricity of the bore, in two directions that turn with the cam.
 
-        On a cylinder the part along the surface counts; what is across makes the groove deeper, and moves nothing.
+        On a cylinder only the part along the surface counts; across it the groove is only deeper.
         """
         x, y = self._unit_responses["x"], self._unit_responses["y"]
         cosine, sine = direction(self._angle_series(self.designs.sense))
@@ -181,29 +182,32 @@ class ContactResponse:
 
     @cached_property
     def _unit_responses(self) -> dict[str, Series]:
-        """To each size by field, the profile, the tilt of a face, and the bore's axis in the ground; all at once.
+        """Responses to unit errors of each size, the profile, a face's tilt, and the bore's x and y in the ground.
 
-        A profile that stands out moves the point that is touched as a bore does, along the normal.
+        A profile error shifts the point of contact along the normal, as an error of the bore does.
         """
         sizes = [field for field in self.mechanism.sizes if field != "roller_radius"]
         names, zero = [*sizes, "x", "y", *["face_tilt"] * self.mechanism.flat_faced], self.motion[0] * 0.0
         shape = np.broadcast_shapes(self.angles.shape, np.shape(self.designs.size))
         units = np.eye(len(names)).reshape(len(names), len(names), *[1] * len(shape))
-        of = {name: Taylor([zero, zero + unit]) for name, unit in zip(names, units, strict=True)}
-        off = ContactErrors(
-            {field: of[field] for field in sizes}, bore=(of["x"], of["y"]), tilt=of.get("face_tilt", 0.0)
+        unit_errors = {name: Taylor([zero, zero + unit]) for name, unit in zip(names, units, strict=True)}
+        errors = ContactErrors(
+            {field: unit_errors[field] for field in sizes},
+            bore=(unit_errors["x"], unit_errors["y"]),
+            tilt=unit_errors.get("face_tilt", 0.0),
         )
-        y, y1 = (Taylor([each, zero]) for each in self.motion)
-        moved, turned = self.mechanism.shifted_contact(self.designs, self.programme.lift, y, y1, off)
-        found = moved.terms[1] - self.motion[1] * turned.terms[1]
-        every = [np.broadcast_to(term, (len(names), *shape)) for term in found.terms]
-        to = {name: Taylor([term[k] for term in every]) for k, name in enumerate(names)}
-        at = self.mechanism.contact(self.designs, self.programme.lift, self._angle_series(1.0), *self.motion)
-        length = (at.across * at.across + at.up * at.up).root()
-        return to | {"profile": (to["x"] * at.across + to["y"] * at.up) / length}
+        y, y1 = (Taylor([series, zero]) for series in self.motion)
+        moved, turned = self.mechanism.shifted_contact(self.designs, self.programme.lift, y, y1, errors)
+        response = moved.terms[1] - self.motion[1] * turned.terms[1]
+        terms = [np.broadcast_to(term, (len(names), *shape)) for term in response.terms]
+        responses = {name: Taylor([term[k] for term in terms]) for k, name in enumerate(names)}
+        point = self.mechanism.contact(self.designs, self.programme.lift, self._angle_series(1.0), *self.motion)
+        length = (point.across * point.across + point.up * point.up).root()
+        along_normal = (responses["x"] * point.across + responses["y"] * point.up) / length
+        return responses | {"profile": along_normal}
 
     def _angle_series(self, count: float) -> Taylor:
-        """So many turns in one of the cam."""
+        """``count`` times the cam angle, as a series."""
         terms = count * self.angles, np.full_like(self.angles, count), np.zeros_like(self.angles)
         return Taylor(terms[: self.orders])
 
@@ -211,10 +215,11 @@ class ContactResponse:
 def contact_responses(
     setup: Setup, designs: Designs, programme: Programme, angles: FloatArray, orders: int = RESPONSE_ORDERS
 ) -> list[ContactResponse]:
-    """Those of all contacts of a follower, each of its own motion."""
+    """The responses at all contacts of a follower, each for the motion at that contact."""
     first, *others = follower_contacts(setup)
-    found = [ContactResponse(first.mechanism, designs, programme, angles, orders)]
-    for each in others:
-        own = each.mechanism.contact_programme(replace(programme, tool_programme=None))
-        found.append(ContactResponse(each.mechanism, each.local_designs(designs), own, angles, orders))
-    return found
+    responses = [ContactResponse(first.mechanism, designs, programme, angles, orders)]
+    for contact in others:
+        motion = contact.mechanism.contact_programme(replace(programme, tool_programme=None))
+        local = contact.local_designs(designs)
+        responses.append(ContactResponse(contact.mechanism, local, motion, angles, orders))
+    return responses

@@ -1,8 +1,8 @@
-"""Face: the least diameter of a flat face that turns in its guide, as that of a bucket tappet.
+"""Face: the least diameter of a flat face that turns in its guide, such as that of a bucket tappet.
 
-The contact is a line of the cam's width b, square to the reach r along the face. The circle about the follower's
-axis that the line never leaves has the diameter 2·√(r² + (b/2)²), with the largest |r| of the turn; b is 0 where
-the scene gives no face width.
+The contact is a line of the cam's width b, square to the reach r along the face. It stays within a circle about the
+follower's axis with the diameter 2·√(r² + (b/2)²), with the largest |r| over the turn. Without a face width in the
+scene, b = 0.
 
 Source: the reach is that of Norton, Cam Design and Manufacturing Handbook, ch. 7 (width of a flat face).
 """
@@ -30,18 +30,18 @@ def reads(setup: Setup) -> tuple[str, ...]:
 def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     width = case.setup_per_design.bodies.face_width
     width = 0.0 if width is None else width
-    found, far = (
+    diameter, far = (
         2.0 * np.hypot(np.maximum(*map(np.abs, ends)), width / 2.0)
         for ends in (
             [case.columns[name] for name in FACE_REACHES],
             [case.outer_bound(name) for name in FACE_REACHES],
         )
     )
-    return {FACE_DIAMETER: EnclosedValue(found, far - found, found)}
+    return {FACE_DIAMETER: EnclosedValue(diameter, far - diameter, diameter)}
 
 
 def implies(setup: Setup, name: str, bound: float) -> NecessaryConditions:
-    """The reach at which the circle about the follower's axis has the diameter."""
+    """The reach at which the circle about the follower's axis has the bound as its diameter."""
     width = setup.bodies.face_width or 0.0
     if name != FACE_DIAMETER or "materials.face_width" in setup.free or bound < width:
         return NecessaryConditions()

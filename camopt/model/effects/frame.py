@@ -1,11 +1,11 @@
-"""Frame: how far apart two contacts of one follower are, which is the same at every cam angle.
+"""Frame: the distance of two contacts of one follower, which is the same at every cam angle.
 
     two rollers that translate:  √((e₂ − e₁)² + (s₀₁ + s₀₂ + h)²)
     two arms:                    η = ψ₀₁ + ψ₀₂ + h
     two flat faces:              the breadth of the disc, R_b1 + R_b2 + h
     two rollers about a rib, on arms:  δ = 2·arcsin(d/2l)
 
-with s₀ and ψ₀ of each contact at its lowest, and the lift h (``mechanisms.pairs``).
+with s₀ or ψ₀ of each contact at its lowest position, and the lift h (``mechanisms.pairs``).
 """
 
 from functools import partial
@@ -40,7 +40,7 @@ def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    """As the largest value of a curve that is the same at every cam angle: searches and proofs ask that."""
+    """The distance as the largest value of a constant curve, for searches and proofs."""
     curves = ((partial(_distance_curve, setup), ALL_STROKES),)
     return {name: Peak(curves, LARGEST, _frame_scale(setup)) for name in offers(setup)}
 
@@ -55,7 +55,7 @@ def _distance_curve(setup: Setup, designs: Designs, programme: Programme) -> Lin
 
 
 def _contact_distance(setup: Setup, designs: Designs, programme: Programme) -> Any:
-    """How far apart the contacts are, mm or rad."""
+    """Distance of the contacts [mm or rad]."""
     mechanism, lift = setup.mechanism, programme.lift
     if mechanism.has_rib:
         return roller_advance(mechanism, designs)

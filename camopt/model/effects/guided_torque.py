@@ -1,11 +1,10 @@
-"""The torque of a follower that rubs in its guide, as panel polynomials of one design.
+"""The torque of a follower with friction in its guide, as polynomials on parts of panels, for one design.
 
     T = F·y'/(1 − sgn(F·y')·μ·q·|tan β|)
 
-depends on the design, and is smooth between the cam angles where F, y' or tan β changes sign. The panels of the
-motion end where y' does. They are cut where F and y'' do, so that tan β = (y' − e)/s passes 0 at most once in a
-part, and where it does. On each part T is interpolated at Chebyshev points, to 1e-10 while the follower is not
-about to jam.
+T is smooth between the cam angles where F, y' or tan β changes its sign. Panels end where y' changes its sign. They
+are cut where F and y'' change theirs, so that tan β = (y' − e)/s has at most one zero in a part, and then at that
+zero. On each part T is interpolated at Chebyshev points, to 1e-10 if the follower is not close to jamming.
 """
 
 from functools import lru_cache
@@ -29,11 +28,11 @@ from camopt.model.motion.programme import Programme
 
 GUIDED_DEGREE = 20
 PanelCuts = tuple[tuple[int, float], ...]
-"""Panels, and u in them."""
+"""Cuts of panels: (panel, u)."""
 
 
 def smooth_parts(setup: Setup, design: Designs, programme: Programme) -> PanelParts:
-    """Parts of panels in each of which T is smooth."""
+    """Parts of panels on which T is smooth."""
     setup, design = setup.absorb_design_numbers(design)
     sizes = tuple(float(size[0]) for size in design.sizes.values())
     cuts = _sign_change_cuts(programme, setup.dynamics, setup.omega)
@@ -44,40 +43,39 @@ def smooth_parts(setup: Setup, design: Designs, programme: Programme) -> PanelPa
 def _cut_smooth_parts(
     programme: Programme, cuts: PanelCuts, mechanism: Mechanism, sizes: tuple[float, ...], sense: float
 ) -> PanelParts:
-    """The panels cut there, and where tan β changes sign."""
+    """The panels cut at ``cuts``, and where tan β changes its sign."""
     arrays: dict[str, Any] = {name: np.array([size]) for name, size in zip(SIZE_FIELDS, sizes, strict=True)}
     design = Designs(**arrays, sense=sense)
     parts, pressure = cut_panels(programme.table, cuts), mechanism.pressure(design, programme)
 
-    def lean(parts: PanelParts, u: FloatArray) -> FloatArray:
+    def pressure_sign(parts: PanelParts, u: FloatArray) -> FloatArray:
         return np.asarray(np.sign(value_of(pressure, 0, part_states(programme, parts, u))))
 
-    turned = lean(parts, parts.low) * lean(parts, parts.high) < 0.0
-    between = parts.take(turned)
-    low, high, before = between.low, between.high, lean(between, between.low)
+    between = parts.take(pressure_sign(parts, parts.low) * pressure_sign(parts, parts.high) < 0.0)
+    low, high, before = between.low, between.high, pressure_sign(between, between.low)
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        same = lean(between, middle) == before
+        same = pressure_sign(between, middle) == before
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     return cut_panels(programme.table, [*cuts, *zip(between.panel.tolist(), low.tolist(), strict=True)])
 
 
 @lru_cache(maxsize=64)
 def _sign_change_cuts(programme: Programme, dynamics: FollowerDynamics, omega: float) -> PanelCuts:
-    """Where F and y'' change sign, whatever the design: (panel, u)."""
+    """The changes of sign of F and y'', which do not depend on the design."""
     force = force_series(programme, force_factors(dynamics, omega))[:, 0]
     return *sign_changes(force), *sign_changes(displacement_derivative(programme.table, 2))
 
 
 def guided_torque(setup: Setup, design: Designs, programme: Programme) -> tuple[FloatArray, FloatArray]:
-    """T of one design, N·mm: half-widths of parts in rad (n,), and polynomials (powers, n)."""
+    """T of one design: half-widths of parts [rad] (n,), and polynomials on them (powers, n) [N·mm]."""
     table, (nodes, to_powers) = programme.table, chebyshev_projection(GUIDED_DEGREE)
     parts = smooth_parts(setup, design, programme)
     kinds = np.repeat(table.kind, np.diff(table.first_panel))[parts.panel]
     values = np.zeros((nodes.size, parts.panel.size))
-    for way, chosen in friction_ways(setup):
-        here = (kinds & chosen) != 0
-        some = parts.take(here)
-        made = torque_curve(setup, design, programme, way)
-        values[:, here] = value_of(made, 0, part_states(programme, some, some.places_in_parts(nodes[:, None])))
+    for way, way_kinds in friction_ways(setup):
+        here = (kinds & way_kinds) != 0
+        way_parts = parts.take(here)
+        states = part_states(programme, way_parts, way_parts.places_in_parts(nodes[:, None]))
+        values[:, here] = value_of(torque_curve(setup, design, programme, way), 0, states)
     return 0.5 * table.half_width[parts.panel] * (parts.high - parts.low), matrix_product(to_powers, values)

@@ -1,18 +1,20 @@
-"""Contact stress by Hertz: rollers and flat faces in line contact, spherical faces in a point.
+"""Contact stress by Hertz: line contact of rollers and flat faces, point contact of spherical faces.
 
     line:   p₀ = √(E*/(π·L)·max N/R),    b = 2·√(N·R/(π·L·E*)),    largest shear 0.30028·p₀ at the depth 0.78615·b
     point:  p₀ = ∛(E*²·max N·h/R_s²)
 
-with the relative radius R of ``effects.loads``, half-width b, face width L. The ellipse of a point contact has the
-relative radius R_s·(1 − κ·R_s) in the plane of the cam and R_s across it, where the cam is a cylinder; its h and
-half-axes are those of ``numerics.point_contact``, and must be small against the radii and the cam's width.
-On a concave flank that nearly conforms to the roller R grows without end and the stress falls to zero: the formulas
-hold while b is small against R_r.
-A knife edge has no width, and its stress no bound. In a groove the roller bears on one flank or the other: the one
-that pushes it outward where N > 0, and the one that pulls it back where N < 0. Each has a stress of its own; the
-larger is the contact stress. With clearance the roller may also strike the flank that does not carry:
-``contact_stress_either_MPa`` is the stress if |N| acts on the sharper of both. The flanks are R_r + j/2 from the
-pitch curve, with a clearance j, and the centre of the roller is j/2 beside it: κ/(1 ∓ κ·j/2) is in the place of κ.
+R is the relative radius of ``effects.loads``, b the half-width of the contact, L the face width. The ellipse of a
+point contact has the relative radius R_s·(1 − κ·R_s) in the plane of the cam, and R_s across it, where the cam is a
+cylinder. Its h and half-axes are those of ``numerics.point_contact``.
+
+Validity: b must be small against R_r; the half-axes of a point contact must be small against the radii and the
+cam's width. On a concave flank that nearly conforms to the roller, R grows without limit and the stress falls to
+zero. A knife edge has no width, and its stress no bound.
+
+In a groove the roller bears on the flank that pushes it outward where N > 0, and on the one that pulls it back
+where N < 0. The contact stress is the larger of both. With clearance the roller may also strike the unloaded flank:
+``contact_stress_either_MPa`` is the stress if |N| acts on the sharper of both. With a clearance j the flanks are
+R_r + j/2 from the pitch curve and the centre of the roller is j/2 beside it, so κ/(1 ∓ κ·j/2) takes the place of κ.
 
 Source: Johnson, Contact Mechanics, ch. 4.
 """
@@ -40,13 +42,13 @@ from camopt.model.effects.peak_columns import DesignExtremes, as_column, peak_co
 from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.elements import Flank
 
-SHEAR_SHARE, SHEAR_DEPTH = 0.3002831060007776, 0.7861513777574233  # of the largest shear: over p₀, over b
+SHEAR_SHARE, SHEAR_DEPTH = 0.3002831060007776, 0.7861513777574233  # largest shear over p₀, and its depth over b
 STRESS, HALF_WIDTH, HALF_LENGTH = "contact_stress_max_MPa", "contact_half_width_mm", "contact_half_length_mm"
 SHEAR_STRESS = "contact_shear_max_MPa"
 LINE_CONTACT = (STRESS, HALF_WIDTH, SHEAR_STRESS, "contact_shear_depth_mm")
 POINT_CONTACT = (STRESS, HALF_WIDTH, HALF_LENGTH)
 FLANK_SIGNS = {"contact_stress_push_MPa": 1.0, "contact_stress_pull_MPa": -1.0}
-"""The sign of the normal force on the flank behind each, where there is one that pulls."""
+"""The sign of the normal force on the flank of each quantity, for mechanisms with a flank that pulls."""
 EITHER_FLANK_STRESS = "contact_stress_either_MPa"
 
 
@@ -73,7 +75,7 @@ def reads(setup: Setup) -> tuple[str, ...]:
 
 
 def stress_variants(setup: Setup) -> list[tuple[Flank, float, Variant]]:
-    """The load that decides the stress on each flank, with the guide's friction each way: (flank, way, it)."""
+    """The loads of the stress by flank and direction of the guide's friction: (flank, way, variant)."""
     return [
         (flank, way, (partial(contact_load, setup, flank=flank, way=way), kinds))
         for flank in setup.mechanism.flanks
@@ -82,14 +84,14 @@ def stress_variants(setup: Setup) -> list[tuple[Flank, float, Variant]]:
 
 
 def stress_scale(setup: Setup, factor: float = 1.0) -> Scale:
-    """From the load to a multiple of the stress, MPa: from N/R, N/mm, or at a point from N·h/R_s², N/mm²."""
+    """The scale from the load, N/R [N/mm] or N·h/R_s² [N/mm²], to a multiple of the stress [MPa]."""
     degree = 3 if setup.spherical else 2
     root, unit = LoadRoot(degree, load_of_unit_stress(setup), factor), LoadRoot(degree, 1.0, factor)
-    return scale_by_setting(setup, root, unit, lambda each: 1.0 / load_of_unit_stress(each))
+    return scale_by_setting(setup, root, unit, lambda numbers: 1.0 / load_of_unit_stress(numbers))
 
 
 def load_of_unit_stress(setup: Setup) -> Any:
-    """The load at which the stress is 1 MPa."""
+    """Load at which the stress is 1 MPa."""
     modulus, width = setup.bodies.modulus, setup.bodies.face_width
     assert modulus is not None
     if setup.spherical:
@@ -99,7 +101,7 @@ def load_of_unit_stress(setup: Setup) -> Any:
 
 
 def contact_stress(setup: Setup, load: Any, designs: Designs) -> Any:
-    """The contact stress at a load, MPa; 0 below 0."""
+    """Contact stress at a load [MPa]; 0 for a load below 0."""
     return stress_scale(setup).quantity(load, designs)
 
 
@@ -108,20 +110,20 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         return {}
     curves, stress = tuple(variant for *_, variant in stress_variants(setup)), stress_scale(setup)
     bodies = None if setup.spherical or has_guide_friction(setup) else load_bearing_radii
-    found = {STRESS: Peak(curves, LARGEST, stress, jumps_at_corners, bodies=bodies)}
+    stresses = {STRESS: Peak(curves, LARGEST, stress, jumps_at_corners, bodies=bodies)}
     if not setup.spherical:
-        found[SHEAR_STRESS] = found[STRESS]._replace(scale=stress_scale(setup, SHEAR_SHARE))
+        stresses[SHEAR_STRESS] = stresses[STRESS]._replace(scale=stress_scale(setup, SHEAR_SHARE))
     if setup.mechanism.pulls:
-        found[EITHER_FLANK_STRESS] = Peak(curves, LARGEST_MAGNITUDE, stress, jumps_at_corners)
-        found |= {
+        stresses[EITHER_FLANK_STRESS] = Peak(curves, LARGEST_MAGNITUDE, stress, jumps_at_corners)
+        stresses |= {
             name: Peak(tuple(_flank_variants(setup, name)), LARGEST, stress, jumps_at_corners)
             for name in FLANK_SIGNS
         }
-    return found
+    return stresses
 
 
 def _flank_variants(setup: Setup, name: str) -> list[Variant]:
-    """The load on the flanks that one sign of the normal force presses on."""
+    """The loads on the flanks with one sign of the normal force."""
     return [variant for flank, _, variant in stress_variants(setup) if flank.pressing == FLANK_SIGNS[name]]
 
 
@@ -151,9 +153,9 @@ def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
 def _contact_patch(
     case: EvaluationBlock, make: Any, flank: Flank, way: float, index: Any, top: DesignExtremes
 ) -> tuple[FloatArray, FloatArray]:
-    """Half-axes of the contact where the stress is largest, in the plane of the cam and across it.
+    """Half-axes of the contact at the largest stress, in the plane of the cam and across it [mm].
 
-    A line has the half-width 2·N/(π·L·p₀), and half its face width; an ellipse a = 2·R_s·p₀·B/(μ·E*) and b = μ·a.
+    Line contact: 2·N/(π·L·p₀), and half the face width. Point contact: a = 2·R_s·p₀·B/(μ·E*), and b = μ·a.
     """
     setup, designs, programme = case.setup, case.designs.take(index), case.programme
     load, normal = make(designs, programme), normal_curve(setup, designs, programme, way)

@@ -1,11 +1,12 @@
-"""Forces in the joints of a train: in its pins, on its pivots, and across its slides; the largest over the turn.
+"""Largest forces in the joints of a train over the turn: in its pins, on its pivots, and across its slides.
 
-They are what its masses, springs, loads and friction ask of each link (``trains.joints``), as S + ω²·I of panel
-polynomials, like the force that comes to the follower (``motion.load``): extremes are those of the continuous
-turn. They depend on the motion, the speed and the train alone; the follower's own mass and spring press on the cam,
-not on the train. The force on a pivot is the sum of the magnitudes of both forces on it, which is the largest that
-it can be, since a scene does not say how links are mounted. Where the velocity jumps, forces are infinite in all
-joints beyond which there is a mass.
+They follow from the masses, springs, loads and friction of the train (``trains.joint_forces``). Each is S + ω²·I
+with polynomials on panels, like the load on the follower (``motion.load``), so extremes are those of the continuous
+turn. The forces depend only on the motion, the speed and the train; the follower's own mass and spring load the cam
+and not the train.
+
+The force on a pivot is the sum of the magnitudes of both forces on it: the largest that it can be, since a scene
+does not say how links are mounted. If the velocity jumps, the force is infinite in every joint that moves a mass.
 
 Source: Norton, Design of Machinery, ch. 11 (dynamic force analysis).
 """
@@ -38,7 +39,7 @@ JOINT_PRECISION = Precision(1e-14, 1e-9)
 
 
 class ForceRange(NamedTuple):
-    """The least and the largest value of a force over the turn, N, their cam angles, rad, and their half-widths."""
+    """Least and largest value of a force over the turn [N], with cam angles [rad] and widths of enclosures."""
 
     least: Any
     largest: Any
@@ -49,14 +50,13 @@ class ForceRange(NamedTuple):
 
 
 def setup_joint_forces(setup: Setup) -> tuple[JointForce, ...]:
-    """The forces in the joints of a train."""
     return () if setup.train is None else setup.train.forces
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
     kinds = {force.kind for force in setup_joint_forces(setup)}
-    found = tuple(name for kind, name in LARGEST_BY_KIND.items() if kind in kinds)
-    return (*found, JOINT_FORCE_ANGLE, JOINT_FORCE_DIRECTION) if "joint" in kinds else found
+    names = tuple(name for kind, name in LARGEST_BY_KIND.items() if kind in kinds)
+    return (*names, JOINT_FORCE_ANGLE, JOINT_FORCE_DIRECTION) if "joint" in kinds else names
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
@@ -68,15 +68,15 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 
 
 def joint_programme(programme: Programme, parts: tuple[WeightedForce, ...]) -> Programme:
-    """The turn of a follower with a force in joints of its train in place of the load that comes to it."""
+    """The turn with a force in joints of the train in place of the load on the follower."""
     assert isinstance(programme.load, TrainLoad)
     return replace(programme, load=replace(programme.load, parts=parts))
 
 
 def force_range(programme: Programme, parts: tuple[WeightedForce, ...], speed: Any) -> ForceRange:
-    """The range of a force in joints over the turn at a speed, rad/s, or at an array of them."""
-    found: ForceRange = _ranges_by_speed(joint_programme(programme, parts), speed)
-    return found
+    """Range of a force in joints over the turn, at a speed or an array of speeds [rad/s]."""
+    ranges: ForceRange = _ranges_by_speed(joint_programme(programme, parts), speed)
+    return ranges
 
 
 @once_per_setting
@@ -92,28 +92,29 @@ def _ranges_by_speed(programme: Programme, speed: FloatArray) -> ForceRange:
 
 
 def joint_force_at(programme: Programme, angles: FloatArray, speed: float) -> FloatArray:
-    """The force of the turn of a joint (``joint_programme``) at cam angles, rad, N."""
+    """Force in a joint [N] at cam angles [rad], from its turn (``joint_programme``)."""
     load = programme.state(angles).load
     assert isinstance(load, TrainForces)
     return np.asarray(load.value + speed**2 * load.carried)
 
 
 class JointRow(NamedTuple):
-    """A force in a joint over the turn: as where one is, or on a pivot the largest sum of two magnitudes."""
+    """A force in a joint over the turn, or on a pivot the largest sum of two magnitudes."""
 
     stage: int
     joint: str
     force_min_N: float | None  # noqa: N815
-    """Below 0 a coupler is pulled, and a roller is lifted off; None of a sum."""
+    """Negative if a coupler is pulled or a roller lifts off; None for a sum."""
     force_max_N: float  # noqa: N815
     largest_at_deg: float
-    """The cam angle of the largest magnitude."""
+    """Cam angle of the largest magnitude [deg]."""
     direction_deg: float | None
-    """Of that one, from the motion of the slide, or of a four-bar from the line of its pivots; None of a sum."""
+    """Direction at the largest magnitude [deg], from the slide's motion, in a four-bar from the line of its pivots;
+    None for a sum."""
 
 
 def joint_rows(setup: Setup, programme: Programme) -> list[JointRow]:
-    """The forces in all joints of a train, from the follower to the tool; none where a load or speed is lacking."""
+    """The forces in all joints of a train, from the follower to the tool; none without a load or a speed."""
     if lacks(setup):
         return []
     speed = 0.0 if setup.omega is None else float(setup.omega)
@@ -124,21 +125,21 @@ def _joint_row(programme: Programme, force: JointForce, speed: float) -> JointRo
     value, at, _ = (float(each) for each in largest_joint_force(programme, force, speed))
     if len(force.parts) > 1:
         return JointRow(force.stage, force.name, None, value, degrees(at), None)
-    found = force_range(programme, force.parts, speed)
+    limits = force_range(programme, force.parts, speed)
     way = float(joint_direction(programme, force, np.array([at]))[0])
-    return JointRow(force.stage, force.name, float(found.least), float(found.largest), degrees(at), way)
+    return JointRow(force.stage, force.name, float(limits.least), float(limits.largest), degrees(at), way)
 
 
 def joint_direction(programme: Programme, force: JointForce, angles: FloatArray) -> FloatArray:
-    """The direction of a force of one link at cam angles, rad, in deg: of what is pressed, or pushed, along it."""
+    """Direction of a positive force of one link [deg] at cam angles [rad]."""
     load, ((link, number, _),) = programme.load, force.parts
     assert isinstance(load, TrainLoad)
-    moved = load.train.joints(Taylor([programme.motion_at(angles)[0] + load.zero]))[link].displacement
-    return np.degrees(load.train.links[link].forces[number].way(np.asarray(moved.terms[0])))
+    joint = load.train.joints(Taylor([programme.motion_at(angles)[0] + load.zero]))[link]
+    return np.degrees(load.train.links[link].forces[number].way(np.asarray(joint.displacement.terms[0])))
 
 
 class LargestForce(NamedTuple):
-    """The largest magnitude of some forces, N, its cam angle, rad, and how much larger it may be."""
+    """Largest magnitude of some forces [N], its cam angle [rad], and by how much the true value may exceed it."""
 
     value: Any
     at: Any
@@ -146,26 +147,26 @@ class LargestForce(NamedTuple):
 
 
 def largest_joint_force(programme: Programme, force: JointForce, speed: Any) -> LargestForce:
-    """The largest magnitude of a force over the turn."""
+    """Largest magnitude of a force over the turn."""
     return _largest_of_forces(
         worst for parts in force.sums for worst in _range_ends(force_range(programme, parts, speed))
     )
 
 
-def _range_ends(found: ForceRange) -> tuple[LargestForce, LargestForce]:
+def _range_ends(limits: ForceRange) -> tuple[LargestForce, LargestForce]:
     return (
-        LargestForce(-found.least, found.least_at, found.least_width),
-        LargestForce(found.largest, found.largest_at, found.largest_width),
+        LargestForce(-limits.least, limits.least_at, limits.least_width),
+        LargestForce(limits.largest, limits.largest_at, limits.largest_width),
     )
 
 
-def _largest_of_forces(found: Any) -> LargestForce:
-    value, at, room = (np.array(each) for each in zip(*found, strict=True))
+def _largest_of_forces(forces: Any) -> LargestForce:
+    value, at, room = (np.array(each) for each in zip(*forces, strict=True))
     best = value.argmax(axis=0)[None]
     top = np.take_along_axis(value, best, 0)[0]
     with np.errstate(invalid="ignore"):
-        over = np.where(np.isfinite(top), (value + room).max(axis=0) - top, 0.0)
-    return LargestForce(top, np.take_along_axis(at, best, 0)[0], over)
+        excess = np.where(np.isfinite(top), (value + room).max(axis=0) - top, 0.0)
+    return LargestForce(top, np.take_along_axis(at, best, 0)[0], excess)
 
 
 def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
@@ -184,12 +185,12 @@ def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
 
 
 def train_peaks(setup: Setup) -> dict[str, TrainPeak]:
-    found = dict[str, TrainPeak]()
+    forces = dict[str, TrainPeak]()
     for kind, name in LARGEST_BY_KIND.items():
         sums = [parts for force in setup_joint_forces(setup) if force.kind == kind for parts in force.sums]
         curves = tuple(partial(_link_force_curve, setup=setup, parts=parts) for parts in sums)
-        found[name] = TrainPeak(curves, LARGEST_MAGNITUDE)
-    return found
+        forces[name] = TrainPeak(curves, LARGEST_MAGNITUDE)
+    return forces
 
 
 def _link_force_curve(designs: Designs, motion: TrainMotion, setup: Setup, parts: tuple[WeightedForce, ...]) -> Any:
@@ -198,13 +199,14 @@ def _link_force_curve(designs: Designs, motion: TrainMotion, setup: Setup, parts
 
 
 def _largest_direction(programme: Programme, forces: list[JointForce], speed: Any) -> FloatArray:
-    """The direction of the largest of some forces, where it is largest."""
-    each = [largest_joint_force(programme, force, speed) for force in forces]
+    """Direction of the largest of some forces [deg], at the cam angle of its largest magnitude."""
+    largest = [largest_joint_force(programme, force, speed) for force in forces]
     ways = [
-        joint_direction(programme, one, np.atleast_1d(worst.at)) for one, worst in zip(forces, each, strict=True)
+        joint_direction(programme, force, np.atleast_1d(worst.at))
+        for force, worst in zip(forces, largest, strict=True)
     ]
-    largest = np.argmax([np.atleast_1d(worst.value) for worst in each], axis=0)
-    return np.asarray(np.choose(largest, ways).reshape(np.shape(each[0].value)))
+    number = np.argmax([np.atleast_1d(worst.value) for worst in largest], axis=0)
+    return np.asarray(np.choose(number, ways).reshape(np.shape(largest[0].value)))
 
 
 EFFECT = Effect("joints", offers, run, lacks=lacks, is_of_motion=lambda setup: True, train_peaks=train_peaks)

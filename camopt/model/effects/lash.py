@@ -1,12 +1,13 @@
-"""Lash: the speed of the follower where it takes up the play of a valve train, and where it gives it back.
+"""Lash: the speed of the follower where a valve train takes up its lash, and where the valve returns to its seat.
 
-Between the follower and the valve there is a clearance (lash), which heat and wear change. The valve opens where
-the displacement rises through the lash, and closes where it falls through it: at these speeds the parts meet, and
-the valve meets its seat. A ramp makes both small, wherever within lash ± variation that is.
+The lash is a clearance between follower and valve, which heat and wear change. The valve opens where the
+displacement rises through the lash, and closes where it falls through it. The follower's speed there is the speed
+at which the parts meet, and the valve meets its seat. A ramp keeps both speeds small everywhere within lash ±
+variation.
 
-Loads know no lash: the spring presses on the cam from displacement 0. One on the valve's side presses from the lash
-on, F = F₀ + c·(y − lash) with its preload F₀: it is given as a preload of F₀ − c·lash, and loads at lifts below the
-lash are then those of a follower that it would still press on.
+Loads do not include the lash: the spring acts on the follower from displacement 0. A spring on the valve's side
+acts only above the lash, F = F₀ + c·(y − lash) with its preload F₀. Give it as a preload of F₀ − c·lash; below the
+lash the loads are then those of a spring that still acts.
 
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 17 (valve trains; ramps).
 """
@@ -29,7 +30,7 @@ LASH_OPEN = "lash_open_deg"
 
 
 def _lash_speed_names(setup: Setup) -> dict[str, int]:
-    """The names of the speeds, and the direction of motion of each."""
+    """The names of the speeds, with the direction of motion of each."""
     unit = "rad_s" if setup.tool_turns else "m_s"
     ways = {"opening": OUTWARD, "closing": INWARD, "lash": OUTWARD | INWARD}
     return {f"{name}_speed_max_{unit}": way for name, way in ways.items()}
@@ -47,7 +48,7 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 
 
 class LashSpeeds(NamedTuple):
-    """Largest |y'| on the way out and on the way back; 0 where there is no such motion."""
+    """Largest |y'| on the way out and on the way back; 0 without such a motion."""
 
     opening: Any
     closing: Any
@@ -55,28 +56,28 @@ class LashSpeeds(NamedTuple):
 
 @once_per_setting
 def lash_speeds(programme: Programme, low: FloatArray, high: FloatArray) -> LashSpeeds:
-    """The speeds at displacements from ``low`` to ``high``."""
+    """Largest speeds at displacements from ``low`` to ``high``."""
     return LashSpeeds(*(_largest_speed(programme, low[:, None], high[:, None], way) for way in (OUTWARD, INWARD)))
 
 
 def _largest_speed(programme: Programme, low: FloatArray, high: FloatArray, way: int) -> FloatArray:
-    """Largest |y'| of motion one way at displacements between two levels (settings, 1)."""
+    """Largest |y'| in one direction at displacements between two levels (settings, 1)."""
     y, half_width = _moving_panels(programme, way)
     slope = polynomial.polyder(y) / half_width
     ends = polynomial.polyval(np.array([-1.0, 1.0]), y).T
-    met = (ends.max(axis=0) >= low) & (ends.min(axis=0) <= high)
+    overlaps = (ends.max(axis=0) >= low) & (ends.min(axis=0) <= high)
     first, last = np.sort([_level_places(y, low), _level_places(y, high)], axis=0)
-    found = np.maximum(*(np.abs(polynomial.polyval(place, slope, tensor=False)) for place in (first, last)))
+    speed = np.maximum(*(np.abs(polynomial.polyval(place, slope, tensor=False)) for place in (first, last)))
     for panel, u in sign_changes(np.asarray(polynomial.polyder(slope))):
         inside = (first[:, panel] < u) & (u < last[:, panel])
         peak = np.where(inside, abs(polynomial.polyval(u, slope[:, panel])), 0.0)
-        found[:, panel] = np.maximum(found[:, panel], peak)
-    return np.asarray(np.where(met, found, 0.0).max(axis=1, initial=0.0))
+        speed[:, panel] = np.maximum(speed[:, panel], peak)
+    return np.asarray(np.where(overlaps, speed, 0.0).max(axis=1, initial=0.0))
 
 
 @once_per_setting
 def angle_above(programme: Programme, level: FloatArray) -> FloatArray:
-    """The range of cam angle over which the displacement is above a level, rad."""
+    """Range of cam angle over which the displacement is above a level [rad]."""
     y, half_width = _moving_panels(programme, WAYS)
     (start, end), place = polynomial.polyval(np.array([-1.0, 1.0]), y).T, _level_places(y, level[:, None])
     moving = np.where(end > start, 1.0 - place, place + 1.0)
@@ -84,15 +85,15 @@ def angle_above(programme: Programme, level: FloatArray) -> FloatArray:
 
 
 def _moving_panels(programme: Programme, ways: int) -> tuple[FloatArray, FloatArray]:
-    """Powers (powers, panels) and half-widths of the panels on which the follower moves some ways."""
-    table, chosen = programme.table, programme.panels_of(ways)
-    return table.coefficients[chosen].T, table.half_width[chosen]
+    """Coefficients (powers, panels) and half-widths of the panels with some directions of motion."""
+    table, panels = programme.table, programme.panels_of(ways)
+    return table.coefficients[panels].T, table.half_width[panels]
 
 
 def _level_places(y: FloatArray, level: FloatArray) -> FloatArray:
-    """The place u in each panel where a monotone displacement reaches a level (settings, 1): (settings, panels).
+    """Place u in each panel where a monotone displacement reaches a level (settings, 1): (settings, panels).
 
-    The nearer end if it does not.
+    If it does not reach the level, the place is the nearer end.
     """
     start, end = polynomial.polyval(np.array([-1.0, 1.0]), y).T
     nearer = np.where(np.abs(end - level) < np.abs(start - level), 1.0, -1.0)
@@ -107,14 +108,14 @@ def _level_places(y: FloatArray, level: FloatArray) -> FloatArray:
 
 
 def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-    programme, own = case.programme.tool, case.setup_per_design
-    lash, variation = own.dynamics.lash, own.dynamics.lash_variation
+    programme, setup = case.programme.tool, case.setup_per_design
+    lash, variation = setup.dynamics.lash, setup.dynamics.lash_variation
     columns: dict[str, Any] = {LASH_OPEN: np.degrees(angle_above(programme, lash))}
-    if own.omega is not None:
-        found = lash_speeds(programme, lash - variation, lash + variation)
-        largest = {OUTWARD: found.opening, INWARD: found.closing, OUTWARD | INWARD: np.maximum(*found)}
+    if setup.omega is not None:
+        speeds = lash_speeds(programme, lash - variation, lash + variation)
+        largest = {OUTWARD: speeds.opening, INWARD: speeds.closing, OUTWARD | INWARD: np.maximum(*speeds)}
         columns |= {
-            name: largest[ways] * motion_scale(own, 1) for name, ways in _lash_speed_names(case.setup).items()
+            name: largest[ways] * motion_scale(setup, 1) for name, ways in _lash_speed_names(case.setup).items()
         }
     return {name: column for name, column in columns.items() if name in wanted}
 

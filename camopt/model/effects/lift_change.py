@@ -1,6 +1,7 @@
 """Lift change: the largest change of the lift from one degree of the cam to the next.
 
-The largest |y'| over the turn, per degree of the cam: what a grinder's table of lifts, one a degree, has to follow.
+It is the largest |y'| over the turn, per degree of the cam. A grinder with a table of lifts at every degree has to
+follow it.
 """
 
 from math import radians
@@ -14,12 +15,12 @@ from camopt.model.motion.stroke import ALL_STROKES, RETURN, RISE
 
 
 def lift_change_name(setup: Setup) -> str:
-    """The quantity, in mm (deg) per deg."""
+    """Name of the quantity, in mm or deg per deg."""
     return f"lift_change_max_{'deg' if setup.tool_turns else 'mm'}_per_deg"
 
 
 def per_degree(setup: Setup) -> float:
-    """From mm (rad) by rad to mm (deg) by deg."""
+    """Factor from mm per rad (rad per rad) to mm per deg (deg per deg)."""
     return 1.0 if setup.tool_turns else radians(1.0)
 
 

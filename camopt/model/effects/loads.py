@@ -1,19 +1,21 @@
-"""Loads on the contact as curves over the turn: normal force, side thrust, torque, load of the contact stress.
+"""Loads on the contact as curves over the turn: normal force, side thrust, torque, and the load of contact stress.
 
-With F the force along the motion (``effects.force``), t = tan β and a guide of length b and overhang a = a₀ − y,
-the contact gives G along the motion: F, and the friction at both ends of the guide, μ·q·|S|, against the motion.
+F is the force along the motion (``effects.force``), t = tan β, and a guide has the length b and the overhang
+a = a₀ − y. The contact gives the force G along the motion: F plus the friction at both ends of the guide, μ·q·|S|,
+which acts against the motion.
 
     G = F/D,    D = 1 − sgn(F·y')·μ·q·|t|,    q = (2a + b)/b,    N = G·√(1 + t²),    S = G·t,    T = G·y'
 
-An open cam cannot pull: where F < 0 contact is lost, and N and S are 0. T is that of the motion as prescribed.
-At rest friction may act either way, up to its limit; none is counted, and D = 1. F/l takes the place of F where the
-follower oscillates; a flat face that does touches at the distance r from the pivot, N = F/r. Line contact needs
+An open cam cannot pull: where F < 0, contact is lost, and N and S are 0. The torque T is that of the prescribed
+motion. At rest friction may act either way, up to its limit; it is taken as 0, so D = 1. For an oscillating
+follower F/l takes the place of F; an oscillating flat face touches at the distance r from the pivot, N = F/r. Line
+contact has the load
 
     N/R,    roller: 1/R = κ/(1 − κ·R_r) + 1/R_r = 1/(R_r·(1 − κ·R_r)),    flat face: R = ρ
 
 and a spherical face N·h(1 − κ·R_s)/R_s² (``numerics.point_contact``).
 
-Each is built from the mechanism's own curves of pressure angle, curvature, radius and reach.
+All curves are built from the mechanism's curves of pressure angle, curvature, radius and reach.
 """
 
 from functools import partial
@@ -36,32 +38,32 @@ from camopt.model.motion.stroke import ALL_STROKES, INWARD, OUTWARD, RESTING
 
 @curve_type(loaded=True)
 def borne_force(at, force):
-    """The part of a force that an open cam bears [N]: 0 where it would have to pull."""
+    """Force that an open cam bears [N]; 0 where it would have to pull."""
     return np.maximum(force, 0.0)
 
 
 @curve_type(loaded=True)
 def preloaded_force(at, force, preload):
-    """What one of two preloaded contacts bears of a force, F/2 + max(|F|/2, P) [N] (``effects.preload``)."""
+    """Force on one of two preloaded contacts, F/2 + max(|F|/2, P) [N] (``effects.preload``)."""
     alone = np.maximum(0.5 * force - preload, 0.0)
-    return np.maximum(0.5 * force + preload + alone, 0.0)  # and 0 where F < −2·P: no difference of equals
+    return np.maximum(0.5 * force + preload + alone, 0.0)  # exactly 0 where F < −2·P, without cancellation
 
 
 @curve_type(loaded=True)
 def guided_force(at, force, pressure, drag, slide):
-    """G of a follower in a guide with friction [N]; D = 1 − sgn(F)·(drag + slide·y)·|t|."""
+    """Force along the motion with friction in the guide, G [N]; D = 1 − sgn(F)·(drag + slide·y)·|t|."""
     return force / (1.0 - np.sign(force) * (drag + slide * at.y) * np.abs(pressure))
 
 
 @curve_type(loaded=True)
 def normal_force(at, along, pressure):
-    """N of a follower with a trace point [N]."""
+    """Normal force of a follower with a trace point, N [N]."""
     return along * np.sqrt(np.square(pressure) + 1.0)
 
 
 @curve_type(loaded=True)
 def side_thrust(at, along, pressure, arm, reach):
-    """Side thrust times the arm of its guide, S·(arm + reach·y) [N, or N·mm where the arm is a length]."""
+    """Side thrust times a lever, S·(arm + reach·y) [N, or N·mm if the lever is a length]."""
     return along * pressure * (arm + reach * at.y)
 
 
@@ -73,13 +75,13 @@ def guide_drag(at, pressure, drag, slide):
 
 @curve_type(loaded=True)
 def face_force(at, moment, distance):
-    """N on a flat face that oscillates [N]: the moment over the distance of the contact from the pivot."""
+    """Normal force on an oscillating flat face [N]: the moment over the distance of the contact from the pivot."""
     return moment / distance
 
 
 @curve_type(loaded=True)
 def roller_load(at, normal, curvature, roller_radius, pressing, bulge):
-    """N/R at a roller [N/mm]: above 0 where N presses it on the flank.
+    """Load of a roller, N/R [N/mm]; positive where N presses the roller on the flank.
 
     ``pressing`` is the sign of such an N; ``bulge`` is 1 if κ > 0 bends the flank towards the roller, else −1.
     """
@@ -88,38 +90,39 @@ def roller_load(at, normal, curvature, roller_radius, pressing, bulge):
 
 @curve_type
 def curvature_beside(at, curvature, away):
-    """κ of a curve beside the pitch curve [1/mm], by ``away`` to the side to which κ > 0 is hollow [mm]."""
+    """Curvature of a parallel of the pitch curve [1/mm], ``away`` [mm] to the side that κ > 0 makes hollow."""
     return curvature / (1.0 - away * curvature)
 
 
 @curve_type(loaded=True)
 def point_load(at, normal, curvature, face_radius, pressing, bulge, table=None):
-    """N·h/R_s² at a spherical face [N/mm²]; ``pressing`` and ``bulge`` as in ``roller_load``, ``table`` of h."""
+    """Load of a spherical face, N·h/R_s² [N/mm²], with a table of h; other arguments as of ``roller_load``."""
     h, _ = pressure_factor(1.0 - bulge * face_radius * curvature, table)
     return pressing / (face_radius * face_radius) * (normal * h)
 
 
 @curve_type(loaded=True)
 def face_load(at, normal, radius):
-    """N/ρ at a flat face [N/mm]."""
+    """Load of a flat face, N/ρ [N/mm]."""
     return normal / radius
 
 
 @curve_type(loaded=True)
 def shaft_torque(at, along):
-    """T = G·y' [N·mm]."""
+    """Torque of the camshaft, T = G·y' [N·mm]."""
     return along * at.y1
 
 
 def has_guide_friction(setup: Setup) -> bool:
     """Whether the follower runs in a guide with friction."""
-    given = setup.dynamics
+    dynamics = setup.dynamics
     guided = not setup.angular and not setup.mechanism.flat_faced
-    return bool(guided and given.friction and given.guide_length is not None and given.overhang is not None)
+    sizes = dynamics.guide_length is not None and dynamics.overhang is not None
+    return bool(guided and dynamics.friction and sizes)
 
 
 def friction_line(dynamics: FollowerDynamics, count: int, way: float) -> tuple[Any, Any]:
-    """drag and slide: way·μ·q as a line in y."""
+    """The numbers ``drag`` and ``slide`` of the line drag + slide·y = way·μ·q."""
     assert dynamics.guide_length is not None
     assert dynamics.overhang is not None
     q = 1.0 + 2.0 * dynamics.overhang / dynamics.guide_length
@@ -131,8 +134,10 @@ def friction_line(dynamics: FollowerDynamics, count: int, way: float) -> tuple[A
 def motion_force_curve(
     setup: Setup, designs: Designs, programme: Programme, way: float = 0.0, *, pulls: bool = False
 ) -> Any:
-    """G, N (F/l, or the moment of an oscillating flat face), of a follower that moves outward (1), inward (−1) or
-    rests (0); ``pulls`` says that the cam gives F < 0 too."""
+    """Curve of the force along the motion, G [N]; on an oscillating flat face the moment [N·mm].
+
+    ``way`` is the sign of the follower's velocity: 1, −1, or 0 at rest. With ``pulls`` the cam gives F < 0 too.
+    """
     force = force_curve(setup, designs, programme)
     if not (pulls or setup.mechanism.pulls):
         force = _open_contact_force(setup, designs, force)
@@ -145,7 +150,7 @@ def motion_force_curve(
 
 
 def _open_contact_force(setup: Setup, designs: Designs, force: Any) -> Any:
-    """The part of a force along the motion that presses on an open contact."""
+    """Part of a force along the motion that presses on an open contact."""
     preload = setup.with_design_numbers(designs).dynamics.pair_preload
     if preload is None:
         return borne_force(force)
@@ -154,7 +159,7 @@ def _open_contact_force(setup: Setup, designs: Designs, force: Any) -> Any:
 
 
 def normal_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
-    """The normal force of a mechanism, N, of a follower that moves one way."""
+    """Curve of the normal force [N] while the follower moves in one direction."""
     along = motion_force_curve(setup, designs, programme, way)
     if setup.mechanism.curvature:
         return normal_force(along, setup.mechanism.pressure(designs, programme))
@@ -165,7 +170,10 @@ def normal_curve(setup: Setup, designs: Designs, programme: Programme, way: floa
 
 
 def torque_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
-    """The torque of the camshaft while the follower moves one way; without friction the same for all designs."""
+    """Curve of the camshaft's torque [N·mm] while the follower moves in one direction.
+
+    Without friction it is the same for all designs.
+    """
     if has_guide_friction(setup):
         return shaft_torque(motion_force_curve(setup, designs, programme, way, pulls=True))
     return shaft_torque(follower_force_curve(setup, designs, programme))
@@ -174,9 +182,9 @@ def torque_curve(setup: Setup, designs: Designs, programme: Programme, way: floa
 def contact_load(
     setup: Setup, designs: Designs, programme: Programme, flank: Flank | None = None, way: float = 0.0
 ) -> Any:
-    """The load of the contact stress on a flank: N/R, N/mm; at a spherical face N·h/R_s², N/mm².
+    """Curve of the load of contact stress on a flank: N/R [N/mm], at a spherical face N·h/R_s² [N/mm²].
 
-    Without a flank, that on the first one, which pushes.
+    Without a flank, it is the load on the first flank, which pushes.
     """
     flank = flank or setup.mechanism.flanks[0]
     normal = normal_curve(setup, designs, programme, way)
@@ -191,41 +199,40 @@ def contact_load(
 
 
 def flank_path_curvature(setup: Setup, designs: Designs, programme: Programme, flank: Flank) -> Any:
-    """κ of the path of the trace point while it is on a flank: with a clearance it is beside the pitch curve."""
+    """Curve of the curvature of the trace point's path on a flank; a clearance puts it beside the pitch curve."""
     assert setup.mechanism.curvature is not None
-    found = setup.mechanism.curvature(designs, programme)
+    curvature = setup.mechanism.curvature(designs, programme)
     if setup.given.drive.clearance is None:
-        return found
-    return curvature_beside(found, flank.bulge * (setup.half_width(designs) - designs.roller_radius))
+        return curvature
+    return curvature_beside(curvature, flank.bulge * (setup.half_width(designs) - designs.roller_radius))
 
 
 def friction_ways(setup: Setup) -> tuple[tuple[float, int], ...]:
-    """The directions of the guide's friction, each with the pieces of the turn on which it acts."""
+    """The directions of the guide's friction, each with the kinds of pieces on which it acts."""
     return ((1.0, OUTWARD), (-1.0, INWARD), (0.0, RESTING)) if has_guide_friction(setup) else ((0.0, ALL_STROKES),)
 
 
 def driven_kinds(setup: Setup) -> int:
-    """The pieces on which the cam works against the guide's friction; there the follower may jam."""
+    """The kinds of pieces on which the cam works against the guide's friction, where the follower may jam."""
     return OUTWARD | INWARD if setup.mechanism.pulls else OUTWARD
 
 
 def drag_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
-    """μ·q·t."""
     drag = friction_line(setup.with_design_numbers(designs).dynamics, len(designs), 1.0)
     return guide_drag(setup.mechanism.pressure(designs, programme), *drag)
 
 
 def largest_drag(case: EvaluationBlock, kinds: int) -> Extremes:
-    """The largest μ·q·|t| on some pieces of the turn."""
+    """Largest μ·q·|t| on some kinds of pieces."""
     return case.extremes(partial(drag_curve, case.setup), [(kinds, LARGEST_MAGNITUDE)])
 
 
 def load_goal(setup: Setup) -> int:
-    """The extreme of a force along the motion that is the largest load on the flanks."""
+    """The extreme of a force along the motion that loads the flanks most."""
     return LARGEST_MAGNITUDE if setup.mechanism.pulls else LARGEST
 
 
 def is_sound(case: EvaluationBlock) -> Any:
-    """Designs with a contact that bears loads: the profile is not undercut, and the follower does not jam."""
+    """Mask of designs whose contact bears loads: without undercut, and with a follower that does not jam."""
     undercut = np.broadcast_to(case.columns.get("undercut", False), len(case.designs))
     return ~undercut & (np.asarray(case.columns.get("jamming_margin", 1.0)) > 0.0)

@@ -2,8 +2,7 @@
 
     M = (1/2π·∮fᵖ dθ)^(1/p),    p = 1 or 2
 
-An effect says once of which curve a quantity is the mean, and by which monotone map people read it, as of a
-``Peak``.
+An effect declares the curve, and the scale from the mean to the quantity, as with a ``Peak``.
 """
 
 from collections.abc import Callable
@@ -17,20 +16,20 @@ from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import Programme
 
 SmoothPanels = Callable[[Designs, Programme], PanelParts]
-"""The parts of panels on which the curves of one design are smooth."""
+"""Gives the parts of panels on which the curves of one design are smooth."""
 
 
 class Mean(NamedTuple):
     """A quantity that is the mean of a curve over the turn, or its root mean square."""
 
     curves: tuple[Variant, ...]
-    """The curve, or what it is on the pieces of some kinds, which together are the turn."""
+    """The curve, or its parts by kinds of pieces, which together make up the turn."""
     power: int = 1
     scale: Scale = IDENTITY_SCALE
     jumps: Callable[[Programme], bool] = never_jumps
-    """Whether jumps of a motion make it infinite, whatever the design."""
+    """Whether jumps of a motion make it infinite for every design."""
     smooth: SmoothPanels | None = None
-    """Where its curves are smooth, if that is not on whole panels."""
+    """The parts on which its curves are smooth; None if these are whole panels."""
 
     @property
     def is_least(self) -> bool:
@@ -38,10 +37,10 @@ class Mean(NamedTuple):
         return self.scale.falls
 
     def value_of_mean(self, mean: Any) -> Any:
-        """M from the mean of the curve to the power p: numbers or ranges."""
+        """M, from the mean of the curve to the power p; numbers or ranges."""
         return mean if self.power == 1 else np.sqrt(mean)
 
     def power_mean_at(self, quantity: float, numbers: NumberKind) -> Any:
-        """The mean of the curve to the power p at a value of the quantity; below 0 if there is none."""
+        """Mean of the curve to the power p at a value of the quantity; negative if there is none."""
         mean = self.scale.extreme_at(quantity, numbers)
         return mean if self.power == 1 or mean < 0 else mean * mean

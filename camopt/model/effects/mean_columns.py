@@ -1,4 +1,4 @@
-"""The columns of quantities that are means: exact for the motion alone, else by Gauss's rule on parts of panels."""
+"""Columns of quantities that are means: exact for the motion itself, else by Gauss's rule on parts of panels."""
 
 from dataclasses import replace
 from math import inf
@@ -17,32 +17,31 @@ from camopt.model.effects.peak import Derivative
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import Programme, mean_of_powers
 
-POINTS_AT_ONCE = 2**17  # points of all designs of a block
+POINTS_AT_ONCE = 2**17  # points of all designs that are computed together
 ALL_DESIGNS = np.s_[:, None, None]
-"""All designs, at many cam angles of many parts."""
+"""Index of all designs, for many cam angles of many parts."""
 
 
 def power_means(case: EvaluationBlock, mean: Mean) -> Integrals:
-    """The mean of the curve to the power p of each design (designs,), with its error."""
+    """Mean of the curve to the power p, by design (designs,), with its error."""
     count, programme = len(case.designs), case.programme
     if mean.jumps(programme):
         return Integrals(np.full(count, inf), np.zeros(count))
-    if isinstance(made := mean.curves[0][0], Derivative):
-        return Integrals(
-            np.full(count, mean_of_powers(made.source_motion(programme), made.order, mean.power)), np.zeros(count)
-        )
+    if isinstance(curve := mean.curves[0][0], Derivative):
+        value = mean_of_powers(curve.source_motion(programme), curve.order, mean.power)
+        return Integrals(np.full(count, value), np.zeros(count))
     if mean.smooth is None:
         return _integrate_parts(case, mean, cut_panels(programme.table, ()))
-    found = Integrals(*np.zeros((2, count)))
+    means = Integrals(*np.zeros((2, count)))
     for number in range(count):
         one = replace(case, designs=case.designs.take([number]))
-        each = _integrate_parts(one, mean, mean.smooth(one.designs, programme))
-        found.value[number], found.error[number] = each.value[0], each.error[0]
-    return found
+        part = _integrate_parts(one, mean, mean.smooth(one.designs, programme))
+        means.value[number], means.error[number] = part.value[0], part.error[0]
+    return means
 
 
 def _integrate_parts(case: EvaluationBlock, mean: Mean, parts: PanelParts) -> Integrals:
-    """As ``power_means``, for designs whose curves are smooth on the same parts."""
+    """The same for designs whose curves are smooth on the same parts."""
     count = len(case.designs)
 
     def integrals(rule: GaussRule, index: Any) -> FloatArray:
@@ -59,27 +58,29 @@ def _integrate_parts(case: EvaluationBlock, mean: Mean, parts: PanelParts) -> In
 def _apply_rule(
     mean: Mean, designs: Designs, programme: Programme, parts: PanelParts, rule: GaussRule
 ) -> FloatArray:
-    """The mean of the curve to the power p by one rule on each part."""
+    """Mean of the curve to the power p, by one rule on each part."""
     total = np.zeros(len(designs))
     kinds = np.repeat(programme.table.kind, np.diff(programme.table.first_panel))[parts.panel]
-    for make, chosen in mean.curves:
-        some = parts.take((kinds & chosen) != 0)
-        state = part_states(programme, some, some.places_in_parts(rule.nodes[:, None]))
+    for make, curve_kinds in mean.curves:
+        curve_parts = parts.take((kinds & curve_kinds) != 0)
+        state = part_states(programme, curve_parts, curve_parts.places_in_parts(rule.nodes[:, None]))
         value = value_of(make(designs, programme), ALL_DESIGNS, state)
-        half = 0.5 * programme.table.half_width[some.panel] * (some.high - some.low)
-        whole = np.broadcast_to(value**mean.power, (len(designs), rule.nodes.size, half.size))
-        total += matrix_product(matrix_product(rule.weights, np.moveaxis(whole, 1, 0)), half) / (2.0 * np.pi)
+        half = 0.5 * programme.table.half_width[curve_parts.panel] * (curve_parts.high - curve_parts.low)
+        powers = np.broadcast_to(value**mean.power, (len(designs), rule.nodes.size, half.size))
+        total += matrix_product(matrix_product(rule.weights, np.moveaxis(powers, 1, 0)), half) / (2.0 * np.pi)
     return total
 
 
 def mean_column(case: EvaluationBlock, mean: Mean, sound: Any = True) -> EnclosedValue:
-    """A quantity that is a mean, of all designs of a case; infinite for designs that are not sound."""
+    """The column of a mean; infinite for designs that are not ``sound``."""
     count = len(case.designs)
     index = np.flatnonzero(np.broadcast_to(sound, count))
-    found = Integrals(np.full(count, inf), np.zeros(count))
-    for whole, some in zip(found, power_means(replace(case, designs=case.designs.take(index)), mean), strict=True):
-        whole[index] = some
-    near, far = (np.asarray(mean.value_of_mean(each)) for each in (found.value, found.value + found.error))
+    powers = Integrals(np.full(count, inf), np.zeros(count))
+    for column, part in zip(
+        powers, power_means(replace(case, designs=case.designs.take(index)), mean), strict=True
+    ):
+        column[index] = part
+    near, far = (np.asarray(mean.value_of_mean(each)) for each in (powers.value, powers.value + powers.error))
     value = np.asarray(mean.scale.quantity(near, case.designs))
     finite = np.isfinite(near)
     by = np.where(finite, far - np.where(finite, near, 0.0), 0.0)

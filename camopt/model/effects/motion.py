@@ -1,9 +1,9 @@
-"""Motion: peak velocity, acceleration and jerk of the follower. The same for all designs of a programme.
+"""Motion: peak velocity, acceleration and jerk of the follower, the same for all designs of a programme.
 
-With a train they are those of the tool, whose motion is asked; those of the follower have names of their own.
+With a train these are the peaks of the tool; those of the follower have other names.
 
-velocity = ω·y', acceleration = ω²·y'', jerk = ω³·y''' at constant ω; without a speed, the derivatives by cam
-angle themselves. Where a lower derivative jumps a peak is an impulse, and is reported as infinite.
+velocity = ω·y', acceleration = ω²·y'', jerk = ω³·y''' at constant ω; without a speed, the derivatives by the cam
+angle. If a lower derivative jumps, the peak is an impulse, and is reported as infinite.
 """
 
 from functools import cache
@@ -29,7 +29,7 @@ MOVE_KINDS = {"rise": RISE, "return": RETURN, "": RISE | RETURN}
 
 
 def _motion_curves(setup: Setup) -> dict[str, tuple[Derivative, int]]:
-    """Name of each quantity with its derivative and kinds of stroke."""
+    """The derivative and the kinds of strokes of each quantity, by name."""
     return _motion_quantities(
         setup.tool_turns, None if setup.train is None else setup.angular, setup.omega is not None
     )
@@ -39,15 +39,15 @@ def _motion_curves(setup: Setup) -> dict[str, tuple[Derivative, int]]:
 def _motion_quantities(
     tool_turns: bool, follower_turns: bool | None, timed: bool
 ) -> dict[str, tuple[Derivative, int]]:
-    """The same for a tool, a follower that drives it, if there is a train between them, and a speed or none."""
-    found = dict[str, tuple[Derivative, int]]()
+    """The same from what they depend on; ``follower_turns`` is None without a train."""
+    quantities = dict[str, tuple[Derivative, int]]()
     for order, name in enumerate(DERIVATIVE_UNITS, start=1):
         for stroke, kinds in MOVE_KINDS.items():
-            found[motion_quantity(name, stroke, angular=tool_turns, timed=timed)] = Derivative(order), kinds
+            quantities[motion_quantity(name, stroke, angular=tool_turns, timed=timed)] = Derivative(order), kinds
         if follower_turns is not None:
             quantity = motion_quantity(name, AT_FOLLOWER, angular=follower_turns, timed=timed)
-            found[quantity] = Derivative(order, at_follower=True), RISE | RETURN
-    return found
+            quantities[quantity] = Derivative(order, at_follower=True), RISE | RETURN
+    return quantities
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
@@ -55,21 +55,24 @@ def offers(setup: Setup) -> tuple[str, ...]:
 
 
 def motion_table_unit(setup: Setup, order: int) -> str:
-    """The unit in tables of the tool's displacement (0), velocity (1), and so on."""
+    """Unit in tables of the tool's displacement (order 0), velocity (1), and so on."""
     if not order:
         return displacement_unit(angular=setup.tool_turns)
     return motion_unit([*DERIVATIVE_UNITS][order - 1], angular=setup.tool_turns, timed=setup.omega is not None)
 
 
 def error_names(setup: Setup) -> tuple[str, str, str, str]:
-    """The quantities of the largest errors of position, velocity and acceleration, and of the change in a dwell."""
+    """Names of the largest errors of position, velocity and acceleration, and of the change in a dwell."""
     angular, timed = setup.tool_turns, setup.omega is not None
     first, second, third = (error_quantity(order, angular=angular, timed=timed) for order in range(3))
     return first, second, third, dwell_error_quantity(angular=angular)
 
 
 def motion_scale(setup: Setup, order: int, *, at_follower: bool = False) -> Any:
-    """From mm (rad) by cam angle to the table's unit: mm or deg, m by time, rad by time, mm or deg by cam angle."""
+    """Factor from mm or rad per radⁿ to the unit of tables.
+
+    That is mm or deg for a displacement, m or rad per sⁿ with a speed, and mm or deg per radⁿ without one.
+    """
     turns = setup.angular if at_follower else setup.tool_turns
     if order and setup.omega is not None:
         return setup.omega**order * (1.0 if turns else 1e-3)
@@ -77,7 +80,7 @@ def motion_scale(setup: Setup, order: int, *, at_follower: bool = False) -> Any:
 
 
 def derivative_scale(setup: Setup, order: int, *, at_follower: bool = False) -> Scale:
-    """As ``motion_scale``, for any kind of number."""
+    """The same as a scale, for any kind of number."""
     turns = setup.angular if at_follower else setup.tool_turns
     if setup.rpm is None:
         return DegreeScale(int(turns))
@@ -88,9 +91,9 @@ def derivative_scale(setup: Setup, order: int, *, at_follower: bool = False) -> 
 
 def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     return {
-        name: derivative_peak(made.source_motion(case.programme), made.order, kinds)
-        * motion_scale(case.setup_per_design, made.order, at_follower=made.at_follower)
-        for name, (made, kinds) in _motion_curves(case.setup).items()
+        name: derivative_peak(curve.source_motion(case.programme), curve.order, kinds)
+        * motion_scale(case.setup_per_design, curve.order, at_follower=curve.at_follower)
+        for name, (curve, kinds) in _motion_curves(case.setup).items()
         if name in wanted
     }
 
@@ -99,9 +102,9 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     return {name: _motion_peak(setup, *which) for name, which in _motion_curves(setup).items()}
 
 
-def _motion_peak(setup: Setup, made: Derivative, kinds: int) -> Peak:
-    unit = derivative_scale(setup, made.order, at_follower=made.at_follower)
-    return Peak(((made, kinds),), LARGEST_MAGNITUDE, unit, made.jumps)
+def _motion_peak(setup: Setup, curve: Derivative, kinds: int) -> Peak:
+    unit = derivative_scale(setup, curve.order, at_follower=curve.at_follower)
+    return Peak(((curve, kinds),), LARGEST_MAGNITUDE, unit, curve.jumps)
 
 
 EFFECT = Effect("motion", offers, run, is_of_motion=lambda setup: True, peaks=peaks, exact=True)

@@ -1,16 +1,17 @@
-"""Errors of the motion by the tolerances of a scene, to first order: the largest over the turn, and in dwells.
+"""Errors of the motion within the tolerances of a scene, to first order: the largest over the turn, and in dwells.
 
-A small error moves the follower by δ = (|N|·δn − N·δq)/(N·u), with the outward normal N where it touches, the
-direction u in which its trace point q moves with it, and what is off along the normal, δn, or of that point, δq. By
-the tangent T = tan β of the pressure angle that is
+A small error moves the follower by δ = (|N|·δn − N·δq)/(N·u). N is the outward normal at the contact, and u the
+direction in which the trace point moves with the follower. δn is an error along the normal, δq an error of the
+trace point. With the tangent T = tan β of the pressure angle, a unit error moves the follower by
 
     roller, profile, bore of a disc:  √(1 + T²)      offset, arm:  ± T      centre distance:  sin ψ − T·cos ψ
 
-over the length l of an arm; of a flat face 1, of a swinging one 1/t with the reach t, of its centre distance
-sin ψ/t, of a tilt the distance from the stem; of the phase, and of a cylinder's bore over R_m, y'. At worst all
-errors are at the ends of their zones that move the follower the same way, −1 or +1.
+divided by the length l of an arm. For a translating flat face the factor is 1, for its tilt the distance of the
+contact from the stem. For a swinging face it is 1/t with the reach t, for its centre distance sin ψ/t. For the
+phase, and for a cylinder's bore over R_m, it is y'. In the worst case all errors are at those ends of their zones
+that move the follower in the same direction, −1 or +1.
 
-In a dwell the follower stays, but for waves of the profile and the bore that turns with the cam.
+In a dwell the follower moves only by waves of the profile, and by the bore, which turns with the cam.
 
 Source: the closed loop of cam and follower (Norton, Cam Design and Manufacturing Handbook, ch. 7), varied.
 """
@@ -37,11 +38,11 @@ from camopt.model.motion.programme import LEAST_JUMP, Programme
 from camopt.model.motion.stroke import ALL_STROKES
 
 TOLERANCE_KEYS, WAVE_KEYS = ("tolerances",), ("tolerances.waves",)
-"""The keys that a scene lacks without any, and for the slope of the profile."""
+"""Missing keys of a scene: without tolerances, and for the slope of the profile."""
 
 
 class TraceError(NamedTuple):
-    """out·√(1 + T²) + along·|T| + leaning·T + turning·|y'| + ahead·y', mm (rad)."""
+    """Error with a trace point, out·√(1 + T²) + along·|T| + leaning·T + turning·|y'| + ahead·y' [mm or rad]."""
 
     pressure: Any
     out: FloatArray
@@ -52,7 +53,7 @@ class TraceError(NamedTuple):
 
 
 class ArmError(NamedTuple):
-    """That of a trace point, and across·|g| + nearer·g with g = sin ψ − T·cos ψ; rad."""
+    """Error of a trace point on an arm, ``trace`` and across·|g| + nearer·g with g = sin ψ − T·cos ψ [rad]."""
 
     trace: TraceError
     cosine: FloatArray
@@ -62,7 +63,7 @@ class ArmError(NamedTuple):
 
 
 class FaceError(NamedTuple):
-    """out + turning·|y'| + ahead·y' + tilting·|x| + leaning·x with x = ±y' − e, mm."""
+    """Error of a translating face, out + turning·|y'| + ahead·y' + tilting·|x| + leaning·x, x = ±y' − e [mm]."""
 
     offset: FloatArray
     sense: FloatArray
@@ -74,7 +75,7 @@ class FaceError(NamedTuple):
 
 
 class SwingingFaceError(NamedTuple):
-    """(out + across·|sin ψ| + nearer·sin ψ)/t + turning·|y'| + ahead·y', rad."""
+    """Error of a swinging face, (out + across·|sin ψ| + nearer·sin ψ)/t + turning·|y'| + ahead·y' [rad]."""
 
     reach: Any
     cosine: FloatArray
@@ -125,18 +126,18 @@ def swinging_face_error(f, i, at):
     return value, (along1 - along * t1 / t) / t + (f.turning[i] * np.sign(at.y1) + f.ahead[i]) * at.y2
 
 
-def error_curve(setup: Setup, given: ToleranceBands, side: float, designs: Designs, programme: Programme) -> Any:
-    """Curve of the worst error to one side, +1 or −1, of the follower; mm (rad)."""
+def error_curve(setup: Setup, bands: ToleranceBands, side: float, designs: Designs, programme: Programme) -> Any:
+    """Curve of the follower's worst error to one side, +1 or −1 [mm or rad]."""
     mechanism, zeros = setup.mechanism, np.zeros(len(designs))
-    sizes = {field: given.sizes.get(field, NO_BAND) for field in mechanism.sizes}
-    out = zeros + (given.profile + sizes.get("roller_radius", NO_BAND).end(side))
-    turning, ahead = zeros + given.phase.half, zeros + side * given.phase.middle
+    sizes = {field: bands.sizes.get(field, NO_BAND) for field in mechanism.sizes}
+    out = zeros + (bands.profile + sizes.get("roller_radius", NO_BAND).end(side))
+    turning, ahead = zeros + bands.phase.half, zeros + side * bands.phase.middle
     if mechanism.body.developed:
-        turning = turning + given.bore / designs.size
+        turning = turning + bands.bore / designs.size
     else:
-        out = out + given.bore
+        out = out + bands.bore
     if mechanism.flat_faced and not setup.angular:
-        tilting, leaning = zeros + given.tilt.half, zeros - side * given.tilt.middle
+        tilting, leaning = zeros + bands.tilt.half, zeros - side * bands.tilt.middle
         sense = np.full(len(designs), designs.sense)
         return FaceError(zeros + designs.offset, sense, out, turning, ahead, tilting, leaning)
     pressure = mechanism.pressure(designs, programme)
@@ -163,16 +164,17 @@ def offers(setup: Setup) -> tuple[str, ...]:
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
-    given, names = setup.errors, offers(setup)
-    if given is None:
+    bands, names = setup.errors, offers(setup)
+    if bands is None:
         return dict.fromkeys(names, TOLERANCE_KEYS)
-    return dict.fromkeys(names[1:3], WAVE_KEYS) if given.profile and given.waves is None else {}
+    return dict.fromkeys(names[1:3], WAVE_KEYS) if bands.profile and bands.waves is None else {}
 
 
 def _sole_contact_ratio(setup: Setup) -> float | None:
-    """That of the train, if one contact moves it and it is the same everywhere, whatever the tolerances.
+    """The constant ratio of a train that one contact drives; 1 without a train.
 
-    None where no curve tells errors (``effects.error_extremes``).
+    None if there is no curve of the errors (``effects.error_extremes``): with two contacts, with another train, or
+    with tolerances in the train.
     """
     if setup.mechanism.further_contacts:
         return None
@@ -182,35 +184,35 @@ def _sole_contact_ratio(setup: Setup) -> float | None:
 
 
 def peaks(setup: Setup) -> Mapping[str, Peak]:
-    given, ratio = setup.errors, _sole_contact_ratio(setup)
-    if given is None or ratio is None:
+    bands, ratio = setup.errors, _sole_contact_ratio(setup)
+    if bands is None or ratio is None:
         return {}
     factor = abs(ratio)
     scale: Scale = DegreeScale(1, factor) if setup.tool_turns else Multiple(factor)
-    sides = (1.0, -1.0) if given.is_lopsided else (1.0,)
-    curves = tuple((partial(error_curve, setup, given, side), ALL_STROKES) for side in sides)
+    sides = (1.0, -1.0) if bands.is_lopsided else (1.0,)
+    curves = tuple((partial(error_curve, setup, bands, side), ALL_STROKES) for side in sides)
     names = error_names(setup)
-    found = {names[0]: Peak(curves, LARGEST, scale)}
-    for order in (1, 2) if given.waves or not given.profile else ():
-        rates = tuple((partial(rate_curve, setup, given, order, side), ALL_STROKES) for side in sides)
+    errors = {names[0]: Peak(curves, LARGEST, scale)}
+    for order in (1, 2) if bands.waves or not bands.profile else ():
+        rates = tuple((partial(rate_curve, setup, bands, order, side), ALL_STROKES) for side in sides)
         unit = derivative_scale(setup, order)
         unit = unit if factor == 1.0 else PerDesignFactor(unit, lambda designs: factor)
-        found[names[order]] = Peak(rates, LARGEST, unit, partial(_error_jumps, setup, given, order))
-    return found
+        errors[names[order]] = Peak(rates, LARGEST, unit, partial(_error_jumps, setup, bands, order))
+    return errors
 
 
-def _error_jumps(setup: Setup, given: ToleranceBands, order: int, programme: Programme) -> bool:
+def _error_jumps(setup: Setup, bands: ToleranceBands, order: int, programme: Programme) -> bool:
     """Whether a jump of the motion makes an error of velocity (1) or acceleration (2) infinite, in every design.
 
-    Each does that changes the normal. Where a follower stands square to its cam, what is off along the normal
-    answers with √(1 + T²), which has no jump in its slope.
+    Every jump that changes the normal does. If the pressure angle is 0 there, errors along the normal have the
+    factor √(1 + T²), whose slope does not jump.
     """
     mechanism = setup.mechanism
-    if mechanism.flat_faced and not setup.angular and given.phase == NO_BAND and given.tilt == NO_BAND:
+    if mechanism.flat_faced and not setup.angular and bands.phase == NO_BAND and bands.tilt == NO_BAND:
         return False
-    even = given.is_square and not given.bore and given.phase == NO_BAND and given.sizes.keys() <= {"roller_radius"}
+    along = bands.is_square and not bands.bore and bands.phase == NO_BAND
     jumps = [jump for jump in programme.jumps if jump.order <= order]
-    if even and order == 2 and not programme.corners:
+    if along and bands.sizes.keys() <= {"roller_radius"} and order == 2 and not programme.corners:
         speeds = programme.motion_at(np.array([jump.at for jump in jumps]))[1] if jumps else np.empty(0)
         return bool(np.any(np.abs(speeds) > LEAST_JUMP * programme.table.most[:, 1].max()))
     return bool(jumps)
@@ -220,40 +222,40 @@ def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     *rates, dwell = error_names(case.setup)
     if _sole_contact_ratio(case.setup) is None:
         return _sample_errors(case, wanted)
-    every = peaks(case.setup)
-    found: dict[str, Any] = {name: peak_column(case, every[name]) for name in rates if name in wanted}
+    curves = peaks(case.setup)
+    columns: dict[str, Any] = {name: peak_column(case, curves[name]) for name in rates if name in wanted}
     if dwell in wanted:
-        found[dwell] = _dwell_changes(case)
-    return found
+        columns[dwell] = _dwell_changes(case)
+    return columns
 
 
 def _sample_errors(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-    """Those that no curve tells."""
+    """The errors without a curve."""
     *rates, dwell = error_names(case.setup)
-    every = {name: order for order, name in enumerate(rates) if name in wanted}
-    largest = largest_errors(case, [*every.values()])
-    found: dict[str, Any] = {
-        name: motion_scale(case.setup_per_design, k) * each
-        for (name, k), each in zip(every.items(), largest, strict=True)
+    orders = {name: order for order, name in enumerate(rates) if name in wanted}
+    largest = largest_errors(case, [*orders.values()])
+    columns: dict[str, Any] = {
+        name: motion_scale(case.setup_per_design, order) * error
+        for (name, order), error in zip(orders.items(), largest, strict=True)
     }
     if dwell in wanted:
-        found[dwell] = motion_scale(case.setup, 0) * dwell_errors(case)
-    return found
+        columns[dwell] = motion_scale(case.setup, 0) * dwell_errors(case)
+    return columns
 
 
 def _dwell_changes(case: EvaluationBlock) -> FloatArray:
-    """The largest change of the position in a dwell."""
-    setup, given, ratio = case.setup, case.setup.errors, _sole_contact_ratio(case.setup)
-    assert given is not None
+    """Largest change of the position in a dwell [mm or deg]."""
+    setup, bands, ratio = case.setup, case.setup.errors, _sole_contact_ratio(case.setup)
+    assert bands is not None
     assert ratio is not None
-    alone = ToleranceBands({}, profile=1.0)
+    unit_profile = ToleranceBands({}, profile=1.0)
     changes = [np.zeros(len(case.designs))]
     for stroke in case.programme.tool.dwells:
         at = case.programme.state(np.array([stroke.start + 0.5 * stroke.angle]))
-        answer = value_of(error_curve(setup, alone, 1.0, case.designs, case.programme), slice(None), at)
-        waves = 2.0 * given.profile * sin(min(0.5 * stroke.angle * (given.waves or inf), 0.5 * pi))
-        bore = 2.0 * given.bore * sin(min(0.5 * stroke.angle, 0.5 * pi))
-        changes.append(answer * (waves + (0.0 if setup.mechanism.body.developed else bore)))
+        response = value_of(error_curve(setup, unit_profile, 1.0, case.designs, case.programme), slice(None), at)
+        waves = 2.0 * bands.profile * sin(min(0.5 * stroke.angle * (bands.waves or inf), 0.5 * pi))
+        bore = 2.0 * bands.bore * sin(min(0.5 * stroke.angle, 0.5 * pi))
+        changes.append(response * (waves + (0.0 if setup.mechanism.body.developed else bore)))
     unit = np.degrees(1.0) if setup.tool_turns else 1.0
     return np.asarray(abs(ratio) * unit * np.max(changes, axis=0))
 

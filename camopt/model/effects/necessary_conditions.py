@@ -1,26 +1,26 @@
-"""Necessary conditions that follow from a bound on a quantity, for any cam."""
+"""Necessary conditions on any cam that follow from a bound on a quantity."""
 
 from math import inf
 from typing import NamedTuple
 
 
 class LeastForce(NamedTuple):
-    """A least contact force at every cam angle, at a given speed of the cam."""
+    """A least contact force at every cam angle, at a speed of the cam."""
 
     omega: float
-    """rad/s."""
+    """Speed of the cam [rad/s]."""
     force: float
-    """N, at the trace point."""
+    """Force at the trace point [N]."""
 
 
 class NecessaryConditions(NamedTuple):
     """Conditions that every design within a bound meets."""
 
     least_size: float = 0.0
-    """A base (mean) radius below which none does, mm."""
+    """Least base or mean radius [mm]."""
     most_size: float = inf
-    """And one above which none does, mm."""
+    """Largest base or mean radius [mm]."""
     reach: float = inf
-    """The reach along a flat face beyond which none does, mm."""
+    """Largest reach along a flat face [mm]."""
     force: LeastForce | None = None
-    """The contact force without which none does."""
+    """Least contact force."""

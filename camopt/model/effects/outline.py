@@ -1,23 +1,23 @@
-"""Outline: the radius of the circle about the cam's axis that the turning cam needs, and what it leaves of room.
+"""Outline: the radius of the circle that the turning cam fills, and its clearance to pivot and edge.
 
-The farthest point of a profile has its normal along the radius. So it is where the trace point C is farthest, at
-|C| − R_r; under a flat face, where the face is farthest: at R_b + y if it translates, at f + c·sin ψ if it swings.
-That is so for a profile that is not undercut; of one that is, this is an upper bound.
+At the farthest point of a profile the normal is along the radius. With a trace point C, the farthest point is where
+C is farthest, at |C| − R_r. With a flat face it is where the face is farthest: at R_b + y if the face translates,
+at f + c·sin ψ if it swings. For an undercut profile this is an upper bound.
 
-Each of these rises with the displacement y and depends on nothing else of the motion: from the base circle to the
-highest position ψ stays below π of an arm, below π/2 of a face. So the farthest is that at the highest position; of
-the second disc of a pair, whose motion is reversed, at the lowest.
+These distances rise with the displacement y and depend on nothing else of the motion: up to the highest position ψ
+stays below π for an arm, and below π/2 for a face. So the farthest point belongs to the highest position; on the
+second disc of a pair, whose motion is reversed, to the lowest.
 
-The pivot of a follower that oscillates is at the distance c from the cam's axis. The turning cam stays from it by
+The pivot of an oscillating follower is at the distance c from the cam's axis. Its clearance to the turning cam is
 
     c − R_out
 
-which has to be more than the radius of its boss. Below 0 the cam runs through the pivot: it breaks the limit
-``pivot_in_cam``, which holds for every cam.
+and has to be more than the radius of its boss. Below 0 the cam runs through the pivot and breaks the limit
+``pivot_in_cam``, which every cam has.
 
-A groove in the face of a disc has an outer wall, at |C| + R_r where it is farthest, and half the clearance of the
-roller beyond that: that is its R_out. What is left to the edge of a disc of the diameter D is the wall D/2 − R_out.
-The follower is beside such a disc, so nothing is said of its pivot.
+A groove in the face of a disc has R_out = max |C| + R_r plus half the clearance of the roller: the farthest point
+of its outer wall. A disc of the diameter D then has the edge wall D/2 − R_out. The follower is beside such a disc,
+so there is no clearance to its pivot.
 
 Source: regrouped from Norton, Cam Design and Manufacturing Handbook, ch. 7.
 """
@@ -43,7 +43,7 @@ EDGE_WALL = "edge_wall_min_mm"
 
 @curve_type
 def outline_clearance(at, outline, distance):
-    """A distance from the cam's axis, as that of the pivot, less how far the outline is from it [mm]."""
+    """A distance from the cam's axis, such as that of the pivot, minus that of the outline [mm]."""
     return distance - outline
 
 
@@ -62,7 +62,7 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 
 
 def _outermost_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
-    """Curve of the distance of the outline from the axis: of the flank farthest from it, beside the roller."""
+    """Curve of the outline's distance from the axis, for the flank that is farthest from it [mm]."""
     assert setup.mechanism.outline is not None
     side = max(flank.side for flank in setup.mechanism.flanks)
     return setup.mechanism.outline(designs, programme, side * setup.half_width(designs))
@@ -79,7 +79,7 @@ def _edge_clearance(
 
 
 def _centre_distance(designs: Designs) -> Any:
-    """c, mm: clearances are right to so much of it."""
+    """Centre distance c [mm], the scale of errors of clearances."""
     return designs.centre_distance
 
 

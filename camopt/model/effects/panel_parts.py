@@ -16,14 +16,14 @@ from camopt.model.motion.programme import Programme
 
 
 class PanelParts(NamedTuple):
-    """Parts of panels (n,): the panel, and its ends in u."""
+    """Parts of panels (n,), each with its panel and its ends in u."""
 
     panel: IntArray
     low: FloatArray
     high: FloatArray
 
     def places_in_parts(self, share: FloatArray) -> FloatArray:
-        """u at places from −1 to 1 of each part."""
+        """The panels' u at places from −1 to 1 of each part."""
         return 0.5 * ((1.0 - share) * self.low + (1.0 + share) * self.high)
 
     def take(self, index: Any) -> "PanelParts":
@@ -32,7 +32,7 @@ class PanelParts(NamedTuple):
 
 
 def cut_panels(table: MotionTable, cuts: Iterable[tuple[int, float]]) -> PanelParts:
-    """All panels of a motion, cut at (panel, u)."""
+    """All panels of a motion, cut at places (panel, u)."""
     whole = [(panel, -1.0) for panel in range(len(table.centre))]
     panel, low = (np.array(column) for column in zip(*sorted([*whole, *cuts]), strict=True))
     last = np.diff(panel, append=len(table.centre)) != 0
@@ -40,7 +40,7 @@ def cut_panels(table: MotionTable, cuts: Iterable[tuple[int, float]]) -> PanelPa
 
 
 def part_states(programme: Programme, parts: PanelParts, u: FloatArray) -> State:
-    """The state at places (…, n) of parts, without y''': slopes of curves are not valid."""
+    """The state at places (…, n) of parts, without y'''; slopes of curves are not valid."""
     table = programme.table
     y, y1, y2 = (
         polynomial.polyval(u, series[:, parts.panel], tensor=False) for series in _motion_polynomials(programme)
@@ -58,5 +58,5 @@ def part_states(programme: Programme, parts: PanelParts, u: FloatArray) -> State
 
 @lru_cache(maxsize=64)
 def _motion_polynomials(programme: Programme) -> tuple[FloatArray, ...]:
-    """y, y' and y'' as polynomials, which a bisection asks for again and again."""
+    """The polynomials of y, y' and y'', cached for bisections."""
     return tuple(displacement_derivative(programme.table, order) for order in range(3))

@@ -1,7 +1,7 @@
-"""Work over a turn: sums, products, integrals and extremes of panel polynomials.
+"""Sums, products, integrals and extremes of polynomials on the panels of a turn.
 
-A series is an array (powers, panels), or (powers, settings, panels): on each panel of a programme a polynomial in
-u ∈ [−1, 1]. What is made of the motion by sums, products and integrals is one again: nothing here is sampled.
+A series is an array (powers, panels), or (powers, settings, panels): a polynomial in u ∈ [−1, 1] on each panel of a
+programme. Sums, products and integrals of series are series, so nothing here is sampled.
 """
 
 from math import inf
@@ -14,16 +14,15 @@ from camopt.core.numerics import FloatArray
 from camopt.core.numerics.piecewise import MotionTable, bernstein, halve_bernstein
 from camopt.core.numerics.stable_functions import matrix_product
 
-WORK_ERROR = 2.0**-46  # of the largest magnitude: above the rounding of a halving of degree 30, so that it ends
+WORK_ERROR = 2.0**-46  # of the largest magnitude: more than the rounding of a halving at degree 30, so halving ends
 
 
 def displacement_derivative(table: MotionTable, order: int) -> FloatArray:
-    """A derivative of y by cam angle."""
+    """A derivative of y by the cam angle, as a series."""
     return np.asarray(polynomial.polyder(table.coefficients.T, order) / table.half_width**order)
 
 
 def sum_series(*terms: FloatArray) -> FloatArray:
-    """The sum of series of any degrees."""
     shape = np.broadcast_shapes(*(term.shape[1:] for term in terms))
     total = np.zeros((max(len(term) for term in terms), *shape))
     for term in terms:
@@ -32,31 +31,31 @@ def sum_series(*terms: FloatArray) -> FloatArray:
 
 
 def multiply_series(a: FloatArray, b: FloatArray) -> FloatArray:
-    found = np.zeros((len(a) + len(b) - 1, *np.broadcast_shapes(a.shape[1:], b.shape[1:])))
+    product = np.zeros((len(a) + len(b) - 1, *np.broadcast_shapes(a.shape[1:], b.shape[1:])))
     for power, row in enumerate(b):
-        found[power : power + len(a)] += row * a
-    return found
+        product[power : power + len(a)] += row * a
+    return product
 
 
 def integrate_series(half_width: FloatArray, series: FloatArray) -> FloatArray:
-    """The integral over the cam angle from the start of the turn, as a series on panels of these half-widths."""
-    found = polynomial.polyint(series) * half_width
-    found[0] -= polynomial.polyval(-1.0, found)
-    found[0, ..., 1:] += np.cumsum(polynomial.polyval(1.0, found), axis=-1)[..., :-1]
-    return np.asarray(found)
+    """Integral over the cam angle from the start of the turn, as a series on panels of these half-widths."""
+    integral = polynomial.polyint(series) * half_width
+    integral[0] -= polynomial.polyval(-1.0, integral)
+    integral[0, ..., 1:] += np.cumsum(polynomial.polyval(1.0, integral), axis=-1)[..., :-1]
+    return np.asarray(integral)
 
 
 def turn_integral(half_width: FloatArray, series: FloatArray) -> Any:
-    """The integral over the whole turn, (settings,) if there are some; only even powers contribute."""
+    """Integral over the whole turn, (settings,) if the series has settings; only even powers contribute."""
     even = series[::2]
     return matrix_product(matrix_product(2.0 / np.arange(1, 2 * len(even), 2), even), half_width)[()]
 
 
 def largest_of_series(series: FloatArray) -> Any:
-    """The largest value of a series, (settings,) if there are some, to WORK_ERROR of its largest magnitude.
+    """Largest value of a series, (settings,) if it has settings, to WORK_ERROR of its largest magnitude.
 
-    Bernstein coefficients enclose a polynomial, and the first and the last are its values at the ends. Parts of
-    panels that may hold more than the largest value seen are halved.
+    Bernstein coefficients enclose a polynomial; the first and the last are its values at the ends. Parts of panels
+    that may exceed the largest value so far are halved.
     """
     panels, degree = series.shape[-1], len(series) - 1
     parts = matrix_product(bernstein(degree), series.reshape(len(series), -1))
@@ -65,7 +64,7 @@ def largest_of_series(series: FloatArray) -> Any:
     room = WORK_ERROR * np.abs(parts).max(axis=0).reshape(-1, panels).max(axis=1)
     while owner.size:
         np.maximum.at(best, owner, parts[[0, -1]].max(axis=0))
-        open_ = parts.max(axis=0) > (best + room)[owner]
-        owner = np.tile(owner[open_], 2)
-        parts = np.concatenate(halve_bernstein(parts[:, open_]), axis=1)
+        above = parts.max(axis=0) > (best + room)[owner]
+        owner = np.tile(owner[above], 2)
+        parts = np.concatenate(halve_bernstein(parts[:, above]), axis=1)
     return best.reshape(series.shape[1:-1])[()]

@@ -1,8 +1,8 @@
-"""Peaks: quantities that are the extreme of curves over the turn.
+"""Peaks: quantities that are extremes of curves over the turn.
 
-An effect says once which extreme of which curves a quantity is, and by which monotone map people read it (its
-scale). What designs of a box have at least, and what a bound on the quantity requires of the curves, in any kind of
-number, follow from that.
+An effect declares once the curves, which extreme of them counts, and the scale: the monotone map from the extreme
+to the quantity. Bounds over boxes of designs, and the constraint on the curves that a limit sets, follow from that
+in any kind of number.
 """
 
 import math
@@ -29,7 +29,7 @@ class HasTool(Protocol):
 
 
 Variant = tuple[Callable[[Designs, Programme], Any], int]
-"""A curve and the kinds of piece over which it counts."""
+"""A curve, and the kinds of pieces over which it counts."""
 
 
 class NumberKind(NamedTuple):
@@ -43,60 +43,61 @@ class NumberKind(NamedTuple):
 DOUBLES = NumberKind(float, lambda: math.pi, math.tan)
 
 
-CLEAR_SHARE = 1e-9  # relative, of what is further from a bound than rounding
+CLEAR_SHARE = 1e-9  # relative distance from a bound that is more than rounding
 
 
 def unit_weight(designs: Designs) -> float:
-    """The weight of most curves."""
     return 1.0
 
 
 def size_unit(designs: Designs) -> Any:
-    """The unit of lengths."""
+    """The size of the cam, as the scale of errors of lengths."""
     return designs.size
 
 
 class RadiusRange(NamedTuple):
-    """The radii, from and to, of bodies that may touch the cam; mm, for all pitch curves or each."""
+    """A range of radii of the body that touches the cam [mm], for all pitch curves or for each."""
 
     least: Any = -math.inf
     most: Any = math.inf
 
     def intersection(self, other: "RadiusRange") -> "RadiusRange":
-        """Those that are in another range too."""
+        """The radii that are in both ranges."""
         return RadiusRange(np.maximum(self.least, other.least), np.minimum(self.most, other.most))
 
     def contains(self, radius: FloatArray) -> Any:
-        """Which radii are among them."""
+        """Which radii are in the range."""
         return (self.least <= radius) & (radius <= self.most)
 
 
 RadiiOfCurves = Callable[[Any, Callable[[Designs], Any], RadiusRange], tuple[RadiusRange, RadiusRange]]
-"""From a case of pitch curves, the inverse of what designs are allowed, and some bodies: with which of these the
-curves hold it for certain, and with which they may."""
+"""The radii of bodies with which pitch curves surely meet a limit, and those with which they may.
+
+It takes a block of pitch curves, the inverse of the designs' limit, and the range of bodies.
+"""
 
 
 class RadiusWeight(ABC):
-    """A weight that depends on the radius of the body that touches the cam alone."""
+    """A weight that depends only on the radius of the body that touches the cam."""
 
     @abstractmethod
     def __call__(self, designs: Designs) -> Any: ...
 
     @abstractmethod
     def allowed_radii(self, extreme: FloatArray, room: float) -> RadiusRange:
-        """The bodies with which the weight times an extreme is at most 1.
+        """The radii with which the weight times an extreme is at most 1.
 
-        ``room``, relative, is kept from the ends of the range: more than rounding; or beyond them, if below 0.
+        ``room`` is a relative margin at the ends of the range, inwards, or outwards if negative.
         """
 
     @abstractmethod
     def largest_weight(self, bodies: RadiusRange) -> float:
-        """The largest weight with one of some bodies."""
+        """Largest weight over a range of radii."""
 
 
 @dataclass(frozen=True)
 class BodyRadiusPlus(RadiusWeight):
-    """R_r + ρ of a design: times the curvature of its pitch curve it is 1 where the profile's radius is ρ, mm."""
+    """R_r + ρ [mm]; times the curvature of the pitch curve it is 1 where the profile has the radius ρ."""
 
     radius: float
 
@@ -112,7 +113,7 @@ class BodyRadiusPlus(RadiusWeight):
 
 @dataclass(frozen=True)
 class CutterOverRoller(RadiusWeight):
-    """R_c − R_r of a cutter larger than the roller, else 0, mm.
+    """R_c − R_r for a cutter larger than the roller, else 0 [mm].
 
     Times the curvature of the pitch curve it is −1 where the cutter just reaches a hollow flank.
     """
@@ -130,32 +131,31 @@ class CutterOverRoller(RadiusWeight):
 
 
 def _weight_limit(extreme: FloatArray) -> FloatArray:
-    """The largest weight that times an extreme is at most 1; −∞ where the extreme is infinite, for none will do."""
+    """Largest weight whose product with an extreme is at most 1; −∞ if the extreme is infinite."""
     with np.errstate(divide="ignore"):
         return np.where(extreme == np.inf, -np.inf, 1.0 / np.maximum(extreme, 0.0))
 
 
 def inverse_roller_radius(designs: Designs) -> Any:
-    """1/R_r, 1/mm."""
     return 1.0 / designs.roller_radius
 
 
 class Scale(ABC):
-    """A monotone map from the extreme of a curve to the quantity that people read.
+    """A monotone map from the extreme of a curve to a quantity.
 
-    The quantity is q where weight(q)·extreme is ``extreme_at`` q; no weight is below 0, since searches look where
-    the curve itself is largest or least.
+    The quantity is q where weight(q)·extreme equals ``extreme_at`` q. Weights are not negative, because searches
+    look where the curve itself is largest or least.
     """
 
     falls: ClassVar[bool] = False
-    """Whether the quantity falls where the extreme rises."""
+    """Whether the quantity falls as the extreme rises."""
 
     @abstractmethod
     def quantity(self, extreme: Any, designs: Designs) -> Any:
-        """The quantity of designs from the extreme; numbers or ranges."""
+        """The quantity of designs, from the extreme; numbers or ranges."""
 
     def change(self, extreme: FloatArray, by: FloatArray, designs: Designs) -> FloatArray:
-        """The change of the quantity for a change of the extreme; 0 where the quantity is infinite."""
+        """Change of the quantity for a change of the extreme; 0 if the quantity is infinite."""
         with np.errstate(divide="ignore"):
             near, far = (np.asarray(self.quantity(each, designs)) for each in (extreme, extreme + by))
         finite = np.isfinite(near)
@@ -166,7 +166,7 @@ class Scale(ABC):
         """The weighted extreme at a value of the quantity, in a kind of number."""
 
     def weight(self, quantity: float) -> Callable[[Designs], Any]:
-        """The factor of the curve, which may depend on the design."""
+        """The weight of the curve at a value of the quantity, by design."""
         return unit_weight
 
 
@@ -191,7 +191,7 @@ IDENTITY_SCALE = Multiple()
 
 @dataclass(frozen=True)
 class AngleOfTangent(Scale):
-    """The angle in deg of a tangent ≥ 0."""
+    """The angle of a tangent ≥ 0 [deg]."""
 
     def quantity(self, extreme: Any, designs: Designs) -> Any:
         return np.degrees(arctangent(extreme))
@@ -202,10 +202,10 @@ class AngleOfTangent(Scale):
 
 @dataclass(frozen=True)
 class TimeDerivative(Scale):
-    """A derivative by time from that of the same order by the cam angle: extreme·ωⁿ/unit."""
+    """A derivative by time, from the derivative by the cam angle: extreme·ωⁿ/unit."""
 
     unit: float
-    """Of the quantity, in mm (rad) per sⁿ."""
+    """The unit of the quantity, in mm (rad) per sⁿ."""
     order: int
     rpm: float
 
@@ -219,7 +219,7 @@ class TimeDerivative(Scale):
 
 @dataclass(frozen=True)
 class TurnIntegral(Scale):
-    """The integral over the turn that has the extreme as its mean: 2π·extreme."""
+    """The integral over the turn, from the mean: 2π·extreme."""
 
     def quantity(self, extreme: Any, designs: Designs) -> Any:
         return extreme * (2.0 * math.pi)
@@ -230,7 +230,7 @@ class TurnIntegral(Scale):
 
 @dataclass(frozen=True)
 class DegreeScale(Scale):
-    """A multiple of the extreme with its angle in deg: factor·extreme·(180/π)ⁿ, n = 1 or −1."""
+    """A multiple of the extreme with rad converted to deg: factor·extreme·(180/π)ⁿ, n = 1, 0 or −1."""
 
     power: int
     factor: float = 1.0
@@ -244,7 +244,7 @@ class DegreeScale(Scale):
 
 @dataclass(frozen=True)
 class LoadRoot(Scale):
-    """A stress that grows with a root of the load: factor·(load/unit)^(1/degree), 0 where the load is below 0."""
+    """A stress that grows with a root of the load: factor·(load/unit)^(1/degree), 0 for a load below 0."""
 
     degree: int
     unit: float
@@ -261,7 +261,7 @@ class LoadRoot(Scale):
 
 @dataclass(frozen=True)
 class InverseScale(Scale):
-    """The inverse of the extreme: factor/extreme, infinite where the extreme is 0 or less."""
+    """The inverse of the extreme: factor/extreme, infinite if the extreme is 0 or less."""
 
     factor: float
     falls: ClassVar[bool] = True
@@ -288,7 +288,7 @@ class OneMinus(Scale):
 
 @dataclass(frozen=True)
 class PerRollerRadius(Scale):
-    """A multiple of the extreme over the radius of the roller."""
+    """A multiple of the extreme divided by the radius of the roller."""
 
     factor: float
 
@@ -304,7 +304,7 @@ class PerRollerRadius(Scale):
 
 @dataclass(frozen=True)
 class HalfWidthPlus:
-    """The same of a wall that is further from the pitch curve than R_r, for a clearance of the roller, mm."""
+    """R_r + j/2 + ρ [mm]: ``BodyRadiusPlus`` for a wall with a clearance j of the roller."""
 
     half_width: Callable[[Designs], Any]
     radius: float
@@ -317,7 +317,7 @@ class HalfWidthPlus:
 class ConvexRadius(Scale):
     """The least convex radius of the profile, from the sharpest curvature of the pitch curve: 1/κ − R_r.
 
-    With a ``half_width`` walls are so far from the pitch curve, in place of R_r.
+    A ``half_width``, the distance of walls from the pitch curve, takes the place of R_r.
     """
 
     half_width: Callable[[Designs], Any] | None = None
@@ -336,7 +336,7 @@ class ConvexRadius(Scale):
 
 @dataclass(frozen=True)
 class CutterRadius(Scale):
-    """The largest cutter that reaches every hollow flank: R_r − 1/κ, with κ of the pitch curve, hollow below 0."""
+    """The largest cutter that reaches every hollow flank: R_r − 1/κ, with the pitch curve's κ < 0 where hollow."""
 
     def quantity(self, extreme: Any, designs: Designs) -> Any:
         return designs.roller_radius + 1.0 / np.maximum(-extreme, 0.0)
@@ -350,7 +350,7 @@ class CutterRadius(Scale):
 
 @dataclass(frozen=True)
 class PerDesignFactor(Scale):
-    """A scale of the extreme times a factor ≥ 0 of each design."""
+    """A scale of the extreme times a factor ≥ 0 that depends on the design."""
 
     scale: Scale
     factor: Callable[[Designs], Any]
@@ -375,20 +375,20 @@ class PerDesignFactor(Scale):
 
 
 def never_jumps(programme: Programme) -> bool:
-    """Never: for quantities that stay finite at every jump of the motion."""
+    """False, for quantities that stay finite at every jump of the motion."""
     return False
 
 
 def jumps_at_corners(programme: Programme) -> bool:
-    """Whether the velocity jumps: inertia makes a load infinite there."""
+    """Whether the velocity jumps, so that inertia makes loads infinite."""
     return bool(programme.corners)
 
 
 @dataclass(frozen=True)
 class Derivative:
-    """The derivative of the displacement by the cam angle of some order, as a curve of all designs.
+    """A derivative of the displacement by the cam angle, as a curve that is the same for all designs.
 
-    That which is asked: of the tool, or without a train of the follower, unless it is ``at_follower``.
+    It is that of the tool, or ``at_follower`` that of the follower. Without a train both are the same.
     """
 
     order: int
@@ -398,11 +398,11 @@ class Derivative:
         return self
 
     def jumps(self, programme: Programme) -> bool:
-        """Whether it is infinite somewhere."""
+        """Whether the derivative is infinite somewhere."""
         return any(jump.order < self.order for jump in self.source_motion(programme).jumps)
 
     def source_motion(self, programme: Turn) -> Turn:
-        """The motion that it is of, from that of the follower: a programme, or its like."""
+        """The motion of the tool or the follower, from a programme or a similar motion of the follower."""
         return programme if self.at_follower else programme.tool
 
 
@@ -411,33 +411,30 @@ class Peak(NamedTuple):
 
     curves: tuple[Variant, ...]
     goal: int
-    """LARGEST, LEAST or LARGEST_MAGNITUDE, of all curves together."""
+    """LARGEST, LEAST or LARGEST_MAGNITUDE, over all curves together."""
     scale: Scale = IDENTITY_SCALE
     jumps: Callable[[Programme], bool] = never_jumps
-    """Whether jumps of a motion make it infinite, whatever the design."""
+    """Whether jumps of a motion make it infinite for every design."""
     unit: Callable[[Designs], Any] | None = None
-    """What its error is relative to where that is larger than itself."""
+    """The scale of its error where that is larger than the quantity itself."""
     extremes: tuple[str, ...] = ()
-    """The quantities that are the largest and the least of its curves, where a bound is compared with these."""
+    """The quantities that are the largest and the least value of its curves, if bounds are compared with these."""
     open_at_zero: bool = False
-    """Whether a bound of 0 is not met at 0."""
+    """Whether a value of 0 breaks a bound of 0."""
     per_body: float = 0.0
-    """By how much it rises per mm of the body that touches the cam (``Mechanism.parallel``), from that of a body of
-    none. 0 where it does not rise in proportion."""
+    """Its rise per mm of the body that touches the cam (``Mechanism.parallel``); 0 if it is not linear in that."""
     at_ends: bool = False
-    """Whether its curves depend on the displacement alone, and rise or fall with it."""
+    """Whether its curves depend only on the displacement, and are monotone in it."""
     bodies: RadiiOfCurves | None = None
-    """Of profiles that are not undercut: with which bodies it is no larger than designs are allowed."""
+    """The bodies with which it meets the designs' limit, on profiles that are not undercut."""
 
     @property
     def is_least(self) -> bool:
-        """Whether the quantity is the least over the turn, so that its bound is one from below."""
+        """Whether the quantity is a least value over the turn, so that its limit is a lower bound."""
         return (self.goal == LEAST) != self.scale.falls
 
     def over_kinds(self, kinds: int) -> "Peak":
-        """The same peak over other kinds of pieces."""
         return self._replace(curves=tuple((make, kinds) for make, _ in self.curves))
 
     def as_magnitude(self) -> "Peak":
-        """The largest magnitude of the same curves."""
         return self._replace(goal=LARGEST_MAGNITUDE)

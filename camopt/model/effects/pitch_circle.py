@@ -1,6 +1,6 @@
-"""The pitch circle of a disc cam: about its axis, through the pitch point.
+"""The pitch circle of a disc cam, about its axis and through the pitch point.
 
-The pitch point is where the pressure angle is largest; it is on the pitch curve, or where a flat face touches.
+The pitch point is the point of largest pressure angle on the pitch curve; with a flat face it is a contact point.
 
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 7.
 """

@@ -1,16 +1,16 @@
-"""Preload of two contacts: they are mounted with an interference δ₀, against the stiffness k of what joins them.
+"""Preload of two contacts that are mounted with an interference δ₀, with the stiffness k between them.
 
-At rest each contact presses with P = k·δ₀. A force F along the motion is shared by both, which are taken as equally
-stiff, as long as both touch; then the one alone bears it:
+At rest each contact has the force P = k·δ₀. Two equally stiff contacts share a force F along the motion as long as
+both touch; then one bears it alone:
 
     F₁ = max(F, P + F/2, 0) = F/2 + max(|F|/2, P),    F₂ = F₁ − F
 
-So none lets go up to |F| = 2·P: the least preload that never does is max |F|/2, the interference that gives it that
-over k, and the ratio of the preload to it 2·P/max |F|; below 1 a contact lets go. The torque of the camshaft has F
-alone in it, whatever the preload. Of a follower that swings, P and F are moments, k is one by the angle δ₀, and
+No contact is lost up to |F| = 2·P. So the required preload is max |F|/2, and the required interference is that
+divided by k. The preload ratio is 2·P/max |F|; below 1 a contact is lost. The torque of the camshaft depends on F
+only, and not on the preload. With an oscillating follower P and F are moments, k is a moment per angle δ₀, and
 forces are those at the rollers.
 
-Source: the joint of two preloaded springs, as of a bolt: Shigley, Mechanical Engineering Design, ch. 8.
+Source: the joint of two preloaded springs, such as a bolted joint: Shigley, Mechanical Engineering Design, ch. 8.
 """
 
 from functools import partial
@@ -32,14 +32,14 @@ PRELOAD_RATIO = "pair_preload_ratio"
 
 
 def preload_names(setup: Setup) -> tuple[str, str, str, str]:
-    """The preload, the least that never lets go, the interference that gives it, and the preload over the least."""
+    """Names of the preload, the required preload, the required interference and the preload ratio."""
     unit = "N_m" if setup.angular else "N"
     angle = "deg" if setup.angular else "mm"
     return f"pair_preload_{unit}", f"pair_preload_required_{unit}", f"interference_required_{angle}", PRELOAD_RATIO
 
 
 def first_contact_force(force: float, preload: float) -> float:
-    """F₁, the part of a force along the motion that one of two contacts bears."""
+    """Force on one of two preloaded contacts, F₁, from the force along the motion."""
     return force / 2.0 + max(abs(force) / 2.0, preload)
 
 
@@ -50,10 +50,10 @@ def offers(setup: Setup) -> tuple[str, ...]:
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     if not setup.mechanism.further_contacts:
         return {}
-    given, missing = setup.given, force.missing_force_keys(setup)
-    interference, stiffness = ((key,) if given[key] is None else () for key in (INTERFERENCE, STIFFNESS))
-    none = () if given[INTERFERENCE] else (INTERFERENCE,)  # 0 is no preload
-    needs = (interference + stiffness, missing, missing + stiffness, missing + none + stiffness)
+    numbers, missing = setup.given, force.missing_force_keys(setup)
+    interference, stiffness = ((key,) if numbers[key] is None else () for key in (INTERFERENCE, STIFFNESS))
+    positive = () if numbers[INTERFERENCE] else (INTERFERENCE,)  # 0 is no preload
+    needs = (interference + stiffness, missing, missing + stiffness, missing + positive + stiffness)
     return {name: keys for name, keys in zip(preload_names(setup), needs, strict=True) if keys}
 
 

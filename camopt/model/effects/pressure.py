@@ -1,7 +1,7 @@
 """Pressure angle: its largest magnitude over rises, returns and dwells, and the pitch point.
 
-That of a cylindrical cam is at the mean radius R_m, unless it says otherwise. Further in, the groove is steeper: at
-its bottom, whose radius is R_m − d/2 with the depth d of the groove. So is a rib at its foot, with its height d.
+On a cylindrical cam it is the angle at the mean radius R_m. A groove of depth d is steepest at its bottom, at the
+radius R_m − d/2; a rib of height d is steepest at its foot, at the same radius.
 """
 
 from collections.abc import Callable
@@ -18,7 +18,7 @@ from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE
 
-ANGLE_ERROR = 4e-16  # relative, of an angle from its tangent
+ANGLE_ERROR = 4e-16  # relative error of an angle that is computed from its tangent
 PITCH_POINT_ANGLE = "pressure_angle_max_at_deg"
 BOTTOM_ANGLE = "pressure_angle_max_bottom_deg"
 ANGLE_SCALE = AngleOfTangent()
@@ -62,19 +62,19 @@ def _bottom_pressure(setup: Setup) -> Callable[[Designs, Programme], Any]:
 def run_on_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     kinds = {f"pressure_angle_max_{kind}_deg": bit for kind, bit in STROKE_KINDS.items()}
     bits = {name: bit for name, bit in kinds.items() if case.programme.has_kinds(bit)}
-    apart = bits if wanted & kinds.keys() else {"": sum(bits.values())}  # or all strokes together
-    questions = [(bit, LARGEST_MAGNITUDE) for bit in apart.values()]
-    found = case.extremes(case.setup.mechanism.pressure, questions, located=PITCH_POINT_ANGLE in wanted)
-    angles = ANGLE_SCALE.quantity(found.value, case.designs)
+    groups = bits if wanted & kinds.keys() else {"": sum(bits.values())}  # each kind, or all together
+    questions = [(bit, LARGEST_MAGNITUDE) for bit in groups.values()]
+    tangents = case.extremes(case.setup.mechanism.pressure, questions, located=PITCH_POINT_ANGLE in wanted)
+    angles = ANGLE_SCALE.quantity(tangents.value, case.designs)
     largest = angles.max(axis=0)
-    outer = ANGLE_SCALE.quantity(found.value + found.width, case.designs) + ANGLE_ERROR * largest
+    outer = ANGLE_SCALE.quantity(tangents.value + tangents.width, case.designs) + ANGLE_ERROR * largest
     columns: dict[str, Any] = dict.fromkeys(kinds, 0.0)
     columns |= {
-        n: EnclosedValue(angle, top - angle, largest) for n, angle, top in zip(apart, angles, outer, strict=True)
+        n: EnclosedValue(angle, top - angle, largest) for n, angle, top in zip(groups, angles, outer, strict=True)
     }
     columns["pressure_angle_max_deg"] = EnclosedValue(largest, outer.max(axis=0) - largest, largest)
     if PITCH_POINT_ANGLE in wanted:
-        pitch_point = found.where[angles.argmax(axis=0), np.arange(len(case.designs))]
+        pitch_point = tangents.where[angles.argmax(axis=0), np.arange(len(case.designs))]
         columns[PITCH_POINT_ANGLE] = np.degrees(pitch_point)
     if BOTTOM_ANGLE in wanted:
         columns[BOTTOM_ANGLE] = peak_column(case, peaks(case.setup)[BOTTOM_ANGLE])

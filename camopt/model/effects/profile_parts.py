@@ -1,11 +1,11 @@
-"""The profile of a disc cam in parts: each within a disc and near a straight line, its tangents within a cone.
+"""Enclosures of a disc cam's profile in parts: each part is within a disc and a strip, its tangents within a cone.
 
-For a follower with a trace point, on a cam that is not undercut. Over the part [m − h, m + h] of the turn the pitch
-curve p has |p'(θ) − p'(m)| ≤ h·sup|p''|. So its direction, which is the profile's too, stays within
-δ = arcsin(h·sup|p''|/|p'(m)|) of that in the middle; the profile stays within h·(|p'(m)| + h·sup|p''|) + R_r·δ of
-its middle point, and within ½h²·sup|p''| + R_r·(1 − cos δ) of its tangent there. The trace point moves along a
-line, or on a circle about the pivot, so that sup|p''| follows from bounds of y' and y''. In double precision,
-with a margin for rounding.
+They are for a follower with a trace point, and a cam that is not undercut. Over the part [m − h, m + h] of the turn
+the pitch curve p has |p'(θ) − p'(m)| ≤ h·sup|p''|. So its direction, which is that of the profile too, stays within
+δ = arcsin(h·sup|p''|/|p'(m)|) of the direction in the middle. The profile stays within h·(|p'(m)| + h·sup|p''|) +
+R_r·δ of its middle point, and within ½h²·sup|p''| + R_r·(1 − cos δ) of its tangent there. The trace point moves
+along a line or on a circle about the pivot, so sup|p''| follows from bounds of y' and y''. All is computed in
+double precision, with a margin for rounding.
 """
 
 from collections.abc import Sequence
@@ -22,22 +22,22 @@ from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.elements import INNER_SIDE
 from camopt.model.motion.programme import Programme
 
-HALF_PART = np.pi / 100  # half of the cam angle of a first part
-PART_ERROR = 2e-14  # relative to the size of the cam, beyond the motion's error: some tens of what formulas lose
+HALF_PART = np.pi / 100  # half the cam angle of an initial part
+PART_ERROR = 2e-14  # of the size of the cam, besides the motion's error: tens of times the rounding of the formulas
 
 
 class TurnParts(NamedTuple):
-    """Parts of the turn (n,), in order: cam angles in rad, and bounds of |y'|, |y''| and of errors in each."""
+    """Parts of the turn (n,) in order: cam angles [rad], and bounds of |y'|, |y''| and of errors in each part."""
 
     middle: FloatArray
     half: FloatArray
     velocity: FloatArray
     acceleration: FloatArray
     error: FloatArray
-    """Of y and y'."""
+    """Error of y and y'."""
 
     def split(self, into: IntArray) -> "TurnParts":
-        """Each part cut into a number of equal ones; 0 leaves it out."""
+        """The parts, each cut into a number of equal parts; 0 leaves a part out."""
         halves = self.half / np.maximum(into, 1)
         start, half, *bounds = (np.repeat(x, into) for x in (self.middle - self.half, halves, *self[2:]))
         place = np.arange(half.size) - np.repeat(np.cumsum(into) - into, into)
@@ -45,9 +45,9 @@ class TurnParts(NamedTuple):
 
 
 def initial_parts(programme: Programme) -> TurnParts:
-    """The panels of the motion, or parts of them: a jump of y' or y'' lies between two parts."""
+    """The panels of the motion, or parts of them; jumps of y' or y'' are between two parts."""
     table = programme.table
-    most, error = (rows[: table.centre.size] for rows in (table.most, table.error))  # the rest is of groups
+    most, error = (rows[: table.centre.size] for rows in (table.most, table.error))  # other rows belong to groups
     panels = TurnParts(table.centre, table.half_width, most[:, 1], most[:, 2], np.max(error[:, :2], axis=1))
     return panels.split(np.ceil(table.half_width / HALF_PART).astype(int))
 
@@ -56,18 +56,18 @@ class ProfileEnclosure(NamedTuple):
     """Enclosures of the profile over parts: arrays (..., n), lengths in mm, angles in rad."""
 
     point: ComplexArray
-    """The profile in the middle of the part."""
+    """The point of the profile in the middle of the part."""
     tangent: ComplexArray
-    """Its direction there, of length 1."""
+    """The unit tangent at the middle point."""
     normal: ComplexArray
     spread: FloatArray
-    """How far its direction is from that in the middle, at most; π if nothing is known."""
+    """Largest angle between the direction of the profile and that in the middle; π if nothing is known."""
     radius: FloatArray
-    """How far it is from the middle point, at most."""
+    """Largest distance from the middle point."""
     bulge: FloatArray
-    """How far it is from the tangent in the middle point, at most."""
+    """Largest distance from the tangent at the middle point."""
     rounding: FloatArray
-    """How exact its points are."""
+    """Rounding error of the points."""
 
     def take(self, index: Any) -> "ProfileEnclosure":
         """Some of the parts."""
@@ -77,10 +77,10 @@ class ProfileEnclosure(NamedTuple):
 def enclose_profile(
     setup: Setup, design: Designs, programme: Programme, parts: TurnParts, side: float = INNER_SIDE
 ) -> ProfileEnclosure:
-    """Enclose a wall of one design, or of several, (n, 1) each, over parts of the turn."""
+    """Enclose a wall of one design, or of several designs (n, 1), over parts of the turn."""
     y, y1 = position_and_speed(programme.table, parts.middle)
     trace, velocity = (x + 1j * z for x, z in trace_motion(setup, design, start_height(setup, design) + y, y1))
-    reach = np.abs(design.centre_distance - trace) if setup.angular else 1.0  # of the trace point by y
+    reach = np.abs(design.centre_distance - trace) if setup.angular else 1.0  # motion of the trace point per y
     distance, speed, radius = np.abs(trace), np.abs(velocity), setup.half_width(design)
     inwards = -side * radius
     fastest = np.minimum(parts.velocity, np.abs(y1) + parts.half * parts.acceleration + parts.error)
@@ -99,13 +99,13 @@ def enclose_profile(
 
 
 PartEnds = Sequence[ComplexArray]
-"""Where parts of a profile start, and where they end."""
+"""The points at which parts of a profile start, and those at which they end."""
 
 
 def part_ends(
     setup: Setup, design: Designs, programme: Programme, parts: TurnParts, side: float = INNER_SIDE
 ) -> PartEnds:
-    """The ends of parts of a wall of one design, or of several, (n, 1) each."""
+    """The ends of parts of a wall of one design, or of several designs (n, 1)."""
     angles = np.stack([parts.middle - parts.half, parts.middle + parts.half])
     return list(wall_points(setup, design, programme, angles, side))
 
@@ -113,14 +113,14 @@ def part_ends(
 def wall_points(
     setup: Setup, design: Designs, programme: Programme, angles: FloatArray, side: float = INNER_SIDE
 ) -> ComplexArray:
-    """A wall of one design, or of several, (n, 1) each, at cam angles in rad."""
+    """Points of a wall of one design, or of several designs (n, 1), at cam angles in rad."""
     y, y1 = position_and_speed(programme.table, angles)
     x, z = profile_point(setup, wall_designs(setup, design, side), start_height(setup, design) + y, y1)
     return np.asarray(np.exp(-1j * design.sense * angles) * (x + 1j * z))
 
 
 def position_and_speed(table: MotionTable, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """y and y' at cam angles in rad, by the panels' polynomials; neither jumps on a cam without undercut."""
+    """y and y' at cam angles in rad, from the panels' polynomials; neither jumps on a cam without undercut."""
     angles = np.mod(angles, 2 * np.pi)
     panel = np.searchsorted((table.centre - table.half_width)[1:], angles, side="right")
     h, series = table.half_width[panel], table.coefficients.T
@@ -130,24 +130,25 @@ def position_and_speed(table: MotionTable, angles: FloatArray) -> tuple[FloatArr
 
 
 def wall_designs(setup: Setup, designs: Designs, side: Any) -> Designs:
-    """Designs whose profile is the wall on a side of the trace point: beyond it, that of a roller below 0.
+    """Designs whose profile is the wall on one side of the trace point; a wall beyond it has a negative roller.
 
-    It is as far away as R_r and half of a clearance. Their height or angle at displacement 0 is that of the designs
-    themselves.
+    The wall is R_r and half the clearance away. For the height or angle at displacement 0 the designs themselves
+    must be used.
     """
     return replace(designs, roller_radius=-side * setup.half_width(designs))
 
 
 def start_height(setup: Setup, designs: Designs) -> Any:
-    """The height of the trace point, or the angle of the arm, at displacement 0. Numbers or ranges."""
+    """Height of the trace point [mm], or angle of the arm [rad], at displacement 0; numbers or ranges."""
     assert setup.mechanism.start is not None
     return setup.mechanism.start(designs)
 
 
 def trace_motion(setup: Setup, designs: Designs, s: Any, y1: Any) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
-    """The trace point T in the ground frame at a height or angle, and its velocity over the cam, mm/rad, as (x, y).
+    """(x, y) of the trace point T in the ground frame [mm], and of its velocity over the cam [mm/rad].
 
-    K·y' − iσT, where T moves by K = i per displacement, or, about a pivot at c, by i(c − T). Numbers or ranges.
+    The velocity is K·y' − iσT. T moves by K = i per displacement, or about a pivot at c by K = i(c − T). The height
+    or angle s and y' are numbers or ranges.
     """
     assert setup.mechanism.trace_point is not None
     x, z = setup.mechanism.trace_point(designs, s)
@@ -156,7 +157,7 @@ def trace_motion(setup: Setup, designs: Designs, s: Any, y1: Any) -> tuple[tuple
 
 
 def profile_point(setup: Setup, designs: Designs, s: Any, y1: Any) -> tuple[Any, Any]:
-    """The contact point (x, y) in the ground frame at a height or angle: T − R_r·n. Numbers or ranges."""
+    """(x, y) of the contact point T − R_r·n in the ground frame [mm], at a height or angle; numbers or ranges."""
     (x, z), (along, up) = trace_motion(setup, designs, s, y1)
     share = designs.sense * designs.roller_radius / np.sqrt(np.square(along) + np.square(up))
     return x + share * up, z - share * along

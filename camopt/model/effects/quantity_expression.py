@@ -1,8 +1,8 @@
-"""Quantities of a scene's own: an expression over quantities that other effects find of each design.
+"""Quantities that a scene defines, by an expression over other quantities or by a Python function.
 
-A value that is no finite number is infinite. The enclosure of a value is that of its expression over the enclosures
-of its quantities, by interval arithmetic with room for the rounding of each operation; where none of them has a
-width, the value is exact to rounding, as they are. That of a Python function has no enclosure.
+A value that is not a finite number counts as infinite. Interval arithmetic over the enclosures of the other
+quantities, with a margin for the rounding of each operation, gives the enclosure of an expression. If none of these
+quantities has a width, the value is exact to rounding. The value of a Python function has no enclosure.
 
 Source: Moore, Kearfott and Cloud, Introduction to Interval Analysis, ch. 5.
 """
@@ -20,13 +20,13 @@ from camopt.core.quantities.own_quantity import OWN_EFFECT, OwnQuantity
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock
 
 OPERATION_ROUNDING = 4.0 * np.finfo(float).eps
-"""What each operation may be off, relative."""
+"""Relative rounding error of each operation."""
 LARGEST_EXPONENT = 1024.0
-"""Whole exponents up to which a base may be below 0."""
+"""Largest whole exponent of a negative base."""
 
 
 def expression_effect(quantity: OwnQuantity, last: bool) -> Effect:
-    """The effect that computes a quantity of a scene's own."""
+    """The effect that computes a quantity that the scene defines."""
     return Effect(
         f"{OWN_EFFECT}.{quantity.name}",
         lambda setup: (quantity.name,),
@@ -41,17 +41,17 @@ def _expression_column(quantity: OwnQuantity, case: EvaluationBlock, wanted: fro
     value = expression_values(quantity, columns, len(case.designs))
     if quantity.call or not any(name in case.outward for name in columns):
         return {quantity.name: value}
-    found = expression_range(
+    enclosure = expression_range(
         quantity, {n: column_enclosure(column, case.outward.get(n, 0.0)) for n, column in columns.items()}
     )
     with np.errstate(**UNBOUNDED_ERRSTATE):
-        width = np.maximum(found.high - value, value - found.low)
+        width = np.maximum(enclosure.high - value, value - enclosure.low)
         scale = np.fmax(np.abs(value), largest_term(quantity.tree, columns))
     return {quantity.name: EnclosedValue(value, np.where(np.isfinite(value), width, 0.0), scale)}
 
 
 def expression_values(quantity: OwnQuantity, columns: Mapping[str, Any], count: int) -> FloatArray:
-    """The values of so many designs; infinite where the expression has no finite one."""
+    """Values of the quantity for ``count`` designs; infinite where the expression has no finite value."""
     if quantity.call:
         columns = {
             name: np.broadcast_to(np.asarray(column, dtype=float), (count,)) for name, column in columns.items()
@@ -62,7 +62,7 @@ def expression_values(quantity: OwnQuantity, columns: Mapping[str, Any], count: 
 
 
 def largest_term(tree: Any, columns: Mapping[str, Any]) -> Any:
-    """The largest magnitude of the terms of an expression, to which its error is relative where they cancel."""
+    """Largest magnitude of the terms of an expression, the scale of its error if they cancel."""
     match tree.rule:
         case "+" | "-" | "min" | "max":
             return reduce(np.maximum, (largest_term(part, columns) for part in tree.parts))
@@ -79,13 +79,13 @@ def largest_term(tree: Any, columns: Mapping[str, Any]) -> Any:
 
 
 def expression_range(quantity: OwnQuantity, ranges: Mapping[str, Interval]) -> Interval:
-    """The range of values over ranges of the quantities that it reads."""
+    """Range of the quantity over ranges of the quantities that it reads."""
     with np.errstate(**UNBOUNDED_ERRSTATE):
         return as_interval(quantity.tree.evaluate(ranges, RANGE_RULES))
 
 
 def column_enclosure(column: Any, outward: Any) -> Interval:
-    """The enclosure of a quantity."""
+    """The enclosure of a column as intervals."""
     far = column + np.where(np.isfinite(column), outward, 0.0)
     return Interval(np.minimum(column, far), np.maximum(column, far))
 
@@ -94,7 +94,7 @@ def column_enclosure(column: Any, outward: Any) -> Interval:
 
 
 def _range_power(a: Interval, exponent: Interval) -> Interval:
-    """A base to a power: of any sign to a whole number, else of none below 0."""
+    """A base to a power; only whole exponents take a negative base."""
     number = float(exponent.low.flat[0]) if exponent.low.size else 0.0
     same = np.all(exponent.low == number) and np.all(exponent.high == number)
     if same and number == np.floor(number) and abs(number) <= LARGEST_EXPONENT:
@@ -112,7 +112,7 @@ def _range_whole_power(a: Interval, number: int) -> Interval:
 
 
 def _range_tangent(a: Interval) -> Interval:
-    """Rising between its poles; without bounds across one."""
+    """The tangent, which rises between its poles; unbounded across a pole."""
     turn = [np.floor(end / np.pi + 0.5) for end in (a.low, a.high)]
     across = ~(turn[0] == turn[1])
     return Interval(np.where(across, -np.inf, np.tan(a.low)), np.where(across, np.inf, np.tan(a.high)))
@@ -137,16 +137,16 @@ RANGE_OVERRIDES: ExpressionRules = {
     "acos": lambda a: _falling_range(np.arccos, _clip_to_one(a)),
     "radians": lambda a: Interval(np.radians(a.low), np.radians(a.high)),
 }
-"""What intervals have no rule of their own for, or a narrower one."""
+"""Rules of operations that numpy does not give for intervals, or only with wider results."""
 
 
 def _with_rounding(rule: Callable[..., Any]) -> Callable[..., Interval]:
-    """A rule with room for the rounding of its result; what has no bound is infinite."""
+    """A rule with a margin for rounding; nan bounds become infinite."""
 
     def rounded_rule(*parts: Any) -> Interval:
-        made = rule(*map(as_interval, parts))
-        room = OPERATION_ROUNDING * made.largest_magnitude
-        low, high = made.low - room, made.high + room
+        value = rule(*map(as_interval, parts))
+        margin = OPERATION_ROUNDING * value.largest_magnitude
+        low, high = value.low - margin, value.high + margin
         return Interval(np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high))
 
     return rounded_rule
@@ -155,4 +155,4 @@ def _with_rounding(rule: Callable[..., Any]) -> Callable[..., Interval]:
 RANGE_RULES: ExpressionRules = {
     name: _with_rounding(RANGE_OVERRIDES.get(name, rule)) for name, rule in DOUBLE_RULES.items()
 }
-"""What operators and functions are on ranges."""
+"""Operators and functions on ranges."""

@@ -1,7 +1,8 @@
 """Face reach: the travel of the contact along a flat face.
 
-Translating: from the follower's axis, y' − e·sense (sense +1 for ccw, −1 for cw); positive to the right of the axis
-if the cam turns ccw, to the left if cw. Oscillating: the distance from the pivot.
+On a translating face it is measured from the follower's axis, y' − e·sense (sense +1 for ccw, −1 for cw); positive
+to the right of the axis if the cam turns ccw, to the left if cw. On an oscillating face it is the distance from the
+pivot.
 """
 
 from typing import Any
@@ -25,8 +26,8 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 
 
 def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-    found = peaks(case.setup)
-    return dict(zip(found, range_columns(case, *found.values()), strict=True))
+    ends = peaks(case.setup)
+    return dict(zip(ends, range_columns(case, *ends.values()), strict=True))
 
 
 EFFECT = Effect("reach", offers, run, peaks=peaks, is_per_contact=True)

@@ -1,16 +1,16 @@
-"""Rib: how thick it is between the two rollers of a follower.
+"""Rib: its least thickness between the two rollers of a follower.
 
-With the angles α₁ and α₂ between the line through both rollers and the normals of their pitch curves, the distance
-d of their centres, and their clearance j,
+Let α₁ and α₂ be the angles between the line through both rollers and the normals of their pitch curves, d the
+distance of the centres, and j the clearance. The thickness is
 
     t = d·cos(½(α₁ + α₂))/cos(½(α₂ − α₁)) − 2·R_r − j = d·(cos α₁ + cos α₂)/(1 + cos(α₂ − α₁)) − 2·R_r − j
 
     α₁ = β₁ − σ·½δ,    α₂ = β₂ + σ·½δ,    sin(½δ) = d/(2l)      (translating: δ = 0)
 
-with the pressure angles β, the sense of rotation σ (1 of a disc), and arms of the length l (``mechanisms.ribs``).
-That is the distance of both flanks where they are arcs about one centre, as in dwells, or parallel lines; that of
-a follower that translates over a cylinder is nowhere less than the least t, and of others none was found that is.
-At 0 and below the rollers leave no rib, and it is no cam.
+with the pressure angles β, the sense of rotation σ (1 for a disc), and arms of the length l (``mechanisms.ribs``).
+This is the distance of both flanks if they are arcs about one centre, as in dwells, or parallel lines. A rib for a
+translating follower on a cylinder is proved to be nowhere thinner than the least t; no other rib was found that is.
+At t ≤ 0 the rollers leave no rib, and the cam cannot exist.
 """
 
 from typing import Any
@@ -31,7 +31,7 @@ RIB_THICKNESS = "rib_thickness_min_mm"
 
 @curve_type
 def rib_thickness(at, first, second, spacing, cosine, sine, rollers):
-    """t [mm]: from tan β at both rollers, d, cos and sin of σ·½δ, and 2·R_r + j."""
+    """Thickness of the rib, t [mm], from tan β at both rollers, d, cos and sin of σ·½δ, and 2·R_r + j."""
     root, further = np.sqrt(1.0 + np.square(first)), np.sqrt(1.0 + np.square(second))
     cos_1, sin_1 = (cosine + sine * first) / root, (cosine * first - sine) / root
     cos_2, sin_2 = (cosine - sine * second) / further, (cosine * second + sine) / further
@@ -43,7 +43,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
 
 
 def _roller_spacing(designs: Designs) -> Any:
-    """d, mm: thicknesses are right to so much of it."""
+    """Distance of the rollers d [mm], the scale of errors of thicknesses."""
     return designs.roller_spacing
 
 

@@ -1,10 +1,10 @@
-"""Means of the motion: root mean square of acceleration and jerk, which heat a drive, and area below the lift.
+"""Means of the motion: root mean square of acceleration and jerk, which heat a drive, and the area below the lift.
 
     √(1/(2π)·∮a² dθ),  a = ω²·y'', or the derivative by the cam angle without a speed; the jerk likewise
-    ∮y dθ from the lowest of the turn, which says how long a valve is how far open
+    ∮y dθ from the lowest position: the opening of a valve, summed over the turn
 
-The motion is a polynomial on each panel, and these integrals exact. A root mean square is infinite where a lower
-derivative jumps. They depend on the motion and the speed alone.
+The motion is a polynomial on each panel, so these integrals are exact. A root mean square is infinite if a lower
+derivative jumps. All depend on the motion and the speed only.
 """
 
 from typing import Any

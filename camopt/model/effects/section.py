@@ -1,18 +1,19 @@
-"""The section of a disc cam: area, length of the profile, centroid, polar moment; of a groove its length, and more.
+"""The section of a disc cam (area, length of the profile, centroid, polar moment), and the length of a groove.
 
-The contact point is z in the ground frame, and moves along the cam by dz/dθ − iσz, with σ = 1 for a ccw cam. By
-Green's theorem, with the rate w = −σ·Im(z̄·(dz/dθ − iσz)) at which the radius to it sweeps twice the area,
+The contact point z in the ground frame moves along the cam by dz/dθ − iσz, with σ = 1 for a ccw cam. The radius to
+it sweeps twice the area at the rate w = −σ·Im(z̄·(dz/dθ − iσz)). By Green's theorem
 
     A = ½∮w dθ,    ∫(x + iy) dA = ⅓∮e^{−iσθ}·z·w dθ,    ∫r² dA = ¼∮|z|²·w dθ
 
-in the cam's own frame, in which x and y are those of the ground at cam angle 0. A corner of the pitch curve adds an
-arc of the roller about it, one of the motion of a flat face a straight edge. Where a profile is undercut, or
-crosses itself, all are those of the curve as it is drawn, whose loops count with their sign.
+in the cam's own frame, whose x and y are those of the ground at cam angle 0. A corner of the pitch curve adds an
+arc of the roller about it; with a flat face a corner of the motion adds a straight edge. If a profile is undercut
+or crosses itself, the values are those of the curve as drawn, whose loops count with their sign.
 
-A groove in the face of a disc is the band between its outer and its inner wall, z + w·n and z − w·n, with z the
-trace point and w half the width of the groove, R_r and half the clearance; it is as long as its pitch curve.
+A groove in the face of a disc is the band between its walls, z + w·n and z − w·n, with the trace point z and half
+the groove's width w: R_r plus half the clearance. Its length is that of its pitch curve.
 
-Integrals are by Gauss's rule on each panel of the motion (``numerics.quadrature``).
+Integrals use Gauss's rule on each panel of the motion (``numerics.quadrature``).
+
 Source: Bronshtein et al., Handbook of Mathematics, ch. 8 (line integrals).
 """
 
@@ -38,9 +39,9 @@ from camopt.model.motion.stroke import ALL_STROKES
 AREA, PROFILE_LENGTH, POLAR_MOMENT = "area_mm2", "profile_length_mm", "polar_moment_mm4"
 CENTROID = ("centroid_x_mm", "centroid_y_mm")
 GROOVE_LENGTH = "groove_length_mm"
-SECTION_POINTS = 2**15  # points of all designs of a block
-JUST_ABOVE = 1.0 + 1e-12  # of a size, for rounding
-RADIAL_NODES = 6  # points along the depth of a groove, over which integrands hardly change
+SECTION_POINTS = 2**15  # points of all designs that are computed together
+JUST_ABOVE = 1.0 + 1e-12  # factor on a size, for rounding
+RADIAL_NODES = 6  # points along the depth of a groove, where integrands hardly change
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
@@ -53,21 +54,21 @@ def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     if not case.setup.mechanism.body.bounded:
         groove = integrate_groove(case)
         return {GROOVE_LENGTH: EnclosedValue(groove.value[0], groove.error[0], groove.value[0])}
-    found = integrate_section(case)
-    (length, area, *_, polar), size = found.value, found.size
+    section = integrate_section(case)
+    (length, area, *_, polar), size = section.value, section.size
     columns = {
-        PROFILE_LENGTH: EnclosedValue(length, found.error[0], length),
-        AREA: EnclosedValue(area, found.error[1], area),
-        POLAR_MOMENT: EnclosedValue(polar, found.error[4], polar),
+        PROFILE_LENGTH: EnclosedValue(length, section.error[0], length),
+        AREA: EnclosedValue(area, section.error[1], area),
+        POLAR_MOMENT: EnclosedValue(polar, section.error[4], polar),
     }
-    for name, moment, error in zip(CENTROID, found.value[2:4], found.error[2:4], strict=True):
-        off = (error + np.abs(moment / area) * found.error[1]) / area
-        columns[name] = EnclosedValue(moment / area, off, size)
+    for name, moment, error in zip(CENTROID, section.value[2:4], section.error[2:4], strict=True):
+        width = (error + np.abs(moment / area) * section.error[1]) / area
+        columns[name] = EnclosedValue(moment / area, width, size)
     return columns
 
 
 class SectionIntegrals(NamedTuple):
-    """Length, area, first moments by x and y, polar moment (5, designs); errors; the radius of a disc as large."""
+    """Length, area, first moments x and y, polar moment (5, designs); errors; the radius of a disc of that area."""
 
     value: FloatArray
     error: FloatArray
@@ -75,23 +76,23 @@ class SectionIntegrals(NamedTuple):
 
 
 def integrate_section(case: EvaluationBlock) -> SectionIntegrals:
-    """The integrals over the sections of disc cams, or over what is within a flank of a rib, mm."""
+    """Integrals over the sections of disc cams, or over the region within a flank of a rib, in mm."""
     side = case.setup.mechanism.flanks[0].side
-    found = integrate_by_orders(
+    integrals = integrate_by_orders(
         *_integration_arguments(case, partial(section_integrals, side=side), _section_scale)
     )
-    return SectionIntegrals(*found, np.sqrt(np.abs(found.value[1]) / pi))
+    return SectionIntegrals(*integrals, np.sqrt(np.abs(integrals.value[1]) / pi))
 
 
-def _section_scale(found: FloatArray) -> FloatArray:
-    """The scale of errors; for first moments, that of the area at the radius of a disc of the same area."""
-    length, area, *_, polar = np.abs(found)
+def _section_scale(integrals: FloatArray) -> FloatArray:
+    """Scale of errors; for first moments, the area times the radius of a disc of the same area."""
+    length, area, *_, polar = np.abs(integrals)
     moment = area * np.sqrt(area / pi)
     return np.stack([length, area, moment, moment, polar])
 
 
 def _integration_arguments(case: EvaluationBlock, integrals: Any, scale: Any) -> tuple[Any, Any, int, float]:
-    """The arguments of ``integrate_by_orders``: designs are taken a block at a time, so that memory is bounded."""
+    """The arguments of ``integrate_by_orders``; designs are computed in blocks, so that memory is bounded."""
 
     def integrate_designs(rule: GaussRule, index: Any) -> FloatArray:
         designs = case.designs.take(index)
@@ -103,14 +104,14 @@ def _integration_arguments(case: EvaluationBlock, integrals: Any, scale: Any) ->
 
 
 def _design_columns(designs: Designs) -> Designs:
-    """Designs as columns (n, 1), so that formulas give them at many cam angles."""
+    """Designs as columns (n, 1), for formulas at many cam angles."""
     return designs.with_values({name: values[:, None] for name, values in designs.values.items()})
 
 
 def section_integrals(
     case: EvaluationBlock, designs: Designs, rule: GaussRule, side: float = INNER_SIDE
 ) -> FloatArray:
-    """As of ``SectionIntegrals``, (5, designs), within the wall on a side; within the pitch curve of side 0."""
+    """Integrals (5, designs) of ``SectionIntegrals`` within the wall on a side; side 0 is the pitch curve."""
     table, sense = case.programme.table, designs.sense
     angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
     travel = case.setup.mechanism.travel(_design_columns(designs), case.programme, angles.ravel())
@@ -133,7 +134,7 @@ def _profile_integrals(
     along: ComplexArray,
     turn: ComplexArray,
 ) -> FloatArray:
-    """The integrals (5, designs) over parts of profiles: points, normals, derivatives, (designs, parts, nodes)."""
+    """Integrals (5, designs) over parts of profiles, from points, normals, derivatives (designs, parts, nodes)."""
     length = matrix_product((along * np.conj(-1j * sense * normal)).real, rule.weights)
     rate = -sense * (np.conj(point) * along).imag
     moment = matrix_product(turn * point * rate, rule.weights) / 3.0
@@ -145,7 +146,7 @@ def _profile_integrals(
 def _corner_parts(
     case: EvaluationBlock, designs: Designs, rule: GaussRule, reach: FloatArray
 ) -> Iterator[tuple[Any, ...]]:
-    """The part of profiles at corners of the motion: an arc about the trace point, or an edge along a flat face."""
+    """Parts of profiles at corners of the motion: arcs about the trace point, or edges along a flat face."""
     share, half = 0.5 * (1.0 + rule.nodes), 0.5
     for corner in case.programme.corners:
         angles = np.mod(corner.at + JUMP_SIDE * np.array([-1.0, 1.0]), 2.0 * pi)
@@ -153,17 +154,17 @@ def _corner_parts(
             np.broadcast_to(each, (len(designs), 2))
             for each in case.setup.mechanism.travel(_design_columns(designs), case.programme, angles)
         )
-        moved, turned = np.diff(trace, axis=1), np.angle(normal[:, 1:] / normal[:, :1])
-        face = normal[:, :1] * np.exp(1j * turned * share)
+        step, sweep = np.diff(trace, axis=1), np.angle(normal[:, 1:] / normal[:, :1])
+        face = normal[:, :1] * np.exp(1j * sweep * share)
         radius = -reach[:, None]
-        point = trace[:, :1] + moved * share - radius * face
-        along = half * (moved - 1j * turned * radius * face)
+        point = trace[:, :1] + step * share - radius * face
+        along = half * (step - 1j * sweep * radius * face)
         turn = np.full(rule.nodes.size, np.exp(-1j * designs.sense * corner.at))
         yield point[:, None], face[:, None], along[:, None], turn
 
 
 def integrate_groove(case: EvaluationBlock) -> Integrals:
-    """The integrals of ``groove_integrals`` (3, designs); of a groove in a face those of ``band_integrals``."""
+    """The integrals of ``groove_integrals`` (3, designs), for a groove in a face those of ``band_integrals``."""
     developed = case.setup.mechanism.body.developed
     return integrate_by_orders(
         *(
@@ -175,16 +176,16 @@ def integrate_groove(case: EvaluationBlock) -> Integrals:
 
 
 def band_integrals(case: EvaluationBlock, designs: Designs, rule: GaussRule) -> FloatArray:
-    """Of a groove in the face of a disc, (5, designs): its length; of its band area, moments and polar moment."""
+    """Length, area, moments and polar moment (5, designs) of a groove in the face of a disc."""
     inner, middle, outer = (section_integrals(case, designs, rule, side) for side in (INNER_SIDE, 0.0, -INNER_SIDE))
     return np.concatenate([middle[:1], (outer - inner)[1:]])
 
 
 def groove_integrals(case: EvaluationBlock, designs: Designs, rule: GaussRule) -> FloatArray:
-    """Of the pitch curve of a groove of depth d, as long as L(r) at the radius r: L(R_m), ∫L dr, ∫r²·L dr.
+    """L(R_m), ∫L dr and ∫r²·L dr of a cylinder's groove of depth d, with the length L(r) of the pitch curve.
 
-    Or of that of a flank of a rib of the height d. From R_m − d/2 to R_m + d/2. At a radius r the curve is as long
-    along the axis, and r/R_m as long round it.
+    The integrals are from R_m − d/2 to R_m + d/2. At the radius r the pitch curve has the same length along the
+    axis, and r/R_m of its length round it. The same formulas are for a flank of a rib of the height d.
     """
     table, depth, mean = case.programme.table, case.setup.solid.flank_height or 0.0, designs.size
     angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
@@ -209,7 +210,7 @@ def means(setup: Setup) -> dict[str, Mean]:
 
 
 def implies(setup: Setup, name: str, bound: float) -> NecessaryConditions:
-    """The base radius above which no profile encloses as little: it goes round the base circle."""
+    """The largest base radius for a bound on the area: every profile goes round the base circle."""
     return NecessaryConditions(most_size=sqrt(bound / pi) * JUST_ABOVE) if name == AREA else NecessaryConditions()
 
 

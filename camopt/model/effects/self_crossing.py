@@ -1,22 +1,25 @@
 """Global self-crossing: a proof over the whole turn that distant parts of the profile cross, or that none do.
 
-An undercut profile crosses itself where it is undercut. What is nowhere undercut crosses itself nowhere
+An undercut profile crosses itself where it is undercut. A profile that is nowhere undercut does not cross itself
 
-- if the face is flat: the profile is convex, since its tangent turns one way, and once.
-- if a knife edge draws it: two of its points at one distance from the centre are at one displacement, and so at one
-  cam angle, since the distance grows with the displacement.
-- if the profile's normal points away from the centre all along, P·n > 0: it then goes once round the centre, always
-  forwards. So do nearly all cams, and of most the largest pressure angle tells.
-- if no two parts of the turn meet (``effects.profile_parts``). Two do not if their discs or strips are apart, or if
-  the tangent turns by less than π from the one to the other, so that the profile goes one way. Pairs left are
-  halved.
+- if the face is flat: the tangent turns in one direction, and once, so the profile is convex.
+- if a knife edge draws it: the distance from the centre grows with the displacement. So two points at one distance
+  have one displacement, and one cam angle.
+- if the profile's normal points away from the centre everywhere, P·n > 0: the profile then goes once round the
+  centre, always forwards. Nearly all cams do; for most of them the largest pressure angle proves it.
+- if no two parts of the turn meet (``effects.profile_parts``). Two parts do not meet if their discs or strips are
+  disjoint. Nor do they if the tangent turns by less than π from one to the other, so that the profile goes in one
+  direction. Undecided pairs are cut into smaller ones.
 
-That two parts do meet is shown if the ends of each lie on opposite sides of the strip round the other (Poincaré and
-Miranda: two functions, each of which changes sign across a square, have a common zero in it). A groove has two
-walls: if the normal of the inner one points away from the centre, so does that of the outer one. Walls of a groove
-do not cross each other unless one of them crosses itself: the shortest line from the pitch curve to itself that is
-square to it at both ends runs on one side of it. Corners of the motion
-need no care: their jumps of y' add up to nothing, so one of them is convex, and a round body undercuts it.
+Two parts do meet if the ends of each are on opposite sides of the strip round the other (Poincaré and Miranda: two
+functions, each of which changes its sign across a square, have a common zero in it).
+
+A groove has two walls. If the normal of the inner wall points away from the centre, so does that of the outer wall.
+The walls of a groove do not cross each other unless one of them crosses itself: the shortest line from the pitch
+curve to itself that is square to it at both ends runs on one side of it.
+
+Corners of the motion need no further check. Their jumps of y' add up to 0, so at least one corner is convex, and a
+round body undercuts it.
 """
 
 from typing import Any, NamedTuple
@@ -40,23 +43,23 @@ from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.elements import INNER_SIDE
 from camopt.model.motion.programme import Programme
 
-CROSSING_BLOCK, PAIR_BLOCK = 256, 16  # designs, so that memory stays bounded
-PART_CUTS, CUT_ROUNDS = 4, 12  # a part is cut into four, at most so often
+CROSSING_BLOCK, PAIR_BLOCK = 256, 16  # designs computed together, so that memory is bounded
+PART_CUTS, CUT_ROUNDS = 4, 12  # a part is cut into so many, at most so often
 MOST_PART_PAIRS = 200_000
-CROSSING_RANKS = (False, None, True)  # of a crossing of a wall: what tells of all walls comes last
+CROSSING_RANKS = (False, None, True)  # verdicts on a wall; the last one among all walls is that of the cam
 
 
 class ProfileCrossing(NamedTuple):
-    """Whether a profile crosses itself, or a wall of a groove, None if neither is proved.
+    """Whether a profile, or a wall of a groove, crosses itself; None if neither is proved.
 
-    Where one does, ``at`` has the two cam angles in rad, to ± ``within``.
+    If it does, ``angles`` has the two cam angles [rad], to ± ``within``.
     """
 
     crosses: bool | None
     angles: tuple[float, ...] = ()
     within: float = 0.0
     side: float = INNER_SIDE
-    """Of the trace point, on which the wall is that does."""
+    """The side of the trace point on which the crossing wall is."""
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
@@ -78,72 +81,77 @@ def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     crossing = np.array(case.columns["undercut"])
     undecided = ~crossing & ~sharp & (case.outer_bound("profile_radius_min_mm") <= 0.0)
     if trace_point:
-        left = _unproved_designs(case, np.flatnonzero(~(crossing | undecided | is_provably_round(case))))
-        found = find_crossings(case.setup, case.designs.take(left), case.programme) if left.size else []
-        for design, each in zip(left, found, strict=True):
-            crossing[design], undecided[design] = each.crosses is True, each.crosses is None
+        unproved = _unproved_designs(case, np.flatnonzero(~(crossing | undecided | is_provably_round(case))))
+        verdicts = find_crossings(case.setup, case.designs.take(unproved), case.programme) if unproved.size else []
+        for design, verdict in zip(unproved, verdicts, strict=True):
+            crossing[design], undecided[design] = verdict.crosses is True, verdict.crosses is None
     return {"self_crossing": EnclosedValue(crossing | undecided, undecided.astype(float), np.inf)}
 
 
 def is_provably_round(case: EvaluationBlock) -> BoolArray:
-    """For which designs the largest pressure angle shows that P·n > 0."""
+    """For which designs the largest pressure angle proves that P·n > 0."""
     return np.asarray(round_radius_limit(case) > case.setup.half_width(case.designs))
 
 
 def round_radius_limit(case: EvaluationBlock) -> Any:
-    """Below which R_r the largest pressure angle shows that P·n > 0; the same for all designs of a pitch curve.
+    """R_r below which the largest pressure angle proves P·n > 0 [mm]; the same for all designs of a pitch curve.
 
-    Of designs that are ranges of sizes, a range.
+    For ranges of sizes it is a range.
 
-    Seen from the direction in which the trace point T moves, the normal is at the pressure angle β, and T is at the
-    angle β₀ that β would be with y' = 0: P·n = |T|·cos(β − β₀) − R_r. With the largest |β|, |T|·cos(|β| + |β₀|) is
-    linear in y (translating) or a sine less a constant (oscillating): least at an end of the lift. And |T| ≥ R_p.
+    Measured from the direction in which the trace point T moves, the normal is at the pressure angle β, and T at
+    the angle β₀ that β would have with y' = 0: P·n = |T|·cos(β − β₀) − R_r. With the largest |β|, |T|·cos(|β| +
+    |β₀|) is linear in y (translating) or a sine minus a constant (oscillating), and so least at an end of the lift.
+    And |T| ≥ R_p.
     """
     designs = case.designs
-    record = case.setup.mechanism.pressure(designs, case.programme)
-    with np.errstate(divide="ignore", invalid="ignore"):  # arm and centres in line: no angle shows anything
-        standing = [np.abs(value_of(record, ..., State(y, 0.0, 0.0, 0.0))) for y in case.programme.levels]
+    curve = case.setup.mechanism.pressure(designs, case.programme)
+    with np.errstate(divide="ignore", invalid="ignore"):  # with arm and centres in line, no angle proves anything
+        standing = [np.abs(value_of(curve, ..., State(y, 0.0, 0.0, 0.0))) for y in case.programme.levels]
     slant = np.radians(case.outer_bound("pressure_angle_max_deg")) + np.arctan(np.maximum(*standing))
     share = np.cos(np.minimum(slant, np.pi / 2)) - PART_ERROR
     return designs.prime_radius * share
 
 
 def _unproved_designs(case: EvaluationBlock, index: IntArray) -> IntArray:
-    """The designs, of some without undercut, whose normal does not point away from the centre everywhere."""
+    """The designs among some without undercut for which P·n > 0 is not proved everywhere."""
     if not index.size:
         return index
     programme = case.setup.mechanism.contact_programme(case.programme)
-    parts, left = initial_parts(programme), []
-    for some in np.array_split(index, 1 + index.size // CROSSING_BLOCK):
-        column = case.designs.take((some, None))
-        left.append(some[~np.all(_faces_outward(enclose_profile(case.setup, column, programme, parts)), axis=-1)])
-    return np.concatenate(left)
+    parts, unproved = initial_parts(programme), []
+    for block in np.array_split(index, 1 + index.size // CROSSING_BLOCK):
+        column = case.designs.take((block, None))
+        outward = np.all(_faces_outward(enclose_profile(case.setup, column, programme, parts)), axis=-1)
+        unproved.append(block[~outward])
+    return np.concatenate(unproved)
 
 
 def find_crossing(setup: Setup, design: Designs, programme: Programme) -> ProfileCrossing:
-    """Whether a wall of one disc cam that is not undercut, with a trace point, crosses itself."""
+    """The verdict on one disc cam with a trace point and without undercut."""
     return find_crossings(setup, design, programme)[0]
 
 
 def find_crossings(setup: Setup, designs: Designs, programme: Programme) -> list[ProfileCrossing]:
-    """Of each of some disc cams that are not undercut, with a trace point, whether a wall of it crosses itself."""
+    """The verdicts on disc cams with a trace point and without undercut; the worst of all walls counts."""
     sides = dict.fromkeys(flank.side for flank in setup.mechanism.flanks)
     walls = [find_wall_crossings(setup, designs, programme, side) for side in sides]
-    return [max(each, key=lambda one: CROSSING_RANKS.index(one.crosses)) for each in zip(*walls, strict=True)]
+    return [
+        max(verdicts, key=lambda verdict: CROSSING_RANKS.index(verdict.crosses))
+        for verdicts in zip(*walls, strict=True)
+    ]
 
 
 def find_wall_crossings(setup: Setup, designs: Designs, programme: Programme, side: float) -> list[ProfileCrossing]:
-    """The same of the wall on one side of the trace point, if that is not undercut."""
+    """The verdicts on the walls on one side of the trace point, which are not undercut."""
     programme = setup.mechanism.contact_programme(programme)
-    found = [ProfileCrossing(None if radius > 0.0 else False) for radius in designs.roller_radius]
+    verdicts = [ProfileCrossing(None if radius > 0.0 else False) for radius in designs.roller_radius]
     rounded = np.flatnonzero(designs.roller_radius > 0.0)
-    for some in np.array_split(rounded, 1 + rounded.size // PAIR_BLOCK) if rounded.size else ():
-        pairs = PartPairs.all_pairs(some, initial_parts(programme))
+    for block in np.array_split(rounded, 1 + rounded.size // PAIR_BLOCK) if rounded.size else ():
+        pairs = PartPairs.all_pairs(block, initial_parts(programme))
         for _ in range(CUT_ROUNDS):
-            pairs = pairs.undecided_pairs(setup, designs, programme, found, side).split()
+            pairs = pairs.undecided_pairs(setup, designs, programme, verdicts, side).split()
             if not pairs.first.size:
                 break
-    return found
+    return verdicts
 
 
 class PartPairs(NamedTuple):
@@ -153,8 +161,9 @@ class PartPairs(NamedTuple):
     owner: IntArray
     """The design of each part."""
     first: IntArray
-    """Of each pair the part that comes first, and then the other."""
+    """The earlier part of each pair."""
     second: IntArray
+    """The later part of each pair."""
 
     @classmethod
     def all_pairs(cls, designs: IntArray, parts: TurnParts) -> "PartPairs":
@@ -166,88 +175,88 @@ class PartPairs(NamedTuple):
         return cls(tiled, np.repeat(designs, count), first, second)
 
     def undecided_pairs(
-        self, setup: Setup, designs: Designs, programme: Programme, found: list[ProfileCrossing], side: float
+        self, setup: Setup, designs: Designs, programme: Programme, verdicts: list[ProfileCrossing], side: float
     ) -> "PartPairs":
-        """The pairs that may meet, of undecided designs; ``found`` takes the verdicts of the others."""
-        each = designs.take(self.owner)
-        covered = enclose_profile(setup, each, programme, self.parts, side)
-        pairs = self.select_pairs(~_turns_one_way(covered, self.owner, self.first, self.second))
-        pairs = pairs.select_pairs(~_discs_disjoint(covered, pairs.first, pairs.second))
-        pairs = pairs.select_pairs(~_strips_disjoint(covered.take(pairs.first), covered.take(pairs.second)))
-        met = _parts_meet(covered, part_ends(setup, each, programme, self.parts, side), pairs.first, pairs.second)
-        for pair in np.flatnonzero(met)[::-1]:
+        """The pairs of undecided designs that may meet; sets the ``verdicts`` on decided designs."""
+        owners = designs.take(self.owner)
+        enclosures = enclose_profile(setup, owners, programme, self.parts, side)
+        pairs = self.select_pairs(~_turns_one_way(enclosures, self.owner, self.first, self.second))
+        pairs = pairs.select_pairs(~_discs_disjoint(enclosures, pairs.first, pairs.second))
+        pairs = pairs.select_pairs(~_strips_disjoint(enclosures.take(pairs.first), enclosures.take(pairs.second)))
+        ends = part_ends(setup, owners, programme, self.parts, side)
+        for pair in np.flatnonzero(_parts_meet(enclosures, ends, pairs.first, pairs.second))[::-1]:
             both = [pairs.first[pair], pairs.second[pair]]
             within = float(self.parts.half[both].max())
-            found[self.owner[both[0]]] = ProfileCrossing(
+            verdicts[self.owner[both[0]]] = ProfileCrossing(
                 True, tuple(self.parts.middle[both].tolist()), within, side
             )
         count = np.bincount(self.owner[pairs.first], minlength=len(designs))
-        done = (count == 0) | _encircles_axis(covered, self.owner, len(designs))
+        done = (count == 0) | _encircles_axis(enclosures, self.owner, len(designs))
         for i in np.unique(self.owner[done[self.owner]]):
-            found[i] = ProfileCrossing(False)
-        left = ~done & (count <= MOST_PART_PAIRS) & [each.crosses is None for each in found]
-        return pairs.select_pairs(left[self.owner[pairs.first]])
+            verdicts[i] = ProfileCrossing(False)
+        undecided = ~done & (count <= MOST_PART_PAIRS) & [verdict.crosses is None for verdict in verdicts]
+        return pairs.select_pairs(undecided[self.owner[pairs.first]])
 
     def select_pairs(self, kept: BoolArray) -> "PartPairs":
-        """Some of the pairs."""
+        """The pairs of a mask."""
         return self._replace(first=self.first[kept], second=self.second[kept])
 
     def split(self) -> "PartPairs":
-        """The pairs after each part is cut; designs without pairs drop out."""
+        """The pairs after each part is cut; designs without pairs are left out."""
         into = np.zeros(self.owner.size, dtype=int)
         into[np.isin(self.owner, self.owner[self.first])] = 1
         into[self.first] = into[self.second] = PART_CUTS
         start = np.cumsum(into) - into
         one, other = (part.ravel()[:, None] for part in np.indices((PART_CUTS, PART_CUTS)))
         first, second = start[self.first] + one, start[self.second] + other
-        once = first <= second  # of a part with itself
+        once = first <= second  # a pair of a part with itself gives each new pair only once
         return PartPairs(self.parts.split(into), np.repeat(self.owner, into), first[once], second[once])
 
 
-def _faces_outward(found: ProfileEnclosure) -> BoolArray:
+def _faces_outward(parts: ProfileEnclosure) -> BoolArray:
     """The parts over which P·n > 0: within a part, P moves by its radius, at most 2δ from square to n."""
-    outwards = (found.point.conj() * found.normal).real
-    needed = (np.abs(found.point) + 2.0 * found.radius) * found.spread + found.rounding
+    outwards = (parts.point.conj() * parts.normal).real
+    needed = (np.abs(parts.point) + 2.0 * parts.radius) * parts.spread + parts.rounding
     return np.asarray(outwards > needed)
 
 
-def _encircles_axis(found: ProfileEnclosure, owner: IntArray, count: int) -> BoolArray:
+def _encircles_axis(parts: ProfileEnclosure, owner: IntArray, count: int) -> BoolArray:
     """The designs with P·n > 0 over all parts."""
-    return np.asarray(np.bincount(owner[~_faces_outward(found)], minlength=count) == 0)
+    return np.asarray(np.bincount(owner[~_faces_outward(parts)], minlength=count) == 0)
 
 
-def _turns_one_way(found: ProfileEnclosure, owner: IntArray, first: IntArray, second: IntArray) -> BoolArray:
+def _turns_one_way(parts: ProfileEnclosure, owner: IntArray, first: IntArray, second: IntArray) -> BoolArray:
     """Whether the tangent turns by less than π from one part to the end of the other, either way round."""
-    turned = np.concatenate([[0.0], np.cumsum(2.0 * found.spread)])
-    between = turned[second + 1] - turned[first]
-    around = np.bincount(owner, 2.0 * found.spread)[owner[first]] - turned[second] + turned[first + 1]
+    turn = np.concatenate([[0.0], np.cumsum(2.0 * parts.spread)])
+    between = turn[second + 1] - turn[first]
+    around = np.bincount(owner, 2.0 * parts.spread)[owner[first]] - turn[second] + turn[first + 1]
     return np.asarray(np.minimum(between, around) < np.pi)
 
 
-def _discs_disjoint(found: ProfileEnclosure, first: IntArray, second: IntArray) -> BoolArray:
-    gap = np.abs(found.point[second] - found.point[first])
-    return np.asarray(gap > found.radius[first] + found.radius[second])
+def _discs_disjoint(parts: ProfileEnclosure, first: IntArray, second: IntArray) -> BoolArray:
+    gap = np.abs(parts.point[second] - parts.point[first])
+    return np.asarray(gap > parts.radius[first] + parts.radius[second])
 
 
 def _strips_disjoint(a: ProfileEnclosure, b: ProfileEnclosure) -> BoolArray:
-    """Whether the strip of one part along its tangent is apart from the other."""
+    """Whether the strip of one part along its tangent is disjoint from the other part."""
     gap, slant = b.point - a.point, np.abs(cross_product(a.tangent, b.tangent))
     along_a = np.abs(cross_product(a.tangent, gap)) > a.bulge + b.bulge + b.radius * slant
     along_b = np.abs(cross_product(b.tangent, gap)) > a.bulge + b.bulge + a.radius * slant
     return np.asarray(along_a | along_b)
 
 
-def _parts_meet(found: ProfileEnclosure, ends: PartEnds, first: IntArray, second: IntArray) -> BoolArray:
+def _parts_meet(parts: ProfileEnclosure, ends: PartEnds, first: IntArray, second: IntArray) -> BoolArray:
     """The pairs of parts that surely meet."""
-    one, other = ((found.take(index), [tip[index] for tip in ends]) for index in (first, second))
+    one, other = ((parts.take(index), [tip[index] for tip in ends]) for index in (first, second))
     beyond = straddle_distance(*one, other[0]) - other[0].bulge, straddle_distance(*other, one[0]) - one[0].bulge
     return np.asarray(np.minimum(*beyond) > 0.0)
 
 
-def straddle_distance(found: ProfileEnclosure, ends: PartEnds, other: ProfileEnclosure) -> FloatArray:
-    """Distance of the ends of parts, on opposite sides, from the tangents of others, mm; −∞ if on one side."""
+def straddle_distance(parts: ProfileEnclosure, ends: PartEnds, other: ProfileEnclosure) -> FloatArray:
+    """Distance of the ends of parts, on opposite sides, from the tangents of others [mm]; −∞ if on one side."""
     start, end = (cross_product(other.tangent, tip - other.point) for tip in ends)
-    far = np.minimum(np.abs(start), np.abs(end)) - found.rounding
+    far = np.minimum(np.abs(start), np.abs(end)) - parts.rounding
     return np.where(start * end < 0.0, far, -np.inf)
 
 

@@ -1,28 +1,30 @@
 """Boxes of designs that all cross themselves, and designs that cross near known cam angles.
 
-The profile P = C − R_r·n of a cam that is not undercut crosses itself if the roller at some cam angle b, with its
-centre C(b) on the pitch curve, cuts into the profile at another one: |P(a) − C(b)| < R_r. For if it did not:
+A cam that is not undercut has the profile P = C − R_r·n. It crosses itself if the roller at some cam angle b, with
+its centre C(b) on the pitch curve, cuts into the profile at another cam angle a: |P(a) − C(b)| < R_r. Proof: assume
+that it does not cross itself.
 
-- C does not meet itself: two points of it at one distance from the centre are at one displacement, and so at one
-  cam angle. P' has the direction of C', so both curves turn once, forwards. Each winds once round the points
-  inside it, and not round others: w = 1 or 0.
+- C does not meet itself: two points of it at one distance from the centre have one displacement, and so one cam
+  angle. P' has the direction of C', so both curves turn once, forwards. Each winds once round the points inside it,
+  and not round others: w = 1 or 0.
 - F(a, r) = P(a) + r·n(a), with r from 0 to R_r, folds nowhere, since ∂F/∂a, between P'(a) and C'(a), keeps their
-  direction. So it covers a point q as often as its border winds round q: w(C, q) − w(P, q) times. This is 1 between
+  direction. So F covers a point q as often as its border winds round q: w(C, q) − w(P, q) times. This is 1 between
   the two curves, and 0 elsewhere.
-- With P(a) the nearest point of the profile to C(b), C(b) = P(a) ± d·n(a). If d < R_r, either F covers the points
-  near C(b) twice, from (a, d) and from (b, R_r), or C(b) is on the profile or inside, where F covers nothing.
+- Let P(a) be the nearest point of the profile to C(b); then C(b) = P(a) ± d·n(a). If d < R_r, either F covers the
+  points near C(b) twice, from (a, d) and from (b, R_r), or C(b) is on the profile or inside, where F covers
+  nothing. Both contradict the step before.
 
 Conversely, where one part of a profile crosses another at P(a) = P(b), it enters the roller at b, since |P(a) −
 C(b)|² changes with a at the rate −2·R_r·n(b)·P'(a), which is not 0.
 
-The outer wall of a groove, C + R_r·n, is the same with −R_r, inside and outside exchanged. With a clearance j walls
-are R_r + j/2 away, as those of a roller which is so large.
+The same holds for the outer wall of a groove, C + R_r·n, with −R_r in place of R_r and inside and outside
+exchanged. With a clearance j the walls are R_r + j/2 away, as those of a roller of that radius.
 
 With Δ = C(a) − C(b) the condition is 2·R_r·Δ·n(a) − |Δ|² > 0, one inequality for each pair of cam angles. Ranges
-with slopes (``numerics.sloped_interval``) bound it over a box. The pair at which one design of the box overlaps the
-most moves little from box to box: Newton's method finds it from those that are known.
+with slopes (``numerics.sloped_interval``) bound it over a box. The pair of largest overlap changes little from box
+to box, and Newton's method finds it from known pairs.
 
-Source of how often a curve winds and turns: M. P. do Carmo, Differential Geometry of Curves and Surfaces, ch. 5-7.
+Source for winding and turning numbers: M. P. do Carmo, Differential Geometry of Curves and Surfaces, ch. 5-7.
 """
 
 from collections.abc import Sequence
@@ -43,52 +45,52 @@ from camopt.model.mechanisms.elements import INNER_SIDE
 from camopt.model.motion.programme import Programme
 
 MOST_KNOWN_CROSSINGS = 4
-NEWTON_OFFSETS = 1e-3, 3e-4, 1e-4, 1e-4, 1e-4  # of Newton's method, rad: how far away values are taken
+NEWTON_OFFSETS = 1e-3, 3e-4, 1e-4, 1e-4, 1e-4  # rad: distances of the values for Newton's steps
 NEWTON_STENCIL = np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1)])
-LARGEST_ANGLE_STEP = np.pi / 45  # of one step, rad
-STEP_SHARES = np.array([0.0, 0.0625, 0.25, 1.0])  # of a step that are tried
-HEIGHT_ERROR = 16.0 * INPUT_ROUNDOFF  # relative, of the height or angle at displacement 0 by rounding
+LARGEST_ANGLE_STEP = np.pi / 45  # rad: largest change in one step
+STEP_SHARES = np.array([0.0, 0.0625, 0.25, 1.0])  # shares of a step that are tried
+HEIGHT_ERROR = 16.0 * INPUT_ROUNDOFF  # relative rounding error of the height or angle at displacement 0
 SIZE_AXIS = "size"
 
 
 class KnownCrossings:
-    """The cam angles at which profiles of a programme were found to cross."""
+    """Known pairs of cam angles at which profiles of a programme cross."""
 
     def __init__(self, setup: Setup, programme: Programme) -> None:
         self._setup, self._programme = setup, programme
         self._known: list[tuple[FloatArray, float]] = []
-        """Pairs of cam angles in rad, each with the side of the wall, the latest first."""
+        """Pairs of cam angles [rad], each with the side of the wall; the latest first."""
 
     def excess(self, box: Designs, inside: Designs, free: Sequence[str]) -> SlopedInterval:
-        """Over boxes (Intervals), a quantity above 0 only where a design crosses itself or is undercut.
+        """A quantity over boxes (Intervals) that is positive only where a design crosses itself or is undercut.
 
-        ``inside`` is one design of each, which can be assembled. Where no known crossing shows that it crosses
-        itself, another one is looked for, at the box of the smallest cams.
+        ``inside`` is one design of each box that can be assembled. If no known crossing shows that it crosses
+        itself, a new crossing is searched, in the box of the smallest cams.
         """
-        found = self._box_excess(box, inside, free)
-        unseen = np.flatnonzero(found.at.low <= 0.0)
+        excess = self._box_excess(box, inside, free)
+        unseen = np.flatnonzero(excess.at.low <= 0.0)
         if unseen.size and self.learn_crossing(inside.take(unseen[[np.argmin(as_interval(box.size).low[unseen])]])):
-            found = self._box_excess(box, inside, free)
-        return found
+            excess = self._box_excess(box, inside, free)
+        return excess
 
     def cross_at_known(self, designs: Designs) -> BoolArray:
-        """The designs that cross themselves at known cam angles, apart from rounding."""
+        """The designs that cross themselves at known cam angles, up to rounding."""
         pairs, sides = self._best_pairs(designs)
         return np.asarray(self._overlaps(designs, pairs[:, None], sides[:, None])[:, 0] > 0.0)
 
     def learn_crossing(self, design: Designs) -> bool:
-        """Whether a design crosses itself; if it does, its cam angles are added to the known ones."""
-        found = find_crossing(self._setup, design, self._programme)
-        if found.crosses:
-            pair = deepest_overlap(self._setup, design, self._programme, found.angles, found.side)
-            self._known = [(pair, found.side), *self._known][:MOST_KNOWN_CROSSINGS]
-        return found.crosses is True
+        """Whether a design crosses itself; if so, its cam angles are added to the known ones."""
+        crossing = find_crossing(self._setup, design, self._programme)
+        if crossing.crosses:
+            pair = deepest_overlap(self._setup, design, self._programme, crossing.angles, crossing.side)
+            self._known = [(pair, crossing.side), *self._known][:MOST_KNOWN_CROSSINGS]
+        return crossing.crosses is True
 
     def _box_excess(self, box: Designs, inside: Designs, free: Sequence[str]) -> SlopedInterval:
         return box_overlap(self._setup, box, inside, free, self._programme, *self._best_pairs(inside))
 
     def _best_pairs(self, designs: Designs) -> tuple[FloatArray, FloatArray]:
-        """The pair of cam angles of most overlap of each design, (n, 2) in rad, near the best known; its side."""
+        """Cam angles (n, 2) [rad] of the largest overlap of each design, near known ones, with the walls' sides."""
         pairs, sides = map(np.array, zip(*(self._known or [(np.zeros(2), INNER_SIDE)]), strict=True))
         best = self._overlaps(designs, pairs[None], sides[None]).argmax(axis=1)
         return follow_overlaps(self._setup, designs, self._programme, pairs[best], sides[best]), sides[best]
@@ -100,7 +102,7 @@ class KnownCrossings:
 def overlaps(
     setup: Setup, designs: Designs, programme: Programme, angles: FloatArray, side: Any = INNER_SIDE
 ) -> FloatArray:
-    """The overlap in mm³/rad of n designs, (n, m), at pairs of cam angles in rad, (n or 1, m, 2), on walls."""
+    """Overlap of n designs (n, m) [mm³/rad] at pairs of cam angles (n or 1, m, 2) [rad], on one side."""
     column, table = designs.take((slice(None), None)), programme.table
     motion, (other, _) = position_and_speed(table, angles[..., 0]), position_and_speed(table, angles[..., 1])
     start = start_height(setup, column)
@@ -110,7 +112,7 @@ def overlaps(
 def deepest_overlap(
     setup: Setup, design: Designs, programme: Programme, near: Sequence[float], side: float = INNER_SIDE
 ) -> FloatArray:
-    """The pair of cam angles (2,) in rad at which one design overlaps the most, uphill from a given pair."""
+    """Pair of cam angles (2,) [rad] with the largest overlap of one design, uphill from a pair."""
 
     def negative_overlap(pair: FloatArray) -> float:
         return -float(overlaps(setup, design, programme, pair[None, None], side)[0, 0])
@@ -121,19 +123,19 @@ def deepest_overlap(
 def follow_overlaps(
     setup: Setup, designs: Designs, programme: Programme, near: FloatArray, sides: Any = INNER_SIDE
 ) -> FloatArray:
-    """Pairs of cam angles (n, 2) in rad at which n designs overlap the most, by Newton's method from near ones."""
-    every, pairs, walls = np.arange(len(designs)), near, np.reshape(sides, (-1, 1))
+    """Pairs of cam angles (n, 2) [rad] with the largest overlap of n designs, by Newton's method from near ones."""
+    numbers, pairs, walls = np.arange(len(designs)), near, np.reshape(sides, (-1, 1))
     for away in NEWTON_OFFSETS:
-        found = overlaps(setup, designs, programme, pairs[:, None] + away * NEWTON_STENCIL, walls)
-        step = np.clip(away * _newton_step(found), -LARGEST_ANGLE_STEP, LARGEST_ANGLE_STEP)
-        moved = pairs[:, None] + STEP_SHARES[:, None] * step[:, None]
-        pairs = moved[every, overlaps(setup, designs, programme, moved, walls).argmax(axis=1)]
+        values = overlaps(setup, designs, programme, pairs[:, None] + away * NEWTON_STENCIL, walls)
+        step = np.clip(away * _newton_step(values), -LARGEST_ANGLE_STEP, LARGEST_ANGLE_STEP)
+        trials = pairs[:, None] + STEP_SHARES[:, None] * step[:, None]
+        pairs = trials[numbers, overlaps(setup, designs, programme, trials, walls).argmax(axis=1)]
     return pairs
 
 
-def _newton_step(found: FloatArray) -> FloatArray:
-    """From values (n, 7) at AROUND, Newton's step (n, 2) to where the parabola through them is level, or away."""
-    middle, right, left, above, below, *slanting = found.T
+def _newton_step(values: FloatArray) -> FloatArray:
+    """Newton's step (n, 2) from values (n, 7) at ``NEWTON_STENCIL``, always uphill."""
+    middle, right, left, above, below, *slanting = values.T
     a, b = (right - left) / 2.0, (above - below) / 2.0
     aa, bb = right + left - 2.0 * middle, above + below - 2.0 * middle
     ab = (sum(slanting) - 2.0 * middle - aa - bb) / 2.0
@@ -143,11 +145,11 @@ def _newton_step(found: FloatArray) -> FloatArray:
 
 
 def overlap(setup: Setup, designs: Designs, start: Any, angles: FloatArray, motion: Any, other: Any) -> Any:
-    """(2·R_r·Δ·n(a) − |Δ|²)·|C'(a)| in mm³/rad. Numbers, ranges or ranges with slopes.
+    """Overlap (2·R_r·Δ·n(a) − |Δ|²)·|C'(a)| [mm³/rad]; numbers, ranges or ranges with slopes.
 
-    Of a wall the designs are those ``wall_designs`` of it. ``start`` is the height or angle at displacement 0,
-    ``angles`` are (..., 2) pairs (a, b) in rad, ``motion`` is (y, y') at a and ``other`` y at b. Vectors are in
-    the ground frame at a.
+    The designs are the ``wall_designs`` of a wall. ``start`` is the height or angle at displacement 0, ``angles``
+    are pairs (a, b) [rad], (..., 2), ``motion`` is (y, y') at a, and ``other`` is y at b. Vectors are in the ground
+    frame at a.
     """
     assert setup.mechanism.trace_point is not None
     (x, z), (along, up) = trace_motion(setup, designs, start + motion[0], motion[1])
@@ -169,10 +171,10 @@ def box_overlap(
     pairs: FloatArray,
     walls: Any = INNER_SIDE,
 ) -> SlopedInterval:
-    """The overlap at one pair of cam angles each, over boxes of designs, and how it changes with the free sizes.
+    """Overlap over boxes of designs, at one pair of cam angles each, with its slopes by the free sizes.
 
-    By the chain rule through the follower's height or angle at displacement 0 in place of the cam's size: this
-    changes it without bounds where a follower can only just be assembled.
+    Slopes are taken by the follower's height or angle at displacement 0, and by the chain rule from that to the
+    cam's size: where a follower can only just be assembled, the height changes with the size without bounds.
     """
     error = programme.table.error.max(axis=0)
     (y, y1), (y_b, _) = (position_and_speed(programme.table, angles) for angles in pairs.T)

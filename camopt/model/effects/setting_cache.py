@@ -1,4 +1,4 @@
-"""What the motion and a few numbers of the scene decide, whatever the sizes: found once for equal numbers."""
+"""A cache for results that depend only on the motion and a few numbers of the scene, not on sizes."""
 
 from collections.abc import Callable
 from functools import lru_cache, wraps
@@ -8,15 +8,15 @@ import numpy as np
 
 from camopt.model.motion.programme import Programme
 
-SETTING_BLOCK = 256  # settings found together, which bounds the memory
-REMEMBERED_BLOCKS = 64  # answers: blocks of designs often have the settings of those before them
+SETTING_BLOCK = 256  # settings computed together, so that memory is bounded
+REMEMBERED_BLOCKS = 64  # cached results: blocks of designs often have the settings of earlier blocks
 
 
 def once_per_setting(find: Callable[..., Any]) -> Callable[..., Any]:
-    """A function of a programme and numbers, or arrays (designs,) of them, found once for numbers that are equal.
+    """Decorator for a function of a programme and numbers, which is evaluated once for equal numbers.
 
-    What is decorated takes arrays (settings,), and gives an array, or a NamedTuple of arrays; of numbers it gives
-    numbers.
+    The decorated function takes arrays (settings,) and returns an array or a NamedTuple of arrays. Callers give
+    numbers, or arrays (designs,), and get the same.
     """
 
     @lru_cache(maxsize=REMEMBERED_BLOCKS)
@@ -31,7 +31,7 @@ def once_per_setting(find: Callable[..., Any]) -> Callable[..., Any]:
         table = np.array(np.broadcast_arrays(*numbers), dtype=float)
         settings, which = np.unique(table.reshape(len(table), -1), axis=1, return_inverse=True)
         if not settings.size:
-            settings = np.full((len(table), 1), 0.5)  # of no design: any will do
+            settings = np.full((len(table), 1), 0.5)  # without designs any setting will do
         kind, columns = find_settings(programme, settings.tobytes(), settings.shape[1])
         values = columns[:, which.reshape(-1)] if table.ndim > 1 else columns[:, 0].tolist()
         return kind(*values) if kind else values[0]

@@ -1,7 +1,7 @@
 """Sizes of a design, the scene's numbers that vary from design to design, and the clearance of the shaft.
 
-No point of a profile is nearer to the cam centre than the base circle (the trace point is never nearer than
-the prime circle), so the clearance is base radius minus shaft radius, exactly.
+No point of a profile is nearer to the cam centre than the base circle, since the trace point is never nearer than
+the prime circle. So the clearance is exactly the base radius minus the shaft radius.
 """
 
 from typing import Any

@@ -1,32 +1,35 @@
-"""The cam as a solid: its mass, its balance, its inertia, and the wall about its bore.
+"""The cam as a solid: its mass, balance and inertia.
 
-A disc cam is a plate as its section (``effects.section``), with a hub on one side; bore and keyway go through both.
+A disc cam is a plate with the shape of its section (``effects.section``) and a hub on one side. Bore and keyway go
+through both.
 
     m = ρ·(t·A + (L − t)·A_hub),    unbalance ρ·|∫(x + iy) dV|,    J = ρ·∫r² dV
 
-A conjugate pair is both plates, t·(A₁ + A₂), and on a hub that includes them and their gap (L − 2t)·A_hub. The
-second section is seen in the mirror, x + iy as x − iy. The balance is that in one plane: the couple of both discs,
-which are a distance apart along the axis, does not count.
+A conjugate pair has both plates, t·(A₁ + A₂), and a hub that includes them and their gap, (L − 2t)·A_hub. The
+second section is mirrored, x − iy in place of x + iy. The balance is that in one plane, without the couple of the
+two discs.
 
-A cylindrical cam is a cylinder of radius R_m + d/2 less bore, keyway and a groove of depth d about R_m. At each
-radius r a cutter as wide as the roller leaves a band of the width 2R_r along a curve of the length L(r), with the
-area 2·R_r·L(r) (Steiner: what a band gains on one side of a bend it loses on the other), so that
+A cylindrical cam is a cylinder of radius R_m + d/2 without bore, keyway and a groove of depth d about R_m. At each
+radius r a cutter of the roller's width removes a band of the width 2R_r along a curve of the length L(r). The area
+of the band is 2·R_r·L(r) (Steiner: it gains on one side of a bend what it loses on the other), so
 
     V_groove = 2·R_r·∫L dr,    ∫r² dV = 2·R_r·∫r²·L dr
 
-A rib leaves a cylinder of R_m − d/2, and on it at each radius r the band between the pitch curves of both rollers
-less a strip of the width R_r along each: with the distance b(θ) of these curves along the axis, mm,
+A cylindrical cam with a rib is a cylinder of radius R_m − d/2. On it, at each radius r, is the band between the
+pitch curves of both rollers, without a strip of the width R_r along each. With the distance b(θ) of these curves
+along the axis [mm],
 
     V_rib = ∫ r dr·∫b dθ − R_r·∫(L₁ + L₂) dr
 
-b is the distance of the rollers, times cos ψ of arms that swing (what else of it is in the area, adds up to nothing
-over a turn).
+b is the distance of the rollers, on swinging arms times cos ψ; the other terms of the area add up to 0 over a turn.
 
-A disc cam with a groove in its face is a plate of its outer diameter, less bore, keyway and the band of the groove
-to its depth. With a rib on its face it is a plate, thinner than the whole by the height of the rib, and on it the
-band between both flanks. The bottom of the groove of a cylinder is taken as a cylinder, and the cutter as narrow
-beside it: its wall, parallel to its axis, is nowhere further than R_r²/(2·R_m) from that. Edges are sharp, and what
-is undercut counts as in ``effects.section``.
+A disc cam with a groove in its face is a plate of its outer diameter without bore, keyway and the band of the
+groove to its depth. With a rib on its face, the plate is thinner by the height of the rib, and carries the band
+between both flanks.
+
+Approximations: the bottom of a cylinder's groove is a cylinder, and the cutter is narrow beside it; the true wall,
+parallel to the cutter's axis, is at most R_r²/(2·R_m) from it. Edges are sharp. An undercut profile counts as in
+``effects.section``.
 """
 
 from collections.abc import Callable
@@ -47,11 +50,11 @@ from camopt.model.mechanisms.elements import CYLINDER, DISC, FACE_GROOVE, RIBBED
 
 MASS, INERTIA = "cam_mass_kg", "cam_inertia_kg_m2"
 BALANCE = ("unbalance_g_mm", "centre_of_gravity_mm")
-KG, KG_M2, G_MM = 1e3, 1e-3, 1e6  # of t, t·mm², t·mm
+KG, KG_M2, G_MM = 1e3, 1e-3, 1e6  # per t, t·mm², t·mm
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    """Nothing at one flank of a rib: its body lies between both."""
+    """Nothing for one flank of a rib, because the body is between both flanks."""
     mechanism = setup.mechanism
     return () if mechanism.touches_rib and not mechanism.has_rib else BODY_FORMULAS[mechanism.body].offers
 
@@ -59,118 +62,118 @@ def offers(setup: Setup) -> tuple[str, ...]:
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     sizes = setup.mechanism.body.solid
     keys = tuple(f"part.{key}" for key in (*sizes, "density") if getattr(setup.solid, key) is None)
-    found = dict.fromkeys(offers(setup), keys)
-    if BALANCE[1] in found:
-        found[BALANCE[1]] = tuple(key for key in keys if key != "part.density")
-    return {name: keys for name, keys in found.items() if keys}
+    missing = dict.fromkeys(offers(setup), keys)
+    if BALANCE[1] in missing:
+        missing[BALANCE[1]] = tuple(key for key in keys if key != "part.density")
+    return {name: keys for name, keys in missing.items() if keys}
 
 
 def implies(setup: Setup, name: str, bound: float) -> NecessaryConditions:
-    """The base radius above which no disc cam has as little: its profile goes round the base circle."""
+    """The largest base radius for a bound on mass or inertia: every profile goes round the base circle."""
     if not setup.mechanism.body.bounded or name not in (MASS, INERTIA):
         return NecessaryConditions()
     return NecessaryConditions(most_size=_largest_base_radius(setup, name, bound))
 
 
 def _largest_base_radius(setup: Setup, name: str, most: float) -> float:
-    """Of the first disc of a pair, where the second one is no larger than the bore."""
+    """Largest base radius of a disc, or of the first disc of a pair whose second one is no larger than the bore."""
     solid = setup.solid
     assert solid.thickness is not None
     assert solid.density is not None
     rest = _hub_moments(solid, _disc_count(setup)).subtract(_bore_moments(solid).times(solid.thickness))
-    sought = most / (KG if name == MASS else KG_M2) / solid.density
-    square = max(sought - rest.area, 0.0) / (pi * solid.thickness)
+    allowed = most / (KG if name == MASS else KG_M2) / solid.density
+    square = max(allowed - rest.area, 0.0) / (pi * solid.thickness)
     if name == INERTIA:
-        square = sqrt(2.0 * max(sought - rest.polar, 0.0) / (pi * solid.thickness))
-    return max(sqrt(square) * JUST_ABOVE, solid.bore_reach)  # a hub too heavy by itself leaves no size
+        square = sqrt(2.0 * max(allowed - rest.polar, 0.0) / (pi * solid.thickness))
+    return max(sqrt(square) * JUST_ABOVE, solid.bore_reach)  # if the hub alone is too heavy, no size is left
 
 
 def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     solid, size = case.setup.solid, case.designs.size
     assert solid.thickness is not None
     density = 1.0 if solid.density is None else solid.density
-    body, off = BODY_FORMULAS[case.setup.mechanism.body].volume(case)
+    body, error = BODY_FORMULAS[case.setup.mechanism.body].volume(case)
     mass, inertia = density * body.area, density * body.polar
     columns = {
-        MASS: EnclosedValue(mass * KG, density * off.area * KG, np.abs(mass) * KG),
-        INERTIA: EnclosedValue(inertia * KG_M2, density * off.polar * KG_M2, np.abs(inertia) * KG_M2),
+        MASS: EnclosedValue(mass * KG, density * error.area * KG, np.abs(mass) * KG),
+        INERTIA: EnclosedValue(inertia * KG_M2, density * error.polar * KG_M2, np.abs(inertia) * KG_M2),
     }
     if BALANCE[0] not in offers(case.setup):
         return columns
     moment, scale = np.abs(body.moment), np.abs(body.area) * size
     columns[BALANCE[0]] = EnclosedValue(
-        density * moment * G_MM, density * off.moment * G_MM, density * scale * G_MM
+        density * moment * G_MM, density * error.moment * G_MM, density * scale * G_MM
     )
     away = moment / body.area
-    columns[BALANCE[1]] = EnclosedValue(away, (off.moment + away * off.area) / body.area, size)
+    columns[BALANCE[1]] = EnclosedValue(away, (error.moment + away * error.area) / body.area, size)
     return columns
 
 
 def _bore_moments(solid: SolidSizes) -> AreaMoments:
-    """Bore and keyway."""
+    """Moments of bore and keyway."""
     slot = keyway_moments(solid.bore_radius, solid.keyway_width, solid.keyway_depth, solid.keyway_angle)
     return disc_moments(solid.bore_radius).add(slot)
 
 
 def _plate_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMoments]:
-    """The volume of the plates and the hub with its moments, and the error of each."""
+    """Volume and moments of plates and hub, and their errors."""
     solid, (first, *others) = case.setup.solid, follower_contacts(case.setup)[: _disc_count(case.setup)]
     assert solid.thickness is not None
     sections = [_section_moments(block_at_contact(case, first))]
     sections += [_section_moments(block_at_contact(case, other), mirror=-1.0) for other in others]
-    body, off = (reduce(AreaMoments.add, each).times(solid.thickness) for each in zip(*sections, strict=True))
+    body, error = (reduce(AreaMoments.add, parts).times(solid.thickness) for parts in zip(*sections, strict=True))
     hollow = _bore_moments(solid).times(len(sections) * solid.thickness)
-    return body.subtract(hollow).add(_hub_moments(solid, len(sections))), off
+    return body.subtract(hollow).add(_hub_moments(solid, len(sections))), error
 
 
 def _disc_count(setup: Setup) -> int:
-    """How many discs there are."""
     return 1 + bool(setup.mechanism.second_keys)
 
 
 def _section_moments(case: EvaluationBlock, mirror: float = 1.0) -> tuple[AreaMoments, AreaMoments]:
-    """The section of a disc, or its mirror image in the x axis, and the error of each of its integrals."""
-    found = integrate_section(case)
-    _, area, x, y, polar = found.value
-    _, off_area, off_x, off_y, off_polar = found.error
-    return AreaMoments(area, x + 1j * mirror * y, polar), AreaMoments(off_area, np.hypot(off_x, off_y), off_polar)
+    """Moments of a disc's section, or of its mirror image (``mirror`` −1), and their errors."""
+    section = integrate_section(case)
+    _, area, x, y, polar = section.value
+    _, *errors = section.error
+    body = AreaMoments(area, x + 1j * mirror * y, polar)
+    return body, AreaMoments(errors[0], np.hypot(errors[1], errors[2]), errors[3])
 
 
 def _hub_moments(solid: SolidSizes, plates: int) -> AreaMoments:
-    """The volume of the hub beside the plates, less bore and keyway, and its moments."""
+    """Volume and moments of the hub beside the plates, without bore and keyway."""
     assert solid.thickness is not None
     beside = max(solid.hub_length - plates * solid.thickness, 0.0)
     return disc_moments(solid.hub_radius).subtract(_bore_moments(solid)).times(beside)
 
 
 def _cylinder_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMoments]:
-    """The volume of a cylinder with its groove, its moments except the first, and the error of each."""
+    """Volume and polar moment of a cylinder with its groove, and their errors."""
     solid, designs, groove = case.setup.solid, case.designs, integrate_groove(case)
     assert solid.thickness is not None
     assert solid.groove_depth is not None
     cylinder = (
         disc_moments(designs.size + solid.groove_depth / 2.0).subtract(_bore_moments(solid)).times(solid.thickness)
     )
-    (_, *band), (_, *off) = (2.0 * case.setup.half_width(designs) * rows for rows in groove)
-    return cylinder.subtract(AreaMoments(band[0], 0.0, band[1])), AreaMoments(off[0], 0.0, off[1])
+    (_, *band), (_, *errors) = (2.0 * case.setup.half_width(designs) * rows for rows in groove)
+    return cylinder.subtract(AreaMoments(band[0], 0.0, band[1])), AreaMoments(errors[0], 0.0, errors[1])
 
 
 def _ribbed_cylinder_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMoments]:
-    """The volume of a cylinder with a rib, its moments except the first, and the error of each."""
+    """Volume and polar moment of a cylinder with a rib, and their errors."""
     solid, designs = case.setup.solid, case.designs
     assert solid.thickness is not None
     assert solid.rib_height is not None
     core, top = (designs.size + side * solid.rib_height / 2.0 for side in (-1.0, 1.0))
-    apart = designs.roller_spacing * _share_along_axis(case) / (2.0 * pi)
-    band = disc_moments(top).subtract(disc_moments(core)).times(apart)
+    distance = designs.roller_spacing * _share_along_axis(case) / (2.0 * pi)
+    band = disc_moments(top).subtract(disc_moments(core)).times(distance)
     flanks = [integrate_groove(block_at_contact(case, contact)) for contact in follower_contacts(case.setup)]
-    (_, *less), (_, *off) = (case.setup.half_width(designs) * sum(rows) for rows in zip(*flanks, strict=True))
+    (_, *strips), (_, *errors) = (case.setup.half_width(designs) * sum(rows) for rows in zip(*flanks, strict=True))
     body = disc_moments(core).subtract(_bore_moments(solid)).times(solid.thickness).add(band)
-    return body.subtract(AreaMoments(less[0], 0.0, less[1])), AreaMoments(off[0], 0.0, off[1])
+    return body.subtract(AreaMoments(strips[0], 0.0, strips[1])), AreaMoments(errors[0], 0.0, errors[1])
 
 
 def _share_along_axis(case: EvaluationBlock) -> Any:
-    """The integral over the turn of the share along the axis of the line through both rollers."""
+    """Integral over the turn of cos ψ, the axial share of the line through both rollers; 2π without arms."""
     table, lift = case.programme.table, case.programme.lift
     if not case.setup.angular:
         return 2.0 * pi
@@ -182,23 +185,22 @@ def _share_along_axis(case: EvaluationBlock) -> Any:
 
 
 def _grooved_plate_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMoments]:
-    """The volume of a plate with a groove in its face, with its moments, and the error of each."""
+    """Volume and moments of a plate with a groove in its face, and their errors."""
     solid, groove = case.setup.solid, integrate_groove(case)
     assert solid.thickness is not None
     assert solid.groove_depth is not None
     assert solid.outer_diameter is not None
     plate = disc_moments(solid.outer_diameter / 2.0).subtract(_bore_moments(solid)).times(solid.thickness)
-    (_, area, x, y, polar), (_, *off) = groove
+    (_, area, x, y, polar), (_, *errors) = groove
     band = AreaMoments(area, x + 1j * y, polar).times(solid.groove_depth)
-    return plate.subtract(band), AreaMoments(off[0], np.hypot(off[1], off[2]), off[3]).times(solid.groove_depth)
+    error = AreaMoments(errors[0], np.hypot(errors[1], errors[2]), errors[3]).times(solid.groove_depth)
+    return plate.subtract(band), error
 
 
 def _ribbed_plate_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMoments]:
-    """The volume of a plate with a rib on its face, with its moments, and the error of each."""
-    solid, (beyond, before) = (
-        case.setup.solid,
-        (integrate_section(block_at_contact(case, each)) for each in follower_contacts(case.setup)),
-    )
+    """Volume and moments of a plate with a rib on its face, and their errors."""
+    solid, contacts = case.setup.solid, follower_contacts(case.setup)
+    outer, inner = (integrate_section(block_at_contact(case, contact)) for contact in contacts)
     assert solid.thickness is not None
     assert solid.rib_height is not None
     assert solid.outer_diameter is not None
@@ -207,15 +209,17 @@ def _ribbed_plate_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMomen
         .subtract(_bore_moments(solid))
         .times(solid.thickness - solid.rib_height)
     )
-    (_, area, x, y, polar), (_, *off) = beyond.value - before.value, beyond.error + before.error
+    (_, area, x, y, polar), (_, *errors) = outer.value - inner.value, outer.error + inner.error
     band = AreaMoments(area, x + 1j * y, polar).times(solid.rib_height)
-    return plate.add(band), AreaMoments(off[0], np.hypot(off[1], off[2]), off[3]).times(solid.rib_height)
+    error = AreaMoments(errors[0], np.hypot(errors[1], errors[2]), errors[3]).times(solid.rib_height)
+    return plate.add(band), error
 
 
 class BodyFormula(NamedTuple):
-    """The formula of a body's volume and moments, with the error of each."""
+    """The formula of a body's volume and moments, and its quantities."""
 
     volume: Callable[[EvaluationBlock], tuple[AreaMoments, AreaMoments]]
+    """Volume and moments, and their errors."""
     offers: tuple[str, ...]
 
 
@@ -226,6 +230,6 @@ BODY_FORMULAS = {
     RIBBED_CYLINDER: BodyFormula(_ribbed_cylinder_moments, (MASS, INERTIA)),
     RIBBED_DISC: BodyFormula(_ribbed_plate_moments, (MASS, *BALANCE, INERTIA)),
 }
-"""By body."""
+"""The formula of each body."""
 
 EFFECT = Effect("solid", offers, run, lacks, implies=implies)

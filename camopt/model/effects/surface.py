@@ -1,26 +1,26 @@
 """Sliding, rolling, wear and film thickness at the contact of a disc cam.
 
-By the cam angle, in mm/rad: the contact moves over the cam at c, over the follower at c_f, and the follower slides
-over the cam at v = c − c_f. With q the turning of the follower relative to the cam (1, or 1 ± ψ' of an arm) and N_p
-the speed of the trace point (``Mechanism.sliding``),
+All speeds are by the cam angle, in mm/rad. The contact moves over the cam at c and over the follower at c_f; the
+follower slides over the cam at v = c − c_f. q is the rate at which the follower turns relative to the cam: 1, or
+1 ± ψ' with an arm. N_p is the speed of the trace point (``Mechanism.sliding``).
 
     knife edge, spherical face:  v = N_p − q·R_s,          c = N_p·(1 − κ·R_s)
     roller that does not slip:   v = 0,                    c = N_p·(1 − κ·R_r),    spins at N_p/R_r − q
     flat face:                   v = R_b + y (swinging: q·f + c·sin ψ),            c = q·ρ
 
-and the surfaces carry the lubricant in at u = (c + c_f)/2 = c − v/2, the entrainment speed. Archard's wear takes
-the depth k_w·(N/L)·|v|/c off a point of the profile in each turn. Dowson and Higginson's least film of line contact
-is
+The entrainment speed, at which the surfaces carry in the lubricant, is u = (c + c_f)/2 = c − v/2. By Archard's law
+a point of the profile wears by the depth k_w·(N/L)·|v|/c in each turn. The least film of line contact, by Dowson
+and Higginson, is
 
     h = 2.65·R·(α·E')^0.54·U^0.7·W^−0.13,    U = η·u/(E'·R),    W = N/(E'·R·L),    E' = 2·E*
 
-taken at each cam angle as if the motion were steady: 0 where u passes 0, though squeezing then leaves a little. It
-holds for stiff surfaces and oils that thicken under pressure. Point contacts have neither wear nor film here, and a
-knife edge no film.
+It is computed at each cam angle as for steady motion: 0 where u passes through 0, although squeezing leaves a thin
+film there. It is valid for stiff surfaces and oils that thicken under pressure. Point contacts have neither wear
+nor film here, and a knife edge has no film.
 
-On the outer wall of a groove a roller spins the other way, at N_p/R_r + q; of grooves its spin on either wall is
-given, and no entrainment or film. The mantle of a cylinder does not turn below a roller: there q − 1 is in place of
-q.
+On the outer wall of a groove a roller spins the other way, at N_p/R_r + q. Grooves have the largest spin on either
+wall, but no entrainment and no film. On a cylinder q − 1 takes the place of q, because its surface does not turn
+below the roller.
 
 Sources: Archard, J. Appl. Phys. 24 (1953); Dowson and Higginson, Elasto-hydrodynamic Lubrication, ch. 7.
 """
@@ -72,44 +72,44 @@ REPORTED_TURNS = 1e6
 
 @curve_type
 def trace_sliding(at, speed, radius, turns, turning):
-    """N_p − q·R [mm/rad], with q = turns + turning·y'."""
+    """Sliding speed of a trace point, N_p − q·R [mm/rad], with q = turns + turning·y'."""
     return speed - radius * (turns + turning * at.y1)
 
 
 @curve_type
 def spin_rate(at, speed, radius, turning):
-    """N_p' − R·q' [mm/rad²], with q = 1 + turning·y'; ``speed`` is N_p'."""
+    """Change of the spin's speed, N_p' − R·q' [mm/rad²], with q = 1 + turning·y'; ``speed`` is N_p'."""
     return speed - radius * turning * at.y2
 
 
 @curve_type
 def trace_entrainment(at, speed, curvature, radius, turning, slip):
-    """N_p·(1 − κ·R) − slip·(N_p − q·R)/2 [mm/rad]; ``slip`` is 0 for a roller, 1 for a tip that does not turn."""
+    """Entrainment speed, N_p·(1 − κ·R) − slip·(N_p − q·R)/2 [mm/rad]; ``slip`` is 0 for a roller, else 1."""
     half = 0.5 * slip
     return speed * ((1.0 - half) - radius * curvature) + half * radius * (1.0 + turning * at.y1)
 
 
 @curve_type
 def face_entrainment(at, radius, sliding, turning):
-    """q·ρ − v/2 [mm/rad]."""
+    """Entrainment speed of a flat face, q·ρ − v/2 [mm/rad]."""
     return (1.0 + turning * at.y1) * radius - 0.5 * sliding
 
 
 @curve_type(loaded=True)
 def face_wear(at, load, sliding, turning):
-    """N·|v|/(q·ρ) [N]; ``load`` is N/ρ."""
+    """Wear load of a flat face, N·|v|/(q·ρ) [N]; ``load`` is N/ρ."""
     return load * np.abs(sliding) / (1.0 + turning * at.y1)
 
 
 @curve_type
 def relative_radius(at, curvature, roller_radius):
-    """R = R_r·(1 − κ·R_r) [mm]."""
+    """Relative radius, R = R_r·(1 − κ·R_r) [mm]."""
     return roller_radius - roller_radius * roller_radius * curvature
 
 
 @curve_type(loaded=True)
 def film_thinness(at, normal, entrainment, radius):
-    """N^0.13·u^−0.7·R^−0.43, the inverse of the film but for a factor; N, mm/rad, mm."""
+    """Inverse of the film up to a factor, N^0.13·u^−0.7·R^−0.43, from N, mm/rad and mm."""
     spread = to_power(np.square(entrainment), -0.5 * FILM_SPEED_POWER) * to_power(radius, -FILM_RADIUS_POWER)
     return to_power(normal, FILM_LOAD_POWER) * spread
 
@@ -135,15 +135,14 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     loads = force.missing_force_keys(setup)
     needs = {WEAR_DEPTH: ("wear_rate", "face_width"), FILM_THICKNESS: ("face_width", *LUBRICANT)}
     needs[FILM_RATIO] = (*needs[FILM_THICKNESS], "roughness")
-    found = {}
+    missing = {}
     for name in offers(setup):
         keys = tuple(f"materials.{key}" for key in needs.get(name, ()) if not getattr(bodies, key))
         if name in (FILM_THICKNESS, FILM_RATIO) and not bodies.modulus:
             keys = ("materials.cam", "materials.follower", *keys)
-        absent = (*(loads if name in needs else speed), *keys)
-        if absent:
-            found[name] = absent
-    return found
+        if absent := (*(loads if name in needs else speed), *keys):
+            missing[name] = absent
+    return missing
 
 
 def reads(setup: Setup) -> tuple[str, ...]:
@@ -151,18 +150,18 @@ def reads(setup: Setup) -> tuple[str, ...]:
 
 
 def speed_over_cam(mechanism: Mechanism) -> Any:
-    """Curve of the speed of the trace point, or of a flat face, over the cam, mm/rad."""
+    """Curve of the speed of the trace point or the flat face over the cam [mm/rad]."""
     return mechanism.sliding or mechanism.path
 
 
 def turning_factor(setup: Setup, designs: Designs) -> FloatArray:
-    """The factor of y' in q."""
+    """Factor of y' in q."""
     way = -1.0 if setup.mechanism.reverses else 1.0
     return np.full(len(designs), way * designs.sense if setup.angular else 0.0)
 
 
 def sliding_curve(setup: Setup, designs: Designs, programme: Programme, side: float = INNER_SIDE) -> Any:
-    """v, mm/rad; for a roller, the value if it did not turn. On the wall on a side of the trace point."""
+    """Curve of the sliding speed v on the wall on one side [mm/rad]; for a roller, its speed if it did not turn."""
     sliding = speed_over_cam(setup.mechanism)(designs, programme)
     if setup.mechanism.curvature is None:
         return sliding
@@ -171,14 +170,14 @@ def sliding_curve(setup: Setup, designs: Designs, programme: Programme, side: fl
 
 
 def spin_rate_curve(setup: Setup, designs: Designs, programme: Programme, side: float) -> Any:
-    """N_p' − R·q' on the wall on a side of the trace point, mm/rad²."""
+    """Curve of N_p' − R·q' on the wall on one side of the trace point [mm/rad²]."""
     assert setup.mechanism.speeding is not None
     speed = setup.mechanism.speeding(designs, programme)
     return spin_rate(speed, -side * designs.roller_radius, turning_factor(setup, designs))
 
 
 def entrainment_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
-    """u, mm/rad."""
+    """Curve of the entrainment speed u [mm/rad]."""
     mechanism = setup.mechanism
     sliding, turns = speed_over_cam(mechanism)(designs, programme), turning_factor(setup, designs)
     if mechanism.curvature is None:
@@ -189,7 +188,7 @@ def entrainment_curve(setup: Setup, designs: Designs, programme: Programme) -> A
 
 
 def wear_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
-    """N·|v|/c, N; a knife edge has v = c."""
+    """Curve of N·|v|/c [N]; a knife edge has v = c."""
     if setup.is_knife:
         return normal_curve(setup, designs, programme, way)
     load, sliding = contact_load(setup, designs, programme), sliding_curve(setup, designs, programme)
@@ -197,29 +196,25 @@ def wear_curve(setup: Setup, designs: Designs, programme: Programme, way: float 
 
 
 def thinness_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
-    """The inverse of the film, but for ``film_factor``."""
+    """Curve of ``film_factor`` over the film."""
     mechanism = setup.mechanism
-    normal, entrainment = (
-        normal_curve(setup, designs, programme, way),
-        entrainment_curve(setup, designs, programme),
-    )
+    normal = normal_curve(setup, designs, programme, way)
+    entrainment = entrainment_curve(setup, designs, programme)
     if mechanism.curvature:
-        radius = relative_radius(
-            flank_path_curvature(setup, designs, programme, mechanism.flanks[0]), designs.roller_radius
-        )
-        return film_thinness(normal, entrainment, radius)
+        curvature = flank_path_curvature(setup, designs, programme, mechanism.flanks[0])
+        return film_thinness(normal, entrainment, relative_radius(curvature, designs.roller_radius))
     assert mechanism.profile_radius is not None
     return film_thinness(normal, entrainment, mechanism.profile_radius(designs, programme))
 
 
 def wear_variants(name: str, setup: Setup) -> tuple[Variant, ...]:
-    """The curves that decide wear (film), with the guide's friction each way."""
+    """The curves of wear or film, by direction of the guide's friction."""
     make = wear_curve if name == WEAR_DEPTH else thinness_curve
     return tuple((partial(make, setup, way=way), kinds) for way, kinds in friction_ways(setup))
 
 
 def wear_factor(setup: Setup) -> Any:
-    """Depth in a million turns, µm, by N·v/c."""
+    """Depth of wear in a million turns [µm] over N·v/c."""
     bodies = setup.bodies
     assert bodies.wear_rate is not None
     assert bodies.face_width is not None
@@ -227,19 +222,17 @@ def wear_factor(setup: Setup) -> Any:
 
 
 def film_factor(setup: Setup) -> Any:
-    """Film, mm, over u^0.7·R^0.43/N^0.13."""
+    """Film [mm] over u^0.7·R^0.43/N^0.13."""
     bodies, omega = setup.bodies, setup.omega
     assert bodies.modulus is not None
     assert bodies.viscosity is not None
     assert bodies.pressure_viscosity is not None
     assert bodies.face_width is not None
     assert omega is not None
-    twice = 2.0 * bodies.modulus
-    speed, load = (
-        (bodies.viscosity * omega / twice) ** FILM_SPEED_POWER,
-        (twice * bodies.face_width) ** FILM_LOAD_POWER,
-    )
-    return 2.65 * (bodies.pressure_viscosity * twice) ** 0.54 * speed * load
+    modulus = 2.0 * bodies.modulus
+    speed = (bodies.viscosity * omega / modulus) ** FILM_SPEED_POWER
+    load = (modulus * bodies.face_width) ** FILM_LOAD_POWER
+    return 2.65 * (bodies.pressure_viscosity * modulus) ** 0.54 * speed * load
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
@@ -280,7 +273,7 @@ def _load_peaks(setup: Setup) -> dict[str, Peak]:
 
 
 def _wear_scale(name: str, setup: Setup) -> Scale:
-    """From the extreme of its curves to wear or film."""
+    """The scale from the extreme of a curve to wear or film."""
     if name == WEAR_DEPTH:
         return scale_by_setting(setup, Multiple(wear_factor(setup)), IDENTITY_SCALE, wear_factor)
 
@@ -307,12 +300,12 @@ def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
 
 
 def _carries_film(fastest: EnclosedValue, slowest: EnclosedValue) -> Any:
-    """Designs whose surfaces carry the lubricant in one direction over the whole turn."""
+    """Mask of designs whose surfaces carry the lubricant in one direction over the whole turn."""
     return (slowest.value + slowest.outward > 0.0) | (fastest.value + fastest.outward < 0.0)
 
 
 def _film_columns(case: EvaluationBlock, known: Mapping[str, Peak], carried: Any) -> dict[str, Any]:
-    """The least film, while the bodies are pressed together."""
+    """Columns of the least film; 0 for designs whose bodies lose contact."""
     pressed = force.keeps_contact(case)
     thinnest = peak_extremes(case, known[FILM_THICKNESS], carried & pressed)
     return {name: as_column(case, known[name], thinnest) for name in (FILM_THICKNESS, FILM_RATIO) if name in known}

@@ -1,13 +1,13 @@
-"""Normal force, side thrust, and their effect on the guide and the stem of the follower.
+"""Normal force, side thrust, and the loads of guide and stem of the follower.
 
     N = F/(cos β − sgn(F·y')·μ·q·|sin β|),  q = (2a + b)/b,    S = N·sin β
     guide reaction S·(a + b)/b,    bending stress of the stem 32·S·a/(π·d³),    jams where μ·q·|tan β| = 1
 
-for a guide of length b and an overhang a = a₀ − y, from the trace point to the near end of the guide: both ends of
-the guide bear on the stem, S·(a + b)/b + S·a/b = q·S together, and rub against the motion, whose sign is that of y'
-whatever the stroke is called; at rest no friction is counted. Where F < 0 an open cam has lost contact: no load.
-The follower jams while it is driven outward, in a groove inward too. Without a guide there is no friction. An
-oscillating follower has S along its arm, and no guide.
+The guide has the length b; the overhang a = a₀ − y is the distance from the trace point to the near end of the
+guide. Both ends of the guide bear on the stem, together with S·(a + b)/b + S·a/b = q·S. Their friction acts against
+the motion, by the sign of y'; at rest it is taken as 0. Where F < 0 an open cam has lost contact, and there is no
+load. The follower may jam while it is driven outward, in a groove inward too. Without a guide there is no friction.
+An oscillating follower has S along its arm, and no guide.
 
 Source: Rothbart, Cam Design Handbook, ch. 6; Norton, Cam Design and Manufacturing Handbook, ch. 7.
 """
@@ -40,7 +40,7 @@ from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import Programme
 
 GUIDE = ("guide_length", "overhang")
-THRUST_NEEDS = {  # keys of [follower.dynamics] beside those of a force
+THRUST_NEEDS = {  # keys of [follower.dynamics] besides those of a force
     "guide_reaction_max_N": GUIDE,
     "stem_bending_stress_max_MPa": ("overhang", "stem_diameter"),
 }
@@ -55,21 +55,23 @@ def offers(setup: Setup) -> tuple[str, ...]:
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
-    given, loads = setup.dynamics, force.missing_force_keys(setup)
-    found = {}
+    dynamics, loads = setup.dynamics, force.missing_force_keys(setup)
+    missing = {}
     for name in offers(setup):
         keys = ("friction", *GUIDE) if name in JAMMING else THRUST_NEEDS.get(name, ())
-        absent = tuple(f"follower.dynamics.{key}" for key in keys if not getattr(given, key) and key != "overhang")
-        if "overhang" in keys and given.overhang is None:
+        absent = tuple(
+            f"follower.dynamics.{key}" for key in keys if not getattr(dynamics, key) and key != "overhang"
+        )
+        if "overhang" in keys and dynamics.overhang is None:
             absent += ("follower.dynamics.overhang",)
         absent += () if name in JAMMING else loads
         if absent:
-            found[name] = absent
-    return found
+            missing[name] = absent
+    return missing
 
 
 def thrust_curve(setup: Setup, designs: Designs, programme: Programme, way: float, of: str) -> Any:
-    """S·(arm + reach·y) of a follower that moves one way, for a quantity of side thrust."""
+    """Curve of S·(arm + reach·y) for a quantity of side thrust, while the follower moves in one direction."""
     ones, pressure = np.ones(len(designs)), setup.mechanism.pressure(designs, programme)
     arm, reach, _ = LEVERS[of](setup.with_design_numbers(designs).dynamics)
     return side_thrust(motion_force_curve(setup, designs, programme, way), pressure, arm * ones, reach * ones)
@@ -77,20 +79,20 @@ def thrust_curve(setup: Setup, designs: Designs, programme: Programme, way: floa
 
 def peaks(setup: Setup) -> dict[str, Peak]:
     normal = tuple((partial(normal_curve, setup, way=way), kinds) for way, kinds in friction_ways(setup))
-    found = {"normal_force_max_N": Peak(normal, load_goal(setup), jumps=jumps_at_corners)}
+    loads = {"normal_force_max_N": Peak(normal, load_goal(setup), jumps=jumps_at_corners)}
     if has_guide_friction(setup):
         drag = ((partial(drag_curve, setup), driven_kinds(setup)),)
-        found["jamming_margin"] = Peak(drag, LARGEST_MAGNITUDE, OneMinus(), unit=unit_weight)
+        loads["jamming_margin"] = Peak(drag, LARGEST_MAGNITUDE, OneMinus(), unit=unit_weight)
     for name in thrust_quantities(setup) if setup.mechanism.curvature else ():
         curves = tuple(
             (partial(thrust_curve, setup, way=way, of=name), kinds) for way, kinds in friction_ways(setup)
         )
-        found[name] = Peak(curves, LARGEST_MAGNITUDE, _thrust_scale(setup, name), jumps_at_corners)
-    return found
+        loads[name] = Peak(curves, LARGEST_MAGNITUDE, _thrust_scale(setup, name), jumps_at_corners)
+    return loads
 
 
 def _thrust_scale(setup: Setup, of: str) -> Scale:
-    """From S·(arm + reach·y) to the quantity."""
+    """The scale from S·(arm + reach·y) to a quantity of side thrust."""
 
     def factor(setup: Setup) -> Any:
         return LEVERS[of](setup.dynamics)[2]
@@ -103,9 +105,8 @@ def run_on_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any
     columns: dict[str, Any] = {}
     if has_guide_friction(setup):
         margin = columns["jamming_margin"] = peak_column(case, known["jamming_margin"])
-        drag = friction_line(case.setup_per_design.dynamics, len(case.designs) if case.designs.numbers else 1, 1.0)[
-            0
-        ]
+        count = len(case.designs) if case.designs.numbers else 1
+        drag, _ = friction_line(case.setup_per_design.dynamics, count, 1.0)
         angle = np.degrees(np.arctan2(1.0, drag))
         columns["jamming_angle_deg"] = angle if case.designs.numbers else float(angle[0])
         sound = margin.value + margin.outward > 0.0
@@ -113,24 +114,28 @@ def run_on_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any
     return columns | {name: peak_column(case, known[name], sound) for name in loads}
 
 
-def _guide_reaction_lever(given: FollowerDynamics) -> tuple[Any, Any, Any]:
-    return 1.0 + given.overhang / given.guide_length, -1.0 / given.guide_length, 1.0
+def _guide_reaction_lever(dynamics: FollowerDynamics) -> tuple[Any, Any, Any]:
+    return 1.0 + dynamics.overhang / dynamics.guide_length, -1.0 / dynamics.guide_length, 1.0
+
+
+def _stem_stress_lever(dynamics: FollowerDynamics) -> tuple[Any, Any, Any]:
+    return dynamics.overhang, -1.0, 32.0 / (pi * dynamics.stem_diameter**3)
 
 
 LEVERS: dict[str, Callable[[FollowerDynamics], tuple[Any, Any, Any]]] = {
-    "side_thrust_max_N": lambda given: (1.0, 0.0, 1.0),
+    "side_thrust_max_N": lambda dynamics: (1.0, 0.0, 1.0),
     "guide_reaction_max_N": _guide_reaction_lever,
-    "stem_bending_stress_max_MPa": lambda given: (given.overhang, -1.0, 32.0 / (pi * given.stem_diameter**3)),
+    "stem_bending_stress_max_MPa": _stem_stress_lever,
 }
-"""What side thrust is multiplied with: a line in y (arm, reach), and a factor."""
+"""The factors of side thrust in each quantity: arm and reach of the line arm + reach·y, and a number."""
 
 
 def thrust_quantities(setup: Setup) -> tuple[str, ...]:
-    """The quantities of side thrust for which the scene gives the values needed."""
-    given = setup.dynamics
-    there = (True, bool(given.guide_length), bool(given.stem_diameter))
-    has = (name for name, enough in zip(LEVERS, there, strict=True) if enough)
-    return tuple(name for name in has if given.overhang is not None or name == "side_thrust_max_N")
+    """The quantities of side thrust for which the scene gives enough values."""
+    dynamics = setup.dynamics
+    enough = (True, bool(dynamics.guide_length), bool(dynamics.stem_diameter))
+    names = (name for name, has in zip(LEVERS, enough, strict=True) if has)
+    return tuple(name for name in names if dynamics.overhang is not None or name == "side_thrust_max_N")
 
 
 EFFECT = Effect("thrust", offers, lacks=lacks, run_on_pitch=run_on_pitch, peaks=peaks, is_per_contact=True)

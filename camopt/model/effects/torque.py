@@ -1,23 +1,22 @@
-"""The torque of the camshaft, and its demands on the drive and the flywheel.
+"""The torque of the camshaft, and the requirements on drive and flywheel that follow from it.
 
     T = F·y',    F = m·ω²·y'' + c·ω·y' + k·y + F₀ + F_ext            (oscillating: M·ψ' with moments)
 
-It depends on the motion and the speed alone, and is a polynomial on each panel: extremes and integrals are exact.
-Springs, masses and constant loads give back over a turn what they took; damping and a load F_ext that changes over
-the turn (``motion.load``) do not, so that ∮T dθ = ∮(c·ω·y' + F_ext)·y' dθ. With
+It depends only on the motion and the speed, and is a polynomial on each panel: extremes and integrals are exact.
+Over a turn, springs, masses and constant loads give back their work. Damping and a load F_ext that changes over the
+turn (``motion.load``) do not, so ∮T dθ = ∮(c·ω·y' + F_ext)·y' dθ. Up to a constant, the work beyond the mean is
 
     W(θ) = ∫(T − T_mean)dθ = m·ω²·y'²/2 + k·y²/2 + F₀·y + ∫(c·ω·y' + F_ext)·y' dθ − T_mean·θ
 
-up to a constant, the fluctuation of energy is ΔE = max W − min W and the flywheel I = ΔE/(C_f·ω²).
+The fluctuation of energy is ΔE = max W − min W, and the flywheel's inertia I = ΔE/(C_f·ω²).
 
-A follower that rubs in its guide asks for more: T = G·y' with the force G that the cam gives along the motion
-(``effects.loads``), whose work over a turn is greater by what the guide takes. It depends on the design then; its
-extremes and means are found as those of other curves (``effects.peak``, ``effects.mean``), and its fluctuation from
-panel polynomials (``effects.guided_torque``). It is infinite where the follower jams, and none of it is known at a
-corner.
+With friction in the guide the torque is T = G·y', with the force G along the motion (``effects.loads``); its work
+over a turn includes that of the friction. It then depends on the design. Its extremes and means are computed as
+those of other curves (``effects.peak``, ``effects.mean``), and its fluctuation from polynomials on parts of panels
+(``effects.guided_torque``). It is infinite if the follower jams or the motion has a corner.
 
-At a corner of the motion y' passes from one value to the other at once: T is infinite, upwards where |y'| grows,
-downwards where it falls; W is not. With masses that a train carries, what depends on energy is infinite then too.
+At a corner of the motion y' jumps, and T is infinite: positive where |y'| grows, negative where it falls; W is
+finite. With masses of a train, quantities that depend on energy are infinite too.
 
 Source: Norton, Design of Machinery, ch. 15 (camshaft torque) and 11 (flywheel).
 """
@@ -93,17 +92,17 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 
 
 class TorqueExtremes(NamedTuple):
-    """Extremes of the torque and its fluctuation, N·mm: numbers, or arrays where it depends on the design."""
+    """Extremes of the torque and its fluctuation of energy [N·mm]; arrays if they depend on the design."""
 
     largest: Any
     least: Any
     fluctuation: Any
     room: Any
-    """By how much the largest magnitude may be above."""
+    """By how much the true largest magnitude may exceed the computed one."""
 
 
 class TorqueOverTurn(NamedTuple):
-    """Extremes and means of the torque over a turn, whatever the sizes, N·mm."""
+    """Extremes and means of the torque over a turn [N·mm], which do not depend on sizes."""
 
     largest: Any
     least: Any
@@ -118,7 +117,7 @@ class TorqueOverTurn(NamedTuple):
 
 
 def torque_series(programme: Programme, factors: Sequence[Any]) -> FloatArray:
-    """T on the panels, N·mm, from the factors of F (``force.force_factors``); impulses at corners are apart."""
+    """T on the panels [N·mm], from the factors of F (``force.force_factors``), without impulses at corners."""
     return multiply_series(
         force.force_series(programme, factors), displacement_derivative(programme.table, 1)[:, None]
     )
@@ -136,7 +135,7 @@ def torque_over_turn(programme: Programme, *factors: FloatArray) -> TorqueOverTu
     unknown = inf if has_unknown_energy(programme) else 0.0
     top, bottom = largest_of_series(series), -largest_of_series(-series)
     room = WORK_ERROR * np.maximum(top, -bottom)
-    mean = np.where(np.abs(mean) <= room, 0.0, mean)  # of what comes back over the turn, rounding alone is left
+    mean = np.where(np.abs(mean) <= room, 0.0, mean)  # rounding of work that is given back over the turn
     return TorqueOverTurn(
         top + inf if upwards else top,
         bottom - inf if downwards else bottom,
@@ -148,19 +147,19 @@ def torque_over_turn(programme: Programme, *factors: FloatArray) -> TorqueOverTu
 
 
 def _speed_series(programme: Programme) -> FloatArray:
-    """y', the same for all settings."""
+    """The series of y', the same for all settings."""
     return displacement_derivative(programme.table, 1)[:, None]
 
 
 def torque_extremes(case: EvaluationBlock) -> TorqueExtremes:
-    """The extremes only, for designs with numbers of their own; the motion has no corners."""
+    """The extremes without the fluctuation, for designs with numbers of their own and a motion without corners."""
     known, unknown = peaks(case.setup), np.full(len(case.designs), inf)
     most, least = (peak_extremes(case, known[name]) for name in ("torque_max_N_m", "torque_min_N_m"))
     return TorqueExtremes(most.value, least.value, unknown, np.maximum(most.width, least.width))
 
 
 def dissipative_force(programme: Programme, factors: Sequence[FloatArray]) -> FloatArray:
-    """The part of F whose energy is not returned, on the panels, with all that comes from a train."""
+    """Part of F whose work is not given back over a turn, on the panels; it includes the whole load of a train."""
     _, damping, _, _, carried = (each[:, None] for each in factors)
     table = programme.table
     load = sum_series(load_series(table)[:, None], carried * carried_series(table)[:, None])
@@ -168,65 +167,65 @@ def dissipative_force(programme: Programme, factors: Sequence[FloatArray]) -> Fl
 
 
 def has_unknown_energy(programme: Programme) -> bool:
-    """Whether corners of the motion leave the energy unknown: that of what a train carries passes there at once."""
+    """Whether the energy is unknown: at a corner the masses of a train take up energy at once."""
     return bool(programme.corners) and isinstance(programme.load, TrainLoad) and programme.load.train.has_mass
 
 
 def _impulse_signs(programme: Programme) -> tuple[bool, bool]:
-    """Whether corners make the torque infinite upwards, and downwards."""
+    """Whether corners make the torque infinite, positive and negative."""
     shares = [corner.after / corner.size for corner in programme.corners]
     return any(share > LEAST_JUMP for share in shares), any(1.0 - share > LEAST_JUMP for share in shares)
 
 
 def _energy_fluctuation(programme: Programme, factors: Sequence[FloatArray], mean: FloatArray) -> FloatArray:
-    """Largest minus least W. At a corner that reverses the motion, y' passes through 0."""
+    """Largest minus least W; at a corner that reverses the motion, y' passes through 0."""
     table = programme.table
-    stiffness, _, mass, constant, _, taken = (each[:, None] for each in (*factors, mean))
+    stiffness, _, mass, constant, _, mean = (each[:, None] for each in (*factors, mean))
     y, speed = displacement_derivative(table, 0)[:, None], _speed_series(programme)
     angle = np.array([table.centre, table.half_width])[:, None]
-    spent = integrate_series(table.half_width, multiply_series(dissipative_force(programme, factors), speed))
+    losses = integrate_series(table.half_width, multiply_series(dissipative_force(programme, factors), speed))
     kinetic = 0.5 * mass * multiply_series(speed, speed)
-    rest = sum_series(0.5 * stiffness * multiply_series(y, y), constant * y, spent, -taken * angle)
-    turned = [corner.at for corner in programme.corners if 0.0 < corner.after / corner.size < 1.0]
-    within = np.asarray(polynomial.polyval(-1.0, rest))[:, np.searchsorted(table.centre, turned)]
+    rest = sum_series(0.5 * stiffness * multiply_series(y, y), constant * y, losses, -mean * angle)
+    reversals = [corner.at for corner in programme.corners if 0.0 < corner.after / corner.size < 1.0]
+    within = np.asarray(polynomial.polyval(-1.0, rest))[:, np.searchsorted(table.centre, reversals)]
     work = sum_series(rest, kinetic)
     least = np.minimum(-largest_of_series(-work), within.min(axis=1, initial=inf))
     return np.asarray(largest_of_series(work) - least)
 
 
 def guided_torque_extremes(case: EvaluationBlock, runs: Any, wanted: frozenset[str]) -> TorqueExtremes:
-    """The extremes for followers with guide friction, arrays (designs,); infinite for those that jam."""
+    """Extremes for followers with guide friction, arrays (designs,); infinite for designs that may jam."""
     count, index = len(case.designs), np.flatnonzero(runs)
-    span = TorqueExtremes(np.full(count, inf), np.full(count, -inf), np.full(count, inf), np.zeros(count))
+    ends = TorqueExtremes(np.full(count, inf), np.full(count, -inf), np.full(count, inf), np.zeros(count))
     if not index.size:
-        return span
-    some = replace(case, designs=case.designs.take(index))
+        return ends
+    running = replace(case, designs=case.designs.take(index))
     known = peaks(case.setup)
-    most, least = (peak_extremes(some, known[name]) for name in ("torque_max_N_m", "torque_min_N_m"))
-    span.largest[index], span.least[index] = most.value, least.value
-    span.room[index] = np.maximum(most.width, least.width)
+    most, least = (peak_extremes(running, known[name]) for name in ("torque_max_N_m", "torque_min_N_m"))
+    ends.largest[index], ends.least[index] = most.value, least.value
+    ends.room[index] = np.maximum(most.width, least.width)
     for number in index if wanted & FLUCTUATION_QUANTITIES else ():
         torque = guided_torque(*case.setup.absorb_design_numbers(case.designs.take([number])), case.programme)
-        span.fluctuation[number] = _series_fluctuation(*torque)
-    return span
+        ends.fluctuation[number] = _series_fluctuation(*torque)
+    return ends
 
 
 def _is_jam_free(case: EvaluationBlock) -> Any:
-    """Designs that surely do not jam, for a motion without corners; only outward if the cam cannot pull."""
+    """Mask of designs that surely do not jam, on a motion without corners; inward only if F becomes negative."""
     least, _ = force.contact_force_bounds(case)
     pulled, smooth = (least.value if isinstance(least, EnclosedValue) else least) < 0.0, not case.programme.corners
 
-    def free(kinds: int) -> Any:
+    def is_free(kinds: int) -> Any:
         drag = largest_drag(case, kinds)
         return (drag.value[0] + drag.width[0] < 1.0) & smooth
 
     if np.ndim(pulled) == 0:
-        return free(OUTWARD | INWARD if pulled else driven_kinds(case.setup))
-    return np.where(pulled, free(OUTWARD | INWARD), free(driven_kinds(case.setup)))
+        return is_free(OUTWARD | INWARD if pulled else driven_kinds(case.setup))
+    return np.where(pulled, is_free(OUTWARD | INWARD), is_free(driven_kinds(case.setup)))
 
 
 def _series_fluctuation(half_width: FloatArray, series: FloatArray) -> float:
-    """The fluctuation of energy of a torque on panels of these half-widths."""
+    """Fluctuation of energy of a torque on panels of these half-widths."""
     mean = turn_integral(half_width, series) / (2.0 * pi)
     work = integrate_series(half_width, sum_series(series, np.full((1, half_width.size), -mean)))
     return float(largest_of_series(work) + largest_of_series(-work))
@@ -244,8 +243,10 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 
 
 def _in_watts(setup: Setup) -> Scale:
-    """From a torque in N·mm to the power."""
-    return scale_by_setting(setup, Multiple(1e-3 * setup.omega), IDENTITY_SCALE, lambda each: 1e-3 * each.omega)
+    """The scale from a torque [N·mm] to the power [W]."""
+    return scale_by_setting(
+        setup, Multiple(1e-3 * setup.omega), IDENTITY_SCALE, lambda numbers: 1e-3 * numbers.omega
+    )
 
 
 def means(setup: Setup) -> dict[str, Mean]:
@@ -255,19 +256,19 @@ def means(setup: Setup) -> dict[str, Mean]:
     units: dict[str, Scale] = {"torque_mean_N_m": Multiple(1e-3), "power_mean_W": _in_watts(setup)}
     if has_guide_friction(setup):
         smooth = partial(smooth_parts, setup)
-        found = {name: Mean(whole, 1, unit, jumps_at_corners, smooth) for name, unit in units.items()}
-        return found | {"torque_rms_N_m": Mean(whole, 2, Multiple(1e-3), jumps_at_corners, smooth)}
-    spent = ((partial(dissipative_torque, setup), ALL_STROKES),)
-    return {name: Mean(spent, 1, unit, has_unknown_energy) for name, unit in units.items()} | {
+        guided = {name: Mean(whole, 1, unit, jumps_at_corners, smooth) for name, unit in units.items()}
+        return guided | {"torque_rms_N_m": Mean(whole, 2, Multiple(1e-3), jumps_at_corners, smooth)}
+    losses = ((partial(dissipative_torque, setup), ALL_STROKES),)
+    return {name: Mean(losses, 1, unit, has_unknown_energy) for name, unit in units.items()} | {
         "torque_rms_N_m": Mean(whole, 2, Multiple(1e-3), jumps_at_corners)
     }
 
 
 def dissipative_torque(setup: Setup, designs: Designs, programme: Programme) -> Any:
-    """The torque of forces whose energy is not returned (``dissipative_force``), without impulses at corners."""
-    each, ones = setup.with_design_numbers(designs), np.ones(len(designs))
-    damped = Linear(0.0 * ones, each.dynamics.damping * each.omega * ones, 0.0 * ones, 0.0 * ones)
-    return shaft_torque(add_load(damped, ones, each.omega**2 * ones, programme))
+    """Curve of the torque of ``dissipative_force`` [N·mm], without impulses at corners."""
+    numbers, ones = setup.with_design_numbers(designs), np.ones(len(designs))
+    damping = Linear(0.0 * ones, numbers.dynamics.damping * numbers.omega * ones, 0.0 * ones, 0.0 * ones)
+    return shaft_torque(add_load(damping, ones, numbers.omega**2 * ones, programme))
 
 
 def run_on_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
@@ -275,32 +276,32 @@ def run_on_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any
     assert omega is not None
     if has_guide_friction(case.setup):
         runs, known = _is_jam_free(case), means(case.setup)
-        found = {name: mean_column(case, known[name], runs) for name in wanted & known.keys()}
-        return _extreme_columns(guided_torque_extremes(case, runs, wanted), dynamics, omega) | found
-    own = bool(case.designs.numbers and wanted & EXTREME_QUANTITIES) and not case.programme.corners
-    span = torque_extremes(case) if own else None  # whatever else is wanted: a bound is of the same digits
-    if span and wanted <= EXTREME_QUANTITIES:
-        return _extreme_columns(span, dynamics, omega)
+        columns = {name: mean_column(case, known[name], runs) for name in wanted & known.keys()}
+        return _extreme_columns(guided_torque_extremes(case, runs, wanted), dynamics, omega) | columns
+    differ = bool(case.designs.numbers and wanted & EXTREME_QUANTITIES) and not case.programme.corners
+    # always the same way, so that a bound has the same digits whatever else is wanted
+    ends = torque_extremes(case) if differ else None
+    if ends and wanted <= EXTREME_QUANTITIES:
+        return _extreme_columns(ends, dynamics, omega)
     turn, unit = torque_over_turn(case.programme, *force.force_factors(dynamics, omega)), 1e-3
-    span = span._replace(fluctuation=turn.fluctuation) if span else turn.extremes
-    columns = _extreme_columns(span, dynamics, omega)
-    columns |= {"torque_mean_N_m": turn.mean * unit, "torque_rms_N_m": turn.rms * unit}
-    return columns | {"power_mean_W": turn.mean * (unit * omega)}
+    ends = ends._replace(fluctuation=turn.fluctuation) if ends else turn.extremes
+    averages = {"torque_mean_N_m": turn.mean * unit, "torque_rms_N_m": turn.rms * unit}
+    return _extreme_columns(ends, dynamics, omega) | averages | {"power_mean_W": turn.mean * (unit * omega)}
 
 
-def _extreme_columns(span: TorqueExtremes, dynamics: FollowerDynamics, omega: Any) -> dict[str, Any]:
-    """The columns of extremes and of the fluctuation."""
-    unit, power = 1e-3, 1e-3 * omega  # to N·m from N·mm, to W from N·mm
-    peak, room = np.maximum(span.largest, -span.least), span.room
+def _extreme_columns(ends: TorqueExtremes, dynamics: FollowerDynamics, omega: Any) -> dict[str, Any]:
+    """The columns of the extremes and of the fluctuation."""
+    unit, power = 1e-3, 1e-3 * omega  # from N·mm to N·m, and to W
+    peak, room = np.maximum(ends.largest, -ends.least), ends.room
     columns: dict[str, Any] = {
-        "torque_max_N_m": span.largest * unit,
-        "torque_min_N_m": span.least * unit,
+        "torque_max_N_m": ends.largest * unit,
+        "torque_min_N_m": ends.least * unit,
         "torque_peak_N_m": EnclosedValue(peak * unit, room * unit, peak * unit),
         "power_peak_W": EnclosedValue(peak * power, room * power, peak * power),
-        "energy_fluctuation_J": span.fluctuation * unit,
+        "energy_fluctuation_J": ends.fluctuation * unit,
     }
     if dynamics.fluctuation is not None:
-        columns[FLYWHEEL] = span.fluctuation * unit / (dynamics.fluctuation * omega**2)
+        columns[FLYWHEEL] = ends.fluctuation * unit / (dynamics.fluctuation * omega**2)
     return columns
 
 

@@ -1,7 +1,7 @@
-"""Peaks of a train: quantities that are the extreme over the turn of what its links do, whatever cam drives them.
+"""Peaks of a train: quantities that are extremes of curves of its links over the turn, for any cam.
 
-An effect says once which extreme of which curves of a train a quantity is, as of a ``Peak``. Single trains have it
-by ways of their own (``effects.transmission``, ``effects.joints``); boxes of trains by these curves, at cam angles.
+An effect declares the curves and which extreme of them counts, as with a ``Peak``. Effects compute the quantity of
+a single train by other formulas (``effects.transmission``, ``effects.joints``); boxes of trains use these curves.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,19 +14,19 @@ from camopt.model.trains.joint_forces import WeightedForce
 
 
 class TrainMotion(Protocol):
-    """What trains do at cam angles, in any kind of number."""
+    """The motion and the forces of trains at cam angles, in any kind of number."""
 
     def transmission(self, link: int) -> Any:
-        """The acute angle of a link's coupler, rad."""
+        """Transmission angle of a link's coupler [rad]."""
         ...
 
     def force(self, parts: Sequence[WeightedForce], speed: Any) -> Any:
-        """A sum of forces of links at a speed, rad/s, N."""
+        """Sum of forces of links [N] at a speed [rad/s]."""
         ...
 
 
 TrainCurve = Callable[[Designs, TrainMotion], Any]
-"""What trains of designs have at cam angles."""
+"""A curve of the trains of designs, at cam angles."""
 
 
 class TrainPeak(NamedTuple):
@@ -34,9 +34,9 @@ class TrainPeak(NamedTuple):
 
     curves: tuple[TrainCurve, ...]
     goal: int
-    """LEAST or LARGEST_MAGNITUDE, of all curves together."""
+    """LEAST or LARGEST_MAGNITUDE, over all curves together."""
     scale: Scale = IDENTITY_SCALE
 
     def jumps(self, programme: Programme) -> bool:
-        """Whether jumps of a motion make it infinite: its effect tells."""
+        """Always False; its effect considers jumps of the motion."""
         return False

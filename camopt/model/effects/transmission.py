@@ -1,10 +1,12 @@
-"""Transmission angle: how squarely couplers drive what they move; the least of a train over the turn.
+"""Transmission angle: the least angle at which the couplers of a train drive, over the turn.
 
 It is the acute angle between a coupler and the rocker or crank that it turns, or between a coupler and the line
-square to the slide that it moves. At 90° the coupler drives it squarely, near 0° not at all; by habit it is at
-least 40°, or 45° at speed. It depends on the position of the train alone, and is least at an end of the travel, or
-where its cosine is stationary between: on the line of the pivots of a four-bar linkage, with the crank square to
-the slide of a slider-crank, or, driven from the slide, with that abreast of the pivot.
+square to the motion of the slide that it moves. At 90° the coupler drives best, at 0° not at all; usual practice is
+at least 40°, or 45° at high speed.
+
+The angle depends only on the position of the train. It is least at an end of the travel, or between the ends where
+its cosine is stationary: with the crank of a four-bar linkage on the line of pivots; with the crank of a
+slider-crank square to the slide's motion; or, driven by the slide, with the slide abreast of the pivot.
 
 Source: Norton, Design of Machinery, ch. 3 and 4 (transmission angle).
 """
@@ -22,7 +24,7 @@ from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.tool_drive import tool_travel
 
 LEAST_ANGLE = "transmission_angle_min_deg"
-ANGLE_ROUNDING = 1e-12  # of the angle: what positions of joints lose
+ANGLE_ROUNDING = 1e-12  # of the angle: rounding of the positions of joints
 
 
 def offers(setup: Setup) -> tuple[str, ...]:

@@ -1,20 +1,22 @@
-"""Vibration: the follower train as one mass on a spring and a damper, driven by the cam through them.
+"""Vibration: the follower train as one mass that the cam drives through a spring and a damper.
 
     ẍ + 2ζω_n(ẋ − ẏ) + ω_n²(x − y) = 0,    y the cam's motion, x that of the mass, ω_n = 2π·f_n
 
-The steady response over the turn is exact (``numerics.oscillator``). It depends on the motion and the speed alone:
-one value holds for all designs of a programme. A dwell starts with a free vibration,
+The steady response over the turn is exact (``numerics.oscillator``). It depends only on the motion and the speed,
+so all designs of a programme have the same. In a dwell z = x − y is a free vibration,
 
-    z = A·e^{−ζω_n t}·cos(w·ω_n·t − ψ),    A² = z² + ((ż/ω_n + ζz)/w)² at its start,    w = √(1 − ζ²),
+    z = A·e^{−ζω_n t}·cos(w·ω_n·t − ψ),    A² = z² + ((ż/ω_n + ζz)/w)² at its start,    w = √(1 − ζ²)
 
-and A is the residual vibration. The contact force with the elastic train,
+and A is the residual vibration. The contact force with the elastic train is
 
-    F = m·ẍ + c·ẏ + k·y + F₀ + F_ext,
+    F = m·ẍ + c·ẏ + k·y + F₀ + F_ext
 
-takes the inertia from the mass, at x; the spring that keeps contact, its damper and the load act on the cam's side
-of the train, at y. Contact is lost where F ≤ 0. The response is that of a train that stays on the cam: it says that
-contact is lost, not what follows. Without damping a whole number of free vibrations in a turn is resonance, and the
-response infinite. 0 ≤ ζ < 1; ω_n/ω up to 1e10, where rounding of the phase shows in the sixth digit of a vibration.
+The inertia acts at the mass, at x; the spring that keeps contact, its damper and the load act on the cam's side of
+the train, at y. Contact is lost where F ≤ 0; the response is that of a train that stays on the cam, and so does not
+describe the motion after the loss. Without damping, a whole number of free vibrations in a turn is resonance, and
+the response is infinite.
+
+Validity: 0 ≤ ζ < 1; ω_n/ω up to 1e10, where rounding of the phase shows in the sixth digit of a vibration.
 
 Source: Norton, Cam Design and Manufacturing Handbook; Rothbart, Cam Design Handbook (one-mass follower models).
 """
@@ -38,13 +40,13 @@ from camopt.model.motion.stroke import ALL_STROKES, DWELL
 
 
 class Vibration(NamedTuple):
-    """The response of a follower train: mm (rad) by cam angle, each a value and its outer bound."""
+    """The response of a follower train, in mm or rad per radⁿ; bounds are the far ends of enclosures."""
 
     overshoot: Any  # largest |z|
     overshoot_bound: Any
     acceleration: Any  # largest |x″|
     acceleration_bound: Any
-    residual: Any  # amplitude left over in a dwell, the largest; 0 without a dwell
+    residual: Any  # largest amplitude in a dwell; 0 without a dwell
 
 
 ENDLESS = Vibration(*[inf] * 5)
@@ -73,13 +75,13 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 
 
 def steady_response(programme: Programme, ratio: Any, damping: Any) -> Wave:
-    """The steady z = x − y on the panels of the programme, for r = ω_n/ω and ζ (rows, 1) that do not resonate."""
+    """Steady z = x − y on the panels of the programme, for r = ω_n/ω and ζ (rows, 1) without resonance."""
     table = programme.table
     return periodic_response(table.coefficients.T, table.half_width, corner_sizes(programme), ratio, damping)
 
 
 def corner_sizes(programme: Programme) -> FloatArray:
-    """The jump of y′ at the start of each panel."""
+    """Jump of y′ at the start of each panel."""
     table = programme.table
     sizes = np.zeros(len(table.half_width))
     for jump in programme.corners:
@@ -88,37 +90,37 @@ def corner_sizes(programme: Programme) -> FloatArray:
 
 
 def mass_acceleration(wave: Wave, ratio: Any) -> Wave:
-    """x″ = −r²z − 2ζr·z′ of a response."""
+    """Acceleration of the mass in a response, x″ = −r²z − 2ζr·z′."""
     return wave.times(-(ratio**2)).plus(wave.slope().times(-2.0 * wave.damping * ratio))
 
 
 @once_per_setting
 def vibration(programme: Programme, ratio: Any, damping: Any) -> Vibration:
-    """The extremes of the steady response."""
-    found = np.full((len(Vibration._fields), ratio.size), inf)
+    """Extremes of the steady response; infinite at resonance."""
+    response = np.full((len(Vibration._fields), ratio.size), inf)
     calm = ~is_resonant(ratio, damping)
     if calm.any():
         ratio, damping = ratio[calm, None], damping[calm, None]
         wave = steady_response(programme, ratio, damping)
         dwells = programme.table.first_panel[:-1][(programme.table.kind & DWELL) != 0]
-        moved, driven = wave_peak_magnitude(wave), wave_peak_magnitude(mass_acceleration(wave, ratio))
-        found[:, calm] = *moved, *driven, wave.amplitude[:, dwells].max(axis=1, initial=0.0)
-    return Vibration(*found)
+        overshoot, acceleration = wave_peak_magnitude(wave), wave_peak_magnitude(mass_acceleration(wave, ratio))
+        response[:, calm] = *overshoot, *acceleration, wave.amplitude[:, dwells].max(axis=1, initial=0.0)
+    return Vibration(*response)
 
 
 @once_per_setting
 def least_elastic_force(
     programme: Programme, stiffness: Any, damping: Any, mass: Any, constant: Any, ratio: Any, damping_ratio: Any
 ) -> WaveExtreme:
-    """The least F over the turn with its factors (``force.force_weights``), N (N·mm), and its lower bound."""
-    found = np.full((2, ratio.size), -inf)
+    """Least F over the turn [N or N·mm] from its factors (``force.force_weights``), with its lower bound."""
+    least = np.full((2, ratio.size), -inf)
     calm = ~is_resonant(ratio, damping_ratio)
     if calm.any():
-        parts = (each[calm, None] for each in (stiffness, damping, mass, constant))
-        found[:, calm] = wave_minimum(
-            contact_wave(programme, tuple(parts), ratio[calm, None], damping_ratio[calm, None])
+        factors = tuple(factor[calm, None] for factor in (stiffness, damping, mass, constant))
+        least[:, calm] = wave_minimum(
+            contact_wave(programme, factors, ratio[calm, None], damping_ratio[calm, None])
         )
-    return WaveExtreme(*found)
+    return WaveExtreme(*least)
 
 
 def contact_wave(programme: Programme, factors: tuple[Any, ...], ratio: Any, damping_ratio: Any) -> Wave:
@@ -136,35 +138,35 @@ def contact_wave(programme: Programme, factors: tuple[Any, ...], ratio: Any, dam
 
 
 def dynamic_factor(elastic: Any, rigid: float) -> Any:
-    """Largest |ẍ| over largest |ÿ|: 0 where ÿ is an impulse and ẍ is not, 1 where nothing moves."""
+    """Largest |ẍ| over largest |ÿ|; 0 if only ÿ is an impulse, 1 without motion."""
     endless = np.isinf(elastic)
     over = 1.0 if rigid == 0.0 else np.where(endless, 0.0, elastic) / rigid
     return np.where(endless, inf, over)[()]
 
 
 def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-    setup, programme, own = case.setup, case.programme.tool, case.setup_per_design
-    train = frequency_ratio(own), own.dynamics.damping_ratio
-    found = vibration(programme, *train)
+    setup, programme, numbers = case.setup, case.programme.tool, case.setup_per_design
+    train = frequency_ratio(numbers), numbers.dynamics.damping_ratio
+    response = vibration(programme, *train)
     length, second = ("deg", "rad_s2") if setup.tool_turns else ("mm", "m_s2")
     unit = degrees(1.0) if setup.tool_turns else 1.0
     columns: dict[str, Any] = {
-        f"overshoot_max_{length}": _enclose_scaled(found.overshoot, found.overshoot_bound, unit),
+        f"overshoot_max_{length}": _enclose_scaled(response.overshoot, response.overshoot_bound, unit),
         f"acceleration_elastic_max_{second}": _enclose_scaled(
-            found.acceleration, found.acceleration_bound, motion_scale(own, 2)
+            response.acceleration, response.acceleration_bound, motion_scale(numbers, 2)
         ),
-        f"residual_vibration_max_{length}": found.residual * unit,
-        "dynamic_factor": dynamic_factor(found.acceleration, derivative_peak(programme, 2, ALL_STROKES)),
+        f"residual_vibration_max_{length}": response.residual * unit,
+        "dynamic_factor": dynamic_factor(response.acceleration, derivative_peak(programme, 2, ALL_STROKES)),
     }
     if "contact_force_elastic_min_N" in wanted:
         lever = case.designs.arm_length if setup.angular else 1.0
-        force = least_elastic_force(programme, *force_weights(own.dynamics, own.omega), *train)
+        force = least_elastic_force(programme, *force_weights(numbers.dynamics, numbers.omega), *train)
         columns["contact_force_elastic_min_N"] = _enclose_scaled(force.value, force.bound, 1.0 / lever)
     return columns
 
 
 def frequency_ratio(setup: Setup) -> Any:
-    """r = ω_n/ω."""
+    """Frequency ratio, r = ω_n/ω."""
     return 2.0 * pi * setup.dynamics.natural_frequency / setup.omega
 
 

@@ -1,9 +1,13 @@
 """Wall: the least thickness of metal round the bore and its keyway.
 
-That is the base circle of a disc cam, where a groove in its face is nearest to the axis too, and its hub where it
-has one; the inner flank of a rib on its face, at rest beyond the centre of its roller by the radius of that; the
-bottom of the groove of a cylindrical cam, and the foot of its rib.
-The corners of a keyway of width w and depth t in a bore of radius r are at √((r + t)² + w²/4) from the axis.
+The wall ends
+
+- on a disc cam at the base circle, where a groove in its face is nearest to the axis too, and at its hub;
+- on a disc cam with a rib at the inner flank, beyond the centre of the inner roller by its radius;
+- on a cylindrical cam at the bottom of its groove, or the foot of its rib.
+
+The corners of a keyway of width w and depth t in a bore of radius r are at the distance √((r + t)² + w²/4) from the
+axis.
 """
 
 from math import inf
@@ -27,7 +31,7 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 
 
 def size_for_wall(setup: Setup, wall: float) -> float:
-    """The base (mean) radius at which the wall has a thickness; infinite if the hub's wall is thinner."""
+    """Base or mean radius for a thickness of the wall [mm]; infinite if the hub's wall is thinner."""
     solid = setup.solid
     if solid.hub_radius and solid.hub_radius - solid.bore_reach < wall:
         return inf
@@ -38,11 +42,10 @@ def size_for_wall(setup: Setup, wall: float) -> float:
 def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     solid, designs, mechanism = case.setup.solid, case.designs, case.setup.mechanism
     inside = not mechanism.body.developed and all(flank.side > INNER_SIDE for flank in mechanism.flanks)
-    beyond = (
-        designs.roller_radius + case.setup.half_width(designs) if inside else 0.0
-    )  # of the inner roller of a rib
-    about = designs.size + beyond - size_for_wall(case.setup, 0.0)
-    return {WALL: np.minimum(about, solid.hub_radius - solid.bore_reach) if solid.hub_radius else about}
+    # the flank of a rib is beyond its inner roller
+    beyond = designs.roller_radius + case.setup.half_width(designs) if inside else 0.0
+    wall = designs.size + beyond - size_for_wall(case.setup, 0.0)
+    return {WALL: np.minimum(wall, solid.hub_radius - solid.bore_reach) if solid.hub_radius else wall}
 
 
 def implies(setup: Setup, name: str, bound: float) -> NecessaryConditions:

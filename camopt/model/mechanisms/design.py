@@ -102,7 +102,6 @@ class Designs:
         )
 
     def without_numbers(self, names: Container[str]) -> "Designs":
-        """The designs without some of their numbers."""
         return replace(self, numbers={name: each for name, each in self.numbers.items() if name not in names})
 
     @property
@@ -287,7 +286,6 @@ class Mechanism(NamedTuple):
 
     @property
     def flanks(self) -> tuple[Flank, ...]:
-        """The sides of the cam that touch its follower."""
         return self.drive.flanks
 
     @property

@@ -42,7 +42,6 @@ class Body(NamedTuple):
 
     @property
     def size_name(self) -> str:
-        """The size in words."""
         return self.size.replace("_", " ")
 
     @property

@@ -55,7 +55,6 @@ class InstalledLaw(BySeries):
 
     @property
     def package(self) -> str:
-        """Name and version of the package."""
         return f"{self._entry.dist.name} {self._entry.dist.version}" if self._entry.dist else self._entry.module
 
     @property

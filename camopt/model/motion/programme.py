@@ -177,7 +177,6 @@ class Programme:
 
     @cached_property
     def table(self) -> MotionTable:
-        """The programme as polynomials on panels."""
         return _build_table(self)
 
     @property

@@ -129,7 +129,6 @@ class Crank:
         return acute_angle((np.cos(angle), np.sin(angle)), self._coupler_vector(angle))
 
     def sketch(self, driver: FloatArray, driven: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
-        """Crank, coupler, and the slide in its guide."""
         pin = self.crank * np.exp(1j * (self.start + driver))
         slide, half = driven + self.place + 1j * self.offset, 0.035 * size
         block = half * np.array([-1.8 - 1j, 1.8 - 1j, 1.8 + 1j, -1.8 + 1j])

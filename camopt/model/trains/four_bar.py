@@ -129,7 +129,6 @@ class FourBar:
         return (x, y), (x + self.ground - np.cos(phi) * a, y - np.sin(phi) * a)
 
     def sketch(self, driver: FloatArray, driven: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
-        """Crank, coupler and rocker."""
         pin = self.crank.length * np.exp(1j * (self.start + driver))
         end = self.ground + self.rocker.length * np.exp(1j * (self.rocker_start + driven))
         fixed = np.zeros_like(pin)

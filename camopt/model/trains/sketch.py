@@ -27,8 +27,6 @@ class Port(NamedTuple):
 
 
 class Member(NamedTuple):
-    """A rigid part that moves."""
-
     shape: MemberShape
     points: ComplexArray
     """Joints or corners, from the member's origin, in the first position; of a round member its radius."""
@@ -82,7 +80,6 @@ class LinkSketch(NamedTuple):
         )
 
     def shift_by(self, by: complex) -> "LinkSketch":
-        """The sketch shifted in the plane."""
         return self.attach_to(self.input_port._replace(at=self.input_port.at + by))
 
 

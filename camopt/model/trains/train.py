@@ -56,7 +56,6 @@ class Train:
 
     @property
     def has_mass(self) -> bool:
-        """Whether any joint has a mass."""
         return any(load.mass for load in self.carried)
 
     @property
@@ -101,7 +100,6 @@ class Train:
 
     @property
     def has_couplers(self) -> bool:
-        """Whether any link has a coupler."""
         return any(link.couplers[0] for link in self.links)
 
     def least_transmission(self, low: Any, high: Any) -> Any:
