@@ -1,7 +1,8 @@
 """Radii of rollers with which a line contact bears its load at every cam angle, for all designs of a pitch curve.
 
-Contact stress has the load N/R (``effects.loads``). It is at most 1/share where R_r·(1 − κ·R_r) ≥ n with n =
-share·N, on a flank that κ > 0 bends towards the roller and that is not undercut. At every cam angle this holds if
+Contact stress has the load N/R (``effects.loads``). It is at most 1/share where R_r·(1 − κ·R_r) ≥ n, with
+n = share·N, on a flank that κ > 0 bends towards the roller and that is not undercut. At every cam angle this holds
+if
 
     M(u) ≤ √u,    M(u) = max(n + κ·u) over the turn,    u = R_r²
 

@@ -9,8 +9,8 @@ In the cam's frame the normal turns at the rate χ'. With derivatives by the cam
     bore off by ε                 ε·√(G'² + G²χ'²),     ε·√((G'' − Gχ'²)² + (2G'χ' + Gχ'')²)
 
 The row of the profile uses Bernstein's and Szegő's inequality (``effects.error_response``). On a cylinder the error
-of the bore has the factor y', in two directions. The factors of the other errors are derivatives of T, of sin ψ −
-T·cos ψ and of y'.
+of the bore has the factor y', in two directions. The factors of the other errors are derivatives of T, of
+sin ψ − T·cos ψ and of y'.
 
 Sources: S. Bernstein, Sur l'ordre de la meilleure approximation des fonctions continues, 1912; R. Boas, Entire
 Functions, ch. 11.

@@ -2,10 +2,10 @@
 
 They are for a follower with a trace point, and a cam that is not undercut. Over the part [m − h, m + h] of the turn
 the pitch curve p has |p'(θ) − p'(m)| ≤ h·sup|p''|. So its direction, which is that of the profile too, stays within
-δ = arcsin(h·sup|p''|/|p'(m)|) of the direction in the middle. The profile stays within h·(|p'(m)| + h·sup|p''|) +
-R_r·δ of its middle point, and within ½h²·sup|p''| + R_r·(1 − cos δ) of its tangent there. The trace point moves
-along a line or on a circle about the pivot, so sup|p''| follows from bounds of y' and y''. All is computed in
-double precision, with a margin for rounding.
+δ = arcsin(h·sup|p''|/|p'(m)|) of the direction in the middle. The profile stays within
+h·(|p'(m)| + h·sup|p''|) + R_r·δ of its middle point, and within ½h²·sup|p''| + R_r·(1 − cos δ) of the tangent at
+that point. The trace point moves along a line or on a circle about the pivot, so sup|p''| follows from bounds of y'
+and y''. All is computed in double precision, with a margin for rounding.
 """
 
 from collections.abc import Sequence

@@ -14,8 +14,8 @@ that it does not cross itself.
   points near C(b) twice, from (a, d) and from (b, R_r), or C(b) is on the profile or inside, where F covers
   nothing. Both contradict the step before.
 
-Conversely, where one part of a profile crosses another at P(a) = P(b), it enters the roller at b, since |P(a) −
-C(b)|² changes with a at the rate −2·R_r·n(b)·P'(a), which is not 0.
+Conversely, where one part of a profile crosses another at P(a) = P(b), it enters the roller at b, since
+|P(a) − C(b)|² changes with a at the rate −2·R_r·n(b)·P'(a), which is not 0.
 
 The same holds for the outer wall of a groove, C + R_r·n, with −R_r in place of R_r and inside and outside
 exchanged. With a clearance j the walls are R_r + j/2 away, as those of a roller of that radius.

@@ -1,8 +1,8 @@
 """Disc cam, oscillating follower with a trace point at the end of its arm.
 
 The pivot is at the distance c to the right of the cam centre; the arm has the length l and lies above that line.
-The angle at the pivot between the line and the arm is ψ = ψ₀ + y, with cos ψ₀ = (c² + l² − R_p²)/(2cl). With q = 1
-+ p, where p = ψ' for a ccw cam and −ψ' for a cw one:
+The angle at the pivot between the line and the arm is ψ = ψ₀ + y, with cos ψ₀ = (c² + l² − R_p²)/(2cl). Let
+q = 1 + p, where p = ψ' for a ccw cam and −ψ' for a cw one:
 
     tan β = (l·q − c·cos ψ)/(c·sin ψ),    N² = l²q² + c² − 2clq·cos ψ
     κ_pitch = (q ∓ β') / N = (l²q³ + c² − cl·(q(1+q)·cos ψ + ψ''·sin ψ)) / N³   (− for a ccw cam)

@@ -1,11 +1,10 @@
 """Disc cam, oscillating flat-faced follower.
 
 The face is a line at the distance f from the pivot. The angle ψ at the pivot is between the line to the cam centre
-and the face; R_b = f + c·sin ψ₀. With q = 1 + p, where p = ψ' for a ccw cam and −ψ' for a cw one; q > 0 has to
-hold:
+and the face; R_b = f + c·sin ψ₀. Let q = 1 + p, where p = ψ' for a ccw cam and −ψ' for a cw one. With q > 0:
 
     contact at t = c·cos ψ / q along the face,    tan β = f / t
-    ρ = f + c·(sin ψ·(2q − 1)/q² + cos ψ·ψ''/q³),    slides at q·f + c·sin ψ per rad
+    ρ = f + c·(sin ψ·(2q − 1)/q² + cos ψ·ψ''/q³),    sliding at q·f + c·sin ψ per rad
 """
 
 from collections.abc import Mapping

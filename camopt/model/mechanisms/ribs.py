@@ -24,9 +24,9 @@ pressure angles β₁ and β₂ and the sense of rotation σ (1 for a disc), the
     t = d·cos(½(α₁ + α₂))/cos(½(α₂ − α₁)) − 2·R_r,    α₁ = β₁ − σ·½δ,  α₂ = β₂ + σ·½δ    (translating: δ = 0)
 
 This is the distance of two arcs about one centre with these normals, or of two parallel lines. On a cylinder with a
-translating follower both rollers have the same β, and the rib is nowhere thinner than the least t: with |tan β| ≤
-tan β_max everywhere, two points of the pitch curves are at least d·cos β_max apart. Other ribs are slightly
-thicker.
+translating follower both rollers have the same β, and the rib is nowhere thinner than the least t: with
+|tan β| ≤ tan β_max everywhere, two points of the pitch curves are at least d·cos β_max apart. Other ribs are
+slightly thicker.
 
 Sources: Rothbart, Cam Design Handbook, ch. 3 (ribbed barrel cams); Norton, Cam Design and Manufacturing Handbook,
 ch. 1 (form-closed cams with a rib).

@@ -1,7 +1,6 @@
 """Disc cam, translating flat-faced follower; the face is square to the motion.
 
-    ρ = R_b + y + y'',    contact at y' from the cam centre along the face,    β = 0,    sliding speed R_b + y per
-    rad
+    ρ = R_b + y + y'',    contact at y' from the cam centre along the face,    β = 0,    sliding at R_b + y per rad
 
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 7.
 """

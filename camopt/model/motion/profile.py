@@ -1,8 +1,8 @@
 """The profile of a cam as arcs and lines, each tangent to the next; points are complex x + iy in mm.
 
 The plane of the cam is seen so that the follower meets the elements anticlockwise: mirrored if the cam turns ccw.
-An arc has the centre C and a signed radius r, negative on a hollow flank; its point with the outward normal n is C
-+ r·n. Two elements meet at a point where both have the same normal:
+An arc has the centre C and a signed radius r, negative on a hollow flank; its point with the outward normal n is
+C + r·n. Two elements meet at a point where both have the same normal:
 
     arc and arc               C₂ − C₁ = (r₁ − r₂)·n
     arc, line and arc         C₂ − C₁ = ((r₁ − r₂) + i·t)·n,  the line t > 0 long

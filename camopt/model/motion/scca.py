@@ -7,8 +7,8 @@ first: s(1 − x) = 1 − s(x). With p = b + c + d and p + e = 1:
     A = 1/{[(π² − 8)(b² − d²) − 2π(π − 2)·b·p + π²p²]/(4π²) + V·e},   V = (b + d)/π + c/2
 
 The peaks are V·A of velocity, A of acceleration, and the larger of πA/b and πA/d of jerk. With b = 0 the
-acceleration jumps at the ends; with d = 0 it jumps after the constant part. The family includes parabolic (b, c, d
-= 0, 1, 0), harmonic (0, 0, 1) and cycloidal motion (½, 0, ½).
+acceleration jumps at the ends; with d = 0 it jumps after the constant part. The family includes parabolic
+(b, c, d = 0, 1, 0), harmonic (0, 0, 1) and cycloidal motion (½, 0, ½).
 
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 3.
 """
