@@ -1,4 +1,4 @@
-"""Numerical machinery: compilation, piecewise polynomials, exact extremes. Knows nothing of files or scenes."""
+"""Mathematics: piecewise polynomials, exact extremes, intervals, jets and series."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +10,8 @@ ComplexArray = NDArray[np.complex128]
 BoolArray = NDArray[np.bool_]
 
 LARGEST, LEAST, LARGEST_MAGNITUDE = 0, 1, 2
-"""Goals of a question about the extremes of a curve."""
+"""Goals of a question about a curve's extremes."""
 
 UNIT_ROUNDOFF = 2.0**-53  # relative rounding error of one operation
-INPUT_ROUNDOFF = 4.0 * UNIT_ROUNDOFF  # of a number that enters
-BISECTIONS = 60  # halvings of a bracket: its ends are then neighbours among doubles
+INPUT_ROUNDOFF = 4.0 * UNIT_ROUNDOFF  # relative error of an input
+BISECTIONS = 60  # halvings of a bracket until its ends are neighbouring doubles

@@ -1,4 +1,4 @@
-"""The derivative of a B-spline as a matrix of its coefficients.
+"""The derivative of a B-spline as a matrix on its coefficients.
 
 Source: de Boor, A Practical Guide to Splines, ch. X.
 """
@@ -6,13 +6,13 @@ Source: de Boor, A Practical Guide to Splines, ch. X.
 from typing import Any
 
 import numpy as np
-import scipy  # its sparse matrices when they are used
+import scipy  # loads sparse matrices at their first use
 
 from camopt.core.numerics import FloatArray
 
 
 def derivative_matrix(knots: FloatArray, degree: int, order: int) -> Any:
-    """From the coefficients of a spline to those of a derivative, which has the inner ones of its knots."""
+    """Matrix from a spline's coefficients to those of a derivative, whose knots are the inner ones."""
     matrix = scipy.sparse.eye_array(knots.size - degree - 1, format="csr")
     for level in range(degree, degree - order, -1):
         knots = knots[1:-1]

@@ -1,9 +1,9 @@
-"""The climb to the maximum of a concave part of a panel: false position on the slope.
+"""The climb to the maximum of a concave part of a panel, by false position on the slope.
 
-Where a curve is concave its maximum is at an end or at a root of the slope. Steps follow the Illinois method of
-false position (Dowell and Jarratt, BIT 11, 1971), and end once slope²/(2·|f''|), a bound of what is still to be
-gained, is small enough. Many designs climb at once, and begin at the peak of a cubic; one alone begins where the
-chord of the slope is zero.
+In a concave part the maximum is at an end or at a root of the slope. Steps follow the Illinois method of false
+position (Dowell and Jarratt, BIT 11, 1971). They end when slope²/(2·|f''|), a bound of the remaining gain, is small
+enough. Many designs climb at once, from the peak of a cubic; a single design starts where the chord of the slope is
+zero.
 """
 
 from typing import NamedTuple
@@ -37,9 +37,9 @@ CLIMB_STEPS = 60
 
 
 class PeakQuery(NamedTuple):
-    """A question: the largest of sign·f, its allowed relative error, and that of its cam angle, rad, or inf.
+    """A question: the largest sign·f, its allowed relative error, and that of its cam angle [rad], or inf.
 
-    ``blur`` is the rounding error allowed of a part of a panel, relative; inf where that of the panel is as good.
+    ``blur`` is the allowed relative rounding error of a part of a panel, or inf if the panel's own is good enough.
     """
 
     sign: float
@@ -49,7 +49,7 @@ class PeakQuery(NamedTuple):
 
 
 class PanelPartEnds(NamedTuple):
-    """A part of a panel, low ≤ u ≤ high: oriented values at its left and right end, and the slopes there."""
+    """A part low ≤ u ≤ high of a panel: oriented values at its left and right ends, and the slopes there."""
 
     low: float
     high: float
@@ -60,9 +60,9 @@ class PanelPartEnds(NamedTuple):
 
 
 class Bracket(NamedTuple):
-    """Where a slope falls through zero: its values at both ends as the Illinois method weighs them.
+    """An interval in which a slope falls through zero, and the slopes at its ends, weighted by the Illinois method.
 
-    ``side`` is 1 if the low end was moved last, −1 if the high one was, and 0 at first.
+    ``side`` is 1 if the low end was moved last, −1 if the high end was, and 0 at first.
     """
 
     low: float
@@ -73,7 +73,7 @@ class Bracket(NamedTuple):
 
 
 class ClimbGoal(NamedTuple):
-    """When a climb may end: the value to beat, the gain and the slope that may remain."""
+    """End of a climb: the value to beat, and the gain and slope that may remain."""
 
     best: float
     gain: float
@@ -82,13 +82,13 @@ class ClimbGoal(NamedTuple):
 
 @inline_in_kernels
 def sign_range(goal):
-    """The signs of ``PeakQuery`` that a goal needs: of (1, −1), first and last."""
+    """Range of the signs (1, −1) of ``PeakQuery`` that a goal needs."""
     return (1 if goal == LEAST else 0), (1 if goal == LARGEST else 2)
 
 
 @inline_in_kernels
 def orient(value, goal):
-    """The number whose maximum is the extreme asked for."""
+    """The value with the sign with which the goal is a maximum."""
     if goal == LARGEST_MAGNITUDE:
         return abs(value)
     return -value if goal == LEAST else value
@@ -96,19 +96,19 @@ def orient(value, goal):
 
 @inline_in_kernels
 def allowed_gain(best, relative_error, error):
-    """The gain that may remain: below it an extreme is exact enough. At least rounding, if that is known."""
+    """Gain that may remain at an extreme that is exact enough; at least the rounding error, if known."""
     return larger(0.5 * relative_error * abs(best), select(error < np.inf, error, 0.0))
 
 
 @inline_in_kernels
 def chord_root(bracket):
-    """Where the chord of the slope passes through zero."""
+    """The u at which the chord of the slope is zero."""
     return bracket.low + (bracket.high - bracket.low) * (bracket.rising / (bracket.rising - bracket.falling))
 
 
 @inline_in_kernels
 def shrink_bracket(bracket, u, slope):
-    """The bracket with u as one of its ends; if that end was moved before, the slope at the other one is halved."""
+    """The bracket with u as an end. If the same end was moved before, the slope at the other end is halved."""
     up = slope > 0.0
     rising = select(bracket.side < 0.0, 0.5 * bracket.rising, bracket.rising)
     falling = select(bracket.side > 0.0, 0.5 * bracket.falling, bracket.falling)
@@ -123,13 +123,13 @@ def shrink_bracket(bracket, u, slope):
 
 @inline_in_kernels
 def remaining_gain(grade, bracket, half_width, concavity):
-    """A bound of what the maximum is above a value whose slope has this magnitude."""
+    """Bound of the maximum less a value whose slope has the magnitude ``grade``."""
     return grade * smaller((bracket.high - bracket.low) * half_width, 0.5 * grade / concavity)
 
 
 @inline_in_kernels
 def cubic_peak(left, rising, right, falling, width):
-    """The place in [0, 1] where the cubic through both ends and slopes is largest, given rising > 0 > falling."""
+    """Place in [0, 1] of the maximum of the cubic through both ends and slopes, with rising > 0 > falling."""
     mean = (right - left) / width
     linear, square = 6.0 * mean - 4.0 * rising - 2.0 * falling, 3.0 * (rising + falling - 2.0 * mean)
     return 2.0 * rising / (np.sqrt(larger(linear * linear - 4.0 * square * rising, 0.0)) - linear)
@@ -137,10 +137,10 @@ def cubic_peak(left, rising, right, falling, width):
 
 @called_by_kernels
 def begin_climb(climbs, j, design, ends, half_width, concavity):
-    """Fill a column of the table of climbs; uncompiled, some."""
+    """Fill a column of the table of climbs; uncompiled, several columns."""
     low, high, left, rising, right, falling = ends
     share = cubic_peak(left, rising, right, falling, (high - low) * half_width)
-    hidden = (share <= 0.0) | (share >= 1.0) | (share != share)  # the cubic, by rounding of the values
+    hidden = (share <= 0.0) | (share >= 1.0) | (share != share)  # rounding of the values hides the cubic's peak
     share = select(hidden, rising / (rising - falling), share)
     climbs.design[j] = design
     state = climbs.state
@@ -153,7 +153,7 @@ def begin_climb(climbs, j, design, ends, half_width, concavity):
 
 @called_by_kernels
 def step_climbs(many, half_width, state):
-    """One step of every climb, from the values and slopes just evaluated; no branches."""
+    """Do one step of every climb, from new values and slopes, without branches."""
     low, high, rising, falling, side = state[LOW], state[HIGH], state[RISING], state[FALLING], state[SIDE]
     best, at, bound, values, slopes = state[BEST], state[AT], state[BOUND], state[VALUE], state[GRADIENT]
     concavity, gain, steep, following = state[CONCAVITY], state[GAIN], state[SLOPE], state[NEXT]
@@ -163,7 +163,7 @@ def step_climbs(many, half_width, state):
         gain[j] = remaining_gain(grade, bracket, half_width, concavity[j])
         bound[j] = min(bound[j], value + gain[j])
         best[j] = max(value, best[j])
-        at[j] = u if grade < steep[j] else at[j]  # values no longer tell points apart where the slope still does
+        at[j] = u if grade < steep[j] else at[j]  # near the top the slope tells points apart, values do not
         steep[j] = min(grade, steep[j])
         bracket = shrink_bracket(bracket, u, slope)
         low[j], high[j], rising[j], falling[j], side[j] = bracket
@@ -188,14 +188,14 @@ def _step_climbs_in_python(many, half_width, state):
 
 @called_by_kernels
 def update_climbs(many, place, errors, last, ask, found, climbs):
-    """Take the results of climbs, and keep the unfinished ones; returns their number.
+    """Store the results of climbs and keep the unfinished ones; return their number.
 
-    ``place`` is (centre, half-width) of the panel, ``errors`` those of the designs in it.
+    ``place`` is (centre, half-width) of the panel; ``errors`` are the designs' rounding errors in it.
     """
     still, state = 0, climbs.state
     for j in range(many):
         i = climbs.design[j]
-        if state[BEST, j] >= found.best[i] - errors[i]:  # the place is better known than that of a node
+        if state[BEST, j] >= found.best[i] - errors[i]:  # its place is more exact than a node
             found.best[i] = found.best[i] if state[EXACT, j] else max(found.best[i], state[BEST, j])
             found.at[i] = place[0] + place[1] * state[AT, j]
         near = state[SLOPE, j] <= ask.location * state[CONCAVITY, j]
@@ -217,7 +217,7 @@ def update_climbs(many, place, errors, last, ask, found, climbs):
 @update_climbs.array_version
 def _update_climbs_in_python(many, place, errors, last, ask, found, climbs):
     i, state = climbs.design[:many], climbs.state[:STATES, :many]
-    if np.any(i[1:] == i[:-1]):  # both halves of a panel: the second is held against what the first has found
+    if np.any(i[1:] == i[:-1]):  # both halves of a panel climb: the second needs the result of the first
         return update_climbs.py_func(many, place, errors, last, ask, found, climbs)
     error, better = errors[i], state[BEST] >= found.best[i] - errors[i]
     best = np.where(better & (state[EXACT] == 0.0), larger(found.best[i], state[BEST]), found.best[i])
@@ -233,17 +233,17 @@ def _update_climbs_in_python(many, place, errors, last, ask, found, climbs):
 
 @inline_in_kernels
 def climb_all(curve, first, many, panels, panel, ask, work):
-    """Climb to the maximum of every concave part at once. The table loses what has ended.
+    """Climb to the maxima of all concave parts at once. Finished climbs leave the table.
 
-    A value that is exact enough stays as it is while the climb goes on to find its place: whether somebody asks for
-    the place does not change a digit of the value.
+    A value that is exact enough is fixed, while the climb goes on to find its place. So the value has the same
+    digits whether its place is wanted or not.
     """
     place, errors, climbs = (panels.centre[panel], panels.half_width[panel]), work.bounds.error[panel], work.climbs
     state = climbs.state
     for step in range(CLIMB_STEPS):
         if many == 0:
             break
-        there = (curve.made, panel, state[NEXT], ask.sign, first, climbs.design, many, state[VALUE:])
+        there = (curve.source, panel, state[NEXT], ask.sign, first, climbs.design, many, state[VALUE:])
         call(curve.panel, there)
         step_climbs(many, place[1], state)
         many = update_climbs(many, place, errors, step == CLIMB_STEPS - 1, ask, work.found, climbs)
@@ -251,13 +251,13 @@ def climb_all(curve, first, many, panels, panel, ask, work):
 
 @inline_in_kernels
 def climb(curve, design, panels, panel, ends, concavity, sign, aim):
-    """As ``climb_all``, for one design: (largest value, where in the panel, bound of the maximum)."""
+    """Climb for one design; return the largest value, its u in the panel, and a bound of the maximum."""
     bracket = Bracket(ends.low, ends.high, ends.rising, ends.falling, 0.0)
     largest, at, bound, flattest, exact = -np.inf, ends.low, np.inf, np.inf, False
     half_width = panels.half_width[panel]
     for _ in range(CLIMB_STEPS):
         u = chord_root(bracket)
-        value, slope = call(curve.point, (curve.made, panel, u, sign, design))
+        value, slope = call(curve.point, (curve.source, panel, u, sign, design))
         largest = largest if exact else max(largest, value)
         grade = abs(slope)
         if grade < flattest:

@@ -1,4 +1,4 @@
-"""The clock of a search: seconds that do not count while kernels are compiled, as they are once."""
+"""The clock of a search. It stops while kernels are compiled, because that happens once per machine."""
 
 from collections.abc import Callable
 from time import monotonic, perf_counter
@@ -15,13 +15,13 @@ def clock_seconds() -> float:
 
 
 def time_share(end: float, left: int) -> float:
-    """The time at which the first of equal tasks must stop to leave the others as much time."""
+    """Time at which the first of ``left`` equal tasks must stop to leave the others as much time."""
     start = clock_seconds()
     return start + max(end - start, 0.0) / left
 
 
 def time_runs(work: Callable[[], TimedResult], runs: int) -> tuple[TimedResult, float]:
-    """What some work gives, and the least time of so many runs in seconds, after a first one, which may compile."""
+    """Result of some work and its shortest time over some runs [s], after a first run, which may compile."""
     result, times = work(), []
     for _ in range(runs):
         start = perf_counter()

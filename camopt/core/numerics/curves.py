@@ -1,12 +1,13 @@
-"""Quantities as curves over the cam angle, and the formulas that a kernel compiles into itself.
+"""Curves: functions of the cam angle, and their formulas, which kernels compile into themselves.
 
-A curve is a NamedTuple of arrays, one entry a design, and of curves that it is made of, such as
-``side_thrust(along, pressure, arm, reach)``. Its formula gives its value for one design, from the state of the
-follower at one cam angle (``numerics.state``) and from the entries of the design: a plain function, whose signature
-is the record. Run on dual numbers (``numerics.dual``) it gives the slope by the cam angle too.
-What evaluates curves (``curve_kernels``) is written once, for any curve: numba compiles it anew for each NamedTuple
-type, so a formula costs what it would cost written inside the loop, and the compiled result is cached on disk.
-Names of curve types are unique in the package, because numba names machine code after them.
+A curve is a NamedTuple of arrays, with one entry a design, and of other curves, such as
+``side_thrust(along, pressure, arm, reach)``. Its formula is a plain function with the same parameters. It gives the
+value for one design, from the follower's state at one cam angle (``numerics.state``) and the design's entries. With
+dual numbers (``numerics.dual``) it also gives the slope by the cam angle.
+
+The code that evaluates curves (``curve_kernels``) is written once. Numba compiles it for each type of curve, so a
+formula runs as fast as if it were written inside the loop, and the machine code is kept on disk. Names of curve
+types are unique in the package, because numba names machine code after them.
 
 Uncompiled, the same formulas run on arrays and on intervals (``numerics.interval``).
 """
@@ -34,7 +35,7 @@ LOADED_CURVES: set[type] = set()
 
 
 def value_of(f: Any, i: Any, at: State) -> Any:
-    """Value of curve ``f`` for design ``i``, a number as those of ``at``; resolved by type inside kernels."""
+    """Value of curve ``f`` for design ``i`` in the state ``at``, in the number type of the state."""
     return CURVE_FORMULAS[type(f)](f, i, at)
 
 
@@ -50,7 +51,7 @@ def value_and_slope(f, i, at):
 
 
 def field_value(f: Any, i: Any, at: State) -> Any:
-    """What a formula takes for a field of its curve: the value of a curve, or the number of a design."""
+    """A field's value in a formula: that of a curve, or the number of a design."""
     if type(f) in CURVE_FORMULAS:
         return CURVE_FORMULAS[type(f)](f, i, at)
     return constant_like(f[i], at.y)
@@ -62,16 +63,16 @@ def _field_value_in_kernels(f, i, at):
 
 
 def curve_type(function: Callable[..., Any] | None = None, *, loaded: bool = False) -> Any:
-    """Make a curve of a formula: the NamedTuple of what it takes beside the state.
+    """Make a curve type from a formula: a NamedTuple of its parameters other than the state.
 
-    What has a default is a table, which all designs share. A formula that reads an external load that
-    changes over the turn, or hands it on to a curve that does, is ``loaded``.
+    A parameter with a default is a table that all designs share. A formula is ``loaded`` if it, or a curve in it,
+    reads an external load that changes over the turn.
     """
     if function is None:
         return lambda function: curve_type(function, loaded=loaded)
     _, *fields = signature(function).parameters.values()
     make: Any = namedtuple
-    owner = make(function.__name__, [each.name for each in fields], module=function.__module__)
+    owner = make(function.__name__, [field.name for field in fields], module=function.__module__)
     owner.__doc__ = function.__doc__
     parts = [f"f.{x.name}" if x.default is not Parameter.empty else f"part(f.{x.name}, i, at)" for x in fields]
     text = f"lambda f, i, at: formula(at, {', '.join(parts)})"
@@ -81,7 +82,7 @@ def curve_type(function: Callable[..., Any] | None = None, *, loaded: bool = Fal
 
 
 def curve_formula(owner: type, *, loaded: bool = False) -> Callable[[CurveFormula], CurveFormula]:
-    """Register a function of a curve, a design and the state: it gives the value of the curve type ``owner``."""
+    """Register the formula of a curve type: a function of the curve, a design and the state."""
 
     def register(function: CurveFormula) -> CurveFormula:
         CURVE_FORMULAS[owner] = KERNEL_FORMULAS[owner] = function
@@ -93,7 +94,7 @@ def curve_formula(owner: type, *, loaded: bool = False) -> Callable[[CurveFormul
 
 
 def pair_formula(owner: type, *, loaded: bool = False) -> Callable[[CurveFormula], CurveFormula]:
-    """As ``curve_formula``, of a function that gives the pair of value and slope."""
+    """Register a formula that returns both value and slope."""
 
     def register(function: CurveFormula) -> CurveFormula:
         pair = inline_in_kernels(function)
@@ -106,7 +107,7 @@ def pair_formula(owner: type, *, loaded: bool = False) -> Callable[[CurveFormula
 
 
 def curve_derivatives(f: Any, i: Any, at: State) -> tuple[Any, Any, Any, Any]:
-    """Value of curve ``f`` for design ``i``, and three derivatives by the cam angle: the last one has y''''."""
+    """Value of curve ``f`` for design ``i`` and three derivatives by the cam angle; the last one needs y''''."""
     return DERIVATIVE_FORMULAS[type(f)](f, i, at)
 
 
@@ -116,7 +117,7 @@ def _curve_derivatives_in_kernels(f, i, at):
 
 
 def derivative_formula(owner: type) -> Callable[[DerivativeFormula], DerivativeFormula]:
-    """Register a function as what ``further`` gives of the curve type ``owner``."""
+    """Register the formula of ``curve_derivatives`` for a curve type."""
 
     def register(function: DerivativeFormula) -> DerivativeFormula:
         DERIVATIVE_FORMULAS[owner] = function
@@ -127,7 +128,7 @@ def derivative_formula(owner: type) -> Callable[[DerivativeFormula], DerivativeF
 
 @inline_in_kernels
 def quotient_derivatives(w, s):
-    """w/s with three derivatives, from those of both."""
+    """w/s with three derivatives, from those of w and s."""
     t = w[0] / s[0]
     t1 = (w[1] - t * s[1]) / s[0]
     t2 = (w[2] - 2.0 * t1 * s[1] - t * s[2]) / s[0]
@@ -136,7 +137,7 @@ def quotient_derivatives(w, s):
 
 @inline_in_kernels
 def rotated_derivatives(cosine, sine, at):
-    """Cosine and sine of an angle turned on by y, each with three derivatives."""
+    """Cosine and sine of an angle plus y, each with three derivatives."""
     c, s = rotate(cosine, sine, at.y)
     c1, s1, square = -s * at.y1, c * at.y1, np.square(at.y1)
     c2, s2 = -s * at.y2 - c * square, c * at.y2 - s * square
@@ -145,7 +146,7 @@ def rotated_derivatives(cosine, sine, at):
 
 
 class Linear(NamedTuple):
-    """displacement·y + velocity·y' + acceleration·y'' + constant: peaks, support lines, a flat face's radius."""
+    """displacement·y + velocity·y' + acceleration·y'' + constant, for peaks, support lines and flat faces."""
 
     displacement: FloatArray
     velocity: FloatArray

@@ -1,7 +1,7 @@
-"""Dual numbers: a value and its slope by the cam angle, which formulas carry along by the chain rule.
+"""Dual numbers: a value with its slope by the cam angle, which formulas carry along by the chain rule.
 
-Value and slope are numbers of any kind: floats, arrays, jets, intervals, balls, or dual numbers themselves, which
-then know the next derivative. A formula that runs on a value alone gives the same value.
+Value and slope may be of any number type: floats, arrays, jets, intervals, balls, or dual numbers themselves, which
+then have the next derivative. A formula that runs on the value alone gives the same value.
 
 Source: Griewank and Walther, Evaluating Derivatives, ch. 3 (forward mode).
 """
@@ -18,18 +18,18 @@ from camopt.core.numerics.number_type import OTHER, OWN, OperationRules, give_ru
 from camopt.core.numerics.state import Load, State, TrainForces
 
 PLAIN_KINDS = (float, np.ndarray, Jet)
-"""Kinds of number whose operators leave dual numbers alone."""
+"""Number types whose operators do not take dual numbers."""
 
 
 class Dual(NamedTuple):
-    """A number with its slope by the cam angle, rad."""
+    """A number with its slope by the cam angle [1/rad]."""
 
     value: Any
     slope: Any
 
 
 def as_constant(x: Any) -> Any:
-    """A number that does not change, as it goes beside dual numbers, which are the outer kind."""
+    """A constant in the form in which it combines with dual numbers of its own number type."""
     return x if isinstance(x, PLAIN_KINDS) else Dual(x, 0.0)
 
 
@@ -37,7 +37,7 @@ chosen_by_type(as_constant)(lambda x: lambda x: x)
 
 
 def constant_like(x: Any, y: Any) -> Any:
-    """A number that does not change, as it goes beside a number of any kind."""
+    """A constant in the form in which it combines with ``y``."""
     return as_constant(constant_like(x, y.value)) if type(y) is Dual else x
 
 
@@ -62,7 +62,7 @@ def _dual_power(a, b):
 
 
 def _larger_dual(a, b):
-    """The larger of a and a number; where they are equal the mean of both slopes."""
+    """The larger of a and a number; where they are equal, with the mean of both slopes."""
     return Dual(np.maximum(a.value, b), 0.5 * (1.0 + np.sign(a.value - b)) * a.slope)
 
 
@@ -95,14 +95,14 @@ DUAL_RULES: OperationRules = {
     np.maximum: {(OWN, OTHER): _larger_dual},
     np.sign: {(OWN,): lambda a: as_constant(np.sign(a.value))},
 }
-"""What each operation does to operands that are dual numbers or others. A sign is a number that does not change."""
+"""Rules of each operation for operands that are dual numbers or others. A sign is a constant."""
 
 
 give_rules(Dual, DUAL_RULES, lambda rule, operands: rule(*operands), (object,))
 
 
 def dual_load(load: Any) -> Any:
-    """A load in dual numbers, with its slopes beside them; None without one."""
+    """A load with dual numbers as values; None without a load."""
     if load is None:
         return None
     return _dual_forces(load) if isinstance(load, TrainForces) else Load(Dual(load.value, load.slope), load.slope)
@@ -122,13 +122,13 @@ def _dual_load_in_kernels(load):
 
 @overload_in_kernels
 def dual_state(at):
-    """The state of a follower in dual numbers."""
+    """The state of the follower in dual numbers."""
     y, y1, y2 = Dual(at.y, at.y1), Dual(at.y1, at.y2), Dual(at.y2, at.y3)
     return State(y, y1, y2, Dual(at.y3, at.y4), dual_load(at.load), 0.0)
 
 
 def single_state(at: State, y: Any) -> State:
-    """The state without slopes, from one in dual numbers, where the displacement ``y`` is one."""
+    """The state without slopes, if the displacement ``y`` is a dual number; else the state."""
     return _single_state(at, y) if type(y) is Dual else at
 
 
@@ -142,7 +142,7 @@ def _single_state_in_kernels(at, y):
 
 
 def single_load(load: Any) -> Any:
-    """The load of such a state."""
+    """The load without slopes, from a load in dual numbers."""
     if load is None:
         return None
     return _single_forces(load) if isinstance(load, TrainForces) else Load(load.value.value, load.value.slope)
@@ -160,7 +160,7 @@ def _single_load_in_kernels(load):
 
 
 def dual_from_pair(pair: Any, y: Any) -> Any:
-    """A value and its slope as a dual number where the displacement ``y`` is one; else the value."""
+    """A pair of value and slope as a dual number if the displacement ``y`` is one; else the value."""
     return Dual(*pair) if type(y) is Dual else pair[0]
 
 

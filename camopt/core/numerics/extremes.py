@@ -1,17 +1,21 @@
 """Extremes of a curve over the continuous turn, enclosed from both sides, for many designs at once.
 
-For a tile of designs the curve is evaluated at the table's nodes, and jets bound its derivatives and the
-rounding error: over groups of panels first, then within each panel that this leaves open. Within a panel of width
-w a curve exceeds its end values by no more than |f''|·w²/8; a panel that stays below the best node by that is done
-with, and two or three are left. There, slopes at both ends and a bound of the third derivative say how far f'' may
-be from its mean. Where the curve is concave, its maximum is at an end or at a root of the slope, and a bracketed
-secant climbs to it until slope²/(2·|f''|), which bounds what is still to be gained, is below the error asked. What
-is not concave is halved.
+The search for a maximum:
 
-Designs are innermost, so that loops can run in vector registers; only the last resort (``halving``) takes designs
-one by one. Every answer is the largest value found, and a bound of what the true extreme may differ from it.
+1. Evaluate the curve for a tile of designs at the nodes of the panels; the best node is the first answer. 2. Bound
+the derivatives and the rounding error by jets, first over groups of panels, then over the open panels. In a
+   panel of width w, the curve exceeds its end values by at most |f''|·w²/8. Panels that cannot exceed the best node
+   are dropped; two or three remain.
+3. There, the slopes at both ends and a bound of the third derivative bound f''. Where the curve is concave, its
+maximum
+   is at an end or at a root of the slope. A bracketed secant (``climbing``) finds the root, until slope²/(2·|f''|),
+   a bound of the remaining gain, is below the allowed error.
+4. Parts that are not concave are halved (``halving``).
 
-All this is compiled once. What evaluates a curve is compiled for each curve, and called by its address.
+The innermost loops run over designs, so that they can be vectorised; only the halving takes designs one by one. An
+answer is the largest value found, and a bound of its distance from the true extreme.
+
+The search is compiled once. The functions that evaluate a curve are compiled for each curve and called by address.
 """
 
 from functools import lru_cache, partial
@@ -40,16 +44,16 @@ from camopt.core.numerics.workspace import (
     workspace,
 )
 
-SHARP_SHARE = 0.25  # of the error asked: the rounding error allowed of a part that is looked at again
-SEARCH_SIZE = 5.0  # times as long as a curve takes to compile: the search, and numba is imported
-SEARCH_WORK = 30.0  # values of a curve that a search evaluates for an answer, a bound or a cam angle
-TIE_TOLERANCE = 8.0 * UNIT_ROUNDOFF  # relative: values this near differ by rounding alone
+SHARP_SHARE = 0.25  # share of the allowed error that rounding may take in a part that is searched again
+SEARCH_SIZE = 5.0  # compile time of the search divided by that of a curve, with the import of numba
+SEARCH_WORK = 30.0  # values of a curve that a search evaluates for each number of its answer
+TIE_TOLERANCE = 8.0 * UNIT_ROUNDOFF  # relative difference that rounding alone explains
 
 
 class Precision(NamedTuple):
-    """The errors allowed: of extremes, relative; of their cam angles, rad, or inf.
+    """Allowed errors: relative of extremes, and of their cam angles [rad], or inf.
 
-    An extreme counts as no less than the ``floor``: as no larger than −floor if it is the least value.
+    Extremes below ``floor`` are returned as ``floor``; smallest values above −floor as −floor.
     """
 
     value: float
@@ -61,9 +65,9 @@ PRECISION_RECORD = Record(Precision, (NUMBER, NUMBER, NUMBER))
 
 
 class Extremes(NamedTuple):
-    """Answers (questions, designs): values, their cam angles in rad, and half-widths of their enclosures.
+    """Extremes (questions, designs): values, their cam angles [rad], and half-widths of their enclosures.
 
-    The largest magnitude comes without its sign. A true extreme differs from its value by no more than ``width``.
+    The largest magnitude has no sign. A true extreme differs from its value by at most ``width``.
     """
 
     value: FloatArray
@@ -73,7 +77,7 @@ class Extremes(NamedTuple):
 
 @called_by_kernels
 def best_nodes(values, count, panels, kinds, goal, best, node):
-    """Largest oriented node value of each design over pieces of given kinds, and the first node that has it."""
+    """Largest oriented node value of each design over pieces of some kinds, and the first node that has it."""
     for i in range(count):
         best[i] = -np.inf
         node[i] = -1
@@ -95,21 +99,21 @@ def best_nodes(values, count, panels, kinds, goal, best, node):
 def _best_nodes_in_python(values, count, panels, kinds, goal, best, node):
     piece = np.repeat(np.arange(panels.kind.size), np.diff(panels.first_panel) + 1)
     nodes = np.flatnonzero(panels.kind[piece] & kinds)
-    found = orient(values[nodes, :count], goal)
-    if np.isnan(found).any():  # which holds until the next node
+    oriented = orient(values[nodes, :count], goal)
+    if np.isnan(oriented).any():  # a NaN stays the best until the next node
         best_nodes.py_func(values, count, panels, kinds, goal, best, node)
         return
-    most = np.full((len(found) + 1, count), -np.inf)
-    for t in range(len(found)):  # a fifth of the time of np.maximum.accumulate
-        np.maximum(most[t], found[t], out=most[t + 1])
-    more = found > larger(most[:-1] * (1.0 + TIE_TOLERANCE), most[:-1] * (1.0 - TIE_TOLERANCE))
+    most = np.full((len(oriented) + 1, count), -np.inf)
+    for t in range(len(oriented)):  # a fifth of the time of np.maximum.accumulate
+        np.maximum(most[t], oriented[t], out=most[t + 1])
+    more = oriented > larger(most[:-1] * (1.0 + TIE_TOLERANCE), most[:-1] * (1.0 - TIE_TOLERANCE))
     last = nodes[::-1][more[::-1].argmax(axis=0)]
     best[:count], node[:count] = most[-1], np.where(more.any(axis=0), last, -1)
 
 
 @called_by_kernels
 def node_angle(panels, node):
-    """Cam angle of a node."""
+    """Cam angle of a node [rad]."""
     q = 0
     while panels.first_panel[q + 1] + q < node:
         q += 1
@@ -127,11 +131,11 @@ def _node_angle_in_python(panels, node):
 
 @called_by_kernels
 def may_exceed(before, after, excess, count, goal, best):
-    """Whether a panel may hold more than the best value of any of the designs."""
-    found = False
+    """Whether a panel may exceed the best value of any design."""
+    exceeds = False
     for i in range(count):
-        found |= max(orient(before[i], goal), orient(after[i], goal)) + excess[i] > best[i]
-    return found
+        exceeds |= max(orient(before[i], goal), orient(after[i], goal)) + excess[i] > best[i]
+    return exceeds
 
 
 @may_exceed.array_version
@@ -142,7 +146,7 @@ def _may_exceed_in_python(before, after, excess, count, goal, best):
 
 @called_by_kernels
 def choose_candidates(panel, node, count, ask, work):
-    """Find the designs that may exceed their best value within a panel by more than allowed; their number."""
+    """Choose the designs that may exceed their best value in a panel by more than allowed; return their number."""
     before, after, excess = work.values[node], work.values[node + 1], work.bounds.excess[panel]
     best, top, error, chosen = work.found.best, work.found.top, work.bounds.error[panel], work.chosen
     many = 0
@@ -169,11 +173,11 @@ def _choose_candidates_in_python(panel, node, count, ask, work):
 
 @inline_in_kernels
 def is_panel_open(curve, first, count, panels, panel, node, goal, work):
-    """Whether by jets a panel may hold more than the best value of some design."""
+    """Whether a panel may exceed the best value of any design, by its jets."""
     before, after = work.values[node], work.values[node + 1]
-    for row in (panels.group[panel], panel):  # the bounds of its group settle most panels
+    for row in (panels.group[panel], panel):  # the bounds of the group are enough for most panels
         if not work.looked[row]:
-            call(curve.row, (curve.made, row, panels.half_width[panel], first, count, work.bounds))
+            call(curve.row, (curve.source, row, panels.half_width[panel], first, count, work.bounds))
             work.looked[row] = True
         if not may_exceed(before, after, work.bounds.excess[row], count, goal, work.found.best):
             return False
@@ -191,7 +195,7 @@ def _is_panel_open_in_python(curve, first, count, panels, panel, node, goal, wor
 
 @called_by_kernels
 def begin_search(panels, kinds, goal, floor, count, work):
-    """First extremes of a tile, from the nodes."""
+    """Start the extremes of a tile with the best nodes."""
     found = work.found
     best_nodes(work.values, count, panels, kinds, goal, found.best, found.node)
     for i in range(count):
@@ -210,7 +214,7 @@ def _begin_search_in_python(panels, kinds, goal, floor, count, work):
 
 @inline_in_kernels
 def search_open_panel(curve, first, count, panels, place, aim, work):
-    """Search a panel for the designs whose best value it may exceed by its jets.
+    """Search a panel for the designs whose best value it may exceed, by its jets.
 
     ``place`` is the panel and its first node, ``aim`` the goal and the precision.
     """
@@ -225,7 +229,7 @@ def search_open_panel(curve, first, count, panels, place, aim, work):
 
 @inline_in_kernels
 def search_tile(curve, first, count, panels, question, precision, work):
-    """The extremes of a tile: a question is the kinds of stroke to look at, and the goal."""
+    """Find the extremes of a tile; a question is the kinds of stroke to search, and the goal."""
     kinds, goal = question
     begin_search(panels, kinds, goal, precision.floor, count, work)
     for q in range(panels.kind.size):
@@ -248,18 +252,18 @@ def _search_tile_in_python(curve, first, count, panels, question, precision, wor
 
 
 def bound_unknown_rows(curve, first, count, panels, rows, work):
-    """Evaluate the bounds of some panels or groups that are not known yet, together."""
+    """Evaluate the unknown bounds of some panels or groups together."""
     rows = rows[~work.looked[rows]]
     if rows.size:
         widths = np.empty(panels.rows)
         widths[: panels.half_width.size] = widths[panels.group] = panels.half_width
-        call(curve.row, (curve.made, rows, widths[rows, None], first, count, work.bounds))
+        call(curve.row, (curve.source, rows, widths[rows, None], first, count, work.bounds))
         work.looked[rows] = True
 
 
 @inline_in_kernels
 def search_tile_again(curve, first, count, panels, question, precision, work):
-    """Search again for the designs of a tile whose extremes are not as exact as asked."""
+    """Search again for the designs of a tile whose extremes are not exact enough."""
     kinds, goal = question
     one, other = sign_range(goal)
     many = restart_inexact_designs(count, precision, work)
@@ -275,13 +279,13 @@ def search_tile_again(curve, first, count, panels, question, precision, work):
 
 
 def open_panels(panels, kinds, goal, count, work):
-    """Panels whose groups' jets may leave them open, and the numbers of their pieces, by the best of all nodes."""
+    """Panels that may exceed the best node by the jets of their groups, and the numbers of their pieces."""
     piece = np.repeat(np.arange(panels.kind.size), np.diff(panels.first_panel))
     panel = np.flatnonzero(panels.kind[piece] & kinds)
     before, after = (orient(work.values[panel + piece[panel] + side, :count], goal) for side in (0, 1))
     most = larger(before, after) + work.bounds.excess[panels.group[panel], :count]
-    left = panel[np.any(most > work.found.best[:count], axis=1)]
-    return left, piece[left]
+    remaining = panel[np.any(most > work.found.best[:count], axis=1)]
+    return remaining, piece[remaining]
 
 
 @called_by_kernels
@@ -302,11 +306,11 @@ def _write_extremes_in_python(found, count, goal, value, where, width):
 
 @partial(compiled, size=SEARCH_SIZE)
 def search_all(curve, panels, questions, precision, answers, work):
-    """Answer questions about a curve, an ``Evaluator``: answers (3, K, designs)."""
+    """Write the extremes of a curve, an ``Evaluator``, to ``answers`` (3, K, designs)."""
     designs, tile = answers.shape[2], work.middle.size
     for first in range(0, designs, tile):
         count = min(tile, designs - first)
-        call(curve.nodes, (curve.made, first, count, work.values))
+        call(curve.nodes, (curve.source, first, count, work.values))
         work.looked[:] = False
         for k in range(questions.shape[0]):
             question = (questions[k, 0], questions[k, 1])
@@ -324,9 +328,9 @@ def _search_all_in_python(curve, panels, questions, precision, answers, work):
 
 @compiled_for_many(work=SEARCH_WORK)
 def search_curve(f, table, panels, questions, precision, answers, work, search_all):
-    """As ``search_all``, which is called by its address, from a curve and a motion table."""
-    made = (f, table)
-    call(search_all, (evaluator(made, address_of_values(made)), panels, questions, precision, answers, work))
+    """Search a curve over a motion table; ``search_all`` is called by its address."""
+    source = (f, table)
+    call(search_all, (evaluator(source, address_of_values(source)), panels, questions, precision, answers, work))
 
 
 ANSWERS_KIND = ArgumentKind(NUMBER.name, 3)
@@ -337,21 +341,21 @@ SEARCH_ADDRESS = AddressedKernel(
 
 
 def extremes(f: Any, designs: int, table: MotionTable, questions: Any, precision: Precision) -> Extremes:
-    """Answer questions about a curve for designs 0 … designs − 1.
+    """Extremes of a curve for designs 0 … designs − 1.
 
-    questions (K, 2): the kinds of stroke to look at and the goal.
+    ``questions`` (K, 2) has the kinds of stroke to search and the goal.
     """
     if designs > PLAIN_TILE:
         keep_freed_memory()
-    answers, asked = np.empty((3, len(questions), designs)), np.array(questions, np.int64)
+    answers, question_array = np.empty((3, len(questions), designs)), np.array(questions, np.int64)
     turn = _kernel_turn(IdentityKey(table), type(f) in LOADED_CURVES)
     with np.errstate(all="ignore"):  # uncompiled, jets without bounds would warn
-        search_curve(f, *turn, asked, precision, answers, workspace(turn[1]), SEARCH_ADDRESS)
+        search_curve(f, *turn, question_array, precision, answers, workspace(turn[1]), SEARCH_ADDRESS)
     return Extremes(*answers)
 
 
 @lru_cache(maxsize=64)
 def _kernel_turn(same: IdentityKey[MotionTable], loaded: bool) -> tuple[MotionTable, Panels]:
-    """A motion table and its panels, as kernels take them; without a load, one kernel for both kinds of turn."""
+    """A motion table and its panels for kernels. Without the load, turns with and without one share a kernel."""
     table = same.value if loaded else same.value._replace(load=None)
     return pin_arrays(table), pin_arrays(panels_of(table))

@@ -1,4 +1,4 @@
-"""Whether a part of a panel is settled; if not, it is halved."""
+"""Classify parts of a panel: a part that is not settled is halved."""
 
 import numpy as np
 
@@ -8,17 +8,17 @@ from camopt.core.numerics.climbing import ClimbGoal, PanelPartEnds, allowed_gain
 from camopt.core.numerics.jet import known_bound, larger, select, smaller
 from camopt.core.numerics.workspace import DEPTH
 
-PANEL_PARTS = 4096  # looked at in one panel, before it stays undecided
-POINT_WIDTH = 2.0**-40  # of a panel: a part so short that its rounding error is that of a point
+PANEL_PARTS = 4096  # most parts of one panel, before it stays undecided
+POINT_WIDTH = 2.0**-40  # share of a panel that is so short that its rounding error is that of a point
 CONCAVE, CLIMBS, SETTLED, UNSETTLED = 0, 1, 2, 3
 
 
 @inline_in_kernels
 def most_ascent(slope, bend, curl, width):
-    """The largest gain over an end of a part from which the slope is at most slope + bend·t − curl·t².
+    """Largest gain over the end of a part, where the slope is at most slope + bend·t − curl·t².
 
-    The slope of a curve leaves its chord by no more than |f'''|·t·(width − t)/2. Where a curve starts level, as
-    at the end of a dwell, this is far closer than what the second derivative says.
+    A slope differs from its chord by at most |f'''|·t·(width − t)/2. Where a curve starts level, as at the end of a
+    dwell, this bound is far closer than that by the second derivative.
     """
     root, falls = np.sqrt(larger(bend * bend + 4.0 * curl * slope, 0.0)), bend < 0.0
     t = select(falls, 2.0 * slope, bend + root) / select(falls, root - bend, 2.0 * curl)
@@ -29,11 +29,11 @@ def most_ascent(slope, bend, curl, width):
 
 @called_by_kernels
 def classify_part(ends, third, half_width, enough):
-    """A part judged by end values, slopes and |f'''|: (verdict, bound of its values, lower bound of −f'')."""
+    """Classify a part by end values, slopes and |f'''|; return verdict, bound of values, lower bound of −f''."""
     low, high, left, rising, right, falling = ends
     width = (high - low) * half_width
     bend = (falling - rising) / width  # a mean of f''
-    room = 0.5 * third * width  # and how far f'' may be from it
+    room = 0.5 * third * width  # largest difference of f'' from the mean
     most = max(left, right)
     if bend + room <= 0.0:
         return (CLIMBS if rising > 0.0 and falling < 0.0 else CONCAVE), most, -(bend + room)
@@ -46,7 +46,7 @@ def classify_part(ends, third, half_width, enough):
 
 
 def classify_parts(ends, third, half_width, enough):
-    """As ``looked_at``, uncompiled, of many parts that are as wide."""
+    """Classify many parts of the same width, uncompiled."""
     low, high, left, rising, right, falling = ends
     width = (high - low) * half_width
     bend, room, most = (falling - rising) / width, 0.5 * third * width, larger(left, right)
@@ -72,13 +72,13 @@ def write_ends(row, ends):
 
 @called_by_kernels
 def read_ends(row):
-    """The ends of a part from a row of a table."""
+    """Read the ends of a part from a row of a table."""
     return PanelPartEnds(row[0], row[1], row[2], row[3], row[4], row[5])
 
 
 @called_by_kernels
 def bound_by_slope(bounds, ends, sign, half_width):
-    """A bound of the values in a part from the range of the slope: close where the curve is level or monotone."""
+    """Bound of the values in a part from the range of its slope; close where the curve is level or monotone."""
     rise = known_bound((bounds.most_slope if sign > 0.0 else -bounds.least_slope) + bounds.slope_error)
     drop = known_bound((-bounds.least_slope if sign > 0.0 else bounds.most_slope) + bounds.slope_error)
     width = (ends.high - ends.low) * half_width
@@ -88,39 +88,39 @@ def bound_by_slope(bounds, ends, sign, half_width):
 
 @inline_in_kernels
 def bound_by_jet(bound, bounds, ends, sign, half_width):
-    """A closer bound of the values in a part from its own jet."""
+    """Closer bound of the values in a part from its own jet."""
     reach = 0.5 * (ends.high - ends.low)
     bound = min(bound, max(ends.left, ends.right) + 0.5 * known_bound(bounds.second) * (reach * half_width) ** 2)
     if bound < np.inf:
         return bound
-    most = bounds.high if sign > 0.0 else -bounds.low  # a corner of the curve: its range is what is known
+    most = bounds.high if sign > 0.0 else -bounds.low  # at a corner of the curve only its range is known
     return most if most == most else np.inf
 
 
 @called_by_kernels
 def exceeds_blur(error, bound, best, ask):
-    """Whether the rounding error of a part is more than allowed, where the part may exceed the best value."""
+    """Whether a part may exceed the best value and has a larger rounding error than allowed."""
     return ask.blur < np.inf and error > ask.blur * abs(best) and bound + error > best
 
 
 @called_by_kernels
 def is_blurred_by_width(curve, design, panel, middle, error):
-    """Whether the rounding error of a part is far larger than that of one point, so that its halves have less."""
-    return error > 2.0 * call(curve.part, (curve.made, panel, middle, POINT_WIDTH, design)).error
+    """Whether a part's rounding error is far larger than that of a point, so that halving the part reduces it."""
+    return error > 2.0 * call(curve.part, (curve.source, panel, middle, POINT_WIDTH, design)).error
 
 
 @called_by_kernels
 def split_part(curve, design, panels, panel, error, ask, best, stack):
-    """Largest value found in a part that is not settled at once, where, a bound of all its values, and their error.
+    """Halve a part until it is settled; return its largest value, the place, a bound of its values, their error.
 
-    The part is the first row of the stack. The range of its slope is tried first, then jets of its own, then its
-    halves, and theirs. ``error`` is that of the panel, infinite where a denominator may be zero somewhere in it;
-    the error of a part takes its place. Once a part is left without a bound, so are all, and nothing more is
-    halved. What is asked may be a small error too: parts are then halved until theirs is, as far as that helps, and
-    errors count of those alone that may hold more than the best value.
+    The part is the first row of the stack. The range of its slope is tried first, then its jets, then its halves
+    and so on. ``error`` is the rounding error of the panel, infinite where a denominator may be zero in it; the
+    error of a part replaces it. If one part has no bound, the whole has none, and halving stops. With ``ask.blur``,
+    parts are also halved until their rounding error is small enough, as far as halving helps. Only the errors of
+    parts that may exceed the best value count.
     """
     half_width = panels.half_width[panel]
-    whole = call(curve.part, (curve.made, panel, 0.0, 1.0, design))
+    whole = call(curve.part, (curve.source, panel, 0.0, 1.0, design))
     bound = bound_by_slope(whole, read_ends(stack[0]), ask.sign, half_width)
     if bound <= best + allowed_gain(best, ask.relative_error, error) and not exceeds_blur(error, bound, best, ask):
         return -np.inf, 0.0, bound, error if bound + error > best else 0.0
@@ -131,17 +131,17 @@ def split_part(curve, design, panels, panel, error, ask, best, stack):
         parts += 1
         ends = read_ends(stack[depth])
         middle = 0.5 * (ends.low + ends.high)
-        bounds = call(curve.part, (curve.made, panel, middle, 0.5 * (ends.high - ends.low), design))
-        own = min(error, bounds.error)
-        gain = allowed_gain(best, ask.relative_error, own)
+        bounds = call(curve.part, (curve.source, panel, middle, 0.5 * (ends.high - ends.low), design))
+        part_error = min(error, bounds.error)
+        gain = allowed_gain(best, ask.relative_error, part_error)
         verdict, bound, concavity = classify_part(ends, bounds.third, half_width, best + gain)
         if verdict == UNSETTLED:
             bound = bound_by_jet(bound, bounds, ends, ask.sign, half_width)
         more = verdict == UNSETTLED and bound > best + gain
-        if not more and exceeds_blur(own, np.inf if verdict == CLIMBS else bound, best, ask):
-            more = is_blurred_by_width(curve, design, panel, middle, own)
+        if not more and exceeds_blur(part_error, np.inf if verdict == CLIMBS else bound, best, ask):
+            more = is_blurred_by_width(curve, design, panel, middle, part_error)
         if more and parts < PANEL_PARTS and depth + 2 <= DEPTH and top < np.inf:
-            value, slope = call(curve.point, (curve.made, panel, middle, ask.sign, design))
+            value, slope = call(curve.point, (curve.source, panel, middle, ask.sign, design))
             if value > best:
                 best, largest, at = value, value, middle
             write_ends(stack[depth], PanelPartEnds(ends.low, middle, ends.left, ends.rising, value, slope))
@@ -154,5 +154,5 @@ def split_part(curve, design, panels, panel, error, ask, best, stack):
             if value > best:
                 best, largest, at = value, value, u
         top = max(top, bound)
-        rounding = max(rounding, own) if bound + own > best else rounding
+        rounding = max(rounding, part_error) if bound + part_error > best else rounding
     return largest, at, top, rounding

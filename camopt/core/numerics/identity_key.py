@@ -1,4 +1,4 @@
-"""Keys by which results are remembered of one and the same object."""
+"""Keys for caches of results that belong to one object."""
 
 from typing import Any, Generic, TypeVar
 
@@ -6,7 +6,7 @@ KeyedValue = TypeVar("KeyedValue")
 
 
 class IdentityKey(Generic[KeyedValue]):
-    """A key that is equal for one and the same object, which it keeps."""
+    """A key that is equal only for the same object, which it keeps alive."""
 
     def __init__(self, value: KeyedValue) -> None:
         self.value = value

@@ -1,13 +1,14 @@
-"""Intervals: the same formulas that kernels run on numbers, run on ranges of them.
+"""Interval arithmetic: formulas on ranges of numbers.
 
-``Interval`` is an array of closed intervals that formulas and numpy's functions accept in place of an array of
-numbers. The result encloses every value that the formula takes over the box of its arguments (natural interval
-extension: never too narrow, and exact in the limit of narrow boxes).
+``Interval`` is an array of closed intervals. Formulas and numpy's functions take it in place of an array of
+numbers. The result encloses every value of the formula over the box of its arguments (natural interval extension:
+never too narrow, and exact in the limit of narrow boxes).
 
-Rounding is part of it. Operators and functions widen what ``INTERVAL_RULES`` give by GIVEN, relative to the ends: a
-rule of arithmetic takes at most three roundings. Functions of numpy's libraries, whose last digits change with the
-processor, are taken to be right to four units in the last place (LIBRARY), and widened by that in their rules. An
-end that is exactly 0 stays so, as no result is so small that it underflows. A number that enters is exact.
+Rounding is included. Operators and functions widen the results of ``INTERVAL_RULES`` by ``INPUT_ROUNDOFF`` relative
+to the ends, because a rule of arithmetic has at most three roundings. The last digits of functions in numpy's
+libraries depend on the processor. They are taken to be right to four units in the last place (``LIBRARY_ERROR``),
+and their rules widen the result by that. An end that is exactly 0 stays 0, because no result underflows. An input
+is exact.
 """
 
 from collections.abc import Callable
@@ -20,7 +21,7 @@ import numpy as np
 from camopt.core.numerics import INPUT_ROUNDOFF, UNIT_ROUNDOFF, FloatArray
 
 LIBRARY_ERROR = 8.0 * UNIT_ROUNDOFF
-"""The relative error of a function of a library: four units in the last place."""
+"""Relative error of a library function: four units in the last place."""
 
 
 def _interval_hull(*candidates: FloatArray) -> "Interval":
@@ -46,7 +47,7 @@ def _square_interval(a: "Interval") -> "Interval":
 
 
 def _divide_intervals(a: "Interval", b: "Interval") -> "Interval":
-    """By a range from 0 up, which is 0 at most where a formula has no value, the quotient keeps its bound."""
+    """a/b. If b ranges from 0 up, the quotient keeps its lower bound: b is 0 only where a formula has no value."""
     through_zero = (b.low <= 0.0) & (b.high >= 0.0)
     if not np.logical_or.reduce(through_zero, axis=None):
         return _multiply_intervals(a, Interval(1.0 / b.high, 1.0 / b.low))
@@ -56,7 +57,7 @@ def _divide_intervals(a: "Interval", b: "Interval") -> "Interval":
 
 
 def widen(x: "Interval", relative: float = INPUT_ROUNDOFF) -> "Interval":
-    """Ranges with room for rounding, relative to their ends."""
+    """Widen ranges by a rounding error relative to their ends."""
     return Interval(x.low - relative * np.abs(x.low), x.high + relative * np.abs(x.high))
 
 
@@ -67,9 +68,9 @@ def _power_of_interval(a: "Interval", exponent: "Interval") -> "Interval":
 
 
 def _wave_rule(function: Any, crest: float) -> Callable[["Interval"], "Interval"]:
-    """Sine or cosine: its ends, and ±1 where a crest or a trough lies inside.
+    """Rule of a sine or cosine: the values at the ends, and ±1 if a crest or trough lies inside.
 
-    One that rounding hides is so near an end that the function is 1 there, but for less than a rounding.
+    A crest that rounding hides is so near an end that the function differs from 1 there by less than a rounding.
     """
 
     def rule(a: "Interval") -> "Interval":
@@ -83,7 +84,7 @@ def _wave_rule(function: Any, crest: float) -> Callable[["Interval"], "Interval"
 
 
 def _arctan2_interval(y: "Interval", x: "Interval") -> "Interval":
-    """Largest and least at corners, unless the range reaches the negative x axis, where the angle jumps."""
+    """Extremes are at corners, unless the box touches the negative x axis, where the angle jumps."""
     ends = widen(
         _interval_hull(*(np.arctan2(b, a) for b in (y.low, y.high) for a in (x.low, x.high))), LIBRARY_ERROR
     )
@@ -92,12 +93,12 @@ def _arctan2_interval(y: "Interval", x: "Interval") -> "Interval":
 
 
 def _increasing_rule(function: Any) -> Callable[..., "Interval"]:
-    """A function that rises with each of its arguments."""
+    """Rule of a function that rises with each of its arguments."""
     return lambda *a: Interval(function(*(x.low for x in a)), function(*(x.high for x in a)))
 
 
 def _library_rule(function: Any) -> Callable[..., "Interval"]:
-    """A function of a library that rises with its argument."""
+    """Rule of a library function that rises with its argument."""
     return lambda a: widen(_increasing_rule(function)(a), LIBRARY_ERROR)
 
 
@@ -127,10 +128,10 @@ INTERVAL_RULES: dict[np.ufunc, Callable[..., "Interval"]] = {
 EXACT_RULES = {np.negative, np.absolute, np.sign, np.maximum, np.minimum}
 """Rules without rounding."""
 UNBOUNDED_ERRSTATE: dict[str, Any] = {"divide": "ignore", "invalid": "ignore", "over": "ignore"}
-"""Of ``np.errstate``, within which rules run: what has no bound is infinite, or NaN until it is."""
+"""Arguments of ``np.errstate`` for rules: results without bounds are infinite or NaN."""
 
 
-@dataclass(eq=False, slots=True)  # and not frozen: to make one would take as long as to compute it
+@dataclass(eq=False, slots=True)  # not frozen, because making a frozen one takes as long as computing it
 class Interval(np.lib.mixins.NDArrayOperatorsMixin):
     """Closed intervals [low, high]; the two arrays have one shape."""
 
@@ -145,8 +146,8 @@ class Interval(np.lib.mixins.NDArrayOperatorsMixin):
             if not isinstance(x, INTERVAL_OPERANDS):
                 return NotImplemented
         with np.errstate(**UNBOUNDED_ERRSTATE):
-            found = rule(*[x if isinstance(x, Interval) else as_interval(x) for x in inputs])
-            return found if ufunc in EXACT_RULES else widen(found)
+            result = rule(*[x if isinstance(x, Interval) else as_interval(x) for x in inputs])
+            return result if ufunc in EXACT_RULES else widen(result)
 
     def __getitem__(self, index: Any) -> "Interval":
         return Interval(self.low[index], self.high[index])
@@ -160,12 +161,12 @@ class Interval(np.lib.mixins.NDArrayOperatorsMixin):
 
     @property
     def least_magnitude(self) -> FloatArray:
-        """The least |x| in each interval."""
+        """Smallest |x| in each interval."""
         return np.maximum(np.maximum(self.low, -self.high), 0.0)
 
     @property
     def largest_magnitude(self) -> FloatArray:
-        """The largest |x| in each interval."""
+        """Largest |x| in each interval."""
         return np.maximum(-self.low, self.high)
 
 
@@ -173,7 +174,7 @@ INTERVAL_OPERANDS = (Interval, int, float, np.ndarray, np.generic)
 
 
 def as_interval(x: Any) -> Interval:
-    """A number or array as intervals of no width."""
+    """A number or array as intervals of width 0."""
     if isinstance(x, Interval):
         return x
     value = np.asarray(x, dtype=float)

@@ -1,4 +1,4 @@
-"""An irreducible set of conditions that contradict each other: without any one of them they do not.
+"""An irreducible set of contradictory conditions: without any one of them, the others can be met.
 
 Source: Chinneck & Dravnieks, ORSA Journal on Computing 3 (1991), the deletion filter.
 """
@@ -12,10 +12,10 @@ Requirement = TypeVar("Requirement")
 def irreducible_set(
     conditions: Sequence[Requirement], feasible: Callable[[Sequence[Requirement]], bool]
 ) -> list[Requirement]:
-    """A smallest contradictory set: conditions are left out while the others still contradict each other."""
-    kept = list(conditions)
-    for each in conditions:
-        others = [other for other in kept if other != each]
+    """Drop conditions as long as the others are still contradictory."""
+    remaining = list(conditions)
+    for condition in conditions:
+        others = [other for other in remaining if other != condition]
         if not feasible(others):
-            kept = others
-    return kept
+            remaining = others
+    return remaining

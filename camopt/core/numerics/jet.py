@@ -1,18 +1,19 @@
-"""Jets: bounds of a curve over a stretch of the turn, by the same formulas that give its values.
+"""Jets: bounds of a curve over a part of the turn, by the same formulas that give its values.
 
-A jet holds the range of a quantity over the stretch, a bound of the rounding error of computing it at any point
-there, and bounds of the magnitudes of its first three derivatives by the cam angle. Formulas run on jets as they
-run on numbers. By Leibniz' rule for a product, and for the quotient q = a/b from a = q·b,
+A jet has the range of a quantity over the part, a bound of its rounding error at any point there, and bounds of the
+magnitudes of its first three derivatives by the cam angle. Formulas run on jets as on numbers. By Leibniz' rule for
+a product, and for the quotient q = a/b from a = q·b,
 
     |(a·b)''| ≤ |a|·|b''| + 2·|a'|·|b'| + |a''|·|b|,    |q''| ≤ (|a''| + 2·|q'|·|b'| + |q|·|b''|) / min |b|
 
-so every bound holds, and is close where a stretch is short. Rounding: each operation adds 2⁻⁵³ of its largest
-result to the errors that its operands bring; a number that enters is taken to be right to 4 such units.
+so every bound holds, and is close if the part is short. Each operation adds 2⁻⁵³ of its largest result to the
+rounding errors of its operands. The error of an input is taken as 4 such units.
 
-What is without bounds, such as a quotient by what may be zero, is inf or NaN from there on: ``known`` reads it.
+A quantity without bounds, such as a quotient whose denominator may be zero, is inf or NaN from there on;
+``known_bound`` turns NaN into inf.
 
-Inside kernels a jet is a value type of six registers; uncompiled it is an object with the same operators, of
-numbers, or of arrays with an entry for each design.
+Inside kernels a jet is a value type of six registers. Uncompiled it is an object with the same operators, on
+numbers or on arrays with one entry for each design.
 """
 
 import operator
@@ -23,7 +24,7 @@ from camopt.core.kernels.marks import chosen_by_type, overload_in_kernels, value
 from camopt.core.numerics import INPUT_ROUNDOFF, UNIT_ROUNDOFF
 from camopt.core.numerics.number_type import OTHER, OWN, OperationRules, give_rules
 
-FLOAT_ZERO = np.float64(0.0)  # what divides by it is infinite, in plain Python too
+FLOAT_ZERO = np.float64(0.0)  # division by it gives infinity in plain Python too
 JET_FIELDS = ("low", "high", "error", "first", "second", "third")
 
 
@@ -39,7 +40,7 @@ class Jet:
 
 
 class LazyJet(Jet):
-    """The result of an operation, computed when it is read: often the value of a curve is, and its slope is not."""
+    """The result of an operation, computed when it is read; often a curve's slope is never read."""
 
     __slots__ = ("operands", "rule")
 
@@ -49,19 +50,19 @@ class LazyJet(Jet):
     def __getattr__(self, name):
         if name not in JET_FIELDS:
             raise AttributeError(name)
-        made, self.operands = self.rule(*self.operands), ()
-        self.low, self.high, self.error = made.low, made.high, made.error
-        self.first, self.second, self.third = made.first, made.second, made.third
-        return getattr(made, name)
+        jet, self.operands = self.rule(*self.operands), ()
+        self.low, self.high, self.error = jet.low, jet.high, jet.error
+        self.first, self.second, self.third = jet.first, jet.second, jet.third
+        return getattr(jet, name)
 
 
 def select(condition, a, b):
-    """a where a condition holds, else b; numbers or arrays."""
+    """a where the condition holds, else b; for numbers or arrays."""
     return np.where(condition, a, b) if type(condition) is np.ndarray else a if condition else b
 
 
 def larger(a, b):
-    """The larger of two, the first if they do not compare; numbers or arrays."""
+    """The larger of two numbers or arrays; the first where one is NaN."""
     if type(a) is np.ndarray or type(b) is np.ndarray:
         most = np.fmax(a, b)
         return np.maximum(most, a, out=most)  # a fifth of the time of np.where, with the same bits
@@ -69,7 +70,7 @@ def larger(a, b):
 
 
 def smaller(a, b):
-    """The smaller of two, the first if they do not compare; numbers or arrays."""
+    """The smaller of two numbers or arrays; the first where one is NaN."""
     if type(a) is np.ndarray or type(b) is np.ndarray:
         least = np.fmin(a, b)
         return np.minimum(least, a, out=least)
@@ -78,15 +79,15 @@ def smaller(a, b):
 
 @overload_in_kernels
 def extent_of(p, q, r, s):
-    """The least and the largest of four."""
+    """Smallest and largest of four numbers."""
     return smaller(smaller(p, q), smaller(r, s)), larger(larger(p, q), larger(r, s))
 
 
 def to_power(a, exponent):
-    """a to a power; of arrays number by number, with the C library's last digits, as kernels have them."""
+    """a to a power; arrays number by number, for the same last digits of the C library as in kernels."""
     if type(a) is not np.ndarray:
         return a**exponent
-    return np.array([each**exponent for each in a.ravel()]).reshape(a.shape)
+    return np.array([number**exponent for number in a.ravel()]).reshape(a.shape)
 
 
 chosen_by_type(to_power)(lambda a, exponent: lambda a, exponent: a**exponent)
@@ -97,19 +98,19 @@ chosen_by_type(smaller)(lambda a, b: lambda a, b: min(a, b))
 
 @overload_in_kernels
 def magnitude(a):
-    """The largest |a|."""
+    """Largest |a|."""
     return larger(abs(a.low), abs(a.high))
 
 
 @overload_in_kernels
 def least_magnitude(a):
-    """The least |a|."""
+    """Smallest |a|."""
     return larger(larger(a.low, -a.high), 0.0)
 
 
 @overload_in_kernels
 def known_bound(bound):
-    """A bound of a jet; inf in place of the NaN of 0·∞, which would compare as if nothing were beyond it."""
+    """A bound of a jet, with inf in place of the NaN of 0·∞, which would compare as if the bound held."""
     return select(bound >= 0.0, bound, np.inf)
 
 
@@ -161,7 +162,7 @@ def multiply_number(a, x):
 
 @overload_in_kernels
 def square(a):
-    """a², whose range knows that both factors are the same."""
+    """a², with the range of equal factors."""
     n, m = least_magnitude(a), magnitude(a)
     return Jet(
         n * n,
@@ -176,10 +177,10 @@ def square(a):
 @overload_in_kernels
 def divide(a, b):
     """a/b; without bounds where b may be zero."""
-    apart = (b.low > 0.0) | (b.high < 0.0)
-    low, high = 1.0 / select(apart, b.high, -FLOAT_ZERO), 1.0 / select(apart, b.low, FLOAT_ZERO)
+    nonzero = (b.low > 0.0) | (b.high < 0.0)
+    low, high = 1.0 / select(nonzero, b.high, -FLOAT_ZERO), 1.0 / select(nonzero, b.low, FLOAT_ZERO)
     least, most = extent_of(a.low * low, a.low * high, a.high * low, a.high * high)
-    inverse = 1.0 / select(apart, least_magnitude(b), FLOAT_ZERO)
+    inverse = 1.0 / select(nonzero, least_magnitude(b), FLOAT_ZERO)
     m = magnitude(a) * inverse
     first = (a.first + m * b.first) * inverse
     second = (a.second + 2.0 * first * b.first + m * b.second) * inverse
@@ -201,7 +202,7 @@ def jet_root(a):
 
 @overload_in_kernels
 def absolute(a):
-    """|a|; its slope is known where a may pass through zero, what is beyond is not."""
+    """|a|; where a may pass through zero, its slope has a bound, but its higher derivatives have none."""
     kink = select((a.low >= 0.0) | (a.high <= 0.0), 0.0, np.inf)
     return Jet(least_magnitude(a), magnitude(a), a.error, a.first, a.second + kink, a.third + kink)
 
@@ -235,7 +236,7 @@ def power(a, exponent):
         abs(exponent * (exponent - 1.0)),
         abs(exponent * (exponent - 1.0) * (exponent - 2.0)),
     )
-    # each derivative of a^p is at most its value at the end where it is steepest, and that at most m over aᵏ there
+    # each derivative of a^p is largest at an end of the range, and at most m/aᵏ there
     return Jet(
         smaller(p, q),
         larger(p, q),
@@ -248,9 +249,9 @@ def power(a, exponent):
 
 @overload_in_kernels
 def wave(a, low, high, slope):
-    """A sine or cosine of a: from its values at the ends of a's range, and its largest derivative there.
+    """A sine or cosine of a, from its values at the ends of a's range and its largest derivative.
 
-    Inside the range it goes beyond its ends by no more than an eighth of the squared width.
+    Inside the range it exceeds the values at the ends by at most an eighth of the squared width.
     """
     width = a.high - a.low
     swell = 0.125 * width * width
@@ -269,7 +270,7 @@ def wave(a, low, high, slope):
 
 @overload_in_kernels
 def largest_wave_magnitude(low, high, width):
-    """Largest magnitude of a sine or cosine over a range of arguments, from its ends."""
+    """Largest magnitude of a sine or cosine over a range of arguments, from its values at the ends."""
     return smaller(larger(abs(low), abs(high)) + 0.125 * width * width, 1.0)
 
 
@@ -318,6 +319,6 @@ JET_RULES: OperationRules = {
     np.sin: {(OWN,): lambda a: sine(a)},
     np.cos: {(OWN,): lambda a: cosine(a)},
 }
-"""What each operation does to operands that are jets or numbers."""
+"""Rules of each operation for operands that are jets or numbers."""
 
 give_rules(Jet, JET_RULES, LazyJet, (float, np.ndarray, np.generic, int))

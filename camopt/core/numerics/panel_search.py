@@ -1,8 +1,8 @@
 """The search of one panel for the designs of a tile that may have their extreme there.
 
-Slopes at both ends and a bound of the third derivative say how far f'' may be from its mean. Where the curve is
-concave, its maximum is at an end or at a root of the slope, to which it is climbed (``climbing``); a panel that
-settles nothing is halved once for all designs, and its halves, if need be, for each design alone (``halving``).
+The slopes at both ends and a bound of the third derivative bound f''. Where the curve is concave, its maximum is at
+an end or at a root of the slope, which ``climbing`` finds. Any other panel is halved once for all designs together.
+Halves that are still open are split for each design alone (``halving``).
 """
 
 import numpy as np
@@ -24,7 +24,7 @@ from camopt.core.numerics.jet import larger
 
 @called_by_kernels
 def classify_panels(many, panel, half_width, ask, work):
-    """Settle a panel for its designs, or begin to climb, or open it; the numbers of climbs and of open designs."""
+    """Settle a panel for each design, begin a climb, or leave it open; count the climbs and the open designs."""
     found, (left, right) = work.found, (work.sides[0], work.sides[1])
     third, errors = work.bounds.third[panel], work.bounds.error[panel]
     climbs = opened = np.int64(0)
@@ -67,7 +67,7 @@ def _classify_panels_in_python(many, panel, half_width, ask, work):
 
 @called_by_kernels
 def classify_halves(opened, climbs, panel, place, ask, work):
-    """As ``classify_panels``, the halves of open ones: how many climb by now, and how many parts are to be split.
+    """Classify the halves of open panels; return the numbers of climbs so far and of parts to be split.
 
     ``place`` is (centre, half-width) of the panel.
     """
@@ -98,7 +98,7 @@ def classify_halves(opened, climbs, panel, place, ask, work):
 
 @called_by_kernels
 def split_open_parts(curve, first, many, panels, panel, ask, work):
-    """Split the parts that are open still, each alone."""
+    """Split the parts that are still open, one by one."""
     found, errors, parts = work.found, work.bounds.error[panel], work.parts
     for k in range(many):
         i = parts.design[k]
@@ -106,7 +106,9 @@ def split_open_parts(curve, first, many, panels, panel, ask, work):
         value, u, bound, blur = split_part(
             curve, first + i, panels, panel, errors[i], ask, found.best[i], parts.stack
         )
-        if value > found.best[i] + (blur if ask.blur < np.inf else 0.0):  # another look keeps what rounding ties
+        if value > found.best[i] + (
+            blur if ask.blur < np.inf else 0.0
+        ):  # a second search keeps a value that is equal up to rounding
             found.best[i], found.at[i] = value, panels.centre[panel] + panels.half_width[panel] * u
         found.rounding[i], found.top[i] = max(found.rounding[i], blur), max(found.top[i], bound)
 
@@ -116,14 +118,14 @@ def _split_open_parts_in_python(curve, first, many, panels, panel, ask, work):
     parts = zip((first + work.parts.design[:many]).tolist(), work.parts.ends[:many].tolist(), strict=True)
     places = [(design, 0.5 * (low + high), 0.5 * (high - low)) for design, (low, high, *_) in parts]
     if places:
-        foreseen = curve.prefetch_panel(panel, places)
-        curve = curve._replace(part=foreseen.part, point=foreseen.point)
+        cached = curve.prefetch_panel(panel, places)
+        curve = curve._replace(part=cached.part, point=cached.point)
         split_open_parts.py_func(curve, first, many, panels, panel, ask, work)
 
 
 @called_by_kernels
 def restart_inexact_designs(count, precision, work):
-    """Restart the designs whose extreme is not as exact as asked; their number."""
+    """Restart the designs whose extremes are not exact enough; return their number."""
     found, many = work.found, np.int64(0)
     for i in range(count):
         width = max(found.top[i] - found.best[i], 0.0) + 2.0 * found.rounding[i]
@@ -136,7 +138,7 @@ def restart_inexact_designs(count, precision, work):
 
 @restart_inexact_designs.array_version
 def _restart_inexact_designs_in_python(count, precision, work):
-    best, top, rounding = (each[:count] for each in (work.found.best, work.found.top, work.found.rounding))
+    best, top, rounding = (column[:count] for column in (work.found.best, work.found.top, work.found.rounding))
     again = np.flatnonzero(larger(top - best, 0.0) + 2.0 * rounding > precision.value * abs(best))
     work.again[: again.size], top[again], rounding[again] = again, best[again], 0.0
     return again.size
@@ -144,28 +146,28 @@ def _restart_inexact_designs_in_python(count, precision, work):
 
 @called_by_kernels
 def choose_open_designs(many, panel, node, ask, work):
-    """Find the blurred designs for which jets leave a panel open; their number."""
+    """Choose the blurred designs for which jets leave a panel open; return their number."""
     before, after, excess = work.values[node], work.values[node + 1], work.bounds.excess[panel]
-    left = np.int64(0)
+    chosen = np.int64(0)
     for j in range(many):
         i = work.again[j]
-        work.chosen[left] = i
-        left += max(ask.sign * before[i], ask.sign * after[i]) + excess[i] > work.found.best[i]
-    return left
+        work.chosen[chosen] = i
+        chosen += max(ask.sign * before[i], ask.sign * after[i]) + excess[i] > work.found.best[i]
+    return chosen
 
 
 @inline_in_kernels
 def search_panel_again(curve, first, many, panels, panel, node, ask, work):
-    """Look at a panel again for blurred designs, in parts with rounding errors of their own.
+    """Search a panel again for blurred designs, in parts with their own rounding errors.
 
-    A jet bounds the rounding error of a whole panel. Where a denominator comes near zero somewhere in it, that says
-    little of the place of the extreme.
+    A jet bounds the rounding error of the whole panel. If a denominator comes near zero somewhere in it, this bound
+    is far too large at the extreme.
     """
     left, right, parts = work.sides[0], work.sides[1], work.parts
     many = choose_open_designs(many, panel, node, ask, work)
     if many:
         for side in range(2):
-            call(curve.node, (curve.made, node + side, ask.sign, first, work.chosen, many, work.sides[side]))
+            call(curve.node, (curve.source, node + side, ask.sign, first, work.chosen, many, work.sides[side]))
         for j in range(many):
             parts.design[j] = work.chosen[j]
             write_ends(parts.ends[j], PanelPartEnds(-1.0, 1.0, left[0, j], left[1, j], right[0, j], right[1, j]))
@@ -174,13 +176,13 @@ def search_panel_again(curve, first, many, panels, panel, node, ask, work):
 
 @inline_in_kernels
 def search_panel(curve, first, many, panels, panel, node, ask, work):
-    """Search one panel, from ``node`` to the next, for all designs in ``work.chosen``."""
+    """Search one panel, which begins at ``node``, for all designs in ``work.chosen``."""
     place = (panels.centre[panel], panels.half_width[panel])
     for side in range(2):
-        call(curve.node, (curve.made, node + side, ask.sign, first, work.chosen, many, work.sides[side]))
+        call(curve.node, (curve.source, node + side, ask.sign, first, work.chosen, many, work.sides[side]))
     climbs, opened = classify_panels(many, panel, place[1], ask, work)
     if opened:
-        there = (curve.made, panel, work.middle, ask.sign, first, work.opened, opened, work.sides[2])
+        there = (curve.source, panel, work.middle, ask.sign, first, work.opened, opened, work.sides[2])
         call(curve.panel, there)
         climbs, parts = classify_halves(opened, climbs, panel, place, ask, work)
         split_open_parts(curve, first, parts, panels, panel, ask, work)

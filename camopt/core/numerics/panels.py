@@ -1,8 +1,8 @@
-"""Polynomials on panels, for kernels: values, and jets over a panel or a group, or over a part of a panel.
+"""Polynomials on panels, for kernels: values, and jets over a panel, a group of panels or a part of a panel.
 
-A table has ``coefficients`` (P, TABLE_DEGREE + 1) in powers of u ∈ [−1, 1], ``half_width`` (P,), and over its rows,
-P panels and groups of them, ``low``, ``high`` and ``error`` of y and four derivatives by the cam angle, and
-``most`` of six.
+A table has ``coefficients`` (P, TABLE_DEGREE + 1) in powers of u ∈ [−1, 1] and ``half_width`` (P,). Its rows are P
+panels and groups of panels. For each row it has ``low``, ``high`` and ``error`` of y and four derivatives by the
+cam angle, and the largest magnitudes ``most`` of y and six derivatives.
 """
 
 import numpy as np
@@ -10,12 +10,12 @@ import numpy as np
 from camopt.core.kernels.marks import overload_in_kernels
 from camopt.core.numerics.jet import Jet, smaller
 
-TABLE_DEGREE = 12  # truncation of the trigonometric laws is then below rounding, in the jerk too
+TABLE_DEGREE = 12  # high enough that truncating trigonometric laws errs less than rounding, even in the jerk
 
 
 @overload_in_kernels
 def derivatives(table, panel, u):
-    """(y, y', y'', y''') by cam angle on a panel, by Horner's scheme for a polynomial and its derivatives."""
+    """(y, y', y'', y''') by the cam angle at u of a panel, by Horner's scheme."""
     y = table.coefficients[panel, TABLE_DEGREE]
     d1 = d2 = d3 = 0.0
     for k in range(TABLE_DEGREE - 1, -1, -1):
@@ -29,7 +29,7 @@ def derivatives(table, panel, u):
 
 @overload_in_kernels
 def fourth_derivative(table, panel, u):
-    """y'''' by cam angle on a panel."""
+    """y'''' by the cam angle at u of a panel."""
     value = 0.0
     for k in range(TABLE_DEGREE, 3, -1):
         value = value * u + k * (k - 1.0) * (k - 2.0) * (k - 3.0) * table.coefficients[panel, k]
@@ -38,7 +38,7 @@ def fourth_derivative(table, panel, u):
 
 @overload_in_kernels
 def jets_over_row(table, row):
-    """y and three derivatives over a whole panel or group, in jets."""
+    """Jets of y and three derivatives over a panel or group."""
     low, high, most, error = table.low[row], table.high[row], table.most[row], table.error[row]
     return (
         Jet(low[0], high[0], error[0], most[1], most[2], most[3]),
@@ -50,14 +50,14 @@ def jets_over_row(table, row):
 
 @overload_in_kernels
 def fourth_over_row(table, row):
-    """y'''' over a whole panel or group, in jets."""
+    """Jet of y'''' over a panel or group."""
     low, high, most, error = table.low[row], table.high[row], table.most[row], table.error[row]
     return Jet(low[4], high[4], error[4], most[5], most[6], np.inf)
 
 
 @overload_in_kernels
 def fourth_over_part(table, panel, u, r):
-    """As ``fourth_over_row``, over the part [u − r, u + r] of a panel."""
+    """Jet of y'''' over the part [u − r, u + r] of a panel."""
     most, y4 = table.most[panel], fourth_derivative(table, panel, u)
     room = r * table.half_width[panel] * most[5]
     return Jet(y4 - room, y4 + room, table.error[panel][4], most[5], most[6], np.inf)
@@ -65,7 +65,7 @@ def fourth_over_part(table, panel, u, r):
 
 @overload_in_kernels
 def jets_over_part(table, panel, u, r):
-    """As ``jets_over_row``, over the part [u − r, u + r] of a panel: mean values from its middle."""
+    """Jets of y and three derivatives over the part [u − r, u + r] of a panel, by the mean value theorem."""
     y, y1, y2, y3 = derivatives(table, panel, u)
     most, error, h = table.most[panel], table.error[panel], table.half_width[panel]
     w = r * h

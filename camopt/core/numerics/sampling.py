@@ -1,4 +1,4 @@
-"""Extremes by sampling, the common method, as fast as possible, for comparison with enclosures."""
+"""Extremes by sampling, the common method, made as fast as possible for a comparison with enclosures."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ from camopt.core.numerics.workspace import ROW_LENGTH, TILE
 
 @inline_in_kernels
 def is_inside_piece(table, t):
-    """Whether both neighbours of a sample are of the same piece."""
+    """Whether both neighbours of a sample are in the same piece."""
     inside = False
     for q in range(table.kind.size):
         inside |= (table.first_panel[q] + q < t) & (t < table.first_panel[q + 1] + q)
@@ -24,10 +24,10 @@ def is_inside_piece(table, t):
 
 
 def sampled_extremes(f: Any, designs: int, table: MotionTable, questions: Any, polish: bool, value: Any) -> None:
-    """The largest sample for each question and design: (K, 2) questions as for ``extremes``, value (K, designs).
+    """Write the largest sample for each question (as in ``extremes``) and design to ``value`` (K, designs).
 
-    The nodes of the table are the samples. With ``polish``, the vertex of the parabola through the best sample and
-    its neighbours in the same stroke.
+    The nodes of the table are the samples. With ``polish``, it is the vertex of the parabola through the best
+    sample and its neighbours in the same stroke.
     """
     values, best, node = np.empty((len(table.nodes), ROW_LENGTH)), np.empty(TILE), np.empty(TILE, np.int64)
     _sample_all(f, designs, table, questions, polish, value, (values, best, node))

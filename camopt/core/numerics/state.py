@@ -1,17 +1,17 @@
-"""The state of the follower at a cam angle, or over a range of them: the argument of the formulas of curves."""
+"""The state of the follower at a cam angle or over a range of cam angles. Curve formulas take it as argument."""
 
 from typing import Any, NamedTuple
 
 
 class Load(NamedTuple):
-    """An external load that changes over the turn, and its slope by the cam angle."""
+    """An external load that changes over the turn, with its slope by the cam angle."""
 
     value: Any
     slope: Any
 
 
 class TrainForces(NamedTuple):
-    """What a train brings to the follower: its load, the inertia of what it carries by ω², and slopes of both."""
+    """Forces of a train on the follower: its load, and its inertia force divided by ω², with their slopes."""
 
     value: Any
     slope: Any
@@ -20,10 +20,9 @@ class TrainForces(NamedTuple):
 
 
 class State(NamedTuple):
-    """Displacement y, its derivatives by the cam angle (rad), and the external load if it changes over the turn.
+    """Displacement y [mm or rad], its derivatives by the cam angle, and the load if it changes [N or N·mm].
 
-    mm or rad, N or N·mm. Numbers, arrays, or numbers of any other kind that formulas run on: intervals, series,
-    jets.
+    Numbers, arrays, or any other number type on which formulas run: intervals, series, jets.
     """
 
     y: Any
@@ -32,4 +31,4 @@ class State(NamedTuple):
     y3: Any
     load: Load | TrainForces | None = None
     y4: Any = 0.0
-    """What slopes of curves take that have y''' in their values; 0 where no slope is asked."""
+    """y'''', for slopes of curves that contain y'''; 0 if no slope is needed."""

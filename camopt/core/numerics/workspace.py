@@ -1,4 +1,4 @@
-"""The tables of the search for extremes for a tile of designs, made once and used for every tile."""
+"""Tables of the search for extremes for a tile of designs. They are made once and used for every tile."""
 
 from threading import local
 from typing import Any, NamedTuple
@@ -10,24 +10,25 @@ from camopt.core.numerics import BoolArray, FloatArray, IntArray
 from camopt.core.numerics.piecewise import COUNTS, NUMBERS
 
 TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the second-level cache
-ROW_LENGTH = TILE + 8  # a row of a tile: not a power of two, whose columns would all share one cache set
-PLAIN_TILE = 4096  # of them uncompiled: a call of numpy takes as long as some thousand numbers in it
-LARGEST_KEPT = 31 << 20  # bytes, just below what glibc allows for
-DEPTH = 50  # halvings of a panel
-MOST_KEPT_WORKSPACES = 8  # workspaces of a thread, each of about a megabyte
+ROW_LENGTH = TILE + 8  # length of a row: with a power of two, all columns would share one cache set
+PLAIN_TILE = 4096  # designs of a tile uncompiled: a numpy call takes as long as a thousand numbers in it
+LARGEST_KEPT = 31 << 20  # bytes, just below the limit of glibc
+DEPTH = 50  # most halvings of a panel
+MOST_KEPT_WORKSPACES = 8  # most workspaces of a thread, about a megabyte each
 
-# rows of the table of climbs, one column for each that goes on
+# rows of the table of climbs, which has one column for each unfinished climb
 LOW, HIGH, RISING, FALLING, SIDE, BEST, AT, BOUND, CONCAVITY, GAIN, SLOPE, NEXT, EXACT = range(13)
-VALUE, GRADIENT, STATES = 13, 14, 15  # the last two next to each other, as the values and slopes looked at
+VALUE, GRADIENT, STATES = 13, 14, 15  # values and slopes must be neighbours
 
 
 MATRIX_KIND = ArgumentKind(NUMBER.name, 2)
 
 
 class PanelBounds(NamedTuple):
-    """Bounds by jets of each row of the motion table, a panel or a group of panels: (rows, ROW).
+    """Bounds by jets for each row of the motion table, a panel or a group of panels (rows, ROW_LENGTH).
 
-    By how much a curve may exceed both its end values in a panel, a bound of |f'''|, and one of rounding errors.
+    ``excess`` bounds how far a curve exceeds its end values in a panel, ``third`` |f'''|, and ``error`` its
+    rounding.
     """
 
     excess: FloatArray
@@ -36,7 +37,7 @@ class PanelBounds(NamedTuple):
 
 
 class TileExtremes(NamedTuple):
-    """The extreme of each design, oriented: largest value, its node and angle, bound, rounding error; (TILE,)."""
+    """Oriented extremes of the designs (TILE,): largest value, its node and angle, bound, and rounding error."""
 
     best: FloatArray
     node: IntArray
@@ -46,14 +47,14 @@ class TileExtremes(NamedTuple):
 
 
 class Climbs(NamedTuple):
-    """Unfinished climbs: the design of each within its tile, and its column of the table (STATES, 2·ROW)."""
+    """Unfinished climbs: the design of each in its tile, and the table of states (STATES, 2·ROW_LENGTH)."""
 
     design: IntArray
     state: FloatArray
 
 
 class Halves(NamedTuple):
-    """Parts of a panel that are to be halved: the design of each and its ends; and the stack of halves of one."""
+    """Parts of a panel to be halved: the design of each and its ends, and the stack of halves of one part."""
 
     design: IntArray
     ends: FloatArray
@@ -63,13 +64,13 @@ class Halves(NamedTuple):
 class Workspace(NamedTuple):
     """All tables of a tile.
 
-    values: of the curve at the table's nodes, (nodes, ROW)
+    values: the curve at the table's nodes, (nodes, ROW_LENGTH)
     looked: whether the bounds of a row are known, (rows,)
     chosen: designs to be searched in a panel, (TILE + 1,)
-    opened: those of them that the panel's ends do not settle, (TILE,)
-    again: designs that are to be looked at again, (TILE + 1,)
-    middle: u of the middle of a panel, once for each, (TILE,)
-    sides: oriented values and slopes at the left end of the panel, its right end and its middle, (3, 2, ROW)
+    opened: chosen designs that the panel's ends leave open, (TILE,)
+    again: designs to be searched again, (TILE + 1,)
+    middle: u of the middle of a panel for each design, (TILE,)
+    sides: oriented values and slopes at the left end, right end and middle of the panel, (3, 2, ROW_LENGTH)
     """
 
     values: FloatArray
@@ -105,36 +106,36 @@ WORKSPACE_RECORD = Record(
 
 
 class ThreadWorkspaces(local):
-    """The tables that a thread has made, by their numbers of nodes and rows."""
+    """Workspaces of a thread, by their numbers of nodes and rows."""
 
     def __init__(self) -> None:
-        self.made: dict[tuple[int, int], Workspace] = {}
+        self.by_size: dict[tuple[int, int], Workspace] = {}
 
 
 THREAD_WORKSPACES = ThreadWorkspaces()
 
 
 def workspace(panels: Any) -> Workspace:
-    """The thread's tables for a turn that is divided into ``Panels``."""
-    size, made = _table_size(panels), THREAD_WORKSPACES.made
-    if size not in made:
-        if len(made) >= MOST_KEPT_WORKSPACES:
-            made.clear()
-        made[size] = pin_arrays(_make_workspace(*size, TILE))
-    return made[size]
+    """The thread's workspace for ``Panels``."""
+    size, workspaces = _table_size(panels), THREAD_WORKSPACES.by_size
+    if size not in workspaces:
+        if len(workspaces) >= MOST_KEPT_WORKSPACES:
+            workspaces.clear()
+        workspaces[size] = pin_arrays(_make_workspace(*size, TILE))
+    return workspaces[size]
 
 
 def plain_workspace(panels: Any) -> Workspace:
-    """Larger tables, for what is not compiled."""
+    """A larger workspace for uncompiled searches."""
     return _make_workspace(*_table_size(panels), PLAIN_TILE)
 
 
 def keep_freed_memory() -> None:
-    """Let memory that is freed be used again; else it goes back to the system, which clears each page of the next.
+    """Make glibc keep freed memory for the next arrays; else the system takes it back and clears each new page.
 
-    glibc keeps blocks as large as the largest that was freed before (mallopt(3), M_MMAP_THRESHOLD), and at the end
-    of its heap twice as much. Formulas of many designs make and free arrays of about a megabyte all the time. The
-    block that is freed here is never written to, so it takes no memory. Elsewhere this does nothing.
+    glibc keeps blocks up to the size of the largest block freed before (mallopt(3), M_MMAP_THRESHOLD), and twice
+    that at the end of its heap. Formulas for many designs often make and free arrays of about a megabyte. The block
+    that is freed here is never written to, so it takes no memory. With other C libraries this does nothing.
     """
     np.empty(LARGEST_KEPT, np.uint8)
 

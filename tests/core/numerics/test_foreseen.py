@@ -62,16 +62,16 @@ PARTS = st.lists(st.builds(part_from, st.integers(0, DESIGNS - 1), SIDES), min_s
 @given(places=PARTS, asked=PARTS, share=st.floats(0.0, 1.0), sign=st.sampled_from((-1.0, 1.0)))
 def test_together_and_alone_are_the_same_bits(contact, places, asked, share, sign):
     for curve in evaluators(contact):
-        _, table = curve.made[0]
+        _, table = curve.source[0]
         panel = int(share * (table.centre.size - 1))
         with np.errstate(all="ignore"):
             foreseen = caching_evaluator(curve).prefetch_panel(panel, places)
             for design, middle, reach in (*places, *asked, *((i, 0.0, 1.0) for i, _, _ in places)):
-                alone = curve.part(curve.made, panel, middle, reach, design)
+                alone = curve.part(curve.source, panel, middle, reach, design)
                 assert np.array_equal(
-                    foreseen.part(curve.made, panel, middle, reach, design), alone, equal_nan=True
+                    foreseen.part(curve.source, panel, middle, reach, design), alone, equal_nan=True
                 )
-                alone = curve.point(curve.made, panel, middle, sign, design)
+                alone = curve.point(curve.source, panel, middle, sign, design)
                 assert np.array_equal(
-                    foreseen.point(curve.made, panel, middle, sign, design), alone, equal_nan=True
+                    foreseen.point(curve.source, panel, middle, sign, design), alone, equal_nan=True
                 )
