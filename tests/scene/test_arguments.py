@@ -145,14 +145,17 @@ def set_speed(scene):
         "a lift too large": (lambda: camopt.timing(SCENE, 50), "lift = 50: must be numbers above 0"),
         "an option of no picture": (
             lambda: camopt.plot(SCENE, constrction=6),
-            "constrction = 6: is no option of this picture; did you mean construction?",
+            "constrction = 6: is not an option of this picture; did you mean construction?",
         ),
         "an option of figures": (
             lambda: camopt.plot(SCENE, figsize=(3, 3)),
-            "figsize = (3, 3): is no option of this",
+            "figsize = (3, 3): is not an option of this",
         ),
         "axes that are none": (lambda: camopt.plot(SCENE, ax=3), "ax = 3: must be axes of matplotlib"),
-        "an optimum to draw": (lambda: camopt.plot(camopt.optimise(SCENE)), "an optimum has a design as its best"),
+        "an optimum to draw": (
+            lambda: camopt.plot(camopt.optimise(SCENE)),
+            "the design of an optimum is its attribute best",
+        ),
         "a frame to load": (lambda: camopt.load(FRONT), "path = 'DataFrame': must be a path"),
         "a number to load": (lambda: camopt.load(3), "path = 'int': must be a path"),
         "a scene as a folder": (lambda: camopt.sweep(SCENE, SCENE), "out = 'Scene': must be a path"),
@@ -177,7 +180,7 @@ def set_speed(scene):
         ),
         "a merged table": (
             lambda: camopt.report(MERGED, "a.html"),
-            "brings them back",
+            "restores them",
         ),
         "a row of no scene": (
             lambda: camopt.report(MERGED.iloc[0], "a.html"),

@@ -1,6 +1,6 @@
-"""What an animation shows: the cam turning under its follower, to scale, beside diagrams with cursors.
+"""The figure of an animation: the cam turning under its follower, to scale, beside diagrams with cursors.
 
-A disc cam turns in its sense of rotation; of a cylindrical cam the developed surface moves past the follower.
+A disc cam turns in its sense of rotation. For a cylindrical cam, the developed surface moves past the follower.
 """
 
 from math import ceil, floor, log10
@@ -34,12 +34,12 @@ SHOWN_PANELS = (0, 2, 4)  # displacement, acceleration, pressure angle, of the s
 DISC_SIZE, GROOVE_SIZE = (9.0, 5.4), (9.0, 6.0)  # inches
 CAM_AREA, PANEL_AREAS = (0.02, 0.05, 0.47, 0.82), [(0.57, 0.69 - 0.285 * k, 0.4, 0.165) for k in range(3)]
 GROOVE_AREA, AREAS_BELOW = (0.03, 0.42, 0.94, 0.42), [(0.06 + 0.32 * k, 0.1, 0.26, 0.2) for k in range(3)]
-"""Where things are, in shares of the figure: left, bottom, width, height."""
-LINE_LETTERS = 140  # letters of a line below the title
+"""Boxes in shares of the figure: left, bottom, width, height."""
+LINE_LETTERS = 140  # letters that fit on a line below the title
 
 
 def draw_animated_figure(figure: Any, picture: Picture) -> AnimatedFigure:
-    """Draw a design on an empty figure, as it is at cam angle 0."""
+    """Draw a design at cam angle 0 on an empty figure; return the figure with its moving parts."""
     from matplotlib.transforms import Affine2D
 
     developed = picture.problem.setup.mechanism.body.developed
@@ -54,7 +54,7 @@ def draw_animated_figure(figure: Any, picture: Picture) -> AnimatedFigure:
     for body in bodies:
         for artist in body_artists(body):
             artist.set_clip_on(False)
-            artist.set_transform(Affine2D() + body.axes.transData)  # or what is off the axes now is left out
+            artist.set_transform(Affine2D() + body.axes.transData)  # else lines outside of the axes are dropped
     cursors, readings = _diagram_bodies(figure, picture, AREAS_BELOW if developed else PANEL_AREAS)
     for body in (*bodies, *cursors):
         body.axes.set_axis_off()
@@ -68,7 +68,7 @@ def _disc_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
     draw_second_disc(cam, picture)
     draw_circle(cam, float(problem.design.size[0]), color=MUTED, lw=0.8, zorder=2.5)
     draw_centre(cam, picture, size)
-    draw_strokes(cam, picture)  # their angles, which would stand on their heads, are left out
+    draw_strokes(cam, picture)  # without its labels, which would turn upside down
     spans = draw_follower(FollowerAxes(follower, ground, contact), picture.contacts[0], size)
     spans += draw_second_contact(follower, picture)
     body = _follower_body(follower, picture)
@@ -84,7 +84,7 @@ def _disc_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
 
 
 def _groove_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
-    """The groove within a window of one turn, the follower in its middle."""
+    """The groove in a window of one turn, with the follower in its middle."""
     size, (low, high) = float(picture.problem.design.size[0]), surface_ends(picture)
     half, around = np.pi * size, 2 * np.pi * size
     surface, ground, follower = (figure.add_axes(GROOVE_AREA) for _ in range(3))
@@ -124,7 +124,7 @@ def _groove_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
 def _train_bodies(
     ground: Any, picture: Picture, spans: list[ComplexArray], size: float
 ) -> tuple[list[MovingBody], list[ComplexArray]]:
-    """The parts of the train, each on axes of its own above what stands still, and the points that they span."""
+    """The members of the train, each on its own axes above the fixed parts, and their extent."""
     links = list[MovingBody]()
     if (train := train_sketch(picture, spans, size)) is None:
         return links, []
@@ -149,9 +149,9 @@ def _follower_body(axes: Any, picture: Picture) -> MovingBody:
 
 
 def _diagram_bodies(figure: Any, picture: Picture, boxes: Any) -> tuple[list[MovingBody], list[Reading]]:
-    """Diagrams with cursors, and what they read; and the cam angle."""
-    every = [panel.in_shown_units() for panel in motion_panels(picture)]
-    shown, axes = [every[k] for k in SHOWN_PANELS], [figure.add_axes(box) for box in boxes]
+    """Cursors of the diagrams, their readings, and the reading of the cam angle."""
+    panels = [panel.in_shown_units() for panel in motion_panels(picture)]
+    shown, axes = [panels[k] for k in SHOWN_PANELS], [figure.add_axes(box) for box in boxes]
     labels = diagrams.draw_diagrams(axes, picture, shown, (), range(len(shown)))
     bodies: list[MovingBody] = []
     place = {"ha": "right", "fontsize": TEXT_SIZE, "color": INK}
@@ -168,7 +168,7 @@ def _diagram_bodies(figure: Any, picture: Picture, boxes: Any) -> tuple[list[Mov
 
 
 def _cursor_bodies(figure: Any, axes: Any, panel: Panel) -> tuple[tuple[MovingBody, MovingBody], Reading]:
-    """A line at the cam angle and a dot at the value there, above a diagram; what it reads."""
+    """The cursor of a diagram, a line and a dot, and its reading."""
     assert panel.value_at is not None
     factor, _ = diagrams.power_of_ten(panel.values, panel.unit)
     values = panel.value_at(FRAME_ANGLES % (2 * np.pi)) * factor
@@ -178,7 +178,7 @@ def _cursor_bodies(figure: Any, axes: Any, panel: Panel) -> tuple[tuple[MovingBo
     draw_line(line_axes, 1j * np.array(axes.get_ylim()), color=INK, lw=0.8, clip_on=False)
     draw_line(dot_axes, [1j * values[0]], marker="o", ms=5, color=INK, mec="white", clip_on=False)
     degrees, largest = np.degrees(FRAME_ANGLES), float(np.abs(values).max())
-    decimals = max(0, 3 - floor(log10(largest))) if largest else 0  # which give the largest one four digits
+    decimals = max(0, 3 - floor(log10(largest))) if largest else 0  # so that the largest value has four digits
     words = [f"{round(float(value), decimals) + 0.0:.{decimals}f}".replace("-", "−") for value in values]
     style = {"ha": "right", "va": "bottom", "fontsize": TEXT_SIZE, "color": INK, "transform": axes.transAxes}
     text = axes.text(1.0, 1.03, words[0], fontweight="bold", **style)

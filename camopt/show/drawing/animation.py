@@ -1,7 +1,7 @@
 """Animations: a cam turning under its follower, with diagrams whose cursors follow it.
 
-One is an SVG file without a script: the drawing at cam angle 0, with SMIL elements that move it. Browsers turn it;
-programs that know no SMIL show the first frame.
+The SVG file has no script: it is the drawing at cam angle 0 with SMIL elements that move it. Browsers play it;
+programs without SMIL show the first frame.
 """
 
 from base64 import b64encode
@@ -28,7 +28,7 @@ ANIMATION_KINDS = (".svg", ".gif", ".mp4")
 
 @dataclass(frozen=True)
 class Animation:
-    """A cam that turns under its follower; a notebook shows it.
+    """A cam turning under its follower; a notebook shows it.
 
     Attributes
     ----------
@@ -53,25 +53,25 @@ class Animation:
 
 
 def animate(scene: SceneSource, path: Target = None) -> Animation:
-    """Animate a scene's cam, turning under its follower; to an SVG, GIF or MP4 file as well, if a path is given.
+    """Animate a cam turning under its follower; with a path, also save it as SVG, GIF or MP4.
 
-    Beside the cam, to scale, are diagrams of displacement, acceleration and pressure angle, whose cursors show the
-    values at the cam angle; of a cylindrical cam the developed groove moves past the follower. One turn takes 4 s
-    and 100 frames, each computed from the motion itself; between them, an SVG is interpolated. The same scene gives
-    the same SVG or GIF, and the file appears only when whole.
+    The cam is to scale. Beside it are diagrams of displacement, acceleration and pressure angle, with cursors at
+    the cam angle. For a cylindrical cam, the developed groove moves past the follower. One turn takes 4 s and has
+    100 frames, each computed from the motion; an SVG is interpolated between them. The same scene gives the same
+    SVG or GIF. The file appears only when it is complete.
 
     Parameters
     ----------
     scene : Scene, str or os.PathLike
-        A scene with sizes of its own.
+        A scene with all sizes.
     path : str or os.PathLike, optional
-        A file to write as well. SVG: one file without scripts, which browsers animate, and other programs show as
-        it is at cam angle 0. MP4 needs ffmpeg, on the machine or by ``pip install "camopt[video]"``.
+        A file to write. An SVG has no scripts; browsers animate it, and other programs show cam angle 0. MP4 needs
+        ffmpeg, on the machine or by ``pip install "camopt[video]"``.
 
     Returns
     -------
     Animation
-        Which a notebook shows; ``svg`` is the text of the SVG file.
+        The animation, which a notebook shows; ``svg`` is the text of the SVG file.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def animate(scene: SceneSource, path: Target = None) -> Animation:
     scene = scene_from(scene)
     suffix = None if path is None else checked_suffix(path, "path", ANIMATION_KINDS)
     if suffix == ".mp4":
-        ffmpeg()  # or the trouble is known before the work
+        ffmpeg()  # raises BadInput before the work if there is none
     picture = Picture(scene, resolve_design(scene))
     with canvas(None, GROOVE_SIZE if picture.problem.setup.mechanism.body.developed else DISC_SIZE) as figure:
         stage = draw_animated_figure(figure, picture)
@@ -102,16 +102,16 @@ def animate(scene: SceneSource, path: Target = None) -> Animation:
 
 
 NAMESPACE = "http://www.w3.org/2000/svg"
-POINTS_PER_INCH = 72.0  # of an inch; the unit of the file
-PAGES_AROUND = 2.0  # widths of the page on each side, where lines are drawn too: they may come onto it
-TEXT_ABOVE, TEXT_BELOW, TEXT_LEFT = 9.0, 3.0, 120.0  # points of a text that are shown, from its foot and its end
+POINTS_PER_INCH = 72.0  # the unit of the file is a point
+PAGES_AROUND = 2.0  # page widths drawn on each side: their lines may move onto the page
+TEXT_ABOVE, TEXT_BELOW, TEXT_LEFT = 9.0, 3.0, 120.0  # points of the window of a text, from its foot and end
 READING_STEP = 24.0  # points from one text of a column to the next
 
 Element = ElementTree.Element
 
 
 def animated_svg(stage: AnimatedFigure) -> str:
-    """The text of the file."""
+    """The text of the SVG file."""
     for place, body in enumerate(stage.bodies):
         body.axes.set_gid(f"body-{place}")
     for place, reading in enumerate(stage.readings):
@@ -131,7 +131,7 @@ def animated_svg(stage: AnimatedFigure) -> str:
 
 
 def _wide_svg(figure: Any) -> Element:
-    """The picture without motion, on a wide page: matplotlib leaves out what is off the page."""
+    """The still picture as SVG, on a wide page: matplotlib drops lines outside of the page."""
     from matplotlib.transforms import Bbox
 
     width, height = figure.get_size_inches()
@@ -149,7 +149,7 @@ def _wide_svg(figure: Any) -> Element:
 
 
 def _animate_reading(group: Element, reading: Reading) -> None:
-    """Show one text after the other: a column of texts jumps past a window of one line."""
+    """Show one text after the other: a column of texts jumps past a window one line high."""
     (first,) = group.iter(f"{{{NAMESPACE}}}text")
     x, y = (float(first.get(key, "0")) for key in "xy")
     column = _wrap_in_group(group)
@@ -165,17 +165,17 @@ def _animate_reading(group: Element, reading: Reading) -> None:
 
 
 def _wrap_in_group(group: Element) -> Element:
-    """A new element that takes all that is in a group."""
-    within = list(group)
-    for element in within:
+    """Move the content of a group into a new inner group; return the inner group."""
+    elements = list(group)
+    for element in elements:
         group.remove(element)
-    moved = ElementTree.SubElement(group, f"{{{NAMESPACE}}}g")
-    moved.extend(within)
-    return moved
+    inner = ElementTree.SubElement(group, f"{{{NAMESPACE}}}g")
+    inner.extend(elements)
+    return inner
 
 
 def _animate_transform(element: Element, kind: str, values: list[str], mode: str) -> None:
-    """Animate the transform of an element over one turn, again and again."""
+    """Animate the transform of an element over one turn, repeated for ever."""
     ElementTree.SubElement(
         element,
         f"{{{NAMESPACE}}}animateTransform",
@@ -199,13 +199,13 @@ def _clip_group(group: Element, window: tuple[float, float, float, float]) -> No
 
 
 def _axes_window(axes: Any, figure: Any) -> tuple[float, float, float, float]:
-    """The box of axes in the file: left, top, width, height in points."""
+    """The box of axes in the file: left, top, width, height [points]."""
     box, (width, height) = axes.get_position(), figure.get_size_inches() * POINTS_PER_INCH
     return (PAGES_AROUND + box.x0) * width, (1.0 - box.y1) * height, box.width * width, box.height * height
 
 
 def _file_points(axes: Any, figure: Any) -> Callable[[ComplexArray], FloatArray]:
-    """From points of axes to places in the file, (n, 2), in points."""
+    """A function from points of axes to places in the file, (n, 2) [points]."""
     left, top, width, height = _axes_window(axes, figure)
     (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
 

@@ -38,15 +38,15 @@ from camopt.show.drawing.style import (
     TITLE_SIZE,
 )
 
-START_LABEL_DISTANCES = (7.0, 16.0, 28.0)  # points: of a cam angle from where its stroke begins
-ROTATION_LABEL_DISTANCES = (5.0, 8.0, 12.0, 16.0, 22.0, 30.0)  # points: of ω from its arrow
+START_LABEL_DISTANCES = (7.0, 16.0, 28.0)  # points from the start of a stroke to its cam angle
+ROTATION_LABEL_DISTANCES = (5.0, 8.0, 12.0, 16.0, 22.0, 30.0)  # points from the arrow to ω
 CROSS_POINTS = np.array([1, 1j, -1, -1j])
-BODY_MARGIN = 0.08  # of the radius of a groove: what is drawn beside it where the diameter of its disc is not given
-INVISIBLE_OFFSET = 1e-4  # of the cam: an offset smaller than that is none to the eye
+BODY_MARGIN = 0.08  # share of the radius of a groove: drawn beside it if the diameter of the disc is unknown
+INVISIBLE_OFFSET = 1e-4  # share of the cam: a smaller offset is not drawn
 
 
 def draw_disc(axes: Any, picture: Picture) -> list[Label]:
-    """A disc cam at cam angle 0 with its follower; the labels to settle."""
+    """Draw a disc cam at cam angle 0 with its follower; return the labels to place."""
     whole, picture = picture, picture.contacts[0]
     pitch = np.concatenate([c.pitch for c in picture.curves])
     size = float(np.abs(pitch).max())
@@ -62,7 +62,7 @@ def draw_disc(axes: Any, picture: Picture) -> list[Label]:
 
 
 def corner_arc(before: CamCurves, after: CamCurves, radius: float) -> ComplexArray:
-    """The arc of the roller where the normal jumps, at a corner of the pitch curve."""
+    """The arc of the roller at a corner of the pitch curve, where the normal jumps."""
     turn = np.angle(after.normal[0] / before.normal[-1])
     steps = np.linspace(0.0, turn, max(2, int(abs(np.degrees(turn)))))
     arc: ComplexArray = after.pitch[0] - radius * before.normal[-1] * np.exp(1j * steps)
@@ -70,46 +70,45 @@ def corner_arc(before: CamCurves, after: CamCurves, radius: float) -> ComplexArr
 
 
 def draw_body(axes: Any, picture: Picture) -> None:
-    """The profile, the walls of a groove, or the flanks of a rib, coloured by stroke, on the body; without what
-    undercutting removes."""
+    """Draw the body with its profile, groove or rib, coloured by stroke, without parts cut away by undercutting."""
     mechanism = picture.problem.setup.mechanism
     fill = _fill_profile if mechanism.body.bounded else _fill_face_rib if mechanism.has_rib else _fill_face
     fill(axes, picture if mechanism.has_rib else picture.contacts[0])
-    named = set[Any]()
-    for each in picture.body_contacts:
-        _draw_flanks(axes, each, named)
-        if float(each.problem.design.roller_radius[0]) > 0.0:
-            pitch = np.concatenate([c.pitch for c in each.curves])
+    labelled = set[Any]()
+    for contact in picture.body_contacts:
+        _draw_flanks(axes, contact, labelled)
+        if float(contact.problem.design.roller_radius[0]) > 0.0:
+            pitch = np.concatenate([c.pitch for c in contact.curves])
             style = {"color": PITCH_COLOUR, "lw": 1.0, "ls": (0, (9, 2.5, 1.5, 2.5)), "zorder": 3}
-            label = None if "pitch curve" in named else "pitch curve"
+            label = None if "pitch curve" in labelled else "pitch curve"
             draw_line(axes, np.append(pitch, pitch[0]), label=label, **style)
-            named.add(label)
+            labelled.add(label)
 
 
-def _draw_flanks(axes: Any, picture: Picture, named: set[Any]) -> None:
-    """The flanks at one contact, by stroke; the strokes that have a label already are ``named``."""
+def _draw_flanks(axes: Any, picture: Picture, labelled: set[Any]) -> None:
+    """Draw the flanks at one contact by stroke; strokes in ``labelled`` get no further label."""
     radius = float(picture.problem.design.roller_radius[0])
     thin = {"lw": 0.9, "alpha": 0.9} if picture.undercut else {"lw": 2.2}
     for place, (kind, curves) in enumerate(zip(picture.kinds, picture.curves, strict=True)):
         for flank, wall in zip(picture.problem.setup.mechanism.flanks, curves.profile, strict=True):
-            label = f"profile, {STROKE_NAMES[kind]}" if kind not in named else None
+            label = f"profile, {STROKE_NAMES[kind]}" if kind not in labelled else None
             draw_line(axes, wall, color=COLOURS[kind], label=label, zorder=4, solid_capstyle="round", **thin)
             corner = corner_arc(picture.curves[place - 1], curves, -flank.side * radius)
             draw_line(axes, corner, color=COLOURS[DWELL], zorder=3.9, **thin)
-            named.add(kind)
+            labelled.add(kind)
 
 
 def _fill_profile(axes: Any, picture: Picture) -> None:
-    """What is inside the profile."""
+    """Fill the inside of the profile."""
     solid = (
         remaining_outline(picture) if picture.undercut else np.concatenate([c.profile[0] for c in picture.curves])
     )
-    edge = {"edgecolor": INK, "label": "what is left of the cam"} if picture.undercut else {"edgecolor": "none"}
+    edge = {"edgecolor": INK, "label": "cam after undercutting"} if picture.undercut else {"edgecolor": "none"}
     fill_area(axes, solid, facecolor=FILL, lw=1.4, zorder=1, **edge)
 
 
 def _fill_face(axes: Any, picture: Picture) -> None:
-    """A disc with the groove that a roller sweeps in its face."""
+    """Fill a disc, and clear the groove that a roller sweeps in its face."""
     _fill_plate(axes, picture, FILL)
     pitch = np.concatenate([c.pitch for c in picture.curves])
     swept = LinearRing(np.column_stack([pitch.real, pitch.imag]))
@@ -120,28 +119,28 @@ def _fill_face(axes: Any, picture: Picture) -> None:
 
 
 def _fill_face_rib(axes: Any, picture: Picture) -> None:
-    """A disc with a rib on its face."""
+    """Draw a disc with a rib on its face."""
     _fill_plate(axes, picture.contacts[0], "white")
     outer, inner = (np.concatenate([c.profile[0] for c in each.curves]) for each in picture.contacts)
     fill_area(axes, np.concatenate([outer, outer[:1], inner[:1], inner[::-1]]), facecolor=FILL, lw=0.0, zorder=1.5)
 
 
 def _fill_plate(axes: Any, picture: Picture, colour: str) -> None:
-    """The face of a disc, with its edge if its diameter is known."""
+    """Fill the face of a disc, with its edge if its diameter is known."""
     edge = body_reach(picture) * np.exp(1j * np.linspace(0.0, 2 * np.pi, 721))
     known = picture.problem.setup.solid.outer_diameter is not None
     fill_area(axes, edge, facecolor=colour, edgecolor=INK if known else "none", lw=1.0, zorder=1)
 
 
 def body_reach(picture: Picture) -> float:
-    """How far the body of a disc cam reaches from its axis, mm; of one that is not known, what is drawn of it."""
+    """Largest radius of the body of a disc cam [mm]; if it is unknown, of the part that is drawn."""
     mechanism, solid = picture.problem.setup.mechanism, picture.problem.setup.solid
     reach = float(max(np.abs(c.profile).max() for c in picture.curves))
     return reach if mechanism.body.bounded else (solid.outer_diameter or 0.0) / 2 or reach * (1.0 + BODY_MARGIN)
 
 
 def remaining_outline(picture: Picture) -> ComplexArray:
-    """The outline of an undercut cam: all that no position of the follower covers."""
+    """The outline of an undercut cam: the region that no position of the follower covers."""
     pitch = np.concatenate([c.pitch for c in picture.curves])
     if picture.problem.setup.mechanism.flat_faced:
         normal = np.concatenate([c.normal for c in picture.curves])
@@ -161,9 +160,9 @@ def remaining_outline(picture: Picture) -> ComplexArray:
 
 
 def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float) -> list[ComplexArray]:
-    """Base, prime, pitch, offset and shaft circles, the centre and the follower's axis; the points they span.
+    """Draw base, prime, pitch, offset and shaft circles, the centre and the follower's axis; return their extent.
 
-    The pitch circle is that of the steepest contact.
+    The pitch circle is that of the contact with the largest pressure angle.
     """
     steepest, picture = picture.steepest_contact, picture.contacts[0]
     problem = picture.problem
@@ -189,7 +188,7 @@ def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float)
 
 
 def draw_centre(axes: Any, picture: Picture, size: float) -> None:
-    """The shaft, and a mark at its centre."""
+    """Draw the shaft, and a mark at its centre."""
     shaft, mark = picture.problem.setup.shaft_radius, 0.06 * size
     if shaft is not None:
         draw_circle(axes, shaft, color=INK, lw=1.0, zorder=2.6)
@@ -200,7 +199,7 @@ def draw_centre(axes: Any, picture: Picture, size: float) -> None:
 
 
 def _draw_pitch_point(axes: Any, picture: Picture, *, mirrored: bool) -> None:
-    """A ring at the pitch point; of a contact with a second disc, which is drawn as in a mirror."""
+    """Draw a ring at the pitch point; ``mirrored`` for a contact with a second disc."""
     problem, at = picture.problem, np.radians([picture.values["pressure_angle_max_at_deg"]])
     point = cam_curves(problem.setup.mechanism, problem.design, problem.programme, at).pitch
     style = {"ls": "none", "marker": "o", "ms": 5, "mfc": "white", "mec": REFERENCE_COLOUR, "zorder": 6}
@@ -208,7 +207,7 @@ def _draw_pitch_point(axes: Any, picture: Picture, *, mirrored: bool) -> None:
 
 
 def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> ComplexArray:
-    """The offset circle, the follower's axis, and the offset as a dimension below the cam."""
+    """Draw the offset circle, the follower's axis, and the offset as a dimension below the cam."""
     dashes = {"color": MUTED, "lw": 0.7, "ls": (0, (12, 3, 2, 3)), "zorder": 2}
     offset = offset if abs(offset) > INVISIBLE_OFFSET * size else 0.0
     level = lowest - (0.1 * size if offset else 0.02 * size)
@@ -234,14 +233,14 @@ def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> Comple
 
 
 def draw_strokes(axes: Any, picture: Picture) -> list[Label]:
-    """A ray where each stroke begins, with its cam angle, inside the profile if there is room."""
+    """Draw a ray at the start of each stroke; return labels with cam angles, inside the profile if they fit."""
     problem = picture.problem
     starts = np.array([s.start for s in problem.programme.strokes])
     mechanism, design = problem.setup.mechanism, problem.design
-    found = cam_curves(mechanism, design, problem.programme, starts)
+    curves = cam_curves(mechanism, design, problem.programme, starts)
     feet = np.exp(-1j * design.sense * starts) * (0.0 if mechanism.flat_faced else design.offset[0])
     labels = []
-    for angle, point, foot in zip(starts, found.profile[0], feet, strict=True):
+    for angle, point, foot in zip(starts, curves.profile[0], feet, strict=True):
         draw_line(axes, [foot, point], color=FAINT, lw=0.7, zorder=2)
         box = {"boxstyle": "round,pad=0.15", "fc": FILL, "ec": "none"}
         style = {"fontsize": SMALL_SIZE, "color": MUTED, "bbox": box, "zorder": 4.5}
@@ -253,7 +252,7 @@ def draw_strokes(axes: Any, picture: Picture) -> list[Label]:
 
 
 def draw_rotation(axes: Any, picture: Picture) -> Label:
-    """An arrow for the sense of rotation, where the cam has most room inside; its label."""
+    """Draw an arrow for the sense of rotation, where the cam has most room inside; return its label."""
     design = picture.problem.design
     marks = [np.pi / 2, *(np.pi / 2 - design.sense * s.start for s in picture.problem.programme.strokes)]
     places = np.radians(np.arange(0, 360, 15))
@@ -273,7 +272,7 @@ def draw_rotation(axes: Any, picture: Picture) -> Label:
 
 
 def frame_axes(axes: Any, points: ComplexArray) -> tuple[complex, float]:
-    """Limits round the points, no axes, and a bar of round length for scale; as ``fit`` what was chosen."""
+    """Set equal scales around points, hide the axes, draw a scale bar; return corner and scale of ``fit_axes``."""
     corner, unit = fit_axes(axes, points, 0.03)
     axes.set_axis_off()
     length = round_length(

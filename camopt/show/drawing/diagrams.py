@@ -1,4 +1,4 @@
-"""Diagrams over the cam angle, drawn: strokes shaded, jumps as breaks, impulses as arrows, peaks marked."""
+"""Draws diagrams over the cam angle: shaded strokes, jumps as breaks, impulses as arrows, marked peaks."""
 
 from collections.abc import Iterable, Sequence
 from math import copysign, floor, log10, pi
@@ -24,9 +24,9 @@ from camopt.show.drawing.style import (
     add_grid,
 )
 
-DEGREES_A_LETTER = 4.0  # that a letter above the diagrams takes
-PEAK_LABEL_DISTANCES = (3.5, 9.0, 16.0)  # points: of a peak's value from the peak
-PEN_WIDTH = 1.0  # points: lines as thick as that do not run through it
+DEGREES_A_LETTER = 4.0  # deg: width of a letter above a diagram
+PEAK_LABEL_DISTANCES = (3.5, 9.0, 16.0)  # points from a peak to its value
+PEN_WIDTH = 1.0  # points: thicker lines must not cross the value of a peak
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 TITLE_GAP = 8.0  # points between the title of a diagram and its note
 
@@ -34,7 +34,10 @@ TITLE_GAP = 8.0  # points between the title of a diagram and its note
 def draw_diagrams(
     axes: Sequence[Any], picture: Picture, shown: Sequence[Panel], heads: Iterable[int], feet: Iterable[int]
 ) -> list[Label]:
-    """Draw diagrams, stroke names above the ``heads``, cam angles below the ``feet``; the labels to settle."""
+    """Draw diagrams; return the labels to place.
+
+    ``heads`` and ``feet`` are indices of diagrams with names of strokes above and cam angles below.
+    """
     labels = []
     for place, (each, panel) in enumerate(zip(axes, shown, strict=True)):
         labels += _draw_panel(each, picture, panel)
@@ -78,7 +81,7 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
 
 
 def _draw_titles(axes: Any, title: str, note: str) -> None:
-    """The title of a diagram and the note beside it, in letters so small that both fit on one line."""
+    """Write the title of a diagram and the note beside it, which shrinks until both fit on one line."""
     renderer = axes.figure.canvas.get_renderer()
     left = axes.set_title(title, loc="left", pad=2.5)
     right = axes.set_title(note, loc="right", fontsize=SMALL_SIZE, pad=2.5, color=MUTED)
@@ -87,7 +90,7 @@ def _draw_titles(axes: Any, title: str, note: str) -> None:
 
 
 def power_of_ten(values: Sequence[FloatArray], unit: str) -> tuple[float, str]:
-    """A factor that keeps the numbers of a diagram short, and the unit with its power of ten."""
+    """A factor for short numbers in a diagram, and the unit with its power of ten."""
     every = np.abs(np.concatenate(values))
     largest = float(np.nanmax(np.append(every[np.isfinite(every)], 0.0)))
     if largest == 0.0 or 1e-2 <= largest < 1e4:
@@ -97,7 +100,7 @@ def power_of_ten(values: Sequence[FloatArray], unit: str) -> tuple[float, str]:
 
 
 def _set_value_limits(axes: Any, panel: Panel, factor: float) -> float:
-    """Limits of the vertical axis, with room for the texts at peaks; the range of the values."""
+    """Set the vertical limits, with room for texts at peaks; return the range of values."""
     every = np.concatenate([*panel.values, *(panel.reference or [])]) * factor
     every = every[np.isfinite(every)]
     low, high = min(every.min(initial=0.0), 0.0), max(every.max(initial=0.0), 0.0)
@@ -119,7 +122,7 @@ def _set_value_limits(axes: Any, panel: Panel, factor: float) -> float:
 
 
 def _draw_risers(axes: Any, angles: PieceValues, values: PieceValues, span: float) -> None:
-    """A dotted line where a value jumps, also from the end of the turn to its start."""
+    """Draw a dotted line at each jump, also from the end of the turn to its start."""
     for k, value in enumerate(values):
         before, after = values[k - 1][-1], value[0]
         if abs(after - before) > NEGLIGIBLE * span:
@@ -128,10 +131,10 @@ def _draw_risers(axes: Any, angles: PieceValues, values: PieceValues, span: floa
 
 
 def draw_mark(axes: Any, mark: MoveMark, factor: float) -> None:
-    """A square or a bar at an angle; a line or a band over a range of angles."""
+    """Mark a condition: a square or bar at one angle, a line or band over a range of angles."""
     low, high = mark.low * factor, mark.high * factor
     if mark.end > mark.start:
-        if low == high:  # beside a curve that follows it, it would not be seen
+        if low == high:  # thick and pale, to be seen under a curve that follows it
             axes.plot([mark.start, mark.end], [low, low], color=INK, lw=5.0, alpha=0.3, zorder=1.5)
             return
         pen = {"ec": INK, "fc": (0.0, 0.0, 0.0, 0.08), "lw": 1.1, "zorder": 1.5}
@@ -157,7 +160,7 @@ def _draw_limits(axes: Any, picture: Picture, panel: Panel, factor: float) -> No
 
 
 def _draw_impulses(axes: Any, panel: Panel) -> None:
-    """An arrow for each impulse, its length in proportion to it."""
+    """Draw an arrow for each impulse, with a length in proportion."""
     top = axes.get_ylim()[1]
     largest = max([abs(size) for _, size in panel.impulses], default=0.0)
     style = {"arrowstyle": "-|>", "color": INK, "lw": 1.2, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 9}
@@ -167,22 +170,22 @@ def _draw_impulses(axes: Any, panel: Panel) -> None:
 
 
 def _draw_undercut(axes: Any, angles: PieceValues, panel: Panel) -> None:
-    """A mark where the cam is undercut, with one text."""
+    """Shade the cam angles with undercut, with one text."""
     low, high = axes.get_ylim()
     style = {"fontsize": SMALL_SIZE, "color": ALARM, "ha": "center", "va": "top"}
-    found = []
+    middles = []
     for angle, bad in zip(angles, panel.alarm or [], strict=panel.alarm is not None):
         if np.any(bad):
             axes.fill_between(angle, low, high, where=bad, color=PALE_ALARM, lw=0, zorder=0.5)
             inside = np.flatnonzero(bad)
             (ends,) = np.nonzero(np.diff(inside, append=len(bad) + 1) > 1)
-            found.append(float(np.mean(angle[inside[: ends[0] + 1]])))
-    if found:
-        axes.text(min(max(found[0], 18.0), 342.0), high - 0.04 * (high - low), "undercut", **style)
+            middles.append(float(np.mean(angle[inside[: ends[0] + 1]])))
+    if middles:
+        axes.text(min(max(middles[0], 18.0), 342.0), high - 0.04 * (high - low), "undercut", **style)
 
 
 def _draw_peak(axes: Any, peak: MarkedPeak, factor: float) -> Label:
-    """Mark a peak; the label with its value."""
+    """Mark a peak; return the label with its value."""
     value = peak.value * factor
     outwards = copysign(pi / 2, -1.0 if peak.least else value)
     axes.plot([peak.angle], [value], marker="o", ms=3.2, color=peak.colour, zorder=5, clip_on=False)
@@ -193,7 +196,7 @@ def _draw_peak(axes: Any, peak: MarkedPeak, factor: float) -> Label:
 
 
 def _name_strokes(axes: Any, picture: Picture) -> None:
-    """Name, angle and law of each stroke above a diagram, shortened where there is little room."""
+    """Write name, angle and law of each stroke above a diagram, shortened if there is little room."""
     for stroke in picture.problem.programme.tool.strokes:
         start, angle = np.degrees([stroke.start, stroke.angle])
         law, size = stroke.law.NAME if stroke.law else "", f"{angle:.4g}°"

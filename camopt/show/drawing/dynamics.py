@@ -1,4 +1,4 @@
-"""Diagrams of what motion and speed decide: force along the motion, torque, and the elastic train."""
+"""Diagrams that depend on the speed: force along the motion, torque, joint forces, and the elastic train."""
 
 from functools import partial
 from math import degrees, pi
@@ -31,7 +31,7 @@ from camopt.show.drawing.picture import Picture, value_with_unit
 
 
 def dynamics_panels(picture: Picture) -> list[Panel]:
-    """The diagrams of force, torque and vibration, of those that were computed and are finite."""
+    """Diagrams of force, torque, joints and vibration, if computed and finite."""
     return [*_force_panels(picture), *_torque_panels(picture), *_joint_panels(picture), *_train_panels(picture)]
 
 
@@ -51,7 +51,7 @@ FORCE_TITLE = "Force along the motion"
 
 
 def _pair_force_panels(picture: Picture) -> list[Panel]:
-    """The force on each of two contacts, of which extremes are no quantities."""
+    """The force at each of two contacts. No quantity is the extreme of such a force."""
     if not has_quantities(picture, preload.preload_names(picture.problem.setup)[1]):
         return []
     (panel,) = merge_contacts(picture, _borne_force_panels)
@@ -60,7 +60,7 @@ def _pair_force_panels(picture: Picture) -> list[Panel]:
 
 
 def _borne_force_panels(picture: Picture) -> list[Panel]:
-    """The force along the motion that one of two contacts bears."""
+    """The force along the motion that one of two contacts carries."""
     problem = picture.problem
     setup, designs = problem.setup, problem.design
     lever = float(designs.arm_length[0]) if setup.angular else 1.0
@@ -68,15 +68,15 @@ def _borne_force_panels(picture: Picture) -> list[Panel]:
         divide_by_lever(end, lever)
         for end in contact_force_bounds(EvaluationBlock(setup, problem.programme, designs))
     )
-    either = [setup.mechanism.way * float(getattr(end, "value", end)) for end in ends]
-    pressing = (setup.dynamics.pair_preload or 0.0) / lever
+    extremes = [setup.mechanism.way * float(getattr(end, "value", end)) for end in ends]
+    preload_force = (setup.dynamics.pair_preload or 0.0) / lever
     values = picture.curve_values(motion_force_curve(setup, designs, problem.programme))
-    exact = tuple(preload.first_contact_force(force, pressing) for force in (max(either), min(either)))
+    exact = tuple(preload.first_contact_force(force, preload_force) for force in (max(extremes), min(extremes)))
     return [Panel(FORCE_TITLE, "N", values, extreme_peaks(picture, values, exact))]
 
 
 def _flank_crossings(picture: Picture) -> list[MarkedPeak]:
-    """Where the follower crosses to the other flank, with the speeds at which it lands."""
+    """Peaks at the cam angles where the follower crosses to the other flank, with its landing speed."""
     if not has_quantities(picture, clearance.CROSSING_SPEED):
         return []
     problem = picture.problem
@@ -88,13 +88,13 @@ def _flank_crossings(picture: Picture) -> list[MarkedPeak]:
 
 
 def _negative_force_note(picture: Picture) -> str:
-    """The note on a contact force below 0."""
+    """A note on the meaning of a contact force below 0."""
     pulls = picture.problem.setup.mechanism.pulls
-    return "below 0, the other flank bears" if pulls else "contact is lost below 0"
+    return "below 0: the other flank carries the load" if pulls else "below 0: contact is lost"
 
 
 def _torque_panels(picture: Picture) -> list[Panel]:
-    """The torque with its mean; a limit on power is drawn as one on torque, at the cam's speed."""
+    """The torque with its mean. A limit on power is drawn as a limit on torque at the cam's speed."""
     ends = ("torque_max_N_m", "torque_min_N_m")
     if not has_quantities(picture, *ends):
         return []
@@ -113,40 +113,37 @@ def _torque_panels(picture: Picture) -> list[Panel]:
 
 
 def _joint_panels(picture: Picture) -> list[Panel]:
-    """The force in the joint of a train that has the largest, and the largest forces in the others."""
+    """The force in the joint with the largest force; a note has the largest forces in the other joints."""
     if not has_quantities(picture, joints.LARGEST_BY_KIND["joint"]):
         return []
     problem, speed = picture.problem, picture.problem.setup.omega or 0.0
     forces = [force for force in joints.setup_joint_forces(problem.setup) if force.kind == "joint"]
     worst = [float(joints.largest_joint_force(problem.programme, force, speed).value) for force in forces]
-    most = forces[int(np.argmax(worst))]
-    turn = joints.joint_programme(problem.programme, most.parts)
+    highest = forces[int(np.argmax(worst))]
+    turn = joints.joint_programme(problem.programme, highest.parts)
     values = [joints.joint_force_at(turn, angles, speed) for angles in picture.pieces]
     others = [
         f"{f.name} of stage {f.stage} {value_with_unit(w, 'N')}"
         for f, w in zip(forces, worst, strict=True)
-        if f != most
+        if f != highest
     ]
-    note = f"largest in others: {', '.join(others)}" if others else ""
-    title = f"Force in a joint of the train: {most.name} of stage {most.stage}"
+    note = f"largest in other joints: {', '.join(others)}" if others else ""
+    title = f"Force in a joint of the train: {highest.name} of stage {highest.stage}"
     return [load_panel(picture, title, joints.LARGEST_BY_KIND["joint"], values, kinds=ALL_STROKES, note=note)]
 
 
 def _train_panels(picture: Picture) -> list[Panel]:
     """The mass on the elastic train: its acceleration, its deviation from the motion, and the contact force."""
-    setup, programme, given = (
-        picture.problem.setup,
-        picture.problem.programme.tool,
-        picture.problem.setup.dynamics,
-    )
+    setup, programme = picture.problem.setup, picture.problem.programme.tool
+    dynamics = setup.dynamics
     length, second = ("deg", "rad_s2") if setup.tool_turns else ("mm", "m_s2")
     overshoot, acceleration = f"overshoot_max_{length}", f"acceleration_elastic_max_{second}"
     if not has_quantities(picture, overshoot, acceleration):
         return []
     assert setup.omega is not None
-    assert given.natural_frequency is not None
-    ratio = 2.0 * pi * given.natural_frequency / setup.omega
-    wave = vibration.steady_response(programme, ratio, given.damping_ratio)
+    assert dynamics.natural_frequency is not None
+    ratio = 2.0 * pi * dynamics.natural_frequency / setup.omega
+    wave = vibration.steady_response(programme, ratio, dynamics.damping_ratio)
     unit, factor = degrees(1.0) if setup.tool_turns else 1.0, motion_scale(setup, 2)
     driven = _sample_wave(picture, programme, vibration.mass_acceleration(wave, ratio), factor)
     mass = Panel(
@@ -155,34 +152,34 @@ def _train_panels(picture: Picture) -> list[Panel]:
         driven,
         [magnitude_peak(picture, driven, acceleration)],
         reference=[rows[2] * factor for rows in picture.tool_motion],
-        note="dash-dot: that of the motion",
+        note="dash-dot: of the motion",
         quantity=acceleration,
     )
-    moved = _sample_wave(picture, programme, wave, unit)
-    peaks, name = [magnitude_peak(picture, moved, overshoot)], f"residual_vibration_max_{length}"
+    deviation = _sample_wave(picture, programme, wave, unit)
+    peaks, name = [magnitude_peak(picture, deviation, overshoot)], f"residual_vibration_max_{length}"
     limits = limit_lines(picture, name, DWELL)
-    travel = Panel("Deviation of the mass from the motion", length, moved, peaks, limits, quantity=overshoot)
-    found = [mass, travel]
+    travel = Panel("Deviation of the mass from the motion", length, deviation, peaks, limits, quantity=overshoot)
+    panels = [mass, travel]
     least = "contact_force_elastic_min_N"
     if has_quantities(picture, least):
         lever = float(picture.problem.design.arm_length[0]) if setup.angular else 1.0
-        factors = force_weights(given, setup.omega)
-        pressed = vibration.contact_wave(programme, factors, ratio, given.damping_ratio)
+        factors = force_weights(dynamics, setup.omega)
+        pressed = vibration.contact_wave(programme, factors, ratio, dynamics.damping_ratio)
         values = _sample_wave(picture, programme, pressed, 1.0 / lever)
         peaks, note = quantity_peaks(picture, values, "", least), _negative_force_note(picture)
         title, limits = "Force with the elastic train", limit_lines(picture, least)
-        found.append(Panel(title, "N", values, peaks, limits, note=note, quantity=least))
-    return found
+        panels.append(Panel(title, "N", values, peaks, limits, note=note, quantity=least))
+    return panels
 
 
 def _sample_wave(picture: Picture, programme: Programme, wave: Wave, factor: float) -> list[FloatArray]:
-    """A wave on each piece of the motion that drives it."""
+    """Values of a wave on each smooth piece of the motion."""
     table = programme.table
     starts = table.centre - table.half_width
-    found = []
+    pieces = []
     for angles, first, end in zip(picture.pieces, table.first_panel[:-1], table.first_panel[1:], strict=True):
         panel = first + np.searchsorted(starts[first + 1 : end], angles, side="right")
-        found.append(
+        pieces.append(
             factor * wave.values_on_panels(panel, (angles - table.centre[panel]) / table.half_width[panel])[0]
         )
-    return found
+    return pieces

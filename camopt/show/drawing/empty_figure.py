@@ -1,4 +1,4 @@
-"""The figure of every picture: one of matplotlib that notebooks show without pyplot."""
+"""The matplotlib figure of every picture, which notebooks show without pyplot."""
 
 from io import BytesIO
 from typing import Any

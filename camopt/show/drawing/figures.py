@@ -1,4 +1,4 @@
-"""One picture of one design: the diagrams of its motion, pressure angle and curvature, and the cam to scale."""
+"""The picture of a design: the cam to scale, beside diagrams of motion, pressure angle, curvature and loads."""
 
 from math import ceil
 from typing import Any, NamedTuple
@@ -34,7 +34,7 @@ from camopt.solve.verdicts.limit_verdicts import excesses, violations
 
 
 def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
-    """Draw a scene's cam, with its follower and diagrams; to a PNG, SVG or PDF file as well, if a path is given."""
+    """Draw a cam with its follower and diagrams; with a path, also save it as PNG, SVG or PDF."""
     scene = what if isinstance(what, Scene) else what.scene
     picture = Picture(scene, resolve_design(scene))
     developed = picture.problem.setup.mechanism.body.developed
@@ -49,11 +49,9 @@ def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
 
 
 def shown_panels(picture: Picture) -> list[Panel]:
-    """The diagrams of motion, pressure angle, curvature and computed loads, in the units that are shown."""
-    return [
-        each.in_shown_units()
-        for each in (*motion_panels(picture), *dynamics_panels(picture), *load_panels(picture))
-    ]
+    """Diagrams of motion, pressure angle, curvature and computed loads, in the units that are shown."""
+    panels = (*motion_panels(picture), *dynamics_panels(picture), *load_panels(picture))
+    return [panel.in_shown_units() for panel in panels]
 
 
 def draw_in(axes: Any, what: Scene | Evaluation | Design) -> None:
@@ -63,10 +61,10 @@ def draw_in(axes: Any, what: Scene | Evaluation | Design) -> None:
 
 
 def _draw_to_scale(axes: Any, picture: Picture) -> list[Label]:
-    """The cam to scale; the labels to settle."""
+    """Draw the cam to scale; return the labels to place."""
     if not picture.exists:
         axes.set_axis_off()
-        axes.text(0.5, 0.5, "this mechanism cannot be put together", ha="center", color=ALARM, fontsize=TITLE_SIZE)
+        axes.text(0.5, 0.5, "This mechanism cannot be assembled.", ha="center", color=ALARM, fontsize=TITLE_SIZE)
         return []
     developed = picture.problem.setup.mechanism.body.developed
     labels: list[Label] = (draw_groove if developed else draw_disc)(axes, picture)
@@ -74,7 +72,7 @@ def _draw_to_scale(axes: Any, picture: Picture) -> list[Label]:
 
 
 def _draw_cam(figure: Any, picture: Picture, page: Any) -> list[Label]:
-    """The cam to scale, with the legend of its lines; the labels to settle."""
+    """Draw the cam to scale with a legend; return the labels to place."""
     developed = picture.problem.setup.mechanism.body.developed
     cam = figure.add_axes(page.figure_shares(page.cam))
     labels = _draw_to_scale(cam, picture)
@@ -88,16 +86,16 @@ def _draw_cam(figure: Any, picture: Picture, page: Any) -> list[Label]:
     return labels
 
 
-TEXT_SEPARATOR = "  ·  "  # things that stand in a line
+TEXT_SEPARATOR = "  ·  "  # between texts on one line
 FIGURE_WIDTH = 15.5  # inches
-HEADER_LETTERS = 200  # characters of a heading that go across the figure
+HEADER_LETTERS = 200  # characters of a heading that fit the width of the figure
 COLUMN_ENDS, COLUMN_WIDTH = (0.045, 0.54), 0.44  # left ends and width of diagrams, as shares of the figure
-PANEL_HEIGHT_INCHES = 1.0333  # inches: a diagram
+PANEL_HEIGHT_INCHES = 1.0333  # height of a diagram
 Corners = tuple[float, float, float, float]
 
 
 class FigureLayout(NamedTuple):
-    """Places on the figure: across as shares of its width, upwards in inches."""
+    """Places on the figure: horizontally in shares of its width, vertically in inches."""
 
     height: float
     cam: Corners
@@ -109,13 +107,13 @@ class FigureLayout(NamedTuple):
     """Diagrams with the cam angle below them."""
 
     def figure_shares(self, box: Corners) -> Corners:
-        """In shares of the figure."""
+        """A box in shares of the figure."""
         left, bottom, width, height = box
         return left, bottom / self.height, width, height / self.height
 
 
 def _disc_layout(count: int) -> FigureLayout:
-    """Six diagrams beside the cam, the others below in two columns, row by row."""
+    """Layout with six diagrams beside the cam, the others below in two columns, row by row."""
     rows, step = ceil(max(count - 6, 0) / 2), PANEL_HEIGHT_INCHES + 0.34
     below = rows * step
     lift = 0.65 if rows else 0.0  # room for the names of the strokes
@@ -131,7 +129,7 @@ def _disc_layout(count: int) -> FigureLayout:
 
 
 def _groove_layout(count: int) -> FigureLayout:
-    """Diagrams in two columns, one after the other, below the long groove."""
+    """Layout with the groove on top and the diagrams below in two columns, column by column."""
     rows, step = ceil(count / 2), PANEL_HEIGHT_INCHES + 0.45
     height = 6.0 + rows * step - 0.45
     places = [divmod(k, rows) for k in range(count)]
@@ -144,7 +142,7 @@ def _groove_layout(count: int) -> FigureLayout:
 
 
 def _draw_header(figure: Any, picture: Picture) -> None:
-    """The scene's name, its mechanism and sizes, and the main results."""
+    """Write the name of the scene, its mechanism and sizes, and the main results."""
     name = picture.scene.name
     shown = name if len(name) <= 90 else name[:89] + "…"
     inch = 1.0 / figure.get_figheight()
@@ -166,7 +164,7 @@ def _draw_header(figure: Any, picture: Picture) -> None:
 
 
 def sizes_in_words(picture: Picture) -> str:
-    """The mechanism, its speed, its sizes and laws, as a line under a title."""
+    """Mechanism, speed, sizes and laws of a design, as one line under a title."""
     scene, values = picture.scene, picture.values
     words = [f"{scene.cam.form} cam, {scene.follower.motion} {scene.follower.contact} follower", scene.cam.rotation]
     words += [] if scene.cam.rpm is None else [f"{scene.cam.rpm:g} rev/min"]
@@ -177,51 +175,49 @@ def sizes_in_words(picture: Picture) -> str:
         "roller_radius_mm": round_body,
         "offset_mm": "offset",
         "arm_length_mm": "arm",
-        "centre_distance_mm": "pivot at",
+        "centre_distance_mm": "pivot distance",
         "face_offset_mm": "face offset",
-        "roller_spacing_mm": "rollers apart by",
+        "roller_spacing_mm": "roller spacing",
     }
     sizes = [f"{words} {value_with_unit(values[key])}" for key, words in names.items() if values.get(key)]
     seconds = {f"second_{key}": words for key, words in names.items() if f"second_{key}" in values}
-    own = [
+    differing = [
         f"{words} {value_with_unit(values[key])}"
         for key, words in seconds.items()
         if values[key] != values[key.removeprefix("second_")]
     ]
-    sizes += [f"second disc: {', '.join(own) or 'the same sizes'}"] if seconds else []
+    sizes += [f"second disc: {', '.join(differing) or 'the same sizes'}"] if seconds else []
     laws = [f"{kind} {values[f'law_{kind}']}" for kind in ("rise", "return") if values[f"law_{kind}"]]
     return TEXT_SEPARATOR.join([*words, *sizes, *laws])
 
 
 def results_in_words(picture: Picture) -> str:
-    """The largest pressure angles, the least radius and other results of geometry, as a line under a title."""
+    """Largest pressure angles, smallest radius and other results of geometry, as one line under a title."""
     values = picture.values
     names = {"pressure_angle_max_rise_deg": "rise", "pressure_angle_max_return_deg": "return"}
-    whose = "" if picture.problem.setup.train is None else " of the follower"
-    angles = [f"{word}{whose} {four_digits(values[key])}°" for key, word in names.items()]
+    body = "" if picture.problem.setup.train is None else " of the follower"
+    angles = [f"{word}{body} {four_digits(values[key])}°" for key, word in names.items()]
     square = values["pressure_angle_max_deg"] == 0.0
     words = ["pressure angle 0" if square else f"largest pressure angle: {', '.join(angles)}"]
     least = values["profile_radius_min_mm"]
     if np.isfinite(least) and least > 0.0 and not picture.undercut:
-        words.append(f"least convex radius of the profile {value_with_unit(least)}")
+        words.append(f"smallest convex radius of the profile {value_with_unit(least)}")
     if RIB_THICKNESS in values:
-        words.append(f"thickness of the rib {value_with_unit(values[RIB_THICKNESS])}")
+        words.append(f"rib thickness {value_with_unit(values[RIB_THICKNESS])}")
     if "face_reach_min_mm" in values:
-        least, most = (values[f"face_reach_{end}_mm"] for end in ("min", "max"))
-        words.append(
-            f"contact on the face from {four_digits(to_shown_unit(least, 'mm'))} to {value_with_unit(most)}"
-        )
+        low, high = (values[f"face_reach_{end}_mm"] for end in ("min", "max"))
+        words.append(f"contact on the face from {four_digits(to_shown_unit(low, 'mm'))} to {value_with_unit(high)}")
     if "shaft_clearance_mm" in values:
-        words.append(f"clear of the shaft by {value_with_unit(values['shaft_clearance_mm'])}")
+        words.append(f"shaft clearance {value_with_unit(values['shaft_clearance_mm'])}")
     return TEXT_SEPARATOR.join(words)
 
 
 def _fault_words(picture: Picture) -> str:
-    """Undercut, and the limits that the design exceeds."""
+    """A text with "undercut" and the broken limits; empty if there are none."""
     problem = picture.problem
     columns = {name: np.atleast_1d(value) for name, value in picture.values.items()}
     excess = excesses(problem.limits, columns, problem.design)
     broken = str(violations(problem.limits, excess)[0]) if problem.limits else ""
     names = [name.replace("_", " ") for name in broken.split(",") if name and name != "undercut"]
     faults = ["undercut"] if picture.undercut else []
-    return TEXT_SEPARATOR.join([*faults, *([f"exceeds: {', '.join(names)}"] if names else [])])
+    return TEXT_SEPARATOR.join([*faults, *([f"broken limits: {', '.join(names)}"] if names else [])])

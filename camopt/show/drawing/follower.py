@@ -1,4 +1,4 @@
-"""Followers drawn to scale, at cam angle 0: what touches the cam, and the stem or arm that carries it."""
+"""Draws followers to scale at cam angle 0: the contacting part, and its stem or arm."""
 
 from typing import Any, NamedTuple
 
@@ -13,17 +13,17 @@ BODY_STYLE = {"facecolor": BODY, "edgecolor": INK, "lw": 1.1}
 
 
 class FollowerAxes(NamedTuple):
-    """Axes for each part that moves differently; a still picture has the same axes three times."""
+    """Axes for parts that move differently. A still picture uses the same axes for all."""
 
     follower: Any
     ground: Any
-    """What guides the follower, and stays where it is."""
+    """Fixed parts, such as the guide."""
     contact: Any
-    """Where the follower touches the cam."""
+    """The contact of follower and cam."""
 
 
 def draw_follower(parts: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:
-    """Draw the follower of a disc cam; the points it spans. ``size`` is the largest radius of the cam, mm."""
+    """Draw the follower of a disc cam; return its extent. ``size`` is the largest radius of the cam [mm]."""
     flat = picture.problem.setup.mechanism.flat_faced
     if picture.problem.setup.angular:
         return (_draw_swinging_face if flat else _draw_swinging_tip)(parts, picture, size)
@@ -37,7 +37,7 @@ def _draw_sliding_tip(parts: FollowerAxes, picture: Picture, size: float) -> lis
 
 
 def _draw_sliding_face(parts: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:
-    """A face square to the motion, as wide as the contact needs."""
+    """Draw a face square to the motion, as wide as the contact needs."""
     design, values = picture.problem.design, picture.values
     contact, offset, thick = complex(_start_contact(picture)[0]), float(design.offset[0]), 0.045 * size
     ends = design.sense * np.array([values["face_reach_min_mm"], values["face_reach_max_mm"]]) + offset
@@ -50,7 +50,7 @@ def _draw_sliding_face(parts: FollowerAxes, picture: Picture, size: float) -> li
 
 
 def _draw_follower_stem(parts: FollowerAxes, picture: Picture, seat: complex, size: float) -> list[ComplexArray]:
-    """The stem above its seat, in a guide that the follower never reaches."""
+    """Draw the stem above its seat, in a guide above the reach of the follower; return its extent."""
     half, lift = 0.035 * size, picture.problem.programme.lift
     roller = float(picture.problem.design.roller_radius[0]) * (seat == complex(_start_contact(picture)[0]))
     guide = 0.05 * size + roller + lift
@@ -65,7 +65,7 @@ def _draw_follower_stem(parts: FollowerAxes, picture: Picture, seat: complex, si
 
 
 def _draw_tip(parts: FollowerAxes, picture: Picture, trace: complex, up: complex, size: float) -> complex:
-    """Draw a knife edge, roller or spherical face whose trace point moves along ``up``; the seat of its carrier."""
+    """Draw a knife edge, roller or spherical face that moves along ``up``; return the seat of its carrier."""
     contact, axes = picture.scene.follower.contact, parts.follower
     radius = float(picture.problem.design.roller_radius[0])
     if contact == "knife":
@@ -99,7 +99,7 @@ def _draw_swinging_tip(parts: FollowerAxes, picture: Picture, size: float) -> li
 
 
 def _draw_swinging_face(parts: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:
-    """A straight face at its distance from the pivot, as long as the contact needs."""
+    """Draw a straight face at its distance from the pivot, as long as the contact needs."""
     design, values = picture.problem.design, picture.values
     pivot, face = complex(design.centre_distance[0]), float(design.face_offset[0])
     psi = float(np.arcsin(oscillating_flat.first_sine(design))[0]) + picture.start_displacement
@@ -115,7 +115,7 @@ def _draw_swinging_face(parts: FollowerAxes, picture: Picture, size: float) -> l
 
 
 def draw_arm(parts: FollowerAxes, pivot: complex, end: complex, size: float) -> None:
-    """An arm from its fixed pivot to the follower's tip."""
+    """Draw an arm from its fixed pivot to the tip of the follower."""
     axes, fixed, half = parts.follower, parts.ground, 0.03 * size
     across = 1j * (end - pivot) / max(abs(end - pivot), 1e-300) * half
     fill_area(
@@ -132,7 +132,7 @@ def draw_arm(parts: FollowerAxes, pivot: complex, end: complex, size: float) -> 
 
 
 def _draw_swing(axes: Any, picture: Picture, pivot: complex, tip: complex) -> ComplexArray:
-    """The arc that the tip of an arm swings through."""
+    """Draw the arc of the tip of an arm; return its points."""
     angles = np.linspace(0.0, picture.problem.programme.lift, 61) - picture.start_displacement
     swing = pivot + (tip - pivot) * np.exp(-1j * angles)
     draw_line(axes, swing, color=MUTED, lw=0.8, ls=(0, (2, 2)), zorder=4.4)
@@ -140,7 +140,7 @@ def _draw_swing(axes: Any, picture: Picture, pivot: complex, tip: complex) -> Co
 
 
 def _start_contact(picture: Picture) -> tuple[complex, complex]:
-    """Trace (contact) point and outward normal at cam angle 0."""
+    """Trace point (contact point of a flat face) and outward normal at cam angle 0."""
     problem = picture.problem
     travel = problem.setup.mechanism.travel(problem.design, problem.programme, np.zeros(1))
     return complex(travel.trace[0]), complex(travel.normal[0])

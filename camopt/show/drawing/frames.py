@@ -1,4 +1,4 @@
-"""Frames of an animation as GIF or MP4: fixed parts are drawn once, moving parts over them in each frame."""
+"""Frames of an animation as GIF or MP4. Fixed parts are drawn once, moving parts over them in each frame."""
 
 import shutil
 import subprocess
@@ -16,19 +16,19 @@ from camopt.core.storage.files import whole_file
 from camopt.show.drawing.moving_bodies import FRAMES, TURN_TIME, AnimatedFigure, body_artists
 
 FRAME_DPI = 100
-STILL_TIME = 3000  # ms: a frame that is read
-PALETTE = 128  # colours of a GIF, those that cover the most of it: the white of the page stays white
+STILL_TIME = 3000  # ms for a frame with text to read
+PALETTE = 128  # colours of a GIF, chosen by area, so that the white page stays white
 
 Image = NDArray[np.uint8]
 
 
 def frames(stage: AnimatedFigure) -> Iterator[Image]:
-    """Each frame of one turn as rows of pixels, red, green and blue."""
+    """Frames of one turn, each as rows of RGB pixels."""
     from matplotlib.transforms import Affine2D
 
-    figure, placed = stage.figure, [(body, Affine2D()) for body in stage.bodies]
+    figure, transforms = stage.figure, [(body, Affine2D()) for body in stage.bodies]
     figure.set_dpi(FRAME_DPI)
-    for body, affine in placed:
+    for body, affine in transforms:
         body.axes.set_visible(False)
         for artist in body_artists(body):
             artist.set_clip_on(body.windowed)
@@ -42,7 +42,7 @@ def frames(stage: AnimatedFigure) -> Iterator[Image]:
         moving.set_visible(True)
     for frame in range(FRAMES):
         canvas.restore_region(behind)
-        for body, affine in placed:
+        for body, affine in transforms:
             body.place(affine, frame)
             body.axes.draw(canvas.get_renderer())
         for text, values in stage.readings:
@@ -52,12 +52,12 @@ def frames(stage: AnimatedFigure) -> Iterator[Image]:
 
 
 def write_gif(stage: AnimatedFigure, file: Path) -> None:
-    """An animated GIF that repeats for ever, in one palette: that of the first frame."""
+    """Write an animated GIF that repeats for ever, with the palette of the first frame."""
     _save_gif(frames(stage), round(1000 * TURN_TIME / FRAMES), file)
 
 
 def write_still_gif(figures: Sequence[Any], path: Any) -> None:
-    """A GIF that shows figures of one size one after the other, for ever; it appears only when whole."""
+    """Write a GIF that shows figures of one size one after the other; the file appears only when complete."""
     images = []
     for figure in figures:
         figure.set_dpi(FRAME_DPI)
@@ -68,49 +68,50 @@ def write_still_gif(figures: Sequence[Any], path: Any) -> None:
 
 
 def _save_gif(images: Iterable[Image], duration: int, file: Path) -> None:
-    """Images as frames of a time in ms, in the palette of the first."""
-    made: list[Any] = []
-    for each in images:
-        image = Pillow.fromarray(each)
-        palette = made[0] if made else image.quantize(PALETTE, Pillow.Quantize.MAXCOVERAGE)
-        made.append(image.quantize(palette=palette, dither=Pillow.Dither.NONE))
-    made[0].save(file, format="GIF", save_all=True, append_images=made[1:], duration=duration, loop=0)
+    """Save images as frames of a duration [ms], with the palette of the first."""
+    quantized: list[Any] = []
+    for pixels in images:
+        image = Pillow.fromarray(pixels)
+        palette = quantized[0] if quantized else image.quantize(PALETTE, Pillow.Quantize.MAXCOVERAGE)
+        quantized.append(image.quantize(palette=palette, dither=Pillow.Dither.NONE))
+    first, *others = quantized
+    first.save(file, format="GIF", save_all=True, append_images=others, duration=duration, loop=0)
 
 
 def write_mp4(stage: AnimatedFigure, file: Path) -> None:
-    """A video of one turn, by ffmpeg.
+    """Write a video of one turn with ffmpeg.
 
     Raises
     ------
     BadInput
         If there is no ffmpeg.
     OSError
-        If it fails.
+        If ffmpeg fails.
     """
     width, height = (round(inches * FRAME_DPI) for inches in stage.figure.get_size_inches())
-    given = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{FRAMES / TURN_TIME:g}"]
-    made = ["-pix_fmt", "yuv420p", "-threads", "1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
-    command = [ffmpeg(), "-v", "error", "-y", *given, "-i", "-", *made, "-movflags", "+faststart", "-f", "mp4"]
+    source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{FRAMES / TURN_TIME:g}"]
+    encoding = ["-pix_fmt", "yuv420p", "-threads", "1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
+    command = [ffmpeg(), "-v", "error", "-y", *source, "-i", "-", *encoding, "-movflags", "+faststart", "-f", "mp4"]
     with subprocess.Popen([*command, str(file)], stdin=subprocess.PIPE, stderr=subprocess.PIPE) as encoder:
         assert encoder.stdin is not None
-        with suppress(BrokenPipeError):  # it has ended, and says why
+        with suppress(BrokenPipeError):  # ffmpeg has ended; its error message is read below
             for frame in frames(stage):
                 encoder.stdin.write(frame.tobytes())
-        _, said = encoder.communicate()
+        _, errors = encoder.communicate()
     if encoder.returncode:
-        raise OSError(f"ffmpeg: {said.decode(errors='replace').strip()}")
+        raise OSError(f"ffmpeg: {errors.decode(errors='replace').strip()}")
 
 
 def ffmpeg() -> str:
-    """The program that writes videos: that of the machine, or that of the extra ``video``.
+    """Path of ffmpeg: that of the machine, or that of the extra ``video``.
 
     Raises
     ------
     BadInput
-        If there is none.
+        If there is no ffmpeg.
     """
-    if found := shutil.which("ffmpeg"):
-        return found
+    if path := shutil.which("ffmpeg"):
+        return path
     try:
         from imageio_ffmpeg import get_ffmpeg_exe
     except ImportError:

@@ -1,4 +1,4 @@
-"""The groove or the rib of a cylindrical cam, developed at the mean radius, with its rollers."""
+"""Draws the groove or rib of a cylindrical cam, developed at the mean radius, with its rollers."""
 
 from typing import Any
 
@@ -35,15 +35,13 @@ from camopt.show.drawing.style import (
     TEXT_SIZE,
 )
 
-ANGLE_OFFSETS = ((0.0, 2.0), (0.0, 11.0), (0.0, 20.0))  # points: of a cam angle above the sheet
-
-
+ANGLE_OFFSETS = ((0.0, 2.0), (0.0, 11.0), (0.0, 20.0))  # points from the surface to a cam angle above it
 STEM_WIDTH, STEM_OVERRUN = 0.05, 0.25
-"""The width of a stem that drives a train, and how far it reaches above the surface, in mean radii."""
+"""Width of a stem that drives a train, and its length above the surface, in mean radii."""
 
 
 def draw_groove(axes: Any, picture: Picture) -> list[Label]:
-    """The developed groove, or rib, of a cylindrical cam over one turn, rollers at its start; labels to settle."""
+    """Draw the developed groove or rib over one turn, with rollers at its start; return the labels to place."""
     design = picture.problem.design
     around, (low, high) = 2 * np.pi * float(design.size[0]), surface_ends(picture)
     sheet = np.array([low * 1j, around + low * 1j, around + high * 1j, high * 1j])
@@ -55,12 +53,12 @@ def draw_groove(axes: Any, picture: Picture) -> list[Label]:
     spans = [sheet, *draw_groove_follower(FollowerAxes(axes, axes, axes), picture)]
     spans += draw_linkage(axes, picture, spans, float(design.size[0]))
     points, box, page = np.concatenate(spans), axes.get_position(), axes.figure.get_size_inches()
-    wanted = box.height * page[1] / page[0] * np.ptp(points.real) / np.ptp(points.imag)
-    width = min(box.width, float(wanted))  # no more than the points need at equal scales
+    needed = box.height * page[1] / page[0] * np.ptp(points.real) / np.ptp(points.imag)
+    width = min(box.width, float(needed))  # the points at equal scales need no more
     axes.set_position((box.x0 + (box.width - width) / 2, box.y0, width, box.height))
     fit_axes(axes, points, 0.02)
     radius, unit = length_in_digits(float(design.size[0])), shown_unit("mm")
-    axes.set(xlabel=f"circumference at R {radius}, {unit}", ylabel=f"along its axis, {unit}")
+    axes.set(xlabel=f"circumference at R {radius}, {unit}", ylabel=f"along the axis, {unit}")
     axes.spines[:].set_visible(False)
     axes.set_xticks(np.arange(0.0, around, _round_step(around / 4)))
     step = _round_step((high - low) / 4)
@@ -71,17 +69,17 @@ def draw_groove(axes: Any, picture: Picture) -> list[Label]:
 
 
 def _round_step(length: float) -> float:
-    """A length, mm, that is round in the unit that is shown, and about as long as another."""
+    """A length [mm] that is round in the shown unit, and at most ``length``."""
     return float(from_shown_unit(round_length(to_shown_unit(length, "mm")), "mm"))
 
 
 def surface_colour(picture: Picture) -> str:
-    """The colour of the surface beside the flanks: that of metal, or that of what is cut away beside a rib."""
+    """The colour of the surface beside the flanks: metal beside a groove, cut away beside a rib."""
     return "white" if picture.problem.setup.mechanism.further_contacts else FILL
 
 
 def surface_ends(picture: Picture) -> tuple[float, float]:
-    """The two ends of the drawn surface of a cylindrical cam along its axis, mm, beyond the whole groove."""
+    """Ends of the drawn surface of a cylindrical cam along its axis [mm], beyond the whole groove."""
     radius, size = float(picture.problem.design.roller_radius[0]), float(picture.problem.design.size[0])
     pitch = np.concatenate([c.pitch.imag for each in picture.contacts for c in each.curves])
     low, high = float(pitch.min()) - radius, float(pitch.max()) + radius
@@ -90,17 +88,17 @@ def surface_ends(picture: Picture) -> tuple[float, float]:
 
 
 def draw_channel(axes: Any, picture: Picture, around: float) -> None:
-    """A groove or a rib, with coloured flanks and pitch curves; neighbouring turns too."""
+    """Draw a groove or rib with coloured flanks and pitch curves, also on the neighbouring turns."""
     radius, contacts = float(picture.problem.design.roller_radius[0]), [each.curves for each in picture.contacts]
     if len(contacts) > 1:
         _fill_cylinder_rib(axes, contacts, around)
     elif radius > 0.0:
         _fill_groove(axes, contacts[0], radius, around)
-    named = set()
+    labelled = set()
     for kind, curves in ((kind, c) for each in contacts for kind, c in zip(picture.kinds, each, strict=True)):
         for side in curves.profile[: 2 if radius > 0.0 else 1]:
-            label = f"profile, {STROKE_NAMES[kind]}" if kind not in named else None
-            named.add(kind)
+            label = f"profile, {STROKE_NAMES[kind]}" if kind not in labelled else None
+            labelled.add(kind)
             for shift in (0.0, -around, around):
                 width = 0.9 if picture.undercut else 2.0
                 draw_line(axes, side + shift, color=COLOURS[kind], lw=width, label=label, zorder=4)
@@ -111,13 +109,13 @@ def draw_channel(axes: Any, picture: Picture, around: float) -> None:
 
 
 def _pitch_over_turns(curves: list[CamCurves], around: float) -> ComplexArray:
-    """A pitch curve over three turns."""
+    """A pitch curve repeated over three turns."""
     pitch = np.concatenate([c.pitch for c in curves])
     return np.concatenate([pitch - around, pitch, pitch + around])
 
 
 def _fill_groove(axes: Any, curves: list[CamCurves], radius: float, around: float) -> None:
-    """The region that the roller sweeps."""
+    """Fill the region that the roller sweeps."""
     turns = _pitch_over_turns(curves, around)
     swept = LineString(np.column_stack([turns.real, turns.imag])).buffer(radius, quad_segs=32)
     for part in getattr(swept, "geoms", [swept]):
@@ -126,16 +124,16 @@ def _fill_groove(axes: Any, curves: list[CamCurves], radius: float, around: floa
 
 
 def _fill_cylinder_rib(axes: Any, contacts: list[list[CamCurves]], around: float) -> None:
-    """What is between both flanks."""
-    beyond, before = (np.concatenate([c.profile[0] for c in each]) for each in contacts)
+    """Fill the region between both flanks."""
+    upper, lower = (np.concatenate([c.profile[0] for c in curves]) for curves in contacts)
     for shift in (-around, 0.0, around):
         fill_area(
-            axes, np.concatenate([beyond, before[::-1]]) + shift, facecolor=FILL, edgecolor=FILL, lw=0.6, zorder=2
+            axes, np.concatenate([upper, lower[::-1]]) + shift, facecolor=FILL, edgecolor=FILL, lw=0.6, zorder=2
         )
 
 
 def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> list[Label]:
-    """Where strokes begin along the turn, and which way the surface moves."""
+    """Draw the starts of strokes and the direction of the surface; return labels with cam angles."""
     size, top, labels = float(picture.problem.design.size[0]), float(sheet.imag.max()), []
     for angle in [*(s.start for s in picture.problem.programme.strokes), 2 * np.pi]:
         draw_line(axes, size * angle + 1j * np.array([sheet.imag.min(), top]), color=FAINT, lw=0.7, zorder=1.5)
@@ -151,7 +149,7 @@ def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> list[L
 
 
 def _draw_groove_stem(axes: Any, picture: Picture, start: complex) -> ComplexArray:
-    """The stem of a follower that slides, from its roller to where it drives a train beyond the surface."""
+    """Draw the stem of a translating follower, from its roller to the point that drives a train."""
     size, top = float(picture.problem.design.size[0]), surface_ends(picture)[1]
     half, end = STEM_WIDTH * size / 2, start.real + 1j * (top + STEM_OVERRUN * size)
     stem = np.array([start - half, end - half, end + half, start + half])
@@ -160,7 +158,7 @@ def _draw_groove_stem(axes: Any, picture: Picture, start: complex) -> ComplexArr
 
 
 def draw_groove_follower(parts: FollowerAxes, picture: Picture) -> list[ComplexArray]:
-    """The rollers at the start of the turn, and their arm when it swings; the points they span."""
+    """Draw the rollers at the start of the turn, and the arm of an oscillating follower; return their extent."""
     axes, design, angular = parts.follower, picture.problem.design, picture.problem.setup.angular
     starts = [complex(each.curves[0].pitch[0]) for each in picture.contacts]
     start, radius, spans = starts[0], float(design.roller_radius[0]), [np.array(starts)]

@@ -1,4 +1,4 @@
-"""The limit lines of a diagram: one for each limit on its curve, at the bound in the diagram's unit."""
+"""Limit lines of a diagram: one for each limit on its curve, at the bound in the unit of the diagram."""
 
 from collections.abc import Hashable
 from functools import partial
@@ -14,37 +14,39 @@ from camopt.scene.problem.limits import first_peak
 from camopt.show.drawing.picture import Picture
 
 LimitLines = list[tuple[int, float]]
-"""Kinds of stroke over which a magnitude is bounded, or 0 for one side of the turn; the level."""
+"""Pairs of kinds of stroke and level. Kinds 0: one line over the turn; else ± the level over these strokes."""
 
 
 def limit_lines(picture: Picture, name: str, kinds: int = 0) -> LimitLines:
-    """The lines of all limits on the curve whose extreme is a quantity, in the unit of that quantity.
+    """The lines of all limits on the curve whose extreme is the quantity ``name``, in its unit.
 
-    One of a quantity that is no extreme of a curve is at its own bound, over some kinds of stroke.
+    If the quantity is not an extreme of a curve, its limit is a line at its bound, over ``kinds`` of stroke.
     """
-    asked = [limit for limit in picture.problem.limits if limit.set_by_scene]
+    limits = [limit for limit in picture.problem.limits if limit.set_by_scene]
     peak = first_peak(name, picture.problem.setup)
     if peak is None:
-        return [(kinds, limit.bound) for limit in asked if name in limit.shown_quantities]
+        return [(kinds, limit.bound) for limit in limits if name in limit.shown_quantities]
     shown = {_curve_identity(make) for make, _ in peak.curves}
-    found = [
+    constraints = [
         constraint
-        for limit in asked
+        for limit in limits
         for constraint in limit.constraints
         if _curve_identity(constraint.curve) in shown
     ]
     return list(
-        dict.fromkeys((_bounded_kinds(constraint), _bound_level(constraint, peak, picture)) for constraint in found)
+        dict.fromkeys(
+            (_bounded_kinds(constraint), _bound_level(constraint, peak, picture)) for constraint in constraints
+        )
     )
 
 
 def _curve_identity(make: Any) -> Hashable:
-    """A key that tells the curves of one setup apart."""
+    """A key that is equal for equal curves of one setup."""
     return (make.func, frozenset(make.keywords.items())) if isinstance(make, partial) else make
 
 
 def _bounded_kinds(constraint: Constraint) -> int:
-    """The kinds of stroke over which a magnitude is bounded; 0 for one side of the turn."""
+    """Kinds of stroke over which a magnitude is bounded; 0 if only one sign is bounded."""
     if constraint.goal != LARGEST_MAGNITUDE:
         return 0
     everywhere = constraint.kinds & WAYS or constraint.kinds & (RISE | RETURN) == RISE | RETURN
@@ -52,7 +54,7 @@ def _bounded_kinds(constraint: Constraint) -> int:
 
 
 def _bound_level(constraint: Constraint, peak: Peak, picture: Picture) -> float:
-    """The bound of a constraint as a value of the quantity that a peak is."""
+    """The bound of a constraint, in the unit of the quantity of a peak."""
     if isinstance(constraint.bound, QuantityBound) and constraint.bound.scale == peak.scale:
         return constraint.bound.quantity
     design = picture.problem.design

@@ -1,4 +1,4 @@
-"""The train beyond a follower, to scale: its links with joints, guides and pivots, in the position of the cam."""
+"""Draws the train between follower and tool to scale: links with joints, guides and pivots."""
 
 from typing import Any
 
@@ -19,9 +19,9 @@ GUIDE_GAP, GUIDE_WIDTH, BAR_HALF = 0.037, 0.025, 0.022
 
 
 def train_sketch(picture: Picture, spans: list[ComplexArray], size: float) -> LinkSketch | None:
-    """The train at the frames of a turn, on the pivot of a follower, or on the end of its stem; None without one.
+    """The train at the frames of a turn, on the pivot of the follower or the end of its stem; None without a train.
 
-    That end is the highest of the points that are spanned without the train.
+    The end of the stem is the highest point of ``spans``, the extent of the drawing without the train.
     """
     problem = picture.problem
     if problem.setup.angular:
@@ -32,7 +32,7 @@ def train_sketch(picture: Picture, spans: list[ComplexArray], size: float) -> Li
 
 
 def draw_linkage(axes: Any, picture: Picture, spans: list[ComplexArray], size: float) -> list[ComplexArray]:
-    """Draw the train as it is at cam angle 0; the points that it spans over the turn."""
+    """Draw the train at cam angle 0; return its extent over the turn."""
     if (train := train_sketch(picture, spans, size)) is None:
         return []
     draw_fixed_parts(axes, train, size)
@@ -42,23 +42,23 @@ def draw_linkage(axes: Any, picture: Picture, spans: list[ComplexArray], size: f
 
 
 def sketch_points(sketch: LinkSketch) -> ComplexArray:
-    """The points that a train spans over the turn."""
-    moved = [_member_corners(each)[:, None] * np.exp(1j * each.turned) + each.at for each in sketch.members]
-    guides = [each.at + each.way * np.array([-1, 1]) for each in sketch.supports]
-    return np.concatenate([points.ravel() for points in (*moved, *guides)])
+    """The extent of a train over the turn, as points."""
+    corners = [_member_corners(m)[:, None] * np.exp(1j * m.turned) + m.at for m in sketch.members]
+    guides = [support.at + support.way * np.array([-1, 1]) for support in sketch.supports]
+    return np.concatenate([points.ravel() for points in (*corners, *guides)])
 
 
 def draw_fixed_parts(axes: Any, sketch: LinkSketch, size: float) -> None:
-    """What stands still, and the paths of the joints."""
-    for each in sketch.supports:
-        (_draw_pivot if each.ground == "pivot" else _draw_guide)(axes, each, size)
+    """Draw the fixed supports, and the paths of the joints."""
+    for support in sketch.supports:
+        (_draw_pivot if support.ground == "pivot" else _draw_guide)(axes, support, size)
     for member in sketch.members:
         if member.shape == "bar":
             draw_line(axes, member.at, color=FAINT, lw=0.8, zorder=4.2)
 
 
 def draw_member(axes: Any, member: Member, size: float) -> None:
-    """A rigid part as it is at cam angle 0."""
+    """Draw a rigid part at cam angle 0."""
     at = complex(member.at[0])
     if member.shape == "bar":
         _draw_bar(axes, at, at + complex(member.points[1]), BAR_HALF * size)
@@ -79,7 +79,7 @@ def _member_corners(member: Member) -> ComplexArray:
 
 
 def _draw_bar(axes: Any, start: complex, end: complex, half: float) -> None:
-    """A bar with round ends, and a pin at each."""
+    """Draw a bar with round ends, and a pin at each end."""
     way = (end - start) / (abs(end - start) or 1.0)
     round_end = half * way * np.exp(1j * np.linspace(-np.pi / 2, np.pi / 2, 19))
     fill_area(axes, np.concatenate([end + round_end, start - round_end]), zorder=5.4, **MEMBER_STYLE)
@@ -88,7 +88,7 @@ def _draw_bar(axes: Any, start: complex, end: complex, half: float) -> None:
 
 
 def _draw_pivot(axes: Any, pivot: Support, size: float) -> None:
-    """A fixed pivot on the ground."""
+    """Draw a fixed pivot on the ground."""
     fill_area(axes, pivot.at + size * PIVOT, facecolor="white", edgecolor=MUTED, lw=0.9, zorder=4.7)
     base = pivot.at + size * BASE
     fill_area(axes, base, facecolor="white", edgecolor=MUTED, hatch="//////", lw=0.0, zorder=4.6)
@@ -96,7 +96,7 @@ def _draw_pivot(axes: Any, pivot: Support, size: float) -> None:
 
 
 def _draw_guide(axes: Any, guide: Support, size: float) -> None:
-    """A guide on both sides of what slides along it."""
+    """Draw a guide on both sides of a slider."""
     across = 1j * guide.way / abs(guide.way) * size
     for side in (-1.0, 1.0):
         inner = guide.at + side * GUIDE_GAP * across + guide.way * np.array([-1, 1])

@@ -1,4 +1,4 @@
-"""Diagrams of the loads of the contact: thrust, contact stress, sliding, wear and film."""
+"""Diagrams of contact loads: thrust, contact stress, sliding, wear and film."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -15,24 +15,24 @@ from camopt.show.drawing.picture import Picture
 
 
 def load_panels(picture: Picture, *, every: bool = False) -> list[Panel]:
-    """The diagrams of thrust, stress and surface that were computed and are finite: all, or the usual."""
+    """Diagrams of thrust, stress and surface, if computed and finite; ``every`` adds unusual forces."""
 
-    def panels_of_contact(each: Picture) -> list[Panel]:
+    def panels_of_contact(contact: Picture) -> list[Panel]:
         return [
-            *_thrust_panels(each, every),
-            *_stress_panels(each),
-            *_sliding_panels(each),
-            *_wear_panels(each),
-            *_film_panels(each),
+            *_thrust_panels(contact, every),
+            *_stress_panels(contact),
+            *_sliding_panels(contact),
+            *_wear_panels(contact),
+            *_film_panels(contact),
         ]
 
     return merge_contacts(picture, panels_of_contact)
 
 
 def _thrust_panels(picture: Picture, every: bool) -> list[Panel]:
-    """Side thrust, or normal force for a follower without it; other forces if they are limited."""
+    """Side thrust, or normal force for a follower without side thrust; other forces if they are limited."""
     setup = picture.problem.setup
-    found: list[Panel] = []
+    panels: list[Panel] = []
     main = "side_thrust_max_N" if setup.mechanism.curvature else "normal_force_max_N"
     for title, name in (
         ("Normal force", "normal_force_max_N"),
@@ -46,10 +46,10 @@ def _thrust_panels(picture: Picture, every: bool) -> list[Panel]:
         *_, factor = (1.0,) if normal else thrust.LEVERS[name](setup.dynamics)
         make = partial(normal_curve, setup) if normal else partial(thrust.thrust_curve, setup, of=name)
         variants: list[Variant] = [(partial(make, way=way), kinds) for way, kinds in friction_ways(setup)]
-        found.append(
+        panels.append(
             load_panel(picture, title, name, [factor * value for value in largest_variant(picture, variants)])
         )
-    return found
+    return panels
 
 
 def _stress_panels(picture: Picture) -> list[Panel]:
@@ -62,7 +62,7 @@ def _stress_panels(picture: Picture) -> list[Panel]:
 
 
 def _sliding_panels(picture: Picture) -> list[Panel]:
-    """How fast the follower slides over the cam, or how fast its roller spins."""
+    """Sliding speed of the follower on the cam, or speed of its roller."""
     problem = picture.problem
     setup, design = problem.setup, problem.design
     rolls = has_quantities(picture, surface.ROLLER_SPEED)
@@ -71,9 +71,7 @@ def _sliding_panels(picture: Picture) -> list[Panel]:
         return []
     assert setup.omega is not None
     factor = 30.0 / pi * setup.omega / float(design.roller_radius[0]) if rolls else setup.omega / 1e3
-    *others, side = (
-        flank.side for flank in setup.mechanism.flanks
-    )  # of the walls of a groove, the outer is faster
+    *others, side = (flank.side for flank in setup.mechanism.flanks)  # the outer wall of a groove is faster
     curve = surface.sliding_curve(setup, design, problem.programme, side)
     values = [factor * value for value in picture.curve_values(curve)]
     title = "Speed of the roller in its follower" if rolls else "Sliding speed"
@@ -95,7 +93,7 @@ def _wear_panels(picture: Picture) -> list[Panel]:
 
 
 def _film_panels(picture: Picture) -> list[Panel]:
-    """The film over the roughness, or in µm if the scene gives no roughness; 0 where there is no entrainment."""
+    """Film thickness over roughness, or in µm without a roughness; 0 where nothing is entrained."""
     name = surface.FILM_RATIO if has_quantities(picture, surface.FILM_RATIO) else surface.FILM_THICKNESS
     if not has_quantities(picture, name):
         return []
@@ -108,12 +106,14 @@ def _film_panels(picture: Picture) -> list[Panel]:
 
 
 def largest_variant(picture: Picture, variants: Sequence[Variant], *, pressed: bool = False) -> PieceValues:
-    """A load over each piece of the turn, the largest of its variants; 0 where a flank is not ``pressed``."""
+    """The variant of a load with the largest magnitude, at each sample. ``pressed`` sets negative values to 0."""
     problem = picture.problem
-    each = [(picture.curve_values(make(problem.design, problem.programme)), kinds) for make, kinds in variants]
+    variant_values = [
+        (picture.curve_values(make(problem.design, problem.programme)), kinds) for make, kinds in variants
+    ]
     values: PieceValues = []
     for k, kind in enumerate(problem.programme.table.kind):
-        here = np.array([curves[k] for curves, kinds in each if kinds & kind])
+        here = np.array([curves[k] for curves, kinds in variant_values if kinds & kind])
         here = np.maximum(here, 0.0) if pressed else here
         values.append(np.take_along_axis(here, np.abs(here).argmax(axis=0)[None], axis=0)[0])
     return values

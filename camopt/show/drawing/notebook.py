@@ -1,6 +1,6 @@
-"""How results show themselves in a notebook: their tables as HTML, with a small picture of the cam.
+"""HTML of results for notebooks: their tables, with a small picture of the cam.
 
-The picture is the profile to scale, as SVG made without matplotlib.
+The picture is the profile to scale, as SVG, made without matplotlib.
 """
 
 from collections.abc import Iterable
@@ -22,21 +22,21 @@ from camopt.solve.tables.html import html_section, html_table
 from camopt.solve.tables.result import Result, Table
 
 CAM_PIXELS, MARGIN_PIXELS, TEXT_PIXELS = 180.0, 4.0, 16.0  # longer side of the cam, margin, line of text below
-NEAR_PIXELS = 2.0  # pixels: points closer together than that are left out
+NEAR_PIXELS = 2.0  # pixels; closer points are left out
 
 
 def result_html(result: HasHtml) -> str:
-    """How a notebook shows a result: its tables and sentences, and on its right its cam, if it has one."""
+    """HTML of a result: its tables and sentences, and its cam on the right if it has one."""
     text = _section_html(result) if isinstance(result, Result) else _scene_html(result)
     try:
         cam = cam_svg(result.shown_cam) if result.shown_cam else ""
-    except BadInput:  # sizes that no scene has: the table shows them all the same
+    except BadInput:  # sizes that no scene allows: show the table without a cam
         cam = ""
     return f'<div style="display: flex; flex-wrap: wrap; gap: 2em">{text}{cam}</div>' if cam else text
 
 
 def _section_html(result: Result) -> str:
-    """The tables and the sentences of a result under its name."""
+    """HTML of the tables and sentences of a result under its name."""
     name, *rest = repr(result)[1:-1], *filter(None, result.sections())
     if rest and isinstance(rest[0], Table):
         first, *rest = rest
@@ -47,13 +47,13 @@ def _section_html(result: Result) -> str:
 
 
 def _scene_html(scene: Any) -> str:
-    """A description of a scene, with its TOML to unfold."""
+    """HTML of a scene: its description, and its TOML to unfold."""
     unfolded = f"<details><summary>TOML</summary><pre>{escape(scene.to_toml())}</pre></details>"
     return f"<div><b>{escape(repr(scene))}</b>{unfolded}</div>"
 
 
 def cam_svg(scene: Scene) -> str:
-    """The profile of a disc cam and its base circle, or the developed flanks of a groove; "" if there is no cam."""
+    """SVG of the profile of a disc cam with its base circle, or of a developed groove; "" if there is no cam."""
     picture = Picture(scene, resolve_design(scene))
     if not picture.exists:
         return ""
@@ -85,22 +85,22 @@ def cam_svg(scene: Scene) -> str:
 
 
 def _svg_path(points: ComplexArray, **style: object) -> str:
-    """A line through points in pixels, y downwards; points that are near to the one before are left out."""
+    """An SVG path through points [pixels], y downwards; points near to their predecessor are left out."""
     kept = [points[0]]
-    for here in points[1:-1]:
-        if abs(here - kept[-1]) > NEAR_PIXELS:
-            kept.append(here)
+    for point in points[1:-1]:
+        if abs(point - kept[-1]) > NEAR_PIXELS:
+            kept.append(point)
     places = "L".join(f"{p.real:.1f},{p.imag:.1f}" for p in (*kept, points[-1]))
     pens = " ".join(f'{name.replace("_", "-")}="{value}"' for name, value in {"fill": "none", **style}.items())
     return f'<path d="M{places}" {pens}/>'
 
 
-def _svg_page(drawn: Iterable[str], extent: Iterable[float], words: str, title: str) -> str:
-    """The picture of what is drawn, with a line of text below."""
+def _svg_page(elements: Iterable[str], extent: Iterable[float], words: str, title: str) -> str:
+    """An SVG picture of elements, with a line of text below."""
     width, height = (side + 2.0 * MARGIN_PIXELS for side in extent)
     box = f"{-MARGIN_PIXELS} {-MARGIN_PIXELS} {width:.1f} {height + TEXT_PIXELS:.1f}"
     foot = height + 0.7 * TEXT_PIXELS - MARGIN_PIXELS
     text = f'<text y="{foot:.1f}" font-size="11" fill="{INK}">{escape(words)}</text>'
     size = f'width="{max(width, CAM_PIXELS):.0f}" height="{height + TEXT_PIXELS:.0f}" font-family="sans-serif"'
     opening = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}" {size}><title>{escape(title)}</title>'
-    return opening + "".join(drawn) + text + "</svg>"
+    return opening + "".join(elements) + text + "</svg>"

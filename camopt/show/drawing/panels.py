@@ -1,4 +1,4 @@
-"""The contents of each diagram: values piece by piece, exact peaks, limits, impulses and notes."""
+"""Contents of diagrams over the cam angle: values by smooth pieces, exact peaks, limits, impulses and notes."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,15 +17,15 @@ from camopt.show.drawing.limit_lines import limit_lines
 from camopt.show.drawing.picture import STROKE_NAMES, Picture, four_digits, value_with_unit
 from camopt.show.drawing.style import INK, REFERENCE_COLOUR
 
-NEGLIGIBLE = 1e-6  # jumps below this share of the range are none, samples this near the peak are the peak
-CURVATURE_CLIP = 4.0  # times the usual pitch curvature: where the diagram of curvature is cut off
+NEGLIGIBLE = 1e-6  # share of the range: smaller jumps are not drawn, samples this near a peak belong to it
+CURVATURE_CLIP = 4.0  # times the usual pitch curvature: larger curvature is cut off in the diagram
 
 PieceValues = list[FloatArray]
 Curve = Callable[[FloatArray], FloatArray]
 
 
 class MoveMark(NamedTuple):
-    """A condition on a motion: from one cam angle to another, deg, and from one value to another."""
+    """A condition of the scene on the motion: a range of cam angles [deg] and a range of values."""
 
     start: float
     end: float
@@ -34,12 +34,12 @@ class MoveMark(NamedTuple):
 
 
 PITCH_POINT_TEXT = "pitch point "
-"""Before the value of a peak that it is."""
+"""Start of the text at the pitch point."""
 
 
 @dataclass
 class MarkedPeak:
-    """A marked point: cam angle in deg, value, text, colour, and whether it is the least value."""
+    """A marked peak: cam angle [deg], value, text, colour, and whether it is the smallest value."""
 
     angle: float
     value: float
@@ -48,14 +48,14 @@ class MarkedPeak:
     least: bool = False
 
     def with_factor(self, factor: float) -> "MarkedPeak":
-        """The peak in another unit, with its text if that is the value alone."""
+        """The peak in another unit; a text that ends in a digit is replaced by the new value."""
         value = factor * self.value
         return replace(self, value=value, text=four_digits(value) if self.text[-1:].isdigit() else self.text)
 
 
 @dataclass
 class Panel:
-    """One diagram: values piece by piece, with notes. Values, peaks and limits are in ``unit``."""
+    """One diagram: values by smooth pieces, with notes. Values, peaks and limits are in ``unit``."""
 
     title: str
     unit: str
@@ -63,57 +63,57 @@ class Panel:
     peaks: list[MarkedPeak] = field(default_factory=list)
     limits: list[tuple[int, float]] = field(default_factory=list)
     impulses: list[tuple[float, float]] = field(default_factory=list)  # cam angle in deg, size
-    reference: PieceValues | None = None  # what the values are seen against, dash-dot
-    other: PieceValues | None = None  # of the other flank, thin
+    reference: PieceValues | None = None  # values for comparison, dash-dot
+    other: PieceValues | None = None  # values of the other flank or contact, thin
     note: str = ""
-    alarm: list[BoolArray] | None = None  # where this is true, piece by piece, the cam is undercut
+    alarm: list[BoolArray] | None = None  # true where the cam is undercut, by pieces
     span: tuple[float, float] | None = None
-    bands: list[tuple[float, float]] = field(default_factory=list)  # from where to where on the axis of values
+    bands: list[tuple[float, float]] = field(default_factory=list)  # ranges of values shaded over the turn
     marks: list[MoveMark] = field(default_factory=list)
-    quantity: str = ""  # that is an extreme of the values, of a load
-    value_at: Curve | None = None  # the values at any cam angles, rad, of the diagrams that an animation shows
+    quantity: str = ""  # of a load: the quantity that is an extreme of the values
+    value_at: Curve | None = None  # values at any cam angles [rad], for diagrams in animations
 
     def in_shown_units(self) -> "Panel":
-        """The diagram in the unit in which results are shown; numbers in notes are so already."""
-        one, at = to_shown_unit(1.0, self.unit), self.value_at
-        if one == 1.0:
+        """The diagram in the unit in which results are shown. Notes already use it."""
+        factor, at = to_shown_unit(1.0, self.unit), self.value_at
+        if factor == 1.0:
             return self
         return replace(
             self,
             unit=shown_unit(self.unit),
-            values=[one * values for values in self.values],
-            peaks=[each.with_factor(one) for each in self.peaks],
-            limits=[(kinds, one * bound) for kinds, bound in self.limits],
-            impulses=[(angle, one * size) for angle, size in self.impulses],
-            reference=self.reference and [one * values for values in self.reference],
-            other=self.other and [one * values for values in self.other],
-            span=self.span and (one * self.span[0], one * self.span[1]),
-            bands=[(one * low, one * high) for low, high in self.bands],
-            marks=[mark._replace(low=one * mark.low, high=one * mark.high) for mark in self.marks],
-            value_at=at and (lambda angles: one * at(angles)),
+            values=[factor * values for values in self.values],
+            peaks=[peak.with_factor(factor) for peak in self.peaks],
+            limits=[(kinds, factor * bound) for kinds, bound in self.limits],
+            impulses=[(angle, factor * size) for angle, size in self.impulses],
+            reference=self.reference and [factor * values for values in self.reference],
+            other=self.other and [factor * values for values in self.other],
+            span=self.span and (factor * self.span[0], factor * self.span[1]),
+            bands=[(factor * low, factor * high) for low, high in self.bands],
+            marks=[mark._replace(low=factor * mark.low, high=factor * mark.high) for mark in self.marks],
+            value_at=at and (lambda angles: factor * at(angles)),
         )
 
 
 def motion_panels(picture: Picture) -> list[Panel]:
     """The six diagrams of a design: displacement and its derivatives, pressure angle, curvature."""
 
-    def panels_of_contact(each: Picture) -> list[Panel]:
-        motion = [_derivative_panel(each, name, order) for order, name in enumerate(DERIVATIVE_UNITS, start=1)]
-        return [_displacement_panel(each), *motion, _pressure_panel(each), _curvature_panel(each)]
+    def panels_of_contact(contact: Picture) -> list[Panel]:
+        motion = [_derivative_panel(contact, name, order) for order, name in enumerate(DERIVATIVE_UNITS, start=1)]
+        return [_displacement_panel(contact), *motion, _pressure_panel(contact), _curvature_panel(contact)]
 
     return merge_contacts(picture, panels_of_contact)
 
 
-def merge_contacts(picture: Picture, made: Callable[[Picture], list[Panel]]) -> list[Panel]:
-    """Diagrams of the first contact of a follower, with what they are of a second one as thin lines."""
-    first, *further = (made(each) for each in picture.contacts)
+def merge_contacts(picture: Picture, panels_of: Callable[[Picture], list[Panel]]) -> list[Panel]:
+    """The diagrams of the first contact of a follower, with those of a second contact as thin lines."""
+    first, *further = (panels_of(contact) for contact in picture.contacts)
     for others in further:
         first = [merge_second_contact(panel, other) for panel, other in zip(first, others, strict=True)]
     return first
 
 
 def merge_second_contact(panel: Panel, other: Panel) -> Panel:
-    """A diagram with the values of a second contact, where they differ, and the worse of their peaks."""
+    """A diagram with the values of a second contact, if they differ, and the larger peaks of both."""
     if all(np.array_equal(one, two) for one, two in zip(panel.values, other.values, strict=True)):
         return panel
     every = np.concatenate([*panel.values, *other.values])
@@ -130,15 +130,17 @@ def merge_second_contact(panel: Panel, other: Panel) -> Panel:
 
 
 def _worse_peaks(peaks: list[MarkedPeak], others: list[MarkedPeak]) -> list[MarkedPeak]:
-    """Of the peaks of two contacts, if they have the same ones, the worse of each."""
+    """The larger of each pair of peaks of two contacts; those of the first if the numbers of peaks differ."""
     if len(peaks) != len(others):
         return peaks
     pairs = zip(peaks, others, strict=True)
-    found = [(min if one.least else max)(one, two, key=lambda peak: abs(peak.value)) for one, two in pairs]
-    pitch_points = [peak for peak in found if peak.text.startswith(PITCH_POINT_TEXT)]
-    for other in sorted(pitch_points, key=lambda peak: -abs(peak.value))[1:]:  # the steepest contact has the one
+    worse = [(min if one.least else max)(one, two, key=lambda peak: abs(peak.value)) for one, two in pairs]
+    pitch_points = [peak for peak in worse if peak.text.startswith(PITCH_POINT_TEXT)]
+    for other in sorted(pitch_points, key=lambda peak: -abs(peak.value))[
+        1:
+    ]:  # only the steepest contact has a pitch point
         other.text, other.colour = other.text.removeprefix(PITCH_POINT_TEXT), INK
-    return found
+    return worse
 
 
 def _displacement_panel(picture: Picture) -> Panel:
@@ -148,44 +150,47 @@ def _displacement_panel(picture: Picture) -> Panel:
     panel = Panel(_motion_title("Displacement", picture), unit, values)
     panel.peaks = _stroke_peaks(picture, picture.tool_kinds, values, {ALL_STROKES: tool.lift * factor})
     panel.marks, panel.value_at = move_marks(picture, 0, factor), lambda angles: tool.motion_at(angles)[0] * factor
-    notes = ["squares: asked of moves"] if panel.marks else []
+    notes = ["squares: conditions of moves"] if panel.marks else []
     if setup.train is not None:
         panel.reference, note = _follower_displacement(picture, tool.lift * factor)
         notes.append(note)
     if any(each.end > each.start for stroke in tool.strokes for each in stroke.through):
-        notes = ["squares and bands: asked of moves"]
+        notes = ["squares and bands: conditions of moves"]
     if picture.problem.programme.radii:
         notes = ["squares: where arcs and lines meet"]
     dynamics = setup.dynamics
     if dynamics.lash is not None:
         low, high = ((dynamics.lash + side * dynamics.lash_variation) * factor for side in (-1, 1))
         panel.bands = [(low, high)]
-        one, shown_as = to_shown_unit(1.0, panel.unit), shown_unit(panel.unit)
-        ends = f"{one * low:.4g}" + (f" to {one * high:.4g} {shown_as}" if high > low else "")
+        scale, unit_name = to_shown_unit(1.0, panel.unit), shown_unit(panel.unit)
+        ends = f"{scale * low:.4g}" + (f" to {scale * high:.4g} {unit_name}" if high > low else "")
         notes.append(f"grey: lash {ends}")
     panel.note = "  ·  ".join(notes)
     return panel
 
 
 def _follower_displacement(picture: Picture, tool: float) -> tuple[PieceValues, str]:
-    """The displacement of the follower beside that of a tool; in another unit as high as that."""
+    """The displacement of the follower for the diagram of its tool, and a note.
+
+    If their units differ, it is scaled to the height of the tool's displacement.
+    """
     setup, lift = picture.problem.setup, picture.problem.programme.lift
     factor, unit = (np.degrees(1.0), "deg") if setup.angular else (1.0, "mm")
-    alike = setup.angular == setup.tool_turns
-    as_high = factor if alike else tool / lift
-    scaled = "" if alike else f" {shown_unit(unit)}, scaled to the same height"
-    note = f"dash-dot: of the follower, up to {four_digits(to_shown_unit(lift * factor, unit))}{scaled}"
-    return [rows[0] * as_high for rows in picture.motion], note
+    same_unit = setup.angular == setup.tool_turns
+    scale = factor if same_unit else tool / lift
+    scaled = "" if same_unit else f" {shown_unit(unit)}, scaled to the same height"
+    note = f"dash-dot: follower, up to {four_digits(to_shown_unit(lift * factor, unit))}{scaled}"
+    return [rows[0] * scale for rows in picture.motion], note
 
 
 def move_marks(picture: Picture, order: int, factor: float) -> list[MoveMark]:
-    """The conditions of the scene's moves on a derivative."""
+    """The conditions of the scene's moves on a derivative of the motion."""
     strokes = picture.problem.programme.tool.strokes
-    every = [
+    conditions = [
         each for stroke in strokes for each in stroke.required_conditions(strokes[0].low) if each.order == order
     ]
     per = 180 / pi
-    return [MoveMark(each.start * per, each.end * per, each.low * factor, each.high * factor) for each in every]
+    return [MoveMark(c.start * per, c.end * per, c.low * factor, c.high * factor) for c in conditions]
 
 
 def _derivative_panel(picture: Picture, name: str, order: int) -> Panel:
@@ -193,12 +198,12 @@ def _derivative_panel(picture: Picture, name: str, order: int) -> Panel:
     setup, programme = picture.problem.setup, picture.problem.programme.tool
     timed, factor = setup.omega is not None, motion_scale(setup, order)
     values = [rows[order] * factor for rows in picture.tool_motion]
-    found = {
+    names = {
         kind: motion_quantity(name, STROKE_NAMES[kind], angular=setup.tool_turns, timed=timed)
         for kind in (RISE, RETURN)
     }
-    exact = {kind: picture.values[key] for kind, key in found.items()}
-    panel = Panel(_motion_title(name.capitalize(), picture), QUANTITIES[found[RISE]].unit, values)
+    exact = {kind: picture.values[key] for kind, key in names.items()}
+    panel = Panel(_motion_title(name.capitalize(), picture), QUANTITIES[names[RISE]].unit, values)
     panel.peaks = _stroke_peaks(picture, picture.tool_kinds, values, exact)
     panel.marks, panel.value_at = (
         move_marks(picture, order, factor),
@@ -214,7 +219,7 @@ def _derivative_panel(picture: Picture, name: str, order: int) -> Panel:
 
 
 def _pressure_panel(picture: Picture) -> Panel:
-    """Signed pressure angle; for a face square to the motion, which has none, the contact on the face."""
+    """Signed pressure angle; the contact on the face if the pressure angle is 0 throughout."""
     mechanism, design = picture.problem.setup.mechanism, picture.problem.design
     programme, exact = picture.problem.programme, picture.values
     if exact["pressure_angle_max_deg"] == 0.0 and mechanism.reach is not None:
@@ -234,11 +239,11 @@ def _pressure_panel(picture: Picture) -> Panel:
 
 
 def _mark_pitch_point(panel: Panel, exact: dict[str, Any]) -> None:
-    """Mark the pitch point in place of the peak that it is; in a dwell it is a peak of its own."""
+    """Mark the pitch point: at the peak where it lies, or as a further peak in a dwell."""
     largest, at = exact["pressure_angle_max_deg"], exact["pressure_angle_max_at_deg"]
-    alike = [peak for peak in panel.peaks if abs(peak.value) >= largest * (1 - NEGLIGIBLE)]
-    if alike:
-        peak = min(alike, key=lambda peak: abs((peak.angle - at + 180.0) % 360.0 - 180.0))
+    candidates = [peak for peak in panel.peaks if abs(peak.value) >= largest * (1 - NEGLIGIBLE)]
+    if candidates:
+        peak = min(candidates, key=lambda peak: abs((peak.angle - at + 180.0) % 360.0 - 180.0))
         peak.angle, peak.text, peak.colour = at, f"{PITCH_POINT_TEXT}{peak.text}", REFERENCE_COLOUR
         return
     every = np.concatenate(panel.values)
@@ -249,7 +254,7 @@ def _mark_pitch_point(panel: Panel, exact: dict[str, Any]) -> None:
 
 
 def _curvature_panel(picture: Picture) -> Panel:
-    """Curvature of pitch curve and profile; for a flat face the radius of curvature, which may pass through 0."""
+    """Curvature of pitch curve and profile; for a flat face the radius of curvature, which may cross 0."""
     mechanism, design = picture.problem.setup.mechanism, picture.problem.design
     programme, least = picture.problem.programme, picture.values["profile_radius_min_mm"]
     if mechanism.profile_radius is not None:
@@ -261,7 +266,7 @@ def _curvature_panel(picture: Picture) -> Panel:
         assert mechanism.curvature is not None
         panel = _trace_curvature_panel(picture, picture.curve_values(mechanism.curvature(design, programme)))
     if programme.corners:
-        panel.note = "corners, where the velocity jumps, left out"
+        panel.note = "without corners, where the velocity jumps"
     return panel
 
 
@@ -271,7 +276,7 @@ def _trace_curvature_panel(picture: Picture, pitch: PieceValues) -> Panel:
     every = np.concatenate(pitch)
     finite = [k[np.isfinite(k)] for k in (every, _offset_curvature(every, radius, np.inf))]
     usual = [np.percentile(np.abs(k), q) for k, q in zip(finite, (95, 50), strict=True) if k.size]
-    cap = CURVATURE_CLIP * float(max(usual, default=1.0))  # so that a cusp does not flatten all the rest
+    cap = CURVATURE_CLIP * float(max(usual, default=1.0))  # so that a cusp does not flatten the rest
     profiles = [[_offset_curvature(k, flank.bulge * radius, cap) for k in pitch] for flank in flanks]
     panel = Panel(f"Curvature of the {'flanks' if both else 'profile'}", "1/mm", profiles[0])
     if radius > 0.0:
@@ -294,7 +299,7 @@ def _trace_curvature_panel(picture: Picture, pitch: PieceValues) -> Panel:
 
 
 def _offset_curvature(pitch: FloatArray, radius: float, cap: float) -> FloatArray:
-    """κ/(1 − κ·R), without the parts that are cut away or beyond the cap."""
+    """Curvature κ/(1 − κ·R) of the profile; NaN where it is cut away or beyond the cap."""
     share = 1.0 - pitch * radius
     with np.errstate(all="ignore"):
         curvature = pitch / share
@@ -302,20 +307,20 @@ def _offset_curvature(pitch: FloatArray, radius: float, cap: float) -> FloatArra
 
 
 def has_quantities(picture: Picture, *names: str) -> bool:
-    """Whether quantities were computed, and are finite."""
+    """Whether quantities were computed and are finite."""
     return all(isfinite(picture.values.get(name, np.inf)) for name in names)
 
 
 def _motion_title(title: str, picture: Picture) -> str:
-    """The title of a diagram of the motion that is asked."""
+    """The title of a diagram of the motion that the scene gives."""
     return title if picture.problem.setup.train is None else f"{title} of the tool"
 
 
 def _stroke_peaks(
     picture: Picture, kinds_of: Sequence[int], values: PieceValues, exact: dict[int, float], sign: str = ""
 ) -> list[MarkedPeak]:
-    """The largest magnitude over strokes of given kinds: its place from the samples, its value exact."""
-    found = []
+    """Peaks of the magnitude over strokes of each key of ``exact``: its angle from samples, its value exact."""
+    peaks = []
     for kinds, largest in exact.items():
         chosen = [k for k, kind in enumerate(kinds_of) if kind & kinds]
         if chosen and isfinite(largest) and largest > 0.0:
@@ -323,17 +328,17 @@ def _stroke_peaks(
             at = float(np.nanargmax(np.abs(every)))
             direction = np.sign(every[int(at)])
             angle = _middle_of_peak(np.concatenate([picture.pieces[k] for k in chosen]), every * direction)
-            found.append(MarkedPeak(angle, direction * largest, f"{four_digits(direction * largest)}{sign}"))
-    return found
+            peaks.append(MarkedPeak(angle, direction * largest, f"{four_digits(direction * largest)}{sign}"))
+    return peaks
 
 
 def quantity_peaks(picture: Picture, values: PieceValues, greatest: str, least: str) -> list[MarkedPeak]:
-    """The peaks of the greatest and the least value, by their quantities; none for an empty name."""
+    """Peaks of the largest and smallest value, by the names of their quantities; "" for none."""
     return extreme_peaks(picture, values, tuple(picture.values.get(name, np.nan) for name in (greatest, least)))
 
 
 def extreme_peaks(picture: Picture, values: PieceValues, exact: tuple[float, ...]) -> list[MarkedPeak]:
-    """The peaks of the greatest and the least value, if these are finite."""
+    """Peaks of the largest and smallest value, if ``exact`` has finite values for them."""
     angles, every = np.concatenate(picture.pieces), np.concatenate(values)
     if not np.isfinite(every).any():
         return []
@@ -345,7 +350,7 @@ def extreme_peaks(picture: Picture, values: PieceValues, exact: tuple[float, ...
 
 
 def magnitude_peak(picture: Picture, values: PieceValues, name: str, *, least: bool = False) -> MarkedPeak:
-    """The largest magnitude, or the least, by the name of its quantity."""
+    """The peak of the largest magnitude, or the smallest, by the name of its quantity."""
     angles, every = np.concatenate(picture.pieces), np.concatenate(values)
     at = int(np.nanargmin(np.abs(every)) if least else np.nanargmax(np.abs(every)))
     sign = float(np.copysign(1.0, every[at]))
@@ -365,13 +370,13 @@ def load_panel(
     kinds: int = 0,
     **more: Any,
 ) -> Panel:
-    """The diagram of a load whose largest magnitude, or least, is a quantity, with the limits on that."""
+    """The diagram of a load whose largest (or smallest) magnitude is a quantity, with the limits on it."""
     peaks, limits = [magnitude_peak(picture, values, name, least=least)], limit_lines(picture, name, kinds)
     return Panel(title, QUANTITIES[name].unit, values, peaks, limits, quantity=name, **more)
 
 
 def _middle_of_peak(angles: FloatArray, values: FloatArray) -> float:
-    """Cam angle in deg of the greatest value; the middle of the first plateau."""
+    """Cam angle of the largest value [deg]; on a plateau its middle."""
     top = float(np.nanmax(values))
     near = np.flatnonzero(values >= top - NEGLIGIBLE * abs(top))
     ends = np.flatnonzero(np.diff(near) > 1)

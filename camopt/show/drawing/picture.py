@@ -1,4 +1,4 @@
-"""The contents of a picture: the problem sampled piece by piece, and its exact values."""
+"""Contents of a picture: the motion and curves of a design, sampled by smooth pieces, and its exact quantities."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,17 +19,17 @@ from camopt.scene.scene import Scene
 from camopt.solve.verdicts.effect_runs import run_effects
 
 STROKE_NAMES = {RISE: "rise", RETURN: "return", DWELL: "dwell"}
-END_SHARE = 1e-9  # share of a piece that samples keep from its ends, to be on its side of a jump
+END_SHARE = 1e-9  # samples keep this share of a piece from its ends, so that none lies on a jump
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A scene's problem, sampled piece by piece so that no sample lies on a jump."""
+    """A scene with its problem, sampled by smooth pieces so that no sample lies on a jump."""
 
     scene: Scene
     problem: Problem
     per_degree: ClassVar[float] = 4.0
-    """Samples a degree."""
+    """Samples per degree."""
 
     @cached_property
     def pieces(self) -> list[FloatArray]:
@@ -64,23 +64,23 @@ class Picture:
 
     @cached_property
     def tool_motion(self) -> list[FloatArray]:
-        """As ``motion``, of what is asked: the tool, or without a train the follower itself."""
+        """As ``motion``, for the tool; without a train, for the follower."""
         return [self.problem.programme.tool.motion_at(angles) for angles in self.pieces]
 
     @cached_property
     def tool_kinds(self) -> list[int]:
-        """RISE, RETURN or DWELL of what is asked on each piece."""
+        """RISE, RETURN or DWELL of the tool on each piece."""
         middles = np.array([(angles[0] + angles[-1]) / 2 for angles in self.pieces])
         return [int(kind) & ALL_STROKES for kind in self.problem.programme.tool.kinds_at(middles)]
 
     @cached_property
     def start_displacement(self) -> float:
-        """The displacement at cam angle 0, mm or rad: 0, unless moves go lower."""
+        """Displacement at cam angle 0 [mm or rad]; 0 unless moves go lower."""
         return float(self.problem.programme.motion_at(np.zeros(1))[0, 0])
 
     @property
     def wanted_quantities(self) -> frozenset[str]:
-        """The names of the quantities of the effects that the scene calls for, and of those of its geometry."""
+        """Names of all quantities of geometry and of the effects that the scene needs."""
         setup = self.problem.setup
         effects = {
             *GEOMETRY,
@@ -95,7 +95,7 @@ class Picture:
 
     @cached_property
     def values(self) -> dict[str, Any]:
-        """These quantities, exact."""
+        """The wanted quantities, exact."""
         case = EvaluationBlock(self.problem.setup, self.problem.programme, self.problem.design)
         with np.errstate(all="ignore"):
             rows = run_effects(case, self.wanted_quantities)
@@ -103,12 +103,12 @@ class Picture:
 
     @cached_property
     def exists(self) -> bool:
-        """Whether the mechanism can be put together at every cam angle."""
+        """Whether the mechanism can be assembled at every cam angle."""
         return bool(self.problem.setup.mechanism.can_assemble(self.problem.design, self.problem.programme)[0])
 
     @cached_property
     def curves(self) -> list[CamCurves]:
-        """The cam's curves of each piece, in the cam's own frame."""
+        """Curves of the cam on each piece, in the frame of the cam."""
         problem = self.problem
         with np.errstate(all="ignore"):
             return [
@@ -118,7 +118,7 @@ class Picture:
 
     @cached_property
     def contacts(self) -> "list[Picture]":
-        """A picture of each contact of the follower, as that of an ordinary cam; of one contact itself."""
+        """A picture of each contact of the follower, as of a cam with one contact; with one contact, itself."""
         if not self.problem.setup.mechanism.further_contacts:
             return [self]
         setup, design = self.problem.setup, self.problem.design
@@ -134,32 +134,32 @@ class Picture:
 
     @property
     def steepest_contact(self) -> "Picture":
-        """The picture of the contact with the largest pressure angle; of one disc alone always the first."""
-        every = self.contacts if self.problem.setup.mechanism.two_profiles else self.contacts[:1]
-        return max(every, key=lambda each: float(each.values["pressure_angle_max_deg"]))
+        """The contact with the largest pressure angle; with one disc always the first contact."""
+        contacts = self.contacts if self.problem.setup.mechanism.two_profiles else self.contacts[:1]
+        return max(contacts, key=lambda contact: float(contact.values["pressure_angle_max_deg"]))
 
     @property
     def body_contacts(self) -> "list[Picture]":
-        """The pictures of those contacts that are on the first disc with a flank of their own: of a rib both."""
+        """The contacts whose flanks are drawn on the first disc: both contacts of a rib, else the first."""
         return self.contacts if self.problem.setup.mechanism.has_rib else self.contacts[:1]
 
     @cached_property
     def reach(self) -> float:
-        """The largest radius of all pitch curves, mm."""
+        """Largest radius of all pitch curves [mm]."""
         return float(max(np.abs(piece.pitch).max() for each in self.contacts for piece in each.curves))
 
     def curve_values(self, record: Any) -> list[FloatArray]:
-        """One of the mechanism's curves on each piece."""
+        """A curve of the mechanism on each piece."""
         return [self.curve_at(record, angles) for angles in self.pieces]
 
     def curve_at(self, record: Any, angles: FloatArray) -> FloatArray:
-        """One of the mechanism's curves at cam angles (rad)."""
+        """A curve of the mechanism at cam angles [rad]."""
         with np.errstate(all="ignore"):
             return np.broadcast_to(value_of(record, 0, self.problem.programme.state(angles)), angles.shape)
 
     @property
     def undercut(self) -> bool:
-        """Whether a part of the theoretical profile is cut away; a knife edge leaves every corner as it is."""
+        """Whether a part of the theoretical profile is cut away; false for a knife edge, which cuts no corner."""
         return not self.problem.setup.is_knife and bool(
             self.values["undercut"] or self.values.get("self_crossing", False)
         )
@@ -180,23 +180,23 @@ def draw_circle(axes: Any, radius: float, centre: complex = 0.0, **style: Any) -
 
 
 def four_digits(value: float) -> str:
-    """A number in four digits, or all of a larger whole number, with a real minus sign."""
+    """A number with four digits, or all digits before the point, and a real minus sign."""
     text = f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value + 0.0:.4g}"  # + 0.0: no −0
     return text.replace("-", "−")
 
 
 def length_in_digits(length: float) -> str:
-    """A length in mm in four digits, in the unit in which it is shown."""
+    """A length given in mm, as text with four digits in the shown unit."""
     return four_digits(to_shown_unit(length, "mm"))
 
 
 def value_with_unit(value: float, unit: str = "mm") -> str:
-    """A number in a unit in four digits, with the unit, as they are shown."""
+    """A number with four digits and its unit, converted to the shown unit."""
     return f"{four_digits(to_shown_unit(value, unit))} {shown_unit(unit)}"
 
 
 def fit_axes(axes: Any, points: ComplexArray, margin: float) -> tuple[complex, float]:
-    """Equal scales and limits round the points; the lower left corner and the mm to an inch."""
+    """Set equal scales and limits around points; return the lower left corner and the mm per inch."""
     box = axes.get_position()
     width, height = axes.figure.get_size_inches() * (box.width, box.height)
     points = points[np.isfinite(points)]
@@ -211,6 +211,6 @@ def fit_axes(axes: Any, points: ComplexArray, margin: float) -> tuple[complex, f
 
 
 def round_length(length: float) -> float:
-    """The largest of 1, 2, 5, 10, … that is no longer."""
+    """The largest of …, 1, 2, 5, 10, … that is not above ``length``."""
     power = 10.0 ** np.floor(np.log10(length))
     return float(max(step * power for step in (1, 2, 5) if step * power <= length))

@@ -1,4 +1,4 @@
-"""One verb for every picture: what is drawn says which picture it has."""
+"""``plot``: the picture of a scene, a design or a result."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -19,56 +19,57 @@ TABLE_PICTURE = "pictures.front"
 def plot(
     what: Drawable | SceneSource | Sequence[Drawable], path: Target = None, *, ax: Any = None, **options: Any
 ) -> "Figure":
-    """Draw a cam or a result; to a PNG, SVG or PDF file as well, if a path is given.
+    """Draw a cam or a result; with a path, also save it as PNG, SVG or PDF.
 
-    - A scene with sizes of its own, a design, or what ``evaluate`` gives: the cam to scale at cam angle 0 (a groove
-      is developed), and over one turn in deg the diagrams of displacement, velocity, acceleration and jerk (by time
-      if the scene has an rpm, by cam angle if not), pressure angle (contact on the face, for a face square to the
-      motion), curvature, and of the effects that the scene calls for, and no others. Peaks carry their exact
-      values; jumps are breaks, impulses arrows. Lengths in mm.
-    - What ``construct`` gives: how the cam is constructed with ruler and compasses, on one A3 sheet: the
+    - A scene with all sizes, a design, or the result of ``evaluate``: the cam to scale at cam angle 0 (a groove is
+      developed), and diagrams over one turn. These are displacement, velocity, acceleration, jerk, pressure angle,
+      curvature, and the effects that the scene needs. The derivatives are by time if the scene has an rpm, else by
+      cam angle. For a face square to the motion, the contact on the face replaces the pressure angle. Peaks have
+      exact values; jumps are breaks, impulses are arrows. Lengths in mm, cam angles in deg.
+    - The result of ``construct``: the construction of the cam with ruler and compasses, on one A3 sheet. It has the
       displacement diagram by the construction of its law, the profile by kinematic inversion with numbered
       stations, the answers with their formulas, and the table by station.
-    - What ``synthesise`` gives: its cam beside that of the best known law within the same limits, if there is one.
-    - What ``frontier`` gives: its first axis up, the second to the right, a third as colours. Of two axes a
-      staircase is shaded, the region that no motion can reach by the bounds (``Frontier.excluded``).
-    - What ``fit`` gives: points and motion, deviations in their band, acceleration by differences and of the
-      motion; of a measured profile also the profile of the cam found, and how far the points are from it.
-    - What ``sweep`` gives, or a DataFrame of its rows: its Pareto front, a panel for each pair of objectives that
-      vary, coloured by law.
-    - What ``compare`` gives: the Pareto fronts of both, a panel for each pair of objectives that vary.
-    - What ``response_spectrum`` gives, for one law or a list at one damping ratio: residual amplitude in the dwell,
+    - The result of ``synthesise``: its cam beside that of the best known law within the same limits, if any.
+    - The result of ``frontier``: its first axis vertical, the second horizontal, a third as colours. With two axes
+      the region is shaded that no motion can reach, by the bounds (``Frontier.excluded``).
+    - The result of ``fit``: points and motion, deviations in their band, acceleration by differences and of the
+      motion. For a measured profile also the profile of the fitted cam, and the distances of the points from it.
+    - The result of ``sweep``, or a DataFrame of its rows: the Pareto front, a panel for each pair of objectives
+      that vary, coloured by law.
+    - The result of ``compare``: both Pareto fronts, a panel for each pair of objectives that vary.
+    - The result of ``response_spectrum``, or a list of them at one damping ratio: residual amplitude in the dwell,
       and largest acceleration of the mass.
-    - What ``harmonics`` gives: the amplitudes of displacement and acceleration by order.
-    - What ``tolerance`` gives: the errors of displacement, velocity and acceleration over the turn, and what each
-      tolerance contributes.
-    - What ``sample_cams`` gives: how many cams have which largest errors and which quantities of limits.
+    - The result of ``harmonics``: the amplitudes of displacement and acceleration by order.
+    - The result of ``tolerance``: the errors of displacement, velocity and acceleration over the turn, and the
+      contribution of each tolerance.
+    - The result of ``sample_cams``: histograms of the largest errors and of the quantities of limits.
 
-    The same input gives the same file, and the file appears only when whole.
+    The same input gives the same file. The file appears only when it is complete.
 
     Parameters
     ----------
     what : Scene, str, os.PathLike, DataFrame, or a result with a picture
-        What is drawn; of spectra also a list.
+        The subject of the picture; for spectra also a list.
     path : str or os.PathLike, optional
-        A PNG, SVG or PDF file to write as well.
+        A PNG, SVG or PDF file to write.
     ax : matplotlib.axes.Axes, optional
-        Axes to draw the main diagram in, in place of a figure: the cam of a scene or a design, the front of a
-        sweep, a frontier, the errors of displacement of ``tolerance``, the displacement of ``harmonics``.
+        Axes for the main diagram, in place of a new figure: the cam of a scene or a design, the front of a sweep, a
+        frontier, the errors of displacement of ``tolerance``, the displacement of ``harmonics``.
     **options
-        Of a synthesis ``known``: its known laws, if they were compared already. Of a scene ``construction``: draw
-        its construction with so many parts a stroke. Of a construction ``steps``: True for a page of a PDF, or a
-        frame of a GIF, a step.
+        For a synthesis, ``known``: its known laws, if they were compared already. For a scene, ``construction``:
+        draw its construction with this number of parts per stroke. For a construction, ``steps``: True for a page
+        (PDF) or frame (GIF) per step.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Which a notebook shows, and which can be changed.
+        The figure. Notebooks show it, and it can be changed.
 
     Raises
     ------
     BadInput
-        If it has no picture, no main diagram for ``ax``, or the file's name does not end in .png, .svg or .pdf.
+        If ``what`` has no picture, or no main diagram for ``ax``; or if the file does not end in .png, .svg or
+        .pdf.
     OSError
         If the file cannot be written.
 
@@ -84,13 +85,13 @@ def plot(
     if isinstance(what, Scene) and options.get("construction") is not None:
         what = construct(what, options.pop("construction"))
     pictures = import_module(f"camopt.show.{_picture_module(what)}")
-    known = ["construction"] if isinstance(what, Scene) else [*signature(pictures.draw).parameters][2:]
-    _check_options(options, known)
+    allowed = ["construction"] if isinstance(what, Scene) else [*signature(pictures.draw).parameters][2:]
+    _check_options(options, allowed)
     if ax is None:
         figure: Figure = pictures.draw(what, path, **options)
         return figure
     if path is not None or options or not hasattr(pictures, "draw_in"):
-        why = "axes for a scene, a design, or what sweep, frontier, tolerance or harmonics gives, without a path"
+        why = "a scene, a design, or a result of sweep, frontier, tolerance or harmonics; and without a path"
         raise BadInput([Mistake("camopt", "ax", type(what).__name__, why)])
     if not hasattr(ax, "figure"):
         raise BadInput([Mistake("camopt", "ax", ax, "axes of matplotlib")])
@@ -100,26 +101,26 @@ def plot(
 
 
 def _picture_module(what: Any) -> str:
-    """The module of the package that draws something."""
-    if "scene" in getattr(what, "attrs", ()):  # a table of designs that camopt made
+    """The module of ``camopt.show`` that draws ``what``."""
+    if "scene" in getattr(what, "attrs", ()):  # a table of designs made by camopt
         return TABLE_PICTURE
-    every = [what] if isinstance(what, Drawable) else what if isinstance(what, (list, tuple)) else []
-    kinds = {type(each) for each in every}
+    items = [what] if isinstance(what, Drawable) else what if isinstance(what, (list, tuple)) else []
+    kinds = {type(item) for item in items}
     kind = kinds.pop() if len(kinds) == 1 else None
     if kind is None or not issubclass(kind, Drawable) or not (kind is type(what) or kind.together):
-        why = "a scene, a design, or a result that has a picture; several together if response_spectrum gave them"
-        why += "; an optimum has a design as its best" if hasattr(what, "best") else ""
+        why = "a scene, a design, or a result that has a picture; or a list of results of response_spectrum"
+        why += "; the design of an optimum is its attribute best" if hasattr(what, "best") else ""
         raise BadInput([Mistake("camopt", "what", type(what).__name__, why)])
     return kind.picture
 
 
-def _check_options(options: Mapping[str, Any], known: Sequence[str]) -> None:
-    """BadInput for options that a picture has not."""
-    wrong = [name for name in options if name not in known]
+def _check_options(options: Mapping[str, Any], allowed: Sequence[str]) -> None:
+    """Raise BadInput for options that a picture does not have."""
+    wrong = [name for name in options if name not in allowed]
     if wrong:
-        has = [suggest_names(name, known) if known else "it has none" for name in wrong]
-        why = "is no option of this picture; {}. The figure that plot returns can be changed"
-        found = zip(wrong, has, strict=True)
+        hints = [suggest_names(name, allowed) if allowed else "it has none" for name in wrong]
+        why = "is not an option of this picture; {}. The figure that plot returns can be changed"
         raise BadInput(
-            Mistake("camopt", name, options[name], why.format(words), bare=True) for name, words in found
+            Mistake("camopt", name, options[name], why.format(hint), bare=True)
+            for name, hint in zip(wrong, hints, strict=True)
         )

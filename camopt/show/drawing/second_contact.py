@@ -1,4 +1,4 @@
-"""A second contact of a follower with a disc, to scale: a disc of its own, and what of the follower touches it."""
+"""Draws a second contact of a follower with a disc, to scale: a second disc, and the parts that touch it."""
 
 from typing import Any, NamedTuple
 
@@ -9,24 +9,22 @@ from camopt.model.mechanisms.geometry import profile_points
 from camopt.show.drawing.picture import Picture, draw_line, fill_area
 from camopt.show.drawing.style import BODY, INK, SECOND_COLOUR
 
-FRAME_SHARE = (
-    1.06  # of the largest radius of the discs: where the frame of a follower that translates passes the cam
-)
+FRAME_SHARE = 1.06  # of the largest radius of the discs: distance of the frame of a translating follower
 
 
 class SecondContact(NamedTuple):
-    """What a second contact adds to a picture, mm."""
+    """The parts of a picture for a second contact [mm]."""
 
     outline: ComplexArray
-    """The profile of a second disc in the cam's own frame; empty where there is none."""
+    """Profile of a second disc in the frame of the cam; empty without one."""
     solid: list[ComplexArray]
-    """Outlines of parts of the follower in the ground frame, at some displacement."""
+    """Outlines of parts of the follower in the ground frame, at one displacement."""
     lines: list[ComplexArray]
-    """Lines of it: the frame that joins both contacts."""
+    """Lines of the follower: the frame that joins both contacts."""
 
 
 def second_contact(picture: Picture, displacement: float) -> SecondContact | None:
-    """The second contact with a disc, where it is at a displacement, mm or rad; None if there is none."""
+    """The second contact with a disc at a displacement [mm or rad]; None without one."""
     if len(picture.contacts) == 1 or picture.problem.setup.mechanism.body.developed:
         return None
     problem, (first, second) = picture.problem, (each.problem.design for each in picture.contacts)
@@ -40,11 +38,11 @@ def second_contact(picture: Picture, displacement: float) -> SecondContact | Non
         return SecondContact(outline, [face], [frame])
     travel = [float(mechanism.start(each)[0]) for each in (first, second)]
     opposed = mechanism.further_contacts[0].mechanism.reverses
-    moved = displacement, problem.programme.lift - displacement if opposed else displacement
+    displacements = displacement, problem.programme.lift - displacement if opposed else displacement
     assert mechanism.trace_point is not None
     one, other = (
         complex(*(float(np.squeeze(c)) for c in mechanism.trace_point(d, np.array([start + by]))))
-        for d, start, by in zip((first, second), travel, moved, strict=True)
+        for d, start, by in zip((first, second), travel, displacements, strict=True)
     )
     other = other.conjugate() if opposed else other
     roller = other + float(second.roller_radius[0]) * np.exp(2j * np.pi * np.linspace(0.0, 1.0, 121))
@@ -62,7 +60,7 @@ def second_contact(picture: Picture, displacement: float) -> SecondContact | Non
 
 
 def second_outline(picture: Picture) -> ComplexArray:
-    """The profile of the second disc in the cam's own frame; empty where there is none."""
+    """Profile of the second disc in the frame of the cam; empty without one."""
     problem = picture.problem
     if not problem.setup.mechanism.second_keys:
         return np.zeros(0, dtype=complex)
@@ -72,7 +70,7 @@ def second_outline(picture: Picture) -> ComplexArray:
 
 
 def draw_second_disc(axes: Any, picture: Picture) -> None:
-    """The outline of a second disc, which turns with the first."""
+    """Draw the outline of a second disc, which turns with the first."""
     outline = second_outline(picture)
     if outline.size:
         style = {"color": SECOND_COLOUR, "lw": 1.6, "zorder": 4.2}
@@ -80,11 +78,11 @@ def draw_second_disc(axes: Any, picture: Picture) -> None:
 
 
 def draw_second_contact(axes: Any, picture: Picture) -> list[ComplexArray]:
-    """What of the follower touches at a second contact, at cam angle 0; the points that it spans."""
-    if (found := second_contact(picture, picture.start_displacement)) is None:
+    """Draw the parts of the follower at a second contact, at cam angle 0; return their extent."""
+    if (contact := second_contact(picture, picture.start_displacement)) is None:
         return []
-    for line in found.lines:
+    for line in contact.lines:
         draw_line(axes, line, color=INK, lw=1.6, alpha=0.5, zorder=4.6)
-    for part in found.solid:
+    for part in contact.solid:
         fill_area(axes, part, facecolor=BODY, edgecolor=SECOND_COLOUR, lw=1.2, zorder=5)
-    return [*found.solid, *found.lines]
+    return [*contact.solid, *contact.lines]

@@ -1,7 +1,7 @@
-"""The one style of all pictures: colours, pens, sizes of text; and their figures, whose files appear only whole.
+"""The style of all pictures (colours, lines, text sizes), and figures that are saved as whole files.
 
-The colours of a series are those of Okabe and Ito, Color Universal Design (2008), which people of every colour
-vision tell apart; its lines differ in dashes or marks as well.
+The colours of a series are from Okabe and Ito, Color Universal Design (2008): people with any colour vision can
+tell them apart. Lines of a series also differ in dashes or marks.
 """
 
 import os
@@ -18,10 +18,10 @@ from camopt.model.motion.stroke import DWELL, RETURN, RISE
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Figure
 else:
-    Figure = Any  # the type of pictures: matplotlib is imported when one is drawn
+    Figure = Any  # matplotlib is imported only when a picture is drawn
 
 INK, MUTED, FAINT, FILL, BODY, ALARM = "#22303c", "#5f6b76", "#c3cad1", "#eef2f5", "#dbe1e7", "#b3261e"
-PALE_ALARM = "#f4dedd"  # of areas: printers lose opacity
+PALE_ALARM = "#f4dedd"  # for areas, since printers lose opacity
 PITCH_COLOUR, REFERENCE_COLOUR, SECOND_COLOUR = "#3f7d58", "#8a6fae", "#b58a1b"
 COLOURS = {RISE: "#2a6ca3", RETURN: "#c0632a", DWELL: "#45525e"}
 SHADES = {RISE: "#e9f1f8", RETURN: "#faefe6", DWELL: "white"}
@@ -29,7 +29,7 @@ SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#22
 DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (1, 1.5)), (0, (7, 2, 1.5, 2)))
 
 PAGE_TITLE, TITLE_SIZE, HEADING_SIZE, TEXT_SIZE, SMALL_SIZE = 14.0, 10.5, 8.5, 8.0, 7.5  # points
-PROFILE_WIDTH = 1.3  # points: lines as thick as that are the outlines of a cam and its follower
+PROFILE_WIDTH = 1.3  # points: outlines of cam and follower are at least this thick
 GRID_STYLE: dict[str, Any] = {"lw": 0.4, "color": FAINT, "alpha": 0.6}
 DOT_STYLE: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 3.0, "mew": 0.0}
 LIMIT_STYLE: dict[str, Any] = {"color": ALARM, "lw": 1.0, "ls": (0, (5, 3))}
@@ -45,7 +45,7 @@ RC_SETTINGS: dict[str, Any] = {
     "axes.labelcolor": INK,
     "axes.titlecolor": INK,
     "axes.titlesize": HEADING_SIZE,
-    "axes.titley": 1.0,  # or each drawing looks for ticks above the axes, which no picture has
+    "axes.titley": 1.0,  # else matplotlib looks for ticks above the axes, which no picture has
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.formatter.useoffset": False,
@@ -62,17 +62,17 @@ RC_SETTINGS: dict[str, Any] = {
     "hatch.color": MUTED,
 }
 WHITE_BACKGROUND: dict[str, Any] = {"zorder": 6, "bbox": {"fc": "white", "ec": "none", "pad": 1.0}}
-"""Text that lines do not cross."""
+"""Style of a text on a white background, so that lines do not cross it."""
 
 
 def pen_of(place: int) -> dict[str, Any]:
-    """Colour and dashes of a line of a series, by its place; lines of one colour have other dashes."""
+    """Colour and dashes of a line of a series. Lines of the same colour differ in dashes."""
     rounds, colour = divmod(place, len(SERIES))
     return {"color": SERIES[colour], "ls": DASHES[(colour + rounds) % len(DASHES)]}
 
 
 def add_grid(axes: Any) -> None:
-    """The grid that all diagrams have."""
+    """Draw the grid of a diagram."""
     axes.grid(True, which="major", zorder=0.5, **GRID_STYLE)
 
 
@@ -81,15 +81,15 @@ DATE_METADATA: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"Cr
 
 
 Target = str | os.PathLike[str] | None
-"""The file of a picture; None for a figure that is only drawn."""
+"""The file of a picture; None to draw without saving."""
 
 
 @contextmanager
 def canvas(path: Target, size: tuple[float, float], *, powers: bool = False, **options: Any) -> "Iterator[Figure]":
-    """An empty figure of a size in inches, which is saved to the path, if any, when the block ends without error.
+    """An empty figure of a size in inches. With a path, it is saved when the block ends without error.
 
     The suffix of the path gives the format; the errors are those of ``plot``. The same drawing gives the same
-    file. A $ in a text stays a $, unless ``powers`` asks for axes with powers of ten.
+    file. A $ in a text stays a $, unless ``powers`` is true for axes with powers of ten.
     """
     with figure_pages(path, [size], powers=powers, **options) as (figure,):
         yield figure
@@ -97,7 +97,7 @@ def canvas(path: Target, size: tuple[float, float], *, powers: bool = False, **o
 
 @contextmanager
 def picture_style(*, powers: bool = False) -> Iterator[None]:
-    """The one style of all pictures, while the block runs."""
+    """Within the block, the style of all pictures."""
     import matplotlib.style
 
     with (
@@ -112,7 +112,7 @@ def picture_style(*, powers: bool = False) -> Iterator[None]:
 def figure_pages(
     path: Target, sizes: Sequence[tuple[float, float]], *, powers: bool = False, **options: Any
 ) -> "Iterator[Sequence[Figure]]":
-    """Empty figures as of ``canvas``, the pages of one file; only a PDF has more than one."""
+    """Empty figures as in ``canvas``, the pages of one file. Only a PDF has several pages."""
     from camopt.show.drawing.empty_figure import EmptyFigure  # noqa: PLC0415  it imports matplotlib
 
     if path is not None:
@@ -122,15 +122,15 @@ def figure_pages(
         yield figures
         if path is None:
             for figure in figures:
-                figure.draw_without_rendering()  # makes the ticks, in this style, wherever it is shown later
+                figure.draw_without_rendering()  # makes the ticks in this style, also if the figure is shown later
         else:
-            drawn = _figure_bytes(figures, Path(path).suffix.lower())
+            data = _figure_bytes(figures, Path(path).suffix.lower())
             with whole_file(path) as partial:
-                partial.write_bytes(drawn)
+                partial.write_bytes(data)
 
 
 def _figure_bytes(figures: "Sequence[Figure]", suffix: str) -> bytes:
-    """The bytes of a file; one that cannot be finished gives matplotlib other trouble than the disk's."""
+    """The bytes of a picture file, made in memory: matplotlib hides errors of the disk."""
     file = BytesIO()
     if suffix == ".pdf":
         from matplotlib.backends.backend_pdf import PdfPages

@@ -136,7 +136,7 @@ def test_conditions_are_kept_by_text_proved_beside_and_drawn(tmp_path):
     assert Scene.from_dict(scene.to_dict()) == scene
     assert certify(scene)["pressure_angle"] == "held"
     displacement, velocity, *_ = motion_panels(Picture(scene, resolve(scene)))
-    assert displacement.note.startswith("squares and bands: asked of moves")
+    assert displacement.note.startswith("squares and bands: conditions of moves")
     assert (90, 120) in [(round(mark.start), round(mark.end)) for mark in velocity.marks]
     (tmp_path / "cam.toml").write_text(scene.to_toml(), encoding="utf-8")
     assert Scene.from_toml(tmp_path / "cam.toml") == scene

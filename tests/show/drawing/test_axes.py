@@ -86,5 +86,5 @@ def test_the_main_diagram_is_drawn_in_axes_of_ones_own(kind, swept):
 )
 def test_what_has_no_main_diagram_is_refused_in_a_sentence(what, path):
     axes = Figure().subplots()
-    with pytest.raises(camopt.BadInput, match="must be axes for a scene"):
+    with pytest.raises(camopt.BadInput, match="must be a scene, a design"):
         camopt.plot(what(), path, ax=axes)

@@ -98,7 +98,7 @@ def test_a_note_is_beside_the_title_of_its_diagram_however_long_both_are(tmp_pat
     ]
     figure = plot(find_scene("press-ram-by-four-bar").replace(motion=moves), tmp_path / "press.png")
     texts, _ = drawn(figure)
-    (note,) = (box for text, box in texts if text.get_text().startswith("squares: asked of moves"))
+    (note,) = (box for text, box in texts if text.get_text().startswith("squares: conditions of moves"))
     (title,) = (box for text, box in texts if text.get_text() == "Displacement of the tool, mm")
     assert title.x1 < note.x0
 
@@ -155,7 +155,7 @@ def test_uniform_velocity_under_a_roller_shows_impulses_and_undercut(picture):
 
 def test_picture_says_the_exact_values(picture):
     _, written = picture("roller-1000rpm")
-    for label in ("pitch point 41.63°", "−29.8°", "6.667", "888.9", "ρ 35.66 mm", "exceeds: pressure angle"):
+    for label in ("pitch point 41.63°", "−29.8°", "6.667", "888.9", "ρ 35.66 mm", "broken limits: pressure angle"):
         assert label in written
     circles = ("prime circle, R 55", "pitch circle, R 78.81", "offset circle, R 20")
     for label in (*circles, "offset 20", "1000 rev/min"):
@@ -238,7 +238,7 @@ def test_what_has_no_picture_is_told(what, tmp_path):
 
 
 def test_several_cams_are_no_picture(tmp_path):
-    with pytest.raises(BadInput, match="several together if response_spectrum gave them"):
+    with pytest.raises(BadInput, match="or a list of results of response_spectrum"):
         plot([find_scene("two-pauses")] * 2, tmp_path / "a.svg")
 
 
