@@ -68,7 +68,7 @@ def test_the_speed_of_a_crankshaft_is_said_beside_that_of_the_cam(tmp_path, caps
     printed = " ".join(capsys.readouterr().out.split())
     assert "cam.rpm_of_crank 6000 rev/min cam.rpm 3000 rev/min" in printed
     jump = camopt.evaluate(scene)["jump_speed_rpm"]
-    assert f"half those of the crankshaft: a jump speed of {2 * jump:.6g} rev/min there" in printed
+    assert f"half those of the crankshaft; at the crankshaft, the jump speed is {2 * jump:.6g} rev/min" in printed
 
 
 @pytest.mark.parametrize("name", ["bucket-valve", "slide-by-bell-crank", "rocker-valve"])

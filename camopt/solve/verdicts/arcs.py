@@ -1,7 +1,7 @@
 """Limits on the curvature of a cam that is given by its profile, decided in rational numbers.
 
-On an arc the curvature is constant, and a limit is often just that of the sharpest arc. It is not divided by, so
-that this is seen.
+On an arc the curvature is constant, and a limit is often exactly that of the sharpest arc. Without division the
+comparison is exact, so that such a limit is held.
 """
 
 from collections.abc import Iterator
@@ -16,8 +16,8 @@ from camopt.scene.problem.problem import Problem
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, worst_verdict
 
 
-def _refuse_irrational(*given: object) -> Fraction:
-    """π, and tangents: no limit on a curvature has one."""
+def _refuse_irrational(*_arguments: object) -> Fraction:
+    """Refuse π and tangents, which no limit on a curvature contains."""
     raise NotImplementedError
 
 
@@ -25,19 +25,19 @@ RATIONAL = NumberKind(Fraction, _refuse_irrational, _refuse_irrational)
 
 
 def is_on_arcs(problem: Problem, constraint: Constraint) -> bool:
-    """Whether a constraint is on the curvature of a cam that is given by its profile."""
+    """Whether a constraint is on the curvature of a cam that the scene gives by its profile."""
     mechanism = problem.setup.mechanism
     curves = mechanism.curvature, mechanism.profile_radius
     return bool(problem.profile) and constraint.curve in curves
 
 
 def arcs_verdict(problem: Problem, constraint: Constraint, design: Designs) -> str:
-    """Whether all arcs hold such a constraint."""
+    """Verdict on a constraint on the curvature over all arcs."""
     return worst_verdict(BROKEN if over > 0 else HELD for over in _arc_excesses(problem, constraint, design))
 
 
 def _arc_excesses(problem: Problem, constraint: Constraint, design: Designs) -> Iterator[Fraction]:
-    """By how much, or by how many times that, each side of a constraint is exceeded on each arc."""
+    """Excess over each side of a constraint on each arc, up to a positive factor."""
     allowed, body = constraint.upper_bound(RATIONAL), Fraction(float(design.roller_radius[0]))
     if isinstance(constraint.factor, BodyRadiusPlus):
         factor = body + Fraction(constraint.factor.radius)
@@ -49,5 +49,5 @@ def _arc_excesses(problem: Problem, constraint: Constraint, design: Designs) -> 
         elif problem.setup.mechanism.flat_faced:
             yield factor * side * Fraction(radius) - allowed
         else:
-            of_pitch = body + Fraction(radius)
-            yield (factor * side - allowed * of_pitch) * (1 if of_pitch > 0 else -1)
+            pitch_radius = body + Fraction(radius)
+            yield (factor * side - allowed * pitch_radius) * (1 if pitch_radius > 0 else -1)

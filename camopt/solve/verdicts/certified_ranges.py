@@ -1,7 +1,8 @@
-"""Numbers that searches leave less exact than asked: intervals prove two bounds, as close as rounding lets them.
+"""Proved bounds of numbers that a search leaves less exact than the scene asks.
 
-Next to an undercut a stress is N/R with an R that is nearly 0, and a search for its peak ends with no upper bound.
-That a peak is at most a bound is a constraint, which intervals decide: so two bounds are bisected.
+Near an undercut the stress divides by a radius of nearly 0, and the search for its peak ends without an upper
+bound. A bound on a peak is a constraint, which interval arithmetic decides. So a lower and an upper bound are found
+by bisection.
 """
 
 from collections.abc import Callable
@@ -21,25 +22,25 @@ from camopt.scene.problem.rows import DesignRows
 from camopt.solve.verdicts.constraint_boxes import constraint_over_box
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, worst_verdict
 
-CERTIFIED_AT_ONCE = 64  # designs at a time: a proof takes some tenths of a second
+CERTIFIED_AT_ONCE = 64  # most designs at a time: a proof takes some tenths of a second
 FURTHEST_SHARE, RANGE_BISECTIONS = 1e9, 60
-"""By how much a number may be off, as a share of it, and how often its bounds are bisected at most."""
+"""Largest ratio of a bound to the number, and most bisections."""
 
 
 def certify_numbers(problem: Problem, designs: Designs, rows: DesignRows) -> DesignRows:
-    """Rows with numbers as exact as the scene asks, or as can be, if only few designs lack that."""
-    asked = problem.accuracy
+    """Rows with proved numbers where the search was less exact than the scene asks, if only few designs need it."""
+    accuracy = problem.accuracy
     half_width = np.broadcast_to(rows.half_width, rows.count)
     open_ = np.flatnonzero(
-        ~(half_width <= asked) & problem.setup.mechanism.can_assemble(designs, problem.programme)
+        ~(half_width <= accuracy) & problem.setup.mechanism.can_assemble(designs, problem.programme)
     )
-    if not 0 < open_.size <= CERTIFIED_AT_ONCE or asked < SINGLE_DESIGN_ERROR:
+    if not 0 < open_.size <= CERTIFIED_AT_ONCE or accuracy < SINGLE_DESIGN_ERROR:
         return rows
     columns, half_width = dict(rows.columns), half_width.copy()
     for k in open_:
         row = rows.take(np.array([k]))
         proved = _with_own_quantities(
-            problem, row, _certified_ranges(*problem.absorb_design_numbers(designs.take([k])), row, asked)
+            problem, row, _certified_ranges(*problem.absorb_design_numbers(designs.take([k])), row, accuracy)
         )
         for name, (low, high) in proved.items():
             if not low <= row.column(name)[0] <= high:
@@ -55,7 +56,7 @@ CertifiedRange = tuple[float, float]
 
 
 def _relative_width(row: DesignRows, name: str) -> float:
-    """The width of the enclosure of a quantity of one design, relative to it."""
+    """Half-width of a quantity's enclosure for one design, relative to the quantity."""
     width, value = float(np.abs(np.max(row.outward[name]))), abs(float(row.column(name)[0]))
     return width / value if value > 0.0 and isfinite(value) else 0.0
 
@@ -63,35 +64,35 @@ def _relative_width(row: DesignRows, name: str) -> float:
 def _with_own_quantities(
     problem: Problem, row: DesignRows, proved: dict[str, CertifiedRange]
 ) -> dict[str, CertifiedRange]:
-    """Proved bounds with those of the scene's own quantities that follow from them."""
-    found = dict(proved)
+    """Proved bounds, with those of the scene's own quantities that depend on them."""
+    ranges = dict(proved)
     for name, own in problem.setup.own_quantities.items():
-        if name in row.outward and found.keys() & own.reads:
-            known = {read: column_enclosure(row.column(read), row.outward.get(read, 0.0)) for read in own.reads}
-            known |= {read: Interval(*np.array(found[read])[:, None]) for read in own.reads if read in found}
-            made = expression_range(own, known)
-            found[name] = float(made.low[0]), float(made.high[0])
-    return found
+        if name in row.outward and ranges.keys() & own.reads:
+            values = {read: column_enclosure(row.column(read), row.outward.get(read, 0.0)) for read in own.reads}
+            values |= {read: Interval(*np.array(ranges[read])[:, None]) for read in own.reads if read in ranges}
+            enclosure = expression_range(own, values)
+            ranges[name] = float(enclosure.low[0]), float(enclosure.high[0])
+    return ranges
 
 
 def _certified_ranges(
-    problem: Problem, design: Designs, row: DesignRows, asked: float
+    problem: Problem, design: Designs, row: DesignRows, accuracy: float
 ) -> dict[str, CertifiedRange]:
-    """Proved bounds of the quantities of one design that are less exact than asked."""
-    found = {}
+    """Proved bounds of one design's quantities that are less exact than ``accuracy``."""
+    proved = {}
     for name in row.outward:
-        peaks = peaks_of_quantity(name, problem.setup) if _relative_width(row, name) > asked else ()
+        peaks = peaks_of_quantity(name, problem.setup) if _relative_width(row, name) > accuracy else ()
         value = abs(float(row.column(name)[0]))
-        ranges = [_certified_range(problem, peak, design, value, asked) for peak in peaks]  # of each contact
-        if len(known := [each for each in ranges if each]) == len(peaks) > 0:
-            found[name] = (min if peaks[0].is_least else max)(known)
-    return found
+        by_contact = [_certified_range(problem, peak, design, value, accuracy) for peak in peaks]
+        if len(ranges := [bounds for bounds in by_contact if bounds]) == len(peaks) > 0:
+            proved[name] = (min if peaks[0].is_least else max)(ranges)
+    return proved
 
 
 def _certified_range(
-    problem: Problem, peak: Peak, design: Designs, value: float, asked: float
+    problem: Problem, peak: Peak, design: Designs, value: float, accuracy: float
 ) -> CertifiedRange | None:
-    """Two bounds of a quantity ≥ 0 of a design, as close as asked or as rounding lets them be."""
+    """Lower and upper bound of a quantity ≥ 0 of a design, as close as ``accuracy`` or rounding allows."""
 
     def verdict(bound: float) -> str:
         return worst_verdict(
@@ -100,18 +101,18 @@ def _certified_range(
         )
 
     def least_bound(meets: Callable[[str], bool]) -> float:
-        """The least bound from which on verdicts meet something, as those of larger bounds do."""
+        """Smallest bound whose verdict meets a condition that all larger bounds meet too."""
         low, high = value / FURTHEST_SHARE, value * FURTHEST_SHARE
         for _ in range(RANGE_BISECTIONS):
-            if high <= low * (1.0 + asked / 4.0):
+            if high <= low * (1.0 + accuracy / 4.0):
                 break
             middle = sqrt(low * high)
             low, high = (low, middle) if meets(verdict(middle)) else (middle, high)
         return high
 
     if peak.is_least:
-        low, high = least_bound(lambda found: found != HELD), least_bound(lambda found: found == BROKEN)
+        low, high = least_bound(lambda word: word != HELD), least_bound(lambda word: word == BROKEN)
     else:
-        low, high = least_bound(lambda found: found != BROKEN), least_bound(lambda found: found == HELD)
-    low /= 1.0 + asked / 4.0
+        low, high = least_bound(lambda word: word != BROKEN), least_bound(lambda word: word == HELD)
+    low /= 1.0 + accuracy / 4.0
     return (low, high) if value / FURTHEST_SHARE < low < high < value * FURTHEST_SHARE < inf else None

@@ -1,11 +1,10 @@
-"""Whether every design of a box holds a constraint at every cam angle, decided by bisection of box and turn at
-once.
+"""Decide whether all designs of a box hold a constraint at every cam angle, by bisection of the box and the turn.
 
-The cam angle is one more variable of the box: over a part of a panel the motion is a range whose slopes by the cam
-angle are its own derivatives. The formula of a constraint, run on both with slopes (``numerics.sloped_interval``),
-bounds its excess over the part. A part that surely holds it is done with; one point that surely breaks it is a
-witness; what is neither is cut, across the variable that changes the excess the most. Where the excess surely rises
-or falls with a variable, only that end of it is left.
+The cam angle is one more variable of the box. Over a part of a panel, the motion is a range, and its slopes by the
+cam angle are its derivatives. The formula of a constraint on ranges with slopes (``numerics.sloped_interval``)
+bounds its excess over the part. A part that holds the constraint is dropped. A point that breaks it is a witness.
+Any other part is cut across the variable that changes the excess the most. If the excess rises or falls with a
+variable all over a part, only that end of the variable is kept.
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11 (monotonicity test).
 """
@@ -42,17 +41,17 @@ from camopt.solve.verdicts.mean_boxes import mean_excess, mean_verdict
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 CONSTRAINT_PARTS_AT_ONCE, MOST_ROUNDS = 256, 100
-"""How many parts are cut at once, and how often."""
+"""Most parts that are cut at once, and most rounds."""
 CONSTRAINT_PART_CUTS = 8
-"""Of a part that is cut."""
+"""Pieces into which a part is cut."""
 MEANS_AT_ONCE, MEAN_ROUNDS = 8, 3
-"""The same of means, of which each part is a turn."""
+"""The same for means, whose parts are whole turns."""
 LEAST_PART_SHARE = 2.0**-45
-"""Parts this narrow, of a panel or of the box, are not cut."""
+"""Share of a panel, or of the box, below which a part is not cut."""
 LARGEST_SLOPE = 1e300
-"""In place of a slope without bounds."""
+"""In place of an infinite slope."""
 NumberRanges = Mapping[str, tuple[float, float]]
-"""Between which values sizes are, by field of ``Designs``; the others are those of a design."""
+"""Ranges of sizes by field of ``Designs``; other sizes are those of a design."""
 
 
 def _point_interval(number: float) -> Interval:
@@ -65,20 +64,20 @@ INTERVAL_NUMBERS = NumberKind(
     lambda: Interval(np.array([np.pi]), np.array([np.nextafter(np.pi, 4.0)])),
     lambda angle: np.sin(angle) / np.cos(angle),
 )
-"""The kind of number, for bounds."""
+"""Intervals as the number type of bounds."""
 
 
-def excess_of(constraint: Constraint, side: FloatArray, found: Quotient, designs: Designs) -> Any:
-    """The excess over a side of a constraint, relative to the terms of the constraint: above 0 it does not hold."""
-    ranged, bound = isinstance(found.above, (Interval, SlopedInterval)), constraint.upper_bound()
-    value = side * found.above * constraint.factor(designs)
-    allowed = (constraint.upper_bound(INTERVAL_NUMBERS) if ranged else bound) * found.below
+def excess_of(constraint: Constraint, side: FloatArray, curve: Quotient, designs: Designs) -> Any:
+    """Excess over a side of a constraint, relative to its terms; above 0 the constraint is broken."""
+    ranged, bound = isinstance(curve.above, (Interval, SlopedInterval)), constraint.upper_bound()
+    value = side * curve.above * constraint.factor(designs)
+    allowed = (constraint.upper_bound(INTERVAL_NUMBERS) if ranged else bound) * curve.below
     scale = sum(value_at_point(x).least_magnitude for x in (value, allowed))  # the largest may be infinite
     return (value - allowed) / (scale if bound else scale + value_at_point(constraint.unit(designs)).high)
 
 
 class BoxVerdict(NamedTuple):
-    """Whether all designs of a box hold a constraint, and one that does not, if one is found."""
+    """Verdict on a constraint for all designs of a box, and a design that breaks it, if one is known."""
 
     verdict: str
     witness: Designs | None = None
@@ -87,15 +86,15 @@ class BoxVerdict(NamedTuple):
 def constraint_over_box(
     problem: Problem, constraint: AnyConstraint, design: Designs, ends: NumberRanges, until: float = inf
 ) -> BoxVerdict:
-    """Whether all designs that differ from one by sizes between their ends hold a constraint.
+    """Verdict on a constraint for all designs whose sizes lie between ``ends``.
 
-    Undecided after ``until`` (``clock.now``), and where a design may be one that cannot be assembled.
+    It is undecided after ``until`` (``clock.clock_seconds``), and if a design of the box may fail to assemble.
     """
     if not problem.programme.has_kinds(constraint.kinds):
         return BoxVerdict(HELD)
     if not ends and isinstance(constraint, Constraint) and is_on_arcs(problem, constraint):
         return BoxVerdict(arcs_verdict(problem, constraint, design))
-    box = design.with_values({name: _range_interval(*each) for name, each in ends.items()})
+    box = design.with_values({name: _range_interval(*limits) for name, limits in ends.items()})
     for margin in problem.setup.mechanism.assembly_margins(box, problem.programme):
         if not np.all(as_interval(margin).low > 0.0):
             return BoxVerdict(UNDECIDED)
@@ -118,26 +117,26 @@ def _range_interval(low: float, high: float) -> Any:
 
 @dataclass(frozen=True)
 class BoxParts:
-    """Parts of panels, with parts of the box."""
+    """Parts of panels combined with parts of the box."""
 
     panel: IntArray
     side: FloatArray
-    """Of the constraint."""
+    """Side of the constraint."""
     low: FloatArray
-    """Of the place on the panel, from −1 to 1, and of each size (1 + sizes, parts)."""
+    """Lower ends (1 + sizes, parts): of the place on the panel, from −1 to 1, and of each size."""
     high: FloatArray
     whole: FloatArray
-    """Widths of the panel and of the box (1 + sizes, 1); 1 where it has none."""
+    """Widths of the panel and of the box (1 + sizes, 1); 1 in place of 0."""
 
     @classmethod
     def whole_panels(cls, problem: Problem, constraint: AnyConstraint, ends: NumberRanges) -> "BoxParts":
-        """Whole panels of the kinds of a constraint, with the whole box, for each side of it."""
+        """Whole panels of a constraint's kinds of stroke with the whole box, for each side of the constraint."""
         return cls.from_panels(np.flatnonzero(problem.programme.panels_of(constraint.kinds)), constraint, ends)
 
     @classmethod
     def from_panels(cls, panels: IntArray, constraint: AnyConstraint, ends: NumberRanges) -> "BoxParts":
         """Some whole panels with the whole box, for each side of a constraint."""
-        panel, side = (each.ravel() for each in np.meshgrid(panels, np.array(constraint.sides), indexing="ij"))
+        panel, side = (grid.ravel() for grid in np.meshgrid(panels, np.array(constraint.sides), indexing="ij"))
         low, high = np.array([(-1.0, 1.0), *ends.values()]).T[..., None]
         every = np.ones(panel.size)
         return cls(panel, side, low * every, high * every, np.where(high > low, high - low, 1.0))
@@ -152,23 +151,23 @@ class BoxParts:
         )
 
     def split_at_place(self, place: FloatArray) -> "BoxParts":
-        """With those parts cut in two that have a place of their panel, one for each, inside."""
+        """Cut the parts in two that have their ``place`` on the panel inside."""
         inside = (self.low[0] < place) & (place < self.high[0])
         before, after = np.where(inside, place, self.high[0]), place[inside]
         low, high = np.hstack([self.low, self.low[:, inside]]), np.hstack([self.high, self.high[:, inside]])
         low[0, self.size :], high[0, : self.size] = after, before
-        panel, side = (np.concatenate([each, each[inside]]) for each in (self.panel, self.side))
+        panel, side = (np.concatenate([column, column[inside]]) for column in (self.panel, self.side))
         return replace(self, panel=panel, side=side, low=low, high=high)
 
     def reduce_monotone(self, slopes: Interval) -> "BoxParts":
-        """With that end alone of each variable with which the excess surely rises or falls."""
+        """Reduce each variable with which the excess is monotone to the end with the larger excess."""
         rises, falls = slopes.low >= 0.0, slopes.high <= 0.0
         return replace(
             self, low=np.where(rises, self.high, self.low), high=np.where(falls & ~rises, self.low, self.high)
         )
 
     def cut_steepest(self, steepest: FloatArray) -> "BoxParts":
-        """Each part in some, across the variable that changes the excess the most; not what is narrow."""
+        """Cut each part across the variable that changes the excess the most, unless it is narrow."""
         width = (self.high - self.low) / self.whole
         width = np.where(width > LEAST_PART_SHARE, width, 0.0)
         steep = np.where(np.isfinite(steepest), steepest * self.whole, LARGEST_SLOPE)
@@ -191,7 +190,7 @@ class BoxParts:
 
     @property
     def is_narrow(self) -> Any:
-        """Which of them are not to be cut."""
+        """Which parts are too narrow to be cut."""
         return np.all(self.high - self.low <= LEAST_PART_SHARE * self.whole, axis=0)
 
 
@@ -201,7 +200,7 @@ class ConstraintSearch:
 
     problem: Problem
     constraint: Any
-    """A constraint, or one on a mean."""
+    """A constraint on a curve or on a mean."""
     design: Designs
     names: tuple[str, ...]
     until: float
@@ -209,7 +208,7 @@ class ConstraintSearch:
     rounds: ClassVar[int] = MOST_ROUNDS
 
     def run(self, parts: BoxParts) -> BoxVerdict:
-        """Whether a part breaks the constraint, or none does: parts that exceed it the most come first."""
+        """Search until a part breaks the constraint or all hold it; parts with the largest excess come first."""
         stack = [parts]
         for _ in range(self.rounds):
             if not stack:
@@ -219,30 +218,30 @@ class ConstraintSearch:
                 excess = self.excess(parts)
             if np.any(excess.at.low > 0.0):
                 return BoxVerdict(BROKEN, self.middle_design(parts, int(np.argmax(excess.at.low))))
-            left = np.flatnonzero(~(excess.value.high <= 0.0))
-            left = left[np.argsort(excess.value.high[left], kind="stable")]  # what is not known comes last
-            if np.any(parts.is_narrow[left]) or clock_seconds() > self.until:
+            open_ = np.flatnonzero(~(excess.value.high <= 0.0))
+            open_ = open_[np.argsort(excess.value.high[open_], kind="stable")]  # NaN comes last
+            if np.any(parts.is_narrow[open_]) or clock_seconds() > self.until:
                 break
-            parts = parts.take(left).reduce_monotone(excess.slopes[:, left])
-            steepest = excess.slopes[:, left].largest_magnitude
-            for some in np.array_split(np.arange(left.size), -(-left.size // self.at_once) or 1):
-                stack += [parts.take(some).cut_steepest(steepest[:, some])] if some.size else []
+            parts = parts.take(open_).reduce_monotone(excess.slopes[:, open_])
+            steepest = excess.slopes[:, open_].largest_magnitude
+            for numbers in np.array_split(np.arange(open_.size), -(-open_.size // self.at_once) or 1):
+                stack += [parts.take(numbers).cut_steepest(steepest[:, numbers])] if numbers.size else []
         return BoxVerdict(UNDECIDED)
 
     def excess(self, parts: BoxParts) -> SlopedInterval:
-        """By how much designs of parts exceed the constraint."""
+        """Excess of the designs of parts over the constraint."""
         value, designs, angle = self.curve_over(parts)
         return as_sloped_interval(excess_of(self.constraint, parts.side, as_quotient(value), designs), angle)
 
     def curve_over(self, parts: BoxParts) -> tuple[Any, Designs, SlopedInterval]:
-        """The curve of the constraint over parts, and of what designs and cam angles it is."""
+        """The constraint's curve over parts, with the designs and the cam angle of the parts."""
         programme, middle = self.problem.programme, (parts.low + parts.high) / 2.0
         half = programme.table.half_width[parts.panel]
         place = Interval(parts.low[0] * half, parts.high[0] * half)
         sides = [place, *(Interval(low, high) for low, high in zip(parts.low[1:], parts.high[1:], strict=True))]
         angle, *sizes = box_variables(sides, [middle[0] * half, *middle[1:]])
         designs = self.design.take(np.zeros(parts.size, dtype=int))
-        fixed: dict[str, Any] = {name: as_interval(each) for name, each in designs.sizes.items()}
+        fixed: dict[str, Any] = {name: as_interval(size) for name, size in designs.sizes.items()}
         designs = designs.with_values(fixed | dict(zip(self.names, sizes, strict=True)))
         state = state_over(programme.table, parts.panel, middle[0], angle)
         value = value_of(self.constraint.curve(designs, programme), ..., state)
@@ -255,7 +254,7 @@ class ConstraintSearch:
 
 
 class MeanConstraintSearch(ConstraintSearch):
-    """The search for a design of a box that breaks a constraint on a mean: parts are of the box alone."""
+    """The search for a design of a box that breaks a constraint on a mean. Only the box is cut, not the turn."""
 
     at_once: ClassVar[int] = MEANS_AT_ONCE
     rounds: ClassVar[int] = MEAN_ROUNDS
@@ -265,13 +264,13 @@ class MeanConstraintSearch(ConstraintSearch):
         ranges = {
             name: Interval(*ends) for name, *ends in zip(self.names, parts.low[1:], parts.high[1:], strict=True)
         }
-        found = mean_excess(self.problem, self.constraint, inside.with_values(ranges), inside, [*self.names])
-        rows = (np.vstack([np.zeros((1, parts.size)), end]) for end in (found.slopes.low, found.slopes.high))
-        return replace(found, slopes=Interval(*rows), span=like.span)
+        excess = mean_excess(self.problem, self.constraint, inside.with_values(ranges), inside, [*self.names])
+        rows = (np.vstack([np.zeros((1, parts.size)), end]) for end in (excess.slopes.low, excess.slopes.high))
+        return replace(excess, slopes=Interval(*rows), span=like.span)
 
 
 def whole_turn_parts(constraint: TurnMeanConstraint, ends: NumberRanges) -> BoxParts:
-    """All of a turn at once, with the whole box."""
+    """The whole turn as one part, with the whole box."""
     parts = BoxParts.from_panels(np.zeros(1, dtype=int), constraint, ends)
     low, high = parts.low.copy(), parts.high.copy()
     low[0] = high[0] = 0.0
@@ -281,16 +280,16 @@ def whole_turn_parts(constraint: TurnMeanConstraint, ends: NumberRanges) -> BoxP
 def boxes_of_parts(
     design: Designs, names: tuple[str, ...], parts: BoxParts
 ) -> tuple[Designs, Designs, SlopedInterval]:
-    """The designs of parts of a box, those in their middles, and what has the slopes of these parts."""
+    """Designs of parts of a box, designs in their middles, and a sloped interval of these parts as a model."""
     middle = (parts.low + parts.high) / 2.0
     like, *sizes = box_variables([Interval(*ends) for ends in zip(parts.low, parts.high, strict=True)], [*middle])
-    every = design.take(np.zeros(parts.size, dtype=int))
-    boxes, inside = (dict(zip(names, each, strict=True)) for each in (sizes, middle[1:]))
-    return every.with_values(boxes), every.with_values(inside), like
+    designs = design.take(np.zeros(parts.size, dtype=int))
+    boxes, inside = (dict(zip(names, values, strict=True)) for values in (sizes, middle[1:]))
+    return designs.with_values(boxes), designs.with_values(inside), like
 
 
 def state_over(table: MotionTable, panel: IntArray, u: FloatArray, angle: SlopedInterval) -> State:
-    """The state of the follower over parts of panels, with slopes by the cam angle from the panel's middle.
+    """State of the follower over parts of panels, with slopes by the cam angle.
 
     ``u`` is the middle of each part, as a share of half the panel.
     """
@@ -299,7 +298,7 @@ def state_over(table: MotionTable, panel: IntArray, u: FloatArray, angle: Sloped
 
 
 def _load_over(table: MotionTable, panel: IntArray, u: FloatArray, angle: SlopedInterval) -> Any:
-    """What a load brings over parts of panels."""
+    """The load over parts of panels, with slopes by the cam angle."""
     load = table.load
     if isinstance(load, LoadTable):
         slope = Interval(*(load.slope[panel] + side * load.error[panel, 1] for side in (-1.0, 1.0)))

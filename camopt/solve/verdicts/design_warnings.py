@@ -1,4 +1,4 @@
-"""Warnings: contact lost, a preload too small, stress at low speed, a steep groove, motion beyond what is asked."""
+"""Warnings about a design: lost contact, small preload, stress at low speed, a steep groove, overshoot."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -26,50 +26,51 @@ from camopt.solve.tables.cells import with_unit
 from camopt.solve.verdicts.effect_runs import run_effects
 
 MEAN_ANGLES = {"pressure_angle_max_rise_deg", "pressure_angle_max_return_deg"}  # at the mean radius
-SLOW_SHARE = 1e-3  # of the speed of a cam: inertia is next to nothing
-NOTICED_SHARE = 1e-3  # of a stress: a difference that is told
+SLOW_SHARE = 1e-3  # share of the cam's speed at which inertia is negligible
+NOTICED_SHARE = 1e-3  # relative difference of stresses that is worth a warning
 RIGID, ELASTIC = "contact_force_min_N", "contact_force_elastic_min_N"
-REACHED_SHARE = 1e-6  # of the lift: a motion this near to what was asked is there
+REACHED_SHARE = 1e-6  # share of the lift within which a position counts as reached
 SIDE_NAMES = {1.0: "above", -1.0: "below"}
 
 
 def warnings_of(problem: Problem) -> tuple[str, ...]:
-    """Sentences on the problem's own design that its reader should know."""
-    told = (_warn_lost_contact, _warn_lost_preload, _warn_slow_stress, _warn_steep_groove, _warn_overshoot)
-    return tuple(sentence for each in told for sentence in each(problem))
+    """Warnings about the problem's own design."""
+    checks = (_warn_lost_contact, _warn_lost_preload, _warn_slow_stress, _warn_steep_groove, _warn_overshoot)
+    return tuple(sentence for check in checks for sentence in check(problem))
 
 
 def _warn_lost_contact(problem: Problem) -> Iterator[str]:
-    """A warning if only a rigid train keeps contact, unless a limit on contact force says so already."""
+    """Warn if the elastic train loses contact and a rigid one does not, unless a limit says so."""
     setup = problem.setup
     limited = any(ELASTIC in limit.required_quantities for limit in problem.limits)
     if setup.mechanism.is_positive or limited or not {RIGID, ELASTIC}.issubset(available_quantities(setup)):
         return
     rigid, elastic = _design_quantities(problem, RIGID, ELASTIC)
     if elastic <= 0.0 < rigid:
-        least = f"its least contact force is {_force_text(elastic)}" if isfinite(elastic) else "it is in resonance"
+        least = f"its smallest force is {_force_text(elastic)}" if isfinite(elastic) else "it is in resonance"
         train = f"the elastic train (natural frequency {setup.dynamics.natural_frequency:g} Hz) loses contact"
-        ask = "limits.contact_force_elastic = 0 asks for contact"
-        yield f"{train}: {least}, that of a rigid one {_force_text(rigid)}; {ask}"
+        remedy = "limits.contact_force_elastic = 0 requires contact"
+        yield f"{train}: {least}, that of a rigid train {_force_text(rigid)}; {remedy}"
 
 
 def _warn_lost_preload(problem: Problem) -> Iterator[str]:
-    """A warning if two contacts have a preload with which one lets go, unless a limit says so already."""
+    """Warn if the preload of two contacts lets one of them open, unless a limit says so."""
     if PRELOAD_RATIO not in available_quantities(problem.setup) or any(
         PRELOAD_RATIO in limit.required_quantities for limit in problem.limits
     ):
         return
     (ratio,) = _design_quantities(problem, PRELOAD_RATIO)
     if ratio < 1.0:
-        least = f"the preload is {ratio:.4g} times the least with which neither contact lets go"
-        yield f"{least} at {problem.setup.rpm:g} rev/min; limits.{PRELOAD_RATIO} = 1 asks for that"
+        speed = f"at {problem.setup.rpm:g} rev/min"
+        share = f"the preload is {ratio:.4g} times the preload that keeps both contacts closed {speed}"
+        yield f"{share}; limits.{PRELOAD_RATIO} = 1 requires it"
 
 
 def _warn_slow_stress(problem: Problem) -> Iterator[str]:
-    """A warning if only inertia keeps the contact stress within its limit: at low speed it exceeds it."""
+    """Warn if the contact stress exceeds its limit at low speed, where inertia does not relieve it."""
     setup = problem.setup
     limits = [limit for limit in problem.limits if STRESS in limit.required_quantities]
-    if limits and setup.rpm is not None:  # of a knife edge it is known without
+    if limits and setup.rpm is not None:  # a knife edge exceeds the limit at any speed
         slow = replace(problem, setup=setup.with_numbers({"cam.rpm": setup.rpm * SLOW_SHARE}))
         (slowly,), limit = _design_quantities(slow, STRESS), limits[0]
         allowed = limit.bound * (1.0 + NOTICED_SHARE)
@@ -84,20 +85,20 @@ def _stress_text(value: float) -> str:
 
 
 def _warn_steep_groove(problem: Problem) -> Iterator[str]:
-    """A warning if a groove is steeper at its bottom than the limit, which is one at the mean radius, allows."""
+    """Warn if the pressure angle at the bottom of a groove exceeds the limit, which holds at the mean radius."""
     limits = [limit for limit in problem.limits if MEAN_ANGLES & {*limit.required_quantities}]
     limited = any(BOTTOM_ANGLE in limit.required_quantities for limit in problem.limits)
     if limits and not limited and BOTTOM_ANGLE in available_quantities(problem.setup):
         (angle,), limit = _design_quantities(problem, BOTTOM_ANGLE), max(limits, key=attrgetter("bound"))
         if angle > limit.bound:
             foot = problem.setup.mechanism.body.foot
-            known = f"{limit.key} ({limit.bound:g} deg) is that at the mean radius"
-            ask = f"limits.{BOTTOM_ANGLE} = {limit.bound:g} limits it there"
-            yield f"the pressure angle at {foot} is {angle:.4g} deg: {known}; {ask}"
+            scope = f"{limit.key} ({limit.bound:g} deg) holds only at the mean radius"
+            remedy = f"limits.{BOTTOM_ANGLE} = {limit.bound:g} limits it there"
+            yield f"the pressure angle at {foot} is {angle:.4g} deg; {scope}; {remedy}"
 
 
 def _design_quantities(problem: Problem, *names: str) -> list[float]:
-    """Quantities of the problem's own design."""
+    """Some quantities of the problem's own design."""
     columns = run_effects(EvaluationBlock(problem.setup, problem.programme, problem.design), {*names}).columns
     return [float(np.broadcast_to(columns[name], 1)[0]) for name in names]
 
@@ -107,7 +108,7 @@ def _force_text(value: float) -> str:
 
 
 class FarthestPoint(NamedTuple):
-    """The farthest point of a motion to one side, in mm (rad) from the base circle, and its cam angle."""
+    """The farthest position of a motion to one side [mm or rad from the base circle], its cam angle and stroke."""
 
     position: float
     angle: float
@@ -115,22 +116,22 @@ class FarthestPoint(NamedTuple):
 
 
 def _warn_overshoot(problem: Problem) -> Iterator[str]:
-    """Warnings on moves beyond every position asked, unless a given velocity causes that."""
+    """Warn of moves beyond every position in the scene, unless a velocity in the scene causes it."""
     programme = problem.given_motion
     for side in (side for side in SIDE_NAMES if _exceeds_positions(programme, side)):
-        extreme, asked = farthest_point(programme, side), _farthest_given_position(programme, side)
+        extreme, farthest = farthest_point(programme, side), _farthest_given_position(programme, side)
         if _has_given_velocity(programme, extreme.stroke):
             continue
         start = start_position(problem.segments) - programme.strokes[0].low / programme.unit
         unit = displacement_unit(angular=problem.given_turns)
-        at, most = (with_unit(start + position / programme.unit, unit) for position in (extreme.position, asked))
+        at, most = (with_unit(start + position / programme.unit, unit) for position in (extreme.position, farthest))
         reached = f"the motion goes to {at} at {degrees(extreme.angle):.4g}°"
-        stop = _overshoot_remedy(programme, side)
-        yield f"{reached}, {SIDE_NAMES[side]} every position asked ({most}); {stop}"
+        remedy = _overshoot_remedy(programme, side)
+        yield f"{reached}, {SIDE_NAMES[side]} every position in the scene ({most}); {remedy}"
 
 
 def _exceeds_positions(programme: Programme, side: float) -> bool:
-    """Whether moves go to one side beyond every position asked."""
+    """Whether moves go to one side beyond every position in the scene."""
     if not any(stroke.is_open for stroke in programme.strokes):
         return False
     beyond = side * (farthest_point(programme, side).position - _farthest_given_position(programme, side))
@@ -138,17 +139,17 @@ def _exceeds_positions(programme: Programme, side: float) -> bool:
 
 
 def _farthest_given_position(programme: Programme, side: float) -> float:
-    """The farthest position to one side that is asked for, or that a stroke without choice has at its ends."""
+    """The farthest position to one side in the scene, or at the end of a stroke with a fixed law."""
     strokes = programme.strokes
-    asked = [side * end for stroke in strokes if not stroke.is_open for end in (stroke.low, stroke.high)]
-    for stroke in (each for each in strokes if each.is_open):
+    positions = [side * end for stroke in strokes if not stroke.is_open for end in (stroke.low, stroke.high)]
+    for stroke in (stroke for stroke in strokes if stroke.is_open):
         ends = (c.high if side > 0.0 else c.low for c in stroke.required_conditions(strokes[0].low) if c.order == 0)
-        asked += [side * end for end in ends if isfinite(end)]
-    return side * max(asked, default=-inf)
+        positions += [side * end for end in ends if isfinite(end)]
+    return side * max(positions, default=-inf)
 
 
 def farthest_point(programme: Programme, side: float) -> FarthestPoint:
-    """The farthest position to one side: at an end of a panel, or where its slope changes sign."""
+    """The farthest position to one side, at an end of a panel or where the velocity changes sign."""
     table = programme.table
     series, panels = table.coefficients.T, range(table.centre.size)
     places = [
@@ -166,29 +167,29 @@ def farthest_point(programme: Programme, side: float) -> FarthestPoint:
 
 
 def _has_given_velocity(programme: Programme, number: int) -> bool:
-    """Whether a stroke must start or end with a velocity, as next to a stretch at constant velocity."""
+    """Whether a stroke must start or end with a velocity, as next to a segment of constant velocity."""
     strokes, stroke = programme.strokes, programme.strokes[number]
-    given = [
+    angles = [
         angle
         for k, angle in ((number - 1, stroke.start), (number, stroke.end))
         if not _has_free_end_velocity(strokes, k)
     ]
-    moving = np.abs(stroke.motion(np.array(given))[1]) * stroke.angle
+    moving = np.abs(stroke.motion(np.array(angles))[1]) * stroke.angle
     return bool(np.any(moving > REACHED_SHARE * programme.lift))
 
 
 def _has_free_end_velocity(strokes: Sequence[Stroke], number: int) -> bool:
-    """Whether the velocity at the end of a stroke is not given, between moves."""
+    """Whether the scene leaves the velocity at the end of a stroke open, between two moves."""
     stroke, following = strokes[number], strokes[(number + 1) % len(strokes)]
     return stroke.is_open and following.is_open and (stroke.wanted or ())[1:2] in ((), (None,))
 
 
 def _overshoot_remedy(programme: Programme, side: float) -> str:
-    """The remedy that keeps the motion within the positions asked: rest at an end, or more positions."""
+    """Remedy that keeps the motion within the positions in the scene: rest at an end, or more positions."""
     strokes, here = programme.strokes, farthest_point(programme, side).stroke
     noses = [k for k in range(len(strokes)) if _turns_back(strokes[k], strokes[(k + 1) % len(strokes)])]
-    for some in ([here], [here - 1], noses):
-        ends = [strokes[k] for k in some if _has_free_end_velocity(strokes, k)]
+    for numbers in ([here], [here - 1], noses):
+        ends = [strokes[k] for k in numbers if _has_free_end_velocity(strokes, k)]
         if ends and _is_stopped_by_rest(programme, ends, side):
             keys = " and ".join(f"{end.key}.velocity = 0" for end in ends)
             return f"{keys} {'stops' if len(ends) == 1 else 'stop'} it"
@@ -196,16 +197,16 @@ def _overshoot_remedy(programme: Programme, side: float) -> str:
 
 
 def _turns_back(stroke: Stroke, following: Stroke) -> bool:
-    """Whether the motion must turn back, or rest, where a stroke ends."""
+    """Whether the motion must turn back or rest at the end of a stroke."""
     return (stroke.high - stroke.low) * (following.high - following.low) <= 0.0
 
 
 def _is_stopped_by_rest(programme: Programme, ends: Sequence[Stroke], side: float) -> bool:
-    """Whether rest at the ends of given moves keeps the motion within the positions asked."""
+    """Whether rest at the ends of some moves keeps the motion within the positions in the scene."""
     strokes = [_with_rest_at_end(stroke) if stroke in ends else stroke for stroke in programme.strokes]
     try:
         return not _exceeds_positions(replace(programme, strokes=join_moves(strokes)).on_base_circle(), side)
-    except Unmet:  # what else is asked forbids it
+    except Unmet:  # other conditions forbid the rest
         return False
 
 

@@ -1,9 +1,9 @@
-"""The motion of followers over boxes of trains: at a cam angle the tool is where it is asked, whatever the train.
+"""The motion of followers over boxes of trains. The tool moves as the scene asks, whatever the train.
 
-The formulas of the links, run on ranges with slopes (``numerics.sloped_interval.LinkageInterval``), take the tool's
-position and its derivatives there to the follower's, y = f⁻¹(z), for all trains of a box, as they do for one. So a
-limit on a curve of the cam bounds the excess of all cams with all trains of a box (``enclosure``). Run on arrays,
-they give the motions of single trains.
+The formulas of the links, run on ranges with slopes (``numerics.sloped_interval.LinkageInterval``), convert the
+tool's position and derivatives to those of the follower, y = f⁻¹(z), for all trains of a box. So a limit on a curve
+of the cam is decided for all cams with all trains of the box. Run on arrays, the formulas give the motions of
+single trains.
 """
 
 from collections.abc import Callable, Sequence
@@ -32,35 +32,35 @@ from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.variables import is_train_key
 
 MOTION_TERMS = (
-    3  # of series: up to the acceleration, the highest derivative that values of curves take; of jerk one more
+    3  # terms of series, up to the acceleration, the highest derivative that curves read; jerk needs one more
 )
 SERIES_FACTORIALS = 2.0, 6.0
 
 
 LoadAt = Callable[[ExternalLoad], tuple[Any, Any]]
-"""What a load that changes over the turn is at some cam angles, with its slope by the cam angle."""
+"""A changing load at some cam angles, with its slope by the cam angle."""
 
 
 def refuse_load(load: ExternalLoad) -> tuple[Any, Any]:
-    """Where no load is asked for."""
+    """Refuse a load where none may occur."""
     raise NotImplementedError
 
 
 class ToolPlaces(NamedTuple):
-    """Cam angles, and the motion that is asked of the tool there."""
+    """Cam angles with the tool's motion there."""
 
     angles: FloatArray
     """(places,)"""
     motion: FloatArray
-    """Position, from the start position of trains, and as many derivatives by the cam angle (terms, places)."""
+    """Position from the start position of trains, and derivatives by the cam angle (terms, places)."""
     kinds: IntArray
-    """Of the pieces, and the ways in which the tool moves (places,)."""
+    """Kinds of the pieces, with the direction of the tool's motion (places,)."""
     against: IntArray
-    """Those of a follower that goes in as the tool goes out."""
+    """Kinds for a follower that moves in as the tool moves out."""
 
     @classmethod
     def at_angles(cls, turn: Programme, angles: FloatArray, terms: int) -> "ToolPlaces":
-        """The places at cam angles of a turn that drives a tool."""
+        """The tool's motion at some cam angles of a turn."""
         motion, kinds = turn.tool.motion_at(angles)[:terms], turn.tool.kinds_at(angles)
         motion[0] = tool_position(turn, angles)
         return cls(angles, motion, kinds, reversed_kinds(kinds))
@@ -68,38 +68,39 @@ class ToolPlaces(NamedTuple):
 
 @dataclass(frozen=True)
 class TrainLinks:
-    """What the links of some trains do at cam angles (``effects.train_peak.TrainMotion``)."""
+    """The links of some trains at cam angles (``effects.train_peak.TrainMotion``)."""
 
     train: Train
     follower: Taylor
     load: ExternalLoad | TrainLoad | None
     load_at: LoadAt
     ways: Any
-    """Which way followers move: 1, −1, or 0 at rest."""
+    """Directions in which followers move: 1 out, −1 in, 0 at rest."""
 
     def transmission(self, link: int) -> Any:
-        """The acute angle of a link's coupler, rad."""
+        """Acute transmission angle of a link's coupler [rad]."""
         links, start = self.train.links[:link], self.follower.terms[0]
-        moved = reduce(lambda at, each: position_at(each.forward, at), links, start)
+        position = reduce(lambda at, each: position_at(each.forward, at), links, start)
         coupler = self.train.links[link].couplers[0]
         assert coupler is not None
-        return _drop_radicands(coupler.angle(moved))
+        return _drop_radicands(coupler.angle(position))
 
     def force(self, parts: Sequence[WeightedForce], speed: Any) -> Any:
-        """A sum of forces of links at a speed, rad/s, N."""
+        """Sum of forces of links [N] at a speed [rad/s]."""
         assert isinstance(self.load, TrainLoad)
-        found = self._forces_at_follower(replace(self.load, parts=tuple(parts)))
-        return _drop_radicands(found.still.terms[0] + found.carried.terms[0] * speed**2)
+        forces = self._forces_at_follower(replace(self.load, parts=tuple(parts)))
+        return _drop_radicands(forces.still.terms[0] + forces.carried.terms[0] * speed**2)
 
     @property
     def state(self) -> Any:
-        """What curves take of the loads over the turn, and of what comes through trains."""
+        """Loads over the turn and forces through trains, as curves read them."""
         if isinstance(self.load, ExternalLoad):
             return Load(*self.load_at(self.load))
         if self.load is None:
             return None
-        found = self._forces_at_follower(self.load)
-        return TrainForces(_drop_radicands(found.still.terms[0]), 0.0, _drop_radicands(found.carried.terms[0]), 0.0)
+        forces = self._forces_at_follower(self.load)
+        still, carried = (_drop_radicands(force.terms[0]) for force in (forces.still, forces.carried))
+        return TrainForces(still, 0.0, carried, 0.0)
 
     def _forces_at_follower(self, load: TrainLoad) -> FollowerLoad:
         loads = {joint: Taylor([*self.load_at(each), 0.0]) for joint, each in load.loads}
@@ -108,49 +109,46 @@ class TrainLinks:
 
 @dataclass(frozen=True)
 class DrivenMotion:
-    """The motion of the followers of some trains at cam angles; what curves ask of a motion.
-
-    Arrays, or ranges with slopes.
-    """
+    """Motion of the followers of some trains at cam angles, as curves read it, in arrays or ranges with slopes."""
 
     tool: Programme
     load: ExternalLoad | TrainLoad | None
     state: State
     lift: Any
     moved: Any
-    """How far the follower goes as the tool goes from its lowest to its highest position."""
+    """Displacement of the follower as the tool moves from its lowest to its highest position."""
     sense: Any
-    """1 if the follower goes out with the tool, −1 if against it; 0 where trains of both kinds are in a box."""
+    """1 if the follower moves out with the tool, −1 if against it; 0 if a box has trains of both kinds."""
     links: TrainLinks
-    """Of all of them."""
+    """Links of all the trains."""
 
-    def part(self, some: slice) -> "DrivenMotion":
-        """That of some of them."""
+    def part(self, index: slice) -> "DrivenMotion":
+        """The motion for some of the trains."""
         y, y1, y2, y3, load, _ = self.state
-        y, y1, y2, y3 = (_index_number(each, some) for each in (y, y1, y2, y3))
+        y, y1, y2, y3 = (_index_number(term, index) for term in (y, y1, y2, y3))
         if load is not None:
-            load = type(load)(*(_index_number(each, some) for each in load))
+            load = type(load)(*(_index_number(term, index) for term in load))
         state = State(y, y1, y2, y3, load)
         return replace(
             self,
             state=state,
-            lift=_index_number(self.lift, some),
-            moved=_index_number(self.moved, some),
-            sense=self.sense[some],
+            lift=_index_number(self.lift, index),
+            moved=_index_number(self.moved, index),
+            sense=self.sense[index],
         )
 
     @property
     def levels(self) -> tuple[Any, Any]:
-        """The lowest and the highest displacement of the follower."""
+        """Lowest and highest displacement of the follower."""
         return self.lift * 0.0, self.lift
 
     def least_speed(self, sense: float) -> float:
-        """Of a least velocity nothing is known but at the places."""
+        """Infinity: the smallest velocity is known only at the cam angles."""
         return inf
 
 
 def driven_motion(problem: Problem, designs: Designs, at: LoadAt, motion: Sequence[Any], ways: Any) -> DrivenMotion:
-    """The motion that trains of designs give at cam angles, with which go the tool's motion and its ways."""
+    """Motion of the followers of designs with trains, from the tool's motion and directions at cam angles."""
     turn = problem.programme
     train = _trains_of_designs(problem, designs)
     z, z1, *higher = motion
@@ -172,7 +170,7 @@ def driven_motion(problem: Problem, designs: Designs, at: LoadAt, motion: Sequen
 
 
 def motion_at_places(problem: Problem, designs: Designs, places: ToolPlaces) -> DrivenMotion:
-    """The motion of the followers of single designs, arrays (places, designs)."""
+    """Motion of the followers of single designs at some places, in arrays (places, designs)."""
     angles, motion, kinds = places.angles[:, None], places.motion[..., None], places.kinds[:, None]
     return driven_motion(
         problem, designs, lambda load: load.load_and_slope(angles), tuple(motion), motion_ways(kinds)
@@ -182,7 +180,7 @@ def motion_at_places(problem: Problem, designs: Designs, places: ToolPlaces) -> 
 def motion_over_boxes(
     problem: Problem, boxes: Designs, places: ToolPlaces, where: IntArray, radicands: list[SlopedInterval]
 ) -> DrivenMotion:
-    """That of all designs of boxes, each at a place of its own; adds the radicands that have to be positive."""
+    """Motion of the followers of boxes, each at its own place; appends radicands that must be positive."""
     error = problem.programme.tool.table.error.max(axis=0)[:4]
     rows = zip(places.motion[:, where], error, strict=False)
     motion = tuple(widen(Interval(row - e, row + e)) for row, e in rows)
@@ -194,42 +192,43 @@ def motion_over_boxes(
 def motion_over_ranges(
     problem: Problem, boxes: Designs, motion: Sequence[Interval], kinds: IntArray
 ) -> DrivenMotion:
-    """That of all designs of boxes, each over a range of cam angles, where the tool has a range of motions.
+    """Motion of the followers of boxes, each over a range of cam angles with a range of the tool's motion.
 
-    Of loads that are the same all over the turn.
+    Loads must be constant over the turn.
     """
     trains = _with_linkage_intervals(problem, boxes, [])
     return driven_motion(problem, trains, refuse_load, tuple(map(widen, motion)), motion_ways(kinds))
 
 
 def _with_linkage_intervals(problem: Problem, boxes: Designs, radicands: list[SlopedInterval]) -> Designs:
-    """Boxes with the numbers of their trains as those of linkages."""
-    own: dict[str, Any] = {key: boxes.numbers[key] for key in train_keys(problem)}
+    """Boxes with the numbers of their trains as linkage intervals."""
+    numbers: dict[str, Any] = {key: boxes.numbers[key] for key in train_keys(problem)}
     ranges = {
-        key: LinkageInterval.from_interval(each, radicands)
-        for key, each in own.items()
-        if isinstance(each, SlopedInterval)
+        key: LinkageInterval.from_interval(number, radicands)
+        for key, number in numbers.items()
+        if isinstance(number, SlopedInterval)
     }
     return boxes.with_values(ranges)
 
 
 def _trains_of_designs(problem: Problem, designs: Designs) -> Train:
-    """The trains that designs bring."""
-    return problem.trains_with_numbers({key: each for key, each in designs.numbers.items() if is_train_key(key)})
+    """The trains of designs."""
+    numbers = {key: number for key, number in designs.numbers.items() if is_train_key(key)}
+    return problem.trains_with_numbers(numbers)
 
 
 def train_keys(problem: Problem) -> list[str]:
-    """The keys of the numbers of the train of which ``[search]`` gives a range."""
-    return [each.key for each in problem.search_space.trains if each.has_range]
+    """Keys of the train's numbers that ``[search]`` gives as ranges."""
+    return [choice.key for choice in problem.search_space.trains if choice.has_range]
 
 
 def _travel_end(like: Any, end: float) -> Any:
-    """An end of the travel, as the positions of the tool are given."""
+    """An end of the travel, in the number type of the tool's positions."""
     return widen(Interval(np.full(like.size, end), np.full(like.size, end))) if isinstance(like, Interval) else end
 
 
 def _follower_sense(moved: Any) -> Any:
-    """Which way the follower goes if the tool goes up; 0 where it is not known."""
+    """Direction of the follower as the tool moves up; 0 if it is unknown."""
     if not isinstance(moved, Interval | SlopedInterval):
         return np.sign(moved)
     ends = range_of(moved)

@@ -1,4 +1,4 @@
-"""Effects on designs: those that are needed run in their order, each on the rows of those before it."""
+"""Run the effects that some quantities need, in their order; an effect may read the columns of those before it."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -15,7 +15,7 @@ from camopt.scene.problem.rows import DesignRows, QuantityColumns
 
 
 def run_effects(case: EvaluationBlock, wanted: Iterable[str]) -> DesignRows:
-    """The wanted quantities of a block of designs."""
+    """Wanted quantities of a block of designs."""
     wanted, rows = frozenset(wanted), DesignRows({}, len(case.designs))
     for effect, names in effect_plan(wanted, case.setup):
         rows = with_effect(rows, case, effect, names)
@@ -23,32 +23,32 @@ def run_effects(case: EvaluationBlock, wanted: Iterable[str]) -> DesignRows:
 
 
 def columns_for(problem: Problem, limits: Iterable[Limit], designs: Designs) -> QuantityColumns:
-    """The quantities of designs that some limits call for."""
+    """Quantities of designs that some limits need."""
     return run_effects(
         EvaluationBlock(problem.setup, problem.programme, designs), quantities_of_limits(limits)
     ).columns
 
 
 def effect_plan(wanted: frozenset[str], setup: Setup) -> list[tuple[Effect, frozenset[str]]]:
-    """The effects to run, each with the quantities to keep: those wanted, and those that another effect reads."""
+    """Effects to run, each with the quantities that are wanted or that another effect reads."""
     effects = setup_effects(setup)
     return [(effects[name], frozenset(names)) for name, names in plan_effects(wanted, setup).items()]
 
 
 def with_effect(rows: DesignRows, case: EvaluationBlock, effect: Effect, names: frozenset[str]) -> DesignRows:
-    """The rows of a case with some quantities of one more effect, which may read those that the rows have."""
+    """Add some quantities of one more effect to the rows; the effect may read the columns of the rows."""
     return with_values_beyond_pitch(with_pitch_values(rows, case, effect, names), case, effect, names)
 
 
 def with_pitch_values(rows: DesignRows, case: EvaluationBlock, effect: Effect, names: frozenset[str]) -> DesignRows:
-    """The rows of a case with what one more effect finds of pitch curves, the same bits for all that share one."""
+    """Add an effect's quantities that depend only on pitch curves; equal bits for designs with the same curve."""
     if effect.run_on_pitch is no_columns:
         return rows
     return with_curve_values(rows, replace(case, designs=case.setup.mechanism.pitch(case.designs)), effect, names)
 
 
 def with_curve_values(rows: DesignRows, case: EvaluationBlock, effect: Effect, names: frozenset[str]) -> DesignRows:
-    """The same of designs that are drawn by a point, one of each curve."""
+    """Add an effect's quantities of pitch curves to rows of one design for each curve."""
     return (
         rows
         if effect.run_on_pitch is no_columns
@@ -59,7 +59,7 @@ def with_curve_values(rows: DesignRows, case: EvaluationBlock, effect: Effect, n
 def with_values_beyond_pitch(
     rows: DesignRows, case: EvaluationBlock, effect: Effect, names: frozenset[str]
 ) -> DesignRows:
-    """The rows of a case with what one more effect finds beyond that of pitch curves."""
+    """Add an effect's quantities that need more than pitch curves."""
     if effect.run is no_columns:
         return rows
     return with_quantities(
@@ -67,14 +67,14 @@ def with_values_beyond_pitch(
     )
 
 
-def with_quantities(rows: DesignRows, found: dict[str, Any], wanted: frozenset[str]) -> DesignRows:
-    """Rows with the wanted ones of an effect's quantities."""
+def with_quantities(rows: DesignRows, values: dict[str, Any], wanted: frozenset[str]) -> DesignRows:
+    """Add the wanted quantities of an effect to the rows, with their enclosures."""
     columns, outward, half_width = dict(rows.columns), dict(rows.outward), rows.half_width
-    widths = dict[int, tuple[Any, Any]]()  # the largest of those that refer to one scale
-    for name in (n for n in found if n in wanted):
-        columns[name] = found[name]
-        if isinstance(found[name], EnclosedValue):
-            columns[name], width, scale = found[name]
+    widths = dict[int, tuple[Any, Any]]()  # largest width for each scale
+    for name in (n for n in values if n in wanted):
+        columns[name] = values[name]
+        if isinstance(values[name], EnclosedValue):
+            columns[name], width, scale = values[name]
             outward[name] = np.where(np.isinf(columns[name]), 0.0, width)  # ∞ − ∞ is no width
             _, most = widths.get(id(scale), (scale, 0.0))
             widths[id(scale)] = scale, np.maximum(most, np.abs(outward[name]))
@@ -84,8 +84,8 @@ def with_quantities(rows: DesignRows, found: dict[str, Any], wanted: frozenset[s
 
 
 def _widths_over_scale(width: Any, scale: Any) -> Any:
-    """Widths relative to their scale; to 1 where that is 0, or infinite as they are."""
-    least, most = (of.reduce(scale, axis=None, initial=1.0) for of in (np.minimum, np.maximum))
+    """Widths relative to their scale; to 1 where the scale is 0, or both are infinite."""
+    least, most = (extreme.reduce(scale, axis=None, initial=1.0) for extreme in (np.minimum, np.maximum))
     if not 0.0 < least <= most < np.inf:
         scale = np.where((scale > 0.0) & ~(np.isinf(scale) & np.isinf(width)), scale, 1.0)
     return width / scale

@@ -1,4 +1,4 @@
-"""One design: every quantity that a scene calls for."""
+"""The quantities of one design, with its verdict, and why quantities are infinite."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -40,7 +40,7 @@ PROOFS = {
     "sampled": "proved for the spline of a table",
     "undecided": "not proved",
 }
-"""What the status of a design says of its verdict."""
+"""The status of a verdict in words."""
 
 
 @dataclass(frozen=True)
@@ -50,14 +50,14 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
     Attributes
     ----------
     scene : Scene
-        What was evaluated.
+        The evaluated scene.
     quantities : dict
-        The values by name: numbers, but for ``feasible`` and the like, which are true or false, and texts.
+        Values by name: numbers, texts, and for ``feasible`` and the like true or false.
     unbounded : dict
-        For each value that is infinite, why it is.
+        Reason for each infinite value, by name.
     warnings : tuple of str
-        What to know of the cam unasked: that an elastic train loses contact where a rigid one keeps it, and that
-        moves go beyond every position that was asked.
+        Warnings about the cam, such as an elastic train that loses contact where a rigid one keeps it, or a motion
+        that goes beyond the positions in the scene.
 
     Examples
     --------
@@ -81,7 +81,7 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
     def __getitem__(self, name: str, /) -> float | bool | str:
         if name not in self.quantities:
             if name in QUANTITIES:
-                raise UnknownName(f"{name!r} was not computed; name it in the outputs of the scene")
+                raise UnknownName(f"{name!r} was not computed; add it to the outputs of the scene")
             raise UnknownName(f"{name!r} is no quantity of this evaluation; {suggest_names(str(name), self)}")
         return self.quantities[name]
 
@@ -99,14 +99,14 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
         return len(self.quantities)
 
     def table(self) -> Table:
-        """Every quantity with its unit, limit and meaning, or the reason why it is infinite: a row each."""
+        """One row for each quantity: value, unit, limit, and its meaning or the reason why it is infinite."""
         names = [name for name in self if not is_zero_column(self.scene.search.sizes, name, [self])]
         reasons, problem = {name: Cell(reason) for name, reason in self.unbounded.items()}, resolve(self.scene)
         about = {name: reasons.get(name, find_quantity(name, problem.setup).sentence) for name in names}
         return design_table(self.scene.name, problem, self, about)
 
     def sections(self) -> Iterator[Table | str]:
-        """The verdict, every quantity, the largest lift, the forces in joints and the numbers of the scene."""
+        """The verdict, the quantities, the largest lift, the joint forces and the numbers of the scene."""
         yield self.verdict
         yield self.table()
         yield _lift_sentence(self.scene)
@@ -115,15 +115,16 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
         if self.scene.mechanism.motion.angular:
             yield f"{ARM_UNCHECKED}."
         if joints := [
-            {name: "" if value is None else value for name, value in each._asdict().items()}
-            for each in self.joint_forces
+            {name: "" if value is None else value for name, value in row._asdict().items()}
+            for row in self.joint_forces
         ]:
             yield ""
             yield table_of(JOINTS_TITLE, joints, joints[0])
             yield JOINTS_NOTE
-        if read := numbers_with_units(self.scene):
+        if numbers := numbers_with_units(self.scene):
             rows = [
-                {"key": each.key, "value": scene_number_text(each), "unit": shown_unit(each.unit)} for each in read
+                {"key": number.key, "value": scene_number_text(number), "unit": shown_unit(number.unit)}
+                for number in numbers
             ]
             yield ""
             yield table_of("Numbers of the scene, as they are read", rows, ["key", "value", "unit"])
@@ -142,41 +143,41 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Warnings, and what of the scene is odd or unused."""
+        """Warnings about the cam, and notes on odd or unused keys of the scene."""
         return (*self.warnings, *notes_on_scene(self.scene))
 
     @property
     def half_width(self) -> float:
-        """The relative half-width of the values' enclosures."""
+        """Largest relative half-width of the values' enclosures."""
         return float(self["relative_half_width"])
 
     @property
     def joint_forces(self) -> list[JointRow]:
-        """The forces in each joint of a train, if the scene calls for them.
+        """Forces in the joints of a train, if the scene's outputs include them.
 
-        Of each the stage, the joint, the least and the largest force over the turn, N, and the cam angle of the
-        largest magnitude, deg, with its direction there. Above 0 a coupler is pushed and a roller pressed on its
-        face. On a pivot the largest sum of the magnitudes of both forces on it.
+        Each row has the stage, the joint, the smallest and largest force over the turn [N], and the cam angle of
+        the largest magnitude with its direction there [deg]. Above 0, a coupler is pushed and a roller pressed on
+        its face. For a pivot, it is the largest sum of the magnitudes of both forces on it.
         """
         problem = resolve(self.scene)
-        called = any(find_quantity(name, problem.setup).effect == "joints" for name in self)
-        return joint_rows(problem.setup, problem.programme) if called else []
+        has_joints = any(find_quantity(name, problem.setup).effect == "joints" for name in self)
+        return joint_rows(problem.setup, problem.programme) if has_joints else []
 
     @property
     def tightest(self) -> str:
-        """Of a follower with two contacts, the one that a limit holds the closest; else empty."""
+        """The contact nearest to its limit, for a follower with two contacts; else empty."""
         problem = resolve_design(self.scene)
         return tightest_contact(at_rounding_error(problem)) if problem.setup.mechanism.further_contacts else ""
 
     def to_json(self) -> dict[str, Any]:
-        """The old name of ``to_dict``."""
+        """Deprecated name of ``to_dict``."""
         warn("to_json is now to_dict", DeprecationWarning, stacklevel=2)
         return dict(self.to_dict())
 
     def document(self) -> dict[str, Any]:
-        """The values; the reasons of infinite ones under ``unbounded``, and ``warnings``, if any."""
+        """The values, with reasons for infinite ones, joint forces, warnings and the tightest contact."""
         joints = [{name: v for name, v in row._asdict().items() if v is not None} for row in self.joint_forces]
-        with shown_in(MM):  # whatever is shown, as the names of quantities say
+        with shown_in(MM):  # the names of quantities have units in mm
             unbounded = (
                 _infinity_reasons(self.unbounded, at_rounding_error(resolve_design(self.scene)))
                 if self.unbounded
@@ -188,7 +189,7 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
 
 
 def _lift_sentence(scene: Scene) -> str:
-    """The largest lift, and where it is."""
+    """Sentence on the largest lift and its cam angle."""
     programme, unit = resolve(scene).programme.tool, displacement_unit(angular=scene.tool_turns)
     angle = np.degrees(farthest_point(programme, 1.0).angle)
     whose, lift = " of the tool" if scene.train else "", with_unit(programme.lift / programme.unit, unit)
@@ -196,39 +197,39 @@ def _lift_sentence(scene: Scene) -> str:
 
 
 def _crank_speed_sentence(result: Evaluation) -> str:
-    """The sentence on speeds in the results of a scene that gives the speed of a crankshaft."""
-    what = "Results are at the speed of the cam, and speeds among them are the cam's, half those of the crankshaft"
+    """Sentence on the speeds in the results of a scene that gives the speed of a crankshaft."""
+    speeds = "Speeds in these results are those of the cam, half those of the crankshaft"
     jump = result.get("jump_speed_rpm")
-    return what + (
-        "." if jump is None else f": a jump speed of {number_text(TURNS_OF_CRANK * jump)} rev/min there."
-    )
+    if jump is None:
+        return f"{speeds}."
+    return f"{speeds}; at the crankshaft, the jump speed is {number_text(TURNS_OF_CRANK * jump)} rev/min."
 
 
-def scene_number_text(read: NumberWithUnit) -> str:
-    """A number of the scene, as it is shown; of a load that changes, how many rows it has."""
-    value = read.value
-    return number_text(to_shown_unit(value, read.unit)) if isinstance(value, float) else f"{len(value):,} rows"
+def scene_number_text(number: NumberWithUnit) -> str:
+    """Text of a number of the scene; for a load that changes, its number of rows."""
+    value = number.value
+    return number_text(to_shown_unit(value, number.unit)) if isinstance(value, float) else f"{len(value):,} rows"
 
 
 JOINTS_TITLE = "Forces in the joints of the train over the turn"
 JOINTS_NOTE = (
-    "Above 0 a coupler is pushed and a roller pressed on its face, below 0 pulled and lifted off. On a pivot: the "
-    "sum of the magnitudes of both forces on it, the largest that it can be. Directions, of the largest, are from "
-    "the motion of the slide, those of a four-bar's coupler from the line of its pivots."
+    "Above 0, a coupler is pushed and a roller is pressed on its face; below 0, it is pulled or lifted off. For a "
+    "pivot, the force is the sum of the magnitudes of both forces on it, an upper bound. Directions are of the "
+    "largest force, from the motion of the slide, or from the line of a four-bar's pivots."
 )
 
 
 def evaluate(scene: SceneSource) -> Evaluation:
-    """Compute every quantity that a scene calls for, for the sizes that the scene gives.
+    """Compute all quantities in the scene's outputs and limits, for the sizes in the scene.
 
-    Extremes are those of the continuous motion, with a relative error of at most 1e-13, or the scene's own if
-    that is smaller. An infinite quantity (such as the acceleration of a uniform-velocity law) is ``inf``, and
-    ``unbounded`` says why.
+    Extremes are exact: they are computed from the continuous motion, with a relative error of at most 1e-13, or the
+    scene's own accuracy if that is smaller. An infinite quantity, such as the acceleration of a uniform-velocity
+    law, is ``inf``, and ``unbounded`` has the reason.
 
     Parameters
     ----------
     scene : Scene, str or os.PathLike
-        A scene with sizes of its own.
+        A scene with sizes.
 
     Returns
     -------
@@ -238,7 +239,7 @@ def evaluate(scene: SceneSource) -> Evaluation:
     Raises
     ------
     BadInput
-        If the scene lacks a size of its own.
+        If the scene lacks a size.
 
     References
     ----------
@@ -255,16 +256,16 @@ def evaluate(scene: SceneSource) -> Evaluation:
 
 
 def evaluate_design(scene: Scene, problem: Problem) -> Evaluation:
-    """As ``evaluate``, for a scene already resolved to a problem."""
+    """Evaluate a scene that is already resolved to a problem."""
     problem = at_rounding_error(problem)
-    (found,) = evaluate_rows(problem, problem.design, problem.evaluated_quantities | problem.size_names).records()
-    values = {name: found[name] for name in in_column_order(found)}
+    (record,) = evaluate_rows(problem, problem.design, problem.evaluated_quantities | problem.size_names).records()
+    values = {name: record[name] for name in in_column_order(record)}
     unbounded = _infinity_reasons((n for n, v in values.items() if v in (inf, -inf)), problem)
     return Evaluation(scene, values, unbounded, warnings_of(problem))
 
 
 def _infinity_reasons(names: Iterable[str], problem: Problem) -> dict[str, str]:
-    """Why quantities are infinite, by name."""
+    """Reasons why quantities are infinite, by name."""
     return {name: _infinity_reason(name, problem) for name in names}
 
 
@@ -272,10 +273,10 @@ LOAD_EFFECTS = ("force", "torque", "joints", "thrust", "hertz", "surface")
 
 
 def _infinite_load_reason(name: str, problem: Problem) -> str:
-    """Why a load of a motion without corners is infinite."""
+    """Reason why a load is infinite for a motion without corners."""
     effect, setup = QUANTITIES[name].effect, problem.setup
     if effect == "force":
-        return "the force is too low where the follower is at its lowest, and no spring rate adds to it there"
+        return "the force is too small at the follower's lowest position, where no spring rate adds to it"
     case = EvaluationBlock(setup, problem.programme, problem.design)
     shaped = effect in ("hertz", "surface") and not setup.is_knife
     if shaped and run_effects(case, ["undercut"]).column("undercut")[0]:
@@ -286,26 +287,26 @@ def _infinite_load_reason(name: str, problem: Problem) -> str:
 
 
 def _jump_text(problem: Problem, order: int, kinds: int) -> str:
-    """Where a derivative of the asked motion jumps, beside strokes of some kinds, and by how much at most."""
-    found = [j for j in problem.programme.tool.jumps if j.order == order and j.kinds & kinds]
-    if not found:
+    """Cam angles at which a derivative of the motion jumps, next to some kinds of stroke, and the largest jump."""
+    jumps = [j for j in problem.programme.tool.jumps if j.order == order and j.kinds & kinds]
+    if not jumps:
         return ""
     unit, size = (
         motion_table_unit(problem.setup, order),
-        max(abs(j.size) for j in found) * motion_scale(problem.setup, order),
+        max(abs(j.size) for j in jumps) * motion_scale(problem.setup, order),
     )
-    most = "at most " if len(found) > 1 else ""
-    return f"{', '.join(f'{np.degrees(j.at):g}°' for j in found)}, by {most}{with_unit(size, unit)}"
+    most = "at most " if len(jumps) > 1 else ""
+    return f"{', '.join(f'{np.degrees(j.at):g}°' for j in jumps)}, by {most}{with_unit(size, unit)}"
 
 
 def _infinity_reason(name: str, problem: Problem) -> str:
-    """Why a quantity is infinite."""
+    """Reason why a quantity is infinite."""
     if name in problem.setup.own_quantities:
         return "its expression has no finite value here"
     if QUANTITIES[name].effect == "vibration":
-        return "the undamped train resonates: it vibrates a whole number of times in a turn"
+        return "the undamped train is in resonance: it vibrates a whole number of times in a turn"
     if name == SKIDDING_TIME and not problem.programme.corners:
-        return "friction has not turned the roller before the follower crosses again"
+        return "the follower crosses again before friction has turned the roller"
     kinds = next((kind for stroke, kind in MOVE_KINDS.items() if stroke and f"_{stroke}_" in name), ALL_STROKES)
     corners, jumps = (_jump_text(problem, order, kinds) for order in (1, 2))
     if name.startswith("jerk") and not corners:
@@ -326,38 +327,38 @@ def _infinity_reason(name: str, problem: Problem) -> str:
 
 
 TIE_SHARE = 1e-9
-"""Relative: two contacts this near to each other are told as one."""
+"""Relative difference below which two contacts are reported together."""
 
 
 class ContactExcess(NamedTuple):
-    """The contact that is the nearest to a bound, or the furthest beyond it."""
+    """A contact of the follower, with its excess over a limit."""
 
     excess: float
-    """Relative."""
+    """Relative; below 0 the limit is held."""
     limit: str
     place: str
     words: str
 
 
 def tightest_contact(problem: Problem) -> str:
-    """The contact that the limits of a problem hold the closest, for its own design; empty if there is only one."""
-    found = [
-        each
+    """Words on the contact nearest to its limit, or furthest beyond it; empty for a follower with one contact."""
+    contacts = [
+        contact
         for limit in problem.limits
         if isinstance(limit, QuantityLimit)
-        for each in _contact_excesses(problem, limit)
+        for contact in _contact_excesses(problem, limit)
     ]
-    if not found:
+    if not contacts:
         return ""
-    most = max(found)
-    others = [each for each in found if each != most and each.limit == most.limit]
-    alike = any(abs(each.excess - most.excess) <= TIE_SHARE for each in others)
+    most = max(contacts)
+    others = [contact for contact in contacts if contact != most and contact.limit == most.limit]
+    alike = any(abs(contact.excess - most.excess) <= TIE_SHARE for contact in others)
     place = "both contacts" if alike else f"the {most.place} contact"
     return f"{most.limit} at {place}: {most.words}"
 
 
 def _contact_excesses(problem: Problem, limit: QuantityLimit) -> Iterator[ContactExcess]:
-    """The contacts that a limit bounds."""
+    """Excess over a limit at each contact that it bounds."""
     if not limit.further_peaks or not limit.set_by_scene or not isinstance(limit.peak_or_mean, Peak):
         return
     case, quantity = (

@@ -1,9 +1,9 @@
-"""Screening: the quantities of those designs of many that hold every limit, with a verdict that is proved.
+"""Filter many designs: keep those that are proved to hold every limit, with their quantities.
 
 Effects run cheapest first, and a design that breaks a limit is dropped before the next effect runs. Constraints on
-curves come first: a constraint holds at every cam angle, so any one angle refutes it. Designs that are alike are at
-their worst near the same angles. Where nodes of the motion show that most of a few designs break a constraint, all
-designs are looked at there. The extremes of the curves decide about the rest.
+curves come first. A constraint must hold at every cam angle, so a single angle can refute it, and similar designs
+are at their worst near the same angles. So a few designs are evaluated at all nodes of the motion, and then all
+designs at the nodes where most of the few break a constraint. The extremes of the curves decide the rest.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -35,84 +35,77 @@ from camopt.solve.verdicts.effect_runs import (
 )
 from camopt.solve.verdicts.limit_verdicts import Effort, evaluate_with_effort, proved_status, with_certified_numbers
 
-MANY_DESIGNS, PROBE_DESIGNS, PROBE_NODES = (
-    500,
-    16,
-    4,
-)  # designs that are worth it, those asked first, and nodes for each side of a constraint
-BROKEN_BEYOND = 1e-6  # relative, of what is further beyond a bound than rounding
+MANY_DESIGNS = 500  # fewest designs for which probing nodes pays
+PROBE_DESIGNS, PROBE_NODES = 16, 4  # designs that are probed at all nodes; nodes for each side of a constraint
+BROKEN_BEYOND = 1e-6  # relative excess that rounding cannot explain
 
 
 @np.errstate(all="ignore")
 def designs_breaking_constraints(case: EvaluationBlock, constraints: Iterable[Constraint]) -> BoolArray:
-    """Which designs of a case break one of some constraints for certain; of few designs none are asked."""
-    found, table = np.zeros(len(case.designs), dtype=bool), case.programme.table
-    asked = (
-        [each for each in constraints if not isinstance(each.curve, Derivative)]
-        if found.size > MANY_DESIGNS
-        else []
-    )
+    """Which designs break one of some constraints for certain; few designs are not probed."""
+    broken, table = np.zeros(len(case.designs), dtype=bool), case.programme.table
+    probed = [each for each in constraints if not isinstance(each.curve, Derivative)]
+    if broken.size <= MANY_DESIGNS:
+        probed = []
     pieces = np.repeat(table.kind, np.diff(table.first_panel) + 1)
-    for made in {each.curve: None for each in asked}:
-        record = made(case.designs, case.programme)
-        few = case.designs.take(np.linspace(0, found.size - 1, PROBE_DESIGNS).astype(int))
-        values = value_of(made(few, case.programme), ..., motion_at_node(columns_of_all_rows(table), ...))
-        for constraint in (each for each in asked if each.curve is made):
+    for make_curve in {constraint.curve: None for constraint in probed}:
+        curve = make_curve(case.designs, case.programme)
+        few = case.designs.take(np.linspace(0, broken.size - 1, PROBE_DESIGNS).astype(int))
+        values = value_of(make_curve(few, case.programme), ..., motion_at_node(columns_of_all_rows(table), ...))
+        for constraint in (constraint for constraint in probed if constraint.curve is make_curve):
             for side in constraint.sides:
-                shown = (
-                    _exceeds_constraint(constraint, side, values, few) & (pieces & constraint.kinds != 0)[:, None]
-                )
-                for node in _decisive_nodes(shown):
-                    found |= _exceeds_constraint(
-                        constraint, side, value_of(record, ..., motion_at_node(table, node)), case.designs
-                    )
-    return found
+                exceeds = _exceeds_constraint(constraint, side, values, few)
+                for node in _decisive_nodes(exceeds & (pieces & constraint.kinds != 0)[:, None]):
+                    at_node = value_of(curve, ..., motion_at_node(table, node))
+                    broken |= _exceeds_constraint(constraint, side, at_node, case.designs)
+    return broken
 
 
-def _decisive_nodes(shown: BoolArray) -> Iterator[int]:
-    """The nodes that show the most, one by one, of what (nodes, designs) show."""
+def _decisive_nodes(exceeds: BoolArray) -> Iterator[int]:
+    """Nodes at which most designs exceed a constraint, one by one, from flags (nodes, designs)."""
     for _ in range(PROBE_NODES):
-        if not shown.any():
+        if not exceeds.any():
             break
-        node = int(np.argmax(shown.sum(axis=1)))
+        node = int(np.argmax(exceeds.sum(axis=1)))
         yield node
-        shown = shown & ~shown[node]
+        exceeds = exceeds & ~exceeds[node]
 
 
 def _exceeds_constraint(constraint: Constraint, side: float, values: FloatArray, designs: Designs) -> Any:
-    """Which values of the curve of a constraint are clearly beyond its bound."""
+    """Which values of a constraint's curve are clearly beyond its bound."""
     allowed = constraint.upper_bound()
     room = BROKEN_BEYOND * (abs(allowed) or constraint.unit(designs))
     return side * constraint.factor(designs) * values > allowed + room
 
 
 def with_extremes(
-    case: EvaluationBlock, constraints: Sequence[Constraint], apart: Iterable[Variant]
+    case: EvaluationBlock, constraints: Sequence[Constraint], variants: Iterable[Variant]
 ) -> KnownExtremes:
-    """What is known of designs, with the extremes of the curve of some constraints that these are about.
+    """Known extremes of the designs, with those of the curve of some constraints added.
 
-    Kinds of piece that curves ``apart`` tell apart are asked apart.
+    ``variants`` are curves of quantities with their kinds of piece. Kinds that they treat separately have separate
+    questions.
     """
     curve = constraints[0].curve
-    questions = _extreme_questions(case, constraints, [kinds for make, kinds in apart if make is curve])
+    questions = _extreme_questions(case, constraints, [kinds for make, kinds in variants if make is curve])
     return case.known_extremes.with_extremes(curve, questions, case.extremes(curve, questions))
 
 
 def _extreme_questions(
-    case: EvaluationBlock, constraints: Sequence[Constraint], apart: Sequence[int]
+    case: EvaluationBlock, constraints: Sequence[Constraint], separate_kinds: Sequence[int]
 ) -> list[Question]:
-    """As few questions as tell of each constraint: one about all kinds of piece that none of them tells apart."""
-    found: dict[tuple[int, ...], int] = {}
+    """Fewest questions that decide each constraint: kinds of piece in the same constraints share a question."""
+    questions: dict[tuple[int, ...], int] = {}
     for goal in dict.fromkeys(constraint.goal for constraint in constraints):
-        about = [constraint.kinds for constraint in constraints if constraint.goal == goal]
-        for bit in _powers_of_two(reduce(or_, about) & case.programme.kinds):
-            same = (goal, *(bool(bit & kinds) for kinds in (*about, *apart)))
-            found[same] = found.get(same, 0) | bit
-    return [(kinds, goal) for (goal, *_), kinds in found.items()]
+        constrained = [constraint.kinds for constraint in constraints if constraint.goal == goal]
+        for bit in _powers_of_two(reduce(or_, constrained) & case.programme.kinds):
+            members = (goal, *(bool(bit & kinds) for kinds in (*constrained, *separate_kinds)))
+            questions[members] = questions.get(members, 0) | bit
+    return [(kinds, goal) for (goal, *_), kinds in questions.items()]
 
 
 def _powers_of_two(number: int) -> Iterator[int]:
-    """The powers of two of which a number is the sum."""
+    """Powers of two whose sum is the number."""
     while number:
         yield number & -number
         number &= number - 1
@@ -121,47 +114,47 @@ def _powers_of_two(number: int) -> Iterator[int]:
 def holds_by_extremes(
     known: KnownExtremes, constraints: Iterable[Constraint], case: EvaluationBlock
 ) -> tuple[BoolArray, BoolArray]:
-    """Which designs may hold some constraints by what is known of their curves, and which do for certain."""
+    """Which designs may hold some constraints by known extremes, and which are proved to hold them."""
     possible, held = np.ones((2, len(case.designs)), dtype=bool)
     for constraint in constraints:
         kinds, allowed = constraint.kinds & case.programme.kinds, constraint.upper_bound()
         room = CLEAR_SHARE * abs(allowed) or CLEAR_SHARE * constraint.unit(case.designs)
         parts = known.known_parts(constraint.curve, (kinds, constraint.goal)) if kinds else []
         assert bool(parts) == bool(kinds)
-        for found in parts:
-            near = -found.value if constraint.goal == LEAST else found.value
+        for extreme in parts:
+            near = -extreme.value if constraint.goal == LEAST else extreme.value
             possible &= near <= allowed + room
-            held &= near + found.width <= allowed - room
+            held &= near + extreme.width <= allowed - room
     return possible, held
 
 
 @dataclass(frozen=True)
 class Candidates:
-    """Designs that hold every limit that was asked so far, or may."""
+    """Designs that hold, or may hold, every limit checked so far."""
 
     problem: Problem
     designs: Designs
     which: IndexArray
-    """Their numbers among those that there were."""
+    """Their numbers among the original designs."""
     rows: DesignRows
     held: BoolArray
-    """Which of them hold those limits for certain."""
+    """Whether each design is proved to hold the limits checked so far."""
     pending: tuple[Limit, ...]
-    """The limits that were not asked yet."""
+    """Limits that are not checked yet."""
     known: KnownExtremes = NOTHING_KNOWN
-    """Extremes of their curves that were searched for limits."""
+    """Extremes of their curves that limits needed."""
 
     @property
     def case(self) -> EvaluationBlock:
-        """The block that they are."""
+        """The designs as a block for effects."""
         return EvaluationBlock(self.problem.setup, self.problem.programme, self.designs, known_extremes=self.known)
 
     def plan(self, wanted: frozenset[str]) -> list[tuple[Effect, frozenset[str]]]:
-        """The effects that find what is wanted, and what the limits need that were not asked yet."""
+        """Effects that compute the wanted quantities and those of the pending limits."""
         return effect_plan(wanted | quantities_of_limits(self.pending), self.problem.setup)
 
     def take(self, index: IndexArray) -> "Candidates":
-        """Some of them."""
+        """The candidates at some positions."""
         return replace(
             self,
             designs=self.designs.take(index),
@@ -173,73 +166,75 @@ class Candidates:
 
     @property
     def pending_constraints(self) -> list[Constraint]:
-        """What the limits that were not asked yet say of curves."""
+        """Constraints on curves of the pending limits."""
         return [constraint for limit in self.pending for constraint in limit.constraints]
 
     def drop_refuted(self, constraints: Sequence[Constraint]) -> "Candidates":
-        """Those of which no single cam angle shows that they break a constraint."""
+        """Drop designs that break a constraint at a probed cam angle."""
         return self.keep_possible(~designs_breaking_constraints(self.case, constraints)) if constraints else self
 
     def filter_with_rows(self, rows: DesignRows) -> "Candidates":
-        """Adds quantities, and drops designs that now surely break a limit."""
+        """Add quantities, and drop designs that now are known to break a limit."""
         if rows is self.rows:
             return self
         ready = tuple(limit for limit in self.pending if rows.columns.keys() >= set(limit.required_quantities))
         pending = tuple(limit for limit in self.pending if limit not in ready)
-        left = replace(self, rows=rows, pending=pending)
+        candidates = replace(self, rows=rows, pending=pending)
         if not ready:
-            return left
-        left = left.keep_possible(left._holds_limits(ready, -1.0))
-        return replace(left, held=left.held & left._holds_limits(ready, 1.0))
+            return candidates
+        candidates = candidates.keep_possible(candidates._holds_limits(ready, -1.0))
+        return replace(candidates, held=candidates.held & candidates._holds_limits(ready, 1.0))
 
     def keep_possible(self, possible: BoolArray) -> "Candidates":
-        """Those that are possible still."""
+        """Keep the designs that are still possible."""
         return self if possible.all() else self.take(np.flatnonzero(possible))
 
     def filter_by_constraints(self, constraints: list[Constraint], wanted: frozenset[str]) -> "Candidates":
-        """Drops designs that surely break a constraint, of some on one curve; the extremes of that are known then.
+        """Drop designs that break a constraint of some on one curve, and keep the extremes of the curve.
 
-        They are asked so that those of quantities which are ``wanted`` are known, too.
+        The questions also give the extremes that ``wanted`` quantities need.
         """
-        asked = (name for _, names in self.plan(wanted) for name in names)
-        peaks = (peak for name in asked for peak in peaks_of_quantity(name, self.problem.setup))
+        needed = (name for _, names in self.plan(wanted) for name in names)
+        peaks = (peak for name in needed for peak in peaks_of_quantity(name, self.problem.setup))
         known = with_extremes(self.case, constraints, [variant for peak in peaks for variant in peak.curves])
         possible, held = holds_by_extremes(known, constraints, self.case)
         return replace(self, known=known, held=self.held & held).keep_possible(possible)
 
     def _holds_limits(self, limits: tuple[Limit, ...], side: float) -> BoolArray:
-        """Which of them hold some limits on a side of their enclosures: 1 for the far one."""
+        """Which designs hold some limits by one side of their enclosures: 1 the far side, −1 the near side."""
         columns = self.rows.select_columns(quantities_of_limits(limits)).shifted_columns(side)
         held = (np.asarray(limit.excess(columns, self.designs) <= 0.0) for limit in limits)
         return np.broadcast_to(reduce(and_, held), len(self.designs))
 
 
 def unfiltered_candidates(problem: Problem, designs: Designs) -> Candidates:
-    """Designs of which nothing is known yet."""
+    """All designs as candidates, with nothing checked yet."""
     count = len(designs)
     held = np.ones(count, dtype=bool)
     return Candidates(problem, designs, np.arange(count), DesignRows({}, count), held, problem.limits)
 
 
 def feasible_designs(problem: Problem, designs: Designs, *, perhaps: bool = False) -> BoolArray:
-    """Which designs can be assembled and are proved to hold every limit, or ``perhaps`` are not shown to break one.
+    """Which designs can be assembled and are proved to hold every limit; ``perhaps``: are not proved to break one.
 
-    So do those that have to hold the limits with them (``Problem.all_variants``).
+    All variants of a design must hold the limits (``Problem.all_variants``).
     """
     which, held = np.arange(len(designs)), np.zeros(len(designs), dtype=bool)
-    for own, each in problem.all_variants(designs):
-        some = each.take(which)
-        exists = np.flatnonzero(own.setup.mechanism.can_assemble(some, own.programme) & (some.size > 0.0))
-        found = unfiltered_candidates(own, some.take(exists))
-        for effect, names in found.plan(own.required_quantities):
-            found = found.filter_with_rows(with_effect(found.rows, found.case, effect, names))
-        which = which[exists[found.which if perhaps else found.which[found.held]]]
+    for variant_problem, variants in problem.all_variants(designs):
+        remaining = variants.take(which)
+        assembles = variant_problem.setup.mechanism.can_assemble(remaining, variant_problem.programme)
+        exists = np.flatnonzero(assembles & (remaining.size > 0.0))
+        candidates = unfiltered_candidates(variant_problem, remaining.take(exists))
+        for effect, names in candidates.plan(variant_problem.required_quantities):
+            rows = with_effect(candidates.rows, candidates.case, effect, names)
+            candidates = candidates.filter_with_rows(rows)
+        which = which[exists[candidates.which if perhaps else candidates.which[candidates.held]]]
     held[which] = True
     return held
 
 
 class FilteredRows(NamedTuple):
-    """The feasible ones of some designs: rows, their numbers among those, and what it took."""
+    """Feasible designs: their rows, their numbers among all designs, and the effort."""
 
     rows: DesignRows
     which: IndexArray
@@ -247,7 +242,7 @@ class FilteredRows(NamedTuple):
 
 
 def filter_designs(problem: Problem, designs: Designs, wanted: frozenset[str]) -> FilteredRows:
-    """The wanted quantities of those designs that hold every limit, with their verdict."""
+    """Wanted quantities of the designs that hold every limit, with their verdict."""
     candidates = unfiltered_candidates(problem, designs)
     candidates = candidates.drop_refuted(candidates.pending_constraints)
     for effect, names in candidates.plan(wanted):
@@ -259,10 +254,9 @@ def filter_designs(problem: Problem, designs: Designs, wanted: frozenset[str]) -
 
 
 def filter_by_pitch(candidates: Candidates, wanted: frozenset[str], later: tuple[Limit, ...] = ()) -> Candidates:
-    """Those of some pitch curves, as designs of their own, that hold every limit which they decide, or may.
+    """Filter candidates of one design for each pitch curve by the limits that pitch curves decide.
 
-    Limits that are asked ``later`` call for no quantities here. Those that constraints on their curves decide call
-    for none at all.
+    Limits in ``later`` are checked elsewhere. Limits that constraints on curves decide need no quantities.
     """
     later = tuple(limit for limit in candidates.pending if limit in later or not limit.required_quantities)
     decided = candidates.problem.pitch_curve_limits
@@ -270,18 +264,17 @@ def filter_by_pitch(candidates: Candidates, wanted: frozenset[str], later: tuple
     constraints = merge_stroke_kinds(
         strictest_constraints(constraint for limit in decided for constraint in limit.constraints)
     )
-    found = replace(candidates.drop_refuted(constraints), pending=tuple(rest))
+    filtered = replace(candidates.drop_refuted(constraints), pending=tuple(rest))
     for curve in dict.fromkeys(constraint.curve for constraint in constraints):
-        found = found.filter_by_constraints(
-            [constraint for constraint in constraints if constraint.curve is curve], wanted
-        )
-    for effect, names in found.plan(wanted):
-        found = found.filter_with_rows(with_curve_values(found.rows, found.case, effect, names))
-    return replace(found, pending=(*later, *found.pending))
+        on_curve = [constraint for constraint in constraints if constraint.curve is curve]
+        filtered = filtered.filter_by_constraints(on_curve, wanted)
+    for effect, names in filtered.plan(wanted):
+        filtered = filtered.filter_with_rows(with_curve_values(filtered.rows, filtered.case, effect, names))
+    return replace(filtered, pending=(*later, *filtered.pending))
 
 
 def filter_beyond_pitch(candidates: Candidates, wanted: frozenset[str]) -> FilteredRows:
-    """As ``filter_designs``, of designs of which everything is known that their pitch curves decide."""
+    """Filter candidates whose pitch curves are already filtered, by all other limits."""
     candidates = candidates.drop_refuted(candidates.pending_constraints)
     run = with_effect if candidates.problem.setup.mechanism.profile else with_values_beyond_pitch
     for effect, names in candidates.plan(wanted):
@@ -290,7 +283,7 @@ def filter_beyond_pitch(candidates: Candidates, wanted: frozenset[str]) -> Filte
 
 
 def _with_verdict(candidates: Candidates, wanted: frozenset[str]) -> FilteredRows:
-    """The rows of candidates that hold all limits; those that may are looked at again."""
+    """Rows of the candidates that hold all limits; candidates that only may hold them are evaluated again."""
     problem, held = candidates.problem, candidates.held
     rows = with_certified_numbers(problem, candidates.designs, candidates.rows).select_columns(wanted)
     verdict = {"feasible": True, "violated": "", "status": proved_status(problem)}
@@ -298,9 +291,8 @@ def _with_verdict(candidates: Candidates, wanted: frozenset[str]) -> FilteredRow
     if held.all():
         return FilteredRows(DesignRows(rows.columns | verdict, rows.count), candidates.which, Effort())
     near, effort = evaluate_with_effort(at_rounding_error(problem), candidates.designs.take(~held), wanted)
-    rows, kept = rows.replace_rows(np.flatnonzero(~held), near), held.copy()
-    kept[~held] = near.column("feasible")
-    rows = rows.take(kept)
-    return FilteredRows(
-        DesignRows(rows.columns | verdict, rows.count), candidates.which[kept], effort._replace(again=near.count)
-    )
+    rows, feasible = rows.replace_rows(np.flatnonzero(~held), near), held.copy()
+    feasible[~held] = near.column("feasible")
+    rows = rows.take(feasible)
+    rows = DesignRows(rows.columns | verdict, rows.count)
+    return FilteredRows(rows, candidates.which[feasible], effort._replace(again=near.count))

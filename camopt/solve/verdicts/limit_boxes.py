@@ -1,9 +1,8 @@
-"""Whether every design of a box of sizes holds a limit: the verdict on all of its constraints
-(``constraint_boxes``).
+"""Verdict on a limit for all designs of a box of sizes, from its constraints (``constraint_boxes``).
 
-A limit on what sizes decide is one on a range. One without constraints, as on the mass, stays undecided where no
-design of the box is known that breaks it. A profile crosses itself nowhere, and of a pair neither does, if its
-largest pressure angle of all designs of the box shows it (``effects.self_crossing.round_radius_limit``).
+If a limit depends only on sizes, interval arithmetic on the ranges decides it. A limit without constraints, such as
+that on the mass, stays undecided unless a design of the box is known to break it. No profile of the box crosses
+itself if the largest pressure angle in the box is small enough (``effects.self_crossing.round_radius_limit``).
 """
 
 from dataclasses import replace
@@ -39,33 +38,32 @@ from camopt.solve.verdicts.train_means import mean_over_trains
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 BODY_FIELDS = ("size", SECOND_SIZE)
-"""The sizes of cams: a circle within the base circle is so in all, if it is in the least."""
+"""Sizes of cams: if a circle fits within the smallest base circle, it fits within all."""
 SPEED_KEY = "cam.rpm"
 DERIVATIVE_ROUNDING = 1e-13
-"""Relative: what doubles lose of a derivative of the motion, of which the jerk loses the most
-(``piecewise.TABLE_ERRORS``)."""
+"""Relative rounding error of a derivative of the motion; the jerk has the largest (``piecewise.TABLE_ERRORS``)."""
 STEEPER_SHARES = (1e-6, 1e-3, 1e-2, 1e-1)
-"""How much steeper than at the corners of a box, relative, the pressure angle may be in it: to be proved."""
+"""Relative excesses of the pressure angle in a box over that at its corners, tried in turn for a proof."""
 
 
 def tolerance_ranges(problem: Problem, design: Designs) -> NumberRanges:
-    """Between which values numbers of the cams are that have to hold the limits with a design, by field."""
+    """Ranges of the toleranced numbers of a design, by field."""
     nominal = nominal_numbers(problem, design)
     return {f: (nominal[f] + zone.lower, nominal[f] + zone.upper) for f, zone in problem.zones.items()}
 
 
 def nominal_numbers(problem: Problem, design: Designs) -> NumberErrors:
-    """The numbers of a design and its train that zones are about, by field."""
-    own = design.values
-    return {f: float(own[f][0]) if f in own else problem.nominal_numbers[f] for f in problem.zones}
+    """Nominal values of the toleranced numbers of a design and its train, by field."""
+    values = design.values
+    return {f: float(values[f][0]) if f in values else problem.nominal_numbers[f] for f in problem.zones}
 
 
 def limit_over_box(
     problem: Problem, limit: Limit, design: Designs, ends: NumberRanges, until: float = inf
 ) -> BoxVerdict:
-    """Whether all designs that differ from one by numbers between their ends hold a limit, trains among them.
+    """Verdict on a limit for all designs whose numbers, those of the train included, lie between ``ends``.
 
-    One on errors by tolerances is that of the design alone.
+    A limit on errors due to tolerances is decided for the nominal design alone.
     """
     if limit.is_on_motion_error:
         ends = {}
@@ -92,15 +90,15 @@ def limit_over_box(
         return _verdict_by_quantities(problem, limit, design)
     if ends and _is_decided_by_ranges(problem, limit):
         return _verdict_by_ranges(problem, limit, design, ends)
-    found = [constraint_over_box(problem, each, design, ends, until) for each in constraints]
-    broken = [each for each in found if each.verdict == BROKEN]
+    verdicts = [constraint_over_box(problem, constraint, design, ends, until) for constraint in constraints]
+    broken = [verdict for verdict in verdicts if verdict.verdict == BROKEN]
     if broken:
         return broken[0]
-    return BoxVerdict(HELD if found and all(each.verdict == HELD for each in found) else UNDECIDED)
+    return BoxVerdict(HELD if verdicts and all(each.verdict == HELD for each in verdicts) else UNDECIDED)
 
 
 def _crossing_verdict(problem: Problem, limit: Limit, design: Designs, ends: NumberRanges, until: float) -> str:
-    """Whether no profile crosses itself: by the profile of one design, of a box by its largest pressure angle."""
+    """Verdict on self-crossing: by the profile for one design, by the largest pressure angle for a box."""
     if ends:
         return HELD if _proves_round_discs(problem, design, ends, until) else UNDECIDED
     assert limit.decider is not None
@@ -109,50 +107,50 @@ def _crossing_verdict(problem: Problem, limit: Limit, design: Designs, ends: Num
 
 
 def _is_decided_by_ranges(problem: Problem, limit: Limit) -> bool:
-    """Whether arithmetic on ranges of sizes, or of what decides the motion, decides a limit."""
+    """Whether interval arithmetic on the ranges of a box decides a limit."""
     effects = [require_effect(name, problem.setup) for name in limit.required_quantities]
-    return bool(effects) and all(runs_on_ranges(each, problem.setup) for each in effects)
+    return bool(effects) and all(runs_on_ranges(effect, problem.setup) for effect in effects)
 
 
 def _verdict_by_ranges(problem: Problem, limit: Limit, design: Designs, ends: NumberRanges) -> BoxVerdict:
-    """Whether designs between ends hold such a limit."""
+    """Verdict on a limit for a box, by interval arithmetic on its ranges."""
     box = design.with_values({n: Interval(np.array([a]), np.array([b])) for n, (a, b) in ends.items()})
     excess = as_interval(limit.excess(quantities_over_box(problem, {*limit.required_quantities}, box, 1.0), box))
     return BoxVerdict(HELD if np.all(excess.high <= 0.0) else UNDECIDED)
 
 
 def _design_ranges(ends: NumberRanges) -> NumberRanges:
-    """The ends of what designs bring, without those of trains."""
+    """The ranges of ``ends`` without those of the train."""
     trains = train_entries(ends)
-    return {field: each for field, each in ends.items() if field not in trains}
+    return {field: limits for field, limits in ends.items() if field not in trains}
 
 
 def _verdict_at_speeds(problem: Problem, limit: Limit, design: Designs, ends: NumberRanges) -> BoxVerdict:
-    """Whether designs hold a limit on a derivative of the motion: it is a number times a power of the speed."""
+    """Verdict on a limit on a derivative of the motion, which is proportional to a power of the speed."""
     if speeds := ends.get(SPEED_KEY):
         design = design.take([0, 0]).with_values({SPEED_KEY: np.array(speeds)})
     return _verdict_by_quantities(problem, limit, design, DERIVATIVE_ROUNDING)
 
 
 def _is_derivative(constraint: AnyConstraint) -> bool:
-    """Whether a constraint is on the motion itself."""
+    """Whether a constraint is on derivatives of the motion alone."""
     curves = (
         [constraint.curve] if isinstance(constraint, Constraint) else [make for make, _ in constraint.mean.curves]
     )
-    return all(isinstance(each, Derivative) for each in curves)
+    return all(isinstance(curve, Derivative) for curve in curves)
 
 
 def _outward_width(rows: DesignRows, name: str, rounded: float) -> Any:
-    """How far the true value of a quantity may be from its column, outwards: its enclosure, and rounding."""
+    """Largest outward difference of a quantity's true value from its column, with a relative rounding error."""
     outward = rows.outward.get(name, 0.0)
     value = np.where(np.isfinite(rows.columns[name]), rows.columns[name], 0.0)
     return outward + np.copysign(rounded * np.abs(value), outward)
 
 
 def _verdict_by_quantities(problem: Problem, limit: Limit, designs: Designs, rounded: float = 0.0) -> BoxVerdict:
-    """The verdict on a limit of some designs, from the enclosures of its quantities in doubles.
+    """Verdict on a limit for some designs, from the enclosures of its quantities in double precision.
 
-    Of quantities that sizes decide the doubles are compared as they are.
+    Quantities that depend only on sizes are compared without an enclosure.
     """
     rows = run_effects(EvaluationBlock(problem.setup, problem.programme, designs), limit.required_quantities)
     rows = replace(rows, outward={name: _outward_width(rows, name, rounded) for name in rows.columns})
@@ -164,7 +162,7 @@ def _verdict_by_quantities(problem: Problem, limit: Limit, designs: Designs, rou
 
 
 def _proves_round_discs(problem: Problem, design: Designs, ends: NumberRanges, until: float) -> bool:
-    """Whether the largest pressure angle shows that no disc of a design of a box crosses itself."""
+    """Whether the largest pressure angle proves that no disc of the box crosses itself."""
     return all(
         _proves_round_disc(problem, contact, design, ends, until) for contact in follower_contacts(problem.setup)
     )
@@ -173,13 +171,14 @@ def _proves_round_discs(problem: Problem, design: Designs, ends: NumberRanges, u
 def _proves_round_disc(
     problem: Problem, contact: FurtherContact, design: Designs, ends: NumberRanges, until: float
 ) -> bool:
-    """The same of the disc at one contact."""
+    """Whether the largest pressure angle proves that no disc at one contact crosses itself."""
     name = "pressure_angle_max_deg"
-    own = _design_ranges(ends)
-    corners = np.array([*product(*own.values())])
-    every = design.take(np.zeros(len(corners), dtype=int)).with_values(dict(zip(own, corners.T, strict=True)))
+    ranges = _design_ranges(ends)
+    corners = np.array([*product(*ranges.values())])
+    at_corners = dict(zip(ranges, corners.T, strict=True))
+    corner_designs = design.take(np.zeros(len(corners), dtype=int)).with_values(at_corners)
     columns = run_effects(
-        block_at_contact(EvaluationBlock(problem.setup, problem.programme, every), contact), [name]
+        block_at_contact(EvaluationBlock(problem.setup, problem.programme, corner_designs), contact), [name]
     ).shifted_columns(1.0)
     curve = ContactCurve(contact.mechanism.pressure, contact.local_designs)
     for steeper in STEEPER_SHARES:
@@ -187,18 +186,16 @@ def _proves_round_disc(
         if not most < 90.0:
             return False
         steepest = Constraint(curve, ALL_STROKES, LARGEST_MAGNITUDE, ConstantBound(float(np.tan(np.radians(most)))))
-        over = constraint_over_box if own == ends else constraint_over_trains
-        if over(problem, steepest, design, ends, until).verdict == HELD:
+        decide = constraint_over_box if ranges == ends else constraint_over_trains
+        if decide(problem, steepest, design, ends, until).verdict == HELD:
             break
     else:
         return False
-    box = design.with_values({n: Interval(np.array([a]), np.array([b])) for n, (a, b) in own.items()})
-    turn: Any = problem.programme if own == ends else motion_over_trains(problem, steepest, design, ends)
+    box = design.with_values({n: Interval(np.array([a]), np.array([b])) for n, (a, b) in ranges.items()})
+    turn: Any = problem.programme if ranges == ends else motion_over_trains(problem, steepest, design, ends)
     if turn is None:
         return False
-    seen = replace(
-        block_at_contact(EvaluationBlock(problem.setup, turn, box), contact), columns={name: np.array([most])}
-    )
-    return bool(
-        np.all(as_interval(round_radius_limit(seen)).low > as_interval(seen.setup.half_width(seen.designs)).high)
-    )
+    block = block_at_contact(EvaluationBlock(problem.setup, turn, box), contact)
+    block = replace(block, columns={name: np.array([most])})
+    half_width = as_interval(block.setup.half_width(block.designs))
+    return bool(np.all(as_interval(round_radius_limit(block)).low > half_width.high))

@@ -1,8 +1,8 @@
-"""Verdicts: the quantities of designs beside their limits; a verdict is proved or undecided.
+"""Verdicts on limits: the enclosures of quantities are compared with their limits.
 
-A limit is held if the far side of the quantity's enclosure holds it, and broken if the near side breaks it.
-Between the two a design is looked at again at an error near rounding, and then in intervals; what is undecided
-even then, to rounding, is no feasible design.
+A limit is held if the far side of the quantity's enclosure holds it, and broken if the near side breaks it. In
+between, the design is evaluated again with an error near rounding, and then in interval arithmetic. A design that
+is undecided even then is not feasible.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -24,20 +24,21 @@ from camopt.solve.verdicts.effect_runs import columns_for, effect_plan, with_eff
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 CERTIFIED, SAMPLED = "certified", "sampled"
-ENCLOSURE_SIDES = np.array([[1.0], [-1.0]])  # shares of the widths of enclosures, a row each
-LAST_DESIGNS_AT_ONCE = 16  # designs of which limits that are asked last are asked, where there is a time to stop
+ENCLOSURE_SIDES = np.array([[1.0], [-1.0]])  # far and near side of an enclosure, as shares of its half-width
+LAST_DESIGNS_AT_ONCE = 16  # designs checked together for the last limits, if there is a time to stop
 
 
 def proved_status(problem: Problem) -> str:
-    """The status of a proved verdict; what is proved of a table is not known of the motion between its points.
+    """Status of a proved verdict: sampled if it depends on a table of points or a Python function, else certified.
 
-    Nor does a number without an enclosure prove anything, such as that of a Python function.
+    Between the points of a table the motion is only assumed, and the numbers of a Python function have no
+    enclosure.
     """
     return SAMPLED if problem.programme.has_sampled_law or problem.has_unenclosed_limit else CERTIFIED
 
 
 class Effort(NamedTuple):
-    """Numbers of designs evaluated more than once: at an error near rounding, then in intervals."""
+    """Numbers of designs that were evaluated again, then in intervals, and that stayed undecided."""
 
     again: int = 0
     intervals: int = 0
@@ -48,14 +49,14 @@ class Effort(NamedTuple):
 
 
 def evaluate_rows(problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf) -> DesignRows:
-    """The wanted quantities of all designs, with their verdict; undecided if that takes longer than ``until``."""
+    """Wanted quantities of all designs, with their verdicts; after ``until``, open verdicts stay undecided."""
     return evaluate_with_effort(problem, designs, wanted, until)[0]
 
 
 def evaluate_with_effort(
     problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf
 ) -> tuple[DesignRows, Effort]:
-    """As ``evaluate_rows``, and the effort that it took."""
+    """Wanted quantities of all designs, with their verdicts and the effort."""
     rows, outer, inner = bound_excesses(problem, designs, wanted)
     rows = with_certified_numbers(problem, designs, rows)
     exists = problem.setup.mechanism.can_assemble(designs, problem.programme)
@@ -76,15 +77,15 @@ def evaluate_with_effort(
         closer, effort = evaluate_with_effort(at_rounding_error(problem), designs.take(index), wanted, until)
         return rows.replace_rows(index, closer), effort._replace(again=index.size)
     closer = _certify_rows(problem, designs.take(index), rows.take(index), until)
-    left = int(np.count_nonzero(closer.column("status") == UNDECIDED))
-    return rows.replace_rows(index, closer), Effort(intervals=index.size, undecided=left)
+    remaining = int(np.count_nonzero(closer.column("status") == UNDECIDED))
+    return rows.replace_rows(index, closer), Effort(intervals=index.size, undecided=remaining)
 
 
 class ExcessBounds(NamedTuple):
-    """Designs with their quantities, and the relative excess over each limit, (limits, designs).
+    """Quantities of designs, and their relative excess over each limit (limits, designs).
 
-    ``outer`` is that of the far sides of enclosures, ``inner`` that of the near sides. Both are −∞ for a limit that
-    is checked last, of designs that may exceed another one.
+    ``outer`` is the excess of the far sides of enclosures, ``inner`` that of the near sides. Both are −∞ for limits
+    that are checked last, if the design may exceed another limit.
     """
 
     rows: DesignRows
@@ -93,9 +94,10 @@ class ExcessBounds(NamedTuple):
 
 
 def bound_excesses(problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf) -> ExcessBounds:
-    """The wanted quantities of all designs, and what all limits need, except those checked last, with all excesses.
+    """Wanted quantities of all designs, the quantities of limits, and the excesses over all limits.
 
-    After ``until`` (``clock.now``) nothing more is found of limits that are checked last.
+    Limits that are checked last are checked only for designs that may hold all others, and until ``until``
+    (``clock.clock_seconds``).
     """
     case, rows, later = EvaluationBlock(problem.setup, problem.programme, designs), DesignRows({}, len(designs)), []
     wanted = with_read_quantities(wanted, problem.setup)
@@ -112,18 +114,18 @@ def bound_excesses(problem: Problem, designs: Designs, wanted: frozenset[str], u
     last = problem.limits[len(first) :]
     outer[len(first) :, index] = inf
     pieces = np.array_split(index, 1 + index.size // LAST_DESIGNS_AT_ONCE) if until < inf else [index]
-    for some in pieces if last and index.size else ():
+    for numbers in pieces if last and index.size else ():
         if clock_seconds() > until:
             break
-        found, part = rows.take(some), select_designs(case, some)
+        last_rows, part = rows.take(numbers), select_designs(case, numbers)
         for effect, names in later:
-            found = with_effect(found, part, effect, names)
-        both[:, len(first) :, some] = excess_of_sides(last, found, part.designs)
+            last_rows = with_effect(last_rows, part, effect, names)
+        both[:, len(first) :, numbers] = excess_of_sides(last, last_rows, part.designs)
     return ExcessBounds(rows, outer, inner)
 
 
 def with_certified_numbers(problem: Problem, designs: Designs, rows: DesignRows) -> DesignRows:
-    """The rows, with numbers proved in intervals where doubles are less exact than the scene asks."""
+    """Rows with numbers proved in intervals where double precision misses the scene's accuracy."""
     if np.all(np.asarray(rows.half_width) <= problem.accuracy):
         return rows
     from camopt.solve.verdicts.certified_ranges import certify_numbers  # noqa: PLC0415, seldom needed
@@ -132,14 +134,14 @@ def with_certified_numbers(problem: Problem, designs: Designs, rows: DesignRows)
 
 
 def _certify_rows(problem: Problem, designs: Designs, rows: DesignRows, until: float) -> DesignRows:
-    """The rows with the verdicts of intervals, whose errors are those of the formulas alone."""
+    """Rows with the verdicts of interval arithmetic."""
     from camopt.solve.verdicts.certify import certify_limits  # noqa: PLC0415, seldom needed
 
-    found = [
+    by_design = [
         list(certify_limits(*problem.absorb_design_numbers(designs.take([i])), until).values())
         for i in range(len(designs))
     ]
-    verdicts = np.array(found).T
+    verdicts = np.array(by_design).T
     feasible = np.all(verdicts == HELD, axis=0)
     settled = feasible | np.any(verdicts == BROKEN, axis=0)
     verdict = {
@@ -151,70 +153,66 @@ def _certify_rows(problem: Problem, designs: Designs, rows: DesignRows, until: f
 
 
 def excesses(limits: Sequence[Limit], columns: QuantityColumns, designs: Designs) -> FloatArray:
-    """Relative excess over each limit, (limits, designs)."""
-    found = np.empty((len(limits), len(designs)))
-    for limit, over in zip(limits, found, strict=True):
-        over[:] = limit.excess(columns, designs)
-    return found
+    """Relative excess over each limit (limits, designs)."""
+    excess = np.empty((len(limits), len(designs)))
+    for limit, row in zip(limits, excess, strict=True):
+        row[:] = limit.excess(columns, designs)
+    return excess
 
 
 def excess_of_sides(limits: Sequence[Limit], rows: DesignRows, designs: Designs) -> FloatArray:
-    """The same of the far sides of enclosures, and of the near ones: (2, limits, designs)."""
-    found, columns = (
-        np.empty((2, len(limits), len(designs))),
-        rows.select_columns(quantities_of_limits(limits)).shifted_columns(ENCLOSURE_SIDES),
-    )
+    """Relative excess over each limit of the far and near sides of enclosures (2, limits, designs)."""
+    excess = np.empty((2, len(limits), len(designs)))
+    columns = rows.select_columns(quantities_of_limits(limits)).shifted_columns(ENCLOSURE_SIDES)
     for number, limit in enumerate(limits):
-        found[:, number] = limit.excess(columns, designs)
-    return found
+        excess[:, number] = limit.excess(columns, designs)
+    return excess
 
 
 def worst_excesses(problem: Problem, limits: Sequence[Limit], designs: Designs) -> FloatArray:
-    """Relative excess over each limit, (limits, designs), of the worst of all designs that have to hold it."""
-    return np.asarray(np.max([each for _, _, each in excesses_of_variants(problem, limits, designs)], axis=0))
+    """Largest relative excess over each limit among all variants of each design (limits, designs)."""
+    return np.asarray(np.max([excess for _, _, excess in excesses_of_variants(problem, limits, designs)], axis=0))
 
 
 def excesses_of_variants(
     problem: Problem, limits: Sequence[Limit], designs: Designs
 ) -> Iterator[tuple[Designs, QuantityColumns, FloatArray]]:
-    """Designs and those that have to hold limits with each, with their quantities and excesses (limits, designs).
+    """Variants of the designs that must all hold the limits, with their quantities and excesses (limits, designs).
 
-    −∞ of a limit that the first alone have to hold.
+    The excess over a limit that only the nominal designs must hold is −∞ for the other variants.
     """
     of_errors = [limit.is_on_motion_error for limit in limits]
-    for place, (own, each) in enumerate(problem.all_variants(designs)):
-        columns = columns_for(own, limits, each)
-        excess = excesses(limits, columns, each)
-        if place:
+    for number, (variant_problem, variant) in enumerate(problem.all_variants(designs)):
+        columns = columns_for(variant_problem, limits, variant)
+        excess = excesses(limits, columns, variant)
+        if number:
             excess[of_errors] = -np.inf
-        yield each, columns, excess
+        yield variant, columns, excess
 
 
-INFINITE_EXCESS = (
-    1e6  # what counts as an infinite excess, so that designs can still be told apart by their other limits
-)
+INFINITE_EXCESS = 1e6  # in place of an infinite excess, so that other limits still rank designs
 
 
 def excess_rank(excess: FloatArray) -> tuple[float, float]:
-    """The excess of a design (limits,) for comparison: its worst relative excess, then the sum of all."""
+    """Rank of a design by its excesses (limits,): the largest relative excess, then their sum."""
     over = np.clip(excess, 0.0, INFINITE_EXCESS)
     return float(over.max(initial=0.0)), float(over.sum())
 
 
 def least_excess(excess: FloatArray) -> int:
-    """The design, of those in (limits, designs), that misses the least."""
+    """Number of the design in (limits, designs) that misses its limits the least."""
     over = np.clip(excess, 0.0, INFINITE_EXCESS)
     return int(np.lexsort((over.sum(axis=0), over.max(axis=0)))[0])
 
 
 def violations(limits: Iterable[Limit], excess: FloatArray) -> NDArray[np.str_]:
-    """The names of the limits that each design exceeds, joined by commas.
+    """Names of the limits that each design exceeds, joined by commas.
 
-    A limit that is asked last is named only where a design holds all others.
+    A limit that is checked last is named only if the design holds all others.
     """
     names, last = [limit.name for limit in limits], np.array([limit.is_deferred for limit in limits], dtype=bool)
     over = excess > 0.0
     over[last] &= ~np.any(over[~last], axis=0)
-    kinds = [each.tobytes() for each in over.T]
+    kinds = [column.tobytes() for column in over.T]
     texts = {kind: ",".join(n for n, bad in zip(names, kind, strict=True) if bad) for kind in set(kinds)}
     return np.array([texts[kind] for kind in kinds], dtype=str)

@@ -1,9 +1,9 @@
-"""Means over the turn of boxes of designs: their range, their value at one design of each box, and their slopes.
+"""Means over the turn for boxes of designs: their ranges, their values at one design of each box, and their slopes.
 
-On each panel the motion has a range, and the formula of the curve, on it and on the box, one too: the mean of
-these over the turn encloses that of every design of the box, and the mean of their slopes its slopes. At one design
-of each box it is far better known (``effects.mean_columns``); with the slopes, that narrows the range
-(``numerics.sloped_interval``).
+On each panel the motion has a range. With it and the box, the curve's formula gives a range of the curve. The mean
+of these ranges encloses the mean of every design of the box, and the mean of their slopes encloses its slopes. At
+one design of each box the mean is known far better (``effects.mean_columns``); with the slopes, this narrows the
+range (``numerics.sloped_interval``).
 """
 
 from typing import Any
@@ -33,26 +33,26 @@ from camopt.scene.problem.problem import Problem, at_rounding_error
 from camopt.solve.verdicts.sloped_designs import sloped_boxes
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
-SUM_ROUNDING = 1e-13  # of the sum of magnitudes: what sums over panels lose
+SUM_ROUNDING = 1e-13  # rounding of sums over panels, relative to the sum of magnitudes
 
 
 def mean_power_over(problem: Problem, mean: Mean, box: Designs, inside: Designs, free: list[str]) -> SlopedInterval:
-    """The mean of the curve to the power p over n boxes of designs, seen from one design of each."""
+    """Mean of the curve to the power p over n boxes, with its value at one design of each and its slopes."""
     if isinstance(mean.curves[0][0], Derivative):
-        same = power_means(EvaluationBlock(problem.setup, problem.programme, inside), mean).value
-        return as_sloped_interval(same, sloped_boxes(box, inside, free, 1)[1])
+        of_motion = power_means(EvaluationBlock(problem.setup, problem.programme, inside), mean).value
+        return as_sloped_interval(of_motion, sloped_boxes(box, inside, free, 1)[1])
     parts = [_share_of_curve(problem.programme, mean, k, box, inside, free) for k in range(len(mean.curves))]
     value, slopes = (sum((part[k] for part in parts[1:]), parts[0][k]) for k in (0, 1))
-    found = power_means(EvaluationBlock(at_rounding_error(problem).setup, problem.programme, inside), mean)
-    known = np.isfinite(found.value)
-    at = Interval(*(np.where(known, found.value + side * found.error, side * np.inf) for side in (-1.0, 1.0)))
+    point = power_means(EvaluationBlock(at_rounding_error(problem).setup, problem.programme, inside), mean)
+    finite = np.isfinite(point.value)
+    at = Interval(*(np.where(finite, point.value + side * point.error, side * np.inf) for side in (-1.0, 1.0)))
     return narrow_by_mean_value(value, at, slopes, sloped_boxes(box, inside, free, 1)[1])
 
 
 def _share_of_curve(
     programme: Programme, mean: Mean, number: int, box: Designs, inside: Designs, free: list[str]
 ) -> tuple[Interval, Interval]:
-    """The share of the pieces of one curve: its range (n,) and its slopes (d, n)."""
+    """Share of one curve's pieces in the mean: its range (n,) and its slopes (d, n)."""
     make, kinds = mean.curves[number]
     panels, count = np.flatnonzero(programme.panels_of(kinds)), len(box)
     designs, like = sloped_boxes(box, inside, free, max(panels.size, 1))
@@ -60,14 +60,14 @@ def _share_of_curve(
     if not panels.size:
         return 0.0 * like.value, 0.0 * like.slopes
     value = value_of(make(designs, programme), ..., _state_over_panels(programme, np.repeat(panels, count)))
-    made = value.divide() if isinstance(value, Quotient) else as_sloped_interval(value, like)
-    power = np.square(made) if mean.power == 2 else made
+    sloped = value.divide() if isinstance(value, Quotient) else as_sloped_interval(value, like)
+    power = np.square(sloped) if mean.power == 2 else sloped
     shares = np.broadcast_to(weights[:, None], (panels.size, count))
     return weighted_sums(shares, power.value), weighted_sums(shares, power.slopes)
 
 
 def _state_over_panels(programme: Programme, panels: Any) -> State:
-    """The state over whole panels, in ranges; no jerk, so that slopes by the cam angle mean nothing."""
+    """Range of the state over whole panels, without the jerk; slopes by the cam angle have no meaning."""
     table, load = programme.table, programme.table.load
     error = table.error[panels]
     y, y1, y2 = (
@@ -77,16 +77,16 @@ def _state_over_panels(programme: Programme, panels: Any) -> State:
         return State(y, y1, y2, 0.0)
     if isinstance(load, TrainLoadTable):
         value, carried = (
-            Interval(each.low[panels, 0] - each.error[panels, 0], each.high[panels, 0] + each.error[panels, 0])
-            for each in load
+            Interval(part.low[panels, 0] - part.error[panels, 0], part.high[panels, 0] + part.error[panels, 0])
+            for part in load
         )
         return State(y, y1, y2, 0.0, TrainForces(value, 0.0, carried, 0.0))
-    off = load.error[panels, 0]
-    return State(y, y1, y2, 0.0, Load(Interval(load.low[panels] - off, load.high[panels] + off), 0.0))
+    rounding = load.error[panels, 0]
+    return State(y, y1, y2, 0.0, Load(Interval(load.low[panels] - rounding, load.high[panels] + rounding), 0.0))
 
 
 def weighted_sums(weights: FloatArray, ranges: Interval) -> Interval:
-    """Sums (…, n) of ranges (…, m·n), each with its weight (m, n), and their rounding."""
+    """Weighted sums (…, n) of ranges (…, m·n) with weights (m, n), widened by their rounding."""
     rows = ranges.reshape(*ranges.low.shape[:-1], *weights.shape)
     low, high = (np.einsum("mn,...mn->...n", weights, end) for end in (rows.low, rows.high))
     room = SUM_ROUNDING * np.einsum("mn,...mn->...n", weights, rows.largest_magnitude)
@@ -96,24 +96,24 @@ def weighted_sums(weights: FloatArray, ranges: Interval) -> Interval:
 def mean_excess(
     problem: Problem, constraint: TurnMeanConstraint, box: Designs, inside: Designs, free: list[str]
 ) -> SlopedInterval:
-    """The excess over a limit on a mean, relative to its terms: above 0 it does not hold."""
+    """Excess over a limit on a mean for boxes of designs, relative to its terms; above 0 the limit is broken."""
     designs, _ = sloped_boxes(box, inside, free, 1)
     return excess_of_mean(constraint, mean_power_over(problem, constraint.mean, box, inside, free), designs)
 
 
 def excess_of_mean(constraint: TurnMeanConstraint, powers: SlopedInterval, designs: Designs) -> SlopedInterval:
-    """The excess of designs of boxes from the mean of their curve to the power p."""
-    found, allowed = powers * constraint.factor(designs), constraint.upper_bound()
-    scale = value_at_point(found).least_magnitude + abs(allowed)
-    excess: SlopedInterval = (found - allowed) * constraint.side / np.where(scale > 0.0, scale, 1.0)
+    """Excess over a limit on a mean, from the mean of the curve to the power p."""
+    quantity, allowed = powers * constraint.factor(designs), constraint.upper_bound()
+    scale = value_at_point(quantity).least_magnitude + abs(allowed)
+    excess: SlopedInterval = (quantity - allowed) * constraint.side / np.where(scale > 0.0, scale, 1.0)
     return excess
 
 
 def mean_verdict(problem: Problem, constraint: TurnMeanConstraint, design: Designs) -> str:
-    """The verdict on a limit on a mean for one design."""
-    found = power_means(
+    """Verdict on a limit on a mean for one design."""
+    mean = power_means(
         EvaluationBlock(at_rounding_error(problem).setup, problem.programme, design), constraint.mean
     )
-    powers = Interval(found.value - found.error, found.value + found.error)
+    powers = Interval(mean.value - mean.error, mean.value + mean.error)
     over = (powers * constraint.factor(design) - constraint.upper_bound()) * constraint.side
     return HELD if over.high[0] <= 0.0 else BROKEN if over.low[0] > 0.0 else UNDECIDED

@@ -1,4 +1,4 @@
-"""Boxes of designs as designs whose sizes are ranges with slopes."""
+"""Boxes of designs as designs whose sizes are sloped intervals."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from camopt.model.mechanisms import Designs
 
 
 def sloped_boxes(box: Designs, inside: Designs, free: list[str], rows: int) -> tuple[Designs, SlopedInterval]:
-    """Boxes as designs of Sloped sizes, so many times one after the other; and one of these."""
+    """Boxes as designs of sloped intervals, repeated ``rows`` times, and one of these intervals."""
     intervals: dict[str, Any] = box.values
     ends = [Interval(*(np.tile(getattr(intervals[n], end), rows) for end in ("low", "high"))) for n in free]
     sloped = dict(zip(free, box_variables(ends, [np.tile(inside.values[n], rows) for n in free]), strict=True))

@@ -1,9 +1,9 @@
-"""Whether every cam whose train is within tolerances holds a limit: each has a follower's motion of its own.
+"""Verdict on a limit for all cams whose trains are within a box; each train gives its follower another motion.
 
-The tool moves as it is asked, whatever the train, so that over a part of its turn it is a range whose slopes by the
-cam angle are its derivatives. The formulas of the links take it back to the followers of all trains of a box
-(``verdicts.driven_boxes``): the motions of all cams, with slopes by the cam angle and by each link. From there on
-it is the bisection of ``verdicts.constraint_boxes``.
+The tool moves as the scene asks, whatever the train. Over a part of the turn its motion is a range, and the slopes
+by the cam angle are its derivatives. The formulas of the links convert it to the motions of the followers of all
+trains of a box (``verdicts.driven_boxes``), with slopes by the cam angle and by each number. The rest is the
+bisection of ``verdicts.constraint_boxes``.
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11.
 """
@@ -50,43 +50,45 @@ from camopt.solve.verdicts.driven_boxes import DrivenMotion, LoadAt, driven_moti
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 MOST_ORDER = 2
-"""Of a derivative of the follower's motion that is known over boxes."""
+"""Highest derivative of the follower's motion that is known over boxes."""
 
 
 def depends_on_train(problem: Problem, limit: Limit) -> bool:
-    """Whether trains that are off change a limit: not one on the motion that is asked of the tool, or the bore."""
-    curves = [each.curve for each in limit.constraints]
+    """Whether a limit depends on the train's errors; limits on the tool's motion and on the bore do not."""
+    curves = [constraint.curve for constraint in limit.constraints]
     if limit.mean_constraint is not None:
         curves += [make for make, _ in limit.mean_constraint.mean.curves]
-    asked = bool(curves) and not problem.programme.given_at_follower
-    return not (limit.is_on_base_circle or (asked and all(map(_is_tool_derivative, curves))))
+    at_tool = bool(curves) and not problem.programme.given_at_follower
+    return not (limit.is_on_base_circle or (at_tool and all(map(_is_tool_derivative, curves))))
 
 
-def _is_tool_derivative(made: Any) -> bool:
-    """Whether a curve is a derivative of the motion of the tool."""
-    return isinstance(made, Derivative) and not made.at_follower
+def _is_tool_derivative(curve: Any) -> bool:
+    """Whether a curve is a derivative of the tool's motion."""
+    return isinstance(curve, Derivative) and not curve.at_follower
 
 
 def limit_over_trains(
     problem: Problem, limit: Limit, design: Designs, ends: NumberRanges, until: float = inf
 ) -> BoxVerdict:
-    """Whether all designs between ends, with the numbers of trains among them, hold a limit."""
+    """Verdict on a limit for all designs and trains whose numbers lie between ``ends``."""
     constraints = [
-        *((each, False) for each in limit.constraints),
-        *((each, True) for each in limit.train_constraints),
+        *((constraint, False) for constraint in limit.constraints),
+        *((constraint, True) for constraint in limit.train_constraints),
     ]
     if not constraints or limit.mean_constraint is not None or problem.programme.given_at_follower:
         return BoxVerdict(UNDECIDED)
-    found = [
+    verdicts = [
         constraint_over_trains(problem, constraint, design, ends, until, of_train)
         for constraint, of_train in constraints
     ]
-    broken = [each for each in found if each.verdict == BROKEN]
-    return broken[0] if broken else BoxVerdict(HELD if all(each.verdict == HELD for each in found) else UNDECIDED)
+    broken = [verdict for verdict in verdicts if verdict.verdict == BROKEN]
+    if broken:
+        return broken[0]
+    return BoxVerdict(HELD if all(verdict.verdict == HELD for verdict in verdicts) else UNDECIDED)
 
 
 def _with_load(problem: Problem, constraint: Constraint) -> Problem:
-    """The problem with the load that a constraint is about."""
+    """The problem without its load, for a constraint on the cam's shape; else the problem."""
     mechanism = problem.setup.mechanism
     if constraint.curve in (*mechanism.pitch_curves, mechanism.profile_radius, mechanism.outline):
         return replace(problem, programme=replace(problem.programme, load=None))
@@ -101,11 +103,11 @@ def constraint_over_trains(
     until: float,
     of_train: bool = False,
 ) -> BoxVerdict:
-    """Whether all of these designs hold a constraint, on a curve of the cam or of its train."""
-    made: Any = constraint.curve
+    """Verdict on a constraint on a curve of the cam or of its train, for all designs between ``ends``."""
+    curve: Any = constraint.curve
     if not problem.programme.has_kinds(constraint.kinds):
         return BoxVerdict(HELD)
-    if isinstance(made, Derivative) and not (made.at_follower and made.order <= MOST_ORDER):
+    if isinstance(curve, Derivative) and not (curve.at_follower and curve.order <= MOST_ORDER):
         return BoxVerdict(UNDECIDED)
     search = TrainConstraintSearch(
         _with_load(problem, constraint), constraint, design, tuple(ends), until, of_train
@@ -116,57 +118,54 @@ def constraint_over_trains(
 def motion_over_trains(
     problem: Problem, constraint: Constraint, design: Designs, ends: NumberRanges
 ) -> DrivenMotion | None:
-    """The motion of all followers of a box, with the range of their lifts; None if some are not assembled."""
+    """Motion of all followers of a box, with the range of their lifts; None if one may fail to assemble."""
     search = TrainConstraintSearch(problem, constraint, design, tuple(ends), inf)
     return search.motion_over(search.whole_panels(ends).take([0])).driven_with_lift_range
 
 
 class BoxMotion(NamedTuple):
-    """The motion of the followers of parts of a box."""
+    """Motion of the followers of parts of a box."""
 
     driven: DrivenMotion
     designs: Designs
     angle: SlopedInterval
     assembled: Any
-    """Of which parts every train and cam can be put together, and moves the same way."""
+    """In which parts every train and cam can be assembled, and moves in the same direction."""
 
     @property
     def driven_with_lift_range(self) -> DrivenMotion | None:
-        """With lifts as ranges; None if some are not assembled."""
+        """The motion with lifts as ranges; None if a part may fail to assemble."""
         lift = range_of(self.driven.lift)
         return replace(self.driven, lift=lift) if np.all(self.assembled) else None
 
 
 @dataclass(frozen=True)
 class TrainConstraintSearch(ConstraintSearch):
-    """The search for a cam with a train of a box that breaks a constraint."""
+    """The search for a cam, with a train of the box, that breaks a constraint."""
 
     of_train: bool = False
     """Whether the constraint is on a curve of the train."""
 
     @cached_property
     def sense(self) -> float:
-        """Which way the follower goes if the tool goes up."""
+        """Direction of the follower as the tool moves up: 1 or −1."""
         assert self.problem.setup.train is not None
         return float(self.problem.setup.train.senses[-1])
 
     @cached_property
     def tool(self) -> Programme:
-        """The motion that is asked."""
+        """The tool's motion."""
         return self.problem.programme.tool
 
     @cached_property
     def kinds(self) -> IntArray:
-        """The kind of each panel of the tool's motion."""
+        """Kind of each panel of the tool's motion."""
         return np.repeat(self.tool.table.kind, np.diff(self.tool.table.first_panel))
 
     def whole_panels(self, ends: NumberRanges) -> BoxParts:
-        """Whole panels of the tool's motion on the strokes that the constraint is about, with the box."""
-        own = self.kinds if self.sense > 0.0 else reversed_kinds(self.kinds)
-        parts, table = (
-            BoxParts.from_panels(np.flatnonzero(own & self.constraint.kinds), self.constraint, ends),
-            self.tool.table,
-        )
+        """Whole panels of the tool's motion on the constraint's strokes, with the box."""
+        kinds, table = self.kinds if self.sense > 0.0 else reversed_kinds(self.kinds), self.tool.table
+        parts = BoxParts.from_panels(np.flatnonzero(kinds & self.constraint.kinds), self.constraint, ends)
         centre, half = table.centre[parts.panel], table.half_width[parts.panel]
         for corner in self.corners:
             parts = parts.split_at_place((np.mod(corner - centre + np.pi, 2.0 * np.pi) - np.pi) / half)
@@ -175,12 +174,12 @@ class TrainConstraintSearch(ConstraintSearch):
 
     @property
     def corners(self) -> tuple[float, ...]:
-        """The cam angles between which loads go straight."""
+        """Cam angles between which loads are linear."""
         load = self.problem.programme.load
         return () if load is None else load.angles
 
     def loads_over(self, parts: BoxParts, u: FloatArray, angle: SlopedInterval) -> LoadAt:
-        """What loads are over parts, which have no corner of them inside."""
+        """Loads over parts; no part may have a corner of a load inside."""
         table = self.tool.table
         place = u * table.half_width[parts.panel]
 
@@ -193,22 +192,20 @@ class TrainConstraintSearch(ConstraintSearch):
         return load_over_parts
 
     def excess(self, parts: BoxParts) -> SlopedInterval:
-        found, constraint = self.motion_over(parts), self.constraint
-        made: Any = constraint.curve
+        motion, constraint = self.motion_over(parts), self.constraint
+        curve: Any = constraint.curve
         if self.of_train:
-            value = made(found.designs, found.driven.links)
-        elif isinstance(made, Derivative):
-            value = found.driven.state[made.order]
+            value = curve(motion.designs, motion.driven.links)
+        elif isinstance(curve, Derivative):
+            value = motion.driven.state[curve.order]
         else:
-            value = value_of(made(found.designs, found.driven), ..., found.driven.state)
-        whole = value.divide() if isinstance(value, Quotient) else value
-        excess = as_sloped_interval(
-            excess_of(constraint, parts.side, as_quotient(whole), found.designs), found.angle
-        )
-        return restrict_to_assembled(found.assembled, excess)
+            value = value_of(curve(motion.designs, motion.driven), ..., motion.driven.state)
+        quotient = as_quotient(value.divide() if isinstance(value, Quotient) else value)
+        excess = as_sloped_interval(excess_of(constraint, parts.side, quotient, motion.designs), motion.angle)
+        return restrict_to_assembled(motion.assembled, excess)
 
     def motion_over(self, parts: BoxParts) -> BoxMotion:
-        """The motion over parts."""
+        """Motion of the followers over parts."""
         middle = (parts.low + parts.high) / 2.0
         half = self.tool.table.half_width[parts.panel]
         place = Interval(parts.low[0] * half, parts.high[0] * half)
@@ -219,22 +216,22 @@ class TrainConstraintSearch(ConstraintSearch):
         radicands, zero = list[SlopedInterval](), tool_travel(self.problem.programme)[0] - self.tool.levels[0]
         tool: Any = state_over(self.tool.table, parts.panel, middle[0], angle)
         moving: Any = tool.y + zero, tool.y1, tool.y2
-        motion = [LinkageInterval.from_interval(each, radicands) for each in moving]
-        own: dict[str, Any] = {key: each for key, each in designs.numbers.items() if is_train_key(key)}
-        trains = {key: LinkageInterval.from_interval(each, radicands) for key, each in own.items()}
+        motion = [LinkageInterval.from_interval(term, radicands) for term in moving]
+        ranges: dict[str, Any] = {key: number for key, number in designs.numbers.items() if is_train_key(key)}
+        trains = {key: LinkageInterval.from_interval(number, radicands) for key, number in ranges.items()}
         ways = motion_ways(self.kinds[parts.panel])
         loads = self.loads_over(parts, middle[0], angle)
         driven = driven_motion(self.problem, designs.with_values(trains), loads, motion, ways)
         margins = self.problem.setup.mechanism.assembly_margins(designs, driven)  # type: ignore[arg-type]
         assembled = driven.sense == self.sense
-        for each in (*margins, *radicands):
-            assembled = assembled & (as_interval(range_of(each)).low > 0.0)
+        for margin in (*margins, *radicands):
+            assembled = assembled & (as_interval(range_of(margin)).low > 0.0)
         return BoxMotion(driven, designs, angle, assembled)
 
 
-def restrict_to_assembled(known: Any, excess: SlopedInterval) -> SlopedInterval:
-    """An excess that is not known elsewhere: where some train or cam is not assembled, or goes the other way."""
-    high, low = np.where(known, excess.value.high, inf), np.where(known, excess.at.low, -inf)
-    slopes = Interval(np.where(known, excess.slopes.low, -inf), np.where(known, excess.slopes.high, inf))
+def restrict_to_assembled(assembled: Any, excess: SlopedInterval) -> SlopedInterval:
+    """The excess where all trains and cams are assembled; elsewhere without bounds."""
+    high, low = np.where(assembled, excess.value.high, inf), np.where(assembled, excess.at.low, -inf)
+    slopes = Interval(np.where(assembled, excess.slopes.low, -inf), np.where(assembled, excess.slopes.high, inf))
     value, at = Interval(excess.value.low, high), Interval(low, np.maximum(excess.at.high, low))
     return SlopedInterval(value, at, slopes, excess.span)

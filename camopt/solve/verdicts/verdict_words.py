@@ -1,13 +1,13 @@
-"""Verdicts as words, and one of several."""
+"""The words for verdicts, and the verdict on several limits together."""
 
 from collections.abc import Iterable
 
 ARM_UNCHECKED = "Whether the cam meets the arm or its pivot is not checked"
-"""Of an oscillating follower, beside every verdict."""
+"""Remark beside every verdict on an oscillating follower."""
 HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
 
 
 def worst_verdict(verdicts: Iterable[str]) -> str:
-    """One verdict of several: broken if any is, undecided if any is, else held."""
-    found = {*verdicts}
-    return next((verdict for verdict in (BROKEN, UNDECIDED) if verdict in found), HELD)
+    """The verdict on several limits together: broken if any is, else undecided if any is, else held."""
+    different = {*verdicts}
+    return next((verdict for verdict in (BROKEN, UNDECIDED) if verdict in different), HELD)

@@ -1,4 +1,4 @@
-"""What results say of a cam unasked: of lost contact, steep grooves, and moves beyond every position asked."""
+"""Warnings in results: lost contact, steep grooves, and moves beyond every position in the scene."""
 
 import json
 import re
@@ -130,7 +130,7 @@ def test_a_nose_that_does_not_rest_is_told():
     (told,) = evaluate(scene).warnings
     degrees, y = drawn(scene)
     at, angle, asked = map(
-        float, re.search(r"goes to (\S+) mm at (\S+)°, above .* asked \((\S+) mm\)", told).groups()
+        float, re.search(r"goes to (\S+) mm at (\S+)°, above .* scene \((\S+) mm\)", told).groups()
     )
     assert at == pytest.approx(y.max(), abs=1e-4)
     assert angle == pytest.approx(degrees[y.argmax()], abs=0.05)
