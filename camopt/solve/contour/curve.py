@@ -174,7 +174,6 @@ class Disc(NamedTuple):
 
     @property
     def prefix(self) -> str:
-        """Prefix of the names of the disc's curves."""
         return "second_" if self.number == SECOND_DISC else ""
 
     def curves(self, cutter_radius: float | None = None) -> dict[str, CamCurve]:
@@ -246,7 +245,6 @@ def cylinder_ends(problem: Problem, length: float) -> tuple[float, float]:
 
 
 def smooth_spans(programme: Programme) -> Iterator[SmoothSpan]:
-    """The smooth spans of a turn, in order."""
     for stroke in programme.strokes:
         for ends in pairwise(
             (0.0, 1.0) if stroke.law is None else sorted({*stroke.law.BREAKS, *_half_wave_joints(stroke.law)})

@@ -285,7 +285,6 @@ class _GradeSearch:
         raise self.no_grades_error(finest)
 
     def no_grades_error(self, finest: GradeByKey) -> BadInput:
-        """The error for a search that ends without grades."""
         unit, worst = motion_table_unit(self.problem.setup, 0), self.worst_cam_search(finest).run()
         limit, error = with_unit(self.within, unit), with_unit(abs(worst.error), unit)
         why = f"no permitted grades keep ±{limit}: even with the finest ones a cam has an error of {error}"
@@ -340,12 +339,10 @@ class _GradeSearch:
         return max(-(self.least_interference + unit * float(low.min())), 0.0)
 
     def worst_cam_search(self, grades: GradeByKey) -> WorstSearch:
-        """Search for the worst cam within grades."""
         zones = {each: self.zones[key][g] for key, g in grades.items() for each in error_keys(self.problem, key)}
         return worst_search(self.turn_errors, changed=zones)
 
     def make_allocation(self, grades: GradeByKey, least: float, tried: int) -> Allocation:
-        """The result for grades that keep the limit."""
         graded = {key: self.graded_contributions[key][grade] for key, grade in grades.items()}
         ends = worst_case_range([*self.fixed_contributions, *chain(*graded.values())], 0)
         place, upwards = int(ends.magnitude.argmax()), ends.upper.max() >= -ends.lower.min()
@@ -452,7 +449,6 @@ class _GradeSearch:
         ]
 
     def _contributions_of_key(self, scene: Scene, key: str) -> list[Contribution]:
-        """Contributions of one tolerance of a scene."""
         keys = error_keys(self.problem, key)
         return [each for each in contributions(scene, self.problem, self.turn_errors.nodes) if each.key in keys]
 

@@ -477,8 +477,6 @@ class _LimitResults(NamedTuple):
 
 @dataclass(frozen=True)
 class _SampledCams:
-    """Random cams of a scene."""
-
     scene: Scene
     problem: Problem
     errors: CamErrors
@@ -491,7 +489,6 @@ class _SampledCams:
 
     @cached_property
     def tool_moving_errors(self) -> CamErrors:
-        """Errors that move the tool."""
         return {
             key: each for key, each in self.errors.items() if moves_tool(key.removesuffix(SECOND_CONTACT_SUFFIX))
         }
@@ -556,7 +553,6 @@ def _number_cell(value: float | None) -> str | None:
 
 
 def _variance_percent(spread: ErrorSpread, key: str) -> str | None:
-    """Share of the variance that a tolerance explains [%]."""
     return _number_cell(100.0 * spread.variances[key]) if spread.variances else None
 
 
@@ -582,7 +578,6 @@ class LargestErrorColumn(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """The description of the column."""
         return "Largest change in a dwell." if self.name == DWELL_CHANGE else f"Largest error of the {self.name}."
 
 
@@ -685,7 +680,6 @@ def _limit_spreads(
     errors: CamErrors,
     interference: FloatArray | None,
 ) -> Iterator[Spread]:
-    """Spread of the quantity of each limit."""
     for row, (limit, over, column) in enumerate(zip(limits, excess, values, strict=True)):
         sizes = numbers if interference is None else {**numbers, INTERFERENCE_KEY: interference[row]}
         worst = worst_design(limit, over, column)
@@ -712,6 +706,5 @@ def variance_explained_by_part(values: FloatArray, size: FloatArray) -> float:
 
 
 def _percent_with_confidence(held: Share) -> str:
-    """A share and its interval in per cent, as text."""
     low, high = 100.0 * held.low, 100.0 * held.high
     return f"{100.0 * held.share:.6g} % [{low:.4f}, {high:.4f}]"

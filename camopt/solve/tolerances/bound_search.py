@@ -342,7 +342,6 @@ def _furthest_vector(low: FloatArray, high: FloatArray, way: FloatArray, longest
 
 
 def _join_parts(a: BoxParts, b: BoxParts) -> BoxParts:
-    """The parts of a and b."""
     panel, side = np.concatenate([a.panel, b.panel]), np.concatenate([a.side, b.side])
     return replace(a, panel=panel, side=side, low=np.hstack([a.low, b.low]), high=np.hstack([a.high, b.high]))
 

@@ -142,7 +142,6 @@ class WobbleSearch:
 
     @cached_property
     def profile_zones(self) -> dict[str, float]:
-        """Zone of each profile, by key."""
         return {
             key: high
             for key, (_, high) in self.cam_search.error_ranges.items()

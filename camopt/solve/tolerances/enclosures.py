@@ -231,7 +231,6 @@ class ContactAhead:
 
     @property
     def contact_problem(self) -> Problem:
-        """The problem of the contact."""
         return self.cam.contacts[self.number]
 
     def follower_shift(self, ahead: SlopedInterval) -> Any:
@@ -255,7 +254,6 @@ class ContactAhead:
         return follower_errors(self._contact_shift(ahead, motion, order), motion, change, jump, order)
 
     def motion_ahead(self, ahead: SlopedInterval) -> MotionAhead:
-        """The motion at an angle ahead."""
         return MotionAhead(self.cam.problem.programme, self.place, ahead, self.place.jumps_at_second_contact)
 
     def angle_ahead(self, cam_angle: SlopedInterval) -> SlopedInterval:
@@ -360,7 +358,6 @@ def difference_through_train(
 
 
 def _link_errors(problem: Problem, errors: Mapping[str, Any], like: SlopedInterval) -> dict[str, SlopedInterval]:
-    """The errors of links, by key."""
     return {key: without_kept_quotient(each, like) for key, each in errors.items() if is_train_key(key)}
 
 
@@ -462,7 +459,6 @@ def _train_derivatives(
 
 
 def _join_ranges(parts: Sequence[Interval]) -> Interval:
-    """Ranges joined into one array."""
     return Interval(
         *(np.concatenate(each) for each in zip(*((part.low, part.high) for part in parts), strict=True))
     )

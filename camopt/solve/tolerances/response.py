@@ -69,7 +69,6 @@ class ToolResponse:
 
     @cached_property
     def follower_response(self) -> ContactResponse:
-        """Response of the follower."""
         return ContactResponse(
             self.problem.setup.mechanism, self.problem.design, self.problem.programme, self.angles
         )
@@ -117,7 +116,6 @@ class ToolResponse:
         return None if train is None else train_ratio_series(train, self.problem.programme, self.angles)
 
     def _link_response(self, key: str) -> FloatArray:
-        """Response to an error of a number of the train."""
         problem, train = self.problem, self.problem.setup.train
         assert train is not None
         # the series of the tool by the number, whose terms are series by the cam angle

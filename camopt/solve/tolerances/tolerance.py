@@ -288,7 +288,6 @@ class MotionErrors(Result, Drawable):
 
     @property
     def _unproved_dwell_sentences(self) -> Iterator[str]:
-        """Why no bound of a dwell is proved."""
         for dwell in self.dwells:
             if dwell.worst_case.unproved:
                 where = f"the dwell from {dwell.start_deg:.6g} to {dwell.end_deg:.6g} deg"
@@ -466,7 +465,6 @@ def first_order_errors(turn: TurnErrors) -> tuple[MotionError, ...]:
 
 
 def _motion_error(turn: TurnErrors, order: int) -> MotionError:
-    """The largest error of an order over the turn."""
     if not turn.node_contributions:
         return MotionError(
             MOTION_NAMES[order], motion_table_unit(turn.problem.setup, order), 0.0, None, 0.0, None, {}, {}
@@ -513,7 +511,6 @@ def _values_by_key(contributions: list[Contribution], values: FloatArray) -> dic
 
 
 def _dwell_errors(turn: TurnErrors) -> Iterator[DwellError]:
-    """Largest movement of the follower in each programmed dwell."""
     unit = motion_scale(turn.problem.setup, 0)
     for stroke, worst_case in worst_wobbles(turn):
         contributions = turn.contributions_at(np.linspace(stroke.start, stroke.end - JUMP_SIDE, DWELL_ANGLES))

@@ -166,7 +166,6 @@ TotalError = Callable[[list[Contribution], int], FloatArray]
 
 
 def no_tolerances_error(file: str) -> BadInput:
-    """The error for a scene without tolerances."""
     why = "has no tolerance: add one, such as profile = 0.02 or follower.roller_radius = 'h6'"
     return BadInput([Mistake(file, "tolerances", None, why, bare=True)])
 
@@ -245,7 +244,6 @@ class TurnErrors:
     problem: Problem
 
     def contributions_at(self, angles: FloatArray) -> list[Contribution]:
-        """Contribution of each tolerance at cam angles (rad)."""
         return [*contributions(self.scene, self.problem, angles)]
 
     def angle_of_largest_total(self, total: TotalError, order: int) -> float:
@@ -294,7 +292,6 @@ class TurnErrors:
 
     @cached_property
     def node_contributions(self) -> list[Contribution]:
-        """Contributions at the nodes."""
         return self.contributions_at(self.nodes)
 
     @cached_property
