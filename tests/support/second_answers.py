@@ -82,7 +82,7 @@ SECOND_ANSWERS = {
             "solve/verdicts/test_kinds_of_number.py::test_a_limit_is_decided_alike_on_either_side_of_its_bound",
             "solve/smallest/test_optimise.py::test_no_grid_finds_a_smaller_cam",
             "solve/synthesis/test_synthesis.py::test_no_motion_passes_the_bound",
-            "solve/contour/test_contour.py::test_the_path_is_as_near_as_it_is_proved_to_be",
+            "solve/contour/test_contour.py::test_the_path_is_within_its_proved_deviation",
             "whole/test_hard_cases.py::test_no_point_of_a_curve_lies_outside_of_its_enclosure",
             "whole/test_hard_cases.py::test_the_undercut_verdict_flips_on_the_right_side",
             "model/effects/test_crossing.py::test_the_proof_agrees_with_a_polygon",

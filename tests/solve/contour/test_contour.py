@@ -60,7 +60,7 @@ CASES = [(name, kind) for kind in FITTERS for name in SCENES]
 
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize(("name", "kind"), covering(CASES, lambda case: [case[0], (kind_of(case[0]), case[1])]))
-def test_the_path_is_as_near_as_it_is_proved_to_be(name, kind):
+def test_the_path_is_within_its_proved_deviation(name, kind):
     """Both ways, measured on dense points; and the bound is not much more than that."""
     problem = problem_of(name)
     curve = profile_of(problem)
@@ -105,7 +105,7 @@ def test_arcs_join_with_one_tangent(name):
     assert np.abs(np.append(starts[1:], starts[0]) - ends).max() < 1e-9
 
 
-def test_a_bound_that_is_too_small_is_never_given():
+def test_the_bound_of_a_shifted_path_is_at_least_the_shift():
     """A path moved by a known distance is off by that, at least where it moves across."""
     problem = problem_of("roller")
     curve = profile_of(problem)
@@ -141,7 +141,7 @@ def test_biarcs_have_the_points_and_tangents_given(heading, end):
 @pytest.mark.parametrize(
     ("kind", "chord"), [("bezier", 0.001), ("arcs", 0.0), ("arcs", float("nan")), ("arcs", 1e-7), ("arcs", 11.0)]
 )
-def test_what_cannot_be_followed_is_said(kind, chord):
+def test_invalid_path_options_are_refused(kind, chord):
     with pytest.raises(BadInput, match=r"one of arcs, spline, polyline|from 1e-06 to 10 mm"):
         check_path_options(kind, chord)
 

@@ -1,4 +1,4 @@
-"""The loosest grades: against all sets of grades, and against the convex programme without grades."""
+"""The cheapest grades, against all sets of grades and against the convex programme without grades."""
 
 import json
 from itertools import product
@@ -104,7 +104,7 @@ def test_grades_cost_no_less_than_the_best_widths_of_reciprocal_cost():
     assert found.cost < 1.6 * best
 
 
-def test_what_cannot_be_kept_or_is_no_cost_is_said(tmp_path):
+def test_unreachable_limits_and_invalid_costs_are_refused(tmp_path):
     scene = scene_of("offset-roller", given=GIVEN)
     for within, costs, said in (
         (0.001, None, "no permitted grades keep ±0.001 mm: even with the finest ones a cam has an error of"),

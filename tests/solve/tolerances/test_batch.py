@@ -163,7 +163,7 @@ def test_a_limit_beyond_the_axis_of_a_histogram_is_on_its_side(tmp_path):
     assert "99.73 % are above" in picture.axes[6].get_legend_handles_labels()[1]
 
 
-def test_what_cannot_be_drawn_is_said():
+def test_invalid_batches_are_refused():
     with pytest.raises(BadInput, match="tolerances: has no tolerance: add one, such as profile"):
         camopt.sample_cams(FACE)
     with pytest.raises(BadInput, match="a whole number from 1 to"):

@@ -1,4 +1,4 @@
-"""The bound of a quantity over all errors: quantities of which the most is known; what is said without a bound."""
+"""Bounds of quantities over all errors: quantities with a known maximum, and reasons for no bound."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Tolerances of links, and of numbers that are no sizes: against closed loops in 40 digits, and other cams."""
+"""Tolerances of links and of numbers other than sizes, against closed loops in 40 digits and other cams."""
 
 import json
 from functools import cache
@@ -72,7 +72,7 @@ def closed(scene, problem, follower, errors=()):
     return exact([(scene.train[0].stage, row)], problem.setup.angular, mp.mpf(follower))
 
 
-def test_tools_of_links_that_are_off_are_where_their_closed_loops_are():
+def test_tools_of_links_with_errors_are_where_their_closed_loops_are():
     """Random cams and corners of all tolerances, in 40 digits; none is beyond the bound, and one nearly has it."""
     rng, most = np.random.default_rng(3), 0.0
     for number in range(times(6, 300)):
@@ -112,7 +112,7 @@ def test_tools_of_links_that_are_off_are_where_their_closed_loops_are():
 
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("stage", STAGES)
-def test_answers_to_links_are_the_slopes_of_their_closed_loops(stage):
+def test_responses_to_links_are_the_slopes_of_their_closed_loops(stage):
     """The displacement in 40 digits; velocity and acceleration by differences over cam angles."""
     scene, problem = driven(stage)
     step, angles = 1e-4, np.array([0.9, 0.9 - 1e-4, 0.9 + 1e-4, 2.0])
@@ -285,7 +285,7 @@ def test_a_batch_has_the_spread_of_each_number(of_numbers):
 LEVER = camopt.find_scene("pusher-by-lever")
 
 
-def test_limits_of_trains_that_are_off_are_those_of_cams_of_their_own():
+def test_limits_of_trains_with_errors_are_those_of_cams_designed_for_them():
     """A cam of which a link is off is made for it: at the ends of its zone as another scene has it."""
     scene = LEVER.replace(tolerances={"train.1.ratio": 0.01})
     for each in camopt.tolerance(scene).margins:
@@ -319,7 +319,7 @@ def test_limits_of_all_trains_within_their_tolerances_are_proved():
         assert {each.limit: each.verdict for each in found}["pressure_angle"] == verdict
 
 
-def test_a_lever_that_is_off_moves_its_tool_in_proportion():
+def test_a_lever_with_an_error_moves_its_tool_in_proportion():
     """The closed form: the tool is off by its displacement times the relative error of the ratio."""
     found = camopt.tolerance(LEVER.replace(tolerances={"train.1.ratio": 0.002}))
     lift = LEVER.motion[0].lift
@@ -435,7 +435,7 @@ def test_a_robust_scene_of_given_sizes_is_certified_with_classes_of_them():
         ({"phase": {"plus": 1, "shared": 0.5}}, "needs the name of a batch, which is missing"),
     ],
 )
-def test_what_is_no_tolerance_of_a_number_is_told(given, said):
+def test_invalid_tolerances_of_numbers_are_refused(given, said):
     with pytest.raises(BadInput) as refused:
         LEVER.replace(tolerances=given)
     assert said in str(refused.value)

@@ -1,4 +1,4 @@
-"""Limits over all cams within the tolerances of sizes: against scans of corners and insides, and witnesses."""
+"""Margins of limits over all cams within tolerances, against scans of corners and insides, and witnesses."""
 
 import json
 

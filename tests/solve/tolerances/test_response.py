@@ -1,4 +1,4 @@
-"""Answers of the motion to small errors, against the exact contact of cams that have these errors."""
+"""First-order responses of the motion to small errors, against exact contact of cams with these errors."""
 
 import numpy as np
 import pytest
@@ -51,7 +51,7 @@ def scene_of(contact, rotation):
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize("rotation", ["ccw", "cw"])
 @pytest.mark.parametrize(("contact", "key"), CASES)
-def test_answers_are_those_of_exact_contact_in_40_digits(contact, key, rotation):
+def test_responses_are_those_of_exact_contact_in_40_digits(contact, key, rotation):
     """The displacement, and its slopes by the cam angle, by differences of errors of 1e-12 mm (rad) either way."""
     scene, angles = scene_of(contact, rotation), np.array([0.7, 2.2, 3.1, 5.0])
     found = answered(ToolResponse(resolve_design(Scene.from_dict(scene)), angles), key)
@@ -77,7 +77,7 @@ def test_answers_are_those_of_exact_contact_in_40_digits(contact, key, rotation)
 
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize(("contact", "key"), CASES)
-def test_what_is_left_out_is_of_second_order(contact, key):
+def test_neglected_terms_are_of_second_order(contact, key):
     """Errors of 20 µm (0.2 mrad) are off by four times what those of 10 µm are, and those by less than 0.05 µm."""
     scene, theta = scene_of(contact, "ccw"), mp.mpf(0.7)
     first = answered(ToolResponse(resolve_design(Scene.from_dict(scene)), np.array([0.7])), key)[0, 0]

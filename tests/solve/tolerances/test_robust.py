@@ -1,4 +1,4 @@
-"""Robust smallest cams: every cam within the tolerances holds the limits; against scans, beside nominal ones."""
+"""Robust smallest cams, for which every cam within the tolerances holds the limits, against scans."""
 
 import itertools
 
@@ -109,7 +109,7 @@ def test_no_robust_cam_is_smaller_at_any_offset():
     assert best["base_radius_mm"] <= min(sizes.values()) * (1.0 + 1e-10)
 
 
-def test_a_cam_that_not_all_cams_within_the_tolerances_hold_is_refuted():
+def test_a_cam_is_refuted_if_some_cam_within_the_tolerances_breaks_a_limit():
     scene = scene_of("arm")
     nominal = camopt.optimise(scene.replace(**{"search.robust": False})).best.scene
     assert set(camopt.certify(nominal).values()) == {"held"}
@@ -203,7 +203,7 @@ LINKED = {"train.1.coupler": 0.05, "follower.arm_length": 0.03, "phase": 0.02, "
         ("slide-by-bell-crank", LINKED, {"position_error": 0.0695}, ("train.1.coupler",)),
     ],
 )
-def test_so_have_those_of_a_second_contact_and_of_links(name, given, limit, keys):
+def test_tolerances_of_a_second_contact_and_of_links_have_prices_too(name, given, limit, keys):
     scene = camopt.find_scene(name).replace(
         part={}, limits=limit, tolerances=given, search={"base_radius": [40, 60]}
     )
@@ -271,7 +271,7 @@ def test_a_sweep_keeps_designs_that_hold_the_limits_at_all_corners(tmp_path):
     assert least - 0.5 < proved <= least
 
 
-def test_what_robust_asks_for_is_said():
+def test_a_robust_search_names_what_it_lacks():
     with pytest.raises(BadInput, match="needs a tolerance of a size, such as"):
         resolve(scene_of("roller").replace(tolerances={"profile": 0.01}))
     of_class = {"search.roller_radius": [10, 12], "tolerances.follower.roller_radius": "h6"}

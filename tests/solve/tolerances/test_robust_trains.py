@@ -1,4 +1,4 @@
-"""Robust cams whose links have tolerances: every cam with every train holds the limits; by scans, and at zero."""
+"""Robust cams whose links have tolerances, against scans of cams and trains, and at zero tolerances."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""Errors of the motion by tolerances: worst cases, bands, impulses, dwells, and what reaches the tool."""
+"""Errors of the motion by tolerances: worst cases, root sum squares, impulses, dwells and errors through trains."""
 
 import json
 from dataclasses import replace
@@ -271,7 +271,7 @@ def test_a_mirrored_cam_has_the_same_errors():
         ),
     ],
 )
-def test_what_is_no_tolerance_is_told(given, said):
+def test_invalid_tolerances_are_refused(given, said):
     with pytest.raises(BadInput) as refused:
         scene_of(given=given)
     assert said in str(refused.value)
@@ -285,7 +285,7 @@ def test_a_tolerance_of_0_is_none():
     assert more.worst_case.bound == plain.worst_case.bound
 
 
-def test_a_tolerance_of_the_drawing_that_leaves_no_cam_is_told_too():
+def test_a_profile_tolerance_of_the_drawing_that_leaves_no_cam_is_refused():
     pair = camopt.find_scene("press-feed-by-pair")
     for given, said in ((65, "cam.base_radius (62)"), (61, "drive.base_radius (60)")):
         with pytest.raises(BadInput) as refused:
@@ -302,7 +302,7 @@ def test_a_tolerance_of_the_drawing_that_leaves_no_cam_is_told_too():
         ("roller-1000rpm", {"follower.offset": 30, "bore_eccentricity": 30}, "", None),
     ],
 )
-def test_tolerances_that_lose_the_cam_are_told_with_what_is_allowed(scene, given, key, most):
+def test_tolerances_too_large_for_contact_are_refused_with_the_largest_possible(scene, given, key, most):
     """An axis 20 mm off a pitch circle of 55 mm finds it until one is off by the other 35 mm, whichever it is."""
     scene = camopt.find_scene(scene)
     with pytest.raises(BadInput, match=f"tolerances{'.' if key else ''}{key}.*does not touch its cam") as told:
@@ -329,7 +329,7 @@ def test_one_uniform_error_has_no_root_sum_square_beyond_its_worst_case():
     ("spread", "sigma", "furthest"),
     [({"cpk": 0.4}, 0.1 / 1.2, 0.25), ({"values": [-0.05, 0.15, 0.2]}, np.std([-0.05, 0.15, 0.2]), 0.2)],
 )
-def test_parts_beyond_their_zone_count_in_the_root_sum_square_and_are_told(spread, sigma, furthest):
+def test_parts_beyond_their_zone_count_in_the_root_sum_square_and_are_reported(spread, sigma, furthest):
     """A flat face is lifted by what its phase is off times the slope: 3σ to either side, as far as parts go."""
     given = {"phase": {"plus": 0.1, "minus": 0.1, **spread, "batch": "lot"}, "follower.offset": {"batch": "lot"}}
     found = camopt.tolerance(scene_of("flat", given=given))
@@ -366,7 +366,7 @@ def test_the_drawing_takes_the_tolerance_of_the_profile_from_here():
         scene.replace(**{"part.profile_tolerance": 0.02})
 
 
-def test_the_command_shows_and_draws_them(command, tmp_path):
+def test_the_command_shows_and_draws_motion_errors(command, tmp_path):
     file, picture = tmp_path / "cut.toml", tmp_path / "errors.png"
     file.write_text(scene_of().to_toml())
     code, out, err = command("tolerance", file, "--plot", picture)

@@ -1,4 +1,4 @@
-"""Tolerances of followers that are held from both sides: rigid bodies put on dense discs by trial, closed forms."""
+"""Tolerances of followers held from both sides, against rigid bodies set on dense discs, and closed forms."""
 
 import json
 from functools import cache, partial
@@ -408,7 +408,7 @@ def test_a_disc_of_constant_breadth_has_its_closed_forms(command):
     assert (told["errors"][0]["worst"], told["plays"][0]["most"]) == pytest.approx((0.01, 64.02))
 
 
-def test_a_tolerance_of_the_profile_that_takes_the_preload_is_told(command, tmp_path):
+def test_a_profile_tolerance_that_uses_up_the_preload_is_reported(command, tmp_path):
     """Whichever table it is in; the clearance is what the sheet says that the contacts vary by, less the rest."""
     thin = {"drive.interference": 0.004, "limits": {}}
     scene = camopt.find_scene("press-feed-by-pair").replace(**thin)
@@ -446,7 +446,7 @@ def test_the_backlash_of_a_groove_is_its_clearance_over_the_pressure_angle():
         ("roller-1000rpm", {"drive.offset": 0.1}, "tolerances.drive.offset: belongs to a second contact"),
     ],
 )
-def test_what_a_follower_with_two_contacts_has_not_is_told(scene, given, said):
+def test_tolerances_that_a_follower_lacks_are_refused(scene, given, said):
     with pytest.raises(BadInput) as refused:
         camopt.find_scene(scene).replace(tolerances=given)
     assert said in str(refused.value)

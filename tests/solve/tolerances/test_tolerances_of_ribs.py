@@ -1,4 +1,4 @@
-"""Tolerances of ribs: both rollers of a rigid follower put on flanks that are off; closed forms."""
+"""Tolerances of ribs, against rollers of a rigid follower set on flanks with errors, and closed forms."""
 
 from functools import cache
 
@@ -92,7 +92,7 @@ def stands(motion, errors, place, theta):
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_both_contacts_are_where_rollers_rest_on_flanks_that_are_off(motion, case):
+def test_both_contacts_are_where_rollers_rest_on_flanks_with_errors(motion, case):
     errors, problem = CASES[case], problem_of(motion)
     if case == "arm" and motion == "translating":
         errors = {"profile": -0.03}

@@ -1,4 +1,4 @@
-"""The exact error of cams that are off, and what none of them exceeds."""
+"""Exact errors of real cams, and the proven bound over all of them."""
 
 import json
 
@@ -194,7 +194,7 @@ def test_why_no_bound_is_proved_and_a_bound_that_is_far_above_are_said(monkeypat
     )
 
 
-def test_the_command_tells_the_bound_and_the_worst_cam(command, tmp_path):
+def test_the_command_shows_the_bound_and_the_worst_cam(command, tmp_path):
     file = tmp_path / "cut.toml"
     file.write_text(toleranced("offset-roller").to_toml())
     assert "proven upper bound" in command("tolerance", file)[1]
@@ -205,7 +205,7 @@ def test_the_command_tells_the_bound_and_the_worst_cam(command, tmp_path):
 
 
 @pytest.mark.parametrize("contact", ["offset-roller", "arm", "groove-arm"])
-def test_the_errors_told_of_the_worst_cam_are_those_of_a_motion_that_is_as_far_off(contact):
+def test_the_worst_cam_with_its_reported_errors_has_its_reported_motion_error(contact):
     """Told in mm and deg, with the axis of the bore in the frame of the cam; by exact contact over the turn."""
     given = {"profile": 0.02, "bore_eccentricity": 0.02, "phase": 0.05}
     given |= {f"follower.{key}": 0.03 for key in SIZES[contact] if key != "face_tilt"}

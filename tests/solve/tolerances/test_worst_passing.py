@@ -1,4 +1,4 @@
-"""Before and after which cam angle no cam within its tolerances passes a lift, and the cams that nearly do."""
+"""Proven earliest and latest passages of a lift over all cams, and the cams that nearly reach them."""
 
 import json
 from math import radians
@@ -95,7 +95,7 @@ def test_the_bounds_are_closed_forms_where_there_are_some():
     assert [each.bound_deg for each in by_phase.worst] == pytest.approx(expected, abs=3e-6)
 
 
-def test_a_passage_that_some_cam_does_not_make_and_one_without_a_proof_are_told(command, monkeypatch):
+def test_a_passage_that_some_cam_does_not_make_and_one_without_a_proof_are_reported(command, monkeypatch):
     wide = camopt.find_scene("bucket-valve").replace(tolerances={"profile": 0.5})
     low = camopt.timing(wide, [0.4]).worst  # as low as a profile that stands out by 0.5 mm does not go
     assert [(each.bound_deg, each.unproved) for each in low if np.isinf(each.bound_deg)] == [

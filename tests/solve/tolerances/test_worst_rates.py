@@ -1,4 +1,4 @@
-"""What no cam within the tolerances exceeds in velocity and acceleration, and the cams that nearly do."""
+"""Proven bounds of the errors of velocity and acceleration, and the cams that nearly reach them."""
 
 import json
 
@@ -230,7 +230,7 @@ def test_no_bound_is_proved_of_waves_that_a_flat_face_does_not_follow():
         assert ("touches only their crests" in found.table().note) != bounded
 
 
-def test_the_errors_told_of_the_worst_cams_are_those_of_motions_that_are_as_far_off():
+def test_the_worst_cams_with_their_reported_errors_have_their_reported_rates():
     """In mm and deg, with the crest of the waves and the bore in the frame of the cam."""
     scene = with_waves("groove-arm", "cycloidal")
     problem, places = resolve_design(scene), np.linspace(0.0, 2 * np.pi, 5_001)[:-1]
@@ -242,7 +242,7 @@ def test_the_errors_told_of_the_worst_cams_are_those_of_motions_that_are_as_far_
         assert known == pytest.approx(abs(worst.error), rel=1e-4)
 
 
-def test_the_command_tells_the_bounds_of_rates(command, tmp_path):
+def test_the_command_shows_the_bounds_of_rates(command, tmp_path):
     file = tmp_path / "cut.toml"
     file.write_text(with_waves("knife").to_toml())
     said = command("tolerance", file, "--json", "--out", tmp_path / "worst")[1]

@@ -1,4 +1,4 @@
-"""What no cam within its tolerances moves its tool by in a dwell, and the cam that nearly does."""
+"""Proven bounds of the movement in a dwell, and the cams that nearly reach them."""
 
 import json
 
@@ -145,7 +145,7 @@ def test_a_dwell_in_two_segments_wobbles_as_the_whole(order):
     assert worst > 0.05  # of a bore that is off by more than 4σ: 0.039 in a piece
 
 
-def test_the_command_tells_the_bound_of_a_dwell_and_its_worst_cam(command, tmp_path, monkeypatch):
+def test_the_command_shows_the_bound_of_a_dwell_and_its_worst_cam(command, tmp_path, monkeypatch):
     file = tmp_path / "rests.toml"
     file.write_text(dwelling("flat", 60, {"profile": 0.01, "bore_eccentricity": 0.02}).to_toml())
     out = " ".join(command("tolerance", file)[1].split())
