@@ -399,7 +399,7 @@ def _fit_outlines(
             return min(fits, key=lambda candidate: candidate.price)
     if failure:
         raise _band_error(points, *failure)
-    what = f"turns back more than {MOST_OUTLINE_NODES} times by two bands of {allowed.band:.4g}: what is its noise?"
+    what = f"turns back by two bands of {allowed.band:.4g} more than {MOST_OUTLINE_NODES} times: give a wider band"
     raise Unmet(f"{points.file}: the lift {what}")
 
 
@@ -446,9 +446,9 @@ def _band_error(
     """The error for dwells and turns without a motion within the allowed deviation."""
     least, places = least_band(points, nodes, jerk)
     if least < allowed.band:
-        return Unsolved("the convex solver holds the band not closely enough")
+        return Unsolved("the convex solver is not accurate enough for the band")
     rows = ", ".join(map(str, sorted(points.rows[places])[:MOST_ROWS_NAMED])) + (
         " and others" if len(places) > MOST_ROWS_NAMED else ""
     )
-    what = f"{points.file}: no motion with its dwells and turns is within {allowed.band:.4g} of all points"
-    return Unmet(what if least == inf else f"{what}; {least:.4g} can be held; rows {rows} stand in the way")
+    what = f"{points.file}: no motion with these dwells and turns is within {allowed.band:.4g} of all points"
+    return Unmet(what if least == inf else f"{what}; the least band is {least:.4g}, because of rows {rows}")

@@ -136,16 +136,19 @@ class Fit(Result, Drawable):
 
     def sections(self) -> Iterator[Table | str]:
         """Deviations from the points, the segments, and peaks beside those of finite differences."""
-        unit, away = self.unit, self.deviation
+        unit, deviation = self.unit, self.deviation
         lowest = f"its lowest {'position' if self.profile else 'lift'} is {with_unit(self.zero, unit)}"
         count = f"{self.points.angles.size:,} points, noise {with_unit(self.noise, unit)}"
         times = f" ({self.band / self.noise:.3g} times the noise)" if self.usual else ""
-        off = (
-            f"at most {with_unit(away.largest, unit)} away, root mean square {with_unit(self.deviation_rms, unit)}"
-        )
         yield f"{self.scene.name}: {count}"
-        yield f"Band {with_unit(self.band, unit)}{times}, proved at every point: {off}."
-        yield f"From the straight lines between points it is nowhere further than {with_unit(away.between, unit)}."
+        yield f"Band {with_unit(self.band, unit)}{times}, proved at every point."
+        largest, rms, between = (
+            with_unit(value, unit) for value in (deviation.largest, self.deviation_rms, deviation.between)
+        )
+        yield (
+            f"Largest deviation from the points {largest} (root mean square {rms}), "
+            f"from the straight lines between points {between}."
+        )
         yield f"The turn starts at the measured angle {self.start:g} deg; {lowest}."
         if self.scene.train:
             whose, other = ("follower", "tool") if self.at_follower else ("tool", "follower")
@@ -166,9 +169,8 @@ class Fit(Result, Drawable):
         ]
         yield table_of("Before and after", peaks, ["largest", "by differences", "of the motion", "unit"])
         jerk = QUANTITIES[self.quantity("jerk")].unit
-        what = f"Root mean square of the jerk: {with_unit(self.jerk_rms, jerk)}"
         least = number_text(to_shown_unit(self.least_jerk_rms, jerk))
-        yield f"{what}; no motion as near to the points has less than {least}."
+        yield f"Root mean square jerk: {with_unit(self.jerk_rms, jerk)}; least for any motion this near: {least}."
 
     def _profile_sections(self) -> Iterator[str]:
         """How a profile was measured, whose lift it gives, and the distances of its points from the fitted cam."""
@@ -285,19 +287,20 @@ class Fit(Result, Drawable):
         if self.unit == OSCILLATING.unit and not self.points.unit_said:
             most = with_unit(float(np.ptp(self.points.lifts)), self.unit)
             sentences.append(
-                f"the lifts are taken as angles, up to {most}; lift unit {self.unit} says that they are"
+                f"the lifts are read as angles, up to {most}; give the lift unit, {self.unit}, if they are angles"
             )
         if self.band < self._normal_band:
             noise, normal, band = (
                 with_unit(value, self.unit) for value in (self.noise, self._normal_band, self.band)
             )
-            what = f"narrower than normal errors of the noise {noise} take ({normal})"
+            what = f"narrower than the band of normal errors, {normal} for the noise {noise}"
             sentences.append(f"the band {band} is {what}: the motion may follow errors")
         for doubt in self.doubts[:MOST_WARNED_ROWS]:
-            where, other = f"from {doubt.start:g} to {doubt.end:g} deg the points fit", ",".join(doubt.segments)
-            what = "a dwell too, which the motion has not: segments {} have it"
-            what = "no dwell as well as the one there: segments {} have none" if doubt.rests else what
-            sentences.append(f"{where} {what.format(other)}")
+            fits = f"from {doubt.start:g} to {doubt.end:g} deg the points fit with and without a dwell"
+            change, kind = ("leave it out", "has one") if doubt.rests else ("add it", "has none")
+            sentences.append(
+                f"{fits}; the motion {kind}: to {change}, give the segments {','.join(doubt.segments)}"
+            )
         for stretch in self.one_sided[:MOST_WARNED_ROWS]:
             first, last = self.points.angles[[stretch.first, stretch.last]]
             side, mean = "above" if stretch.mean > 0.0 else "below", abs(stretch.mean)
@@ -306,9 +309,8 @@ class Fit(Result, Drawable):
                 f"from {first:g} to {last:g} deg the motion is {side} its {stretch.points} points by {how}"
             )
         if len(self.one_sided) > MOST_WARNED_ROWS:
-            sentences.append(
-                f"it is on one side of the points over {len(self.one_sided) - MOST_WARNED_ROWS} more stretches"
-            )
+            more = len(self.one_sided) - MOST_WARNED_ROWS
+            sentences.append(f"the points of {more} more stretches are on one side of the motion")
         for point in self.left_out:
             what = "position" if self.profile else "lift"
             where = f"row {point.row} ({what} {with_unit(point.lift, self.unit)} at {point.angle:g} deg)"

@@ -60,10 +60,10 @@ SHOWN_ROWS = 6
 LEAST_POINT_ERROR = 1e-4
 """Points with smaller errors are not reported [mm]."""
 LIKELY_MISTAKES = {
-    (0, 0): "turned on its shaft its points fit: their angle 0 is another one",
-    (0, 1): "in the mirror, x to -x, its points fit: measured from behind, or cam.rotation is the other one",
-    (1, 0): "the points of the other disc fit: the files are the wrong way round",
-    (1, 1): "in the mirror, x to -x, the points of the other disc fit: the files are the wrong way round",
+    (0, 0): "its points fit after a turn of the cam: their angle 0 differs from the scene's",
+    (0, 1): "its mirrored points (x to -x) fit: they were measured from behind, or cam.rotation is wrong",
+    (1, 0): "the points of the other disc fit: the two files are swapped",
+    (1, 1): "the mirrored points (x to -x) of the other disc fit: the two files are swapped",
 }
 """Likely mistakes of measurement, by whether points of the other disc fit and whether mirrored points fit."""
 SETTINGS_TO_CHECK = "rotation, probe, unit, and the angle 0 if aligned"
@@ -216,23 +216,21 @@ class Inspection(Result):
         ]
         if self.far:
             likely = f", but {self.likely}" if self.likely else f": check {SETTINGS_TO_CHECK}"
-            sentences.append(f"That is no cam of this drawing{likely}")
+            sentences.append(f"This is no cam of this drawing{likely}")
         if self.outliers:
             distances = [f"row {item.row} by {with_unit(item.off, 'mm')}" for item in self.outliers]
             sentences.append(
-                f"Points far off their neighbours, which count for the profile: {_shortened_list(distances)}"
+                f"Points far from their neighbours, counted for the profile only: {_shortened_list(distances)}"
             )
         if self.gaps:
             ends = [f"from {low:.4g} to {high:.4g} deg" for low, high in self.gaps]
-            sentences.append(
-                f"No points {_shortened_list(ends)}: what the profile is there, and waves there, are not known"
-            )
+            sentences.append(f"No points {_shortened_list(ends)}: the profile and its waves are unknown there")
         if self.unreached:
             sentences.append(
                 f"The follower does not reach {len(self.unreached)} points: rows {_shortened_list(self.unreached)}"
             )
         if self.not_counted:
-            sentences.append(f"Not in the motion that is allowed: {', '.join(self.not_counted)}")
+            sentences.append(f"Not part of the allowed motion: {', '.join(self.not_counted)}")
         return "".join(f"{item}. " for item in sentences).rstrip()
 
     @property
@@ -240,9 +238,9 @@ class Inspection(Result):
         """A sentence on the waves of the profile."""
         waves = [f"{item.number} of {with_unit(item.amplitude, 'mm')}" for item in self.waves]
         if not waves:
-            return "No waves but those of noise"
+            return "No waves beyond noise"
         wave_use = next((item for item in self.used if item.key == "waves" and item.allowed is not None), None)
-        zone = f", as steep or curved as {wave_use.found:.4g} of the height of the zone" if wave_use else ""
+        zone = f", as steep or curved as {wave_use.found:.4g} waves of the zone's height" if wave_use else ""
         return f"Waves in a turn: {_shortened_list(waves)}{zone}"
 
     def document(self) -> dict[str, Any]:

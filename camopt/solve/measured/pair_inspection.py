@@ -322,7 +322,7 @@ def inspect_pair(
     problem = resolve_design(scene)
     mechanism = problem.setup.mechanism
     if not mechanism.further_contacts or mechanism.has_rib:
-        why = "has one contact with the cam: a pair of contacts is that of a conjugate pair or a yoke"
+        why = "has one contact with the cam: a pair of contacts needs a conjugate pair or a yoke"
         if mechanism.further_contacts:
             why = (
                 "has a rib between its rollers: measured ribs are not compared yet, only conjugate pairs and yokes"

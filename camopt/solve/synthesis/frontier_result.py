@@ -87,14 +87,14 @@ class Frontier(Result, Drawable):
         """The free laws along the frontier, the known laws, and the least value of each axis."""
         defaults = default_peaks(self.scene, self.axes)
         yield self.table() or f"{self.scene.name}: the frontier"
-        yield "The known laws are on the smallest cams that the limits allow them."
+        yield "Each known law is on its smallest cam within the limits."
         if not all(row["within"] for row in self.known):
-            yield "* breaks what the free laws hold"
+            yield "* breaks a limit of the free laws"
         yield from default_limits_in_words(self.scene, defaults)
         yield from other_limits_in_words(self.scene, defaults)
         for term, (least, bound) in self.least.items():
             unit = self.units[term]
-            below = "no motion within the other limits has less than"
+            below = "lower bound for any motion within the other limits:"
             most = f"; {below} {number_text(to_shown_unit(bound, unit))}" if bound else ""
             local = " (a local optimum)" if term in self.local else ""
             yield f"Least {term}: {with_unit(least, unit)}{local}{most}"

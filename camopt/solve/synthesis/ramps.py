@@ -26,8 +26,8 @@ def ramps_in_words(scene: Scene) -> Iterator[str]:
         if stroke.is_free and row and row.law in scene.laws:
             start, end = (degrees(angle) for angle in longest_steady_stretch(stroke))
             if end - start > LEAST_RAMP_SHARE * degrees(stroke.angle):
-                ramp = f"from {start:.3g} to {end:.3g} deg the law of {stroke.key} has constant velocity, as a ramp"
-                yield f"{ramp}; a free law replaces it without the ramp; segments constant-velocity stay"
+                ramp = f"from {start:.3g} to {end:.3g} deg the law of {stroke.key} has a ramp of constant velocity"
+                yield f"{ramp}, which a free law drops; to keep it, give it a constant-velocity segment"
 
 
 def longest_steady_stretch(stroke: Stroke) -> tuple[float, float]:

@@ -25,7 +25,7 @@ def bound_in_words(result: "Synthesis") -> str:
     unit = objective_unit(result.asked)
     what = f"Minimised: {with_unit(result.objective, unit)}."
     if result.bound:
-        what += f" No motion at all can have less than {with_unit(result.bound, unit)} within the convex limits:"
+        what += f" Lower bound for any motion within the convex limits: {with_unit(result.bound, unit)},"
         what += f" a gap of {result.gap:.2%}."
     elif result.bound is None and (why := _reason_for_no_bound(resolve(result.asked))):
         what += f" There is no bound: {why}."
@@ -96,7 +96,7 @@ def robust_in_words(design: Mapping[str, Any]) -> str:
     if "nominal_mm" not in design:
         return verdict
     increase, nominal = with_unit(design["safety_mm"], "mm"), with_unit(design["nominal_mm"], "mm")
-    return f"{verdict} It is {increase} larger for that: the nominal one alone would hold them at {nominal}."
+    return f"{verdict} They make the cam {increase} larger: the nominal cam alone meets the limits at {nominal}."
 
 
 def best_known_in_words(result: "Synthesis", known: "KnownLawCams") -> str:
@@ -118,7 +118,7 @@ def best_known_in_words(result: "Synthesis", known: "KnownLawCams") -> str:
 
 def other_limits_in_words(scene: Scene, defaults: Mapping[str, float]) -> Iterator[str]:
     """Sentences on default limits that ``synthesise`` and a frontier of the same scene do not share."""
-    why = "An axis has no limit by default, and neither has what is minimised: synthesise, which minimises"
+    why = "Axes and minimised terms have no default limit. So synthesise, which minimises"
     minimised, alone = " and ".join(objective_weights(scene.synthesis)), default_peaks(scene)
     more, fewer = alone.keys() - defaults.keys(), defaults.keys() - alone.keys()
     for peaks, words in ((more, "also limits"), (fewer, "does not limit")):

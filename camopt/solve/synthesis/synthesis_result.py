@@ -97,7 +97,7 @@ class Synthesis(Result, Drawable):
         """The table of cams, the default limits, the best known law, the bound with the gap, and the prices."""
         yield self.table()
         if self.known and self.known.broken_limits:
-            yield f"* breaks what the free laws hold: {broken_limits_in_words(self.known.broken_limits)}"
+            yield f"* breaks limits of the free laws: {broken_limits_in_words(self.known.broken_limits)}"
         yield from default_limits_in_words(self.asked, default_peaks(self.asked))
         yield from filter(None, (size_limit_in_words(self), robust_in_words(self.design)))
         if self.known:

@@ -187,7 +187,7 @@ def test_lifts_that_nothing_says_to_be_angles_are_told_to_be_taken_as_such(tmp_p
     np.savetxt(file, rows, delimiter=",", header="angle,lift deg", comments="")
 
     def told(source, **given):
-        return [each for each in fit(source, ARM, **given).warnings if "are taken as angles, up to 8.0" in each]
+        return [each for each in fit(source, ARM, **given).warnings if "are read as angles, up to 8.0" in each]
 
     assert len(told(rows)) == 1
     assert told(rows, lift_unit="deg") == told(file) == []
@@ -395,7 +395,7 @@ def test_outliers_are_named_by_their_rows(seed):
     assert [each.row for each in fitted.left_out] == [101, 221]
     assert [each.deviation for each in fitted.left_out] == pytest.approx([-0.3, 0.2], abs=0.06)
     assert [words for words in fitted.warnings if "row 101 " in words and "is left out" in words]
-    with pytest.raises(Unmet, match=r"no motion with its dwells and turns is within .* rows .*\b(101|221)\b"):
+    with pytest.raises(Unmet, match=r"no motion with these dwells and turns is within .* rows .*\b(101|221)\b"):
         fit(rows, CAM, band=0.005, keep_outliers=True)
     rough = fit(rows, CAM, band=0.12, keep_outliers=True)
     assert rough.left_out == ()
@@ -599,9 +599,9 @@ def test_a_solver_that_fails_is_given_other_units(monkeypatch):
 
 def test_a_band_that_is_narrow_for_the_noise_is_told():
     rows = measured(noise=0.01)
-    assert any("narrower than normal errors" in words for words in fit(rows, CAM, band=0.03).warnings)
+    assert any("narrower than the band of normal errors" in words for words in fit(rows, CAM, band=0.03).warnings)
     assert fit(rows, CAM).warnings == fit(rows, CAM, band=0.05).warnings == ()
-    with pytest.raises(Unmet, match="can be held"):
+    with pytest.raises(Unmet, match="the least band is"):
         fit(rows, CAM, band=0.001)
 
 
@@ -643,10 +643,9 @@ def test_a_dwell_in_doubt_is_told_and_segments_decide(seed, rests):
     assert strokes(fitted) == (WITH if rests else WITHOUT)
     assert (doubt.rests, doubt.segments) == (rests, WITHOUT if rests else WITH)
     assert (doubt.start, doubt.end) == (pytest.approx(110.0, abs=4.0), pytest.approx(130.0, abs=4.0))
-    where = f"from {doubt.start:g} to {doubt.end:g} deg the points fit"
-    other = "no dwell as well as the one there" if rests else "a dwell too, which the motion has not"
-    has = "none" if rests else "it"
-    assert told == f"{where} {other}: segments {','.join(doubt.segments)} have {has}"
+    where = f"from {doubt.start:g} to {doubt.end:g} deg the points fit with and without a dwell"
+    has = "has one: to leave it out" if rests else "has none: to add it"
+    assert told == f"{where}; the motion {has}, give the segments {','.join(doubt.segments)}"
     (shown,) = fitted.to_dict()["dwells_in_doubt"]
     assert tuple(shown.values()) == doubt
     for turned in range(4):
@@ -827,7 +826,7 @@ def test_what_cannot_be_held_is_told_with_its_rows():
     corner = measured(law="uniform")
     with pytest.raises(
         Unmet,
-        match=r"no motion with its dwells and turns is within 0\.0001 of all points; .* can be held; rows .* stand in the way",
+        match=r"no motion with these dwells and turns is within 0\.0001 of all points; the least band is .*, because of rows",
     ):
         fit(corner, CAM, band=1e-4)
     points = points_of(measured(noise=0.01))
@@ -846,7 +845,7 @@ def test_what_cannot_be_held_is_told_with_its_rows():
 
 def test_points_that_turn_back_everywhere_are_refused():
     rows = np.column_stack([DEGREES, np.tile([0.0, 1.0, 2.0, 1.0], 90)])
-    with pytest.raises(Unmet, match=r"the lift turns back more than 60 times by two bands of 0\.1"):
+    with pytest.raises(Unmet, match=r"the lift turns back by two bands of 0\.1 more than 60 times"):
         fit(rows, CAM, band=0.1)
 
 
@@ -977,7 +976,7 @@ def test_its_segments_are_those_that_are_given(run, tmp_path):
     np.savetxt(tmp_path / "cam.csv", rows, "%.5f", ",")
     code, _, err = run("cam.csv", "--base-radius", 40)
     assert (code, kinds_of(tmp_path)) == (0, WITHOUT)
-    assert "segments rise,dwell,return,dwell have it" in err
+    assert "give the segments rise,dwell,return,dwell" in err
     code, _, err = run("cam.csv", "--base-radius", 40, "--segments", "dwell, rise,dwell,return")
     assert (code, kinds_of(tmp_path), err) == (0, WITH, "wrote fitted.toml\n")
 
@@ -1020,7 +1019,7 @@ def test_a_fit_takes_any_key_and_the_speed_of_the_crank(run, tmp_path):
     assert (code, len(err.splitlines())) == (2, 1)
     assert err.startswith("camopt: --set follower.ofset = 3: not a known key; did you mean offset?")
     code, _, err = run("cam.csv", "--base-radius", 20, "--rpm", 300, "--set", "cam.rpm=3")
-    assert (code, err) == (2, "camopt: --set cam.rpm = 3: is given by --rpm already\n")
+    assert (code, err) == (2, "camopt: --set cam.rpm = 3: is already set by --rpm\n")
 
 
 @pytest.mark.parametrize(

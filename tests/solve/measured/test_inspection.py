@@ -171,7 +171,7 @@ def test_a_cam_that_is_none_of_the_drawing_and_a_phase_are_told():
     assert phase.moves == pytest.approx(np.radians(aligned.phase_deg) * slope, rel=0.01)
     mirrored = camopt.inspect(with_noise(behind.conj()), ROLLER)
     assert (aligned.far, mirrored.far) == (False, True)
-    assert "but in the mirror, x to -x, its points fit" in mirrored.table().note
+    assert "but its mirrored points (x to -x) fit" in mirrored.table().note
     circle = camopt.inspect(with_noise(30.0 * np.exp(1j * ANGLES)), ROLLER)
     assert "no cam of this drawing: check rotation" in circle.table().note
 

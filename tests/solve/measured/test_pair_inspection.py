@@ -168,7 +168,7 @@ def test_one_disc_of_another_drawing_leaves_the_other_as_it_is():
     scene, discs = drawn("oscillating")
     first, second = (points[::4] for points, _ in discs)
     for given, far, said in (
-        ((first, -second.conj()), [False, True], "in the mirror, x to -x, its points fit"),
+        ((first, -second.conj()), [False, True], "its mirrored points (x to -x) fit"),
         ((second, first), [True, True], "the points of the other disc fit"),
     ):
         found = inspect_pair([read_as(each) for each in given], scene)

@@ -1029,7 +1029,7 @@ def test_the_limits_taken_by_default_are_printed(run):
     code, out, _ = run(ROLLER | {"search": {"offset": {"start": -30, "stop": 30}, "law": ["poly345"]}})
     assert code == 0
     assert "peak acceleration 5.7735 and peak jerk 60" in out
-    assert re.search(r"Minimised: [\d.]+ mm\. No motion at all can have less than [\d.]+ mm ", out)
+    assert re.search(r"Minimised: [\d.]+ mm\. Lower bound for any motion within the convex limits: [\d.]+ mm,", out)
     code, out, _ = run(ROLLER | {"limits": {"pressure_angle": 30, "jerk": 2e6}}, "--json")
     assert json.loads(out)["default_peaks"] == {}
 
@@ -1082,6 +1082,6 @@ def test_a_ramp_that_will_be_lost_is_told_first(tmp_path, capsys):
     (tmp_path / "scene.toml").write_text(scene.to_toml())
     assert main(["synthesise", str(tmp_path / "scene.toml"), "--out", str(tmp_path / "out")]) == 1
     first, second, last = capsys.readouterr().err.splitlines()
-    assert "the law of motion.1 has constant velocity, as a ramp; a free law replaces it without the ramp" in first
-    assert "the law of motion.2 has constant velocity" in second
+    assert "the law of motion.1 has a ramp of constant velocity, which a free law drops" in first
+    assert "the law of motion.2 has a ramp of constant velocity" in second
     assert "no motion" in last
