@@ -302,7 +302,7 @@ def _lift_unit(tables: Mapping[str, Any], given: str | None, profile: MeasuredPr
     units = ("deg",) if angular else tuple(MM_PER_UNIT)
     if given is not None and given not in units:
         owner = "a profile" if profile else f"{(OSCILLATING if angular else TRANSLATING).words} follower"
-        if stages and not profile:  # whatever the follower does
+        if stages and not profile:  # the tool counts, not the follower
             owner = f"a tool that {'turns' if angular else 'slides'}"
         what = f"{' or '.join(units)} for {owner}"
         raise BadInput([Mistake("camopt", "lift_unit", given, what)])

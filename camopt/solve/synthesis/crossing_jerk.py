@@ -28,11 +28,11 @@ def check_crossings(scene_problem: Problem) -> None:
     if not scene_problem.setup.given.drive.clearance:
         what = "needs drive.clearance, which the roller crosses"
     elif has_load:
-        what = "is of a follower without spring, damping and load, whose force turns round with its acceleration"
+        what = "needs a follower without spring, damping and load: its force then has the sign of its acceleration"
     elif scene_problem.setup.train is not None or any(
         stroke.is_move for stroke in scene_problem.programme.tool.strokes
     ):
-        what = "is of rises and returns of the follower itself, without moves and without a train"
+        what = "needs rises and returns of the follower itself, without moves and without a train"
     if what:
         raise BadInput([Mistake(scene_problem.file, key, CROSSING_JERK, what, bare=True)])
 

@@ -60,18 +60,22 @@ class SearchTimeEstimate:
     def __init__(self, kinds: Sequence[int], workers: int, tell: Callable[[str], None] | None) -> None:
         """``kinds`` are the numbers of searches of each kind, in order."""
         self._kinds, self._workers, self._tell = [*kinds], workers, tell
-        self._begun, self._since, self._told = clock_seconds(), clock_seconds(), LONG_SECONDS / NOTICE_FACTOR
+        self._start, self._kind_start, self._announced = (
+            clock_seconds(),
+            clock_seconds(),
+            LONG_SECONDS / NOTICE_FACTOR,
+        )
 
     def finish_kind(self) -> None:
         """Record that one kind of searches is done, and announce the total time if it is long."""
         count, now = self._kinds.pop(0), clock_seconds()
         if not count or not self._tell:
             return
-        seconds = (now - self._since) / self._rounds(count)
+        seconds = (now - self._kind_start) / self._rounds(count)
         seconds_left = sum(map(self._rounds, self._kinds)) * seconds
-        total_seconds, self._since = now - self._begun + seconds_left, now
-        if seconds_left > 0.0 and total_seconds > NOTICE_FACTOR * self._told:
-            self._told = total_seconds
+        total_seconds, self._kind_start = now - self._start + seconds_left, now
+        if seconds_left > 0.0 and total_seconds > NOTICE_FACTOR * self._announced:
+            self._announced = total_seconds
             searches = f"{sum(self._kinds):,} more searches for a motion"
             self._tell(f"{searches}, about {duration_text(total_seconds)} in all; fewer points take less")
 

@@ -240,7 +240,7 @@ def with_robust_limits(problem: SynthesisProblem, lead: float, height: float) ->
     for scene_problem, size_shifts in shifts.values():
         ratio = abs(constant_train_ratio(scene_problem) or 1.0)
         linear_constraints += (
-            _reduce_by_shifts(floor, size_shifts, ratio, unit) for floor in linear_constraints_of(scene_problem)
+            _reduce_by_shifts(each, size_shifts, ratio, unit) for each in linear_constraints_of(scene_problem)
         )
     return replace(problem, linear_constraints=tuple(linear_constraints))
 

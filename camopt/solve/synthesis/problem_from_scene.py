@@ -203,7 +203,7 @@ def _mirror_places(scene_problem: Problem, origin: DisplacementOrigin) -> tuple[
     """For each stroke, the number of the stroke that mirrors it."""
     numbers = find_mirror_strokes(origin.strokes)
     if numbers is None:
-        what = "the segments are no mirror image of themselves, about whatever cam angle"
+        what = "the segments are not symmetric about any cam angle"
         raise BadInput([Mistake(scene_problem.file, "synthesis.symmetric", True, what, bare=True)])
     return numbers
 
@@ -212,7 +212,7 @@ def _opposed_places(scene_problem: Problem, origin: DisplacementOrigin) -> tuple
     """For each stroke, the number of the stroke half a turn later, for a yoke on one disc."""
     numbers = find_opposed_strokes(origin.strokes)
     if numbers is None:
-        what = "the segments of the second half of the turn are not those of the first one, with rises for returns"
+        what = "the second half of the turn must repeat the first one, with rises for returns"
         raise BadInput([Mistake(scene_problem.file, "motion", None, what, bare=True)])
     return numbers
 

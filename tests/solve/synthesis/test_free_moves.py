@@ -189,7 +189,7 @@ def test_a_symmetric_motion_is_its_own_mirror_image(name):
 
 
 def test_what_is_no_mirror_image_cannot_be_symmetric():
-    with pytest.raises(BadInput, match="the segments are no mirror image of themselves"):
+    with pytest.raises(BadInput, match="the segments are not symmetric"):
         synthesise(find_scene("roller-1000rpm").replace(**{"synthesis.symmetric": True}))
 
 
