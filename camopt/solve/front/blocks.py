@@ -154,7 +154,6 @@ class SpaceBlocks:
         return sum(stop - start for _, start, stop in self._parts[:part]) + first - self._parts[part][1]
 
     def evaluate_block(self, number: int) -> BlockBatch:
-        """Evaluate one block."""
         part, first, last = self._design_range(number)
         problem, *_ = self._parts[part]
         block = self._evaluate_designs(part, problem, first, last)
@@ -184,7 +183,6 @@ class SpaceBlocks:
         return self._evaluate_separately(problem, first, last)
 
     def _evaluate_separately(self, problem: Problem, first: int, last: int) -> BlockResult:
-        """The results of designs first … last − 1, each evaluated by itself."""
         designs = self.space.designs(np.arange(first, last))
         designs = designs.take(problem.setup.mechanism.can_assemble(designs, problem.programme))
         if self._every:

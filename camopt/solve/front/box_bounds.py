@@ -86,7 +86,6 @@ class BoxCosts(NamedTuple):
     """Whether there is such a design (n,)."""
 
     def take(self, index: Any) -> "BoxCosts":
-        """The bounds of the boxes at an index or mask."""
         return BoxCosts(self.costs[index], self.change[:, index], self.inside.take(index), self.exists[index])
 
 
@@ -219,7 +218,6 @@ class BoxBounds(NamedTuple):
         return _lower_by_rounding(low), change
 
     def _cost_by_mean(self, mean: Mean, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
-        """The least cost of an objective that is a mean, and its relative change."""
         sloped = mean.value_of_mean(mean_power_over(self.problem, mean, box, inside, self.free))
         cost = sign * as_interval(mean.scale.quantity(sloped.value, box))
         low = np.where(np.isnan(cost.low), -np.inf, cost.low)
@@ -309,7 +307,6 @@ def _relative_change(slopes: Interval, width: FloatArray, scale: FloatArray) -> 
 
 
 def _lower_by_rounding(cost: FloatArray) -> FloatArray:
-    """The costs, lowered by their rounding."""
     return cost - BOUND_ERROR * np.where(np.isfinite(cost), np.abs(cost), 0.0)
 
 

@@ -53,7 +53,6 @@ class CurveDesigns(NamedTuple):
         return int(self.designs.size)
 
     def take(self, index: Any) -> "CurveDesigns":
-        """The designs at an index or mask."""
         return CurveDesigns(self.designs[index], self.places[index])
 
 
@@ -215,7 +214,6 @@ class CurveVerdicts:
         return locked
 
     def _search_parts(self, number: int, end: int) -> None:
-        """Search parts number … end − 1, and store their results."""
         first = number * self._numbers.part
         exists, designs = self._numbers.existing_designs((number, end), self._problem)
         filtered = filter_by_pitch(unfiltered_candidates(self._problem, designs), self._of_pitch, self._later)

@@ -88,7 +88,6 @@ def _columns_and_labels(
 
 
 def _check_unique(names: Iterable[Any]) -> None:
-    """BadInput for names that occur twice."""
     if twice := [str(name) for name, count in Counter(names).items() if count > 1]:
         raise BadInput(Mistake(DESIGNS_LABEL, name, None, "occurs twice", bare=True) for name in twice)
 

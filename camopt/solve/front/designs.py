@@ -197,7 +197,6 @@ def _other_columns(scene: Scene, known: Collection[str], table: DesignColumns, *
 
 
 def _variables_in(columns: Mapping[str, Variable], table: DesignColumns) -> dict[str, Variable]:
-    """The variables with a column in a table."""
     if "law" in table.values and ("law_rise" in table.values or "law_return" in table.values):
         raise BadInput(
             [Mistake(DESIGNS_LABEL, "law", None, "must stand alone, without law_rise and law_return", bare=True)]
@@ -287,7 +286,6 @@ def _problem_of_search(
 
 @cache
 def _column_number_type(key: str) -> TypeAdapter[Any]:
-    """The type of a number, by its key."""
     table, _, name = key.rpartition(".")
     return TypeAdapter(TABLE_TYPES[table].model_fields[name].rebuild_annotation())
 
@@ -311,7 +309,6 @@ def _column_range_mistakes(key: str, name: str, table: DesignColumns) -> Iterato
 
 
 def _law_mistakes(problem: Problem, name: str, table: DesignColumns) -> Iterator[Mistake]:
-    """A mistake for the first name of a column that is not a law."""
     known = {*problem.laws, *_laws_of_scene(problem)}
     for row, law in enumerate(table.values[name].tolist()):
         if not isinstance(law, str) or law not in known:
@@ -321,7 +318,6 @@ def _law_mistakes(problem: Problem, name: str, table: DesignColumns) -> Iterator
 
 
 def _laws_of_scene(problem: Problem) -> tuple[str, str]:
-    """The names of the laws of the scene's own rises and returns, as in tables."""
     return problem.programme.law_names(RISE), problem.programme.law_names(RETURN)
 
 
@@ -352,7 +348,6 @@ def _split_by_motion(
 
 @lru_cache(maxsize=CACHED_MOTIONS)
 def _motion_with_laws(key: IdentityKey[Problem], rise: str | None, fall: str | None) -> Programme:
-    """The scene's motion with other laws."""
     return key.value.given_motion_with_laws(rise, fall)
 
 
@@ -387,6 +382,5 @@ def _evaluate_rows(
 
 
 def _missing_value(name: str) -> Any:
-    """The value in a table for a quantity that a design does not have."""
     kind = QUANTITIES[name].kind if name in QUANTITIES else float
     return inf if kind is float else kind()

@@ -99,7 +99,6 @@ class GridBoxes:
         return (self.low + self.high) // 2
 
     def take(self, index: Any) -> "GridBoxes":
-        """The boxes at an index, mask or slice."""
         return GridBoxes(*(values[index] for values in (self.motion, self.low, self.high, self.costs)))
 
     def halve_boxes(self, axis: IntArray) -> "GridBoxes":

@@ -74,7 +74,6 @@ class FrontArchive:
         self._kept = self._new = 0
 
     def add(self, rows: DesignRows) -> None:
-        """Add rows."""
         self._parts.append(DesignRows({**rows.columns}, rows.count))
         self._new += rows.count
         if self._new > max(self._kept, self._least):
@@ -223,5 +222,4 @@ def summarise_front(rows: DesignRows, objectives: Objectives, grid: DesignRows |
 
 
 def _objective_values(costs: FloatArray, objectives: Objectives) -> dict[str, float]:
-    """Costs as values of the objectives."""
     return {name: sign * float(cost) + 0.0 for (name, sign), cost in zip(objectives.items(), costs, strict=True)}

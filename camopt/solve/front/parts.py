@@ -209,7 +209,6 @@ def sweep_part(  # noqa: PLR0913
 
 
 def name_of_part(part: int, parts: int) -> str:
-    """The folder name of a part."""
     return f"part-{part}-of-{parts}"
 
 

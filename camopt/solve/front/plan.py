@@ -122,11 +122,9 @@ class SweepPlan:
 
     @cached_property
     def table_columns(self) -> tuple[str, ...]:
-        """The columns of tables."""
         return sweep_columns(self.problem)
 
     def quantities_of(self, names: Iterable[str]) -> list[Quantity]:
-        """The quantities of columns."""
         return [find_quantity(name, self.problem.setup) for name in names]
 
     @cached_property
@@ -137,7 +135,6 @@ class SweepPlan:
 
     @property
     def row_quantities(self) -> list[Quantity]:
-        """The quantities of ``row_columns``."""
         return self.quantities_of(self.row_columns)
 
     @cached_property

@@ -147,7 +147,6 @@ def _curve_levels(pattern: PatternSearch, designs: Designs, decided: list[str]) 
 
 
 def _feasible_rows(problem: Problem, designs: Designs, names: frozenset[str]) -> DesignRows:
-    """The feasible designs, as rows."""
     rows = evaluate_rows(problem, designs, names).select_columns(names)
     return rows.take(rows.column("feasible").astype(bool))
 

@@ -87,7 +87,6 @@ def _evaluate_by_motion(
 
 
 def _replace_columns(rows: DesignRows, evaluated: DesignRows) -> DesignRows:
-    """The rows with evaluated columns, in the order of the quantities."""
     columns = rows.columns | evaluated.columns
     return replace(rows, columns={name: columns[name] for name in in_column_order(columns)})
 

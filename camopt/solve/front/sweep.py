@@ -250,7 +250,6 @@ def up_to_date_message(folder: str | os.PathLike[str]) -> str:
 
 
 def table_file_name(table: str) -> str:
-    """The file of a table."""
     return f"{table}.parquet"
 
 
@@ -269,7 +268,6 @@ def _open_tables(
 
 
 def _table_columns(plan: SweepPlan) -> dict[str, tuple[str, ...]]:
-    """The columns of the tables of a sweep, by table."""
     names, refine = plan.table_columns, plan.scene.search.refine
     columns = {} if plan.keep == FRONT_ONLY else {"designs": names}
     columns |= {

@@ -124,13 +124,11 @@ def _split_blocks(points: Designs, until: float) -> Iterator[Designs]:
 
 
 def _motion_breaks_limit(problem: Problem, design: Designs) -> bool:
-    """Whether a cam's motion alone exceeds a limit."""
     motion_problem = replace(problem, limits=tuple(limit for limit in problem.limits if limit.is_of_motion))
     return _exceeds_at_any_size(motion_problem, bound_excesses(motion_problem, design, frozenset()).inner)
 
 
 def _exceeds_at_any_size(problem: Problem, excess: FloatArray) -> bool:
-    """Whether the excesses (limits, designs) prove that a limit is exceeded at any size."""
     for limit, over in zip(problem.limits, excess, strict=True):
         if limit.is_of_motion and np.all(over > 0.0):
             return True
@@ -164,7 +162,6 @@ def shrink_on_grids(
 def _zoom_grids(
     problem: Problem, bounds: SizeBounds, design: Designs, choice: DesignChoice, zooms: int, until: float = inf
 ) -> Designs:
-    """The best design of successive grids, each around the best design of the last and finer."""
     free = {name: ends for name, ends in bounds.items() if ends[1] > ends[0]}
     spans = {name: (b - a) / 8 if np.isfinite(b - a) else inf for name, (a, b) in free.items()}
     spans["size"] = min(spans.get("size", inf), float(design.prime_radius[0]) / 4)

@@ -74,7 +74,6 @@ def join_infeasibilities(reasons: Mapping[str, Infeasibility]) -> str:
 
 
 def _blocking_limits(problem: Problem, bounds: SizeBounds, until: float) -> str:
-    """The names of the limits that no design meets, alone or together, or why parts cannot be assembled."""
     grid = coarse_grid(replace(problem, limits=()), bounds, problem.programme.lift, FEW_GRID_VALUES)
     if not problem.setup.mechanism.can_assemble(grid, problem.programme).any():
         return f"assembly: {problem.setup.mechanism.assembly}"
@@ -111,7 +110,6 @@ def round_size_up(size: float) -> float:
 
 
 def _limits_exclude_all(limits: Sequence[Limit], problem: Problem, bounds: SizeBounds, until: float) -> bool:
-    """Whether it is proved that no design meets these limits."""
     relaxed = replace(problem, limits=tuple(limits))
     if search_coarse_grid(relaxed, bounds, FEW_GRID_VALUES, until).design is not None:
         return False

@@ -132,7 +132,6 @@ def _least_arm(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
 
 
 def _line_crossings(normal: FloatArray, height: FloatArray) -> FloatArray:
-    """The crossings of each two lines."""
     i, j = np.triu_indices(len(height), 1)
     cross = normal[i, 0] * normal[j, 1] - normal[i, 1] * normal[j, 0]
     i, j, cross = (each[np.abs(cross) > PARALLEL_SINE] for each in (i, j, cross))

@@ -85,7 +85,6 @@ def active_constraints(freedom: FreeVariables) -> list[ActiveConstraint]:
 
 
 def _active_range_ends(freedom: FreeVariables) -> Iterator[ActiveConstraint]:
-    """The ends of ranges in ``[search]`` that the cam lies at."""
     for end in freedom.range_ends:
         if end.side * (freedom.values[end.variable] - end.value) > -ACTIVE_DISTANCE * freedom.scales[end.variable]:
             gradient = end.side * freedom.directions[[end.variable]]

@@ -359,7 +359,6 @@ def _nominal_optimum(problem: Problem, turns: SegmentAngles, until: float) -> Sm
 
 
 def _nominal_comparison(robust: SmallestCam, nominal: SmallestCam | None) -> dict[str, Any]:
-    """The size of the smallest nominal cam, whether it is proved, and by how much the robust one is larger."""
     if nominal is None:
         return {}
     larger = robust.size - nominal.size

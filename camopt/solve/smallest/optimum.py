@@ -119,7 +119,6 @@ class Optimum(Result):
             yield from miss_sections(self.nearest_miss)
 
     def _larger_cams(self) -> Iterator[str]:
-        """A sentence on each law whose larger cams may break a limit."""
         size_name = resolve(self.scene).size_name
         for law, row in self.by_law.items():
             clear = row["clear_above_mm"]

@@ -242,7 +242,6 @@ def _constraint_slopes(
 def _significant_constraints(
     bounds: list[ActiveConstraint], rates: Mapping[str, PriceRates]
 ) -> list[ActiveConstraint]:
-    """All active limits, and the ends of ranges that have a price."""
     return [bound for bound in bounds if bound.limit is not None or rates[bound.key] != ZERO_RATES]
 
 

@@ -163,7 +163,6 @@ def _tighten_bounds(problem: Problem, bounds: SizeBounds) -> SizeBounds:
 
 
 def _solve_linear_limits(problem: Problem, bounds: SizeBounds, until: float = inf) -> LinearOptimum:
-    """The smallest cam under the linear limits alone, by a closed form or by cutting planes."""
     start = closed_form_design(problem, bounds)
     if start is None:
         return cutting_plane_optimum(problem, bounds, until) or LinearOptimum(None, bounds["size"][0])

@@ -178,7 +178,6 @@ class TrainOptimiser:
 
     @property
     def _best_train(self) -> TrainOptimum:
-        """The train with the smallest cam of all trains tried."""
         return min(
             self.optima.values(), key=lambda each: (each.answer.size, each.problem.setup.mechanism.has_no_assembly)
         )
@@ -208,7 +207,6 @@ class TrainOptimiser:
         descend_simplex(cost, start, steps, closest, descent.moves, until, ends=(0.0, 1.0))
 
     def _best_shares(self, count: int) -> list[FloatArray]:
-        """The shares of the best trains with a feasible cam."""
         feasible = (shares for shares, train in self.optima.items() if train.answer.design is not None)
         return [np.array(shares) for shares in sorted(feasible, key=lambda s: self.optima[s].answer.size)[:count]]
 

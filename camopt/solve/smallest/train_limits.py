@@ -239,7 +239,6 @@ class TrainLimits:
                     yield WorstPlaces(constraint, side, np.argmax(over, axis=0))
 
     def _worst_train_places(self, inside: Designs, places: ToolPlaces) -> Iterator[WorstPlaces]:
-        """The same for constraints on trains."""
         if not self.train_constraints:
             return
         motion = motion_at_places(self.problem, inside, places)
@@ -251,12 +250,10 @@ class TrainLimits:
 
 
 def _train_excess(constraint: Constraint, side: Any, motion: DrivenMotion, designs: Designs) -> Any:
-    """Excess of the trains of designs over one side of a constraint."""
     return excess_of(constraint, side, as_quotient(constraint.curve(designs, motion.links)), designs)
 
 
 def _motion_excess(constraint: Constraint, side: Any, motion: DrivenMotion, designs: Designs) -> Any:
-    """Excess of designs over one side of a constraint."""
     curve: Any = constraint.curve
     order = _derivative_order(constraint)
     value = motion.state[order] if order else value_of(curve(designs, motion), ..., motion.state)
@@ -314,7 +311,6 @@ def mean_excesses(
 
 
 def _panel_kinds(problem: Problem) -> Any:
-    """The kind of stroke of each panel of the tool's turn."""
     table = problem.programme.tool.table
     return np.repeat(table.kind, np.diff(table.first_panel))
 

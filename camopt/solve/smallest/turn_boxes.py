@@ -106,7 +106,6 @@ class StrokeLimit:
             yield Excesses.from_sloped_value(as_sloped_interval(self._constraint_excess(side, worst, box), like))
 
     def _constraint_excess(self, side: float, state: Any, designs: Designs) -> Any:
-        """Relative excess of designs over the limit."""
         y, y1, y2, y3 = state[:4]
         angle: Any = (
             self.stroke.angle if self.angle_name is None else designs.numbers[self.angle_name] * (np.pi / 180.0)
@@ -125,7 +124,6 @@ def _one_sided_motion(stroke: Stroke, shares: FloatArray, kinds: int) -> FloatAr
 
 
 def _unit_stroke(stroke: Stroke) -> Programme:
-    """A programme of the stroke alone, over an angle of 1."""
     return Programme((replace(stroke, angle=1.0, given=None),))
 
 

@@ -37,7 +37,6 @@ class SegmentAngles:
 
     @property
     def segments(self) -> tuple[MotionSegment, ...]:
-        """The segments of the scene's turn."""
         return self.problem.segments
 
     @property
