@@ -77,11 +77,11 @@ def _drop_wrong_keys(value: Any, wrong: Collection[str], place: str) -> Any:
     if not isinstance(value, Mapping):
         return value
     kept = {name: each for name, each in value.items() if f"{place}{name}" not in wrong}
-    lists = [name for name, each in kept.items() if isinstance(each, list) and _has_wrong(wrong, f"{place}{name}.")]
+    lists = [
+        name
+        for name, each in kept.items()
+        if isinstance(each, list) and any(key.startswith(f"{place}{name}.") for key in wrong)
+    ]
     return {
         name: _drop_wrong_keys(each, wrong, f"{place}{name}.") for name, each in kept.items() if name not in lists
     }
-
-
-def _has_wrong(wrong: Collection[str], place: str) -> bool:
-    return any(key.startswith(place) for key in wrong)

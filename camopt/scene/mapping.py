@@ -52,11 +52,6 @@ def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
         yield from leaves(each, f"{key}.{name}" if key else str(name))
 
 
-def segment_tables(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """The segments of a scene."""
-    return tables_in(data.get("motion"))
-
-
 def given_at_follower(data: Mapping[str, Any]) -> bool:
     """Whether a scene gives the motion of its follower, by a profile or by ``motion_at``."""
     return bool(data.get("profile")) or data.get("motion_at") == MOTION_AT_FOLLOWER

@@ -122,15 +122,15 @@ def starting_scene(name: str | None = None, form: str | None = None, follower: s
 
 def _mechanism_and_tip(form: str | None, follower: str | None) -> tuple[Mechanism, Tip]:
     """The first mechanism with a form of cam and a follower, preferably with a roller; both may be None."""
-    pairs = [pair for words, pair in PAIRINGS.items() if _matches_words(words.split(), form, follower)]
+    pairs = [
+        pair
+        for words, pair in PAIRINGS.items()
+        if form in (None, words.split()[0]) and follower in (None, words.split()[1])
+    ]
     if not pairs:
         named = " ".join(filter(None, (form, follower)))
         raise BadInput([Mistake("camopt", "follower", named, f"a mechanism; {suggest_names(named, PAIRINGS)}")])
     return next((pair for pair in pairs if pair[1].name == "roller"), pairs[0])
-
-
-def _matches_words(words: list[str], form: str | None, follower: str | None) -> bool:
-    return form in (None, words[0]) and follower in (None, words[1])
 
 
 def _template_text(scene: Scene, data: Mapping[str, Any], about: list[str]) -> str:

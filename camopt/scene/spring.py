@@ -18,10 +18,4 @@ SPRING_NUMBERS = tuple(each.key for each in NUMBERS if each.motion_of == "spring
 
 def has_straight_spring(data: Mapping[str, Any]) -> bool:
     """Whether the spring of a scene is a straight one on an arm, so that its numbers are forces."""
-    return _number_or_choice(data, SPRING_AT) is not None
-
-
-def _number_or_choice(data: Mapping[str, Any], key: str) -> Any:
-    """A value in its table or in ``[search]``."""
-    value = value_at_key(data, key)
-    return value_at_key(data, f"search.{key}") if value is None else value
+    return any(value_at_key(data, key) is not None for key in (SPRING_AT, f"search.{SPRING_AT}"))
