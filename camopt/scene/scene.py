@@ -1,4 +1,4 @@
-"""``Scene``: what a user asks of camopt, checked when it is made; read from TOML and written to it.
+"""``Scene``: the input of camopt, checked when it is made, read from TOML and written to TOML.
 
 Keys and units (mm, deg, rev/min) are those of the scene file. A wrong scene raises one BadInput with all its
 mistakes, a line each.

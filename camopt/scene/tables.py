@@ -560,20 +560,20 @@ class OwnLaw(SceneTable):
 
     Give it in one of these forms:
 
-    - A polynomial: ``start`` and ``end`` hold s, s′, s″, … at x = 0 and x = 1. ``start = [0, 0, 0]`` and ``end =
-      [1, 0, 0]`` make the 3-4-5 polynomial. The degree is the least that meets the conditions, at most 12.
+    - A polynomial: ``start`` and ``end`` hold s, s′, s″, … at x = 0 and x = 1. For the 3-4-5 polynomial they are
+      ``[0, 0, 0]`` and ``[1, 0, 0]``. The degree is the least that meets the conditions, at most 12.
     - ``scca``: shares of the stroke for sine ramps, constant acceleration, cosine, and optionally constant
       velocity. ``[0.25, 0.5, 0.25]`` is the modified trapezoid.
     - ``law``: a built-in law, to be skewed or mirrored.
     - A B-spline: ``degree`` (3 to 12), clamped ``knots`` (first degree + 1 zeros, last degree + 1 ones) and
       ``coefficients``. A law for a move has ``positions`` in place of coefficients, in mm (oscillating: deg).
     - A table: points ``x`` and ``s``, or a CSV ``file`` with these columns. Its law is the quintic spline through
-      the points. ``rest`` names the ends where velocity and acceleration are 0: both, unless given. ``reversal``
-      names the ends where the velocity is 0 and the acceleration is not. An end that neither names is free; free
-      ends get the least mean-square jerk. Verdicts on a table have the ``status`` "sampled", since the motion
-      between the points is not known. The path of the file is relative to the scene file; it is read when the scene
-      is made. A Python function ``f`` is a table too: ``x = [k / 200 for k in range(201)]`` and ``s = [f(v) for v
-      in x]``.
+      the points. ``rest`` names the ends where velocity and acceleration are 0; without it, all ends that
+      ``reversal`` does not name. ``reversal`` names the ends where the velocity is 0 and the acceleration is not.
+      An end that neither names is free; free ends get the least mean-square jerk. Verdicts on a table have the
+      ``status`` "sampled", since the motion between the points is not known. The path of the file is relative to
+      the scene file; it is read when the scene is made. A Python function ``f`` is a table too: ``x = [k / 200 for
+      k in range(201)]`` and ``s = [f(v) for v in x]``.
 
     ``crossing`` skews a symmetric law: its acceleration crosses zero there, not at ½. ``peaks = [a, d]`` chooses
     the crossing so that the largest acceleration is to the largest deceleration as a to d. ``overshoot`` allows s

@@ -139,7 +139,7 @@ def _resting_reversals(scene: Scene) -> Iterator[str]:
             for name, end in ((row.law, 1), (after.law, 0)):
                 if word := unstated_reversal(vars(scene.laws[str(name)]), end):
                     turns = f'reversal = "{word}" lets it reverse there, with the acceleration of its points'
-                    yield f"laws.{name}: {where}; {turns}. Give rest to keep the rest without this note"
+                    yield f"laws.{name}: {where}; {turns}; rest, if set, confirms the rest"
 
 
 def _values_with_ranges(scene: Scene) -> Iterator[tuple[str, float, tuple[float, float, str]]]:

@@ -722,7 +722,7 @@ def test_a_table_that_rests_where_a_rise_goes_over_into_a_return_is_told():
     start, *_ = told()
     assert start == (
         "laws.up: it rests between motion.1 and motion.2; "
-        'reversal = "end" lets it reverse there, with the acceleration of its points. Give rest to keep the rest without this note'
+        'reversal = "end" lets it reverse there, with the acceleration of its points; rest, if set, confirms the rest'
     )
     assert len(told()) == 2
     assert ['reversal = "both"' in line for line in told(reversal="start")] == [True, True]
