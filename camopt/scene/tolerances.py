@@ -470,7 +470,7 @@ def _check_extreme_numbers(place: str, given: Tolerance, key: str, size: float |
             TypeAdapter(_number_type(key)).validate_python(size + side * off)
         except ValidationError as error:
             (allowed,) = (each.allowed for each in mistakes_from_pydantic(error, Tolerance, place))
-            yield place, off, f"takes {key} ({size:g}) to {size + side * off:g}, which must be {allowed}"
+            yield place, off, f"would change {key} from {size:g} to {size + side * off:g}, which must be {allowed}"
 
 
 def _check_iso_class(place: str, given: Tolerance, key: str, size: float | None) -> Iterator[Fault]:

@@ -394,7 +394,7 @@ def resolve(scene: Scene) -> Problem:
 
 
 def _iso_class_advice(searched: Variable) -> str:
-    return f"± mm: with search.robust, a size that [search] varies has no class; or leave {searched.search_key} out"
+    return f"± mm with search.robust, since [search] varies this size; or leave {searched.search_key} out"
 
 
 @lru_cache(maxsize=4)  # a command resolves its scene several times

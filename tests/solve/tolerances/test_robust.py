@@ -275,7 +275,7 @@ def test_a_robust_search_names_what_it_lacks():
     with pytest.raises(BadInput, match="needs a tolerance of a size, such as"):
         resolve(scene_of("roller").replace(tolerances={"profile": 0.01}))
     of_class = {"search.roller_radius": [10, 12], "tolerances.follower.roller_radius": "h6"}
-    with pytest.raises(BadInput, match=r"must be ± mm: .* or leave out search\.roller_radius"):
+    with pytest.raises(BadInput, match=r"must be ± mm with .* or leave search\.roller_radius out"):
         resolve(scene_of("roller").replace(**of_class))
     search = {"base_radius": [60, 70]}
     with pytest.raises(BadInput, match=r"with search\.robust feasible or pareto"):
