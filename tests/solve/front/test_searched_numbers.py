@@ -367,7 +367,7 @@ def test_every_number_of_the_scene_is_a_quantity(key, angular):
         ({"search.follower.dynamics.overhang": [3, 90]}, "overhang = [3, 90]: must be at least the lift (37.5)"),
         (
             {"follower.dynamics.load": [[0, 3], [90, 4]], "search.follower.dynamics.load": 3},
-            "search.follower.dynamics.load = 3: the load of this scene changes over the turn",
+            "search.follower.dynamics.load = 3: follower.dynamics.load changes over the turn",
         ),
     ],
 )
