@@ -49,13 +49,13 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     # with two flanks either one may be the sharper
     goal, sharp = (LARGEST_MAGNITUDE, has_corner) if mechanism.two_sided else (LARGEST, pointed)
     wider = None if setup.given.drive.clearance is None else setup.half_width
-    found = {
+    radii = {
         "pitch_curvature_max_per_mm": Peak(curves, LARGEST, jumps=most),
         "pitch_curvature_min_per_mm": Peak(curves, LEAST, jumps=least),
         CONVEX_RADIUS: Peak(curves, goal, ConvexRadius(wider), sharp, extremes=PITCH_PAIR, open_at_zero=True),
         CUTTER_RADIUS: Peak(curves, LEAST, CutterRadius(), notched, extremes=PITCH_PAIR),
     }
-    return {name: found[name] for name in found if name != CUTTER_RADIUS or not mechanism.cut_as_by_roller}
+    return {name: radii[name] for name in radii if name != CUTTER_RADIUS or not mechanism.cut_as_by_roller}
 
 
 def is_pointed(programme: Programme) -> bool:

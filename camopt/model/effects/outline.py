@@ -90,14 +90,14 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     per_body = (
         0.0 if setup.mechanism.profile_or_pitch is unshared_pitch else -1.0 if setup.mechanism.flat_faced else 1.0
     )
-    found = {
+    clearances = {
         OUTER_RADIUS: Peak(((outline, ALL_STROKES),), LARGEST),
         PIVOT_CLEARANCE: Peak(
             ((partial(_pivot_clearance, outline), ALL_STROKES),), LEAST, unit=_centre_distance, per_body=per_body
         ),
         EDGE_WALL: Peak(((partial(_edge_clearance, outline, edge), ALL_STROKES),), LEAST, unit=size_unit),
     }
-    return {name: found[name]._replace(at_ends=True) for name in offers(setup) if name not in lacks(setup)}
+    return {name: clearances[name]._replace(at_ends=True) for name in offers(setup) if name not in lacks(setup)}
 
 
 def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:

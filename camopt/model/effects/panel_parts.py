@@ -27,7 +27,6 @@ class PanelParts(NamedTuple):
         return 0.5 * ((1.0 - share) * self.low + (1.0 + share) * self.high)
 
     def take(self, index: Any) -> "PanelParts":
-        """Some of the parts."""
         return PanelParts(self.panel[index], self.low[index], self.high[index])
 
 

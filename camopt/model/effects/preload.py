@@ -63,20 +63,20 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     _, least, interference, _ = preload_names(setup)
     unit, angle = (1e-3, 180.0 / pi) if setup.angular else (1.0, 1.0)
     curves = ((partial(follower_force_curve, setup), ALL_STROKES),)
-    found = {least: Peak(curves, LARGEST_MAGNITUDE, Multiple(0.5 * unit), jumps_at_corners)}
+    loads = {least: Peak(curves, LARGEST_MAGNITUDE, Multiple(0.5 * unit), jumps_at_corners)}
     if setup.given[STIFFNESS]:
 
         def per_load(each: Setup) -> Any:
             return 0.5 * angle / each.dynamics.pair_stiffness
 
         scale = scale_by_setting(setup, Multiple(per_load(setup)), IDENTITY_SCALE, per_load)
-        found[interference] = Peak(curves, LARGEST_MAGNITUDE, scale, jumps_at_corners)
+        loads[interference] = Peak(curves, LARGEST_MAGNITUDE, scale, jumps_at_corners)
     if preload := setup.dynamics.pair_preload:
         ratio = scale_by_setting(
             setup, InverseScale(2.0 * preload), InverseScale(1.0), lambda each: 0.5 / each.dynamics.pair_preload
         )
-        found[PRELOAD_RATIO] = Peak(curves, LARGEST_MAGNITUDE, ratio)
-    return found
+        loads[PRELOAD_RATIO] = Peak(curves, LARGEST_MAGNITUDE, ratio)
+    return loads
 
 
 def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:

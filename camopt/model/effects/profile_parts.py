@@ -70,7 +70,6 @@ class ProfileEnclosure(NamedTuple):
     """Rounding error of the points."""
 
     def take(self, index: Any) -> "ProfileEnclosure":
-        """Some of the parts."""
         return self._replace(**{name: values[index] for name, values in self._asdict().items()})
 
 

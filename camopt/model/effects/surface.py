@@ -254,12 +254,12 @@ def _speed_peaks(setup: Setup) -> dict[str, Peak]:
         scale = scale_by_setting(
             setup, PerRollerRadius(turns), PerRollerRadius(1.0), lambda each: 30.0 / pi * each.omega
         )
-    found = {
+    speeds = {
         ROLLER_SPEED if setup.rolls else SLIDING_SPEED: Peak(sliding, LARGEST_MAGNITUDE, scale),
         FASTEST_ENTRAINMENT: Peak((carrying,), LARGEST, speed, jumps),
         SLOWEST_ENTRAINMENT: Peak((carrying,), LEAST, speed, jumps),
     }
-    return {name: found[name] for name in found if name in offers(setup)}
+    return {name: speeds[name] for name in speeds if name in offers(setup)}
 
 
 def _load_peaks(setup: Setup) -> dict[str, Peak]:

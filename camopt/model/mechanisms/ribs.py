@@ -180,7 +180,7 @@ def _rib_misfit(mechanism: Mechanism, sizes: Mapping[str, float]) -> SizeFault |
         return fault
     spacing, key = sizes["roller_spacing"], "follower.roller_spacing"
     if spacing <= (diameter := 2.0 * sizes["roller_radius"]):
-        return key, spacing, f"must be above the diameter of the rollers ({diameter:g}): the rib is between them"
+        return key, spacing, f"must be above the diameter of the rollers ({diameter:g}), with a rib between them"
     if mechanism.motion.angular and spacing >= (most := 2.0 * sizes["arm_length"]):
         return key, spacing, f"must be below twice the arm length ({most:g})"
     return None

@@ -23,7 +23,7 @@ class CarriedLoad:
     """0 is the follower, 1 the output of the first link."""
     mass: Any = 0.0
     stiffness: Any = 0.0
-    """Of a spring that is unloaded in the start position of the train."""
+    """Rate of a spring that is unloaded in the start position of the train."""
     force: Any = 0.0
     """Constant force against the motion."""
     friction: Any = 0.0

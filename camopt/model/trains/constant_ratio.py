@@ -34,9 +34,9 @@ class ConstantRatio:
 
     @property
     def forces(self) -> tuple[Force, ...]:
-        """Of a pinion the force on its teeth along the rack; of a lever the forces at its ends and its pivot.
+        """The force on a pinion's teeth along the rack, or the forces at a lever's ends and pivot.
 
-        Of two wheels none: a ratio does not give their radii.
+        Two wheels have none, because a ratio does not give their radii.
         """
         if self.turns == (True, True):
             return ()
