@@ -52,7 +52,8 @@ def test_the_largest_errors_are_those_of_the_worst_corner_by_exact_contact(kind)
     for corner in product(*ends.values()):
         off = {key: np.full(DENSE.size, end) for key, end in zip(ends, corner, strict=True)}
         errors = [
-            motion_scale(problem.setup, order) * np.abs(cams.errors(off, DENSE, order)).max() for order in range(3)
+            motion_scale(problem.setup, order) * np.abs(cams.motion_errors(off, DENSE, order)).max()
+            for order in range(3)
         ]
         worst = np.maximum(worst, errors)
     told = np.array([found[name] for name in error_names(problem.setup)[:3]])
