@@ -1,4 +1,4 @@
-"""The bodies with which pitch curves hold a limit on their contact stress, against the stress of each design."""
+"""Radii of bodies with which pitch curves meet a limit on contact stress, against the stress of each design."""
 
 from dataclasses import replace
 
@@ -31,7 +31,7 @@ ALL, ONE = RadiusRange(4.0, 40.0), RadiusRange(12.0, 12.0)
 
 
 def problem_of(contact, law, rotation, more=()):
-    """The problem of a contact with a limit on its contact stress, that of the scene."""
+    """The problem of a contact, with the contact stress of the scene as its limit."""
     dynamics = SWUNG if "arm" in contact or contact == "swinging-face" else FREE
     data = cam_with(contact, law, dynamics, rotation, materials=STEEL, **CAMS[contact], **dict(more))
     scene = Scene.from_dict(data | {"outputs": ["hertz"]})
@@ -40,7 +40,7 @@ def problem_of(contact, law, rotation, more=()):
 
 
 def with_body(mechanism, designs, body):
-    """Designs with the same pitch curves as some that a point follows, and another body."""
+    """Designs with the pitch curves of designs with a knife edge, and another body."""
     if mechanism.parallel == "face_offset":
         return replace(designs, face_offset=body, size=designs.size + body)
     if mechanism.pitch_ignores_parallel:
@@ -56,7 +56,7 @@ def with_body(mechanism, designs, body):
 )
 @settings(max_examples=times(3, deep=40))
 def test_a_pitch_curve_has_one_range_of_bodies_that_bear_the_load(contact, law, rotation, seed):
-    """Sound designs hold the limit within it and nowhere else, next to its ends too; one body is told surely."""
+    """Sound designs meet the limit within the range and nowhere else, next to its ends too; one body is certain."""
     rng, problem = np.random.default_rng(seed), problem_of(contact, law, rotation)
     (limit,) = (each for each in problem.limits if each.set_by_scene)
     (undercut,) = (each for each in problem.limits if each.name == UNDERCUT)

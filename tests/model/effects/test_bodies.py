@@ -1,4 +1,4 @@
-"""The bodies with which designs of a pitch curve hold a limit, against the weight itself."""
+"""Radii of bodies with which designs of a pitch curve meet a limit, against the weight itself."""
 
 from types import SimpleNamespace
 
@@ -14,7 +14,7 @@ from camopt.scene.problem.limit import CLEAR_SHARE
 @pytest.mark.parametrize("weight", [BodyRadiusPlus, CutterOverRoller])
 @given(radius=st.sampled_from([0.0, 0.3, 1.0, 25.0, 1e4]), seed=st.integers(0, 10**6))
 def test_bodies_hold_where_the_weight_times_the_extreme_is_at_most_one(weight, radius, seed):
-    """Surely so within the range, and nowhere beyond the wider one; only next to its end does it stay open."""
+    """For certain within the range, and nowhere beyond the wider range; only next to its end it is open."""
     rng = np.random.default_rng(seed)
     extreme = rng.choice([-np.inf, -0.2, 0.0, 1e-6, 0.01, 0.2, 3.0, np.inf], 200)
     with np.errstate(divide="ignore"):

@@ -46,7 +46,7 @@ def grooved_scene(form, seed, **drive):
 
 @cache
 def grooved(form, seed):
-    """Its problem; or that of a rib between two rollers that swing, of a cylinder or a disc."""
+    """The problem of a groove, or of a rib between two swinging rollers on a cylinder or a disc."""
     return resolve_design(grooved_scene(form, seed) if form in FORMS else ribbed_scene(form, seed))
 
 
@@ -268,7 +268,7 @@ def test_the_load_on_both_walls_has_the_digits_of_fifty(form):
 
 
 def test_a_wall_is_undercut_by_half_of_the_clearance():
-    """Its least radius is so much smaller than with no clearance; below 0 it is undercut, and proved to be."""
+    """Its least radius is smaller by half the clearance; below 0 it is undercut, and proved to be."""
     data = cam_with("groove", "poly345", {"mass": 0.8}, drive={"kind": "groove"}, outputs=["curvature"])
     tight = evaluate(Scene.from_dict(data))["profile_radius_min_mm"]
     data["follower"]["roller_radius"] += tight - 0.1  # on the same pitch curve
@@ -280,7 +280,7 @@ def test_a_wall_is_undercut_by_half_of_the_clearance():
 
 
 def turned_by(walls, theta, k, step=1e-5):
-    """How fast a roller spins about its pin that rolls on a wall, rad/rad: points of the wall, from its arm."""
+    """Spin of a roller that rolls on a wall, seen from its arm, by points of the wall [rad/rad]."""
     touched = cam_curves(walls.mechanism, walls.design, walls.turn, theta)
     before, after = (walls.from_follower(touched.profile[k], theta + side * step) for side in (-1.0, 1.0))
     arm = walls.from_follower(touched.profile[k] - touched.pitch, theta) - walls.from_follower(
@@ -412,7 +412,7 @@ def test_what_a_quantity_of_a_crossing_lacks_is_told():
 
 
 def test_a_flight_back_to_the_same_wall_is_no_crossing():
-    """A load that hardly lets go: the roller lifts off twice, and lands where it was, with the spin that it has."""
+    """A load that briefly changes sign: the roller lifts off twice, and lands on the same wall with its spin."""
     motion = [
         {"segment": "rise", "angle": 120, "lift": 24, "law": "modified-sine"},
         {"segment": "dwell", "angle": 60},

@@ -1,4 +1,4 @@
-"""The plan and its bill: what runs, what called for it, and that nothing else does."""
+"""The plan of effects: which effects run, which quantity needs them, and that no others run."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""The largest errors that no curve tells: all corners of tolerances by exact contact, the tables, smallest cams."""
+"""Largest errors without a curve, against corners of tolerances by exact contact, tables and smallest cams."""
 
 from itertools import product
 
@@ -43,7 +43,7 @@ def scene_of(kind, **more):
 
 @pytest.mark.parametrize("kind", SCENES)
 def test_the_largest_errors_are_those_of_the_worst_corner_by_exact_contact(kind):
-    """Of position, velocity and acceleration, but for what is of second order."""
+    """Errors of position, velocity and acceleration, up to terms of second order."""
     scene = scene_of(kind)
     problem = resolve_design(scene)
     found = camopt.evaluate(scene.replace(outputs=["motion_errors"]))
@@ -96,7 +96,7 @@ def test_a_jump_of_the_motion_makes_them_infinite_as_in_the_tables():
     [("links", {"position_error": 0.0695}), ("pair", {"velocity_error": 0.0497, "dwell_error": 0.02})],
 )
 def test_limits_on_them_hold_in_searches_and_proofs(kind, limits, tmp_path):
-    """The smallest cam just holds the limit; designs of a sweep have what each has alone."""
+    """The smallest cam just meets the limit; each design of a sweep has the errors of its own scene."""
     search = {"base_radius": {"start": 40, "stop": 90, "step": 10}}
     scene = scene_of(kind, profile=0.01, waves=9).replace(limits=limits, search=search)
     best = camopt.optimise(scene).best

@@ -1,4 +1,4 @@
-"""Lash: the speed at which a follower takes up the play of a valve train, and gives it back."""
+"""Lash: the speeds at which a valve train takes up its lash and the valve returns to its seat."""
 
 from math import isclose, pi, radians
 
@@ -34,7 +34,7 @@ def one_way(programme, low, high, way):
 
 
 def sampled(programme, low, high, sign, count=200_001):
-    """A slow second answer: the largest speed of many samples between two levels, on one way."""
+    """Largest speed of many samples between two levels, in one direction."""
     y, y1, _, _ = programme.motion_at(np.linspace(0.0, 2 * pi, count))
     inside = (y >= low) & (y <= high) & (sign * y1 > 0)
     return float(np.abs(y1[inside]).max(initial=0.0))
@@ -71,7 +71,7 @@ def test_the_angle_above_a_level_is_that_of_samples(level):
 
 
 def test_a_ramp_has_the_speed_that_it_was_given():
-    """0.8 mm/rad at 3000 rev/min, whatever the lash on the ramp; off it the speed is another."""
+    """0.8 mm/rad at 3000 rev/min for any lash on the ramp; beyond the ramp the speed differs."""
     scene, speed = find_scene("bucket-valve"), 0.8 * 3000 * 2 * pi / 60 / 1000
     found = evaluate(scene.replace(outputs=["lash"]))
     for name in ("opening_speed_max_m_s", "closing_speed_max_m_s", "lash_speed_max_m_s"):

@@ -1,4 +1,4 @@
-"""What the motion and numbers of the scene decide: many together against each alone; and samples."""
+"""Results of the motion and numbers of the scene: many settings together against each alone, and samples."""
 
 from math import inf, pi
 

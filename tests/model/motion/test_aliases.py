@@ -1,4 +1,4 @@
-"""Other names of laws: each leads to one law, wherever a scene names one."""
+"""Other names of laws: each is accepted for its law wherever a scene names a law."""
 
 from itertools import chain
 

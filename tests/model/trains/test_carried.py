@@ -24,7 +24,7 @@ TOOL = {"mass": 0.4, "spring_rate": 12.0, "preload": 60.0, "gravity": 9.81}
 
 
 def places(stages, angular, y):
-    """Where each joint is, from closed loops, and the numbers of those joints."""
+    """Positions of the joints from closed loops, with the numbers of the joints."""
     found, turns, joint, x = [], angular, 0, y
     for name, keys in stages:
         if name in ("rocker", "bell-crank") and not turns:
@@ -70,7 +70,7 @@ def test_the_force_at_the_follower_is_that_of_lagrange(seed):
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("seed", range(40))
 def test_ratios_are_slopes_of_closed_loops(seed):
-    """With all their derivatives: the series of each ratio is that of the slope of its joint."""
+    """With all derivatives: the series of each ratio is that of the slope of its joint's motion."""
     rng = np.random.default_rng(500 + seed)
     stages, train, angular = random_train(rng)
     low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach)

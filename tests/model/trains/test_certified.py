@@ -1,4 +1,4 @@
-"""Random scenes with trains: whether each limit holds as it is evaluated, and as balls prove it."""
+"""Random scenes with trains: evaluated limits against proofs in ball arithmetic."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ LIMITS = 5  # of a scene
 
 
 def carried(rng, keys, turns):
-    """What a stage carries, half of the time."""
+    """The loads of a stage; none in half of the cases."""
     if rng.integers(2):
         return {}
     inertia, per = ("inertia", 1e-4) if turns else ("mass", 1.0)
@@ -33,7 +33,7 @@ def carried(rng, keys, turns):
 
 
 def drawn_scene(rng):
-    """A scene with a random train, follower, law and lift; None where the cam cannot be made."""
+    """A scene with a random train, follower, law and lift; None if the cam cannot be made."""
     stages, train, angular = random_train(rng)
     turns, rows = angular, []
     for name, keys in stages:

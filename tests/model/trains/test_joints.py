@@ -32,12 +32,12 @@ def moment(at, force):
 
 
 def solved(rows):
-    """The unknowns of linear equations, each a list of factors and the right side."""
+    """Solution of linear equations, each a list of factors and the right side."""
     return list(mpmath.lu_solve(mpmath.matrix([row[:-1] for row in rows]), [row[-1] for row in rows]))
 
 
 def coupler_between(one, other, first, last):
-    """A bar without mass: forces on it at both ends, from balance, and one more equation in them given as a row."""
+    """Forces at both ends of a bar without mass, from its balance and one more equation, given as a row."""
     arm = other - one
     rows = [[1, 0, 1, 0, 0], [0, 1, 0, 1, 0], [0, 0, -arm.imag, arm.real, 0], [*first, last]]
     fx, fy, gx, gy = solved(rows)
@@ -121,7 +121,7 @@ def places_of(stages, angular, y):
 
 
 def bodies(stages, angular, places, own):  # noqa: C901, PLR0915
-    """Every force by (stage, kind of name), from the tool back: own[joint] is what a joint itself asks."""
+    """Every force by (stage, kind of name), from the tool back; own[joint] is the load of the joint itself."""
     turns = [angular]
     for name, keys in stages:
         turns.append(TRAIN_STAGES[name].turns(keys, turns[-1]))
@@ -227,7 +227,7 @@ def test_forces_in_joints_are_those_of_free_bodies(seed):
 
 
 def _on_shaft(train, force):
-    """Whether it is on the pivot of what a link turns, and not in the link itself."""
+    """Whether a force is on the pivot of the member that a link turns, and not in the link itself."""
     return force.kind == "pivot" and train.links[force.parts[0].link].turns[1]
 
 

@@ -91,7 +91,7 @@ def test_no_linkage_of_a_box_is_outside_of_its_enclosure(seed):
 
 @pytest.mark.parametrize("seed", range(times(40, deep=400)))
 def test_enclosures_are_close_over_narrow_boxes(seed):
-    """What they are too wide by falls with the square of the width."""
+    """The excess width of an enclosure falls with the square of the box's width."""
     rng = np.random.default_rng(5000 + seed)
     stages, train, angular = random_train(rng)
     (number, key), *_ = (numbers_of(stages)[k] for k in rng.permutation(len(numbers_of(stages))))

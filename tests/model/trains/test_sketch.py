@@ -1,4 +1,4 @@
-"""Trains as pictures show them: rigid parts whose joints stay together, and whose ends move as the tool does."""
+"""Sketches of trains: joints of rigid parts stay together, and the last part moves as the tool does."""
 
 import numpy as np
 import pytest
@@ -13,14 +13,14 @@ LEVERS = [("ratio", {"ratio": each}) for each in (-2.0, -0.5, 0.5, 1.0, 3.0)]
 
 
 def positions(train: Train, count: int = 9) -> np.ndarray:
-    """Positions of the follower over most of what the tool may do."""
+    """Positions of the follower over most of the tool's travel."""
     low, high = (float(np.clip(end.at, -2.0, 2.0)) for end in train.tool_reach)
     tool = np.linspace(0.9 * low, 0.9 * high, count)
     return np.array([value_at_end(train.follower, float(each)) for each in tool])
 
 
 def paths(sketch):
-    """The paths of all joints: of bars both ends, of other parts their origin; and the pivots."""
+    """The paths of all joints (both ends of bars, origins of other parts), and the pivots."""
     found = [member.at for member in sketch.members]
     found += [m.at + m.points[1] * np.exp(1j * m.turned) for m in sketch.members if m.shape == "bar"]
     return found + [np.full(found[0].size, each.at) for each in sketch.supports]
@@ -51,7 +51,7 @@ def test_a_lever_moves_its_ends_by_its_ratio(stage):
 
 
 def check_ends(train: Train, follower: np.ndarray) -> None:
-    """Some part of a sketch goes where the tool goes, and turns or is mirrored with the port that drives it."""
+    """Check that a part of a sketch moves as the tool does, and is turned or mirrored with its input port."""
     tool = np.array([value_at_end(train.tool, float(each)) for each in follower])
     port = port_of(train)
     for shown in (port, Port(3.0 + 4.0j, np.exp(2.1j), -port.sense)):

@@ -36,7 +36,7 @@ def test_trains_are_those_of_closed_loops(seed):
 
 @pytest.mark.parametrize("seed", range(40))
 def test_up_to_its_dead_points_a_train_goes_one_way(seed):
-    """And at them it stands still, or its follower does."""
+    """At its dead points the tool stands still, or its follower does."""
     _, train, _ = random_train(np.random.default_rng(1000 + seed))
     low, high = (float(np.clip(end.at, -1e3, 1e3)) for end in train.tool_reach)
     near = 1e-6 * (high - low)

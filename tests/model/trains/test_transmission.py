@@ -13,13 +13,13 @@ NEAR = 1e-9
 
 
 def between(one, other):
-    """The acute angle between two directions, by the cosine of their scalar product."""
+    """Acute angle between two directions [rad], by their scalar product."""
     cosine = np.abs((one * np.conj(other)).real) / (np.abs(one) * np.abs(other))
     return np.arccos(np.minimum(cosine, 1.0))
 
 
 def sampled(stages, train, tool):
-    """The least angle at places of the tool, from pins of the couplers."""
+    """Least transmission angle over positions of the tool, from the pins of the couplers [rad]."""
     joints = [
         joint.displacement.terms[0] for joint in train.joints(Taylor([train.follower(Taylor([tool])).terms[0]]))
     ]
