@@ -150,10 +150,10 @@ def require_effect(name: str, setup: Setup) -> Effect:
 
 
 @lru_cache(maxsize=16)
-def _own_quantity_effects(same: IdentityKey[Setup]) -> Mapping[str, Effect]:
+def _own_quantity_effects(setup_key: IdentityKey[Setup]) -> Mapping[str, Effect]:
     """The effects of quantities that the scene defines; one that reads a late quantity is late too."""
     effects: dict[str, Effect] = {}
-    for name, quantity in same.value.own_quantities.items():
+    for name, quantity in setup_key.value.own_quantities.items():
         sources = [effects.get(read) or EFFECTS[QUANTITIES[read].effect] for read in quantity.reads]
         effects[name] = expression_effect(quantity, last=any(effect.last for effect in sources))
     return effects
@@ -174,10 +174,10 @@ def available_quantities(setup: Setup) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=16)
-def _find_available_quantities(same: IdentityKey[Setup]) -> tuple[str, ...]:
-    names = {name for effect in EFFECTS.values() for name in effect.offers(same.value)}
-    names -= missing_keys_by_quantity(same.value).keys()
-    for each in same.value.own_quantities.values():
+def _find_available_quantities(setup_key: IdentityKey[Setup]) -> tuple[str, ...]:
+    names = {name for effect in EFFECTS.values() for name in effect.offers(setup_key.value)}
+    names -= missing_keys_by_quantity(setup_key.value).keys()
+    for each in setup_key.value.own_quantities.values():
         names |= {each.name} if names.issuperset(each.reads) else set()
     return tuple(in_column_order(names))
 
@@ -188,9 +188,9 @@ def missing_keys_by_quantity(setup: Setup) -> Mapping[str, tuple[str, ...]]:
 
 
 @lru_cache(maxsize=16)
-def _find_missing_keys(same: IdentityKey[Setup]) -> Mapping[str, tuple[str, ...]]:
-    missing = {name: keys for effect in EFFECTS.values() for name, keys in effect.lacks(same.value).items()}
-    for quantity in same.value.own_quantities.values():
+def _find_missing_keys(setup_key: IdentityKey[Setup]) -> Mapping[str, tuple[str, ...]]:
+    missing = {name: keys for effect in EFFECTS.values() for name, keys in effect.lacks(setup_key.value).items()}
+    for quantity in setup_key.value.own_quantities.values():
         if keys := [key for read in quantity.reads for key in missing.get(read, ())]:
             missing[quantity.name] = tuple(dict.fromkeys(keys))
     return missing
@@ -202,8 +202,8 @@ def plan_effects(wanted: Iterable[str], setup: Setup) -> Mapping[str, frozenset[
 
 
 @lru_cache(maxsize=16)
-def _plan_sorted_effects(wanted: frozenset[str], same: IdentityKey[Setup]) -> Mapping[str, frozenset[str]]:
-    setup, plan, pending = same.value, dict[str, set[str]](), set(wanted)
+def _plan_sorted_effects(wanted: frozenset[str], setup_key: IdentityKey[Setup]) -> Mapping[str, frozenset[str]]:
+    setup, plan, pending = setup_key.value, dict[str, set[str]](), set(wanted)
     while pending:
         name = pending.pop()
         effect = find_effect(name, setup)

@@ -6,7 +6,7 @@ In the cam's frame the normal turns at the rate χ'. With derivatives by the cam
 
     roller, face                  |G'|,                 |G''|
     profile within ±t, n waves    t·√(G'² + n²G²),      t·(|G''| + n·√(4G'² + n²G²))
-    bore off by ε                 ε·√(G'² + G²χ'²),     ε·√((G'' − Gχ'²)² + (2G'χ' + Gχ'')²)
+    bore eccentric by ε           ε·√(G'² + G²χ'²),     ε·√((G'' − Gχ'²)² + (2G'χ' + Gχ'')²)
 
 The row of the profile uses Bernstein's and Szegő's inequality (``effects.error_response``). On a cylinder the error
 of the bore has the factor y', in two directions. The factors of the other errors are derivatives of T, of
