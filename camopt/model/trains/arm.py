@@ -91,8 +91,7 @@ def arm(length: Any, angle: Any) -> Arm:
     AssemblyFault
         If the angle is not between −90 and 90.
     """
-    require_positive(
-        90.0 - abs(angle), lambda: f"an arm at {angle:g} deg {ARM_IN_LINE.removeprefix('the arm ')}, or beyond"
-    )
+    why = "an arm at {:g} deg is at or beyond its dead point: its angle must be within ±90 deg"
+    require_positive(90.0 - abs(angle), lambda: why.format(angle))
     start = angle * RADIAN
     return Arm(length, start, np.cos(start), np.sin(start))

@@ -99,9 +99,10 @@ def _incline_links(keys: Keys, turns: bool) -> tuple[Wedge]:
     incline, guide = keys["angle"], keys.get("guide", 90.0)
     together = guide + incline
     margins = abs(incline) - LEAST_INCLINE, 90.0 - abs(incline), guide, 180.0 - guide, together, 180.0 - together
-    why = "an incline of {:g} deg does not lift along a guide at {:g} deg: both are below 180 deg together, {}"
+    why = "an incline of {:g} deg does not lift along a guide at {:g} deg: {}"
+    allowed = "the incline must be between 0 and ±90 deg, and the guide and their sum between 0 and 180 deg"
     for margin in margins:
-        require_positive(margin, lambda: why.format(incline, guide, "and the incline is between 0 and ±90"))
+        require_positive(margin, lambda: why.format(incline, guide, allowed))
     slope, across = incline * RADIAN, guide * RADIAN
     lifted, sine = np.sin(across + slope), np.sin(slope)
     shares = 1.0 / lifted, np.cos(slope) / lifted, np.cos(across + slope) / lifted
