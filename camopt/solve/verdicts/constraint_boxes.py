@@ -54,14 +54,13 @@ NumberRanges = Mapping[str, tuple[float, float]]
 """Ranges of sizes by field of ``Designs``; other sizes are those of a design."""
 
 
-def _point_interval(number: float) -> Interval:
-    """A number as an interval."""
-    return Interval(np.array([number]), np.array([number]))
+def _interval(low: float, high: float) -> Any:
+    return Interval(np.array([low]), np.array([high]))
 
 
 INTERVAL_NUMBERS = NumberKind(
-    _point_interval,
-    lambda: Interval(np.array([np.pi]), np.array([np.nextafter(np.pi, 4.0)])),
+    lambda number: _interval(number, number),
+    lambda: _interval(np.pi, np.nextafter(np.pi, 4.0)),
     lambda angle: np.sin(angle) / np.cos(angle),
 )
 """Intervals as the number type of bounds."""
@@ -94,7 +93,7 @@ def constraint_over_box(
         return BoxVerdict(HELD)
     if not ends and isinstance(constraint, Constraint) and is_on_arcs(problem, constraint):
         return BoxVerdict(arcs_verdict(problem, constraint, design))
-    box = design.with_values({name: _range_interval(*limits) for name, limits in ends.items()})
+    box = design.with_values({name: _interval(*limits) for name, limits in ends.items()})
     for margin in problem.setup.mechanism.assembly_margins(box, problem.programme):
         if not np.all(as_interval(margin).low > 0.0):
             return BoxVerdict(UNDECIDED)
@@ -109,10 +108,6 @@ def constraint_over_box(
     return ConstraintSearch(problem, constraint, design, tuple(ends), until).run(
         BoxParts.whole_panels(problem, constraint, ends)
     )
-
-
-def _range_interval(low: float, high: float) -> Any:
-    return Interval(np.array([low]), np.array([high]))
 
 
 @dataclass(frozen=True)

@@ -47,10 +47,10 @@ def _warn_lost_contact(problem: Problem) -> Iterator[str]:
         return
     rigid, elastic = _design_quantities(problem, RIGID, ELASTIC)
     if elastic <= 0.0 < rigid:
-        least = f"its smallest force is {_force_text(elastic)}" if isfinite(elastic) else "it is in resonance"
+        least = f"its smallest force is {_four_digits(elastic, 'N')}" if isfinite(elastic) else "it is in resonance"
         train = f"the elastic train (natural frequency {setup.dynamics.natural_frequency:g} Hz) loses contact"
         remedy = "limits.contact_force_elastic = 0 requires contact"
-        yield f"{train}: {least}, that of a rigid train {_force_text(rigid)}; {remedy}"
+        yield f"{train}: {least}, that of a rigid train {_four_digits(rigid, 'N')}; {remedy}"
 
 
 def _warn_lost_preload(problem: Problem) -> Iterator[str]:
@@ -75,13 +75,14 @@ def _warn_slow_stress(problem: Problem) -> Iterator[str]:
         (slowly,), limit = _design_quantities(slow, STRESS), limits[0]
         allowed = limit.bound * (1.0 + NOTICED_SHARE)
         if slowly > allowed and (stress := _design_quantities(problem, STRESS)[0]) <= allowed:
-            at_speed = f"{_stress_text(stress)} at {setup.rpm:g} rev/min, where inertia relieves it"
-            beyond = f"is {_stress_text(slowly)} at low speed, above {limit.key} ({_stress_text(limit.bound)})"
+            at_speed = f"{_four_digits(stress, 'MPa')} at {setup.rpm:g} rev/min, where inertia relieves it"
+            limit_text = f"{limit.key} ({_four_digits(limit.bound, 'MPa')})"
+            beyond = f"is {_four_digits(slowly, 'MPa')} at low speed, above {limit_text}"
             yield f"the contact stress {beyond}, and {at_speed}"
 
 
-def _stress_text(value: float) -> str:
-    return f"{to_shown_unit(value, 'MPa'):.4g} {shown_unit('MPa')}"
+def _four_digits(value: float, unit: str) -> str:
+    return f"{to_shown_unit(value, unit):.4g} {shown_unit(unit)}"
 
 
 def _warn_steep_groove(problem: Problem) -> Iterator[str]:
@@ -101,10 +102,6 @@ def _design_quantities(problem: Problem, *names: str) -> list[float]:
     """Some quantities of the problem's own design."""
     columns = run_effects(EvaluationBlock(problem.setup, problem.programme, problem.design), {*names}).columns
     return [float(np.broadcast_to(columns[name], 1)[0]) for name in names]
-
-
-def _force_text(value: float) -> str:
-    return f"{to_shown_unit(value, 'N'):.4g} {shown_unit('N')}"
 
 
 class FarthestPoint(NamedTuple):

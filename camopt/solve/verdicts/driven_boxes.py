@@ -99,8 +99,9 @@ class TrainLinks:
         if self.load is None:
             return None
         forces = self._forces_at_follower(self.load)
-        still, carried = (_drop_radicands(force.terms[0]) for force in (forces.still, forces.carried))
-        return TrainForces(still, 0.0, carried, 0.0)
+        return TrainForces(
+            _drop_radicands(forces.still.terms[0]), 0.0, _drop_radicands(forces.carried.terms[0]), 0.0
+        )
 
     def _forces_at_follower(self, load: TrainLoad) -> FollowerLoad:
         loads = {joint: Taylor([*self.load_at(each), 0.0]) for joint, each in load.loads}
@@ -213,8 +214,7 @@ def _with_linkage_intervals(problem: Problem, boxes: Designs, radicands: list[Sl
 
 def _trains_of_designs(problem: Problem, designs: Designs) -> Train:
     """The trains of designs."""
-    numbers = {key: number for key, number in designs.numbers.items() if is_train_key(key)}
-    return problem.trains_with_numbers(numbers)
+    return problem.trains_with_numbers({key: value for key, value in designs.numbers.items() if is_train_key(key)})
 
 
 def train_keys(problem: Problem) -> list[str]:

@@ -1,6 +1,6 @@
 """The quantities of one design, with its verdict, and why quantities are infinite."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from math import inf
 from typing import Any, NamedTuple, overload
@@ -178,11 +178,8 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
         """The values, with reasons for infinite ones, joint forces, warnings and the tightest contact."""
         joints = [{name: v for name, v in row._asdict().items() if v is not None} for row in self.joint_forces]
         with shown_in(MM):  # the names of quantities have units in mm
-            unbounded = (
-                _infinity_reasons(self.unbounded, at_rounding_error(resolve_design(self.scene)))
-                if self.unbounded
-                else {}
-            )
+            problem = at_rounding_error(resolve_design(self.scene)) if self.unbounded else None
+            unbounded = {name: _infinity_reason(name, problem) for name in self.unbounded if problem}
         about = {"unbounded": unbounded, "joint_forces": joints, "warnings": list(self.warnings)}
         about |= {"tightest": self.tightest}
         return self.quantities | {name: value for name, value in about.items() if value}
@@ -200,9 +197,12 @@ def _crank_speed_sentence(result: Evaluation) -> str:
     """Sentence on the speeds in the results of a scene that gives the speed of a crankshaft."""
     speeds = "Speeds in these results are those of the cam, half those of the crankshaft"
     jump = result.get("jump_speed_rpm")
-    if jump is None:
-        return f"{speeds}."
-    return f"{speeds}; at the crankshaft, the jump speed is {number_text(TURNS_OF_CRANK * jump)} rev/min."
+    at_crank = (
+        ""
+        if jump is None
+        else f"; at the crankshaft, the jump speed is {number_text(TURNS_OF_CRANK * jump)} rev/min"
+    )
+    return f"{speeds}{at_crank}."
 
 
 def scene_number_text(number: NumberWithUnit) -> str:
@@ -260,13 +260,8 @@ def evaluate_design(scene: Scene, problem: Problem) -> Evaluation:
     problem = at_rounding_error(problem)
     (record,) = evaluate_rows(problem, problem.design, problem.evaluated_quantities | problem.size_names).records()
     values = {name: record[name] for name in in_column_order(record)}
-    unbounded = _infinity_reasons((n for n, v in values.items() if v in (inf, -inf)), problem)
+    unbounded = {name: _infinity_reason(name, problem) for name, value in values.items() if value in (inf, -inf)}
     return Evaluation(scene, values, unbounded, warnings_of(problem))
-
-
-def _infinity_reasons(names: Iterable[str], problem: Problem) -> dict[str, str]:
-    """Reasons why quantities are infinite, by name."""
-    return {name: _infinity_reason(name, problem) for name in names}
 
 
 LOAD_EFFECTS = ("force", "torque", "joints", "thrust", "hertz", "surface")

@@ -35,8 +35,8 @@ from camopt.solve.verdicts.effect_runs import (
 )
 from camopt.solve.verdicts.limit_verdicts import Effort, evaluate_with_effort, proved_status, with_certified_numbers
 
-MANY_DESIGNS = 500  # fewest designs for which probing nodes pays
-PROBE_DESIGNS, PROBE_NODES = 16, 4  # designs that are probed at all nodes; nodes for each side of a constraint
+# fewest designs for which probing pays; designs that are probed at all nodes; nodes for each side of a constraint
+MANY_DESIGNS, PROBE_DESIGNS, PROBE_NODES = 500, 16, 4
 BROKEN_BEYOND = 1e-6  # relative excess that rounding cannot explain
 
 
@@ -44,9 +44,8 @@ BROKEN_BEYOND = 1e-6  # relative excess that rounding cannot explain
 def designs_breaking_constraints(case: EvaluationBlock, constraints: Iterable[Constraint]) -> BoolArray:
     """Which designs break one of some constraints for certain; few designs are not probed."""
     broken, table = np.zeros(len(case.designs), dtype=bool), case.programme.table
-    probed = [each for each in constraints if not isinstance(each.curve, Derivative)]
-    if broken.size <= MANY_DESIGNS:
-        probed = []
+    checked = constraints if broken.size > MANY_DESIGNS else ()
+    probed = [constraint for constraint in checked if not isinstance(constraint.curve, Derivative)]
     pieces = np.repeat(table.kind, np.diff(table.first_panel) + 1)
     for make_curve in {constraint.curve: None for constraint in probed}:
         curve = make_curve(case.designs, case.programme)
@@ -226,8 +225,7 @@ def feasible_designs(problem: Problem, designs: Designs, *, perhaps: bool = Fals
         exists = np.flatnonzero(assembles & (remaining.size > 0.0))
         candidates = unfiltered_candidates(variant_problem, remaining.take(exists))
         for effect, names in candidates.plan(variant_problem.required_quantities):
-            rows = with_effect(candidates.rows, candidates.case, effect, names)
-            candidates = candidates.filter_with_rows(rows)
+            candidates = candidates.filter_with_rows(with_effect(candidates.rows, candidates.case, effect, names))
         which = which[exists[candidates.which if perhaps else candidates.which[candidates.held]]]
     held[which] = True
     return held
@@ -266,8 +264,7 @@ def filter_by_pitch(candidates: Candidates, wanted: frozenset[str], later: tuple
     )
     filtered = replace(candidates.drop_refuted(constraints), pending=tuple(rest))
     for curve in dict.fromkeys(constraint.curve for constraint in constraints):
-        on_curve = [constraint for constraint in constraints if constraint.curve is curve]
-        filtered = filtered.filter_by_constraints(on_curve, wanted)
+        filtered = filtered.filter_by_constraints([each for each in constraints if each.curve is curve], wanted)
     for effect, names in filtered.plan(wanted):
         filtered = filtered.filter_with_rows(with_curve_values(filtered.rows, filtered.case, effect, names))
     return replace(filtered, pending=(*later, *filtered.pending))
@@ -294,5 +291,8 @@ def _with_verdict(candidates: Candidates, wanted: frozenset[str]) -> FilteredRow
     rows, feasible = rows.replace_rows(np.flatnonzero(~held), near), held.copy()
     feasible[~held] = near.column("feasible")
     rows = rows.take(feasible)
-    rows = DesignRows(rows.columns | verdict, rows.count)
-    return FilteredRows(rows, candidates.which[feasible], effort._replace(again=near.count))
+    return FilteredRows(
+        DesignRows(rows.columns | verdict, rows.count),
+        candidates.which[feasible],
+        effort._replace(again=near.count),
+    )

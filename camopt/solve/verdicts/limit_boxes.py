@@ -100,7 +100,11 @@ def limit_over_box(
 def _crossing_verdict(problem: Problem, limit: Limit, design: Designs, ends: NumberRanges, until: float) -> str:
     """Verdict on self-crossing: by the profile for one design, by the largest pressure angle for a box."""
     if ends:
-        return HELD if _proves_round_discs(problem, design, ends, until) else UNDECIDED
+        proved = all(
+            _proves_round_disc(problem, contact, design, ends, until)
+            for contact in follower_contacts(problem.setup)
+        )
+        return HELD if proved else UNDECIDED
     assert limit.decider is not None
     broken = limit.decider(problem.setup, design, problem.programme)
     return UNDECIDED if broken is None else BROKEN if broken else HELD
@@ -161,13 +165,6 @@ def _verdict_by_quantities(problem: Problem, limit: Limit, designs: Designs, rou
     return BoxVerdict(BROKEN, designs.take(broken[:1])) if broken.size else BoxVerdict(UNDECIDED)
 
 
-def _proves_round_discs(problem: Problem, design: Designs, ends: NumberRanges, until: float) -> bool:
-    """Whether the largest pressure angle proves that no disc of the box crosses itself."""
-    return all(
-        _proves_round_disc(problem, contact, design, ends, until) for contact in follower_contacts(problem.setup)
-    )
-
-
 def _proves_round_disc(
     problem: Problem, contact: FurtherContact, design: Designs, ends: NumberRanges, until: float
 ) -> bool:
@@ -195,7 +192,8 @@ def _proves_round_disc(
     turn: Any = problem.programme if ranges == ends else motion_over_trains(problem, steepest, design, ends)
     if turn is None:
         return False
-    block = block_at_contact(EvaluationBlock(problem.setup, turn, box), contact)
-    block = replace(block, columns={name: np.array([most])})
+    block = replace(
+        block_at_contact(EvaluationBlock(problem.setup, turn, box), contact), columns={name: np.array([most])}
+    )
     half_width = as_interval(block.setup.half_width(block.designs))
     return bool(np.all(as_interval(round_radius_limit(block)).low > half_width.high))

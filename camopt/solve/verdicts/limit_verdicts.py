@@ -162,8 +162,8 @@ def excesses(limits: Sequence[Limit], columns: QuantityColumns, designs: Designs
 
 def excess_of_sides(limits: Sequence[Limit], rows: DesignRows, designs: Designs) -> FloatArray:
     """Relative excess over each limit of the far and near sides of enclosures (2, limits, designs)."""
-    excess = np.empty((2, len(limits), len(designs)))
     columns = rows.select_columns(quantities_of_limits(limits)).shifted_columns(ENCLOSURE_SIDES)
+    excess = np.empty((2, len(limits), len(designs)))
     for number, limit in enumerate(limits):
         excess[:, number] = limit.excess(columns, designs)
     return excess

@@ -82,9 +82,8 @@ def limit_over_trains(
         for constraint, of_train in constraints
     ]
     broken = [verdict for verdict in verdicts if verdict.verdict == BROKEN]
-    if broken:
-        return broken[0]
-    return BoxVerdict(HELD if all(verdict.verdict == HELD for verdict in verdicts) else UNDECIDED)
+    held = all(verdict.verdict == HELD for verdict in verdicts)
+    return broken[0] if broken else BoxVerdict(HELD if held else UNDECIDED)
 
 
 def _with_load(problem: Problem, constraint: Constraint) -> Problem:

@@ -53,8 +53,9 @@ def mean_over_trains(
     if constraint.mean.smooth is not None or problem.programme.given_at_follower:
         return BoxVerdict(UNDECIDED)
     for cuts in PIECE_CUTS:
-        search = TrainMeanSearch(problem, constraint, design, tuple(ends), until, cuts=cuts)
-        verdict = search.run(whole_turn_parts(constraint, ends))
+        verdict = TrainMeanSearch(problem, constraint, design, tuple(ends), until, cuts=cuts).run(
+            whole_turn_parts(constraint, ends)
+        )
         if verdict.verdict != UNDECIDED:
             return verdict
     return BoxVerdict(UNDECIDED)
