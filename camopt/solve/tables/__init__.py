@@ -1,1 +1,4 @@
-"""Tables of designs: columns with units and symbols, cells, workbooks, and the scene of each row."""
+"""Results and their tables: on screen, as HTML, in Parquet files and workbooks; and the scene of each row.
+
+Read ``result`` first: every command returns a ``Result``.
+"""

@@ -1,4 +1,4 @@
-"""Numbers and headings as people read them in tables: on a terminal, in a notebook."""
+"""Text of numbers, units and headings for readers, on a terminal or in a notebook."""
 
 import json
 from datetime import timedelta
@@ -8,7 +8,7 @@ from typing import Any
 from camopt.core.quantities import QUANTITIES
 from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
 
-LONGEST_TIME = 1000 * 365.25 * 86400.0  # seconds: a longer time is no answer
+LONGEST_TIME = 1000 * 365.25 * 86400.0  # seconds; longer times are shown as "more than 1,000 years"
 
 
 def number_text(value: Any) -> str:
@@ -19,19 +19,19 @@ def number_text(value: Any) -> str:
 
 
 SHOWN_AS_ZERO = dict.fromkeys(("deg", "mm", "N"), 1e-9)
-"""By unit: a quantity that is smaller is what rounding leaves of 0."""
+"""Quantities smaller than this, by unit, are 0 but for rounding."""
 
 
 def unit_of_column(name: str, unit: str | None = None) -> str:
-    """The unit of a column, if none is given: that of the quantity of this name, or the end of the name."""
+    """Unit of a column: ``unit``, or else that of the quantity with this name, or that at the end of the name."""
     if unit is None:
-        ends = (each for each in ("mm", "mm³", "N") if name.endswith(suffix_of(each)))
-        return QUANTITIES[name].unit if name in QUANTITIES else next(ends, "")
+        at_end = (known for known in ("mm", "mm³", "N") if name.endswith(suffix_of(known)))
+        return QUANTITIES[name].unit if name in QUANTITIES else next(at_end, "")
     return unit
 
 
 def quantity_text(name: str, value: Any, unit: str | None = None) -> str:
-    """The value of a quantity or another column, as it is shown; 0 if it differs from 0 only by rounding."""
+    """Text of a value in a column; 0 if a quantity differs from 0 only by rounding."""
     unit = unit_of_column(name, unit)
     if not isinstance(value, float):
         return number_text(value)
@@ -40,46 +40,46 @@ def quantity_text(name: str, value: Any, unit: str | None = None) -> str:
 
 
 def shown_column_name(name: str) -> str:
-    """A quantity's name with the unit in which it is shown: ``base_radius_in`` where that is inch."""
+    """A quantity's name with the unit in which it is shown, such as ``base_radius_in``."""
     return name_in_shown_unit(name, unit_of_column(name))
 
 
 def name_in_shown_unit(name: str, unit: str) -> str:
-    """A name that ends in a unit, with that in which the number is shown."""
-    other = shown_unit(unit)
-    return name if other == unit else name.removesuffix(suffix_of(unit)) + suffix_of(other)
+    """A name that ends in ``unit``, with the unit in which the number is shown."""
+    shown = shown_unit(unit)
+    return name if shown == unit else name.removesuffix(suffix_of(unit)) + suffix_of(shown)
 
 
 def with_unit(value: float | None, unit: str) -> str:
-    """A number in a unit, with the unit, as they are shown."""
+    """Text of a number with its unit, both as they are shown."""
     return f"{number_text(value if value is None else to_shown_unit(value, unit))} {shown_unit(unit)}".rstrip()
 
 
 def duration_text(seconds: float) -> str:
-    """A time as h:mm:ss, with days before it."""
+    """Text of a time as h:mm:ss, after the days."""
     return str(timedelta(seconds=round(seconds))) if seconds < LONGEST_TIME else "more than 1,000 years"
 
 
 def heading(name: str, unit: str | None = None) -> str:
-    """A column's name, one word per line, then its unit as it is shown; see ``unit_of_column``."""
+    """Heading of a column: its name, one word a line, then its unit as it is shown; see ``unit_of_column``."""
     unit = unit_of_column(name, unit)
     stem = name.removesuffix(suffix_of(unit)) if unit else name
     return "\n".join([*stem.split("_"), *([shown_unit(unit)] if unit else [])])
 
 
 def axis_label(name: str, unit: str | None = None) -> str:
-    """What an axis of a diagram shows, with its unit as it is shown."""
+    """Label of a diagram's axis: the name in words, then its unit as it is shown."""
     unit = unit_of_column(name, unit)
     words = heading(name, unit).split("\n")
     return f"{' '.join(words[:-1])}, {words[-1]}" if unit else " ".join(words)
 
 
 def suffix_of(unit: str) -> str:
-    """A unit as it is written in names: m/s² is _m_s2, N/mm is _N_per_mm, rev/min is _rpm."""
+    """Suffix of names for a unit: _m_s2 for m/s², _N_per_mm for N/mm, _rpm for rev/min."""
     plain = unit.replace("rev/min", "rpm").translate(str.maketrans("²³⁴·µ", "234_u")).replace("/s", "_s")
     return "_" + plain.replace("1/", "per_").replace("/", "_per_")
 
 
 def to_json(document: Any) -> str:
-    """Strict JSON text (no NaN or Infinity), in ASCII: it passes any pipe."""
+    """Strict JSON text, without NaN and Infinity, in ASCII."""
     return json.dumps(document, indent=2, allow_nan=False)

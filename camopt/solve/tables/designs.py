@@ -1,6 +1,6 @@
-"""Designs of a result: their quantities by name, tables of them, and each as a scene that every command takes.
+"""Designs of a result: their quantities, tables of them, and the scene of each, which every command takes.
 
-A table has a row for each design, or one down the page: the quantities that it shows, and the limits beside them.
+A table has a row for each design, or one design down the page, with the limits beside the quantities.
 """
 
 import os
@@ -40,27 +40,27 @@ LAW_COLUMNS = ("law_rise", "law_return")
 
 
 def bounds_shown(problem: Problem) -> dict[str, str]:
-    """The limit on each quantity, as "≤ 30"; of several on one quantity, the first."""
-    found: dict[str, str] = {}
+    """Text of the limit on each quantity, such as "≤ 30"; the first of several limits on one quantity."""
+    bounds: dict[str, str] = {}
     for limit in problem.limits:
         for name in limit.shown_quantities:
             bound = to_shown_unit(limit.bound, find_quantity(name, limit.setup).unit)
-            found.setdefault(name, f"{limit.relation} {bound:g}".replace("-", "−"))
-    on_parts = {found.get(name) for name in STROKE_ANGLES}
-    if len(on_parts) == 1 and None not in on_parts:
-        found[WHOLE_TURN] = found[STROKE_ANGLES[0]]
-    return found
+            bounds.setdefault(name, f"{limit.relation} {bound:g}".replace("-", "−"))
+    by_stroke = {bounds.get(name) for name in STROKE_ANGLES}
+    if len(by_stroke) == 1 and None not in by_stroke:
+        bounds[WHOLE_TURN] = bounds[STROKE_ANGLES[0]]
+    return bounds
 
 
 def own_units(problem: Problem) -> dict[str, str]:
-    """The units of the scene's own quantities, by name."""
-    return {name: each.unit for name, each in problem.setup.own_quantities.items()}
+    """Units of the scene's own quantities, by name."""
+    return {name: quantity.unit for name, quantity in problem.setup.own_quantities.items()}
 
 
 def columns_of(problem: Problem, rows: Iterable[TableRow], asked: Iterable[str] = ()) -> list[str]:
-    """Sizes, then wanted quantities: objectives, limited quantities and outputs; none that is 0 throughout.
+    """Columns of a table: sizes, then objectives, limited quantities and outputs; without columns of zeros.
 
-    A law on rises and returns alike is one column, ``law``; so is a pressure angle that is asked over the turn.
+    Equal laws of rises and returns share the column ``law``; so do equal limits on their pressure angles.
     """
     rows, bounds = list(rows), bounds_shown(problem)
     outputs = (
@@ -69,27 +69,27 @@ def columns_of(problem: Problem, rows: Iterable[TableRow], asked: Iterable[str] 
         else problem.setup.own_quantities.keys()
     )
     asked = [*asked, *in_column_order(outputs)]
-    twice = {WHOLE_TURN} - {*asked} or {*STROKE_ANGLES} - {*asked}
-    named = dict.fromkeys([*asked, *(name for name in bounds if WHOLE_TURN not in bounds or name not in twice)])
-    searched = [each.name for each in problem.search_space.sizes]
+    redundant = {WHOLE_TURN} - {*asked} or {*STROKE_ANGLES} - {*asked}
+    named = dict.fromkeys([*asked, *(name for name in bounds if WHOLE_TURN not in bounds or name not in redundant)])
+    searched = [size.name for size in problem.search_space.sizes]
     shown = [name for name in named if name in rows[0] and not is_zero_column(searched, name, rows)]
     sizes = sizes_shown(searched, rows)
     return [*sizes, *(name for name in shown if name not in sizes)]
 
 
 def sizes_shown(searched: Container[str], rows: Iterable[TableRow]) -> list[str]:
-    """The sizes worth a column: no law twice, no sum or difference of others, none that is 0 and not searched.
+    """Sizes that have a column: equal laws once, no sums of other sizes, and no zeros that were not searched.
 
-    ``searched`` are the keys of the sizes in ``[search]``.
+    ``searched`` has the keys of the sizes in ``[search]``.
     """
     rows = list(rows)
     sizes = [name for name in rows[0] if name in QUANTITIES and QUANTITIES[name].effect == "sizes"]
-    kept = [name for name in sizes if name not in DERIVED_SIZES and not is_zero_column(searched, name, rows)]
-    return [*laws_shown(rows), *(name for name in kept if name not in LAW_COLUMNS)]
+    shown = [name for name in sizes if name not in DERIVED_SIZES and not is_zero_column(searched, name, rows)]
+    return [*laws_shown(rows), *(name for name in shown if name not in LAW_COLUMNS)]
 
 
 def laws_shown(rows: Iterable[TableRow]) -> list[str]:
-    """The columns of laws: one if rises and returns have the same, none if the motion is made of moves only."""
+    """Columns of laws: one if rises and returns have equal laws, none if the motion has only moves."""
     rows = list(rows)
     if any(row["law_rise"] != row["law_return"] for row in rows):
         return list(LAW_COLUMNS)
@@ -97,26 +97,26 @@ def laws_shown(rows: Iterable[TableRow]) -> list[str]:
 
 
 def joined_laws(rise: str, fall: str) -> str:
-    """The laws of rises and returns as one name: once if they are the same, empty if there are only moves."""
+    """The laws of rises and returns as one name; equal laws once, empty if there are only moves."""
     return " / ".join(filter(None, dict.fromkeys((rise, fall))))
 
 
 def with_law(rows: Iterable[TableRow]) -> list[dict[str, Any]]:
-    """Rows with the column ``law``."""
+    """Add the column ``law`` to rows."""
     return [{"law": row["law_rise"], **row} for row in rows]
 
 
 def axes_of(names: Sequence[str]) -> list[str]:
-    """The columns of a frontier that are its axes; none of another table."""
+    """Columns of a frontier that are its axes; none for another table."""
     if not {"free", "bound"} <= {*names}:
         return []
     return list(names[names.index("free") + 1 : names.index("bound")])
 
 
 def is_zero_column(searched: Container[str], name: str, rows: Iterable[TableRow]) -> bool:
-    """Whether a quantity is 0, or an empty name, in all designs: a roller radius of a knife, a law of moves.
+    """Whether a column is 0 or empty in all designs, as the roller radius of a knife edge, and was not searched.
 
-    ``searched`` are the keys of the sizes in ``[search]``.
+    ``searched`` has the keys of the sizes in ``[search]``.
     """
     if any(row[name] not in (0.0, "") for row in rows):
         return False
@@ -127,7 +127,7 @@ def is_zero_column(searched: Container[str], name: str, rows: Iterable[TableRow]
 def designs_table(
     title: str, problem: Problem, rows: Iterable[TableRow], last: Iterable[str] = (), asked: Iterable[str] = ()
 ) -> Table:
-    """A row for each design: sizes, wanted quantities, and further columns; lists become texts."""
+    """A table with a row for each design: sizes, wanted quantities and the columns ``last``; lists become texts."""
     shown = [{name: _list_text(value) for name, value in row.items()} for row in rows]
     names = [*columns_of(problem, shown, asked), *last]
     return table_of(title, shown, names, bounds_shown(problem), own_units(problem))
@@ -138,9 +138,9 @@ def _list_text(value: Any) -> Any:
 
 
 def design_table(title: str, problem: Problem, design: TableRow, about: Mapping[str, str | Cell]) -> Table:
-    """One design down the page: name, value, unit and meaning of each quantity, and limits if there are any.
+    """A table of one design down the page: name, value, unit, limit and meaning of each quantity.
 
-    A narrow terminal leaves meanings out, but not those that are cells of words.
+    A narrow terminal omits meanings that are sentences, but not those that are cells.
     """
     bounds, units = bounds_shown(problem), own_units(problem)
     rows: list[list[str | Cell]] = []
@@ -154,15 +154,15 @@ def design_table(title: str, problem: Problem, design: TableRow, about: Mapping[
 
 
 class Design(Result, Drawable, dict[str, Any]):
-    """One design of a result: a mapping from the name of a quantity to its value.
+    """One design of a result: a mapping from quantity names to values.
 
     Parameters
     ----------
     quantities : Mapping or iterable of pairs
-        The names and values of a row of a table.
+        Names and values in a row of a table.
     searched : Scene
-        The scene that was searched: the design has its own sizes, laws and angles, and its own values of
-        other numbers that were searched; the rest is that of the scene.
+        The scene that was searched. The design has its own sizes, laws and angles, and its own values of other
+        searched numbers; everything else is that of the scene.
 
     Examples
     --------
@@ -178,7 +178,7 @@ class Design(Result, Drawable, dict[str, Any]):
         super().__init__(quantities)
         self.searched = searched
 
-    if TYPE_CHECKING:  # overlaps are meant: any other name is that of a number
+    if TYPE_CHECKING:  # the overlaps are intended: any other name is a number's
 
         @overload
         def __getitem__(self, name: Flag | Literal["proved", "local", "within"], /) -> bool: ...  # type: ignore[overload-overlap]
@@ -203,7 +203,7 @@ class Design(Result, Drawable, dict[str, Any]):
         return f"<Design of {self.searched.name}: {laws}{''.join(sizes)}, {len(self)} quantities>"
 
     def table(self) -> Table:
-        """The sizes of the design and the quantities that its scene wants, beside the limits."""
+        """A table of the design's sizes and the quantities of its scene, with the limits."""
         (row,), problem = with_law([self]), resolve(self.searched)
         shown, own = columns_of(problem, [row]), problem.setup.own_quantities
         known = {name: find_quantity(name, problem.setup) for name in shown if name in own or name in QUANTITIES}
@@ -211,17 +211,17 @@ class Design(Result, Drawable, dict[str, Any]):
         return design_table(self.searched.name, problem, row, about)
 
     def document(self) -> dict[str, Any]:
-        """The quantities by name."""
+        """Quantities by name."""
         return dict(self)
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene of this one design: that which was searched, with the design's own sizes, laws and so on."""
+        """Scene of this design: the searched scene with the design's own sizes, laws and other numbers."""
         return scene_of_row(self.searched, self)
 
 
 def miss_sections(miss: Design, title: str = "No feasible design. The nearest miss:") -> Iterator[Table | str]:
-    """The design that comes nearest to holding every limit: its sizes, and each limited value beside its limit."""
+    """Sections on the design that misses the limits by the least: its sizes, and limited values with limits."""
     problem = resolve(miss.searched)
     (row,) = with_law([miss])
     violated = miss["violated"].split(",")
@@ -231,12 +231,12 @@ def miss_sections(miss: Design, title: str = "No feasible design. The nearest mi
     yield design_table(title, problem, row, about)
     yield ""
     if miss["violated"]:
-        it = "It, or a cam within its tolerances, breaks" if problem.zones else "It breaks"
-        yield f"{it} {', '.join(violated)}."
+        subject = "The design, or a cam within its tolerances, breaks" if problem.zones else "The design breaks"
+        yield f"{subject} {', '.join(violated)}."
     elif problem.zones:
-        yield "It holds the limits; a cam within its tolerances does not."
+        yield "The design holds the limits, but a cam within its tolerances does not."
     else:
-        yield "It is so near its limits that neither side is proved."
+        yield "The design is so near its limits that neither side is proved."
 
 
 class DesignsByLaw(dict[str, Design]):
@@ -247,20 +247,20 @@ class DesignsByLaw(dict[str, Design]):
 
 
 def scene_of(table: Any, row: Any = None, *, scene: SceneSource | None = None) -> Scene:
-    """The scene of one row of a table: the scene that was searched, with the sizes, laws and numbers of the row.
+    """The scene of one row of a table: the searched scene with the sizes, laws and numbers of the row.
 
     Parameters
     ----------
     table : str, os.PathLike, DataFrame, Series or Mapping
-        A Parquet file that ``sweep`` or ``frontier`` wrote, or the DataFrame that ``camopt.load`` or
-        ``pandas.read_parquet`` makes of it; rows may have been filtered out. Or one row: a pandas Series, a
-        mapping, or a table of one row.
+        A Parquet file that ``sweep`` or ``frontier`` wrote, or its DataFrame from ``camopt.load`` or
+        ``pandas.read_parquet``, which may be filtered. Or one row: a pandas Series, a mapping, or a table of one
+        row.
     row : int or other label, optional
-        The row's label in the DataFrame: its number in the file, counted from 0, or its law in the rows of an
+        Label of the row in the DataFrame: its number in the file, counted from 0, or its law in the rows of an
         ``Optimum``.
     scene : Scene, str or os.PathLike, optional
-        The scene that was searched, where the table has lost its ``attrs``, as in a merge with another one.
-        One warning names columns that are no quantities of camopt.
+        The searched scene, if the table has lost its ``attrs``, as after a merge. A warning names columns that are
+        no quantities of camopt.
 
     Returns
     -------
@@ -270,7 +270,7 @@ def scene_of(table: Any, row: Any = None, *, scene: SceneSource | None = None) -
     Raises
     ------
     BadInput
-        If the table has no such row, or no scene, or the scene may not have what stands in the row.
+        If the table has no such row or no scene, or the scene does not allow the values in the row.
     OSError
         If the file cannot be read.
 
@@ -290,53 +290,53 @@ def scene_of(table: Any, row: Any = None, *, scene: SceneSource | None = None) -
 
     if isinstance(row, Scene):
         raise BadInput([Mistake("camopt", ROW_WORD, None, "a label of a row; give the scene as scene=")])
-    name, given = (os.fspath(table), load(table)) if isinstance(table, (str, os.PathLike)) else ("table", table)
-    values = row_of(given, row, name)
-    text = getattr(given, "attrs", {}).get("scene")
+    name, frame = (os.fspath(table), load(table)) if isinstance(table, (str, os.PathLike)) else ("table", table)
+    values = row_of(frame, row, name)
+    text = getattr(frame, "attrs", {}).get("scene")
     searched = None if scene is None else scene_from(scene)
     if searched is None and text:
         searched = Scene.embedded(text, name)
     if searched is None and not has_scene(values):
-        lost = "missing: the table has lost it, as in a merge, or camopt did not write it; give it as scene="
+        why = "missing: the table has lost it, as after a merge, or camopt did not write it; give it as scene="
         if isinstance(table, Result) and hasattr(table, "scene"):
-            lost = f"missing: the scene of this {type(table).__name__} is its .scene"
-        raise BadInput([Mistake("camopt", "scene", None, lost, bare=True)])
-    found = scene_of_row(searched, values)
-    if searched and not has_scene(values) and (odd := unknown_columns(searched, values)):
-        warn_of_unknown_columns(odd, (*searched.row_columns.values(), *LAW_NAME_COLUMNS), values, name)
-    return found
+            why = f"missing: the scene of this {type(table).__name__} is its .scene"
+        raise BadInput([Mistake("camopt", "scene", None, why, bare=True)])
+    design_scene = scene_of_row(searched, values)
+    if searched and not has_scene(values) and (unknown := unknown_columns(searched, values)):
+        warn_of_unknown_columns(unknown, (*searched.row_columns.values(), *LAW_NAME_COLUMNS), values, name)
+    return design_scene
 
 
 def scene_of_row(searched: Scene | None, row: Mapping[str, Any]) -> Scene:
-    """The scene of a row: a frontier's has one of its own (TOML), others are designs of the scene searched."""
+    """The scene of a row: its own (TOML) in a frontier, else the searched scene with the row's values."""
     if searched is None or has_scene(row):
         return Scene.embedded(row["scene"], searched.file if searched else "table")
     return searched.with_row(row)
 
 
 PARETO, DESIGNS = "pareto.parquet", "designs.parquet"
-"""The files of a sweep: of its front, and of all designs that it keeps."""
+"""Files of a sweep: its front, and all designs that it keeps."""
 OPTIMUM = "optimum-*.toml"
-"""The files of ``write_scenes``."""
-NAME_BYTES = 200  # bytes: a file system takes 255
+"""Files of ``write_scenes``."""
+NAME_BYTES = 200  # most bytes of a name; file systems take 255
 
 
 def write_scenes(designs: Mapping[str, Design], folder: str | os.PathLike[str]) -> list[Path]:
-    """Write the scene of each design as a TOML file into a folder; the files.
+    """Write the scene of each design as a TOML file into a folder; return the files.
 
-    A file is called by the laws of its design, or by the scene where all segments are moves, which name no law.
+    A file is named after the laws of its design, or after the scene if all segments are moves, which have no law.
     """
     files: list[Path] = []
     for laws, design in designs.items():
         name = _file_name(laws) or _file_name(design.scene.name) or "moves"
         names = chain([name], (f"{name}~{k}" for k in count(2)))
-        tried = (Path(folder) / OPTIMUM.replace("*", each) for each in names)
-        files.append(next(path for path in tried if path not in files))
+        paths = (Path(folder) / OPTIMUM.replace("*", name) for name in names)
+        files.append(next(path for path in paths if path not in files))
         write_scene(files[-1], design.scene)
     return files
 
 
 def _file_name(text: str) -> str:
-    """The part of a text that any file system takes in a name."""
+    """A text without the characters that some file systems refuse in a name."""
     plain = re.sub(r"[^\w.+-]+", "-", text).strip("-")
     return plain.encode()[:NAME_BYTES].decode(errors="ignore")

@@ -1,4 +1,4 @@
-"""Whether the files of results are as camopt wrote them, by the manifest beside them."""
+"""Check by the manifest whether files of results are as camopt wrote them."""
 
 import os
 from collections.abc import Iterator
@@ -24,13 +24,13 @@ class FileCheck:
     file : pathlib.Path
         The file.
     state : str
-        "whole": each byte is as it was written. "changed": it is not the file that the manifest names: damaged,
-        changed by another hand, or of another run. "damaged": so is the manifest itself. "missing", "unreadable":
-        so it is. "unknown": nothing tells what was written, so this is not "whole".
+        "whole": every byte is as it was written. "changed": the file differs from the one that the manifest names;
+        it is damaged, edited or from another run. "damaged": the manifest itself is damaged. "missing" and
+        "unreadable": the file is so. "unknown": there is no manifest for the file, so it cannot be checked.
     told : str
-        The same in words.
+        The state in words.
     rows : int or None
-        Of a table that is whole.
+        Number of rows, for a table that is whole.
 
     Examples
     --------
@@ -47,12 +47,12 @@ class FileCheck:
 
     @property
     def is_whole(self) -> bool:
-        """Whether each byte is as it was written."""
+        """Whether every byte is as it was written."""
         return self.state == "whole"
 
 
 class FileChecks(Result, tuple[FileCheck, ...]):
-    """The states of some files: a tuple of ``FileCheck``.
+    """The states of checked files: a tuple of ``FileCheck``.
 
     Examples
     --------
@@ -65,30 +65,31 @@ class FileChecks(Result, tuple[FileCheck, ...]):
     main_rows = "files"
 
     def sections(self) -> Iterator[FileLine]:
-        """The state of each file, one a line."""
-        return (FileLine(printable(f"{each.file}: {each.told}")) for each in self)
+        """One line for each file, with its state."""
+        return (FileLine(printable(f"{check.file}: {check.told}")) for check in self)
 
     def document(self) -> dict[str, Any]:
-        """Whether all are whole, and the state of each."""
-        return {"whole": all(each.is_whole for each in self), "files": [*self]}
+        """Whether all files are whole, and the state of each."""
+        return {"whole": all(check.is_whole for check in self), "files": [*self]}
 
     @property
     def exit_code(self) -> int:
-        """0; 3 if a file is damaged, changed or missing; 2 if there is nothing to check one by."""
-        states = {each.state for each in self}
+        """0 if all files are whole, 3 if one is damaged, changed or missing, 2 if one cannot be checked."""
+        states = {check.state for check in self}
         return FILE_TROUBLE if states - {"whole", "unknown"} else BAD_INPUT if "unknown" in states else 0
 
 
 def check(*files: str | os.PathLike[str]) -> FileChecks:
     """Check whether the files of results are as camopt wrote them, bit for bit.
 
-    A file is known by ``manifest.json`` beside it, and so are files that are missing, or of another run. All files
-    are checked, whatever is found in the first ones. They are read in parts: memory does not grow with them.
+    Each file is compared with ``manifest.json`` beside it, which also shows missing files and files of another run.
+    All files are checked, even after a fault. Files are read in parts, so large files need little memory.
 
     Parameters
     ----------
     *files : str or os.PathLike
-        Files, and folders: all files in them and in folders inside them, but for hidden ones.
+        Files and folders. In a folder, all files are checked, those of its subfolders included, but hidden ones are
+        not.
 
     Returns
     -------
@@ -113,40 +114,40 @@ def check(*files: str | os.PathLike[str]) -> FileChecks:
 
 
 def _check_path(path: Path) -> Iterator[FileCheck]:
-    """A file, or all files in a folder and those inside it."""
+    """Check a file, or all files in a folder and its subfolders."""
     if not os.path.isdir(path):
         about, manifest = _check_manifest(path.parent)
         yield about if about and path.name == MANIFEST else _check_file(path, manifest)
         return
-    closed: list[OSError] = []
-    found = 0
-    for folder, inner, _ in os.walk(path, onerror=closed.append):
-        inner[:] = sorted(name for name in inner if not name.startswith("."))
+    errors: list[OSError] = []
+    count = 0
+    for folder, subfolders, _ in os.walk(path, onerror=errors.append):
+        subfolders[:] = sorted(name for name in subfolders if not name.startswith("."))
         for checked in _check_files_in(Path(folder)):
-            found += 1
+            count += 1
             yield checked
-    yield from (_unreadable_check(Path(each.filename), each) for each in closed)
-    if not found and not closed:
+    yield from (_unreadable_check(Path(error.filename), error) for error in errors)
+    if not count and not errors:
         yield FileCheck(path, "unknown", "a folder with no files in it")
 
 
 def _check_files_in(folder: Path) -> Iterator[FileCheck]:
-    """The manifest of a folder, and all files that are in it, or should be."""
+    """Check the manifest of a folder, and all files that are in it or that the manifest names."""
     about, manifest = _check_manifest(folder)
     if about:
         yield about
-    there = {each.name for each in os.scandir(folder) if not each.name.startswith(".") and not each.is_dir()}
-    for name in sorted({*there, *(manifest.files if manifest else ())} - {MANIFEST}):
+    present = {each.name for each in os.scandir(folder) if not each.name.startswith(".") and not each.is_dir()}
+    for name in sorted({*present, *(manifest.files if manifest else ())} - {MANIFEST}):
         yield _check_file(folder / name, manifest)
 
 
 def _check_manifest(folder: Path) -> tuple[FileCheck | None, Manifest | None]:
-    """The state of the manifest of a folder, and what it says; neither where there is none of camopt."""
+    """State of a folder's manifest, and the manifest; None for each that does not exist."""
     path = folder / MANIFEST
     try:
         manifest = manifest_of(folder)
     except DamagedManifest:
-        told = "damaged, or of another version, so that it does not tell which files belong to it"
+        told = "damaged, or of another version; its files cannot be checked"
         return FileCheck(path, "damaged", told), None
     except OSError as trouble:
         return _unreadable_check(path, trouble), None
@@ -156,15 +157,15 @@ def _check_manifest(folder: Path) -> tuple[FileCheck | None, Manifest | None]:
 
 
 def _check_file(path: Path, manifest: Manifest | None) -> FileCheck:
-    """The state of a file by a manifest."""
+    """State of a file by its manifest."""
     entry = manifest.files.get(path.name) if manifest else None
     try:
         with regular_file(path) as file:
             if entry is None:
                 told = f"{MANIFEST} does not name it" if manifest else f"there is no {MANIFEST} to check it by"
                 return FileCheck(path, "unknown", told)
-            found = entry_of(file)
-            if found == entry:
+            actual = entry_of(file)
+            if actual == entry:
                 return _whole_check(path, file)
     except FileNotFoundError:
         return FileCheck(path, "missing", f"missing, though {MANIFEST} names it" if entry else "no such file")
@@ -172,12 +173,12 @@ def _check_file(path: Path, manifest: Manifest | None) -> FileCheck:
         return FileCheck(path, "unknown", "no regular file")
     except OSError as trouble:
         return _unreadable_check(path, trouble)
-    sizes = "" if found.bytes == entry.bytes else f" ({found.bytes:,} bytes, where {entry.bytes:,} were written)"
+    sizes = "" if actual.bytes == entry.bytes else f" ({actual.bytes:,} bytes, but {entry.bytes:,} were written)"
     return FileCheck(path, "changed", f"damaged or changed since it was written, or of another run{sizes}")
 
 
 def _whole_check(path: Path, file: BufferedReader) -> FileCheck:
-    """The state of a whole file, with the rows of a table."""
+    """State of a whole file, with the number of rows of a table."""
     if path.suffix != PARQUET_SUFFIX:
         return FileCheck(path, "whole", "whole")
     import pyarrow.parquet as pq

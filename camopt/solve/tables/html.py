@@ -1,4 +1,4 @@
-"""Tables as HTML, for notebooks and pages; their contents are escaped."""
+"""Tables as HTML for notebooks and pages. All texts are escaped."""
 
 from html import escape
 
@@ -8,7 +8,7 @@ HTML_ROWS = 40
 
 
 def html_table(table: Table, most: int = HTML_ROWS) -> str:
-    """A table with a caption; of many rows the first ones. Kinds of column are classes."""
+    """A table as HTML with a caption, at most ``most`` rows, and the kinds of cells as CSS classes."""
     heads = ((_kind_attribute(cell), "<br>".join(map(escape, cell.text.splitlines()))) for cell in table.heads)
     head = "".join(f'<th scope="col"{kind}>{text}</th>' for kind, text in heads) if table.is_headed else ""
     body = "".join(f"<tr>{''.join(map(_html_cell, row))}</tr>" for row in table.rows[:most])
@@ -21,7 +21,7 @@ def html_table(table: Table, most: int = HTML_ROWS) -> str:
 
 
 def html_section(part: Table | Branch | str) -> str:
-    """A part of a result: a table, a tree as nested lists, or a sentence as a paragraph."""
+    """A part of a result as HTML: a table, a tree as nested lists, or a sentence as a paragraph."""
     if isinstance(part, Table):
         return html_table(part)
     return f"<ul>{_html_branch(part)}</ul>" if isinstance(part, Branch) else f"<p>{escape(part)}</p>"

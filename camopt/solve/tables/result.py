@@ -1,6 +1,6 @@
-"""Results: what a command returns, which terminal, notebook, page and ``--json`` print; and their tables.
+"""Results of commands, which a terminal, a notebook, a page and ``--json`` show, and their tables.
 
-A table is the same for every printer: title, headings, rows and note, all of them texts.
+A table has a title, headings, rows and a note, all of them texts, so that every output shows the same.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -21,38 +21,38 @@ if TYPE_CHECKING:
 
 
 WORDS, NUMERIC, VALUE, ABOUT = "", "number", "value", "about"
-"""Kinds of column: words, numbers, what a name has (bold, of any length), sentences about the others."""
+"""Kinds of column: words, numbers, values of any length (bold), and sentences about the other columns."""
 
 
 class Cell(NamedTuple):
-    """A text of a table and its kind: that of its column, or a verdict."""
+    """A text in a table and its kind: that of its column, or a verdict."""
 
     text: str
     kind: str = WORDS
 
 
 class FileLine(str):
-    """A line that begins with a file: however long, it stays one line, for people and programs."""
+    """A line that begins with a file name; it is never wrapped."""
 
     __slots__ = ()
 
 
 @dataclass(frozen=True)
 class Branch:
-    """A line of a tree, and the branches below it."""
+    """A line of a tree, with the branches below it."""
 
     text: str
     branches: tuple["Branch", ...] = ()
 
     @classmethod
     def from_texts(cls, text: str, *branches: "Branch | str") -> "Branch":
-        """A line above lines and other branches."""
-        return cls(text, tuple(each if isinstance(each, Branch) else cls(each) for each in branches))
+        """Make a branch from its text, and texts or branches below it."""
+        return cls(text, tuple(below if isinstance(below, Branch) else cls(below) for below in branches))
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table: a heading for each column, with a line for each word, for the unit and for the limit."""
+    """A table. A heading has one line for each word, one for the unit and one for the limit."""
 
     title: str
     heads: list[Cell]
@@ -63,10 +63,10 @@ class Table:
     def from_texts(
         cls, title: str, heads: Iterable[Cell | str], rows: Iterable[Iterable[Cell | str]], note: str = ""
     ) -> "Table":
-        """A table of texts, each of the kind of its column unless it says otherwise."""
+        """Make a table of texts; each has the kind of its column, unless it is a ``Cell``."""
         tops = [head if isinstance(head, Cell) else Cell(head) for head in heads]
         cells = [
-            [each if isinstance(each, Cell) else Cell(each, top.kind) for each, top in zip(row, tops, strict=True)]
+            [text if isinstance(text, Cell) else Cell(text, top.kind) for text, top in zip(row, tops, strict=True)]
             for row in rows
         ]
         return cls(title, tops, cells, note)
@@ -86,12 +86,12 @@ class Table:
         return "\n".join(filter(None, (self.title, *texts, self.note)))
 
     def without_meanings(self) -> "Table":
-        """The table without its sentences about the other columns."""
-        return replace(self, rows=[[Cell("") if each.kind == ABOUT else each for each in row] for row in self.rows])
+        """The table without the sentences about the other columns."""
+        return replace(self, rows=[[Cell("") if cell.kind == ABOUT else cell for cell in row] for row in self.rows])
 
     @property
     def is_headed(self) -> bool:
-        """Whether any column has a heading: a table without them says of one thing what it has, line by line."""
+        """Whether any column has a heading; a table without headings describes one thing line by line."""
         return any(head.text for head in self.heads)
 
 
@@ -102,9 +102,9 @@ def table_of(
     bounds: Mapping[str, str] | None = None,
     units: Mapping[str, str] | None = None,
 ) -> Table:
-    """A row for each record; in the headings name, unit and, in a table with ``bounds``, the limit.
+    """Make a table with a row for each record. Headings have the name, the unit and, with ``bounds``, the limit.
 
-    ``units`` are those of columns that are no quantities.
+    ``units`` are the units of columns that are no quantities.
     """
     names, bounds, units = [*names], bounds or {}, units or {}
     limited = any(name in bounds for name in names)
@@ -117,14 +117,14 @@ def table_of(
     return Table.from_texts(title, heads, rows)
 
 
-BODY_SIZES = frozenset({"base_radius_mm", "mean_radius_mm"})  # the sizes of a disc and of a cylinder
+BODY_SIZES = frozenset({"base_radius_mm", "mean_radius_mm"})  # sizes of a disc and of a cylinder
 
 
-NAMES_SHOWN = 4  # columns
+NAMES_SHOWN = 4  # columns that a repr names
 
 
 class Result(HasHtml):
-    """What a function of camopt returns, and a command prints.
+    """The result of a function of camopt, which its command prints.
 
     Examples
     --------
@@ -135,71 +135,71 @@ class Result(HasHtml):
 
     __slots__ = ()
     main_rows: ClassVar[str] = ""
-    """The rows that ``to_pandas`` gives without a name; without any, the values of the result are one row."""
+    """Key of the rows that ``to_pandas`` gives by default; if empty, the values of the result are one row."""
 
     def sections(self) -> Iterable[Any]:
-        """The tables and the sentences of the result, in the order in which people read them."""
+        """Tables and sentences of the result, in reading order."""
         return filter(None, (self.table(),))
 
     @property
     def notes(self) -> Iterable[str]:
-        """What to know beside the result; commands print it to standard error."""
+        """Remarks on the result; commands print them to standard error."""
         return ()
 
     def document(self) -> Any:
-        """The values of the result by key, as they are: ``to_dict`` makes JSON of them."""
+        """Values of the result by key, which ``to_dict`` converts for JSON."""
         raise NotImplementedError
 
     @property
     def half_width(self) -> float:
-        """The largest relative error that a value may have."""
+        """Largest relative error of a value."""
         return 0.0
 
     @property
     def exit_code(self) -> int:
-        """The exit code of the command: 0 done, 1 nothing feasible, 4 less accurate than the scene asks."""
+        """Exit code of the command: 0 done, 1 nothing feasible, 4 less accurate than the scene asks."""
         return NOT_REACHED if self.half_width > self.asked_accuracy else 0
 
     @property
     def asked_accuracy(self) -> float:
-        """The largest relative error that the scene allows; infinite for a result without a scene."""
+        """Largest relative error that the scene allows; infinite for a result without a scene."""
         scene = getattr(self, "scene", None)
         return float("inf") if scene is None else float(scene.accuracy.relative_error)
 
     @property
     def shown_cam(self) -> Any:
-        """The scene of the cam that a notebook shows beside the tables; None if there is none."""
+        """Scene of the cam that a notebook shows beside the tables, or None."""
         return getattr(self, "scene", None)
 
     @property
     def kept_tables(self) -> Iterable[str]:
-        """The names of tables that ``to_pandas`` gives beside the rows of ``to_dict``."""
+        """Names of tables that ``to_pandas`` gives in addition to the rows of ``to_dict``."""
         return ()
 
     def table(self) -> Table | None:
-        """The main table; None if there is none."""
+        """The main table, or None."""
         return None
 
     def tables(self) -> tuple[Table, ...]:
-        """The tables of the result, as people read them: texts, in the units that are shown."""
-        return tuple(each for each in self.sections() if isinstance(each, Table))
+        """Tables of the result, with texts in the units that are shown."""
+        return tuple(part for part in self.sections() if isinstance(part, Table))
 
     def to_dict(self) -> Any:
-        """What ``--json`` prints: values by key, None for infinite ones, whose names are under ``unbounded``."""
+        """Values that ``--json`` prints, by key; None for infinite ones, whose names are under ``unbounded``."""
         return to_json_values(self.document())
 
     def to_pandas(self, name: str | None = None) -> "pd.DataFrame":
-        """Rows of the result as a DataFrame, with the units of its columns in ``attrs``; of designs also the scene.
+        """Rows of the result as a DataFrame. Its ``attrs`` have the units of columns and, for designs, the scene.
 
         Parameters
         ----------
         name : str, optional
-            Which rows, if the result has several kinds: a key of ``to_dict``.
+            Key of the rows in ``to_dict``, if the result has several kinds of rows.
 
         Returns
         -------
         pandas.DataFrame
-            A row each; values in a mapping have columns of their own, such as ``shares.profile``.
+            One row for each record. A mapping in a record has a column for each value, such as ``shares.profile``.
 
         Raises
         ------
@@ -215,26 +215,26 @@ class Result(HasHtml):
         elif name:
             index, records = records_of(document, name, self.kept_tables)
         else:
-            records = [{key: each for key, each in document.items() if isinstance(each, (int, float, str))}]
-        frame = pd.json_normalize([record_values(each) for each in records])
+            records = [{key: value for key, value in document.items() if isinstance(value, (int, float, str))}]
+        frame = pd.json_normalize([record_values(record) for record in records])
         if index is not None:
             frame.index = pd.Index(index)
         scene = getattr(self, "scene", None)
         own = getattr(scene, "quantities", {})
-        units = {each: QUANTITIES[each].unit for each in frame if each in QUANTITIES}
-        frame.attrs = {"units": units | {each: own[each].unit for each in frame if each in own}}
+        units = {column: QUANTITIES[column].unit for column in frame if column in QUANTITIES}
+        frame.attrs = {"units": units | {column: own[column].unit for column in frame if column in own}}
         if scene is not None and not BODY_SIZES.isdisjoint(frame.columns):  # rows of designs
             frame.attrs["scene"] = scene.to_toml()
         return frame
 
 
 class Columns(Result, dict[str, Any]):
-    """Columns of equal length by name: a mapping to arrays, whose rows ``to_pandas`` gives.
+    """Columns of equal length by name: a mapping to arrays. ``to_pandas`` gives their rows.
 
     Parameters
     ----------
     columns : Mapping
-        Arrays, or a value for all rows.
+        Arrays, or one value for all rows.
     units : Mapping, optional
         Units by column.
 
@@ -250,13 +250,13 @@ class Columns(Result, dict[str, Any]):
         self.units = dict(units or {})
 
     def __repr__(self) -> str:
-        rows = max((len(each) for each in self.values() if np.ndim(each)), default=0)
+        rows = max((len(column) for column in self.values() if np.ndim(column)), default=0)
         names, more = [*self][:NAMES_SHOWN], len(self) - NAMES_SHOWN
         words = ", ".join(names) + (f" and {more} more columns" if more > 0 else "")
         return f"<{type(self).__name__}: {rows:,} row{'s' * (rows != 1)} of {words}>"
 
     def table(self) -> Table:
-        """A row for each point."""
+        """A table with a row for each point."""
         rows: list[Any] = self.to_pandas().to_dict("records")
         return table_of(f"{len(rows):,} rows", rows, [*self], units=self.units)
 
@@ -270,7 +270,7 @@ class Columns(Result, dict[str, Any]):
         Raises
         ------
         UnknownName
-            For a name: there is one kind of rows.
+            If ``name`` is given: there is only one kind of rows.
         """
         import pandas as pd
 
@@ -283,13 +283,13 @@ class Columns(Result, dict[str, Any]):
 
 @dataclass(frozen=True)
 class Listing(Result):
-    """A list of records, and how people read it."""
+    """A list of records, with the tables and sentences that show it."""
 
     records: list[Any]
     parts: tuple[Table | str, ...]
 
     def sections(self) -> tuple[Table | str, ...]:
-        """Tables and sentences."""
+        """Tables and sentences of the list."""
         return self.parts
 
     def document(self) -> list[Any]:
@@ -300,42 +300,48 @@ class Listing(Result):
 def records_of(
     document: Mapping[str, Any], name: str, tables: Iterable[str] = ()
 ) -> tuple[list[str] | None, list[Any]]:
-    """The rows under a key of a document, and their names if they have any; a message names other tables too."""
-    kinds = {key: each for key, each in document.items() if has_rows(each)}
+    """Rows under a key of a document, and their names if they have any.
+
+    Raises
+    ------
+    UnknownName
+        If there are no such rows. The message names the others, with ``tables``.
+    """
+    kinds = {key: value for key, value in document.items() if has_rows(value)}
     if name not in [*kinds]:
-        raise UnknownName(f"{name!r} names no rows of this result; {suggest_names(str(name), [*tables, *kinds])}")
+        raise UnknownName(f"this result has no rows named {name!r}; {suggest_names(str(name), [*tables, *kinds])}")
     rows = kinds[name]
     return ([*rows], [*rows.values()]) if isinstance(rows, Mapping) else (None, [*rows])
 
 
 def has_rows(value: Any) -> bool:
-    """Whether a value has rows: records one after the other, or by name."""
+    """Whether a value is a list of records, or a mapping of records."""
     rows = [*value.values()] if isinstance(value, Mapping) else value
     return isinstance(rows, (list, tuple)) and not is_record(rows) and all(map(is_record, rows))
 
 
 def is_record(value: Any) -> bool:
-    """Whether a value has values by name: a mapping, a named tuple or a dataclass."""
+    """Whether a value is a record: a mapping, a named tuple or a dataclass."""
     return isinstance(value, Mapping) or is_dataclass(value) or hasattr(value, "_asdict")
 
 
 def record_values(value: Any) -> dict[str, Any]:
-    """The values of a record by name."""
+    """Values of a record by name."""
     if isinstance(value, Mapping):
         return dict(value)
-    names = value._fields if hasattr(value, "_asdict") else [each.name for each in fields(value)]
+    names = value._fields if hasattr(value, "_asdict") else [field.name for field in fields(value)]
     return {name: getattr(value, name) for name in names}
 
 
 def to_json_values(value: Any) -> Any:
-    """A value as JSON has it: None for infinite numbers, whose names are under ``unbounded``."""
+    """Convert a value for JSON; infinite numbers become None, with their names under ``unbounded``."""
     if is_record(value):
         record = record_values(value)
-        infinite = [name for name, each in record.items() if isinstance(each, float) and isinf(each)]
+        infinite = [name for name, item in record.items() if isinstance(item, float) and isinf(item)]
         named = {"unbounded": infinite} if infinite and "unbounded" not in record else {}
-        return {name: to_json_values(each) for name, each in record.items()} | named
+        return {name: to_json_values(item) for name, item in record.items()} | named
     if isinstance(value, (list, tuple)):
-        return [to_json_values(each) for each in value]
+        return [to_json_values(item) for item in value]
     if isinstance(value, (np.ndarray, np.generic)):
         return to_json_values(value.tolist())
     if isinstance(value, float):

@@ -1,4 +1,4 @@
-"""Tables that grow by batches: a file that a thread of its own writes, beside the search, or rows in memory."""
+"""Tables that grow batch by batch: a file that a thread writes during the search, or rows in memory."""
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
     from camopt.solve.tables.table import RowGroupWriter
 
-WAITING_BATCHES = 2  # batches of rows that wait in memory while another is written
+WAITING_BATCHES = 2  # most batches in memory while another is written
 
 
 def import_table_module() -> Any:
-    """The module of tables on disk, which imports pyarrow when it is first needed."""
+    """Import the module of tables on disk when it is first needed, because pyarrow takes long."""
     from camopt.solve.tables import table
 
     return table
@@ -28,7 +28,7 @@ def import_table_module() -> Any:
 
 @contextmanager
 def table_file(path: Path, quantities: Iterable[Quantity], scene: str) -> Iterator["TableWriter"]:
-    """A Parquet file of some quantities that grows by batches, and takes its final name only when whole."""
+    """Open a Parquet file of some quantities that grows batch by batch and gets its name when it is complete."""
     with whole_file(path) as partial, ExitStack() as open_file:
         writer = TableWriter(path, partial, open_file, quantities, {"camopt_scene": scene})
         with writer.thread:
@@ -37,7 +37,7 @@ def table_file(path: Path, quantities: Iterable[Quantity], scene: str) -> Iterat
 
 
 class TableWriter:
-    """Has rows written by a thread, which imports pyarrow: few wait in memory, errors come with the next."""
+    """Writes rows in a thread, which imports pyarrow. An error is raised with a later batch."""
 
     def __init__(
         self,
@@ -55,7 +55,7 @@ class TableWriter:
         self._ended = False
 
     def describe(self, key: str, text: str) -> None:
-        """Add something to the metadata, before the first rows."""
+        """Add a text to the metadata, before the first rows."""
         self._about[key] = text
 
     def append(self, rows: DesignRows) -> None:
@@ -64,13 +64,13 @@ class TableWriter:
             self._submit(lambda: self._open_groups().append(rows))
 
     def end(self) -> None:
-        """Take no more rows: those that fill no group are written while other work goes on."""
+        """Take no more rows; the thread writes the remaining ones while other work goes on."""
         if not self._ended:
             self._ended = True
             self._submit(self._finish_file)
 
     def finish(self) -> None:
-        """Wait until all is written."""
+        """Wait until all rows are written."""
         self.end()
         self._wait_for(0)
 
@@ -78,9 +78,9 @@ class TableWriter:
         self._wait_for(WAITING_BATCHES)
         self._writing.append(self.thread.submit(work))
 
-    def _wait_for(self, left: int) -> None:
+    def _wait_for(self, most: int) -> None:
         with attribute_errors_to(self._path, self._partial):
-            while len(self._writing) > left:
+            while len(self._writing) > most:
                 self._writing.popleft().result()
 
     def _open_groups(self) -> "RowGroupWriter":
@@ -95,24 +95,24 @@ class TableWriter:
 
 
 class TableInMemory:
-    """Keeps rows of some quantities for pandas, where no file is written."""
+    """Keeps rows of some quantities in memory for pandas, if no file is written."""
 
     def __init__(self, quantities: Iterable[Quantity], scene: str) -> None:
         self._quantities, self._about, self._rows = tuple(quantities), {"camopt_scene": scene}, list[DesignRows]()
 
     def describe(self, key: str, text: str) -> None:
-        """Add something to the metadata."""
+        """Add a text to the metadata."""
         self._about[key] = text
 
     def append(self, rows: DesignRows) -> None:
         """Add rows."""
         if rows.count:
-            self._rows.append(rows.select_columns(each.name for each in self._quantities))
+            self._rows.append(rows.select_columns(quantity.name for quantity in self._quantities))
 
     def end(self) -> None:
         """Take no more rows."""
 
     def to_pandas(self) -> "pd.DataFrame":
-        """The rows as ``load`` gives those of a file."""
+        """The rows as a DataFrame like that of ``load``."""
         frame: pd.DataFrame = import_table_module().frame_of_rows(self._rows, self._quantities, self._about)
         return frame

@@ -1,4 +1,4 @@
-"""Excel workbooks: a sheet for each table and one for the scene; written by XlsxWriter."""
+"""Excel workbooks with a sheet for each table and one for the scene, written by XlsxWriter."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -11,15 +11,15 @@ from camopt.scene.scene import Scene
 
 SheetColumns = tuple[Sequence[str], Sequence[str], Sequence[FloatArray]]
 """Headings, units and columns of numbers."""
-SHEET_ROWS = 1_048_574  # of a sheet, below its two lines of headings
+SHEET_ROWS = 1_048_574  # most rows of a sheet below its two lines of headings
 NUMBERS_SHOWN = {"mm": "0.0000", "in": "0.00000", "deg": "0.0000"}
-"""How a spreadsheet shows numbers of a unit; they keep all their digits."""
+"""Number formats by unit; the numbers keep all their digits."""
 FIXED_TIME = datetime(2000, 1, 1, tzinfo=UTC).replace(tzinfo=None)
-"""The same cam gives the same file: workbooks name a time at which they were made."""
+"""Time of creation in every workbook, so that the same cam gives the same file."""
 
 
 def write_workbook(path: str | os.PathLike[str], sheets: Mapping[str, SheetColumns], scene: Scene) -> None:
-    """Write tables and the scene that they are of; the file appears only when whole.
+    """Write tables and their scene to a workbook, whole or not at all.
 
     Raises
     ------

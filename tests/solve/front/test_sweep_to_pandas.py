@@ -49,7 +49,7 @@ def test_a_sweep_in_memory_keeps_the_front_alone_unless_told():
 def test_a_wrong_name_lists_the_tables_of_a_sweep(tmp_path):
     for swept in (sweep(SCENE, keep="all"), sweep(SCENE, tmp_path)):
         for wrong in ("desings", 3):
-            with pytest.raises(UnknownName, match=r"names no rows of .*: designs, pareto,.* by_law"):
+            with pytest.raises(UnknownName, match=r"has no rows named .*: designs, pareto,.* by_law"):
                 swept.to_pandas(wrong)
 
 

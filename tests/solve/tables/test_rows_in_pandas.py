@@ -61,7 +61,9 @@ def test_a_merge_loses_the_scene_which_is_asked_for(folder):
     costs = pd.DataFrame({"law_rise": ["cycloidal", "poly345"], "cost": [3.0, 5.0]})
     merged = costs.merge(plain, on="law_rise")
     merged.attrs = {}
-    with pytest.raises(BadInput, match=r"^camopt: scene: missing: the table has lost it, as in a merge.*scene=$"):
+    with pytest.raises(
+        BadInput, match=r"^camopt: scene: missing: the table has lost it, as after a merge.*scene=$"
+    ):
         scene_of(merged, 3)
     with pytest.warns(
         UserWarning, match="^table: camopt ignores cost: no size or number of this mechanism"
@@ -77,7 +79,7 @@ def test_a_row_is_one_row(folder):
     for wrong in (99, "3", None):
         with pytest.raises(BadInput, match=r"must be a row of table, which has 16, counted from 0"):
             scene_of(plain, wrong)
-    with pytest.raises(BadInput, match="a table that camopt wrote, or one row of it"):
+    with pytest.raises(BadInput, match="a table that camopt wrote, or one of its rows"):
         scene_of(7)
     with pytest.raises(BadInput, match=r"table: must be .* one row of it without a label; this is a Series$"):
         scene_of(plain.loc[3], 3)

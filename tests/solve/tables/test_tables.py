@@ -166,7 +166,7 @@ def test_a_miss_shows_each_value_beside_its_limit(capsys):
     assert line.split()[2:] == ["MPa", "≤", "10", "broken"]
     held = next(line for line in text.splitlines() if line.startswith("jump_speed_rpm"))
     assert held.split()[2:] == ["rev/min", "≥", "400"]
-    assert "It breaks contact_stress." in text
+    assert "The design breaks contact_stress." in text
 
 
 @pytest.mark.parametrize("width", [40, 80, 130])
