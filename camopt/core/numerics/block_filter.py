@@ -1,7 +1,7 @@
-"""The designs of a block sorted out by what their pitch curves tell: kernels, for they pass over every design.
+"""Filter the designs of a block by the verdicts on their pitch curves, with kernels that pass over every design.
 
-First they are counted, and the least cost of those of each size of the cam is found. From that follows what a
-design of each size may cost without another one that is better; those that cost no more are gathered, or all.
+A first pass counts the designs and finds the lowest cost for each size of the cam. From it follows the highest cost
+at which no other design of that size is better. A second pass gathers the designs up to this cost, or all of them.
 """
 
 from typing import NamedTuple
@@ -11,44 +11,44 @@ import numpy as np
 from camopt.core.kernels.compile import compiled_for_many
 from camopt.core.numerics import BoolArray, FloatArray, IntArray
 
-FILTER_WORK = 0.1  # of the value of a curve: numpy compares a few numbers for each design
+FILTER_WORK = 0.1  # work per design, in values of a curve: numpy compares a few numbers
 
 
 class RadiusRanges(NamedTuple):
-    """From and to, of each curve (curves,)."""
+    """Range of the radius for each curve (curves,)."""
 
     least: FloatArray
     most: FloatArray
 
 
 class PitchVerdicts(NamedTuple):
-    """What pitch curves tell of the designs that share them."""
+    """Verdicts on the designs that share each pitch curve."""
 
     exists: BoolArray
     """Whether the designs can be assembled, (curves,)."""
     places: IntArray
-    """Where in the following arrays each curve is, (curves,); all that break a limit have one place."""
+    """Place of each curve in the following arrays (curves,); all curves that break a limit share one place."""
     sure_bodies: RadiusRanges
-    """The bodies with which they hold all limits for certain, from and to, mm."""
+    """Radii of bodies with which the designs are proved to hold all limits [mm]."""
     possible_bodies: RadiusRanges
-    """And those with which they may."""
+    """Radii of bodies with which the designs may hold all limits [mm]."""
     cost: FloatArray
-    """What their designs cost by the one objective in which those of equal size may differ."""
+    """Cost of the designs by the one objective in which designs of equal size may differ."""
 
 
 class DesignBlock(NamedTuple):
-    """The designs of a block, with the sizes of the cam fastest."""
+    """The designs of a block; the size of the cam varies fastest."""
 
     curves: IntArray
-    """The number of the pitch curve of each."""
+    """Pitch curve of each design, by number."""
     bodies: FloatArray
-    """The radius of the body that follows it, mm."""
+    """Radius of each design's body [mm]."""
     place: int
-    """The place of the first among the sizes."""
+    """Place of the first design among the sizes."""
 
 
 class BlockCounts(NamedTuple):
-    """How many designs of a block can be assembled, hold all limits for certain, and may hold them."""
+    """Numbers of designs that can be assembled, are proved to hold all limits, and may hold them."""
 
     existing: int
     held: int
@@ -56,27 +56,27 @@ class BlockCounts(NamedTuple):
 
 
 def count_designs(known: PitchVerdicts, block: DesignBlock, sizes: int) -> tuple[BlockCounts, FloatArray]:
-    """The counts of a block, and the least cost of what surely holds all limits, of each of so many sizes."""
+    """Counts of a block, and for each size the lowest cost of designs that are proved to hold all limits."""
     counts, least = np.zeros(3, np.int64), np.full(sizes, np.inf)
     count_block(known, block.curves, block.bodies, block.place, least, counts)
     return BlockCounts(*counts.tolist()), least
 
 
 class FeasibleDesigns(NamedTuple):
-    """Designs of a block, by number in it."""
+    """Designs of a block, by their numbers in it."""
 
     held: IntArray
-    """Those that surely hold all limits, or such of them as cost at most what those of their size may."""
+    """Designs that are proved to hold all limits; all of them, or those whose cost is allowed for their size."""
     cheap: BoolArray
-    """Which of these cost no more than that."""
+    """Whether the cost of each is allowed for its size."""
     open: IntArray
-    """Those that may hold all limits."""
+    """Designs that may hold all limits."""
 
 
 def gather_designs(
     known: PitchVerdicts, block: DesignBlock, counts: BlockCounts, most: FloatArray, every: bool
 ) -> FeasibleDesigns:
-    """Designs of a block that hold all limits: ``every`` one, or those of each size that cost at most so much."""
+    """Gather the designs of a block that hold all limits: ``every`` one, or those up to the cost of their size."""
     held, open_ = np.empty(counts.held, np.int64), np.empty(counts.open, np.int64)
     found = FeasibleDesigns(held, np.empty(counts.held, np.bool_), open_)
     count = np.zeros(1, np.int64)
@@ -86,61 +86,61 @@ def gather_designs(
 
 @compiled_for_many(work=FILTER_WORK)
 def count_block(known, curves, bodies, place, least, counts):
-    """Fill the counts of a block and the least costs of each size."""
-    existing, held, some = 0, 0, 0
+    """Write the counts of a block and the lowest cost for each size."""
+    existing, held, possible = 0, 0, 0
     for i in range(curves.size):
         at, body = known.places[curves[i]], bodies[i]
         existing += known.exists[curves[i]]
         surely = (known.sure_bodies.least[at] <= body) & (body <= known.sure_bodies.most[at])
         held += surely
-        some += (known.possible_bodies.least[at] <= body) & (body <= known.possible_bodies.most[at])
+        possible += (known.possible_bodies.least[at] <= body) & (body <= known.possible_bodies.most[at])
         if surely and known.cost[at] < least[place]:
             least[place] = known.cost[at]
         place = place + 1 if place + 1 < least.size else 0
-    counts[0], counts[1], counts[2] = existing, held, some - held
+    counts[0], counts[1], counts[2] = existing, held, possible - held
 
 
 @count_block.array_version
 def _count_block_in_python(known, curves, bodies, place, least, counts):
     at = known.places[curves]
-    held, some = (
+    held, possible = (
         np.flatnonzero(_is_in_radius_range(known.sure_bodies, at, bodies)),
         _is_in_radius_range(known.possible_bodies, at, bodies),
     )
     np.minimum.at(least, (place + held) % least.size, known.cost[at[held]])
-    counts[:] = np.count_nonzero(known.exists[curves]), held.size, np.count_nonzero(some) - held.size
+    counts[:] = np.count_nonzero(known.exists[curves]), held.size, np.count_nonzero(possible) - held.size
 
 
-def _is_in_radius_range(those, at, bodies):
-    """Which bodies are in the range of their curve."""
-    return (those.least[at] <= bodies) & (bodies <= those.most[at])
+def _is_in_radius_range(ranges, at, bodies):
+    """Which bodies are within the range of their curve."""
+    return (ranges.least[at] <= bodies) & (bodies <= ranges.most[at])
 
 
 @compiled_for_many(work=FILTER_WORK)
 def gather_block(known, curves, bodies, place, most, every, found, count):
-    """Fill the designs of a block that are wanted, and how many of those hold all limits for certain."""
-    told, some = 0, 0
+    """Write the gathered designs of a block, and the number of those that are proved to hold all limits."""
+    held_count, open_count = 0, 0
     for i in range(curves.size):
         at, body = known.places[curves[i]], bodies[i]
         if (known.sure_bodies.least[at] <= body) & (body <= known.sure_bodies.most[at]):
             cheap = known.cost[at] <= most[place]
             if every or cheap:
-                found.held[told], found.cheap[told] = i, cheap
-                told += 1
+                found.held[held_count], found.cheap[held_count] = i, cheap
+                held_count += 1
         elif (known.possible_bodies.least[at] <= body) & (body <= known.possible_bodies.most[at]):
-            found.open[some] = i
-            some += 1
+            found.open[open_count] = i
+            open_count += 1
         place = place + 1 if place + 1 < most.size else 0
-    count[0] = told
+    count[0] = held_count
 
 
 @gather_block.array_version
 def _gather_block_in_python(known, curves, bodies, place, most, every, found, count):
     at = known.places[curves]
     surely, perhaps = (
-        _is_in_radius_range(those, at, bodies) for those in (known.sure_bodies, known.possible_bodies)
+        _is_in_radius_range(ranges, at, bodies) for ranges in (known.sure_bodies, known.possible_bodies)
     )
-    found.open[:], told = np.flatnonzero(perhaps & ~surely), np.flatnonzero(surely)
-    cheap = known.cost[at[told]] <= most[(place + told) % most.size]
-    told, cheap = (told, cheap) if every else (told[cheap], cheap[cheap])
-    found.held[: told.size], found.cheap[: told.size], count[0] = told, cheap, told.size
+    found.open[:], held = np.flatnonzero(perhaps & ~surely), np.flatnonzero(surely)
+    cheap = known.cost[at[held]] <= most[(place + held) % most.size]
+    held, cheap = (held, cheap) if every else (held[cheap], cheap[cheap])
+    found.held[: held.size], found.cheap[: held.size], count[0] = held, cheap, held.size

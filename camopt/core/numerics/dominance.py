@@ -1,8 +1,8 @@
-"""The points of a set that known points dominate.
+"""Find the points of a set that known points dominate.
 
-The known points are the leaves of a tree of neighbours. Of a branch, the least cost in each objective and the
-largest often tell enough: a point that costs no less than the largest is dominated by the whole branch, and one
-that costs less than the least in some objective by none of it.
+The known points are the leaves of a tree of neighbours. A branch has the lowest and the highest cost in each
+objective, which often decide: a point that costs no less than the highest is dominated by the whole branch, and a
+point that costs less than the lowest in some objective is dominated by none of it.
 
 Source: H. T. Kung, F. Luccio, F. P. Preparata, On finding the maxima of a set of vectors, J. ACM 22 (1975), for the
 question; the tree is one of bounding boxes.
@@ -17,18 +17,18 @@ from camopt.core.kernels.compile import compiled_for_many
 from camopt.core.numerics import BoolArray, FloatArray, IntArray
 
 TREE_BRANCHES = 8
-REBUILD_SHARE = 0.25  # after which the large tree is made anew
-COMPARE_WORK = 30.0  # values of a curve that numpy evaluates while it compares one cost with a tree
-COMPARED_AT_ONCE = 8192  # points, so that what is compared fits the cache
+REBUILD_SHARE = 0.25  # share of new points at which the large tree is built again
+COMPARE_WORK = 30.0  # work of comparing one point with a tree, in values of a curve
+COMPARED_AT_ONCE = 8192  # points that are compared at once, so that they fit into the cache
 
 
 class BoundTree(NamedTuple):
-    """The least and the largest costs of branches, (nodes, objectives), level by level from the root."""
+    """Lowest and highest costs of branches (nodes, objectives), level by level from the root."""
 
     least: FloatArray
     most: FloatArray
     starts: IntArray
-    """The first node of each level, and the number of all (levels + 1,). Nodes of a level come in eights."""
+    """First node of each level, then the number of nodes (levels + 1,). Each branch of a level has eight nodes."""
 
 
 class Dominators:
@@ -45,7 +45,7 @@ class Dominators:
         self._tree = BoundTree(least, most, np.concatenate([[0], np.cumsum(sizes)]))
 
     def dominate(self, costs: FloatArray) -> BoolArray:
-        """Which points (n, objectives) some known point dominates (n,): it costs no more, and in some less."""
+        """Which points (n, objectives) a known point dominates (n,): it costs no more in any and less in one."""
         found = np.zeros(len(costs), dtype=bool)
         stack = np.empty((2, TREE_BRANCHES * len(self._tree.starts)), np.int64)
         find_dominated(self._tree, np.ascontiguousarray(costs), found, stack)
@@ -53,18 +53,18 @@ class Dominators:
 
 
 def _pad_to_branches(costs: FloatArray) -> FloatArray:
-    """Nodes with some more, up to a multiple of a branch, that dominate nothing."""
+    """Fill nodes up to a multiple of a branch with nodes that dominate nothing."""
     return np.concatenate([costs, np.full((-len(costs) % TREE_BRANCHES, costs.shape[1]), np.inf)])
 
 
 def _group_by_branch(costs: FloatArray) -> FloatArray:
-    """The nodes by branches of the level above."""
+    """Nodes grouped by the branches of the level above."""
     return _pad_to_branches(costs).reshape(-1, TREE_BRANCHES, costs.shape[1])
 
 
 @compiled_for_many(work=COMPARE_WORK)
 def find_dominated(tree, costs, found, stack):
-    """Mark the points that a tree dominates."""
+    """Mark the points that a known point of a tree dominates."""
     objectives, last = costs.shape[1], tree.starts.size - 2
     for i in range(costs.shape[0]):
         waiting = 0
@@ -92,23 +92,24 @@ def find_dominated(tree, costs, found, stack):
 
 @find_dominated.array_version
 def _find_dominated_in_python(tree, every, dominated, stack):
-    """Many points together, level by level."""
+    """Mark many points together, level by level."""
     roots = int(tree.starts[1])
     for first in range(0, len(every), COMPARED_AT_ONCE):
-        costs, found = (each[first : first + COMPARED_AT_ONCE] for each in (every, dominated))
+        costs, found = (column[first : first + COMPARED_AT_ONCE] for column in (every, dominated))
         point, branch = np.repeat(np.arange(len(costs)), roots), np.tile(np.arange(roots), len(costs))
         for start in tree.starts[:-1]:
             least, most, mine = tree.least[start + branch], tree.most[start + branch], costs[point]
             found[point[np.all(most <= mine, axis=1) & np.any(most < mine, axis=1)]] = True
             open_ = np.all(least <= mine, axis=1) & ~found[point]
-            point, branch = (np.repeat(each[open_], TREE_BRANCHES) for each in (point, branch))
+            point, branch = (np.repeat(index[open_], TREE_BRANCHES) for index in (point, branch))
             branch = TREE_BRANCHES * branch + np.arange(branch.size) % TREE_BRANCHES
 
 
 class PointTree:
-    """Points that come in parts, and are asked in between which others they dominate.
+    """A growing set of points, which finds the points that it dominates.
 
-    Most are in one tree, which is made anew when they have grown by a share; the others in a small one.
+    Most points are in a large tree, which is built again when the set has grown by a share. The others are in a
+    small tree.
     """
 
     def __init__(self, objectives: int) -> None:
@@ -116,13 +117,13 @@ class PointTree:
         self._most, self._recent, self._count = Dominators(none), [none], 0
 
     def add(self, costs: FloatArray) -> Any:
-        """Take points (n, objectives); which of them others dominate that are in the large tree (n,)."""
+        """Add points (n, objectives); return which of them the large tree dominates (n,)."""
         dominated = self._most.dominate(costs)
         self._recent.append(costs[~dominated])
         return dominated
 
     def dominators(self, every: Callable[[], FloatArray]) -> "Dominators | TreePair":
-        """What the points dominate so far; ``every`` gives all of them that none dominates, if they are needed."""
+        """The points as dominators; ``every`` returns all undominated points, if the large tree is built again."""
         recent = np.concatenate(self._recent)
         if len(recent) > max(REBUILD_SHARE * self._count, COMPARED_AT_ONCE):
             costs, recent = every(), np.empty((0, recent.shape[1]))
@@ -132,22 +133,23 @@ class PointTree:
 
 
 class TreePair(NamedTuple):
-    """Two trees of known points."""
+    """Known points in two trees."""
 
     most: Dominators
     recent: Dominators
 
     def dominate(self, costs: FloatArray) -> Any:
-        """As of ``Dominators``."""
-        found = self.most.dominate(costs)
-        found[~found] = self.recent.dominate(costs[~found])
-        return found
+        """Which points a known point dominates; see ``Dominators``."""
+        dominated = self.most.dominate(costs)
+        dominated[~dominated] = self.recent.dominate(costs[~dominated])
+        return dominated
 
 
 def neighbour_order(costs: FloatArray) -> Any:
-    """The points in an order in which those of a branch are near each other.
+    """Order of points in which the points of a branch are near each other.
 
-    They are sorted by the objective in which they are spread the most, by rank, and then each half is, and so on.
+    The points are sorted by the objective in which their ranks have the largest spread. Then each half is sorted in
+    the same way, and so on.
     """
     ranks = np.column_stack([_rank_share(column) for column in costs.T]).astype(np.float32)
     order, size = np.arange(len(costs)), TREE_BRANCHES
@@ -163,6 +165,6 @@ def neighbour_order(costs: FloatArray) -> Any:
 
 
 def _rank_share(values: FloatArray) -> FloatArray:
-    """The rank of each value among the different ones, from 0 to 1."""
-    known, rank = np.unique(values, return_inverse=True)
-    return np.asarray(rank / max(len(known) - 1, 1))
+    """Rank of each value among the different values, from 0 to 1."""
+    different, rank = np.unique(values, return_inverse=True)
+    return np.asarray(rank / max(len(different) - 1, 1))

@@ -1,4 +1,4 @@
-"""An external load that changes over the turn, for kernels: curves get it with the motion (``numerics.state``)."""
+"""Tables of external loads that change over the turn, for kernels. Curves read them with the motion (``state``)."""
 
 from types import NoneType
 from typing import NamedTuple
@@ -11,20 +11,17 @@ from camopt.core.numerics.jet import Jet
 from camopt.core.numerics.panels import derivatives, jets_over_part, jets_over_row
 from camopt.core.numerics.state import Load, TrainForces
 
-LOAD_ERRORS, ANGLE_ERRORS = (
-    8.0,
-    64.0,
-)  # errors of a load, in roundings of the largest; of its cam angles, in those of 1 rad
+LOAD_ERRORS, ANGLE_ERRORS = 8.0, 64.0  # errors of a load, in roundings of the largest; of cam angles, of 1 rad
 
 
 class LoadTable(NamedTuple):
-    """An external load for the kernels, straight on each panel; sizes and rows as in a MotionTable."""
+    """An external load for kernels, linear on each panel; sizes and rows as in a MotionTable."""
 
     centre: FloatArray  # (P,) at u = 0
     nodes: FloatArray  # (N, 2) load and slope by the cam angle
     slope: FloatArray  # (P + G,)
-    low: FloatArray  # (P + G,) least load
-    high: FloatArray  # (P + G,) and the largest
+    low: FloatArray  # (P + G,) smallest load
+    high: FloatArray  # (P + G,) largest load
     error: FloatArray  # (P + G, 2) bounds of the error of load and slope
 
 
@@ -41,10 +38,10 @@ class ForceTable(NamedTuple):
 
 
 class TrainLoadTable(NamedTuple):
-    """What a train brings to the follower, for the kernels."""
+    """Forces of a train on the follower, for kernels."""
 
-    still: ForceTable  # its load, as at rest
-    carried: ForceTable  # the inertia of what it carries, by ω²
+    still: ForceTable  # load at rest
+    carried: ForceTable  # inertia force divided by ω²
 
 
 def tabulated_load(
@@ -55,9 +52,9 @@ def tabulated_load(
     first_panel: IntArray,
     group: IntArray,
 ) -> LoadTable:
-    """A load that is straight on each piece, from its values at the centres of panels and its slopes there.
+    """Table of a load that is linear on each piece, from its values and slopes at the centres of panels.
 
-    Its rounding is that of the largest magnitude in the turn, and what rounding of cam angles makes of its slope.
+    Its rounding error is that of the largest magnitude in the turn, plus the slope times that of the cam angle.
     """
     rise = slope * half_width
     low, high = centre - np.abs(rise), centre + np.abs(rise)
@@ -86,7 +83,7 @@ def _as_columns(force: ForceTable) -> ForceTable:
 
 
 def load_of_all_rows(load: LoadTable | TrainLoadTable) -> LoadTable | TrainLoadTable:
-    """The load as formulas take it for all rows or nodes at once, ``...``: numbers are columns, (rows, 1)."""
+    """The load for formulas on all rows or nodes at once (index ``...``): numbers become columns (rows, 1)."""
     if isinstance(load, TrainLoadTable):
         return TrainLoadTable(*map(_as_columns, load))
     columns = {name: getattr(load, name)[:, None] for name in ("nodes", "slope", "low", "high")}
@@ -103,7 +100,7 @@ def load_of_some_rows(load: LoadTable | TrainLoadTable, rows: IndexArray) -> Loa
 
 
 def chosen_by_load(of_train):
-    """Mark what kernels make of a load, (load, row, place), and of that of a train; None without one."""
+    """Mark a function (load, row, place) of a LoadTable; ``of_train`` takes a train's load, and None stays None."""
 
     def register(function):
         def load_function(load, row, place):
@@ -149,31 +146,31 @@ def _train_forces_over_part(load, row, place):
 
 @chosen_by_load(_train_forces)
 def load_on_panel(load, row, place):
-    """The load on a panel, ``place`` from its middle by the cam angle."""
+    """The load on a panel at the cam angle ``place`` from its middle."""
     return Load(load.centre[row] + load.slope[row] * place, load.slope[row])
 
 
 @chosen_by_load(_train_forces_at_node)
 def load_at_node(load, row, place):
-    """As ``loaded``, at a node."""
+    """The load at a node."""
     return Load(load.nodes[row, 0], load.nodes[row, 1])
 
 
 @chosen_by_load(_train_forces_over_row)
 def load_over_row(load, row, place):
-    """As ``loaded``, in jets over a whole panel or group."""
+    """The load over a panel or group, in jets."""
     return load_jets(load, row, load.low[row], load.high[row])
 
 
 @chosen_by_load(_train_forces_over_part)
 def load_over_part(load, row, place):
-    """As ``loaded``, in jets over a part of a panel: ``place`` is (its middle, half its width) by the cam angle."""
+    """The load over a part of a panel, in jets; ``place`` is its middle and half-width by the cam angle."""
     value, room = load.centre[row] + load.slope[row] * place[0], abs(load.slope[row]) * place[1]
     return load_jets(load, row, value - room, value + room)
 
 
 @inline_in_kernels
 def load_jets(load, row, low, high):
-    """Jets of load and slope."""
+    """Jets of a load and its slope."""
     slope, error = load.slope[row], load.error[row]
     return Load(Jet(low, high, error[0], abs(slope), 0.0, 0.0), Jet(slope, slope, error[1], 0.0, 0.0, 0.0))

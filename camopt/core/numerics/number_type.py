@@ -1,4 +1,4 @@
-"""Kinds of number with rules of their own: the operators of Python, numpy's functions, and both in kernels."""
+"""Number types with their own rules for Python's operators and numpy's functions, also in kernels."""
 
 import operator
 from collections.abc import Callable, Mapping
@@ -11,7 +11,7 @@ from camopt.core.kernels.marks import chosen_by_type
 OWN, OTHER = True, False
 OWN_PAIR = (OWN, OWN)
 OperationRules = Mapping[Any, Mapping[tuple[bool, ...], Callable[..., Any]]]
-"""What each operation makes of its operands, by which of them are numbers of the kind."""
+"""Rules of each operation, by which operands are numbers of the type."""
 OPERATORS: dict[Any, Any] = {
     operator.add: np.add,
     operator.sub: np.subtract,
@@ -23,14 +23,15 @@ OPERATORS: dict[Any, Any] = {
 
 
 def give_rules(owner: Any, every: OperationRules, apply: Callable[..., Any], beside: tuple[type, ...]) -> None:
-    """Give a class of numbers its operations, on each other and on the kinds of number that it goes ``beside``.
+    """Give a number type its operations, with its own numbers and with the types ``beside`` it.
 
-    ``apply`` runs a rule on a tuple of operands in plain Python. What a class does not go beside goes beside it.
+    ``apply`` runs a rule on a tuple of operands in plain Python. With any other type, that type's operator is
+    tried.
     """
     by_ufunc = {OPERATORS.get(operation, operation): rules for operation, rules in every.items()}
 
     def by_numpy(number: Any, ufunc: Any, method: str, *operands: Any, **options: Any) -> Any:
-        rule = by_ufunc.get(ufunc, {}).get(tuple([isinstance(each, owner) for each in operands]))
+        rule = by_ufunc.get(ufunc, {}).get(tuple([isinstance(operand, owner) for operand in operands]))
         return NotImplemented if method != "__call__" or options or rule is None else apply(rule, operands)
 
     def unary(rules: Any) -> Any:
@@ -61,7 +62,7 @@ def give_rules(owner: Any, every: OperationRules, apply: Callable[..., Any], bes
 
 
 def _register_in_kernels(operation: Any, rules: Any, owner: type, beside: tuple[type, ...]) -> None:
-    """Let kernels apply an operation to a class of numbers."""
+    """Let kernels apply an operation to a number type."""
 
     def choose(*kinds: type) -> Any:
         fitting = all(issubclass(kind, (owner, *beside)) for kind in kinds)

@@ -1,22 +1,22 @@
-"""A mass on a spring, driven by a piecewise polynomial motion of its foot: the response in closed form.
+"""The response of a mass on a spring to a piecewise polynomial motion of its foot, in closed form.
 
-With z = x − y the motion of the mass relative to its foot, r = ω_n/ω and derivatives by cam angle:
+With the motion z = x − y of the mass relative to its foot, r = ω_n/ω and derivatives by the cam angle:
 
     z″ + 2ζr·z′ + r²·z = −y″,   0 ≤ ζ < 1.
 
-On each panel of half-width h, in u ∈ [−1, 1] and with a = r·h, the response is a polynomial and a free vibration,
+On each panel of half-width h, with u ∈ [−1, 1] and a = r·h, the response is a polynomial plus a free vibration,
 
     z(u) = Σ c_k·uᵏ + e^{−ζφ}(A·cos wφ + B·sin wφ),   φ = a(u + 1),   w = √(1 − ζ²)
 
-(a ``Wave``). Nothing is stepped in time. Two forms of the first-order system keep the digits:
+(a ``Wave``), without time steps. Two forms of the first-order system keep the digits:
 
-- stiff (r ≥ 1): the pair (z, p) with p = z′/r + 2ζz, driven by −y″/r; a corner of y′ makes p jump by −Δy′/r;
+- stiff (r ≥ 1): the pair (z, p) with p = z′/r + 2ζz, driven by −y″/r; at a corner of y′, p jumps by −Δy′/r;
 - soft (r < 1): the pair (x, p) with p = x′/r + 2ζz, driven by y itself, so that r → 0 leaves the mean of y.
 
-Both are s′ = a(p − 2ζs + shift), p′ = drive − a·s in u. Its polynomial solution is found downwards from the highest
-power for a ≥ 2 (a finite sum in 1/a), upwards as a power series for a < 2, where the first would cancel.
-Against 50 digits z is right to 1e-13 of its largest value, or to 5e-16·r if that is more and the motion has jumps,
-for the rounding of the phase. Next to resonance the error grows as the response does.
+Both are s′ = a(p − 2ζs + shift), p′ = drive − a·s in u. For a ≥ 2 the polynomial solution is computed downwards
+from the highest power (a finite sum in 1/a). For a < 2 this would cancel, so it is computed upwards as a power
+series. Against 50 digits, z has an error of 1e-13 of its largest value. If the motion has jumps, rounding of the
+phase may raise it to 5e-16·r. Near resonance the error grows with the response.
 
 Arrays are (rows, panels), polynomials (powers, rows, panels): a row is one value of r and of ζ, each (rows, 1).
 """
@@ -28,19 +28,21 @@ from numpy.polynomial import polynomial
 
 from camopt.core.numerics import FloatArray, IntArray
 
-SERIES_PHASE = 2.0  # a panel of fewer radians of free vibration on each side of its centre takes the power series
-SERIES_TERMS = 40  # of which the next term is below 1e-18 of the largest, for every ζ < 1
+SERIES_PHASE = (
+    2.0  # radians of free vibration to each side of a panel's centre, below which the power series is used
+)
+SERIES_TERMS = 40  # the next term is below 1e-18 of the largest, for every ζ < 1
 LEFT_END = np.array([-1.0])
-WHOLE_NUMBER = 4e-15  # relative: r this near to a whole number is one, but for rounding of its factors
+WHOLE_NUMBER = 4e-15  # relative distance below which r is a whole number but for rounding
 
 
 def damped_frequency(damping: Any) -> Any:
-    """w = √(1 − ζ²), the frequency of the damped vibration relative to the undamped one."""
+    """w = √(1 − ζ²), the damped frequency divided by the undamped one."""
     return np.sqrt((1.0 - damping) * (1.0 + damping))
 
 
 class Wave(NamedTuple):
-    """Polynomials and damped vibrations on panels, as above: ``polynomial`` (powers, rows, panels)."""
+    """Polynomials (powers, rows, panels) plus damped vibrations on panels."""
 
     polynomial: FloatArray
     cosine: FloatArray
@@ -56,11 +58,11 @@ class Wave(NamedTuple):
 
     @property
     def amplitude(self) -> FloatArray:
-        """Of the free vibration at the start of each panel."""
+        """Amplitude of the free vibration at the start of each panel."""
         return np.hypot(self.cosine, self.sine)
 
     def slope(self) -> "Wave":
-        """The derivative by cam angle."""
+        """The derivative by the cam angle."""
         ratio, w = self.phase / self.half_width, self.frequency
         return self._replace(
             polynomial=polynomial.polyder(self.polynomial) / self.half_width,
@@ -88,24 +90,24 @@ class Wave(NamedTuple):
         return Wave(self.polynomial[:, index], *(part[index] for part in self[1:]))
 
     def values_at(self, u: FloatArray) -> FloatArray:
-        """Values at u ∈ [−1, 1], (points,) for all panels: (points, rows, panels)."""
+        """Values (points, rows, panels) at u ∈ [−1, 1] (points,) of all panels."""
         return self._evaluate(np.asarray(u, dtype=float)[:, None, None])
 
     def values_on_panels(self, panel: IntArray, u: FloatArray) -> FloatArray:
-        """Values at points of panels, each (points,): (rows, points)."""
+        """Values (rows, points) at points u (points,) of panels (points,)."""
         series, cosine, sine, half_width, phase = (part[..., panel] for part in self[:5])
         return Wave(series, cosine, sine, half_width, phase, self.damping)._evaluate(u)
 
     def _evaluate(self, u: FloatArray) -> FloatArray:
         angle = self.phase * (u + 1.0)
-        turned = self.frequency * angle
-        free = np.exp(-self.damping * angle) * (self.cosine * np.cos(turned) + self.sine * np.sin(turned))
+        phase = self.frequency * angle
+        free = np.exp(-self.damping * angle) * (self.cosine * np.cos(phase) + self.sine * np.sin(phase))
         result: FloatArray = _horner(self.polynomial, u) + free
         return result
 
 
 def _add_polynomials(one: FloatArray, other: FloatArray) -> FloatArray:
-    """The sum of polynomials of any degrees."""
+    """Sum of two polynomials of any degrees."""
     longer, shorter = (one, other) if len(one) >= len(other) else (other, one)
     total = longer.copy()
     total[: len(shorter)] += shorter
@@ -128,20 +130,20 @@ def is_resonant(ratio: Any, damping: Any) -> Any:
 def periodic_response(
     motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: Any, damping: Any
 ) -> Wave:
-    """The periodic z over one turn, for each r and ζ: arrays (rows, 1), or numbers.
+    """Periodic z over one turn for each r and ζ, which are arrays (rows, 1) or numbers.
 
-    ``motion`` (powers, panels) is y in u, ``half_width`` (panels,) adds up to half a turn, ``corners`` (panels,) is
-    the jump of y′ at the start of each panel. Any r > 0 that is not resonant (``is_resonant``).
+    ``motion`` (powers, panels) is y in u. ``half_width`` (panels,) adds up to half a turn. ``corners`` (panels,) is
+    the jump of y′ at the start of each panel. r > 0 must not be resonant (``is_resonant``).
     """
-    ratio, damping = (np.reshape(each, (-1, 1)) for each in np.broadcast_arrays(ratio, damping))
+    ratio, damping = (np.reshape(number, (-1, 1)) for number in np.broadcast_arrays(ratio, damping))
     h = np.broadcast_to(half_width, (len(ratio), half_width.size))
     phase, soft, moved = ratio * h, ratio < 1.0, motion[:, None]
-    with np.errstate(over="ignore"):  # of soft rows, whose own form follows
+    with np.errstate(over="ignore"):  # in soft rows, which are replaced below
         shift, drive, kicks = _stiff_terms(motion, phase, corners / ratio)
     shift = np.where(soft, 2.0 * damping * moved, shift)
     drive, kicks = np.where(soft, phase * moved, drive), np.where(soft, 0.0, kicks)
     solution = _particular_solution(shift, drive, phase, damping)
-    # from the polynomial's start: one from rest would vibrate, only to have it taken away with the phase's rounding
+    # start on the polynomial: from rest there would be a vibration, whose removal costs digits of the phase
     smooth = _horner(solution[0][:, :, 0], LEFT_END), _horner(solution[1][:, :, 0], LEFT_END)
     *_, end = _free_vibration(solution, phase, kicks, damping, smooth)
     short = _closing_correction((end[0] - smooth[0], end[1] - smooth[1]), 2.0 * phase.sum(axis=1), damping[:, 0])
@@ -152,7 +154,7 @@ def periodic_response(
 def response_from_rest(
     motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: FloatArray, damping: Any
 ) -> Wave:
-    """The z that starts from rest, for each r of ``ratio`` (rows, 1); ``half_width`` (rows, panels)."""
+    """z from rest, for each r in ``ratio`` (rows, 1), with ``half_width`` (rows, panels)."""
     phase, damping = ratio * half_width, np.full_like(ratio, damping)
     shift, drive, kicks = _stiff_terms(motion, phase, corners / ratio)
     solution = _particular_solution(shift, drive, phase, damping)
@@ -172,7 +174,7 @@ def _stiff_terms(
 
 
 def _particular_solution(shift: FloatArray, drive: FloatArray, phase: FloatArray, damping: FloatArray) -> StatePair:
-    """A polynomial solution of s′ = a(p − 2ζs + shift), p′ = drive − a·s on each panel."""
+    """Polynomial solution of s′ = a(p − 2ζs + shift), p′ = drive − a·s on each panel."""
     degree, shape = len(drive) - 1, (SERIES_TERMS + 1, *phase.shape)
     s, p = np.zeros(shape), np.zeros(shape)
     a = np.maximum(phase, SERIES_PHASE)
@@ -182,9 +184,9 @@ def _particular_solution(shift: FloatArray, drive: FloatArray, phase: FloatArray
     up, along = np.zeros(shape), np.zeros(shape)
     a = np.minimum(phase, SERIES_PHASE)
     for k in range(SERIES_TERMS):
-        known = k <= degree
-        up[k + 1] = a * (along[k] - 2.0 * damping * up[k] + (shift[k] if known else 0.0)) / (k + 1)
-        along[k + 1] = ((drive[k] if known else 0.0) - a * up[k]) / (k + 1)
+        driven = k <= degree
+        up[k + 1] = a * (along[k] - 2.0 * damping * up[k] + (shift[k] if driven else 0.0)) / (k + 1)
+        along[k + 1] = ((drive[k] if driven else 0.0) - a * up[k]) / (k + 1)
     short = phase < SERIES_PHASE
     return np.where(short, up, s), np.where(short, along, p)
 
@@ -192,7 +194,7 @@ def _particular_solution(shift: FloatArray, drive: FloatArray, phase: FloatArray
 def _free_vibration(
     solution: StatePair, phase: FloatArray, kicks: FloatArray, damping: FloatArray, start: StatePair
 ) -> tuple[FloatArray, FloatArray, StatePair]:
-    """The free vibration (s, p) at the start of each panel, and the state after the last one."""
+    """Free vibration (s, p) at the start of each panel, and the state after the last panel."""
     (s, p), w = start, damped_frequency(damping)
     ends = np.array([-1.0, 1.0])[:, None, None]
     (s_left, s_right), (p_left, p_right) = (_horner(series[:, None], ends) for series in solution)
@@ -208,8 +210,8 @@ def _free_vibration(
     return free_s, free_p, (s, p)
 
 
-def _closing_correction(missed: StatePair, angle: FloatArray, damping: FloatArray) -> StatePair:
-    """The correction of a start so that the turn returns to it: (1 − E)·added = missed, E the free vibration.
+def _closing_correction(gap_at_end: StatePair, angle: FloatArray, damping: FloatArray) -> StatePair:
+    """Correction of the start with which the turn returns to it: (1 − E)·correction = gap, E the free vibration.
 
     The determinant is |1 − e^{λφ}|², a sum of squares; 1 − e^{−ζφ}·cos wφ is formed without cancellation.
     """
@@ -218,7 +220,7 @@ def _closing_correction(missed: StatePair, angle: FloatArray, damping: FloatArra
     sine = decay * np.sin(w * angle) / w
     gap = 2.0 * decay * np.sin(w * angle / 2.0) ** 2 - np.expm1(-damping * angle)
     determinant = gap**2 + (w * sine) ** 2
-    s, p = missed
+    s, p = gap_at_end
     return (
         ((gap - damping * sine) * s + sine * p) / determinant,
         ((gap + damping * sine) * p - sine * s) / determinant,

@@ -1,4 +1,4 @@
-"""The pressure of a point contact as a function of the ratio t of its relative radii, for all kinds of number.
+"""The pressure of a point contact as a function of the ratio t of its relative radii, for all number types.
 
 Two bodies touch in an ellipse, with half-axis a in the plane of R' and b in that of R'', across it. With μ = b/a
 and Carlson's integrals D = R_D(0, μ², 1)/3 and B = μ²·R_D(0, 1, μ²)/3,
@@ -7,8 +7,9 @@ and Carlson's integrals D = R_D(0, μ², 1)/3 and B = μ²·R_D(0, 1, μ²)/3,
 
 for any t > 0: a circle at t = 1, where h = 6/π³. In elliptic integrals B = (E − (1−k²)·K)/k², D = (K − E)/k².
 
-h falls, h' rises, h'' falls and h''' rises with t: t·h rises or falls no faster than √t. So what h does over a
-range is known from its ends. In numbers h is a table over ln t, right to RELATIVE.
+h falls, h' rises, h'' falls and h''' rises with t, because t·h rises or falls no faster than √t. So the range of h
+over a range of t follows from its ends. For numbers h is a table over ln t, with the relative error
+``PRESSURE_ERROR``.
 
 Source: Johnson, Contact Mechanics, 4.1 and 4.2; DLMF 19.25 for the integrals.
 """
@@ -27,19 +28,15 @@ from camopt.core.numerics.quadrature import chebyshev_series, powers_of_chebyshe
 from camopt.core.numerics.sloped_interval import Quotient, SlopedInterval, apply_chain_rule
 from camopt.core.numerics.stable_functions import matrix_product
 
-PIECE_WIDTH, CENTRES, PIECE_DEGREE = (
-    0.5,
-    46,
-    15,
-)  # of ln t: width of a piece, pieces to either side of 0, degree of each
-FLATTEST = float(np.exp(PIECE_WIDTH * CENTRES))  # the largest t of the table, 1e10; its inverse is the least
-PRESSURE_ERROR = 32.0 * UNIT_ROUNDOFF  # error of h in numbers
-BOUND_SLACK = 1.0 + 1e-9  # on bounds of derivatives: the third of the table is right to 2e-10
-ITERATIONS = 24  # each leaves less than a seventh of the error
+PIECE_WIDTH, CENTRES, PIECE_DEGREE = 0.5, 46, 15  # width of a piece in ln t, pieces to either side of 0, degree
+FLATTEST = float(np.exp(PIECE_WIDTH * CENTRES))  # largest t of the table, 1e10; the smallest is its inverse
+PRESSURE_ERROR = 32.0 * UNIT_ROUNDOFF  # relative error of h for numbers
+BOUND_SLACK = 1.0 + 1e-9  # factor on bounds of derivatives: the table's third derivative errs by 2e-10
+ITERATIONS = 24  # each reduces the error to less than a seventh
 
 
 def carlson_integrals(ellipticity: Any) -> tuple[Any, Any]:
-    """B and D of μ."""
+    """Carlson's integrals B and D of μ."""
     from scipy.special import elliprd
 
     square = ellipticity * ellipticity
@@ -47,21 +44,21 @@ def carlson_integrals(ellipticity: Any) -> tuple[Any, Any]:
 
 
 def ellipticity_of(t: Any) -> FloatArray:
-    """μ = b/a of a contact.
+    """Ratio μ = b/a of a contact's half-axes.
 
     −d ln t/d ln μ lies between 3/2 (a circle) and 2 (a line), so steps with the slope 7/4 converge from anywhere.
     """
-    wanted = np.log(t)
-    guess = -wanted / 1.75
+    target = np.log(t)
+    guess = -target / 1.75
     for _ in range(ITERATIONS):
         b, d = carlson_integrals(np.exp(guess))
-        guess = guess + (np.log(b / d) - 2.0 * guess - wanted) / 1.75
+        guess = guess + (np.log(b / d) - 2.0 * guess - target) / 1.75
     return np.asarray(np.exp(guess))
 
 
 @lru_cache(maxsize=1)
 def pressure_table() -> FloatArray:
-    """Coefficients of t·h, (pieces, powers): powers of the distance of ln t from a piece's centre, lowest first."""
+    """Coefficients of t·h (pieces, powers), in powers of ln t less the piece's centre, lowest first."""
     nodes, to_chebyshev = chebyshev_series(PIECE_DEGREE)
     centres = PIECE_WIDTH * np.arange(-CENTRES, CENTRES + 1)
     mu = ellipticity_of(np.exp(centres + 0.5 * PIECE_WIDTH * nodes[:, None]))
@@ -73,13 +70,18 @@ def pressure_table() -> FloatArray:
 
 @inline_in_kernels
 def table_derivatives(t, table):
-    """h and three derivatives by t at numbers, t held within the table."""
+    """h and three derivatives by t; t is clipped to the table."""
     t = np.minimum(np.maximum(t, 1.0 / FLATTEST), FLATTEST)
     logarithm = np.log(t)
     piece = np.rint(logarithm / PIECE_WIDTH)
     row = np.int64(piece) + CENTRES
     z = logarithm - PIECE_WIDTH * piece
-    q, q1, q2, q3 = table[row, PIECE_DEGREE], 0.0, 0.0, 0.0  # derivatives by ln t; the higher ones over 2 and 6
+    q, q1, q2, q3 = (
+        table[row, PIECE_DEGREE],
+        0.0,
+        0.0,
+        0.0,
+    )  # derivatives by ln t; the second divided by 2, the third by 6
     for k in range(PIECE_DEGREE - 1, -1, -1):
         q3 = q3 * z + q2
         q2 = q2 * z + q1
@@ -96,7 +98,7 @@ def table_derivatives(t, table):
 
 @inline_in_kernels
 def jet_factor(t, table):
-    """h of a jet: its bounds from the ends of the range; infinite outside the table."""
+    """h of a jet, with bounds from the ends of its range; infinite outside the table."""
     within = (t.low >= 1.0 / FLATTEST) & (t.high <= FLATTEST)
     most, h1, h2, h3 = table_derivatives(t.low, table)
     least = table_derivatives(t.high, table)[0]
@@ -116,7 +118,7 @@ def jet_factor(t, table):
 def pressure_factor(t: Any, table: FloatArray) -> tuple[Any, Any]:
     """h and h' of numbers, jets, intervals or dual numbers.
 
-    What is below the table has the h of its least t, what is beyond it that of its largest.
+    A number outside the table has the h of the table's nearest end.
     """
     h, h1, *_ = table_derivatives(np.asarray(t, dtype=float), table)
     return h, h1

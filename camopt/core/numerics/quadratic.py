@@ -1,4 +1,4 @@
-"""Least squares under linear limits.
+"""Least squares under linear limits, and linear equations that may depend on each other.
 
 Source: Lawson & Hanson, Solving Least Squares Problems, ch. 23 (problem LDP, by non-negative least squares).
 """
@@ -7,23 +7,23 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 
-LIMIT_TOLERANCE = 1e-9  # of the largest number of a limit: what counts as holding it
-LEAST_LIMIT = 1e-3  # of the largest such number: a limit whose own numbers are less has that room
-RANK_TOLERANCE = 1e-10  # of the largest singular value: a row with less follows from others
-LEAST_ROW = 1e-12  # of the longest row: one that x hardly changes
-INFEASIBLE_RESIDUAL = 1e-8  # of a residual: with less of it nothing holds all limits
+LIMIT_TOLERANCE = 1e-9  # allowed violation of a limit, as a share of the largest number in it
+LEAST_LIMIT = 1e-3  # smallest such number that counts, as a share of the largest in all limits
+RANK_TOLERANCE = 1e-10  # share of the largest singular value below which rows depend on others
+LEAST_ROW = 1e-12  # share of the longest row below which x hardly changes a limit
+INFEASIBLE_RESIDUAL = 1e-8  # residual below which no x holds all limits
 
 
 def constrained_least_squares(
     factor: FloatArray, offset: FloatArray, rows: FloatArray, least: FloatArray, size: float = 0.0
 ) -> FloatArray | None:
-    """The x of the least |R·x + d| with rows·x ≥ least, R of full rank; None if no x meets these limits.
+    """The x with the smallest |R·x + d| and rows·x ≥ least, for R of full rank; None if no x holds the limits.
 
-    ``size`` is that of the numbers that ``least`` is made of, whose rounding it may have.
+    ``size`` is the size of the numbers from which ``least`` was computed, which gives its rounding.
     """
     if not factor.shape[1]:
         return np.empty(0) if np.all(least <= _allowed_violation(rows, least, np.empty(0), size)) else None
-    turned, root = np.linalg.qr(factor)  # with z = U·(x − bottom) the norm is |z|, but for what x cannot change
+    turned, root = np.linalg.qr(factor)  # with z = U·(x − bottom) the norm is |z|, up to a constant
     bottom = np.asarray(np.linalg.solve(root, -(turned.T @ offset)), dtype=float)
     if _holds_limits(rows, least, bottom, size):
         return bottom
@@ -32,29 +32,29 @@ def constrained_least_squares(
     by_z = np.linalg.solve(root.T, rows.T).T
     missing = least - rows @ bottom
     lengths = np.linalg.norm(by_z, axis=1)
-    some = lengths > LEAST_ROW * lengths.max()
-    if np.any(missing[~some] > _allowed_violation(rows, least, bottom, size)[~some]):  # x does not change these
+    changeable = lengths > LEAST_ROW * lengths.max()
+    if np.any(missing[~changeable] > _allowed_violation(rows, least, bottom, size)[~changeable]):
         return None
-    by_z, missing = by_z[some] / lengths[some, None], missing[some] / lengths[some]
+    by_z, missing = by_z[changeable] / lengths[changeable, None], missing[changeable] / lengths[changeable]
     unit = float(missing.max())
     system = np.vstack([by_z.T, missing / unit])
-    wanted = np.append(np.zeros(bottom.size), 1.0)
-    forces = nnls(system, wanted)[0]
-    left = wanted - system @ forces
-    if left[-1] <= INFEASIBLE_RESIDUAL:
+    target = np.append(np.zeros(bottom.size), 1.0)
+    forces = nnls(system, target)[0]
+    residual = target - system @ forces
+    if residual[-1] <= INFEASIBLE_RESIDUAL:
         return None
     active = forces > 0.0
-    z = np.linalg.lstsq(by_z[active], missing[active], rcond=None)[0]  # the nearest point of those planes
-    found = np.asarray(bottom + np.linalg.solve(root, z), dtype=float)
-    return found if _holds_limits(rows, least, found, size) else None
+    z = np.linalg.lstsq(by_z[active], missing[active], rcond=None)[0]  # the nearest point of the active planes
+    x = np.asarray(bottom + np.linalg.solve(root, z), dtype=float)
+    return x if _holds_limits(rows, least, x, size) else None
 
 
 def solve_equations(
     rows: FloatArray, values: FloatArray, size: float = 0.0
 ) -> tuple[FloatArray, FloatArray] | None:
-    """The x with rows·x = values: the shortest, and directions in which there are others; None if there is none.
+    """The shortest x with rows·x = values, and the directions of all other solutions; None if there is none.
 
-    Rows may follow from each other.
+    Rows may depend on each other.
     """
     count = rows.shape[1]
     if not rows.size:
@@ -64,28 +64,28 @@ def solve_equations(
     left, sizes, right = np.linalg.svd(rows / lengths[:, None])
     rank = int((sizes > RANK_TOLERANCE * sizes[0]).sum())
     shortest = right[:rank].T @ ((left.T[:rank] @ (values / lengths)) / sizes[:rank])
-    missed = np.abs(rows @ shortest - values)
-    if np.any(missed > _allowed_violation(rows, values, shortest, size)):
+    residual = np.abs(rows @ shortest - values)
+    if np.any(residual > _allowed_violation(rows, values, shortest, size)):
         return None
     return shortest, right[rank:].T
 
 
 def least_violation(rows: FloatArray, least: FloatArray, same: FloatArray, values: FloatArray) -> float:
-    """By what share of their own numbers any x must miss limits rows·x ≥ least and same·x = values; 0 if none.
+    """Smallest relative violation of rows·x ≥ least and same·x = values by any x; 0 if an x holds them all.
 
-    0 too where the linear programme is not solved.
+    It is also 0 if the linear programme is not solved.
     """
     from scipy.optimize import linprog
 
-    every = np.concatenate([rows, same, -same])
-    wanted = np.concatenate([least, values, -values])
-    room = np.abs(wanted) + LEAST_LIMIT * np.abs(wanted).max(initial=0.0)
+    all_rows = np.concatenate([rows, same, -same])
+    bound = np.concatenate([least, values, -values])
+    room = np.abs(bound) + LEAST_LIMIT * np.abs(bound).max(initial=0.0)
     room[room == 0.0] = 1.0
-    system = np.column_stack([every / room[:, None], np.ones(len(every))])
+    system = np.column_stack([all_rows / room[:, None], np.ones(len(all_rows))])
     bounds = [(None, None)] * rows.shape[1] + [(0.0, None)]
     cost = np.append(np.zeros(rows.shape[1]), 1.0)
-    found = linprog(cost, -system, -wanted / room, bounds=bounds, method="highs")
-    return float(found.fun) if found.status == 0 else 0.0
+    solution = linprog(cost, -system, -bound / room, bounds=bounds, method="highs")
+    return float(solution.fun) if solution.status == 0 else 0.0
 
 
 def _holds_limits(rows: FloatArray, least: FloatArray, x: FloatArray, size: float) -> bool:
@@ -93,6 +93,6 @@ def _holds_limits(rows: FloatArray, least: FloatArray, x: FloatArray, size: floa
 
 
 def _allowed_violation(rows: FloatArray, least: FloatArray, x: FloatArray, size: float) -> FloatArray:
-    """The amount by which each limit may be missed."""
+    """Allowed violation of each limit."""
     values = np.abs(rows) @ np.abs(x) + np.abs(least)
     return np.asarray(LIMIT_TOLERANCE * (values + LEAST_LIMIT * values.max(initial=size)))

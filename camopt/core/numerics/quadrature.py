@@ -1,8 +1,7 @@
-"""Integrals over the panels of a turn by Gauss's rule, of rising order until two orders agree; and interpolation.
+"""Integrals over the panels of a turn by Gauss's rule, with rising order until two orders agree; and interpolation.
 
-On a panel an integrand is smooth, so that the error falls with a power of the order, and the difference of two
-orders is far above the error of the higher one. Derivatives along a panel are those of the polynomial through its
-points.
+On a panel the integrand is smooth, so the error falls with a power of the order. The difference between two orders
+is far above the error of the higher one. Derivatives along a panel are those of the polynomial through its points.
 
 Source: Stoer and Bulirsch, Introduction to Numerical Analysis, ch. 3; for derivatives Berrut and Trefethen,
 SIAM Review 46 (2004), ch. 9. Nodes, weights and matrices have the same bits on every processor.
@@ -22,13 +21,13 @@ from camopt.core.numerics.stable_functions import matrix_product
 from camopt.core.numerics.trigonometry import sine_cosine
 
 GAUSS_ORDERS = (6, 9, 13, 19, 28, 40)
-SUM_ERROR = 5e-14  # relative: what laws, derivatives on panels of a hundredth of the turn, and sums lose
+SUM_ERROR = 5e-14  # relative rounding error of laws, of derivatives on panels of 1/100 turn, and of sums
 
-ROOT_DIGITS, NEWTON_STEPS = 40, 6  # of roots; each step doubles the digits, from two on
+ROOT_DIGITS, NEWTON_STEPS = 40, 6  # digits of roots; each step doubles the correct digits, from two on
 
 
 class GaussRule(NamedTuple):
-    """Gauss's rule on [−1, 1], and the matrix from values at its nodes to derivatives there."""
+    """Gauss's rule on [−1, 1], with the matrix from values to derivatives at its nodes."""
 
     nodes: FloatArray
     weights: FloatArray
@@ -37,18 +36,18 @@ class GaussRule(NamedTuple):
 
 @cache
 def gauss_rule(order: int) -> GaussRule:
-    """The rule of n points, exact for polynomials of degree 2n − 1."""
+    """Gauss's rule with n points, exact for polynomials of degree 2n − 1."""
     nodes, weights = np.array([_root_of_legendre(order, k) for k in reversed(range(order))]).T.copy()
     share = (-1.0) ** np.arange(order) * np.sqrt((1.0 - nodes**2) * weights)  # barycentric
-    apart = nodes[:, None] - nodes + np.eye(order)
-    derivative = share / share[:, None] / apart
+    distance = nodes[:, None] - nodes + np.eye(order)
+    derivative = share / share[:, None] / distance
     np.fill_diagonal(derivative, 0.0)
     np.fill_diagonal(derivative, -derivative.sum(axis=1))
     return GaussRule(nodes, weights, derivative)
 
 
 def _root_of_legendre(order: int, number: int) -> tuple[float, float]:
-    """A root of Legendre's polynomial, the largest first, and its weight: by Newton's method in many digits."""
+    """A root of Legendre's polynomial, the largest first, and its weight, by Newton's method with many digits."""
     with localcontext(prec=ROOT_DIGITS):
         x = Decimal(cos(pi * (number + 0.75) / (order + 0.5)))
         for _ in range(NEWTON_STEPS):
@@ -64,14 +63,14 @@ def chebyshev_series(degree: int) -> tuple[FloatArray, FloatArray]:
     """Nodes inside (−1, 1) and the matrix from values there to coefficients of Chebyshev polynomials."""
     count = degree + 1
     _, cosines = sine_cosine(np.pi / (2 * count) * np.arange(4 * count))
-    halves = np.arange(2 * count - 1, 0, -2)  # of π/count: where the nodes are
+    halves = np.arange(2 * count - 1, 0, -2)  # multiples of π/(2·count) at which the nodes are
     series = 2.0 / count * cosines[np.outer(np.arange(count), halves) % (4 * count)]
     series[0] /= 2.0
     return cosines[halves], series
 
 
 def powers_of_chebyshev(degree: int) -> FloatArray:
-    """The matrix from coefficients of Chebyshev polynomials to those of powers."""
+    """Matrix from coefficients of Chebyshev polynomials to those of powers."""
     count = degree + 1
     return np.array([np.pad(chebyshev.cheb2poly(row), (0, count))[:count] for row in np.eye(count)]).T
 
@@ -84,7 +83,7 @@ def chebyshev_projection(degree: int) -> tuple[FloatArray, FloatArray]:
 
 
 class Integrals(NamedTuple):
-    """Integrals (kinds, n) and their errors, by the difference of two orders and by rounding."""
+    """Integrals (kinds, n) and their errors: the difference of two orders plus rounding."""
 
     value: FloatArray
     error: FloatArray
@@ -96,18 +95,18 @@ def integrate_by_orders(
     n: int,
     relative_error: float,
 ) -> Integrals:
-    """Integrals (kinds, n), of each of n the lowest order whose difference to the one before is small enough.
+    """Integrals (kinds, n), each by the lowest order that differs little enough from the order before.
 
-    ``integrals`` gives those of an index by a rule; errors are relative to their ``scale``.
+    ``integrals`` computes them for a rule and an index; errors are relative to ``scale``.
     """
     value = integrals(gauss_rule(GAUSS_ORDERS[0]), slice(None))
     error, open_ = np.full_like(value, np.inf), np.arange(n)
     for order in GAUSS_ORDERS[1:]:
-        found = integrals(gauss_rule(order), open_)
-        off = np.abs(found - value[:, open_])
-        value[:, open_] = found
-        error[:, open_] = off + SUM_ERROR * scale(found)
-        open_ = open_[np.any(off > relative_error * scale(found), axis=0)]
+        closer = integrals(gauss_rule(order), open_)
+        difference = np.abs(closer - value[:, open_])
+        value[:, open_] = closer
+        error[:, open_] = difference + SUM_ERROR * scale(closer)
+        open_ = open_[np.any(difference > relative_error * scale(closer), axis=0)]
         if not open_.size:
             break
     return Integrals(value, error)

@@ -1,16 +1,16 @@
-"""Ranges with slopes: a formula over boxes of its arguments, and how it changes with each of them.
+"""Intervals with slopes: the range of a formula over boxes of its arguments, and its partial derivatives.
 
-A ``SlopedInterval`` holds the range of a quantity over a box, its value at one point of the box, and intervals of
-its partial derivatives over the box. Formulas run on it as they run on numbers: every operation carries the
-derivatives along by the chain rule. By the mean value theorem
+A ``SlopedInterval`` has the range of a quantity over a box, its value at one point of the box, and intervals of its
+partial derivatives over the box. Formulas run on it as on numbers, and each operation carries the derivatives along
+by the chain rule. By the mean value theorem
 
     f(x) ∈ f(p) + Σ F_k·(x_k − p_k),    F_k ∋ ∂f/∂x_k over the box
 
-which narrows the range that interval arithmetic gives: what the range is too wide by falls with the square of the
-box's width. A quotient whose denominator may be 0 in the box stays a quotient (``Quotient``).
+which narrows the range of interval arithmetic: its excess width falls with the square of the box's width. A
+quotient whose denominator may be 0 in the box stays a quotient (``Quotient``).
 
-Rounding is part of the ranges, of the slopes and of the value at the point, an interval too: every operation widens
-them by what it may lose, and a number that enters is taken to be right to GIVEN. An Interval enters as it is.
+Rounding is included: every operation widens the range, the slopes and the value at the point by its rounding error.
+A number as input is widened by ``INPUT_ROUNDOFF``, an Interval is not.
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 6.
 """
@@ -32,21 +32,21 @@ from camopt.core.numerics.interval import (
     widen,
 )
 
-ADD, MULTIPLY, NEGATE = (INTERVAL_RULES[each] for each in (np.add, np.multiply, np.negative))
+ADD, MULTIPLY, NEGATE = (INTERVAL_RULES[ufunc] for ufunc in (np.add, np.multiply, np.negative))
 
 
-@dataclass(eq=False)  # and not frozen, as an Interval
+@dataclass(eq=False)  # not frozen, as Interval is not
 class SlopedInterval(np.lib.mixins.NDArrayOperatorsMixin):
     """A quantity over n boxes of d variables."""
 
     value: Interval
-    """Its range (n,)."""
+    """Range over each box (n,)."""
     at: Interval
-    """Its value at the point (n,)."""
+    """Value at the point of each box (n,)."""
     slopes: Interval
     """Partial derivatives (d, n)."""
     span: Interval
-    """The box as seen from the point (d, n)."""
+    """The box relative to the point (d, n)."""
     keeps_quotients: ClassVar[bool] = True
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
@@ -84,20 +84,20 @@ SLOPED_OPERANDS = (SlopedInterval, *INTERVAL_OPERANDS)
 
 @dataclass(eq=False)
 class LinkageInterval(SlopedInterval):
-    """A Sloped of a linkage: denominators may have either sign, and roots are those of what has to be positive."""
+    """A sloped interval of a linkage: denominators may have either sign, and radicands must be positive."""
 
     radicands: list[SlopedInterval] = field(default_factory=list)
-    """All of which a root was taken: where one is below 0 there is no such linkage."""
+    """All radicands of square roots: where one is below 0, the linkage cannot be assembled."""
     keeps_quotients: ClassVar[bool] = False
 
     @classmethod
     def from_interval(cls, number: SlopedInterval, radicands: list[SlopedInterval]) -> "LinkageInterval":
-        """A number of a linkage over boxes, with a list of radicands that all of its numbers share."""
+        """A number of a linkage over boxes; all its numbers share the list of radicands."""
         return cls(number.value, number.at, number.slopes, number.span, radicands)
 
     @property
     def sloped_interval(self) -> SlopedInterval:
-        """As any other quantity of the boxes."""
+        """The number without the list of radicands."""
         return SlopedInterval(self.value, self.at, self.slopes, self.span)
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
@@ -111,57 +111,59 @@ class LinkageInterval(SlopedInterval):
 
 
 def range_of(x: Any) -> Interval:
-    """The range of a number, an array, an Interval or a Sloped."""
+    """Range of a number, an array, an Interval or a SlopedInterval."""
     return x.value if isinstance(x, SlopedInterval) else _as_rounded_interval(x)
 
 
 def value_at_point(x: Any) -> Interval:
-    """The value of a number, an array, an Interval or a Sloped at the point."""
+    """Value at the point of a number, an array, an Interval or a SlopedInterval."""
     return x.at if isinstance(x, SlopedInterval) else _as_rounded_interval(x)
 
 
 def _as_rounded_interval(x: Any) -> Interval:
-    """A number or an array widened by its rounding error."""
+    """A number or array as an interval, widened by its rounding error."""
     return x if isinstance(x, Interval) else widen(as_interval(x))
 
 
 def apply_chain_rule(value: Interval, at: Interval, parts: Sequence[tuple[Any, Any]]) -> SlopedInterval:
-    """A function of some operands from its range, its value at the point, and (operand, partial derivative).
+    """A function of some operands, from its range, its value at the point, and pairs (operand, partial derivative).
 
-    What is given is right to GIVEN, as after one operation.
+    The inputs may have the relative error ``INPUT_ROUNDOFF``, as after one operation.
     """
     sloped = [(operand, partial) for operand, partial in parts if isinstance(operand, SlopedInterval)]
     like = sloped[0][0]
-    every = like.span.low.shape[1:]
+    shape = like.span.low.shape[1:]
     with np.errstate(**UNBOUNDED_ERRSTATE):
         slopes = reduce(
-            lambda a, b: widen(ADD(a, b)), [_scale_slopes(each, operand.slopes) for operand, each in sloped]
+            lambda a, b: widen(ADD(a, b)), [_scale_slopes(partial, operand.slopes) for operand, partial in sloped]
         )
-        at = at if at.low.shape == every else ADD(at, as_interval(np.zeros(every)))
+        at = at if at.low.shape == shape else ADD(at, as_interval(np.zeros(shape)))
         return narrow_by_mean_value(value, at, slopes, like)
 
 
 def narrow_by_mean_value(value: Interval, at: Interval, slopes: Interval, like: SlopedInterval) -> SlopedInterval:
     """A quantity from its range, its value at the point and its slopes, which narrow the range."""
     span, at, value = like.span, widen(at), widen(value)
-    with np.errstate(**UNBOUNDED_ERRSTATE):  # of the products of slopes and spans, which are around 0
+    with np.errstate(**UNBOUNDED_ERRSTATE):  # for products of infinite slopes and spans around 0
         least = np.minimum(slopes.low * span.high, slopes.high * span.low)
         most = np.maximum(slopes.low * span.low, slopes.high * span.high)
         rounding = INPUT_ROUNDOFF * np.add.reduce(np.maximum(-least, most))
-        low = np.fmax(value.low, at.low + np.add.reduce(least) - rounding)  # fmax: what is unknown narrows nothing
+        low = np.fmax(
+            value.low, at.low + np.add.reduce(least) - rounding
+        )  # fmax ignores NaN, so unknown slopes narrow nothing
         high = np.fmin(value.high, at.high + np.add.reduce(most) + rounding)
     return like.with_enclosure(Interval(np.minimum(low, high), np.maximum(low, high)), at, slopes)
 
 
 def _scale_slopes(partial: Any, slopes: Interval) -> Interval:
-    """Slopes, each times a partial derivative; sums and differences have none but 1 and −1."""
+    """Slopes times a partial derivative, which is 1 or −1 for sums and differences."""
     if isinstance(partial, float) and partial in (1.0, -1.0):
         return slopes if partial > 0.0 else NEGATE(slopes)
     return widen(MULTIPLY(as_interval(partial), slopes))
 
 
 def box_variables(box: Sequence[Interval], point: Sequence[FloatArray]) -> list[SlopedInterval]:
-    """The variables themselves over boxes, seen from points in them."""
+    """The variables of boxes as sloped intervals, with points in the boxes."""
     span = Interval(
         np.array([side.low - p for side, p in zip(box, point, strict=True)]),
         np.array([side.high - p for side, p in zip(box, point, strict=True)]),
@@ -174,14 +176,14 @@ def box_variables(box: Sequence[Interval], point: Sequence[FloatArray]) -> list[
 
 
 def _maximum_partial(a: Interval, b: Interval) -> Interval:
-    """The range of ∂max(a, b)/∂a: 1 where a is larger, 0 where b is."""
+    """Range of ∂max(a, b)/∂a: 1 where a is larger, 0 where b is."""
     return Interval(np.where(a.low > b.high, 1.0, 0.0), np.where(a.high < b.low, 0.0, 1.0))
 
 
 def _sign_partial(a: Interval) -> Interval:
-    """The range of the derivative of sgn(a)."""
-    sure = (a.low > 0.0) | (a.high < 0.0) | (a.low == a.high)
-    return Interval(np.zeros_like(a.low), np.where(sure, 0.0, np.inf))
+    """Range of the derivative of sgn(a)."""
+    constant = (a.low > 0.0) | (a.high < 0.0) | (a.low == a.high)
+    return Interval(np.zeros_like(a.low), np.where(constant, 0.0, np.inf))
 
 
 def _arctan2_partials(value: Interval, y: Interval, x: Interval) -> tuple[Any, ...]:
@@ -207,15 +209,15 @@ PARTIALS: dict[np.ufunc, Callable[..., tuple[Any, ...]]] = {
     np.absolute: lambda v, a: (np.sign(a),),
     np.sign: lambda v, a: (_sign_partial(a),),
 }
-"""Partial derivatives of each operation, from its value and its operands, all Intervals."""
+"""Partial derivatives of each operation, from the Intervals of its value and its operands."""
 
 
 @dataclass(frozen=True, eq=False)
 class Quotient(np.lib.mixins.NDArrayOperatorsMixin):
     """above/below, where the range of ``below`` may reach 0 or less.
 
-    Of a design that can be assembled, is not undercut and does not jam every denominator in a formula is positive,
-    so that for it above/below ≤ b is the same as above ≤ b·below, which has no pole.
+    If a design can be assembled, is not undercut and does not jam, every denominator in a formula is positive. Then
+    above/below ≤ b is the same as above ≤ b·below, which has no pole.
     """
 
     above: Any
@@ -232,7 +234,7 @@ class Quotient(np.lib.mixins.NDArrayOperatorsMixin):
         return Quotient(*(part if np.isscalar(part) else part[index] for part in (self.above, self.below)))
 
     def divide(self) -> SlopedInterval:
-        """As a range, without bounds where the denominator may be 0."""
+        """The quotient as a sloped interval, without bounds where the denominator may be 0."""
         above, below = as_sloped_interval(self.above, self.below), as_sloped_interval(self.below, self.above)
         value, at = above.value / below.value, above.at / below.at
         partials = PARTIALS[np.true_divide](value, above.value, below.value)
@@ -244,7 +246,7 @@ def as_quotient(x: Any) -> Quotient:
 
 
 def as_sloped_interval(x: Any, like: SlopedInterval) -> SlopedInterval:
-    """A constant with zero slopes over the boxes of another quantity."""
+    """A constant as a sloped interval with zero slopes, over the boxes of ``like``."""
     if isinstance(x, SlopedInterval):
         return x
     value = _as_rounded_interval(x) + as_interval(np.zeros(like.value.low.shape))
@@ -252,7 +254,7 @@ def as_sloped_interval(x: Any, like: SlopedInterval) -> SlopedInterval:
 
 
 def hull_of(one: SlopedInterval, other: SlopedInterval, first: Any, second: Any) -> SlopedInterval:
-    """One of two forms of the same quantity; what encloses both, where it is not said which."""
+    """One of two forms of a quantity: ``one`` where ``first``, ``other`` where ``second``, else their hull."""
 
     def pick(a: Interval, b: Interval) -> Interval:
         low, high = np.minimum(a.low, b.low), np.maximum(a.high, b.high)
@@ -290,4 +292,4 @@ FRACTIONS: dict[np.ufunc, Callable[..., tuple[Any, Any]]] = {
     np.power: _fraction_power,
     np.absolute: lambda a: (np.absolute(a.above), a.below),
 }
-"""Operations on fractions: (above, below)."""
+"""Operations on fractions, as (above, below)."""

@@ -1,4 +1,4 @@
-"""Elementary functions in forms that keep their digits, and products with the same digits on every processor."""
+"""Functions in forms without cancellation, and sums with the same digits on every processor."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ from camopt.core.numerics.sloped_interval import SlopedInterval, apply_chain_rul
 def angle_minus_sine(t: FloatArray) -> FloatArray:
     """t − sin t without cancellation, for any t ≥ 0.
 
-    Below 0.5 by the alternating series t³/3! − t⁵/5! + …, whose ninth term is under 1e-21 of the first.
+    Below 0.5 it is the alternating series t³/3! − t⁵/5! + …, whose ninth term is under 1e-21 of the first.
     """
     t = np.asarray(t, dtype=float)
     small = np.minimum(t, 0.5)
@@ -26,12 +26,12 @@ def angle_minus_sine(t: FloatArray) -> FloatArray:
 
 
 def compensated_sum(*terms: Any) -> Any:
-    """A sum right to its own last digits even where its terms cancel (Ogita, Rump and Oishi 2005, Sum2).
+    """A sum that is right to its last digits even if its terms cancel (Ogita, Rump and Oishi 2005, Sum2).
 
-    What each addition loses is found exactly and added at the end. For ranges that of their ends.
+    The rounding error of each addition is computed exactly and added at the end. Ranges are added by their ends.
     """
     if any(isinstance(term, SlopedInterval) for term in terms):
-        value, at = (compensated_sum(*map(of, terms)) for of in (range_of, value_at_point))
+        value, at = (compensated_sum(*map(part, terms)) for part in (range_of, value_at_point))
         return apply_chain_rule(value, at, [(term, 1.0) for term in terms])
     if any(isinstance(term, Interval) for term in terms):
         ends = [as_interval(term) for term in terms]
@@ -44,9 +44,9 @@ def compensated_sum(*terms: Any) -> Any:
 
 
 def matrix_product(a: Any, b: Any) -> FloatArray:
-    """Sum of a[…, k]·b[k, …] over k, with the same bits in any shape and on any processor.
+    """Sum of a[…, k]·b[k, …] over k, with the same bits for any shape and on any processor.
 
-    A library of linear algebra adds in an order of its own, which changes with both.
+    In libraries of linear algebra, the order of the additions depends on both.
     """
     if b.ndim == 1:
         return np.asarray(np.sum(np.ascontiguousarray(a * b), axis=-1))
@@ -60,7 +60,7 @@ def triangle_angle(one: Any, other: Any, *opposite: Any) -> Any:
     """Angle between two sides of a triangle [rad], from the third side as a sum of terms.
 
     The half-angle form keeps all digits of a flat triangle, where the law of cosines loses them (W. Kahan,
-    Miscalculating Area and Angles of a Needle-like Triangle). Without a triangle the angle is 0 or π.
+    Miscalculating Area and Angles of a Needle-like Triangle). If there is no such triangle, the angle is 0 or π.
     """
     near = np.maximum(compensated_sum(*opposite, -one, other) * compensated_sum(*opposite, one, -other), 0.0)
     far = np.maximum(
@@ -70,7 +70,7 @@ def triangle_angle(one: Any, other: Any, *opposite: Any) -> Any:
 
 
 def exact_sum(a: Any, b: Any) -> tuple[Any, Any]:
-    """a + b, and what rounding takes off it (Knuth, The Art of Computer Programming, vol. 2, 4.2.2)."""
+    """a + b, and its rounding error (Knuth, The Art of Computer Programming, vol. 2, 4.2.2)."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
@@ -79,8 +79,8 @@ def exact_sum(a: Any, b: Any) -> tuple[Any, Any]:
 def difference_of_squares_root(a: Any, b: Any, more: Any = 0.0) -> Any:
     """√((a + more)² − b²) as the root of its factors, for a + more ≥ 0; 0 where |b| is larger.
 
-    For intervals it rises with a and falls with |b|, so its ends are exact: by the product it would not know
-    that both factors hold the same b.
+    It rises with a and falls with |b|, so its ends are exact for intervals. The product of its factors would be
+    wider, because both contain b.
     """
     terms = (a, b, more)
     if any(isinstance(term, SlopedInterval) for term in terms):
@@ -94,7 +94,7 @@ def difference_of_squares_root(a: Any, b: Any, more: Any = 0.0) -> Any:
         a, b, more = as_interval(a), as_interval(b), as_interval(more)
         low = difference_of_squares_root(a.low, b.largest_magnitude, more.low)
         return widen(Interval(low, difference_of_squares_root(a.high, b.least_magnitude, more.high)))
-    whole, lost = exact_sum(a, more)  # each factor is a sum as of ``compensated_sum``
+    whole, lost = exact_sum(a, more)  # each factor is a compensated sum
     factors = (exact_sum(whole, term) for term in (-b, b))
-    less, longer = (total + (lost + further) for total, further in factors)
+    less, longer = (total + (lost + error) for total, error in factors)
     return np.sqrt(np.maximum(less * longer, 0.0))

@@ -1,7 +1,7 @@
-"""Ranges of a motion and of its derivatives over stretches of the turn, which may go from one panel to others.
+"""Ranges of a motion and its derivatives over stretches of the turn, which may cross panels.
 
-A stretch is given from the centre of one panel, so that an end on the border of two panels is on one side of it
-alone.
+A stretch is given by distances from the centre of one panel, so that an end on the border of two panels is clearly
+on one side.
 """
 
 from typing import NamedTuple
@@ -16,48 +16,48 @@ from camopt.core.numerics.piecewise import MotionTable
 MOTION_ORDERS = 5
 """y and four derivatives by the cam angle."""
 MOST_STRETCH_PANELS = 6
-"""To either side of the first; a longer stretch counts as the whole turn."""
+"""Most panels to either side of the first; a longer stretch counts as the whole turn."""
 
 
 class PartRanges(NamedTuple):
-    """y and four derivatives on parts of panels."""
+    """y and four derivatives at the middles of parts of panels, and their ranges over the whole parts."""
 
     middle: list[Interval]
     whole: list[Interval]
 
 
 def part_ranges(table: MotionTable, panel: IntArray, u: FloatArray, room: FloatArray) -> PartRanges:
-    """Those at u, a share of half the panel, and as far as ``room`` to either side, rad: by their mean values."""
+    """Ranges over parts of panels with the middle u and half-width ``room`` [rad], by the mean value theorem."""
     motion = (*derivatives(table, panel, u), fourth_derivative(table, panel, u))
     most, error, way = table.most[panel], table.error[panel], Interval(-room, room)
     middle, whole, slope = list[Interval](), list[Interval](), Interval(-most[:, 5], most[:, 5])
     for order in reversed(range(MOTION_ORDERS)):
-        known = Interval(motion[order] - error[:, order], motion[order] + error[:, order])
-        moved = known + slope * way
+        at_middle = Interval(motion[order] - error[:, order], motion[order] + error[:, order])
+        mean_value = at_middle + slope * way
         low, high = table.low[panel, order] - error[:, order], table.high[panel, order] + error[:, order]
-        slope = Interval(np.maximum(moved.low, low), np.minimum(moved.high, high))
-        middle.insert(0, known)
+        slope = Interval(np.maximum(mean_value.low, low), np.minimum(mean_value.high, high))
+        middle.insert(0, at_middle)
         whole.insert(0, slope)
     return PartRanges(middle, whole)
 
 
 class StretchRanges(NamedTuple):
-    """What a motion does over stretches of the turn."""
+    """Ranges of a motion over stretches of the turn."""
 
     ranges: list[Interval]
-    """Of y and four derivatives."""
+    """Ranges of y and four derivatives."""
     pieces: BoolArray
-    """Which of them go from one smooth piece of the motion to another."""
+    """Whether each stretch crosses from one smooth piece of the motion to another."""
 
     def split(self, count: int) -> list["StretchRanges"]:
-        """The same in parts of one size."""
+        """Split the stretches into ``count`` parts of equal size."""
         size = self.pieces.size // count
         parts = [slice(number * size, (number + 1) * size) for number in range(count)]
-        return [StretchRanges([each[part] for each in self.ranges], self.pieces[part]) for part in parts]
+        return [StretchRanges([interval[part] for interval in self.ranges], self.pieces[part]) for part in parts]
 
 
 def stretch_ranges(table: MotionTable, panel: IntArray, low: FloatArray, high: FloatArray) -> StretchRanges:
-    """What a motion does over stretches from ``low`` to ``high``, rad from the centres of panels."""
+    """Ranges of a motion over stretches from ``low`` to ``high`` [rad from the centres of panels]."""
     half, count = table.half_width, table.half_width.size
     ends = np.full((2, MOTION_ORDERS, panel.size), np.inf) * np.array([1.0, -1.0])[:, None, None]
     pieces, first = np.zeros(panel.size, dtype=bool), np.isin(np.arange(count), table.first_panel)
@@ -67,12 +67,12 @@ def stretch_ranges(table: MotionTable, panel: IntArray, low: FloatArray, high: F
         if which.any():
             h = half[on[which]]
             sides = np.clip(start[which], -h, h), np.clip(end[which], -h, h)
-            found = part_ranges(
+            ranges = part_ranges(
                 table, on[which], (sides[0] + sides[1]) / (2.0 * h), (sides[1] - sides[0]) * (0.5 + INPUT_ROUNDOFF)
             ).whole
-            for order, each in enumerate(found):
-                ends[0, order, which] = np.minimum(ends[0, order, which], each.low)
-                ends[1, order, which] = np.maximum(ends[1, order, which], each.high)
+            for order, interval in enumerate(ranges):
+                ends[0, order, which] = np.minimum(ends[0, order, which], interval.low)
+                ends[1, order, which] = np.maximum(ends[1, order, which], interval.high)
 
     include_part((low <= half[panel]) & (high >= -half[panel]), panel, low, high)
     for way in (1, -1):
@@ -82,9 +82,9 @@ def stretch_ranges(table: MotionTable, panel: IntArray, low: FloatArray, high: F
             if not beyond.any():
                 break
             pieces |= first[on if way < 0 else np.mod(on + 1, count)] & beyond & inside
-            further = np.mod(on + way, count)
-            apart = way * (half[on] + half[further])
-            on, start, end = further, start - apart, end - apart
+            neighbour = np.mod(on + way, count)
+            distance = way * (half[on] + half[neighbour])
+            on, start, end = neighbour, start - distance, end - distance
             include_part(beyond & _crossed_sides(half[on], start, end, way)[1], on, start, end)
         unknown |= _crossed_sides(half[on], start, end, way)[0]
     if (unknown := unknown | ~(ends[0, 0] <= ends[1, 0])).any():
@@ -92,9 +92,9 @@ def stretch_ranges(table: MotionTable, panel: IntArray, low: FloatArray, high: F
         ends[0][:, unknown] = (table.low[rows] - table.error[rows]).min(axis=0)[:, None]
         ends[1][:, unknown] = (table.high[rows] + table.error[rows]).max(axis=0)[:, None]
         pieces |= unknown
-    return StretchRanges([Interval(*each) for each in ends.transpose(1, 0, 2)], pieces)
+    return StretchRanges([Interval(*low_high) for low_high in ends.transpose(1, 0, 2)], pieces)
 
 
 def _crossed_sides(half: FloatArray, low: FloatArray, high: FloatArray, way: int) -> tuple[BoolArray, ...]:
-    """Whether stretches end beyond a panel, and whether they begin before its end, going one way."""
+    """Whether stretches end beyond a panel in one direction, and whether they begin before its end."""
     return (high > half, low <= half) if way > 0 else (low < -half, high >= -half)

@@ -1,7 +1,7 @@
-"""Functions of one variable with their derivatives: truncated Taylor series of arrays or intervals.
+"""Truncated Taylor series of arrays or intervals: functions of one variable with their derivatives.
 
-Formulas that are written once take numbers, and give the value, the velocity, the acceleration and so on. Of
-intervals, the last term over a stretch is the remainder of the series about its middle.
+One formula gives the value, the velocity, the acceleration and so on. With intervals, the last term over a stretch
+is the remainder of the series about its middle.
 
 Source: Griewank and Walther, Evaluating Derivatives, ch. 13 (Taylor arithmetic).
 """
@@ -16,7 +16,7 @@ import numpy as np
 
 
 class Taylor:
-    """f + f'·t + f''/2·t² + …, cut off; the terms are numbers, arrays of one shape, or intervals."""
+    """The truncated series f + f'·t + f''/2·t² + …; its terms are numbers, arrays of one shape, or intervals."""
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
         known = method == "__call__" and not kwargs and ufunc in TAYLOR_RULES
@@ -35,7 +35,7 @@ class Taylor:
         return Taylor([k * term for k, term in enumerate(self.terms) if k])
 
     def integral(self, value: Any) -> "Taylor":
-        """The series with this derivative and a value, longer by a term."""
+        """The series with this derivative and the given value, longer by a term."""
         return Taylor([value, *(term / (k + 1) for k, term in enumerate(self.terms))])
 
     def __neg__(self) -> "Taylor":
@@ -65,11 +65,11 @@ class Taylor:
     def __truediv__(self, other: Any) -> "Taylor":
         if not isinstance(other, Taylor):
             return Taylor([term / other for term in self.terms])
-        found: list[Any] = []
+        quotient: list[Any] = []
         for k, term in enumerate(self.terms[: len(other.terms)]):
-            left = term - _sum_of_products(found, other.terms[k:0:-1]) if k else term
-            found.append(left / other.terms[0])
-        return Taylor(found)
+            rest = term - _sum_of_products(quotient, other.terms[k:0:-1]) if k else term
+            quotient.append(rest / other.terms[0])
+        return Taylor(quotient)
 
     def __rtruediv__(self, other: Any) -> "Taylor":
         return Taylor((self * 0.0 + other).terms).__truediv__(self)
@@ -79,25 +79,25 @@ class Taylor:
 
     def root(self) -> "Taylor":
         """The square root."""
-        found = [np.sqrt(self.terms[0])]
+        root = [np.sqrt(self.terms[0])]
         for k, term in enumerate(self.terms[1:]):
-            left = term - _sum_of_products(found[1:], found[:0:-1]) if k else term
-            found.append(left / (found[0] * 2.0))
-        return Taylor(found)
+            rest = term - _sum_of_products(root[1:], root[:0:-1]) if k else term
+            root.append(rest / (root[0] * 2.0))
+        return Taylor(root)
 
 
 def _constant_series(x: Any, like: Any) -> Taylor:
-    """What does not change, as a series beside another one."""
+    """A constant as a series of the length of ``like``; a series as it is."""
     return x if isinstance(x, Taylor) else like * 0.0 + x
 
 
 def _sum_of_products(a: Sequence[Any], b: Sequence[Any]) -> Any:
-    """a₀·b₀ + a₁·b₁ + …, of at least one."""
+    """a₀·b₀ + a₁·b₁ + …, with at least one product."""
     return reduce(add, map(mul, a, b))
 
 
 Series = Any
-"""A ``Taylor``, or the series of a library, for which what follows is registered (``tests/support/balls``)."""
+"""A ``Taylor``, or a library's series that registers the following functions (``tests/support/balls``)."""
 
 
 class Direction(NamedTuple):
@@ -131,7 +131,7 @@ def direction(angle: Series) -> Direction:
     rates = angle.slope.terms
     cosine, sine = [np.cos(angle.terms[0])], [np.sin(angle.terms[0])]
     for k in range(1, len(angle.terms)):
-        c, s = (_sum_of_products(each, rates[k - 1 :: -1]) / k for each in (cosine, sine))
+        c, s = (_sum_of_products(terms, rates[k - 1 :: -1]) / k for terms in (cosine, sine))
         cosine.append(-s)
         sine.append(c)
     return Direction(Taylor(cosine), Taylor(sine))
@@ -144,9 +144,9 @@ def _(angle: Any) -> Direction:
 
 @singledispatch
 def angle_of(x: Series, y: Series) -> Series:
-    """The angle of a vector, from (x·y' − y·x')/(x² + y²): small where the vector turns little."""
-    near = (Taylor(each.terms[:-1]) for each in (x, y))
-    rate = (x * y.slope - y * x.slope) / reduce(add, (each * each for each in near))
+    """Angle of a vector, from its derivative (x·y' − y·x')/(x² + y²)."""
+    shortened = (Taylor(series.terms[:-1]) for series in (x, y))
+    rate = (x * y.slope - y * x.slope) / reduce(add, (series * series for series in shortened))
     return rate.integral(np.arctan2(y.terms[0], x.terms[0]))
 
 
@@ -164,4 +164,4 @@ TAYLOR_RULES: dict[np.ufunc, Callable[..., Taylor]] = {
     np.arctan2: lambda y, x: angle_of(_constant_series(x, y), _constant_series(y, x)),
     np.sign: lambda a: np.sign(a.terms[0]),
 }
-"""What numpy's functions are of a series, where one is among their arguments."""
+"""Rules of numpy's functions for arguments with a series among them."""

@@ -1,9 +1,9 @@
-"""Sine and cosine together, in vector registers; and the arctangent with the same bits on every processor.
+"""Sine and cosine together, in vectorised form; and the arctangent with the same bits on every processor.
 
-The library's functions are called one number at a time, which would keep a climb to a maximum out of vectors. The
+Library functions take one number at a time, which would keep the climb to a maximum from being vectorised. The
 argument is reduced to |r| ≤ π/4 by a two-part π/2 (Cody and Waite, Software Manual for the Elementary Functions,
-1980); there Taylor's series leave less than a third of a unit in the last place. Errors stay below one unit of the
-last place of 1 for |y| ≤ 1000.
+1980). There, Taylor's series err by less than a third of a unit in the last place. For |y| ≤ 1000 the error is
+below one unit in the last place of 1.
 """
 
 from math import factorial
@@ -16,9 +16,11 @@ from camopt.core.numerics.dual import Dual
 from camopt.core.numerics.jet import Jet, cosine, sine
 
 QUARTER, QUARTER_REST = 1.5707963267341256, 6.077100506506192e-11  # π/2 in two parts, the first of 33 bits
-SINES = tuple((-1) ** k / factorial(2 * k + 1) for k in range(7, 0, -1))  # of r³·(r²)ᵏ, the highest first
-STEEP_TANGENT, MIDDLE_TANGENT = 2.414213562373095, 0.66  # tan 3π/8, and from where π/4 is taken off
-QUARTER_LOST = 6.123233995736766e-17  # π/2 less the number next to it
+SINES = tuple(
+    (-1) ** k / factorial(2 * k + 1) for k in range(7, 0, -1)
+)  # coefficients of r³·(r²)ᵏ, the highest first
+STEEP_TANGENT, MIDDLE_TANGENT = 2.414213562373095, 0.66  # tan 3π/8, and the tangent from which π/4 is subtracted
+QUARTER_LOST = 6.123233995736766e-17  # π/2 less the nearest double
 ARCTAN_NUMERATOR = (
     -0.8750608600031904,
     -16.157537187333652,
@@ -33,7 +35,7 @@ ARCTAN_DENOMINATOR = (
     485.3903996359137,
     194.5506571482614,
 )
-COSINES = tuple((-1) ** k / factorial(2 * k) for k in range(8, 1, -1))  # of r⁴·(r²)ᵏ
+COSINES = tuple((-1) ** k / factorial(2 * k) for k in range(8, 1, -1))  # coefficients of r⁴·(r²)ᵏ
 
 
 @overload_in_kernels
@@ -66,9 +68,9 @@ def _sine_cosine_in_kernels(y):
 
 
 def arctangent(y: Any) -> Any:
-    """arctan y of a number or an array, to a unit in the last place, and of an interval as numpy has it.
+    """arctan y of a number or array, to a unit in the last place; of an interval by numpy's function.
 
-    numpy's own has other last bits on processors with wide vectors. The rational approximation is that of S. L.
+    numpy's function has other last bits on processors with wide vectors. The rational approximation is by S. L.
     Moshier, Methods and Programs for Mathematical Functions (1989).
     """
     if not isinstance(y, (float, np.ndarray)):
@@ -81,16 +83,16 @@ def arctangent(y: Any) -> Any:
     over, under = ARCTAN_NUMERATOR[0], square + ARCTAN_DENOMINATOR[0]
     for p, q in zip(ARCTAN_NUMERATOR[1:], ARCTAN_DENOMINATOR[1:], strict=True):
         over, under = over * square + p, under * square + q
-    quarters = 0.5 * steep + 0.5 * middling  # of a half turn
+    quarters = 0.5 * steep + 0.5 * middling  # in half turns
     angle = quarters * (np.pi / 2.0) + ((t * square * over / under + t) + quarters * QUARTER_LOST)
     return np.copysign(angle, y)
 
 
 def rotate(cosine: Any, sine: Any, y: Any) -> Any:
-    """Cosine and sine of an angle turned on by y; the angle itself does not change."""
+    """Cosine and sine of a constant angle plus y, from those of the angle."""
     if type(y) is not Dual:
         return _rotate_number(cosine, sine, y)
-    cosine, sine = (each.value if type(each) is Dual else each for each in (cosine, sine))
+    cosine, sine = (part.value if type(part) is Dual else part for part in (cosine, sine))
     return _rotate_dual(cosine, sine, y)
 
 

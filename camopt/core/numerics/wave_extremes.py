@@ -1,13 +1,13 @@
 """Extremes of waves (``numerics.oscillator``) over their panels, enclosed by branch and bound.
 
-An interval [c − ρ, c + ρ] of a panel's u holds no value above either of
+On an interval [c − ρ, c + ρ] of a panel's u, no value is above either of
 
     f(c) + |f′(c)|·ρ + M·ρ²/2,   M ≥ |f″| on it,
     P(c) + |P′(c)|·ρ + M_P·ρ²/2 + the amplitude of the vibration at its start,
 
-P the polynomial: the second keeps intervals of many periods whole. Intervals that cannot hold more than the best
-value found are dropped, the others halved. Where the polynomial is constant (a dwell, a parabolic stroke) periods
-tie, and the first two stationary points answer at once.
+with the polynomial P. The second bound serves intervals of many periods. Intervals that cannot exceed the best
+value are dropped, the others are halved. Where the polynomial is constant (a dwell, a parabolic stroke), all
+periods are alike, and the first two stationary points give the extreme at once.
 """
 
 from typing import NamedTuple
@@ -17,20 +17,22 @@ import numpy as np
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.oscillator import Wave
 
-RELATIVE_ERROR = 1e-14  # of the largest magnitude that a wave could have
-MOST_INTERVALS = 1 << 20  # intervals at once; beyond, rows are taken apart, and the enclosure of one stays as it is
+RELATIVE_ERROR = 1e-14  # relative to a bound of the wave's largest magnitude
+MOST_INTERVALS = (
+    1 << 20
+)  # most intervals at once; above, rows are searched separately, and a single row keeps its bound
 WAVE_HALVINGS = 64
 
 
 class WaveExtreme(NamedTuple):
-    """The largest value found of each row (rows,), and an upper bound apart from rounding."""
+    """Largest value found in each row (rows,), and an upper bound, but for rounding."""
 
     value: FloatArray
     bound: FloatArray
 
 
 def wave_maximum(wave: Wave) -> WaveExtreme:
-    """The largest value of each row of a wave, one-sided limits at the ends of panels included."""
+    """Largest value of each row of a wave, with one-sided limits at the ends of panels."""
     value = np.max(wave.values_at(np.array([-1.0, 1.0])), axis=(0, 2))
     value = np.maximum(value, np.max(_stationary_where_constant(wave), axis=1))
     scale = np.max(np.abs(wave.polynomial).sum(axis=0) + wave.amplitude, axis=1)
@@ -40,9 +42,9 @@ def wave_maximum(wave: Wave) -> WaveExtreme:
     centre, radius = np.zeros(len(flat)), 1.0
     pieces = _WavePieces.from_wave(wave)
     for _ in range(WAVE_HALVINGS):
-        found, upper = pieces.bounds(flat, centre, radius)
+        at_centre, upper = pieces.bounds(flat, centre, radius)
         owner = flat // wave.phase.shape[1]
-        np.maximum.at(value, owner, found)
+        np.maximum.at(value, owner, at_centre)
         open_ = upper > value[owner] + RELATIVE_ERROR * scale[owner]
         np.maximum.at(bound, owner[~open_], upper[~open_])
         flat, centre = flat[open_], centre[open_]
@@ -60,26 +62,26 @@ def wave_maximum(wave: Wave) -> WaveExtreme:
 
 
 def wave_minimum(wave: Wave) -> WaveExtreme:
-    """As ``largest``, for the least values and their lower bound."""
-    found = wave_maximum(wave.times(-1.0))
-    return WaveExtreme(-found.value, -found.bound)
+    """Smallest value of each row of a wave, and its lower bound."""
+    negative = wave_maximum(wave.times(-1.0))
+    return WaveExtreme(-negative.value, -negative.bound)
 
 
 def wave_peak_magnitude(wave: Wave) -> WaveExtreme:
-    """As ``largest``, for the magnitude."""
+    """Largest magnitude of each row of a wave, and its upper bound."""
     high, low = wave_maximum(wave), wave_maximum(wave.times(-1.0))
     return WaveExtreme(np.maximum(high.value, low.value), np.maximum(high.bound, low.bound))
 
 
 def _stationary_where_constant(wave: Wave) -> FloatArray:
-    """The larger value at the first two stationary points of the vibration; −∞ where there are none."""
+    """Larger value at the first two stationary points on panels with a constant polynomial; −∞ elsewhere."""
     z, w = wave.damping, wave.frequency
     across, along = w * wave.sine - z * wave.cosine, w * wave.cosine + z * wave.sine
     first = np.mod(np.arctan2(across, along), np.pi)
     values = []
-    for turned in (first, first + np.pi):
-        angle = turned / w
-        free = np.exp(-z * angle) * (wave.cosine * np.cos(turned) + wave.sine * np.sin(turned))
+    for phase in (first, first + np.pi):
+        angle = phase / w
+        free = np.exp(-z * angle) * (wave.cosine * np.cos(phase) + wave.sine * np.sin(phase))
         inside = (angle <= 2.0 * wave.phase) & ~(wave.polynomial[1:] != 0.0).any(axis=0)
         values.append(np.where(inside, wave.polynomial[0] + free, -np.inf))
     result: FloatArray = np.maximum(*values)
@@ -93,7 +95,7 @@ class _WavePieces(NamedTuple):
     cosine: FloatArray
     sine: FloatArray
     phase: FloatArray
-    curved: FloatArray  # of the polynomial
+    curved: FloatArray  # bound of the polynomial's second derivative
     damping: FloatArray
     frequency: FloatArray
 
@@ -103,8 +105,8 @@ class _WavePieces(NamedTuple):
         k = np.arange(len(series))[:, None]
         curved = np.sum(k * (k - 1) * np.abs(series), axis=0)
         flat = (wave.cosine.ravel(), wave.sine.ravel(), wave.phase.ravel())
-        own = (np.broadcast_to(each, wave.phase.shape).ravel() for each in (wave.damping, wave.frequency))
-        return cls(series, *flat, curved, *own)
+        rates = (np.broadcast_to(rate, wave.phase.shape).ravel() for rate in (wave.damping, wave.frequency))
+        return cls(series, *flat, curved, *rates)
 
     def bounds(self, piece: FloatArray, centre: FloatArray, radius: float) -> tuple[FloatArray, FloatArray]:
         """Values at the centres of intervals, and upper bounds over the intervals."""
