@@ -1,4 +1,4 @@
-"""Two results side by side: designs that came, went or changed, fronts, settings, and quantities of two cams."""
+"""``compare``: two results side by side, by designs, fronts, settings, and quantities of two cams."""
 
 import os
 from collections.abc import Iterable, Iterator, Mapping
@@ -33,41 +33,41 @@ from camopt.solve.tables.designs import DESIGNS, PARETO
 from camopt.solve.tables.result import Result, Table
 
 SHOWN_DESIGNS = 5
-"""Designs of each kind that are shown."""
+"""Number of designs shown of those only in A, and of those only in B."""
 
 
 @dataclass(frozen=True, eq=False)
 class TableComparison:
-    """Two tables of designs."""
+    """The differences of two tables of designs."""
 
     designs: tuple[int, int]
-    """How many A and B have."""
+    """Numbers of designs in A and B."""
     went: Index
-    """The rows of A, counted from 0, whose designs B has not."""
+    """Rows of A, from 0, with designs that are only in A."""
     came: Index
-    """The rows of B whose designs A has not."""
+    """Rows of B with designs that are only in B."""
     changed: IndexArray
-    """The rows (A, B) of designs of both that differ in a quantity, (designs, 2)."""
+    """Rows (A, B) of designs in both that differ in a quantity, (designs, 2)."""
     beyond: int
-    """How many of these differ by more than the relative errors of both scenes."""
+    """Number of changed designs that differ by more than the relative errors of both scenes."""
     quantities: dict[str, Change]
-    """The quantities that changed, by name."""
+    """Changed quantities by name."""
     columns_in_a: tuple[str, ...]
-    """Columns that B has not."""
+    """Columns only in A."""
     columns_in_b: tuple[str, ...]
-    """Columns that A has not."""
+    """Columns only in B."""
     objectives: tuple[dict[str, str], dict[str, str]]
-    """What A and B minimise and maximise."""
+    """Objectives of A and B: minimise or maximise, by name."""
     units: dict[str, str]
-    """The units of the objectives of A."""
+    """Units of the objectives of A."""
     fronts: Fronts | None
-    """The fronts; None where the objectives differ, or another table of the folder has the front."""
+    """The fronts; None if the objectives differ, or another table of the folder has the front."""
     first: dict[str, list[dict[str, Any]]]
-    """Sizes and objectives of a few designs that went and came, the best feasible ones by the first objective."""
+    """Sizes and objectives of a few designs only in A or B, the best feasible ones by the first objective."""
 
     @property
     def has_same_designs(self) -> bool:
-        """Whether both have the same designs with the same quantities, in any order."""
+        """Whether both tables have the same designs with the same quantities, in any order."""
         return not any((self.went.size, self.came.size, len(self.changed), self.columns_in_a, self.columns_in_b))
 
     def to_dict(self) -> dict[str, Any]:
@@ -94,27 +94,27 @@ class Comparison(Result, Drawable):
     Attributes
     ----------
     a : str
-        What A is.
+        Name of A.
     b : str
-        What B is.
+        Name of B.
     settings : dict
-        By the names of scenes, and of tables with a scene in them: the keys in which the scenes differ, with what
-        A and B have there (None where it is not set). Scenes that do not differ are not there.
+        Keys in which scenes differ, with the values in A and B (None if not set), by names of scenes and of tables
+        with a scene. Equal scenes are left out.
     scenes : dict
-        Likewise, the scenes that differ: (A, B).
+        The scenes that differ, (A, B), by the same names.
     cams : dict
-        Likewise, of scenes that are cams with all their sizes, and of which no table was made: each quantity that
-        differs by more than the relative errors of both, by name, with ``a``, ``b`` and ``difference``, b less a
-        (None where one is not set, infinite or no number).
+        Quantities that differ by more than the relative errors of both, by the same names, for scenes with all
+        sizes that are not the scene of a table. Each has ``a``, ``b`` and ``difference``, b less a (None if one is
+        missing, infinite or not a number).
     by_table : dict
-        By name of the table: ``went`` and ``came``, the rows of A and B whose designs the other has not;
-        ``changed``, pairs of rows; ``quantities``, how each that changed did; ``fronts``; ``to_dict()``.
+        By name of the table: ``went`` and ``came``, the rows of designs only in A and only in B; ``changed``, pairs
+        of rows; ``quantities``, the changes of each quantity; ``fronts``; ``to_dict()``.
     only_in_a : tuple of str
-        Scenes and tables that B has not.
+        Scenes and tables only in A.
     only_in_b : tuple of str
-        Scenes and tables that A has not.
+        Scenes and tables only in B.
     versions : tuple of str
-        The versions of camopt that wrote the tables of A, and those of B.
+        Versions of camopt that wrote the tables of A, and of B.
 
     Examples
     --------
@@ -149,11 +149,11 @@ class Comparison(Result, Drawable):
         return not any(differ) and all(each.has_same_designs for each in self.by_table.values())
 
     def sections(self) -> Iterator[Table | str]:
-        """The differences, or a line that there are none."""
+        """Texts and tables of the differences."""
         return comparison_sections(self)
 
     def document(self) -> dict[str, Any]:
-        """What differs, by kind."""
+        """The differences by kind, as plain values."""
         settings = {
             names: {key: dict(zip("ab", pair, strict=True)) for key, pair in keys.items()}
             for names, keys in self.settings.items()
@@ -173,38 +173,38 @@ class Comparison(Result, Drawable):
 
 
 def _json_record(record: Mapping[str, Any]) -> dict[str, Any]:
-    """A record with None for what is no finite number."""
+    """A record with None in place of infinite numbers and NaN."""
     odd = {n for n, value in record.items() if isinstance(value, float) and (isinf(value) or isnan(value))}
     return {name: None if name in odd else value for name, value in record.items()}
 
 
 @options_by_keyword
 def compare(a: Any, b: Any, *, out: str | os.PathLike[str] | None = None) -> Comparison:
-    """Compare two results: designs, Pareto fronts, settings, and of two cams their quantities.
+    """Compare two results: designs, Pareto fronts, settings, and the quantities of two cams.
 
     Parameters
     ----------
     a : str, os.PathLike, Scene, Sweep, Frontier or pandas.DataFrame
-        A folder that a command wrote, a table of designs (Parquet, or what ``camopt.load`` makes of it), a
-        scene, or what ``sweep`` (with ``out``) or ``frontier`` gives.
+        A folder that a command wrote, a table of designs (a Parquet file, or its DataFrame from ``camopt.load``), a
+        scene, or a result of ``sweep`` (with ``out``) or ``frontier``.
     b : str, os.PathLike, Scene, Sweep, Frontier or pandas.DataFrame
-        The other: a folder beside a folder, whose scenes and tables of the same names are compared; a table or a
-        scene beside a table or a scene.
+        The other result: a folder for a folder, whose scenes and tables of the same names are compared; a table or
+        scene for a table or scene.
     out : str or os.PathLike, optional
-        A table (.parquet or .csv) to write, of the designs that differ. Its column ``change`` is "went", "came",
-        or "before" and "after" of a design that changed; ``table`` and ``row`` say where the row comes from.
+        A table (.parquet or .csv) of the designs that differ. Its column ``change`` is "went" (only in A), "came"
+        (only in B), or "before" and "after" for a changed design; ``table`` and ``row`` are the source of the row.
 
     Returns
     -------
     Comparison
-        What differs. Designs are the same if their laws, sizes and other searched numbers are, exactly; those of a
-        frontier if their motions are, too. They changed if any other quantity differs at all, and beyond the
-        accuracy if by more than the ``[accuracy] relative_error`` of both scenes together, relative.
+        The differences. Two designs are the same if their laws, sizes and other searched numbers are exactly equal;
+        for a frontier, also their motions. A design changed if another quantity differs at all. It changed beyond
+        the accuracy if the relative difference exceeds the sum of ``[accuracy] relative_error`` of both scenes.
 
     Raises
     ------
     BadInput
-        If one is no result, is damaged, or there is nothing in it that the other has too.
+        If one is not a result or is damaged, or if both have nothing in common.
     OSError
         If a file cannot be read or written.
 
@@ -232,21 +232,21 @@ def compare(a: Any, b: Any, *, out: str | os.PathLike[str] | None = None) -> Com
             raise BadInput([Mistake("camopt", "out", str(place), "another file: this one is compared")])
         names = [name for name in one.scenes if name in other.scenes]
         if not names:
-            why = "a result with something that the other has too; "
+            why = "a result with a scene or table of the same name as in the other; "
             why += f"there are {_scene_names(one)}, and {_scene_names(other)}"
             raise BadInput([Mistake("camopt", "result", other.name, why)])
         pairs = {name: (one.tables[name], other.tables[name]) for name in one.tables if name in other.tables}
         for pair in pairs.values():
             _check_types(*pair)
-        found = {name: match_designs(*pair) for name, pair in pairs.items()}
+        matchings = {name: match_designs(*pair) for name, pair in pairs.items()}
         fronts = {name for name in pairs if name != DESIGNS or PARETO not in pairs}
-        tables = {name: _compare_tables(*pair, found[name], name in fronts) for name, pair in pairs.items()}
+        tables = {name: _compare_tables(*pair, matchings[name], name in fronts) for name, pair in pairs.items()}
         scenes = _differing_scenes(one, other, names)
         searched = {table.scene for side in (one, other) for table in side.tables.values()}
         cams = [pair for pair in scenes.values() if searched.isdisjoint(pair) and all(map(is_cam, pair))]
         if place:
-            every = {name: (*pair, found[name], tables[name].changed) for name, pair in pairs.items()}
-            write_differences(every, place)
+            changes = {name: (*pair, matchings[name], tables[name].changed) for name, pair in pairs.items()}
+            write_differences(changes, place)
         return Comparison(
             one.name,
             other.name,
@@ -261,11 +261,11 @@ def compare(a: Any, b: Any, *, out: str | os.PathLike[str] | None = None) -> Com
 
 
 def _check_types(a: DesignTable, b: DesignTable) -> None:
-    """BadInput where a column of both has other types; one without a value has any."""
+    """Raise BadInput if a common column has different types; an empty column has any type."""
     for name in a.names:
         kinds = {side.layout.field(name).type for side in (a, b) if name in side.names} - {pa.null()}
         if len(kinds) > 1:
-            raise no_table_error(b.name, f"its column {name} has another type than in {a.name}")
+            raise no_table_error(b.name, f"the type of its column {name} differs from that in {a.name}")
 
 
 def _scene_names(side: ComparedResult) -> str:
@@ -277,11 +277,11 @@ def _table_versions(side: ComparedResult) -> str:
 
 
 def _differing_scenes(a: ComparedResult, b: ComparedResult, names: Iterable[str]) -> dict[str, tuple[Scene, Scene]]:
-    """The pairs of scenes that differ in a setting; names of the same two scenes are told together."""
-    alike: dict[tuple[Scene, Scene], list[str]] = {}
+    """Pairs of scenes that differ in a setting, by their names; names of the same pair are joined."""
+    names_by_pair: dict[tuple[Scene, Scene], list[str]] = {}
     for name in names:
-        alike.setdefault((a.scenes[name], b.scenes[name]), []).append(name)
-    return {", ".join(each): pair for pair, each in alike.items() if scene_differences(*pair)}
+        names_by_pair.setdefault((a.scenes[name], b.scenes[name]), []).append(name)
+    return {", ".join(joined): pair for pair, joined in names_by_pair.items() if scene_differences(*pair)}
 
 
 def _compare_tables(a: DesignTable, b: DesignTable, pairs: Matching, of_front: bool) -> TableComparison:
@@ -313,7 +313,7 @@ def _objective_words(table: DesignTable) -> dict[str, str]:
 
 
 def _best_designs(table: DesignTable, rows: Index) -> list[dict[str, Any]]:
-    """Sizes and objectives of a few of some rows, with their numbers: the best of the feasible ones first."""
+    """Sizes and objectives of at most ``SHOWN_DESIGNS`` rows, with row numbers; the best feasible designs first."""
     if not rows.size:
         return []
     worse = [sign * table.floats(name)[rows] for name, sign in table.objectives.items()][:1]

@@ -1,4 +1,4 @@
-"""What is compared: the scenes and the tables of designs of a result, by name; a table is read column by column."""
+"""Inputs of a comparison: scenes and tables of designs of a result, by name. Tables are read by columns."""
 
 import os
 from collections.abc import Callable
@@ -29,33 +29,33 @@ from camopt.solve.tables.designs import OPTIMUM, axes_of
 from camopt.solve.tables.table import scene_in
 
 LAW_COLUMN, SCENE_COLUMN, FREE_COLUMN = "law_rise", "scene", "free"
-"""Columns: one that every table of designs has; two that a frontier has."""
+"""Columns: the first is in every table of designs, the others in frontiers."""
 
 
 @dataclass(frozen=True)
 class DesignTable:
-    """Designs and their quantities, a row each."""
+    """A table of designs and their quantities, one design per row."""
 
     name: str
     scene: Scene
     layout: pa.Schema
     count: int
     read: Callable[[list[str]], pa.Table]
-    """Some of its columns."""
+    """A function that reads columns by name."""
 
     @property
     def names(self) -> list[str]:
-        """Its columns."""
+        """Names of the columns."""
         return list(self.layout.names)
 
     @property
     def version(self) -> str:
-        """The version of camopt that wrote it."""
+        """Version of camopt that wrote the table."""
         return str(table_facts(self.layout)["version"])
 
     @property
     def units(self) -> dict[str, str]:
-        """The units of its columns."""
+        """Units of the columns."""
         return {name: str(unit) for name, unit in table_facts(self.layout)["units"].items()}
 
     def column(self, name: str) -> pa.Array:
@@ -63,37 +63,37 @@ class DesignTable:
         return self.read([name]).column(name).combine_chunks()
 
     def floats(self, name: str) -> FloatArray:
-        """One column of numbers; what is null is not a number."""
+        """One column of numbers; null becomes NaN."""
         return np.asarray(self.column(name).to_numpy(zero_copy_only=False), dtype=float)
 
     @property
     def key(self) -> list[str]:
-        """The columns that make a design: laws, sizes and searched numbers; of a frontier the scene of its own."""
+        """Columns that identify a design: laws, sizes and searched numbers; for a frontier also its scene."""
         sizes = [name for name in self.names if name in QUANTITIES and QUANTITIES[name].effect == "sizes"]
         return [*(name for name in sizes if name not in DERIVED_SIZES), *({SCENE_COLUMN} & {*self.names})]
 
     def fixed_value(self, name: str) -> float | None:
-        """What all designs have of a number that is no column: that of the scene."""
+        """The value in the scene of a number that is not a column."""
         keys = [each.key for each in variables_of(self.scene) if each.quantity == name]
         return next(iter(self.scene.numbers(keys).values()), None)
 
     @property
     def objectives(self) -> dict[str, float]:
-        """The objectives, and what turns each into a cost; of a frontier its axes."""
+        """Objectives with the sign that makes each a cost; the axes of a frontier."""
         axes = axes_of(self.names)
-        found = dict.fromkeys(axes, 1.0) if axes else self.scene.search.objectives
+        signs = dict.fromkeys(axes, 1.0) if axes else self.scene.search.objectives
         numbers = {field.name for field in self.layout if pa.types.is_floating(field.type)}
-        return found if {*found} <= numbers else {}
+        return signs if {*signs} <= numbers else {}
 
     def front(self) -> FloatArray:
-        """The costs (points, objectives) of the feasible designs that no other betters."""
-        possible = self.front_candidates()
-        costs = np.column_stack([sign * self.floats(name)[possible] for name, sign in self.objectives.items()])
+        """Costs of the feasible designs that are not dominated, (points, objectives)."""
+        candidates = self.front_candidates()
+        costs = np.column_stack([sign * self.floats(name)[candidates] for name, sign in self.objectives.items()])
         costs = costs[~np.isnan(costs).any(axis=1)]
         return costs[is_non_dominated(costs)] if len(costs) else costs
 
     def front_candidates(self) -> BoolArray:
-        """Which designs may be on the front: of a frontier those of free laws, which meet every limit."""
+        """Mask of designs that may be on the front: feasible ones; for a frontier those of free laws."""
         name = FREE_COLUMN if FREE_COLUMN in self.names else "feasible"
         if name not in self.names:
             return np.ones(self.count, dtype=bool)
@@ -101,21 +101,21 @@ class DesignTable:
 
 
 def column_type(field: pa.Field) -> pa.DataType:
-    """The type that a column has in tables of designs: a quantity its own, others theirs."""
+    """The type of a column in tables of designs: that of its quantity, else its own."""
     if field.name in QUANTITIES and not pa.types.is_null(field.type):
         return ARROW_TYPES[QUANTITIES[field.name].kind]
     return pa.string() if pa.types.is_large_string(field.type) else field.type
 
 
 def is_design_table(layout: pa.Schema) -> bool:
-    """Whether a table is one of designs: it has their laws, and the scene that was searched."""
+    """Whether a table is a table of designs: it has laws and the searched scene."""
     return LAW_COLUMN in layout.names and bool((layout.metadata or {}).get(SCENE_KEY))
 
 
 SCENE_FILES = ("scene.toml", SCENE_FILE, KNOWN_FILE, OPTIMUM)
-"""The scenes in the folders that commands write."""
+"""Scenes in folders that commands write."""
 ONE_SCENE, ONE_TABLE = "scene", "table"
-"""The names of those that are not in a folder."""
+"""Names of a scene and a table without a folder."""
 
 
 @dataclass(frozen=True)
@@ -124,18 +124,18 @@ class ComparedResult:
 
     name: str
     scenes: dict[str, Scene]
-    """Also those in the tables."""
+    """Scenes, also those inside tables."""
     tables: dict[str, DesignTable]
     files: tuple[Path, ...] = ()
-    """Those of the tables."""
+    """Files of the tables."""
 
 
 @singledispatch
 def open_result(what: Any, stack: ExitStack) -> ComparedResult:
-    """The scenes and tables of a result; its files are open until the stack is left."""
+    """The scenes and tables of a result; its files stay open until the stack closes."""
     frame = getattr(what, "attrs", None)
     if frame is None:
-        allowed = "a path, a scene, a table of camopt, or what sweep or frontier gives"
+        allowed = "a path, a scene, a table of camopt, or a result of sweep or frontier"
         raise BadInput([Mistake("camopt", "result", type(what).__name__, allowed)])
     try:
         table = pa.Table.from_pandas(what, preserve_index=False)

@@ -1,8 +1,7 @@
-"""The designs of two tables: which came, which went, and which have other quantities.
+"""Matches the designs of two tables: designs only in one table, and designs with changed quantities.
 
-Designs are matched by integers: each value of a column of the key is numbered over both tables, and these numbers,
-column after column, number the designs. This is exact, its time grows with the rows, and a few columns at once are
-in memory.
+Designs are matched by integers. Each value of a key column is numbered over both tables; these numbers, combined
+column after column, number the designs. The match is exact and takes linear time, with few columns in memory.
 """
 
 import os
@@ -25,11 +24,11 @@ from camopt.show.comparing.compared_results import SCENE_COLUMN, DesignTable
 Index = IndexArray
 MOST_CODES = 2**62
 ERROR_BOUND = "relative_half_width"
-"""A bound on errors: it may change, and the quantities need not."""
+"""A bound on errors: a change of it is no change of a quantity."""
 
 
 class Matching(NamedTuple):
-    """Rows by number: those of designs that both tables have, pair by pair, and those that one alone has."""
+    """Row numbers: pairs of rows with the same design, and rows with designs only in one table."""
 
     in_a: Index
     in_b: Index
@@ -39,24 +38,24 @@ class Matching(NamedTuple):
 
 @dataclass(frozen=True)
 class Change:
-    """How a quantity changed, over the designs that both tables have."""
+    """The change of a quantity over the designs in both tables."""
 
     designs: int
-    """Designs in which it differs at all."""
+    """Number of designs in which it differs."""
     beyond: int
-    """Those of them in which it differs by more than the relative errors of both scenes, or is no number."""
+    """Number of designs in which it differs by more than the relative errors of both scenes, or is not a number."""
     largest: float | None
-    """The largest change, relative to the larger value; None of what is no number."""
+    """Largest change, relative to the larger value; None if the quantity is not a number."""
     a: Any
-    """The value in A where the change is largest."""
+    """Value in A of the design with the largest change."""
     b: Any
-    """And in B."""
+    """Value in B of this design."""
     rows: tuple[int, int]
-    """Row of this design in A, and in B."""
+    """Rows of this design in A and B."""
 
 
 def match_designs(a: DesignTable, b: DesignTable) -> Matching:
-    """Pair the rows of the same designs; of designs that a table has several times, in the order of rows."""
+    """Pair the rows with the same design. Repeated designs are paired in the order of rows."""
     codes = np.zeros(a.count + b.count, dtype=np.int64)
     for name in dict.fromkeys((*a.key, *b.key)):
         codes = _pair_codes(codes, _value_codes(*(_key_column(each, name) for each in (a, b))))
@@ -75,7 +74,7 @@ def match_designs(a: DesignTable, b: DesignTable) -> Matching:
 
 
 def _pair_codes(codes: IntArray, more: IntArray) -> IntArray:
-    """Numbers of pairs of numbers."""
+    """A number for each pair of numbers."""
     many = int(more.max(initial=0)) + 1
     if (int(codes.max(initial=0)) + 1) * many > MOST_CODES:
         codes = _dense_codes(codes)
@@ -83,23 +82,23 @@ def _pair_codes(codes: IntArray, more: IntArray) -> IntArray:
 
 
 def _dense_codes(codes: IntArray) -> IntArray:
-    """The same numbers from 0 without a gap."""
+    """The numbers renumbered from 0 without gaps."""
     return np.asarray(pa.array(codes).dictionary_encode().indices.to_numpy(), dtype=np.int64)
 
 
 def _occurrence_counts(codes: IntArray) -> IntArray:
-    """How often each number came before in its place."""
+    """Count of earlier occurrences of each number."""
     order = np.argsort(codes, kind="stable")
     ordered = codes[order]
     first = np.concatenate([[True], ordered[1:] != ordered[:-1]])[: codes.size]
     start = np.maximum.accumulate(np.where(first, np.arange(codes.size), 0))
-    found = np.empty(codes.size, dtype=np.int64)
-    found[order] = np.arange(codes.size) - start
-    return found
+    counts = np.empty(codes.size, dtype=np.int64)
+    counts[order] = np.arange(codes.size) - start
+    return counts
 
 
 def _key_column(table: DesignTable, name: str) -> pa.Array:
-    """A column of the key, or what the scene has in its place; of a scene of its own a design has its motion."""
+    """A key column, or the value of the scene in its place. A column of scenes becomes one of their motions."""
     if name not in table.names:
         value = table.fixed_value(name)
         return pa.nulls(table.count) if value is None else pa.array(np.full(table.count, value))
@@ -112,19 +111,19 @@ def _key_column(table: DesignTable, name: str) -> pa.Array:
 
 
 def _motion_text(tables: Mapping[str, Any]) -> str:
-    """What of a scene makes the motion."""
+    """The tables of a scene that define its motion, as text."""
     return repr([tables.get(key) for key in ("motion", "profile", "laws")])
 
 
 def _value_codes(a: pa.Array, b: pa.Array) -> IntArray:
-    """Each value of two columns, one after the other, by a number of its own; −0 is 0."""
+    """A number for each distinct value of two joined columns; −0 equals 0."""
     both = pa.concat_arrays(_unify_types(a, b))
     coded = both.dictionary_encode(null_encoding="encode")
     return np.asarray(coded.indices.to_numpy(zero_copy_only=False), dtype=np.int64)
 
 
 def _unify_types(*columns: pa.Array) -> list[pa.Array]:
-    """Columns of one type: numbers if all are, or else texts."""
+    """The columns with one type: numbers if all are numbers, else texts."""
     if all(_is_numeric(column.type) for column in columns):
         return [pa.compute.add(column.cast(pa.float64()), 0.0) for column in columns]
     return [as_text(column) for column in columns]
@@ -135,7 +134,7 @@ def _is_numeric(kind: pa.DataType) -> bool:
 
 
 def as_text(column: pa.Array) -> pa.Array:
-    """A column of texts, flags or lists of texts as one of texts."""
+    """A column of texts, flags or lists of texts, as texts."""
     if pa.types.is_list(column.type):
         return pa.array([None if each is None else ", ".join(each) for each in column.to_pylist()], pa.string())
     return column.cast(pa.string())
@@ -144,7 +143,7 @@ def as_text(column: pa.Array) -> pa.Array:
 def changed_quantities(
     a: DesignTable, b: DesignTable, pairs: Matching
 ) -> Iterator[tuple[str, Change, BoolArray, BoolArray]]:
-    """Each quantity that changed: its name, how, and in which of the pairs at all and beyond the accuracy."""
+    """Changed quantities: name, change, and masks of pairs that differ, at all and beyond the accuracy."""
     if not pairs.in_a.size:
         return
     for name in a.names:
@@ -152,8 +151,10 @@ def changed_quantities(
             continue
         one, other = a.column(name).take(pa.array(pairs.in_a)), b.column(name).take(pa.array(pairs.in_b))
         numbers = _is_numeric(one.type) and _is_numeric(other.type)
-        found = _compare_numbers if numbers else _compare_texts
-        differs, share, beyond = found(one, other, a.scene.accuracy.relative_error, b.scene.accuracy.relative_error)
+        compare = _compare_numbers if numbers else _compare_texts
+        differs, share, beyond = compare(
+            one, other, a.scene.accuracy.relative_error, b.scene.accuracy.relative_error
+        )
         if not differs.any():
             continue
         if name == ERROR_BOUND:
@@ -175,11 +176,11 @@ def changed_quantities(
 
 
 Differences = tuple[BoolArray, FloatArray, BoolArray]
-"""Whether values differ, by which share of the larger, and whether beyond the accuracy."""
+"""Whether values differ, the share of the larger value, and whether beyond the accuracy."""
 
 
 def _compare_numbers(a: pa.Array, b: pa.Array, error_a: float, error_b: float) -> Differences:
-    """Of numbers; what is missing on one side, or infinite, differs by an infinite share."""
+    """Differences of numbers. A number that is missing on one side, or infinite, has an infinite difference."""
     x, y = (np.asarray(column.to_numpy(zero_copy_only=False), dtype=float) for column in (a, b))
     differs = (x != y) & ~(np.isnan(x) & np.isnan(y))
     share, beyond = np.zeros(x.size), np.zeros(x.size, dtype=bool)
@@ -193,7 +194,7 @@ def _compare_numbers(a: pa.Array, b: pa.Array, error_a: float, error_b: float) -
 
 
 def _compare_texts(a: pa.Array, b: pa.Array, *_: float) -> Differences:
-    """Of texts, flags and lists of texts."""
+    """Differences of texts, flags and lists of texts."""
     codes = _value_codes(a, b)
     differs = codes[: len(a)] != codes[len(a) :]
     return differs, differs.astype(float), differs
@@ -201,22 +202,22 @@ def _compare_texts(a: pa.Array, b: pa.Array, *_: float) -> Differences:
 
 PARQUET, CSV = ".parquet", ".csv"
 ORIGIN_SCHEMA = pa.schema({"change": pa.string(), "table": pa.string(), "row": pa.int64()})
-"""Columns that say where a row comes from, and what happened to its design."""
+"""Columns for the kind of change and the source of a row."""
 ChangedTables = tuple[DesignTable, DesignTable, Matching, IndexArray]
-"""Two tables, which of their rows are of the same designs, and pairs of rows that changed."""
+"""Two tables, their matching, and pairs of rows that changed."""
 
 
 def check_output_file(path: str | os.PathLike[str]) -> Path:
-    """The file to write; BadInput unless it is of a known kind, OSError if it cannot be written."""
+    """The path to write. Raises BadInput for another suffix, OSError if it cannot be written."""
     checked_suffix(path, "out", (PARQUET, CSV))
     place = path_of(path)
     check_writable(place)
     return place
 
 
-def write_differences(found: Mapping[str, ChangedTables], path: Path) -> None:
-    """Write all rows of designs that went, came or changed, with where they come from."""
-    parts = [part for name, each in found.items() for part in _difference_rows(name, *each)]
+def write_differences(tables: Mapping[str, ChangedTables], path: Path) -> None:
+    """Write all rows of designs only in one table, or changed, with their source."""
+    parts = [part for name, each in tables.items() for part in _difference_rows(name, *each)]
     table = pa.concat_tables([ORIGIN_SCHEMA.empty_table(), *parts], promote_options="default")
     if path.suffix.lower() == PARQUET:
         write_table(table.replace_schema_metadata({"camopt_version": VERSION}), path)
@@ -230,7 +231,7 @@ def write_differences(found: Mapping[str, ChangedTables], path: Path) -> None:
 def _difference_rows(
     name: str, a: DesignTable, b: DesignTable, pairs: Matching, changed: IndexArray
 ) -> Iterator[pa.Table]:
-    """The rows of two tables by what happened to them; of those that changed, both."""
+    """The differing rows of two tables, by kind of change; both rows of a changed design."""
     for change, table, rows in (
         ("went", a, pairs.went),
         ("came", b, pairs.came),

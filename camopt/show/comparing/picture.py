@@ -16,15 +16,17 @@ MOST_OBJECTIVE_PAIRS = 3  # side by side: all pairs of three objectives
 PANEL_WIDTH, PANEL_HEIGHT = 4.6, 4.4  # inches: of a panel
 
 
-def draw(found: Comparison, path: Target = None) -> "Figure":
-    """Draw the Pareto fronts of two results, a row of panels for each table: each pair of objectives that vary."""
-    rows = {name: table for name, table in found.by_table.items() if table.fronts and _varied_objectives(table)}
+def draw(comparison: Comparison, path: Target = None) -> "Figure":
+    """Draw both Pareto fronts: a row of panels for each table, a panel for each pair of objectives that vary."""
+    rows = {
+        name: table for name, table in comparison.by_table.items() if table.fronts and _varied_objectives(table)
+    }
     if not rows:
-        why = "results with fronts of the same two objectives or more, which vary"
-        raise BadInput([Mistake("camopt", "what", repr(found), why)])
+        why = "results with Pareto fronts of the same objectives, at least two of which vary"
+        raise BadInput([Mistake("camopt", "what", repr(comparison), why)])
     many = max(len(_varied_objectives(table)) for table in rows.values())
     with canvas(path, (max(many, 2) * PANEL_WIDTH, len(rows) * PANEL_HEIGHT), layout="constrained") as figure:
-        title = f"Pareto fronts: {found.a} (A) and {found.b} (B)"
+        title = f"Pareto fronts: {comparison.a} (A) and {comparison.b} (B)"
         figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
         for panels, (name, table) in zip(
             figure.subplots(len(rows), many, squeeze=False), rows.items(), strict=True
@@ -42,7 +44,7 @@ def draw(found: Comparison, path: Target = None) -> "Figure":
 
 
 def _front_costs(table: TableComparison) -> tuple[FloatArray, FloatArray]:
-    """The objectives of the points of both fronts."""
+    """Objectives of the points of both fronts, in shown units."""
     assert table.fronts is not None
     signs = np.array([1.0 if aim == "minimise" else -1.0 for aim in table.objectives[0].values()])
     scales = signs * [to_shown_unit(1.0, table.units[name]) for name in table.objectives[0]]
@@ -51,20 +53,20 @@ def _front_costs(table: TableComparison) -> tuple[FloatArray, FloatArray]:
 
 
 def _varied_objectives(table: TableComparison) -> list[tuple[int, int]]:
-    """The pairs of objectives that differ from point to point."""
+    """Pairs of objectives that differ between points."""
     every = np.concatenate(_front_costs(table))
     varied = [k for k, column in enumerate(every.T) if np.unique(column[np.isfinite(column)]).size > 1]
     return list(combinations(varied, 2))[:MOST_OBJECTIVE_PAIRS]
 
 
 def _draw_fronts(axes: Any, table: TableComparison, pair: tuple[int, int]) -> None:
-    """The fronts in two objectives: common points, points of A only and of B only."""
+    """Draw both fronts in two objectives: common points, points only of A and only of B."""
     a, b = _front_costs(table)
     in_both = _are_among_points(a, b)
     for points, label, look in (
         (a[in_both], "on both fronts", {"color": MUTED, "marker": ".", "s": 16}),
-        (a[~in_both], "on A's alone", {"facecolor": "none", "edgecolor": SERIES[0], "marker": "o", "s": 22}),
-        (b[~_are_among_points(b, a)], "on B's alone", {"color": SERIES[1], "marker": "x", "s": 18, "lw": 1.0}),
+        (a[~in_both], "only on A's front", {"facecolor": "none", "edgecolor": SERIES[0], "marker": "o", "s": 22}),
+        (b[~_are_among_points(b, a)], "only on B's front", {"color": SERIES[1], "marker": "x", "s": 18, "lw": 1.0}),
     ):
         if len(points):
             axes.scatter(points[:, pair[0]], points[:, pair[1]], label=label, zorder=3, **look)
@@ -75,6 +77,6 @@ def _draw_fronts(axes: Any, table: TableComparison, pair: tuple[int, int]) -> No
 
 
 def _are_among_points(points: FloatArray, others: FloatArray) -> BoolArray:
-    """Which points are among others."""
+    """Mask of points that are also in ``others``."""
     known = {tuple(each) for each in others.tolist()}
     return np.array([tuple(each) in known for each in points.tolist()], dtype=bool)

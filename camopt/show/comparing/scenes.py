@@ -1,4 +1,4 @@
-"""Two scenes side by side: the settings that differ, and of two cams the quantities that do."""
+"""Compares two scenes: settings that differ, and quantities that differ if both are cams."""
 
 from math import isfinite
 from typing import Any, NamedTuple
@@ -13,13 +13,13 @@ from camopt.show.comparing.designs import ERROR_BOUND
 from camopt.solve.verdicts.evaluation import evaluate
 
 Difference = tuple[Any, Any]
-"""What A and B have; None for what is not set."""
+"""Values in A and B; None if not set."""
 
 
 def scene_differences(a: Scene, b: Scene) -> dict[str, Difference]:
-    """The keys in which two scenes differ, such as ``limits.pressure_angle`` and ``motion.1.angle``.
+    """Keys in which two scenes differ, such as ``limits.pressure_angle`` and ``motion.1.angle``.
 
-    Segments are counted from 1. A key that one scene leaves at its default is there with the default.
+    Segments are counted from 1. A key that only one scene sets has the default of the other.
     """
     set_keys = dict.fromkeys(key for scene in (a, b) for key, _ in leaves(scene.to_dict()))
     one, other = (dict(leaves(scene.model_dump(mode="json"))) for scene in (a, b))
@@ -28,7 +28,7 @@ def scene_differences(a: Scene, b: Scene) -> dict[str, Difference]:
 
 
 def shown_settings(a: Scene, b: Scene) -> dict[str, tuple[Any, Any, str]]:
-    """The keys in which two scenes differ: what A and B have, in the units that are shown, and these units."""
+    """Keys in which two scenes differ, with the values in A and B in shown units, and these units."""
     models, tables = tables_by_place(Scene), [scene.model_dump(mode="json") for scene in (a, b)]
     one, other = (dict(leaves(in_shown_units(each, models))) for each in tables)
     units = [dict(leaves(tables_of_shown_units(each, models))) for each in tables]
@@ -42,20 +42,20 @@ class ValuePair(NamedTuple):
     """A quantity of two cams."""
 
     a: Any
-    """In A; None where A does not call for it."""
+    """Value in A; None if A does not compute it."""
     b: Any
-    """In B."""
+    """Value in B."""
     difference: float | None
-    """B less A; None where one is no number, or infinite."""
+    """B less A; None if one is infinite or not a number."""
 
 
 def is_cam(scene: Scene) -> bool:
-    """Whether a scene gives all sizes and numbers of its cam, and leaves none to a search."""
+    """Whether a scene gives all sizes and numbers of its cam."""
     return not missing_variable_mistakes(resolve(scene))
 
 
 def compare_cams(a: Scene, b: Scene) -> dict[str, ValuePair]:
-    """The quantities that either calls for and that differ by more than the relative errors of both."""
+    """Quantities of either scene that differ by more than the relative errors of both."""
     one, other = evaluate(a), evaluate(b)
     pairs = {
         name: (one.get(name), other.get(name)) for name in in_column_order({**one, **other}) if name != ERROR_BOUND

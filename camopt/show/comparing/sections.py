@@ -1,4 +1,4 @@
-"""A comparison as people read it: settings, designs and fronts of two results."""
+"""Texts and tables of a comparison: settings, designs and fronts of two results."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
@@ -14,16 +14,20 @@ if TYPE_CHECKING:
     from camopt.show.comparing.fronts import FrontSide
     from camopt.show.comparing.scenes import ValuePair
 
-VALUE_CHARACTERS = 60  # characters of a value
+VALUE_CHARACTERS = 60  # shown characters of a value
 NOT_SET = "—"
 
 
 def comparison_sections(result: "Comparison") -> Iterator[Table | str]:
-    """The differences, or a line that there are none."""
+    """Texts and tables of the differences, or a line that there are none."""
     yield f"A: {result.a}"
     yield f"B: {result.b}"
     if result.same:
-        yield "They are the same: designs, quantities and settings." if result.by_table else "They are the same."
+        yield (
+            "A and B are the same: designs, quantities and settings."
+            if result.by_table
+            else "A and B are the same."
+        )
     if result.by_table and result.versions[0] != result.versions[1]:
         yield f"Written by camopt {result.versions[0]} (A) and {result.versions[1]} (B)."
     for name, only in (("A", result.only_in_a), ("B", result.only_in_b)):
@@ -46,7 +50,7 @@ def comparison_sections(result: "Comparison") -> Iterator[Table | str]:
 
 
 def _short_value(value: Any) -> str:
-    """A value of a scene in a cell."""
+    """A value of a scene as text of a cell."""
     if value is None:
         return NOT_SET
     text = ", ".join(map(number_text, value)) if isinstance(value, list) else number_text(value)
@@ -54,14 +58,14 @@ def _short_value(value: Any) -> str:
 
 
 def _shown_value(name: str, value: Any) -> Any:
-    """A value of a column as it is shown."""
+    """A value of a column in the shown unit."""
     return to_shown_unit(value, unit_of_column(name)) if isinstance(value, float) else value
 
 
 def _quantity_sections(names: str, cam: "Mapping[str, ValuePair]") -> Iterator[Table | str]:
-    """The quantities of two cams that differ, side by side."""
+    """Quantities of two cams that differ, side by side."""
     if not cam:
-        yield f"Their quantities are the same ({names})."
+        yield f"The quantities of both cams are the same ({names})."
         return
     rows = [
         {
@@ -77,15 +81,15 @@ def _quantity_sections(names: str, cam: "Mapping[str, ValuePair]") -> Iterator[T
 
 
 def _design_sections(name: str, table: "TableComparison") -> Iterator[Table | str]:
-    """The numbers of new, lost and changed designs; the changed quantities; the best new and lost designs."""
-    of_a, of_b = table.designs
-    yield f"{name}: {of_a:,} designs in A, {of_b:,} in B"
+    """Numbers of designs only in A, only in B and changed; changed quantities; the best designs only in A or B."""
+    in_a, in_b = table.designs
+    yield f"{name}: {in_a:,} designs in A, {in_b:,} in B"
     if table.has_same_designs:
         yield "The same designs, with the same quantities."
         return
-    moved = f"{table.went.size:,} went (only in A), {table.came.size:,} came (only in B)"
-    beyond = f", {table.beyond:,} of them beyond the accuracy" if len(table.changed) else ""
-    yield f"{moved}, {len(table.changed):,} changed{beyond}"
+    only = f"{table.went.size:,} only in A, {table.came.size:,} only in B"
+    beyond = f" ({table.beyond:,} of them beyond the accuracy)" if len(table.changed) else ""
+    yield f"{only}, {len(table.changed):,} changed{beyond}"
     for side, columns in (("A", table.columns_in_a), ("B", table.columns_in_b)):
         if columns:
             yield f"Columns only in {side}: {', '.join(columns)}"
@@ -102,17 +106,21 @@ def _design_sections(name: str, table: "TableComparison") -> Iterator[Table | st
             for name, change in table.quantities.items()
         ]
         yield ""
-        yield table_of("Quantities that changed: the largest relative change, and where it is", rows, [*rows[0]])
-    for kind, count in (("went", table.went.size), ("came", table.came.size)):
+        yield table_of(
+            "Quantities that changed, with the values of the design with the largest relative change",
+            rows,
+            [*rows[0]],
+        )
+    for side, kind, count in (("A", "went", table.went.size), ("B", "came", table.came.size)):
         if rows := table.first[kind]:
-            title = f"Designs that {kind}" + (f": {len(rows)} of {count:,}" if count > len(rows) else "")
+            title = f"Designs only in {side}" + (f": {len(rows)} of {count:,}" if count > len(rows) else "")
             yield ""
             numbers = [name for name in rows[0] if name not in ("row", *LAW_COLUMNS)]
             yield table_of(title, with_law(rows), ["row", *laws_shown(rows), *numbers])
 
 
 def _front_sections(table: "TableComparison") -> Iterator[Table | str]:
-    """The differences of the fronts, or the reason why they cannot be compared."""
+    """Differences of the fronts, or the reason why they cannot be compared."""
     a, b = table.objectives
     if table.fronts and table.fronts.has_same_points:
         yield table.fronts.verdict_sentence
@@ -120,14 +128,16 @@ def _front_sections(table: "TableComparison") -> Iterator[Table | str]:
         yield ""
         words: dict[str, Callable[[FrontSide], str]] = {
             "points": lambda side: f"{side.points:,}",
-            "hypervolume, as a share": lambda side: f"{'' if side.exact else 'about '}{side.hypervolume:.6g}",
-            "points that the other dominates": lambda side: _count_with_share(side.dominated, side.points),
-            "points that the other has too": lambda side: _count_with_share(side.shared, side.points),
-            "behind the other, in the mean (IGD⁺)": lambda side: _distance_text(side.behind_mean),
-            "behind the other, at most (ε)": lambda side: _distance_text(side.behind_most),
+            "hypervolume (0 to 1, higher is better)": lambda side: (
+                f"{'' if side.exact else 'about '}{side.hypervolume:.6g}"
+            ),
+            "points dominated by the other": lambda side: _count_with_share(side.dominated, side.points),
+            "points on both fronts": lambda side: _count_with_share(side.shared, side.points),
+            "mean distance behind the other (IGD⁺)": lambda side: _distance_text(side.behind_mean),
+            "largest distance behind the other (ε)": lambda side: _distance_text(side.behind_most),
         }
         rows = [{"": word, "A": text(table.fronts.a), "B": text(table.fronts.b)} for word, text in words.items()]
-        yield table_of("The fronts, by the ideal and the nadir of both", rows, ["", "A", "B"])
+        yield table_of("The fronts, normalised by the ideal and the nadir of both", rows, ["", "A", "B"])
         yield table.fronts.verdict_sentence
     elif a != b:
         yield f"The fronts cannot be compared: A has the objectives {_objectives_text(a)}; B {_objectives_text(b)}."
@@ -137,8 +147,8 @@ def _objectives_text(objectives: dict[str, str]) -> str:
     return ", ".join(f"{aim} {name}" for name, aim in objectives.items()) or "none"
 
 
-def _count_with_share(count: int, of: int) -> str:
-    return f"{count:,} ({count / of:.1%})" if of else "0"
+def _count_with_share(count: int, total: int) -> str:
+    return f"{count:,} ({count / total:.1%})" if total else "0"
 
 
 def _distance_text(value: float | None) -> str:

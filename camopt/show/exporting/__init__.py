@@ -1,6 +1,7 @@
-"""The cam for other programs, machines and people: files of drawings, solids, points and tables.
+"""Files of a cam for machines, other programs and people: drawings, solids, programs, points and tables.
 
-Its points have all columns of the cam: displacement, curves and loads at each cam angle."""
+Points have all columns of the cam: displacement, curves and loads at each cam angle.
+"""
 
 from camopt.core.storage.home import settle_home
 

@@ -1,4 +1,4 @@
-"""The cam as points for a machine or another program: displacement, pitch curve, profile and cutter path."""
+"""Points of a cam for a machine or another program: displacement, pitch curve, profile, cutter path, loads."""
 
 import os
 
@@ -45,13 +45,13 @@ COLUMN_NOTES = {
     "profile_inner": ("mm", "Inner wall of a groove in the face of a disc."),
     "profile_outer": ("mm", "Its outer wall."),
     "cutter": ("mm", "Path of the cutter's centre."),
-    "cutter_left": ("mm", "Path of the cutter's centre that makes the left flank."),
-    "cutter_right": ("mm", "Path of the cutter's centre that makes the right flank."),
-    "cutter_inner": ("mm", "Path of the cutter's centre that makes the inner wall."),
-    "cutter_outer": ("mm", "Path of the cutter's centre that makes the outer wall."),
-    "second_pitch": ("mm", "Pitch curve of the second disc of a pair, or of the second roller about a rib."),
+    "cutter_left": ("mm", "Path of the cutter's centre for the left flank."),
+    "cutter_right": ("mm", "Path of the cutter's centre for the right flank."),
+    "cutter_inner": ("mm", "Path of the cutter's centre for the inner wall."),
+    "cutter_outer": ("mm", "Path of the cutter's centre for the outer wall."),
+    "second_pitch": ("mm", "Pitch curve of the second disc of a pair, or of the second roller of a rib."),
     "second_profile": ("mm", "Profile of the second disc of a pair, or the second flank of a rib."),
-    "second_cutter": ("mm", "Path of the centre of the cutter that makes it."),
+    "second_cutter": ("mm", "Path of the cutter's centre for the second profile."),
 }
 
 FORM_COLUMNS = {
@@ -59,11 +59,11 @@ FORM_COLUMNS = {
     "y_mm": ("mm", ""),
     "normal_x": ("", "Unit normal, out of the steel."),
     "normal_y": ("", "Unit normal, out of the steel."),
-    "curvature_per_mm": ("1/mm", "Curvature, above 0 where the steel is convex; that after a jump."),
-    "radius_mm": ("mm", "Distance from the axis, the polar radius: no radius of curvature."),
+    "curvature_per_mm": ("1/mm", "Curvature, above 0 where the steel is convex; at a jump the value after it."),
+    "radius_mm": ("mm", "Distance from the axis (polar radius, not the radius of curvature)."),
     "angle_deg": ("deg", "Direction from the axis, anticlockwise from the x axis."),
 }
-"""Columns of a curve, by what follows its name: unit, and the words after those of the curve."""
+"""Columns of a curve by the end of their name: unit, and the end of their description."""
 
 
 @options_by_keyword
@@ -76,59 +76,61 @@ def cam_points(
     chord: float | None = None,
     disc: int | None = None,
 ) -> Columns:
-    """Points of a scene's cam: columns by name, each an array (n,) with one value for each cam angle.
+    """Points of a cam: columns by name, each an array (n,) with a value for each cam angle.
 
-    Columns: ``cam_angle_deg``; ``displacement_mm`` (``displacement_deg`` when oscillating) of the follower, and
-    with a train ``tool_displacement_mm`` (``tool_displacement_deg``); velocity, acceleration and jerk as
-    ``velocity_m_s``, ``acceleration_m_s2``, ``jerk_m_s3`` (by the cam angle, ``velocity_mm_per_rad``, without a
-    speed), named as in ``evaluate``: with a train those of the tool, and ``velocity_follower_m_s`` of the
-    follower; where one jumps, that after the jump; and the x and y in mm of each curve, as
-    ``profile_x_mm``, ``profile_y_mm``: ``pitch`` (not for a flat face, which has no trace point), ``profile``, and
-    ``cutter`` if a cutter radius is given. The groove of a cylindrical cam has ``profile_left`` and
-    ``profile_right`` in place of ``profile``, that in the face of a disc ``profile_inner`` and ``profile_outer``,
-    and likewise two cutter paths. Of a conjugate pair there are both discs in one frame, those of the second one as
-    ``second_profile_x_mm``.
+    Motion: ``cam_angle_deg``; ``displacement_mm`` of the follower (``displacement_deg`` if it oscillates); with a
+    train ``tool_displacement_mm`` (``tool_displacement_deg``). Velocity, acceleration and jerk are
+    ``velocity_m_s``, ``acceleration_m_s2``, ``jerk_m_s3``, or by the cam angle without a speed
+    (``velocity_mm_per_rad``). Their names are those of ``evaluate``: with a train they are of the tool, and
+    ``velocity_follower_m_s`` is of the follower. At a jump they have the value after it.
 
-    Curves of disc cams have polar coordinates, too (``profile_radius_mm``, the distance from the axis, and
-    ``profile_angle_deg`` from the x axis; ``pitch_radius_mm`` of the roller's centre). Of each profile also the
-    unit normal out of the steel (``profile_normal_x``, ``profile_normal_y``) and the curvature
-    (``profile_curvature_per_mm``, positive where convex). Then each load of the effects that the scene
-    calls for, as ``contact_force_N``, ``torque_N_m``, ``contact_stress_MPa``; of several that friction can make,
-    the largest. Where a load jumps, as friction does at the end of a stroke, its value is the side with the larger
-    magnitude (of a film and of the force of an elastic train the smaller value), as in its extreme. A load that is
-    infinite somewhere has no column. Of two contacts there are those of each, as
-    ``first_contact_force_N`` and ``second_contact_force_N``, with the preload shared.
+    Curves: x and y of each curve [mm], such as ``profile_x_mm`` and ``profile_y_mm``. The curves are ``pitch`` (not
+    for a flat face, which has no trace point), ``profile``, and ``cutter`` with a cutter radius. The groove of a
+    cylindrical cam has ``profile_left`` and ``profile_right``, a groove in the face of a disc ``profile_inner`` and
+    ``profile_outer``, and both have two cutter paths. A conjugate pair has both discs in one frame; the columns of
+    the second disc are ``second_profile_x_mm`` and so on.
 
-    A disc cam is in its own frame, which is the ground frame at cam angle 0: cam centre at the origin,
-    follower above it. A cylindrical cam is developed: x runs round it at the mean radius, as the cam angle does, y
-    along its axis. Where the velocity of the follower jumps, the normal is that after the jump.
+    Curves of disc cams also have polar coordinates: ``profile_radius_mm``, the distance from the axis, and
+    ``profile_angle_deg`` from the x axis; ``pitch_radius_mm`` of the roller's centre. Each profile has the unit
+    normal out of the steel (``profile_normal_x``, ``profile_normal_y``) and the curvature
+    (``profile_curvature_per_mm``, positive where convex).
+
+    Loads: all loads of the effects that the scene needs, such as ``contact_force_N``, ``torque_N_m`` and
+    ``contact_stress_MPa``. If friction allows several values, the column has the largest. Where a load jumps, as
+    friction does at the end of a stroke, the column has the side with the larger magnitude; for a film and the
+    force of an elastic train, the smaller value. A load that is infinite somewhere has no column. Two contacts have
+    a column each, such as ``first_contact_force_N`` and ``second_contact_force_N``, which share the preload.
+
+    Frames: a disc cam is in its own frame, which is the ground frame at cam angle 0: cam centre at the origin,
+    follower above it. A cylindrical cam is developed: x runs round it at the mean radius, like the cam angle, and y
+    along its axis. Where the velocity of the follower jumps, the normal is the one after the jump.
 
     Parameters
     ----------
     scene : Scene, str or os.PathLike
         A validated scene.
     angles : array_like, optional
-        Cam angles in deg, from 0 to 360, in any order; without them, a step and a chord, 0, 1, … 360.
+        Cam angles from 0 to 360 [deg], in any order. Default, without a step or chord: 0, 1, … 360.
     cutter_radius : float, optional
-        Radius of a cutter or grinding wheel in mm. One larger than the quantity ``cutter_radius_max_mm``
-        cannot reach the concave flanks: its path is given all the same.
+        Radius of a cutter or grinding wheel [mm], at most the quantity ``cutter_radius_max_mm``: a larger one
+        cannot reach the concave flanks.
     step : float, optional
-        Cam angles in even steps of so many deg instead.
+        Even steps of the cam angle [deg].
     chord : float, optional
-        Cam angles so close that straight lines from point to point leave the curves by at most so many mm.
+        Largest deviation of straight lines between points from the curves [mm].
     disc : int, optional
-        1 or 2: the disc of a conjugate pair whose curves are wanted alone.
+        1 or 2: give only this disc of a conjugate pair.
 
     Returns
     -------
     Columns
-        A mapping of the columns above to arrays of numpy; ``to_pandas`` gives their rows.
+        A mapping of column names to numpy arrays; ``to_pandas`` gives a DataFrame.
 
     Raises
     ------
     BadInput
-        For a cutter radius that is not above 0, or larger than the groove; for cam angles outside 0 to 360, a step
-        or a chord that is not above 0, or more than one of the three; for a disc that the cam has not.
+        For a cutter radius that is not above 0 or too large; for cam angles outside 0 to 360; for a step or chord
+        that is not above 0; for more than one of angles, step and chord; for a disc that the cam does not have.
 
     Examples
     --------
@@ -236,7 +238,7 @@ def write_points(
 
 
 def _shown_columns(columns: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], list[str]]:
-    """The columns in the units in which results are shown, with names that say so, and these units."""
+    """The columns in shown units, with these units in their names, and a list of the units."""
     units = {name: _column_metadata(name)["unit"] for name in columns}
     found = {name_in_shown_unit(name, unit): to_shown_unit(columns[name], unit) for name, unit in units.items()}
     return found, [shown_unit(unit) for unit in units.values()]
@@ -262,11 +264,11 @@ def _write_workbook(columns: dict[str, FloatArray], scene: Scene, path: str | os
 
 
 POINT_WRITERS = {".csv": _write_csv, ".parquet": _write_parquet, ".xlsx": _write_workbook}
-"""What writes the columns of ``cam_points``, by the suffix of the file."""
+"""Writers of the columns of ``cam_points``, by suffix."""
 
 
 def check_cutter(problem: Problem, radius: float | None) -> None:
-    """BadInput for a cutter that is wider than the largest that reaches every concave flank."""
+    """Raise BadInput for a cutter that is too large for a concave flank."""
     if radius is None:
         return
     mechanism, widest = problem.setup.mechanism, np.inf  # a flat face leaves no concave flank
@@ -276,9 +278,9 @@ def check_cutter(problem: Problem, radius: float | None) -> None:
         case = EvaluationBlock(problem.setup, problem.programme, problem.design)
         widest = float(run_effects(case, [CUTTER_RADIUS]).column(CUTTER_RADIUS)[0])
     if widest <= 0.0:
-        why = "has no place: no cutter reaches into the hollow corner of the profile, where the velocity jumps"
+        why = "is impossible: no cutter reaches the hollow corner of the profile, where the velocity jumps"
         raise BadInput([Mistake("camopt", "cutter_radius", radius, why, bare=True)])
-    at_most = f"above 0 and at most {widest:g} mm, or it cuts into the profile"
+    at_most = f"above 0 and at most {widest:g} mm; a larger cutter cuts into the profile"
     allowed = "above 0 mm" if np.isinf(widest) else at_most
     if not (0.0 < radius <= widest and np.isfinite(radius)):
         raise BadInput([Mistake("camopt", "cutter_radius", radius, allowed)])

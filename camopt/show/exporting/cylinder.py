@@ -1,12 +1,12 @@
-"""The solid of a cylindrical cam: a cylinder with a groove or a rib whose walls are those that rollers touch.
+"""The solid of a cylindrical cam: a cylinder with a groove or a rib whose walls touch the rollers.
 
-It stands from z = 0 to ``part.thickness``, with the groove in the middle of that, and from the mean radius half of
-``groove_depth`` inwards and outwards. The bottom of the groove is a cylinder, which the roller does not touch. So
-is the top of a rib, which stands on a cylinder as high as ``rib_height``.
+It stands from z = 0 to ``part.thickness``, with the groove in the middle. The groove reaches from the mean radius
+half of ``groove_depth`` inwards and outwards. Its bottom is a cylinder, which the roller does not touch. A rib
+stands on a cylinder, with height ``rib_height``; its top is a cylinder too.
 
-Round the cam it is made of sectors, each of a lower and an upper wall (B-spline surfaces), a bottom, and two parts
-of the outer cylinder; of a rib a top, and two parts of the inner one. Neighbours share their edges: no surfaces are
-intersected.
+The solid is made of sectors round the cam. Each has a lower and an upper wall (B-spline surfaces), a bottom, and
+two parts of the outer cylinder; for a rib, a top and two parts of the inner cylinder. Neighbours share edges, so
+that no surfaces have to be intersected.
 """
 
 from collections.abc import Iterator
@@ -32,31 +32,31 @@ from camopt.show.exporting.shapes import CadShape
 from camopt.show.exporting.workpiece import Workpiece
 from camopt.solve.contour.curve import groove_heights
 
-LOWER, UPPER = 0, 1  # of walls, and of what is below or above the groove
-INNER_EDGE, OUTER_EDGE = 0, -1  # of the edges of a wall
+LOWER, UPPER = 0, 1  # index of walls, and of parts below or above the groove
+INNER_EDGE, OUTER_EDGE = 0, -1  # index of edges of a wall
 
 
 def _floor_edge(groove: Groove) -> tuple[int, float]:
-    """The edges of walls between which the bottom of a groove is, or the top of a rib, and its radius, mm."""
+    """The wall edges at the bottom of a groove, or at the top of a rib, and their radius [mm]."""
     return (INNER_EDGE, groove.inner) if groove.below is None else (OUTER_EDGE, groove.outer)
 
 
 def _surface_edge(groove: Groove) -> tuple[int, float]:
-    """The other ones, at the cylinder that goes on to both ends, and its radius, mm."""
+    """The wall edges at the cylinder that goes on to both ends, and their radius [mm]."""
     return (OUTER_EDGE, groove.outer) if groove.below is None else (INNER_EDGE, groove.inner)
 
 
-WALL_SHARE = 0.1  # of what is asked for: how near walls come, so that they meet cylinders well
+WALL_SHARE = 0.1  # share of the chord allowed to walls, so that they meet cylinders well
 
 
 def grooved_body(work: Workpiece, chord: float) -> tuple[CadShape, float]:
-    """The cam without its bore, and the largest distance of its walls from the true ones where compared, mm.
+    """The cam without its bore, and the largest measured distance of its walls from the true ones [mm].
 
     Raises
     ------
     BadInput
-        If the groove (rib) is so deep that at some radius the roller would cut away a part of a wall, or no walls
-        come within ``chord`` mm.
+        If the groove or rib is so deep that the roller would cut away a part of a wall, or if the walls cannot come
+        within ``chord`` [mm].
     """
     height = work.part.thickness
     assert height
@@ -66,18 +66,20 @@ def grooved_body(work: Workpiece, chord: float) -> tuple[CadShape, float]:
         [wall_surface(groove, sector, side, WALL_SHARE * chord).shifted_along_axis(lift) for side in WALL_SIDES]
         for sector in groove.sectors()
     ]
-    off = max(wall.deviation for pair in walls for wall in pair)
-    if off > chord:
-        raise BadInput([Mistake("camopt", "chord", chord, f"larger: the walls come no nearer than {off:.2g} mm")])
-    return shapes.sew_faces(_body_faces(groove, walls, height)), off
+    deviation = max(wall.deviation for pair in walls for wall in pair)
+    if deviation > chord:
+        raise BadInput(
+            [Mistake("camopt", "chord", chord, f"at least {deviation:.2g} mm, the best that walls reach")]
+        )
+    return shapes.sew_faces(_body_faces(groove, walls, height)), deviation
 
 
 def _machinable_groove(work: Workpiece) -> Groove:
-    """The groove; BadInput if it is undercut at some radius."""
+    """The groove. Raises BadInput if it is undercut at some radius."""
     groove, part = workpiece_groove(work), work.part
-    lost = undercut_radius(groove)
-    if lost is not None:
-        why = f"smaller: at the radius {lost:.6g} the roller would cut away a part of a wall"
+    radius = undercut_radius(groove)
+    if radius is not None:
+        why = f"smaller: at the radius {radius:.6g} mm the roller would cut away a part of a wall"
         key = work.problem.setup.mechanism.body.flank_height
         raise BadInput([Mistake(work.scene.file, f"part.{key}", getattr(part, key), why)])
     return groove
@@ -85,20 +87,20 @@ def _machinable_groove(work: Workpiece) -> Groove:
 
 @dataclass(frozen=True)
 class _SectorJoint:
-    """Where two sectors meet: vertices on both walls and both ends of the cam, and the edges between them."""
+    """The joint of two sectors: vertices on both walls and both ends of the cam, and the edges between them."""
 
     walls: list[dict[int, CadShape]]
-    """Of the lower and the upper wall, the vertices inside and outside."""
+    """Inner and outer vertices of the lower and the upper wall."""
     rims: list[CadShape]
     rulings: list[CadShape]
     bottom: CadShape
     lines: list[CadShape]
-    """On the cylinder beside them, from the walls to the ends."""
+    """Edges on the cylinder from the walls to the ends."""
 
 
 @dataclass(frozen=True)
 class _SectorEdges:
-    """Edges round the cam between two joints, of the lower and the upper wall and of both ends."""
+    """Edges round the cam between two joints: of both walls and both ends."""
 
     skins: list[WallSurface]
     walls: list[dict[int, CadShape]]
@@ -108,7 +110,7 @@ class _SectorEdges:
 
 
 def _sector_joint(groove: Groove, walls: list[WallSurface], height: float) -> _SectorJoint:
-    """The joint where walls start."""
+    """The joint at the start of walls."""
     corners, (between, _), (beside, _) = (
         [wall.poles[0] for wall in walls],
         _floor_edge(groove),
@@ -127,7 +129,7 @@ def _sector_joint(groove: Groove, walls: list[WallSurface], height: float) -> _S
 
 
 def _floor_helix(groove: Groove, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Poles and knots of the helix between two points of the bottom."""
+    """Poles and knots of the helix between two points of the bottom of a groove (top of a rib)."""
     share = np.linspace(0.0, 1.0, 12)
     height, around = ((1.0 - share) * low[k] + share * high[k] for k in (2, 3))
     polar, (_, radius) = groove.polar(around), _floor_edge(groove)
@@ -152,7 +154,7 @@ def _sector_edges(
 
 
 def _body_faces(groove: Groove, walls: list[list[WallSurface]], height: float) -> Iterator[CadShape]:
-    """All faces, from walls of neighbouring sectors."""
+    """All faces of the body, from its walls."""
     joints = [_sector_joint(groove, pair, height) for pair in walls]
     ends = pairwise([*joints, joints[0]])
     sectors = [_sector_edges(groove, pair, *each, height) for pair, each in zip(walls, ends, strict=True)]
@@ -163,7 +165,7 @@ def _body_faces(groove: Groove, walls: list[list[WallSurface]], height: float) -
 
 
 def _sector_faces(groove: Groove, sector: _SectorEdges) -> Iterator[CadShape]:
-    """Walls, bottom and outside: each between an edge below it, which runs on with the cam angle, and one above."""
+    """Walls, bottom and outside of a sector."""
     here, there, (low, high), rims = sector.here, sector.there, sector.walls, sector.rims
     for wall, edges, start, end in zip(sector.skins, sector.walls, here.rulings, there.rulings, strict=True):
         surface = shapes.spline_surface(wall.poles, *wall.knots)

@@ -1,4 +1,4 @@
-"""DXF, for CAD and machines that cut from drawings: layers of polylines with arcs, or splines; written by ezdxf."""
+"""DXF for CAD and for machines that cut from drawings: layers of polylines with arcs, or splines; by ezdxf."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -35,9 +35,9 @@ def write(
     curves: str = "arcs",
     cutter_radius: float | None = None,
 ) -> Export:
-    """Write the plan of a cam in mm, or in inch where results are shown so, each kind of curve on its own layer."""
+    """Write the plan of a cam in the shown unit (mm or inch), with a layer for each kind of curve."""
     plan = plan_of(work, chord, curves, cutter_radius)
-    one = to_shown_unit(1.0, "mm")
+    factor = to_shown_unit(1.0, "mm")
     with _reproducible_output():
         document = new("R2010", setup=["linetypes"], units=units.MM if shown_system() == MM else units.IN)
         document.header.custom_vars.append("camopt", VERSION)
@@ -47,8 +47,10 @@ def write(
             document.layers.add(
                 layer.name.upper(), color=COLOUR_NUMBERS[layer.line], linetype=kind, lineweight=width
             )
-            _add_layer(document.modelspace(), layer.with_factor(one))
-        for kind in sorted(document.entitydb.dxf_types_in_use()):  # ezdxf would add them in the order of a set
+            _add_layer(document.modelspace(), layer.with_factor(factor))
+        for kind in sorted(
+            document.entitydb.dxf_types_in_use()
+        ):  # sorted: ezdxf would add them in the order of a set
             document.classes.add_class(kind)
         with (
             whole_file(path) as partial,
@@ -60,8 +62,8 @@ def write(
 
 @contextmanager
 def _reproducible_output() -> Iterator[None]:
-    """The same cam gives the same file: ezdxf writes no clock and no random number."""
-    options = import_module("ezdxf").options  # not among what ezdxf exports by name
+    """Within the block, ezdxf writes no time and no random number: the same cam gives the same file."""
+    options = import_module("ezdxf").options  # ezdxf does not export this name
     before = options.write_fixed_meta_data_for_testing
     options.write_fixed_meta_data_for_testing = True
     try:
@@ -90,7 +92,7 @@ def _add_polyline(space: Modelspace, path: ArcPath, about: dict[str, str]) -> No
 
 
 def _add_spline(space: Modelspace, path: CubicPath, about: dict[str, str]) -> None:
-    """One cubic B-spline over the cam angle in deg."""
+    """Add a cubic B-spline over the cam angle [deg]."""
     controls, knots = path.bspline
     points = np.column_stack([controls.real, controls.imag, np.zeros(controls.size)])
     spline = space.add_open_spline(points.tolist(), degree=3, knots=knots.tolist(), dxfattribs=about)

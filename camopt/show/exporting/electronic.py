@@ -1,7 +1,7 @@
-"""A table for an electronic cam: a drive that makes the follower's motion without a cam.
+"""A table for an electronic cam: a drive that performs the follower's motion without a cam.
 
-Lines of a plain text: the angle of the master, and the position of the slave with its first two derivatives by that
-angle, which an interpolation of fifth degree needs. What starts with # is a comment.
+Each line of the text has the angle of the master, the position of the slave, and its first two derivatives by this
+angle, as an interpolation of fifth degree needs them. Lines with # are comments.
 """
 
 from pathlib import Path
@@ -18,9 +18,9 @@ FEWEST_CAM_POINTS, POINT_LIMIT = 2, 1_000_000
 
 
 def write(work: Workpiece, path: Path, points: int = 361) -> Export:
-    """Write a number of points at even steps of the master's angle, from 0 to 360 deg, both included.
+    """Write points at even steps of the master's angle, from 0 to 360 deg, both included.
 
-    Where the acceleration jumps it is that after the jump.
+    At a jump, the acceleration is the one after it.
     """
     if not FEWEST_CAM_POINTS <= points <= POINT_LIMIT:
         raise BadInput([Mistake("camopt", "points", points, f"from {FEWEST_CAM_POINTS} to {POINT_LIMIT:,}")])

@@ -1,14 +1,14 @@
-"""The kinds of files that the cam is written to, by the ending of the name."""
+"""Kinds of files for a cam, by ending."""
 
 from typing import NamedTuple
 
 
 class FileType(NamedTuple):
-    """The writer of files with an ending: a module with a function ``write``, and the extra that it needs.
+    """A kind of file: the module with its function ``write``, and the optional extra that this needs.
 
-    ``of_cam`` is whether there is a cam in the file, which must be one that can be made; ``of_plane`` whether its
-    curves are in a plane, in which a cylindrical cam is developed. Of a pair ``of_pair`` is whether both discs can
-    be in it, ``of_disc`` whether one of them can be alone.
+    ``of_cam``: the file contains a cam, which must be makable. ``of_plane``: the curves are plane, and a
+    cylindrical cam is developed. ``of_pair``: the file can have both discs of a pair. ``of_disc``: it can have one
+    disc of a pair.
     """
 
     module: str
@@ -36,4 +36,4 @@ FILE_TYPES = {
     ".txt": FileType("electronic", of_cam=False, of_disc=False),
     ".toml": FileType("scene", of_cam=False, of_disc=False),
 }
-"""By the ending of a file."""
+"""Kinds of files by ending."""

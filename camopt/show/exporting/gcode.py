@@ -1,10 +1,10 @@
 """Programs for a mill, wire or laser: the path of a cutter's centre round a disc cam, or in its groove, in arcs.
 
-The cutter goes down outside of the blank, comes in on a quarter of a circle, tangent to its path, and leaves on
-another: in the middle of the longest dwell, where a mark does least harm. Climb milling with a cutter that turns
-clockwise has the part on its right. Round a rib it goes so too, and then within it. Into a groove it plunges. One
-as wide as the groove goes once along the middle; a narrower one goes there first, then on quarter circles to the
-inner and to the outer wall. The words of each control are in ``program``.
+The cutter goes down outside of the blank. It enters and leaves its path on quarter circles, tangent to the path, in
+the middle of the longest dwell, where a mark does least harm. In climb milling with a clockwise cutter, the part is
+on its right. Round a rib the cutter does the same, and then goes round the inner flank. Into a groove it plunges. A
+cutter as wide as the groove goes once along the middle. A narrower one then goes on quarter circles to the inner
+and the outer wall. The module ``program`` has the words of each control.
 """
 
 from collections.abc import Iterator, Mapping
@@ -38,13 +38,11 @@ from camopt.solve.contour.deviation import deviation_bound
 from camopt.solve.contour.path import ArcPath
 from camopt.solve.contour.path_fitting import DEFAULT_CHORD, FittedPath, fit_path
 
-DIGIT_SHARE = 3.0  # last digits: what of the chord is left to them
+DIGIT_SHARE = 3.0  # last digits: part of the chord for rounding
 DEPTH_OVERRUN, BLANK_CLEARANCE = 1.0, 2.0  # mm below the plate, and between cutter and blank
-LEAST_CUTTER_SHARE = (
-    1.0 / 3.0
-)  # of the roller: cuts along the middle and along both walls leave nothing between them
-OUTLINE_POINTS = 32  # points of an arc where it is looked at
-FREE_SHARE = 1e-3  # of a quarter circle: it touches the path
+LEAST_CUTTER_SHARE = 1.0 / 3.0  # of the roller: cuts along the middle and both walls then leave nothing between
+OUTLINE_POINTS = 32  # points on each arc for checks of the approach
+FREE_SHARE = 1e-3  # share of a quarter circle not checked: it touches the path
 
 
 def write(  # noqa: PLR0913
@@ -67,73 +65,77 @@ def write(  # noqa: PLR0913
     largest_radius: float = LARGEST_RADIUS,
     rotary: str | None = None,
 ) -> Export:
-    """Write a program that cuts the profile of a disc cam, or the groove in its face, or that of a cylinder.
+    """Write a program that cuts the profile of a disc cam, the groove or rib on its face, or that of a cylinder.
 
-    The paths in it, digits and all, are proved to be within the chord. ``cutter_radius`` in mm and ``feed`` in
-    mm/min are needed. ``depth`` is how far below its top face the plate is cut: that of its groove, or its
-    thickness and 1 mm more, or no more where a hub is below; with none of them the program has no Z, as for wires
-    and lasers. ``roughing`` is what first cuts leave (mm), with ``roughing_feed`` if it is given. First cuts, or
-    the last if there are none, go down by ``depth_step`` (mm) at most each time. The blank is a disc of
-    ``blank_diameter``, or as wide as the cam. ``control`` is one of ``CONTROL_DIALECTS``, by default that of the
-    ending; ``decimals`` are those of its coordinates; arcs of more than ``largest_radius`` (mm) are lines. ``tool``
-    is a number, ``spindle`` its speed (rev/min). The chord is 0.001 mm by default, or five of the last decimal.
-    Where results are shown in inch, so is the program.
+    The paths in the program, with rounded digits, are proved to be within the chord. ``cutter_radius`` [mm] and
+    ``feed`` [mm/min] are required. ``depth`` [mm] is measured from the top face of the plate. Default: the depth of
+    the groove, or 1 mm more than the thickness, but not into a hub below. If these are unknown, the program has no
+    Z, as for wires and lasers. ``roughing`` [mm] is the metal that roughing cuts leave, with ``roughing_feed`` if
+    set. Roughing cuts, or the only cuts, go down by at most ``depth_step`` [mm]. The blank is a disc of
+    ``blank_diameter``, by default as wide as the cam. ``control`` is one of ``CONTROL_DIALECTS``, by default that
+    of the ending; ``decimals`` are those of coordinates. Arcs with a radius above ``largest_radius`` [mm] are
+    written as lines. ``tool`` is the tool number, ``spindle`` its speed [rev/min]. The default chord is 0.001 mm,
+    or five units of the last decimal. The program is in the shown unit, mm or inch.
 
-    The groove of a cylinder is cut while the cam turns about an axis of the machine, ``rotary``: "A" or "C"
-    (``groove_program``). The radius of its cutter is that of the roller; a smaller one roughs.
+    The groove of a cylinder is cut while the cam turns about the axis ``rotary`` of the machine, "A" or "C"
+    (``groove_program``). Its cutter has the radius of the roller; a smaller one roughs.
     """
     control = CONTROL_BY_SUFFIX[path.suffix.lower()] if control is None else control
     decimals = usual_decimals(control) if decimals is None else decimals
     chord = max(DEFAULT_CHORD, least_chord(decimals)) if chord is None else chord
-    asked = Milling(**{name: value for name, value in locals().items() if name not in ("work", "path")})
-    return (write_groove if work.problem.setup.mechanism.body.developed else _write_in_plane)(work, path, asked)
+    settings = Milling(**{name: value for name, value in locals().items() if name not in ("work", "path")})
+    return (write_groove if work.problem.setup.mechanism.body.developed else _write_in_plane)(work, path, settings)
 
 
-def _write_in_plane(work: Workpiece, path: Path, asked: Milling) -> Export:
-    """Write a program that cuts the profile of a disc cam, or the groove in its face, or the rib on it."""
+def _write_in_plane(work: Workpiece, path: Path, settings: Milling) -> Export:
+    """Write a program that cuts the profile of a disc cam, or the groove or rib on its face."""
     mechanism, key = work.problem.setup.mechanism, work.problem.setup.mechanism.body.flank_height
-    usual = getattr(work.part, key) if key else _plate_depth(work)
-    asked = asked if asked.depth is not None else replace(asked, depth=usual)
-    _check_milling(work, asked)
-    assert asked.cutter_radius is not None
-    assert asked.feed is not None
+    default = getattr(work.part, key) if key else _plate_depth(work)
+    settings = settings if settings.depth is not None else replace(settings, depth=default)
+    _check_milling(work, settings)
+    assert settings.cutter_radius is not None
+    assert settings.feed is not None
     for disc in work.discs:
-        check_cutter(disc.problem, asked.cutter_radius)
+        check_cutter(disc.problem, settings.cutter_radius)
     cuts_of = _groove_cuts if mechanism.two_sided else _rib_cuts if mechanism.has_rib else _profile_cuts
-    made = cuts_of(work, asked.cutter_radius, asked.roughing)
-    rounding = asked.chord, asked.last_digit, asked.largest_radius
-    cuts = {name: _round_path(cut.curve, *rounding, work.is_cut_from_behind) for name, cut in made.items()}
-    around = {name: cut for name, cut in cuts.items() if not made[name].within}
-    blank = asked.blank_diameter or (work.part.outer_diameter if mechanism.has_rib else None)
-    outside = _outside_radius(around, asked.cutter_radius, blank) if around else None
-    program = Program(CONTROL_DIALECTS[asked.control], asked.decimals)
-    how = f"cutter radius {length_with_unit(asked.cutter_radius, 'g')}, {asked.direction} milling"
+    planned = cuts_of(work, settings.cutter_radius, settings.roughing)
+    rounding = settings.chord, settings.last_digit, settings.largest_radius
+    cuts = {name: _round_path(cut.curve, *rounding, work.is_cut_from_behind) for name, cut in planned.items()}
+    around = {name: cut for name, cut in cuts.items() if not planned[name].within}
+    blank = settings.blank_diameter or (work.part.outer_diameter if mechanism.has_rib else None)
+    outside = _outside_radius(around, settings.cutter_radius, blank) if around else None
+    program = Program(CONTROL_DIALECTS[settings.control], settings.decimals)
+    how = f"cutter radius {length_with_unit(settings.cutter_radius, 'g')}, {settings.direction} milling"
     _write_head(program, work, cuts, how)
-    program.start(asked.tool, asked.spindle, asked.coolant)
+    program.start(settings.tool, settings.spindle, settings.coolant)
     clear = CLEARANCE + work.hub_height
-    if asked.depth is not None:
+    if settings.depth is not None:
         program.raise_cutter(clear)
-    feeds, deep = {"roughing": asked.roughing_feed or asked.feed}, set[bool]()
+    feeds, deep = {"roughing": settings.roughing_feed or settings.feed}, set[bool]()
     for name, each in cuts.items():
         assert isinstance(each.path, ArcPath)
-        right = each.path.is_anticlockwise == (made[name].side < 0.0)
-        followed = each.path if (asked.direction == "climb") == right else each.path.reversed_path
-        feed = feeds.get(name.partition("_")[0], asked.feed)
-        within = made[name].within
-        way = _CutterWay(followed, made[name].lead, made[name].side, None if within else outside, feed)
+        right = each.path.is_anticlockwise == (planned[name].side < 0.0)
+        followed = each.path if (settings.direction == "climb") == right else each.path.reversed_path
+        feed = feeds.get(name.partition("_")[0], settings.feed)
+        within = planned[name].within
+        way = _CutterWay(followed, planned[name].lead, planned[name].side, None if within else outside, feed)
         (_check_circular_approach if within else _check_straight_approach)(way, each)
-        for level in asked.levels[-1:] if within in deep else asked.levels:
+        for level in settings.levels[-1:] if within in deep else settings.levels:
             way.cut(program, level, clear)
         deep.add(within)
-    program.stop(asked.spindle, asked.coolant)
+    program.stop(settings.spindle, settings.coolant)
     write_text(path, program.text())
-    flat = ("neither a depth nor that of the part is given: the program has no Z",) if asked.depth is None else ()
-    left = (RIB_NOTE,) if mechanism.has_rib else ()
-    return Export(path, curves_in_file(cuts), notes=(*flat, *asked.omissions, *left))
+    flat = (
+        ("the program has no Z, because neither depth nor the thickness of the part is set",)
+        if settings.depth is None
+        else ()
+    )
+    rib_notes = (RIB_NOTE,) if mechanism.has_rib else ()
+    return Export(path, curves_in_file(cuts), notes=(*flat, *settings.omissions, *rib_notes))
 
 
 def _plate_depth(work: Workpiece) -> float | None:
-    """How deep the plate is cut, if its thickness is known: a little more, but not into what is below."""
+    """Depth of the cut through a plate [mm]: a little more than its thickness, but not into parts below."""
     thickness = work.part.thickness
     return None if thickness is None else thickness + min(DEPTH_OVERRUN, work.depth_below / 2)
 
@@ -141,37 +143,37 @@ def _plate_depth(work: Workpiece) -> float | None:
 # ----------------------------------------------------------------------------------------------------- settings
 
 
-def _check_milling(work: Workpiece, asked: Milling) -> None:
-    """BadInput for settings that are missing or out of range."""
-    mistakes, part = list(asked.mistakes), work.part
-    if asked.rotary is not None:
+def _check_milling(work: Workpiece, settings: Milling) -> None:
+    """Raise BadInput for settings that are missing or out of range."""
+    mistakes, part = list(settings.mistakes), work.part
+    if settings.rotary is not None:
         why = "has no meaning for a disc cam: it is cut in a plane"
-        mistakes.append(Mistake("camopt", "rotary", asked.rotary, why, bare=True))
+        mistakes.append(Mistake("camopt", "rotary", settings.rotary, why, bare=True))
     if work.problem.setup.mechanism.two_sided:
-        mistakes += _groove_mistakes(work, asked)
+        mistakes += _groove_mistakes(work, settings)
     key = work.problem.setup.mechanism.body.flank_height
     high = getattr(part, key) if key else None
-    if asked.depth is not None and high is not None and asked.depth > high:
-        mistakes.append(Mistake("camopt", "depth", asked.depth, f"at most part.{key} ({high:g} mm)"))
-    if asked.depth is not None and asked.depth > (most := (part.thickness or inf) + work.depth_below):
+    if settings.depth is not None and high is not None and settings.depth > high:
+        mistakes.append(Mistake("camopt", "depth", settings.depth, f"at most part.{key} ({high:g} mm)"))
+    if settings.depth is not None and settings.depth > (most := (part.thickness or inf) + work.depth_below):
         below = "a hub" if work.disc is None else "the other disc"
-        mistakes.append(Mistake("camopt", "depth", asked.depth, f"at most {most:g} mm: {below} is below"))
+        mistakes.append(Mistake("camopt", "depth", settings.depth, f"at most {most:g} mm: {below} is below"))
     if mistakes:
         raise BadInput(mistakes)
 
 
-def _groove_mistakes(work: Workpiece, asked: Milling) -> Iterator[Mistake]:
+def _groove_mistakes(work: Workpiece, settings: Milling) -> Iterator[Mistake]:
     """A cutter clears a groove along its middle and its walls, to its depth, and leaves no more than there is."""
-    half, cutter = work.problem.half_width, asked.cutter_radius
-    if asked.blank_diameter is not None:
-        yield Mistake("camopt", "blank_diameter", asked.blank_diameter, "means nothing to a groove", bare=True)
+    half, cutter = work.problem.half_width, settings.cutter_radius
+    if settings.blank_diameter is not None:
+        yield Mistake("camopt", "blank_diameter", settings.blank_diameter, "has no meaning for a groove", bare=True)
     if cutter is not None and 0.0 < cutter < half * LEAST_CUTTER_SHARE:
         least = half * LEAST_CUTTER_SHARE
-        why = f"at least {least:.6g} mm, a third of the roller's, or it leaves steel in the groove"
+        why = f"at least {least:.6g} mm, a third of the roller radius; a smaller cutter leaves steel in the groove"
         yield Mistake("camopt", "cutter_radius", cutter, why)
-    elif cutter is not None and asked.roughing > 0.0 and asked.roughing >= half - cutter:
-        why = f"below {half - cutter:.6g} mm, by which the cutter is narrower than the groove on either side"
-        yield Mistake("camopt", "roughing", asked.roughing, why)
+    elif cutter is not None and settings.roughing > 0.0 and settings.roughing >= half - cutter:
+        why = f"below {half - cutter:.6g} mm, the difference of the radii of roller and cutter"
+        yield Mistake("camopt", "roughing", settings.roughing, why)
 
 
 # --------------------------------------------------------------------------------------------------------- path
@@ -182,22 +184,22 @@ class _Cut(NamedTuple):
 
     curve: CamCurve
     lead: float
-    """Radius of the quarter circles on which the cutter comes and goes, mm."""
+    """Radius of the quarter circles of approach and retreat [mm]."""
     side: float = 1.0
-    """1 where what is left of the part is inside the path, −1 where it is outside."""
+    """1 if the part is inside the path, −1 if it is outside."""
     within: bool = False
-    """Whether the cutter goes down within the part, and not outside of the blank."""
+    """Whether the cutter plunges into the part, not outside of the blank."""
 
 
 def _profile_cuts(work: Workpiece, cutter_radius: float, roughing: float) -> dict[str, _Cut]:
-    """The cuts round a cam by name, the last one on the profile."""
+    """Cuts round a cam by name; the last one is on the profile."""
     curve = work.only_disc.curves(cutter_radius)["cutter"]
     cuts = {"roughing": replace(curve, distance=curve.distance + roughing)} if roughing else {}
     return {name: _Cut(each, cutter_radius) for name, each in (cuts | {"cutter": curve}).items()}
 
 
 def _groove_cuts(work: Workpiece, cutter_radius: float, roughing: float) -> dict[str, _Cut]:
-    """The cuts in a groove by name: along its middle, and for a narrower cutter along both walls."""
+    """Cuts in a groove by name: along its middle, and for a narrower cutter along both walls."""
     pitch = work.only_disc.curves()["pitch"]
     room = work.problem.half_width - cutter_radius
     cuts = {"middle": _Cut(pitch, 0.0, within=True)}
@@ -209,7 +211,7 @@ def _groove_cuts(work: Workpiece, cutter_radius: float, roughing: float) -> dict
 
 
 def _rib_cuts(work: Workpiece, cutter_radius: float, roughing: float) -> dict[str, _Cut]:
-    """The cuts about a rib by name: along its outer and its inner flank, first with what the last ones take."""
+    """Cuts round a rib by name: along its outer and inner flank, roughing cuts first."""
     curves, cuts = work.curves(cutter_radius), dict[str, _Cut]()
     for name, left in {"roughing": roughing, "cutter": 0.0}.items():
         for place, disc in zip(("outer", "inner"), work.discs, strict=True) if left or name == "cutter" else ():
@@ -220,10 +222,10 @@ def _rib_cuts(work: Workpiece, cutter_radius: float, roughing: float) -> dict[st
 
 
 def _round_path(curve: CamCurve, chord: float, digit: float, largest: float, from_behind: bool) -> FittedPath:
-    """The path with the digits of the program, and its deviation, what the centres' digits add included."""
-    found = fit_path(curve, "arcs", chord - DIGIT_SHARE * digit).path
-    assert isinstance(found, ArcPath)
-    path = _straighten_wide_arcs(curve, _start_in_dwell(found, curve), digit, largest)
+    """The path rounded to the digits of the program, and its deviation, with rounding of the centres included."""
+    fitted = fit_path(curve, "arcs", chord - DIGIT_SHARE * digit).path
+    assert isinstance(fitted, ArcPath)
+    path = _straighten_wide_arcs(curve, _start_in_dwell(fitted, curve), digit, largest)
     vertices = np.round(path.vertices.real / digit) * digit + 1j * np.round(path.vertices.imag / digit) * digit
     flat = np.abs(path.bulges * path.chords) / 2 < digit / 2
     path = replace(path, vertices=vertices, bulges=np.where(flat, 0.0, path.bulges))
@@ -232,7 +234,7 @@ def _round_path(curve: CamCurve, chord: float, digit: float, largest: float, fro
 
 
 def _straighten_wide_arcs(curve: CamCurve, path: ArcPath, digit: float, largest: float) -> ArcPath:
-    """The path with arcs of more than the largest radius as lines between points of the curve, a digit off it."""
+    """The path with arcs above the largest radius as lines between points of the curve, within one digit."""
     with np.errstate(divide="ignore"):
         radii = 1.0 / np.abs(path.curvatures)
     wide = radii > largest
@@ -246,7 +248,7 @@ def _straighten_wide_arcs(curve: CamCurve, path: ArcPath, digit: float, largest:
 
 
 def _start_in_dwell(path: ArcPath, curve: CamCurve) -> ArcPath:
-    """The closed path from the middle of the longest arc of a dwell on; as it is without dwells."""
+    """The closed path, starting in the middle of the longest dwell arc; unchanged without dwells."""
     dwells = [k for k, span in enumerate(path.spans) if curve.spans[span].is_dwell]
     if not dwells:
         return path
@@ -255,12 +257,12 @@ def _start_in_dwell(path: ArcPath, curve: CamCurve) -> ArcPath:
 
 
 def _outside_radius(cuts: Mapping[str, FittedPath], cutter_radius: float, blank_diameter: float | None) -> float:
-    """The distance from the axis at which the cutter's centre is outside of the blank, mm."""
+    """Distance from the axis at which the cutter is outside of the blank [mm]."""
     reaches = [float(np.abs(_path_points(each)).max()) for each in cuts.values()]
     cam = 2.0 * (reaches[-1] - cutter_radius)
     if blank_diameter is not None and blank_diameter < cam:
         raise BadInput(
-            [Mistake("camopt", "blank_diameter", blank_diameter, f"at least {cam:.6g} mm: the cam is as wide")]
+            [Mistake("camopt", "blank_diameter", blank_diameter, f"at least {cam:.6g} mm, the diameter of the cam")]
         )
     return max(*reaches, (blank_diameter or 0.0) / 2 + cutter_radius) + BLANK_CLEARANCE
 
@@ -273,57 +275,57 @@ def _path_points(followed: FittedPath) -> ComplexArray:
 
 
 def _check_straight_approach(way: "_CutterWay", followed: FittedPath) -> None:
-    """BadInput if the cutter cannot come in straight from outside, or go out, without meeting the part."""
+    """Raise BadInput if the cutter meets the part on its straight way from or to outside of the blank."""
     part = Polygon(np.column_stack([(points := _path_points(followed)).real, points.imag]))
     for inner in way.ends[:2]:
         outer = way.point_outside(inner)
         if part.intersects(LineString([(inner.real, inner.imag), (outer.real, outer.imag)])):
-            why = "smaller: a cutter that comes in straight from outside of the blank would meet the part"
+            why = "smaller: on its straight way from outside of the blank, this cutter would meet the part"
             raise BadInput([Mistake("camopt", "cutter_radius", way.lead, why)])
 
 
 def _check_circular_approach(way: "_CutterWay", followed: FittedPath) -> None:
-    """BadInput if the quarter circles on which the cutter comes and goes within the part meet it."""
+    """Raise BadInput if the quarter circles of approach and retreat meet the part."""
     points = _path_points(followed)
     room, reach = Polygon(np.column_stack([points.real, points.imag])), way.lead * (1.0 - FREE_SHARE)
     middle = (way.ends[0] + way.ends[1]) / 2
     if way.side < 0.0 and way.outside is None and not room.contains(Point(middle.real, middle.imag).buffer(reach)):
-        why = "smaller: one that comes in on a quarter circle of its radius would meet the part"
+        why = "smaller: on its quarter circle of approach, this cutter would meet the part"
         raise BadInput([Mistake("camopt", "cutter_radius", way.lead, why)])
 
 
 class _CutterWay(NamedTuple):
-    """A way round the part, from outside of the blank and back."""
+    """The way of the cutter round the part, from outside of the blank and back."""
 
     path: ArcPath
     lead: float
-    """Radius of the quarter circles, mm."""
+    """Radius of the quarter circles [mm]."""
     side: float
-    """1 where the part is inside the path, −1 where it is outside."""
+    """1 if the part is inside the path, −1 if it is outside."""
     outside: float | None
-    """How far from the axis the cutter is outside of the blank, mm; None for one that plunges."""
+    """Distance from the axis outside of the blank [mm]; None for a cutter that plunges."""
     feed: float
 
     @property
     def ends(self) -> tuple[complex, complex, float]:
-        """Where the quarter circles begin and end, and their bulge: they bend away from the part."""
+        """Start and end of the quarter circles, and their bulge; they bend away from the part."""
         start, tangent = self.path.vertices[0], self.path.tangents[0][0]
         around = self.side if self.path.is_anticlockwise else -self.side
         middle = start - 1j * around * tangent * self.lead
         return middle - self.lead * tangent, middle + self.lead * tangent, -around * np.tan(np.pi / 8)
 
     def point_outside(self, point: complex) -> complex:
-        """The point outside of the blank in the same direction from the axis; that itself for one that plunges."""
+        """The point outside of the blank, in the same direction; the same point if the cutter plunges."""
         if self.outside is None:
             return point
         return point / abs(point) * max(self.outside, abs(point))
 
     def cut(self, program: Program, depth: float | None, clear: float) -> None:
-        """Down, outside of the blank or into the groove, along the path, and up again to where all is clear."""
+        """Go down (outside of the blank, or into the groove), cut along the path, and go up to ``clear`` height."""
         start, (before, after, quarter) = self.path.vertices[0], self.ends
         program.rapid(self.point_outside(before))
         if depth is not None:
-            if clear > CLEARANCE:  # of a hub that stands out in front, and not here
+            if clear > CLEARANCE:  # above a hub, which is not here
                 program.raise_cutter(CLEARANCE)
             program.lower_cutter(-depth, self.feed)
         program.line(before, self.feed)
@@ -336,7 +338,7 @@ class _CutterWay(NamedTuple):
 
 
 def _write_head(program: Program, work: Workpiece, cuts: Mapping[str, FittedPath], how: str) -> None:
-    """The head of the program: what it is of, what is about the plate, and how timing mark and keyway are seen."""
+    """Write the head of the program: part, deviations, zero point, timing mark and keyway."""
     program.add_lines(*program.words.start)
     program.comment(work.title)
     program.comment(f"camopt {VERSION}; {how}")

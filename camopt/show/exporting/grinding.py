@@ -1,13 +1,13 @@
-"""A table for a cam grinder: for each angle of the workpiece, how far the centre of the wheel is from its axis.
+"""A table for a cam grinder: the distance of the wheel's centre from the axis, for each angle of the workpiece.
 
-The workpiece turns, and the wheel moves straight towards its axis. It grinds the profile if its centre stands at
-the polar radius of its path, at the polar angle to which the workpiece is turned. Lift is that radius less its
-least value: what a radial roller of the wheel's radius would do.
+The workpiece turns, and the wheel moves straight towards its axis. It grinds the profile if its centre is at the
+polar radius of its path, at the polar angle of the workpiece. The lift is this radius less its smallest value: the
+lift of a radial roller with the radius of the wheel.
 
-A rib of a cylinder is ground by a finger wheel whose axis is square to that of the cam. In the place of a roller,
-and as large, it grinds the flank that this roller touches, at every depth (``exporting.groove_program``): its
-centre is along the axis of the cam where the roller's is, and beside it by what an arm has swung away. A smaller
-one leaves as much on the flank as its radius is less.
+A rib of a cylinder is ground by a finger wheel with its axis square to that of the cam. A wheel in the place of a
+roller, with the same radius, grinds the flank of this roller at every depth (``exporting.groove_program``). Its
+centre is at the height of the roller along the axis of the cam, and beside the axis by the swing of an arm. A
+smaller wheel leaves the difference of both radii on the flank.
 
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 14 (cam grinding).
 """
@@ -29,25 +29,33 @@ from camopt.show.exporting.workpiece import Export, Workpiece
 from camopt.solve.contour.curve import CamCurve, SmoothSpan, cylinder_ends
 
 DECIMALS_BY_SYSTEM = {MM: 6, INCH: 7}
-"""Of lengths in each system."""
-CHECKED_ANGLES = 20_001  # cam angles at which the path must go round one way
-NO_SIDE = 1e-9  # mm: what is no further beside the axis is in its plane
+"""Decimals of lengths, by unit system."""
+CHECKED_ANGLES = 20_001  # cam angles at which the direction of the path is checked
+NO_SIDE = 1e-9  # mm: a smaller distance from the plane of the axis counts as 0
 
 
 def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step: float = 1.0) -> Export:
-    """Write angles (deg), lifts and distances of the centres (mm), in even steps of the workpiece's angle.
+    """Write angles [deg], lifts and distances of the wheel's centre [mm], in even steps of the workpiece's angle.
 
-    The angle is that of the direction from the axis to the wheel's centre, from the y axis of the cam's drawing, in
-    the sense in which the cam angle grows. ``cutter_radius`` (mm) is that of the wheel. Of a rib places along the
-    axis of the cam.
+    The angle is the direction from the axis to the wheel's centre, from the y axis of the cam's drawing, growing
+    with the cam angle. ``cutter_radius`` [mm] is that of the wheel. For a rib, positions along the axis of the cam.
     """
     problem = work.problem
     if problem.setup.mechanism.two_sided:
         raise BadInput(
-            [Mistake("camopt", "file", path.name, "written for open disc cams and ribs; a groove is not ground so")]
+            [
+                Mistake(
+                    "camopt",
+                    "file",
+                    path.name,
+                    "another kind of file: this one is only for open disc cams and ribs",
+                )
+            ]
         )
     if cutter_radius is None:
-        raise BadInput([Mistake("camopt", "cutter_radius", None, "missing: the radius of the wheel", bare=True)])
+        raise BadInput(
+            [Mistake("camopt", "cutter_radius", None, "missing: set the radius of the wheel", bare=True)]
+        )
     if problem.setup.mechanism.body.developed:
         return _write_rib(work, path, cutter_radius, step)
     check_cutter(work.only_disc.problem, cutter_radius)
@@ -60,9 +68,11 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
     lines = [
         f"# {work.title}",
         f"# camopt {VERSION}; wheel or roller of radius {wheel:.9g} {unit}, moving straight towards the axis",
-        "# angle_deg: of the wheel's centre about the axis, from the y axis of the drawing, as the cam angle grows",
+        "# angle_deg: direction of the wheel's centre from the axis, from the y axis of the drawing, as the "
+        "cam angle grows",
         f"# (in the drawing {'clockwise' if problem.design.sense > 0.0 else 'anticlockwise'})",
-        f"# lift_{unit}: of the centre above its least distance from the axis, {centres.min():.{decimals}f} {unit}",
+        f"# lift_{unit}: distance of the centre from the axis less its minimum, "
+        f"{centres.min():.{decimals}f} {unit}",
         f"# angle_deg lift_{unit} centre_{unit}",
         *(f"{a:.10g} {y:.{decimals}f} {r:.{decimals}f}" for a, y, r in zip(angles, lifts, centres, strict=True)),
     ]
@@ -71,35 +81,35 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
 
 
 def _direction_offset(curve: CamCurve, span: SmoothSpan, angles: FloatArray) -> FloatArray:
-    """Direction of the curve's points minus the cam angle, rad: within π of 0, or of π where the mirror puts it."""
+    """Direction of the curve's points minus the cam angle [rad], within π of 0 (of π if mirrored)."""
     points = curve.points(span, angles) / (1j * curve.mirror) * np.exp(1j * curve.sense * angles)
     return np.asarray((0.0 if curve.mirror > 0.0 else np.pi) - curve.sense * np.angle(points))
 
 
 def _directed_radii(work: Workpiece, curve: CamCurve, degrees: FloatArray) -> FloatArray:
-    """Distance of the curve from the axis in some directions: the cam angles by halving."""
+    """Distance of the curve from the axis in directions [deg]; cam angles by bisection."""
 
     def offset_at(angles: FloatArray) -> FloatArray:
         return np.asarray(curve.evaluate_by_span(angles, lambda span, a: _direction_offset(curve, span, a)))
 
-    looked = np.linspace(0.0, 2.0 * np.pi, CHECKED_ANGLES)
-    directions = looked + offset_at(looked)
+    samples = np.linspace(0.0, 2.0 * np.pi, CHECKED_ANGLES)
+    directions = samples + offset_at(samples)
     if np.any(np.diff(directions) <= 0.0):
-        why = "a cam whose wheel path goes round the axis one way; this one comes back: choose a smaller wheel"
+        why = "cannot be ground with this wheel: the direction of its centre runs back; choose a smaller wheel"
         raise BadInput([Mistake(work.scene.file, "cam", None, why, bare=True)])
-    wanted = np.radians(degrees)
-    wanted = directions[0] + (wanted - directions[0]) % (2.0 * np.pi)
-    place = np.clip(np.searchsorted(directions, wanted, side="right") - 1, 0, CHECKED_ANGLES - 2)
-    low, high = looked[place], looked[place + 1]
+    targets = np.radians(degrees)
+    targets = directions[0] + (targets - directions[0]) % (2.0 * np.pi)
+    place = np.clip(np.searchsorted(directions, targets, side="right") - 1, 0, CHECKED_ANGLES - 2)
+    low, high = samples[place], samples[place + 1]
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
-        past = middle + offset_at(middle) > wanted
+        past = middle + offset_at(middle) > targets
         low, high = np.where(past, low, middle), np.where(past, middle, high)
     return np.asarray(np.abs(curve.evaluate_by_span(low, curve.points)))
 
 
 def _write_rib(work: Workpiece, path: Path, cutter_radius: float, step: float) -> Export:
-    """Write cam angles (deg) in even steps, and the places of the wheel's centre at both flanks (mm)."""
+    """Write cam angles in even steps [deg], and positions of the wheel's centre at both flanks [mm]."""
     check_cutter(work.problem, cutter_radius)
     angles = angles_in_steps(step)
     columns = dict(_wheel_positions(work, angles))
@@ -108,13 +118,13 @@ def _write_rib(work: Workpiece, path: Path, cutter_radius: float, step: float) -
     zero = "lower end of the cylinder" if work.part.thickness else "middle of the first roller at cam angle 0"
     swings = len(columns) > len(work.discs)
     aside = [
-        f"# beside_{unit}: from the plane through the axis of the cam, against the way of the surface"
+        f"# beside_{unit}: distance from the plane through the axis of the cam, against the motion of the surface"
     ] * swings
     lines = [
         f"# {work.title}",
         f"# camopt {VERSION}; finger wheel of radius {wheel:.9g} {unit}, its axis square to that of the cam",
-        f"# angle_deg: by which the cam is turned, {turned} as seen from above",
-        f"# along_{unit}: of the wheel's centre at each flank, upwards; zero: {zero}",
+        f"# angle_deg: angle of the cam, {turned} as seen from above",
+        f"# along_{unit}: height of the wheel's centre at each flank, upwards; zero: {zero}",
         *aside,
         " ".join(["# angle_deg", *(f"{name}_{unit}" for name in columns)]),
     ]
@@ -128,7 +138,7 @@ def _write_rib(work: Workpiece, path: Path, cutter_radius: float, step: float) -
 
 
 def _wheel_positions(work: Workpiece, degrees: FloatArray) -> Iterator[tuple[str, FloatArray]]:
-    """Places along the axis of the cam, and beside it of rollers that swing."""
+    """Positions along the axis of the cam, and beside it for rollers on arms, by name of the column."""
     problem, angles = work.problem, np.radians(degrees)
     pitch = {
         name: curve.evaluate_by_span(angles, curve.points)

@@ -1,14 +1,14 @@
-"""The walls of the groove of a cylindrical cam, or of its rib: the envelope of its rollers, at every depth.
+"""Walls of the groove or rib of a cylindrical cam: the envelope of its rollers, at every depth.
 
-The roller of radius ρ is a cylinder. Its axis meets the cam's where a translating follower moves; on an arm it is
-parallel to that of the arm's pivot, and beside the cam's axis by what the arm has swung away from the line of
-contact. At the distance s from the cam's axis, along its own, the roller moves over the cam by s + x' round it and
-by z' along it for each radian (x: how far it is beside the line of contact), so that it touches at its axis plus
+The roller of radius ρ is a cylinder. With a translating follower, its axis meets the axis of the cam. On an arm,
+its axis is parallel to the pivot of the arm, and passes the axis of the cam at the distance x by which the arm has
+swung from the line of contact. At the distance s from the axis of the cam, along its own axis, the roller moves
+over the cam by s + x' round it and by z' along it for each radian of cam angle. It touches at its axis plus
 
     ±ρ·(−z', s + x')/√(z'² + (s + x')²)
 
-round and along the cam. At the mean radius that is the normal of the developed curve; nearer to the axis the roller
-moves more steeply, and touches further round. A developed groove that is wound up would not fit the roller there.
+round and along the cam. At the mean radius this is the normal of the developed curve. Nearer to the axis the roller
+moves more steeply and touches further round. A developed groove wound onto the cylinder would not fit there.
 
 Source: Litvin and Fuentes, Gear Geometry and Applied Theory, ch. 6 (the relative velocity is normal to n).
 """
@@ -26,15 +26,15 @@ from camopt.core.numerics import BoolArray, ComplexArray, FloatArray
 from camopt.show.exporting.workpiece import Workpiece
 from camopt.solve.contour.curve import CamCurve, SmoothSpan, cam_discs, offset_curve
 
-WALL_SIDES = (-1.0, 1.0)  # of the lower and the upper wall
-SECTOR_ANGLE = 1.6  # rad: of a sector of the turn
+WALL_SIDES = (-1.0, 1.0)  # lower and upper wall
+SECTOR_ANGLE = 1.6  # rad: largest angle of a sector
 GROOVE_ROUNDS = 100
-NO_CHANGE = 1e-15  # relative change of a radius that is none
-SPLINE_DEGREE = 5  # of the splines round the cam
+NO_CHANGE = 1e-15  # relative change of a radius that counts as converged
+SPLINE_DEGREE = 5  # degree of the splines round the cam
 FIRST_POINTS, SECTOR_POINTS = 12, 6000  # points of a sector round the cam
-SECTIONS, MOST_SECTIONS = 4, 16  # radii with points of their own
-WALL_SAMPLES = 500  # cam angles of a sector at which a wall may run back
-PARTS_BETWEEN = 4  # parts of the stretches between points at which surfaces are compared
+SECTIONS, MOST_SECTIONS = 4, 16  # number of radii with points
+WALL_SAMPLES = 500  # cam angles of a sector at which undercut of a wall is checked
+PARTS_BETWEEN = 4  # intervals between two points at which a surface is compared
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ class Sector:
 
 
 class WallPoints(NamedTuple):
-    """Points of a wall (angles, radii): angle round the cam (rad, as the cam angle), radius, and height (mm).
+    """Points of a wall (angles, radii): angle round the cam [rad, like the cam angle], radius and height [mm].
 
-    ``pitch_tangent`` is where the roller moves there: round the cam, and along it as the imaginary part, mm/rad.
+    ``pitch_tangent`` is the velocity of the roller there [mm/rad]: round the cam, and along it as imaginary part.
     """
 
     round: FloatArray
@@ -60,19 +60,19 @@ class WallPoints(NamedTuple):
 
 @dataclass(frozen=True)
 class Groove:
-    """A groove, or a rib, between two radii (mm).
+    """A groove or rib between two radii [mm].
 
-    At the height 0 a translating follower starts, or an arm is at mid-swing.
+    The height 0 is the start of a translating follower, or the mid-swing of an arm.
     """
 
     curve: CamCurve
     inner: float
     outer: float
     half_width: float
-    """Radius of the roller and half its clearance, mm."""
+    """Radius of the roller plus half its clearance [mm]."""
     sections: int = SECTIONS
     below: CamCurve | None = None
-    """Of a rib the pitch curve of the roller below it, that of the one above being ``curve``."""
+    """For a rib, the pitch curve of the roller below it; ``curve`` is that of the roller above."""
 
     @property
     def sense(self) -> float:
@@ -80,7 +80,7 @@ class Groove:
 
     @property
     def radii(self) -> FloatArray:
-        """Of the sections, mm: Chebyshev's points and both ends."""
+        """Radii of the sections [mm]: Chebyshev points with both ends."""
         share = (1.0 - np.cos(np.linspace(0.0, np.pi, self.sections))) / 2
         return (1.0 - share) * self.inner + share * self.outer
 
@@ -91,12 +91,12 @@ class Groove:
                 yield Sector(span, start, end)
 
     def wall(self, span: SmoothSpan, angles: FloatArray, radii: FloatArray, side: float) -> WallPoints:
-        """Where the roller touches the upper (side +1) or lower (−1) wall at cam angles (rad) and radii (mm).
+        """Contact points on the upper (side +1) or lower (−1) wall, at cam angles [rad] and radii [mm].
 
-        Not a number where it does not reach so near to the axis.
+        NaN where the roller does not reach this radius.
         """
         curve = self.curve
-        if self.below is not None:  # the rollers of a rib are beside it
+        if self.below is not None:  # the rollers are outside of the rib
             curve, side = (self.below if side < 0.0 else curve), -side
             span = curve.spans[int(curve.span_numbers(np.array([span.start + span.end]) / 2)[0])]
         design, lift = curve.design, curve.programme.lift
@@ -117,17 +117,17 @@ class Groove:
         return WallPoints(angles + np.arctan2(touched, station), radii + 0.0 * angles, height, along - 1j * across)
 
     def points(self, places: WallPoints) -> FloatArray:
-        """x, y and z of places in the cam's own frame, (…, 3), mm."""
+        """x, y and z of wall points in the frame of the cam [mm], (…, 3)."""
         polar = self.polar(places.round)
         return np.stack([places.radius * np.cos(polar), places.radius * np.sin(polar), places.height], axis=-1)
 
     def polar(self, around: FloatArray) -> FloatArray:
-        """Angle from the x axis, rad, ccw: the follower is on the y axis at cam angle 0."""
+        """Angle from the x axis, ccw [rad]; the follower is on the y axis at cam angle 0."""
         return np.pi / 2 - self.sense * around
 
 
 def workpiece_groove(work: Workpiece) -> Groove:
-    """The groove or rib of a cylindrical cam, as deep as in ``[part]``, with the mean radius in its middle."""
+    """The groove or rib of a cylindrical cam, with the depth of ``[part]`` and the mean radius in its middle."""
     problem = work.problem
     mean, depth = float(problem.design.size[0]), getattr(work.part, problem.setup.mechanism.body.flank_height)
     assert depth
@@ -137,68 +137,68 @@ def workpiece_groove(work: Workpiece) -> Groove:
 
 
 def undercut_radius(groove: Groove) -> float | None:
-    """The outermost of given radii (mm) at which a wall runs back as the cam turns, at the angles checked."""
-    found = [
+    """The largest radius of a section with undercut [mm], where a wall runs back as the cam turns; None without."""
+    radii = [
         radius
         for sector in groove.sectors()
         for side in WALL_SIDES
         for radius, back in zip(groove.radii, _runs_back(groove, sector, side), strict=True)
         if back
     ]
-    return max(found, default=None)
+    return max(radii, default=None)
 
 
 def _runs_back(groove: Groove, sector: Sector, side: float) -> BoolArray:
-    """Whether at each radius a wall runs back somewhere, or does not exist."""
+    """Whether a wall runs back somewhere, or does not exist, at each radius."""
     wall = groove.wall(sector.span, np.linspace(sector.start, sector.end, WALL_SAMPLES), groove.radii, side)
     moved = groove.radii * np.diff(wall.round, axis=0) + 1j * np.diff(wall.height, axis=0)
     return np.asarray(~((moved * wall.pitch_tangent[1:].conjugate()).real >= 0.0).all(axis=0))
 
 
 class WallSurface(NamedTuple):
-    """A B-spline surface through sections of a wall, over cam angle (rad) and radius (mm).
+    """A B-spline surface through sections of a wall, over cam angle [rad] and radius [mm].
 
-    ``poles`` are (n, m, 4): x, y, z, and the angle round the cam, of which the first three make the surface.
+    ``poles`` are (n, m, 4): x, y, z of the surface, and the angle round the cam.
     """
 
     poles: FloatArray
     knots: tuple[FloatArray, FloatArray]
     degrees: tuple[int, int]
     deviation: float = inf
-    """The largest distance from the true wall among the points compared, mm."""
+    """Largest distance from the true wall at the compared points [mm]."""
     section_deviation: float = inf
-    """The same at cam angles of its own points, so between the sections alone."""
+    """As ``deviation``, only at cam angles of the points: the deviation between sections [mm]."""
 
     def shifted_along_axis(self, height: float) -> "WallSurface":
-        """The surface moved along the axis."""
+        """The surface moved along the axis of the cam."""
         return self._replace(poles=self.poles + np.array([0.0, 0.0, height, 0.0]))
 
     def points_at(self, angles: FloatArray, radii: FloatArray) -> FloatArray:
-        """Points (angles, radii, 4)."""
+        """Points of the surface, (angles, radii, 4)."""
         rows = BSpline(self.knots[0], self.poles, self.degrees[0])(angles)
         return np.asarray(BSpline(self.knots[1], rows, self.degrees[1], axis=1)(radii))
 
 
 def with_enough_sections(groove: Groove, aim: float) -> Groove:
-    """The groove with as many sections as its surfaces need to be within half of ``aim`` mm between them."""
+    """The groove with enough sections for surfaces within half of ``aim`` [mm] between them."""
     for count in range(SECTIONS, MOST_SECTIONS):
-        found = replace(groove, sections=count)
+        finer = replace(groove, sections=count)
         if all(
-            _interpolate_wall(found, each, side, FIRST_POINTS).section_deviation <= aim / 2
-            for each in found.sectors()
+            _interpolate_wall(finer, sector, side, FIRST_POINTS).section_deviation <= aim / 2
+            for sector in finer.sectors()
             for side in WALL_SIDES
         ):
-            return found
+            return finer
     return replace(groove, sections=MOST_SECTIONS)
 
 
 def wall_surface(groove: Groove, sector: Sector, side: float, aim: float) -> WallSurface:
-    """The surface of a wall over a sector, through as many points as it needs to be within ``aim`` mm."""
+    """The surface of a wall over a sector, through enough points to be within ``aim`` [mm]."""
     count = FIRST_POINTS
     while True:
-        found = _interpolate_wall(groove, sector, side, count)
-        if found.deviation <= aim or count >= SECTOR_POINTS:
-            return found
+        surface = _interpolate_wall(groove, sector, side, count)
+        if surface.deviation <= aim or count >= SECTOR_POINTS:
+            return surface
         count *= 2
 
 
@@ -216,9 +216,9 @@ def _interpolate_wall(groove: Groove, sector: Sector, side: float, count: int) -
 
 
 def interpolating_spline(shares: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Poles and knots of the spline through points (n, 3) at some shares of its length."""
-    found = make_interp_spline(shares, points, k=SPLINE_DEGREE)
-    return found.c, found.t
+    """Poles and knots of the spline through points (n, 3) at parameters ``shares``."""
+    spline = make_interp_spline(shares, points, k=SPLINE_DEGREE)
+    return spline.c, spline.t
 
 
 def _exact_wall(groove: Groove, sector: Sector, side: float, angles: FloatArray, radii: FloatArray) -> FloatArray:

@@ -1,18 +1,18 @@
-"""Programs for the groove or the rib of a cylinder: a cutter in the place of a roller, while the cam turns below.
+"""Programs for the groove or rib of a cylinder: a cutter in the place of a roller, while the cam turns.
 
-At each cam angle the axis of the roller is square to that of the cam: at a height along it, and beside it by
-what an arm has swung away from the line of contact. A cutter of the roller's radius that takes these places cuts
-the walls that the roller touches, at every depth. A smaller one cannot: shifted along the normal of the developed
-curve it would cut walls that are true at the mean radius alone. So it roughs. Beside a rib it goes round twice, in
-the place of each of both rollers.
+At each cam angle the axis of the roller is square to the axis of the cam. It is at a height along this axis, and
+beside it by the swing of an arm from the line of contact. A cutter of the roller's radius in these positions cuts
+the walls that the roller touches, at every depth. A smaller cutter cannot do so: shifted along the normal of the
+developed curve, it would cut walls that are true only at the mean radius. So it only roughs. Along a rib the cutter
+goes round twice, in the place of each roller.
 
-The axis of the cam is along X of the machine, which turns it about A, and the cutter along Z; or along Z, C and X.
-From one place to the next all axes move evenly. Over a step h of the cam angle the cutter is off its place by
+The cam lies along X of the machine, which turns it about A, with the cutter along Z; or along Z, C and X. Between
+two positions all axes move evenly. Over a step h of the cam angle, the cutter deviates from its position by at most
 
-    h²/8·max √(x''² + z''²)
+    h²/8·max √(x''² + z''²),
 
-at most, where x and z are its place beside and along the axis of the cam, by the cam angle. Feeds are those of the
-cutter over the surface of the cam: as moves by the minute (G93), or as the control reckons them (M116).
+where x and z are its positions beside and along the axis of the cam, as functions of the cam angle. Feeds are those
+of the cutter over the surface of the cam: as inverse time (G93), or as the control computes them (M116).
 
 Source: Smid, CNC Programming Handbook, ch. 22 (inverse time); for the linear interpolation error: de Boor, A
 Practical Guide to Splines, ch. 3.
@@ -48,15 +48,15 @@ MOST_POSITIONS = 1_000_000
 
 
 class MachineAxes(NamedTuple):
-    """The axes of a machine: along the axis of the cam, from it to the cutter, and about it."""
+    """Names of machine axes: along the axis of the cam, from it to the cutter, and about it."""
 
     along: str
     radial: str
     rotary: str
     lateral: float
-    """The sign of Y where the angle about the axis of the cam grows, where the cutter is."""
+    """Sign of Y at the cutter in the direction of growing angle about the axis of the cam."""
     plane: str
-    """What says that the cutter is along ``radial``: its length counts there."""
+    """Word for the plane square to the cutter: its length counts along ``radial``."""
 
 
 AXES_BY_ROTARY = dict(
@@ -66,13 +66,13 @@ AXES_BY_ROTARY = dict(
 
 @dataclass(frozen=True)
 class CutterPositions:
-    """Where the cutter is in the frame of the machine, lengths in mm, and how the cam is turned, deg."""
+    """Positions of the cutter in the frame of the machine [mm], and rotations of the cam [deg]."""
 
     along: FloatArray
     lateral: FloatArray
     rotation_deg: FloatArray
     deviation: float
-    """How far the cutter is from the roller's true place at most, from one to the next, mm."""
+    """Bound of the distance of the cutter from the true place of the roller, also between positions [mm]."""
 
     @property
     def reverse_order(self) -> "CutterPositions":
@@ -83,7 +83,7 @@ class CutterPositions:
 
 
 class _RotaryProgram(Program):
-    """A program whose cam turns: moves go to places, at feeds over a surface of a radius (mm)."""
+    """A program with a turning cam; feeds are over the surface at the radius ``outer`` [mm]."""
 
     def __init__(
         self, words: ControlDialect, decimals: int, axes: MachineAxes, outer: float, *, on_arm: bool
@@ -92,17 +92,17 @@ class _RotaryProgram(Program):
         self._axes, self._outer, self._on_arm = axes, outer, on_arm
 
     def move_above(self, places: CutterPositions) -> None:
-        """Go above the first place as fast as the machine can."""
+        """Go above the first position in rapid motion."""
         self.add_lines(self.words.rapid.replace("X{x} Y{y}", self._position_words(places, 0)))
 
     def move_radially(self, radius: float, feed: float | None = None, distance: float = 0.0) -> None:
-        """Move the cutter to a distance from the axis, fast or at a feed."""
+        """Move the cutter to a distance from the axis, in rapid motion or at a feed."""
         words = self.words.up if feed is None else self.words.down
-        moved = words.replace("Z{z}", f"{self._axes.radial}{self.number(radius)}")
-        self.add_lines(moved + ("" if feed is None else self._rate_word(feed, distance)))
+        move = words.replace("Z{z}", f"{self._axes.radial}{self.number(radius)}")
+        self.add_lines(move + ("" if feed is None else self._rate_word(feed, distance)))
 
     def cut_along_positions(self, places: CutterPositions, feed: float) -> None:
-        """Move from the first place, where the machine stands, to the last."""
+        """Move from the first position, the current one, to the last."""
         around = np.diff(np.radians(places.rotation_deg) * self._outer + self._axes.lateral * places.lateral)
         lengths = np.hypot(np.diff(places.along), around)
         before = self._position_words(places, 0)
@@ -123,55 +123,55 @@ class _RotaryProgram(Program):
         return self.words.feed.format(feed=rate)
 
 
-def write_groove(work: Workpiece, path: Path, asked: Milling) -> Export:
-    """Write a program that cuts the groove or the rib of a cylinder, in steps of its depth, one turn each.
+def write_groove(work: Workpiece, path: Path, settings: Milling) -> Export:
+    """Write a program that cuts the groove or rib of a cylinder, with one turn of the cam for each depth step.
 
-    The cutter goes down in the middle of the longest dwell, and every second turn is backwards. Of the settings of
-    programs it has none of those of a profile: both walls of a groove are cut at once, and each flank of a rib in
-    the place of its roller. What else is beside a rib is left.
+    The cutter goes down in the middle of the longest dwell; every second turn is backwards. Settings for profiles
+    are refused: both walls of a groove are cut at once, and each flank of a rib in the place of its roller. Other
+    metal beside a rib is not removed.
     """
-    asked = asked if asked.depth is not None else replace(asked, depth=_flank_height(work))
-    _check_groove_milling(work, asked)
-    assert asked.cutter_radius is not None
-    assert asked.feed is not None
-    axes = AXES_BY_ROTARY[asked.rotary or ROTARY_AXES[0]]
+    settings = settings if settings.depth is not None else replace(settings, depth=_flank_height(work))
+    _check_groove_milling(work, settings)
+    assert settings.cutter_radius is not None
+    assert settings.feed is not None
+    axes = AXES_BY_ROTARY[settings.rotary or ROTARY_AXES[0]]
     mean, groove = float(work.problem.design.size[0]), _flank_height(work)
     assert groove
     outer = mean + groove / 2
-    every = {
-        name.replace("pitch", "cutter"): _cutter_positions(work, curve, axes, asked, outer)
+    positions = {
+        name.replace("pitch", "cutter"): _cutter_positions(work, curve, axes, settings, outer)
         for name, curve in work.curves().items()
         if name.endswith("pitch")
     }
-    on_arm = any(np.any(places.lateral != 0.0) for places in every.values())
-    program = _RotaryProgram(CONTROL_DIALECTS[asked.control], asked.decimals, axes, outer, on_arm=on_arm)
-    _write_groove_head(program, work, asked, every, axes)
-    program.start(asked.tool, asked.spindle, asked.coolant, axes.radial)
+    on_arm = any(np.any(places.lateral != 0.0) for places in positions.values())
+    program = _RotaryProgram(CONTROL_DIALECTS[settings.control], settings.decimals, axes, outer, on_arm=on_arm)
+    _write_groove_head(program, work, settings, positions, axes)
+    program.start(settings.tool, settings.spindle, settings.coolant, axes.radial)
     program.move_radially(outer + CLEARANCE)
-    for places in every.values():
-        _cut_in_steps(program, places, asked, outer)
+    for places in positions.values():
+        _cut_in_steps(program, places, settings, outer)
     program.add_lines(*program.words.straight)
-    program.stop(asked.spindle, asked.coolant)
+    program.stop(settings.spindle, settings.coolant)
     write_text(path, program.text())
-    curves = {name: CurveInFile(len(each) - 1, "lines", each.deviation) for name, each in every.items()}
-    return Export(path, curves, notes=(*wall_notes(work, asked.cutter_radius), *asked.omissions))
+    curves = {name: CurveInFile(len(each) - 1, "lines", each.deviation) for name, each in positions.items()}
+    return Export(path, curves, notes=(*wall_notes(work, settings.cutter_radius), *settings.omissions))
 
 
 def _flank_height(work: Workpiece) -> float | None:
-    """The depth of the groove, or the height of the rib, mm."""
+    """Depth of the groove, or height of the rib [mm]."""
     height: float | None = getattr(work.part, work.problem.setup.mechanism.body.flank_height)
     return height
 
 
-def _cut_in_steps(program: _RotaryProgram, places: CutterPositions, asked: Milling, outer: float) -> None:
-    """Cut in steps of the depth along places, from above the cam and back there."""
-    assert asked.feed is not None
+def _cut_in_steps(program: _RotaryProgram, places: CutterPositions, settings: Milling, outer: float) -> None:
+    """Cut along positions in steps of the depth, from above the cam and back."""
+    assert settings.feed is not None
     program.move_above(places)
     above = -CLEARANCE
-    for level in asked.levels:
+    for level in settings.levels:
         assert level is not None
-        program.move_radially(outer - level, asked.feed, level - above)
-        program.cut_along_positions(places, asked.feed)
+        program.move_radially(outer - level, settings.feed, level - above)
+        program.cut_along_positions(places, settings.feed)
         places, above = places.reverse_order, level
     program.move_radially(outer + CLEARANCE)
 
@@ -183,85 +183,86 @@ PLANE_SETTINGS = {
     "blank_diameter": None,
     "largest_radius": LARGEST_RADIUS,
 }
-"""Settings that a groove has not, and what they are where they are not given."""
+"""Settings that a groove does not have, with their defaults."""
 
 
-def _check_groove_milling(work: Workpiece, asked: Milling) -> None:
-    """BadInput for settings that are missing, out of range or without a meaning here."""
-    mistakes, depth, body = list(asked.mistakes), _flank_height(work), work.problem.setup.mechanism.body
-    for name, usual in PLANE_SETTINGS.items():
-        if getattr(asked, name) != usual:
-            why = "has no meaning for a cylinder: a cutter as wide as the roller cuts what that touches in one turn"
-            mistakes.append(Mistake("camopt", name, getattr(asked, name), why, bare=True))
+def _check_groove_milling(work: Workpiece, settings: Milling) -> None:
+    """Raise BadInput for settings that are missing, out of range or without a meaning here."""
+    mistakes, depth, body = list(settings.mistakes), _flank_height(work), work.problem.setup.mechanism.body
+    for name, default in PLANE_SETTINGS.items():
+        if getattr(settings, name) != default:
+            why = "has no meaning for a cylinder: a cutter as wide as the roller cuts its flanks in one turn"
+            mistakes.append(Mistake("camopt", name, getattr(settings, name), why, bare=True))
     if depth is None:
-        why = "missing: the cutter goes as deep, from a surface half of it outside of the mean radius"
+        why = "missing: it gives the depth of the cut, half of it outside of the mean radius"
         mistakes.append(Mistake(work.scene.file, f"part.{body.flank_height}", None, why, bare=True))
-    elif asked.depth is not None and asked.depth > depth:
-        mistakes.append(Mistake("camopt", "depth", asked.depth, f"at most part.{body.flank_height} ({depth:g} mm)"))
+    elif settings.depth is not None and settings.depth > depth:
+        why = f"at most part.{body.flank_height} ({depth:g} mm)"
+        mistakes.append(Mistake("camopt", "depth", settings.depth, why))
     if mistakes:
         raise BadInput(mistakes)
-    check_cutter(work.problem, asked.cutter_radius)
+    check_cutter(work.problem, settings.cutter_radius)
 
 
 def _cutter_positions(
-    work: Workpiece, curve: CamCurve, axes: MachineAxes, asked: Milling, outer: float
+    work: Workpiece, curve: CamCurve, axes: MachineAxes, settings: Milling, outer: float
 ) -> CutterPositions:
-    """Places over one turn of the cam, so near to each other that the cutter keeps within the chord."""
-    digit = asked.last_digit
-    digits = np.hypot(digit, digit) / 2 + outer * np.radians(10.0**-asked.decimals) / 2
-    if asked.chord <= digits:
-        why = f"above {digits:.2g} mm: so much is in the digits of the program"
-        raise BadInput([Mistake("camopt", "chord", asked.chord, why)])
-    angles, deviation = _angle_steps(curve, asked.chord - digits)
+    """Positions over one turn of the cam, close enough for the chord."""
+    digit = settings.last_digit
+    digits = np.hypot(digit, digit) / 2 + outer * np.radians(10.0**-settings.decimals) / 2
+    if settings.chord <= digits:
+        why = f"above {digits:.2g} mm, the rounding error of the program"
+        raise BadInput([Mistake("camopt", "chord", settings.chord, why)])
+    angles, deviation = _angle_steps(curve, settings.chord - digits)
     design, (y, y1, *_) = curve.design, curve.programme.motion_at(angles % (2 * np.pi))
-    found = curve.mechanism.contact(design, curve.programme.lift, angles, y, y1)
-    beside = (found.x - design.size * angles) * (-design.sense * axes.lateral)
+    contact = curve.mechanism.contact(design, curve.programme.lift, angles, y, y1)
+    beside = (contact.x - design.size * angles) * (-design.sense * axes.lateral)
     low = cylinder_ends(work.problem, work.part.thickness)[0] if work.part.thickness else 0.0
-    height, turned = found.y, -design.sense * np.degrees(angles)
+    height, turned = contact.y, -design.sense * np.degrees(angles)
     return CutterPositions(height - low, beside + 0.0 * angles, turned, deviation + digits)
 
 
-def _angle_steps(curve: CamCurve, wanted: float) -> tuple[FloatArray, float]:
-    """Cam angles (rad) over one turn, and how far lines between their places are off the true ones at most, mm."""
-    edges, furthest = [np.zeros(1)], 0.0
+def _angle_steps(curve: CamCurve, chord: float) -> tuple[FloatArray, float]:
+    """Cam angles over one turn [rad], and the largest deviation of lines between their positions [mm]."""
+    edges, largest = [np.zeros(1)], 0.0
     for span in curve.spans:
-        ends, off = _divide_span(curve, span, wanted)
+        ends, deviations = _divide_span(curve, span, chord)
         edges.append(ends)
-        furthest = max(furthest, float(off.max()))
+        largest = max(largest, float(deviations.max()))
     angles = np.concatenate(edges)
     if angles.size > MOST_POSITIONS:
         raise BadInput(
-            [Mistake("camopt", "chord", wanted, f"larger: a program has {MOST_POSITIONS:,} lines at most")]
+            [Mistake("camopt", "chord", chord, f"larger: a program has at most {MOST_POSITIONS:,} lines")]
         )
     start = _dwell_middle(curve)
     before, after = angles[1:][angles[1:] <= start], angles[:-1][angles[:-1] > start]
     whole = np.concatenate([[start], after, before + 2 * np.pi, [start + 2 * np.pi]])
-    return whole - (2 * np.pi if start > np.pi else 0.0), furthest
+    return whole - (2 * np.pi if start > np.pi else 0.0), largest
 
 
-def _divide_span(curve: CamCurve, span: SmoothSpan, wanted: float) -> tuple[FloatArray, FloatArray]:
-    """A span in parts on which a line is near enough: where they end, and how far it is off."""
+def _divide_span(curve: CamCurve, span: SmoothSpan, chord: float) -> tuple[FloatArray, FloatArray]:
+    """Ends of parts of a span on which a line is within the chord, and its deviations [mm]."""
     lows, highs = np.array([span.start]), np.array([span.end])
     while True:
-        off = _line_deviation(curve, span, lows, highs)
-        wide = np.flatnonzero(off > wanted)
+        deviations = _line_deviation(curve, span, lows, highs)
+        wide = np.flatnonzero(deviations > chord)
         if not wide.size or lows.size > MOST_POSITIONS:
             order = np.argsort(lows)
-            return highs[order], off[order]
+            return highs[order], deviations[order]
         middles = (lows[wide] + highs[wide]) / 2
         lows, highs = np.append(lows, middles), np.append(highs, highs[wide])
         highs[wide] = middles
 
 
 def _line_deviation(curve: CamCurve, span: SmoothSpan, lows: FloatArray, highs: FloatArray) -> FloatArray:
-    """How far the place of the roller is off a line over some stretches of a span at most, mm."""
+    """Bound of the distance of the roller from a line, over stretches of a span [mm]."""
     over = curve.expansion([span] * lows.size, lows, highs).over_stretches
     across, along = (as_interval(series.terms[2]).largest_magnitude for series in over)
     return np.asarray(np.hypot(across, along) * (highs - lows) ** 2 / 4)
 
 
 def _dwell_middle(curve: CamCurve) -> float:
-    """The cam angle in the middle of the longest dwell, rad; 0 without one."""
+    """Cam angle in the middle of the longest dwell [rad]; 0 without a dwell."""
     dwells = [span for span in curve.spans if span.is_dwell]
     if not dwells:
         return 0.0
@@ -270,30 +271,31 @@ def _dwell_middle(curve: CamCurve) -> float:
 
 
 def _write_groove_head(
-    program: Program, work: Workpiece, asked: Milling, every: dict[str, CutterPositions], axes: MachineAxes
+    program: Program, work: Workpiece, settings: Milling, positions: dict[str, CutterPositions], axes: MachineAxes
 ) -> None:
-    """The head of the program, with what it is of."""
+    """Write the head of the program: part, cutter, deviation and zero points."""
     zero = "lower end of the cylinder" if work.part.thickness else "middle of the roller at the start of the motion"
-    assert asked.cutter_radius is not None
-    furthest, lines = max(each.deviation for each in every.values()), sum(len(each) - 1 for each in every.values())
-    radius, off = map(length_with_unit, (asked.cutter_radius, furthest))
+    assert settings.cutter_radius is not None
+    deviation = max(each.deviation for each in positions.values())
+    lines = sum(len(each) - 1 for each in positions.values())
+    radius, largest = map(length_with_unit, (settings.cutter_radius, deviation))
     what = work.problem.setup.mechanism.body.flank_height.partition("_")[0]
     program.add_lines(*program.words.start)
     program.comment(work.part.name or "cam")
     program.comment(f"camopt {VERSION}; {what}, cutter radius {radius}")
-    program.comment(f"cutter: {lines} lines, within {off}")
+    program.comment(f"cutter: {lines} lines, within {largest}")
     program.comment(f"{axes.along} zero: {zero}; Y and {axes.radial} zero: axis of the cam")
-    program.comment(f"{axes.rotary} in deg: where the cutter is on the cam, right-handed about {axes.along};")
+    program.comment(f"{axes.rotary} in deg: angle of the cutter on the cam, right-handed about {axes.along};")
     program.comment(f"{axes.rotary} zero: cam angle 0 below the cutter")
     modes = (each.replace("G17", axes.plane) for each in program.words.modes)
     program.add_lines(*modes, *program.words.turning)
 
 
 def wall_notes(work: Workpiece, cutter_radius: float) -> Iterator[str]:
-    """Notes on a cutter that leaves something on walls of a groove or a rib, and on what a rib has beside it."""
-    whole = work.problem.half_width
+    """Notes on metal that the cutter leaves on walls, and beside a rib."""
+    full_radius = work.problem.half_width
     if work.problem.setup.mechanism.further_contacts:
         yield RIB_NOTE
-    if whole > cutter_radius:
-        left, radius = map(length_with_unit, (whole - cutter_radius, whole))
-        yield f"the cutter leaves {left} on each wall: one with a radius of {radius} cuts them to size"
+    if full_radius > cutter_radius:
+        rest, radius = map(length_with_unit, (full_radius - cutter_radius, full_radius))
+        yield f"the cutter leaves {rest} on each wall; a cutter with radius {radius} cuts them to size"

@@ -1,9 +1,8 @@
-"""The plan of a cam in layers, in its own frame, mm: curves, circles, bore and centre marks, follower and train.
+"""The plan of a cam in layers, in its own frame [mm]: curves, circles, bore, centre marks, follower and train.
 
-Follower and train are there with the tool lowest, halfway and highest. Each position is a layer of its own, named
-by its cam angle, and so is what stands still. The cam of the plan is at cam angle 0; a line from its centre, or
-along the axis of a cylinder that is developed, shows where its line of cam angle 0 is then. Links are put one
-after the other (``problem.train_sketch``).
+Follower and train are drawn with the tool lowest, halfway and highest. Each position has its own layer, named by
+its cam angle; the fixed parts have another. The cam of the plan is at cam angle 0. In each position a line shows
+where the timing line of the cam is: from its centre, or along the axis of a developed cylinder.
 """
 
 from collections.abc import Iterator
@@ -23,13 +22,13 @@ from camopt.solve.contour.hole import bore_with_keyway
 from camopt.solve.contour.path import ArcPath, CubicPath
 from camopt.solve.contour.path_fitting import FittedPath, check_path_options, fit_path
 
-MARK_OVERRUN = 0.06  # of the size: how far centre marks run on
+MARK_OVERRUN = 0.06  # share of the size that centre marks extend
 VISIBLE, THIN_LINE, CHAIN_LINE, DASHED = "visible", "thin", "chain", "dashed"
 """Kinds of lines (ISO 128): outlines, thin lines, centre lines, and paths of tools."""
 
 
 class Circle(NamedTuple):
-    """A circle, about the cam's centre if no other is given."""
+    """A circle, by default about the centre of the cam."""
 
     radius: float
     centre: complex = 0j
@@ -37,7 +36,7 @@ class Circle(NamedTuple):
 
 @dataclass(frozen=True)
 class Layer:
-    """Everything in one kind of line: paths, circles and straight lines."""
+    """Paths, circles and straight lines in one kind of line."""
 
     name: str
     line: str
@@ -56,21 +55,21 @@ class Layer:
 
 @dataclass(frozen=True)
 class Plan:
-    """All layers, and the paths that follow the curves of the cam, by name, with their proved deviations."""
+    """All layers, and the paths fitted to the curves of the cam by name, with proven deviations."""
 
     layers: tuple[Layer, ...]
     followed: dict[str, FittedPath]
     reach: tuple[complex, complex]
-    """Corners of the rectangle that holds all layers, mm."""
+    """Corners of the rectangle around all layers [mm]."""
 
 
 def plan_of(work: Workpiece, chord: float, curves: str, cutter_radius: float | None) -> Plan:
-    """The plan of a cam whose curves are followed within ``chord`` mm by arcs, a spline or a polyline."""
+    """The plan of a cam, with curves within ``chord`` [mm] as arcs, a spline or a polyline."""
     problem = work.problem
     check_path_options(curves, chord)
     check_cutter(problem, cutter_radius)
     drawn = work.curves(cutter_radius)
-    if not problem.design.roller_radius[0]:  # of a knife edge it is the profile
+    if not problem.design.roller_radius[0]:  # for a knife edge it equals the profile
         drawn.pop("pitch", None)
     followed = {name: fit_path(curve, curves, chord) for name, curve in drawn.items()}
     layers = [Layer(name, _line_kind(name), (each.path,)) for name, each in followed.items()]
@@ -85,12 +84,12 @@ def plan_of(work: Workpiece, chord: float, curves: str, cutter_radius: float | N
 
 
 def _line_kind(curve: str) -> str:
-    own = curve.removeprefix("second_")
-    return VISIBLE if own.startswith("profile") else CHAIN_LINE if own == "pitch" else DASHED
+    name = curve.removeprefix("second_")
+    return VISIBLE if name.startswith("profile") else CHAIN_LINE if name == "pitch" else DASHED
 
 
 def _hull_points(path: ArcPath | CubicPath) -> np.ndarray:
-    """Points whose hull holds a path: control points, or vertices and corners round the bulges."""
+    """Points whose hull contains a path: control points, or vertices and corners around the bulges."""
     if isinstance(path, CubicPath):
         return path.controls.ravel()
     inner = path.vertices[:-1] + path.chords * np.array([[0.0], [1.0]]) - 0.5j * path.bulges * path.chords
@@ -107,7 +106,7 @@ def _disc_layers(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
     for disc in work.discs:
         design, flank = disc.problem.design, disc.problem.setup.mechanism.flanks[0]
         prime = float(design.prime_radius[0])
-        base = float((design.size + (1.0 + flank.side) * design.roller_radius)[0])  # the least circle of the flank
+        base = float((design.size + (1.0 + flank.side) * design.roller_radius)[0])  # smallest circle of the flank
         yield Layer(f"{disc.prefix}base-circle", CHAIN_LINE, circles=(Circle(base),))
         if prime != base and not disc.problem.setup.mechanism.flat_faced:
             yield Layer(f"{disc.prefix}prime-circle", CHAIN_LINE, circles=(Circle(prime),))
@@ -126,9 +125,9 @@ def _disc_layers(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
 
 
 def _cylinder_layers(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
-    """Of a cylindrical cam: one turn at the mean radius, with the line at cam angle 0 and that of no lift.
+    """Layers of a cylindrical cam: one turn at the mean radius, with the lines of cam angle 0 and of zero lift.
 
-    With its length, also the edges of the developed cylinder.
+    If its length is known, also the edges of the developed cylinder.
     """
     turn = 2.0 * np.pi * float(work.problem.design.size[0])
     low, high = corners.imag.min(), corners.imag.max()
@@ -148,12 +147,12 @@ def _cylinder_layers(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
 
 TRAIN_ANGLES_DEG = np.arange(361.0)
 PIN_RADIUS, PIVOT_RADIUS, STEM_LENGTH, FACE_LENGTH = 0.02, 0.03, 0.3, 0.3
-"""Radii of joints and pivots, the length of a stem and half that of a flat face, in sizes of the cam."""
+"""Radii of joints and pivots, length of a stem and half length of a flat face, in sizes of the cam."""
 MemberShapes = tuple[list[Circle], list[tuple[complex, complex]]]
 
 
 def train_layers(problem: Problem) -> Iterator[Layer]:
-    """The layers of a follower and its train; none without a train."""
+    """Layers of a follower and its train; none without a train."""
     mechanism, programme = problem.setup.mechanism, problem.programme
     if problem.setup.train is None:
         return
@@ -195,7 +194,7 @@ def train_layers(problem: Problem) -> Iterator[Layer]:
 
 
 def _member_shapes(member: Member, position: int, pin: float) -> MemberShapes:
-    """A rigid part in one position: a wheel as a circle, a bar as a line between pins, others by their edges."""
+    """A rigid part in one position: a wheel as circle, a bar as line between pins, others as outlines."""
     at = complex(member.at[position])
     points = [at + complex(each) for each in member.points * np.exp(1j * member.turned[position])]
     if member.shape in ("wheel", "roller"):

@@ -1,4 +1,4 @@
-"""The loads of a design at given cam angles, of the effects that its scene calls for."""
+"""Loads of a design at given cam angles, for the effects that its scene needs."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,48 +14,48 @@ from camopt.show.drawing.dynamics import dynamics_panels
 from camopt.show.drawing.loads import load_panels
 from camopt.show.drawing.picture import Picture
 
-PIECE_END_ANGLE = 1e-12  # rad: an angle so near to the end of a piece is at it
-PIECE_OFFSET = 1e-13  # rad: so far from an angle between two pieces are the samples beside it
-LEAST_JUMP_SHARE = 1e-9  # of the largest load: what differs by less is no jump
+PIECE_END_ANGLE = 1e-12  # rad: a closer angle counts as the end of a piece
+PIECE_OFFSET = 1e-13  # rad: distance of samples from an angle between two pieces
+LEAST_JUMP_SHARE = 1e-9  # share of the largest load: a smaller difference is no jump
 
 
 @dataclass(frozen=True)
 class _PictureAtAngles(Picture):
-    """A picture whose samples are at given cam angles (deg), and one in the middle of each piece that has none."""
+    """A picture with samples at given cam angles [deg], and in the middle of pieces without any."""
 
     degrees: FloatArray
 
     @cached_property
     def ends(self) -> FloatArray:
-        """Where the pieces start, and the end of the turn, rad."""
+        """Starts of the pieces, and the end of the turn [rad]."""
         table = self.problem.programme.table
         first = table.first_panel[:-1]
         return np.append(table.centre[first] - table.half_width[first], 2.0 * np.pi)
 
     @cached_property
     def places(self) -> list[tuple[IntArray, FloatArray]]:
-        """The samples of each piece: the number of each, and its cam angle (rad).
+        """Samples of each piece: their numbers and cam angles [rad].
 
-        An angle between two pieces, as 0 and 360 deg are, has a sample just before it, one at it and one after it.
+        An angle between two pieces, such as 0 and 360 deg, has a sample before it, at it and after it.
         """
         numbers, angles = np.tile(np.arange(self.degrees.size), 3), np.radians(self.degrees)
-        turned = np.concatenate([angles, angles + 2.0 * np.pi, angles - 2.0 * np.pi])
-        found = []
+        repeated = np.concatenate([angles, angles + 2.0 * np.pi, angles - 2.0 * np.pi])
+        pieces = []
         for start, end in pairwise(self.ends):
-            here = (turned >= start - PIECE_END_ANGLE) & (turned <= end + PIECE_END_ANGLE)
-            first = here & (turned <= start + PIECE_END_ANGLE)
-            inside = np.clip(turned[here], start + PIECE_OFFSET, end - PIECE_OFFSET)
-            found.append(
+            here = (repeated >= start - PIECE_END_ANGLE) & (repeated <= end + PIECE_END_ANGLE)
+            first = here & (repeated <= start + PIECE_END_ANGLE)
+            inside = np.clip(repeated[here], start + PIECE_OFFSET, end - PIECE_OFFSET)
+            pieces.append(
                 (
                     np.append(numbers[here], numbers[first]),
                     np.append(inside, np.full(np.count_nonzero(first), start)),
                 )
             )
-        return found
+        return pieces
 
     @property
     def is_beside(self) -> BoolArray:
-        """The samples just before and after an angle between two pieces, of those of all pieces."""
+        """Whether samples are just before or after an angle between two pieces; of all pieces in order."""
         spans = zip(self.places, self.ends[:-1], self.ends[1:], strict=True)
         return np.concatenate(
             [(a == start + PIECE_OFFSET) | (a == end - PIECE_OFFSET) for (_, a), start, end in spans]
@@ -71,15 +71,15 @@ class _PictureAtAngles(Picture):
 
 
 def loads_at(picture: Picture, degrees: FloatArray) -> dict[str, FloatArray]:
-    """Columns by name, as the quantity without its extreme: ``contact_force_N``, ``torque_N_m``, …
+    """Loads by column, named as the quantity without "max" or "min": ``contact_force_N``, ``torque_N_m``, …
 
-    A load that is infinite somewhere has none. Those of two contacts are ``first_…`` and ``second_…``. Where a load
-    jumps, the column has the side with the larger magnitude; of a quantity that is a least one, the smaller value.
+    A load that is infinite somewhere has no column. Columns of two contacts are ``first_…`` and ``second_…``. At a
+    jump, the column has the side with the larger magnitude; the smaller value if the quantity is a minimum.
     """
     sampled = _PictureAtAngles(picture.scene, picture.problem, degrees)
     columns = {}
     for panel in [*dynamics_panels(sampled), *load_panels(sampled, every=True)]:
-        # the extremes of a force that two contacts share are no quantities
+        # no quantity is the extreme of a force at one of two contacts
         quantity = panel.quantity or CONTACT_FORCES[0]
         name = load_column(quantity)
         rank = np.negative if "_min" in quantity else np.abs
@@ -92,24 +92,24 @@ def loads_at(picture: Picture, degrees: FloatArray) -> dict[str, FloatArray]:
 
 
 def _values_at_angles(sampled: _PictureAtAngles, pieces: list[FloatArray], rank: np.ufunc) -> FloatArray:
-    """Values piece by piece at the given cam angles, in their order; of an angle with several the highest rank."""
+    """Values of pieces in the order of the given cam angles; the highest rank if an angle has several values."""
     numbers = np.concatenate([numbers for numbers, _ in sampled.places])
-    found = np.concatenate([v for v, (own, _) in zip(pieces, sampled.places, strict=True) if own.size])
-    ranks = rank(found) - LEAST_JUMP_SHARE * np.abs(found).max(initial=0.0) * sampled.is_beside
+    loads = np.concatenate([v for v, (kept, _) in zip(pieces, sampled.places, strict=True) if kept.size])
+    ranks = rank(loads) - LEAST_JUMP_SHARE * np.abs(loads).max(initial=0.0) * sampled.is_beside
     order, values = np.argsort(ranks, kind="stable"), np.empty(sampled.degrees.size)
-    values[numbers[order]] = found[order]
+    values[numbers[order]] = loads[order]
     return values
 
 
 def load_quantity(column: str) -> Quantity | None:
-    """The quantity behind a column of loads, at whichever contact; None if it is none."""
+    """The quantity of a column of loads, at either contact; None for other columns."""
     return LOAD_COLUMNS.get(column) or LOAD_COLUMNS.get(column.partition("_")[2])
 
 
 def load_column(quantity: str) -> str:
-    """The column of a load along the turn, by the quantity that is an extreme of it."""
+    """The column of a load over the turn, by the quantity that is its extreme."""
     return quantity.replace("_max", "").replace("_min", "")
 
 
 LOAD_COLUMNS = {load_column(name): quantity for name, quantity in QUANTITIES.items()}
-"""The quantity behind each column."""
+"""Quantity of each column of loads."""

@@ -1,4 +1,4 @@
-"""Settings that programs for machines have in common: what they need, and their ranges."""
+"""Settings of programs for machines, with their allowed ranges."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,28 +12,28 @@ from camopt.solve.contour.path_fitting import DEFAULT_CHORD
 ALLOWED_DECIMALS = range(3, 7)
 MILLING_DIRECTIONS = ("climb", "conventional")
 ROTARY_AXES = ("A", "C")
-MOST_DEPTH_CUTS = 1000  # of the depth
-LEAST_CHORD = 5.0  # last digits
+MOST_DEPTH_CUTS = 1000  # largest number of depth steps
+LEAST_CHORD = 5.0  # in units of the last digit
 CLEARANCE = 5.0  # mm above the part
-RIB_NOTE = "what is further from the rib than the cutter reaches is not cut away: turn or mill it away before"
+RIB_NOTE = "the cutter removes only metal near the rib: turn or mill the rest away before"
 LARGEST_RADIUS = 10_000.0  # mm
 
 
 @dataclass(frozen=True)
 class Milling:
-    """What is asked of a program, lengths in mm; None where nothing is."""
+    """Settings of a program, lengths in mm; None if not set."""
 
     control: str
     decimals: int
     chord: float
-    """The largest distance of the path from the true one."""
+    """Largest distance of the path from the true path [mm]."""
     cutter_radius: float | None
     feed: float | None
     """mm/min."""
     depth: float | None
     depth_step: float | None
     roughing: float
-    """What first cuts leave."""
+    """Metal that roughing cuts leave [mm]."""
     roughing_feed: float | None
     direction: str
     tool: int | None
@@ -42,18 +42,18 @@ class Milling:
     coolant: bool
     blank_diameter: float | None
     largest_radius: float
-    """Of arcs; those of a larger one are lines."""
+    """Largest radius of arcs [mm]; larger arcs are written as lines."""
     rotary: str | None
     """The axis about which the cam turns."""
 
     @property
     def last_digit(self) -> float:
-        """Of coordinates, mm."""
+        """Last digit of coordinates [mm]."""
         return last_digit(self.decimals)
 
     @property
     def levels(self) -> list[float | None]:
-        """The depths of the cuts, in even steps."""
+        """Depths of the cuts [mm], in even steps."""
         if self.depth is None:
             return [None]
         count = ceil(self.depth / self.depth_step * (1.0 - 1e-12)) if self.depth_step else 1
@@ -61,13 +61,13 @@ class Milling:
 
     @property
     def mistakes(self) -> Iterator[Mistake]:
-        """What no program can have, and what there is none without."""
+        """Settings that are missing, need another setting, or are out of range."""
         for name in ("cutter_radius", "feed"):
             if getattr(self, name) is None:
                 yield Mistake("camopt", name, None, "missing: a program needs it", bare=True)
         for name, other in (("spindle", "tool"), ("roughing_feed", "roughing"), ("depth_step", "depth")):
             if getattr(self, name) is not None and not getattr(self, other):
-                why = f"needs {other} as well, which is not given"
+                why = f"needs {other}"
                 yield Mistake("camopt", name, getattr(self, name), why, bare=True)
         yield from self._range_mistakes()
         least = least_chord(self.decimals)
@@ -77,26 +77,26 @@ class Milling:
 
     @property
     def omissions(self) -> Iterator[str]:
-        """What a machine needs, and the program does not say."""
+        """Notes on actions of the machine that the program does not contain."""
         if self.spindle is None:
-            yield "no speed of the spindle is given (spindle, with a tool): the program does not start it"
+            yield "spindle is not set: the program does not start the spindle (set spindle and tool)"
 
     def _range_mistakes(self) -> Iterator[Mistake]:
         for name in POSITIVE_SETTINGS:
             value = getattr(self, name)
             if value is not None and not (isfinite(value) and value > 0.0):
                 yield Mistake("camopt", name, value, "above 0")
-        for name, known in ALLOWED_SETTINGS.items():
+        for name, allowed in ALLOWED_SETTINGS.items():
             value = getattr(self, name)
-            if value not in known and (name, value) != ("rotary", None):
-                yield Mistake("camopt", name, value, f"one of {', '.join(map(str, known))}")
+            if value not in allowed and (name, value) != ("rotary", None):
+                yield Mistake("camopt", name, value, f"one of {', '.join(map(str, allowed))}")
         if not 0.0 <= self.roughing <= 1e3:
             yield Mistake("camopt", "roughing", self.roughing, "from 0 to 1000 mm")
         if self.tool is not None and not 1 <= self.tool <= 99_999:
             yield Mistake("camopt", "tool", self.tool, "from 1 to 99999")
         least = self.depth / MOST_DEPTH_CUTS if self.depth else 0.0
         if self.depth_step and self.depth_step < least:
-            why = f"at least {least:g} mm: {MOST_DEPTH_CUTS} steps at most"
+            why = f"at least {least:g} mm: at most {MOST_DEPTH_CUTS} steps are allowed"
             yield Mistake("camopt", "depth_step", self.depth_step, why)
 
 
@@ -110,21 +110,21 @@ ALLOWED_SETTINGS = {
 
 
 def last_digit(decimals: int) -> float:
-    """The last digit of coordinates with some decimals in the unit that is shown, mm."""
+    """Value of the last decimal of coordinates in the shown unit [mm]."""
     return float(from_shown_unit(10.0**-decimals, "mm"))
 
 
 def usual_decimals(control: str) -> int:
-    """Those of a control, and one more in inch, which is longer."""
+    """Decimals of coordinates of a control; one more in inch, the longer unit."""
     finer = int(shown_system() != MM)
     return CONTROL_DIALECTS[control].decimals + finer if control in CONTROL_DIALECTS else ALLOWED_DECIMALS[0]
 
 
 def least_chord(decimals: int) -> float:
-    """The smallest chord that some decimals can hold: five of the last one, mm."""
+    """Smallest chord for a number of decimals: five units of the last one [mm]."""
     return LEAST_CHORD * last_digit(decimals) if decimals in ALLOWED_DECIMALS else DEFAULT_CHORD
 
 
 def length_with_unit(length: float, form: str = ".6g") -> str:
-    """A length, mm, as programs tell it."""
+    """A length given in mm, as text in the shown unit."""
     return f"{to_shown_unit(length, 'mm'):{form}} {shown_unit('mm')}"

@@ -18,12 +18,12 @@ def write(
     step: float | None = None,
     cutter_radius: float | None = None,
 ) -> Export:
-    """Write what ``cam_points`` gives, as close as ``chord`` (mm) or in steps (deg) of the cam angle.
+    """Write the columns of ``cam_points``, within a ``chord`` [mm] or in steps of the cam angle [deg].
 
-    How far straight lines from point to point are from the curves is proved.
+    The bound of the deviation of straight lines between points from the curves is proved.
     """
     if step is not None and chord is not None:
-        raise BadInput([Mistake("camopt", "step", step, "not together with a chord: one of both", bare=True)])
+        raise BadInput([Mistake("camopt", "step", step, "cannot be used with chord", bare=True)])
     check_path_options("polyline", DEFAULT_CHORD if chord is None else chord)
     spacing = {"chord": CHORD_AIM * (chord or DEFAULT_CHORD)} if step is None else {"step": step}
     columns = cam_points(work.scene, None, cutter_radius=cutter_radius, disc=work.disc, **spacing)

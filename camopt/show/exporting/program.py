@@ -1,4 +1,4 @@
-"""Programs for machines, line by line, in the words of their controls: templates, a record for each dialect.
+"""Programs for machines, line by line, with templates for the dialect of each control.
 
 Sources: ISO 6983-1 and DIN 66025 (iso); the programming manuals of Fanuc (series 0i, milling), Siemens (Sinumerik
 840D) and Heidenhain (TNC, conversational; M116 for feeds of rotary axes).
@@ -15,16 +15,16 @@ from camopt.solve.contour.path import ArcPath
 
 @dataclass(frozen=True)
 class ControlDialect:
-    """Templates of lines: x, y, z are where a move goes, cx and cy its centre, i and j that from its start."""
+    """Templates of lines. x, y, z: end of a move; cx, cy: its centre; i, j: the centre relative to its start."""
 
     start: tuple[str, ...]
-    """Before what the program tells of itself."""
+    """Lines before the comments at the head."""
     modes: tuple[str, ...]
-    """What holds for all moves: mm or inch, the plane XY, absolute, feed by the minute, no compensation."""
+    """Modes for all moves: unit, plane XY, absolute, feed per minute, no compensation."""
     end: tuple[str, ...]
     comment: str
     units: Mapping[str, str] = field(default_factory={MM: "G21", INCH: "G20"}.copy)
-    """What says in which units lengths are."""
+    """Words for the unit of lengths."""
     rapid: str = "G0 X{x} Y{y}"
     line: str = "G1 X{x} Y{y}"
     arc: str = "G{way} X{x} Y{y} I{i} J{j}"
@@ -33,24 +33,24 @@ class ControlDialect:
     up: str = "G0 Z{z}"
     down: str = "G1 Z{z}"
     feed: str = " F{feed}"
-    """What follows a move where the feed changes."""
+    """Words after a move if the feed changes."""
     tool: tuple[str, ...] = ("T{tool} M6",)
     spindle: str = "S{speed} M3"
     coolant: str = "M8"
     still: str = "M5"
-    """The spindle stops."""
+    """Stop the spindle."""
     dry: str = "M9"
-    """The coolant stops."""
+    """Stop the coolant."""
     sign: str = ""
-    """Of numbers: "+" where they all have one."""
+    """Sign format of numbers; "+" if all numbers have a sign."""
     decimals: int = 4
-    """Of coordinates in mm; in inch one more."""
+    """Decimals of coordinates in mm; one more in inch."""
     by_time: bool = True
-    """Whether feeds of moves that turn the part are moves by the minute, else lengths at its surface."""
+    """Whether moves that turn the part have inverse-time feeds [moves/min]; else lengths at its surface."""
     turning: tuple[str, ...] = ("G93",)
-    """What holds for such moves, after ``modes``."""
+    """Modes for moves that turn the part, after ``modes``."""
     straight: tuple[str, ...] = ("G94",)
-    """And what holds again after them."""
+    """Modes after such moves."""
     numbered: bool = False
     """Whether lines have numbers, from 0."""
 
@@ -94,30 +94,30 @@ CONTROL_DIALECTS = {
         numbered=True,
     ),
 }
-"""By the name of the control."""
+"""Dialects by name of the control."""
 CONTROL_BY_SUFFIX = {".nc": "iso", ".mpf": "siemens", ".h": "heidenhain"}
-"""The dialect of a file whose control is not named."""
+"""Default dialect, by ending of the file."""
 
 
 @dataclass
 class Program:
-    """Lines so far; coordinates are given in mm and written in the unit that is shown, with some decimals."""
+    """Lines of a program. Coordinates are given in mm and written in the shown unit."""
 
     words: ControlDialect
     decimals: int
     lines: list[str] = field(default_factory=list)
     feed: str = ""
-    """The last feed, mm/min, which holds until another is said."""
+    """The current feed as text."""
     position: tuple[str, str] | None = None
-    """Where the machine stands, in the digits of the program."""
+    """Current position of the machine, in the digits of the program."""
 
     def add_lines(self, *templates: str, **values: object) -> None:
-        """Add lines of the dialect."""
-        for each in templates:
-            self.lines += each.format(units=self.words.units[shown_system()], **values).split("\n")
+        """Add lines from templates of the dialect."""
+        for template in templates:
+            self.lines += template.format(units=self.words.units[shown_system()], **values).split("\n")
 
     def start(self, tool: int | None, spindle: float | None, coolant: bool, axis: str = "Z") -> None:
-        """Take the cutter, which is along an axis, and switch on what turns and flows."""
+        """Call the cutter, which lies along an axis, and switch on spindle and coolant."""
         if tool is not None:
             self.add_lines(*self.words.tool, tool=tool, speed=f"{spindle or 0:g}", axis=axis)
         if spindle is not None:
@@ -126,7 +126,7 @@ class Program:
             self.add_lines(self.words.coolant)
 
     def stop(self, spindle: float | None, coolant: bool) -> None:
-        """Switch off what was switched on, and end."""
+        """Switch off coolant and spindle, and end the program."""
         if coolant:
             self.add_lines(self.words.dry)
         if spindle is not None:
@@ -134,12 +134,12 @@ class Program:
         self.add_lines(*self.words.end)
 
     def comment(self, text: str) -> None:
-        """Add a comment that any control takes."""
+        """Add a comment in characters that any control accepts."""
         plain = text.encode("ascii", "replace").decode().replace("(", "[").replace(")", "]")
         self.lines.append(self.words.comment.format(plain))
 
     def rapid(self, to: complex) -> None:
-        """Go to a point as fast as the machine can, above the part or outside of it."""
+        """Go to a point in rapid motion, above or outside of the part."""
         self.position = x, y = self._coordinates(to)
         self.add_lines(self.words.rapid, x=x, y=y)
 
@@ -150,16 +150,14 @@ class Program:
         self.add_lines(self.words.down + self._feed_word(feed), z=self.number(height))
 
     def line(self, to: complex, feed: float) -> None:
-        """Go straight to a point; nothing where the machine stands there already, but for its digits."""
+        """Go straight to a point; no line if the machine is there already, within its digits."""
         if (place := self._coordinates(to)) != self.position:
             self.position = x, y = place
             self.add_lines(self.words.line + self._feed_word(feed), x=x, y=y)
 
     def arc(self, start: complex, end: complex, bulge: float, feed: float) -> None:
-        """Move from where the machine stands, by an arc or, without a bulge, by a line."""
-        if (
-            not bulge or self._coordinates(end) == self.position
-        ):  # an arc that ends where it begins would be a whole circle
+        """Move from the current position by an arc, or by a line without a bulge."""
+        if not bulge or self._coordinates(end) == self.position:  # an arc without length would be a full circle
             self.line(end, feed)
             return
         self.position = self._coordinates(end)
@@ -170,7 +168,7 @@ class Program:
         self.add_lines(self.words.arc + self._feed_word(feed), way=self.words.ways[int(bulge > 0.0)], **texts)
 
     def follow_path(self, path: ArcPath, feed: float) -> None:
-        """Move along a path from its first vertex, where the machine stands."""
+        """Move along a path from its first vertex, the current position."""
         for one, other, bulge in zip(path.vertices, path.vertices[1:], path.bulges, strict=False):
             self.arc(one, other, bulge, feed)
 
@@ -178,16 +176,16 @@ class Program:
         return self.number(to.real), self.number(to.imag)
 
     def number(self, value: float) -> str:
-        """A coordinate; zero has no minus."""
+        """A coordinate as text, without −0."""
         return f"{np.round(to_shown_unit(value, 'mm'), self.decimals) + 0.0:{self.words.sign}.{self.decimals}f}"
 
     def text(self) -> str:
-        """The whole program."""
+        """The text of the program."""
         numbered = (f"{k} {line}" for k, line in enumerate(self.lines))
         return "\n".join([*(numbered if self.words.numbered else self.lines)]) + "\n"
 
     def _feed_word(self, feed: float) -> str:
-        """The words of a feed that is not the one that holds."""
+        """The words of a feed; empty if it is the current one."""
         text = f"{to_shown_unit(feed, 'mm/min'):g}"
-        said, self.feed = self.feed, text
-        return "" if said == text else self.words.feed.format(feed=text)
+        before, self.feed = self.feed, text
+        return "" if before == text else self.words.feed.format(feed=text)

@@ -7,6 +7,6 @@ from camopt.show.exporting.workpiece import Export, Workpiece
 
 
 def write(work: Workpiece, path: Path) -> Export:
-    """Write the scene as TOML, with all that it takes from other files."""
+    """Write the scene as TOML, with all data that it reads from other files."""
     write_scene(path, work.scene)
     return Export(path)

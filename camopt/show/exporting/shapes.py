@@ -1,6 +1,6 @@
 """Solids in the boundary representation of Open CASCADE: edges, faces, extrusions and measurements.
 
-Lengths are mm. Open CASCADE takes points that are nearer than 1e-7 mm for one.
+Lengths are in mm. Open CASCADE merges points closer than 1e-7 mm.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -41,10 +41,10 @@ from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.solve.contour.path import ArcPath, CubicPath
 
 CadShape = Any
-"""Of Open CASCADE, whose classes mypy does not know."""
+"""A shape of Open CASCADE, whose classes mypy does not know."""
 EDGE, FACE, SOLID = TopAbs_EDGE, TopAbs_FACE, TopAbs_SOLID
-TOUCHING_MM = 1e-7  # mm: what is nearer is one
-FLAT_ARC = 1e-8  # mm: an arc that is no higher is a line; the centre of a flatter one would be rounded by as much
+TOUCHING_MM = 1e-7  # closer points are equal
+FLAT_ARC = 1e-8  # mm: a lower arc is a line, since rounding of its centre would be as large
 
 
 def gp_point(x: float, y: float, z: float) -> CadShape:
@@ -52,31 +52,31 @@ def gp_point(x: float, y: float, z: float) -> CadShape:
 
 
 def circle_wire(radius: float) -> CadShape:
-    """A wire about the axis z, in the plane z = 0."""
+    """A circle about the z axis, in the plane z = 0."""
     return make_wire([BRepBuilderAPI_MakeEdge(gp_Circ(gp.XOY_s(), radius)).Edge()])
 
 
 def make_wire(edges: Iterable[CadShape]) -> CadShape:
-    """Edges that follow each other."""
-    made = BRepBuilderAPI_MakeWire()
+    """A wire of consecutive edges."""
+    builder = BRepBuilderAPI_MakeWire()
     for edge in edges:
-        made.Add(edge)
-    return made.Wire()
+        builder.Add(edge)
+    return builder.Wire()
 
 
 def closed_wire(path: ArcPath | CubicPath) -> CadShape:
-    """A closed path in the plane z = 0."""
+    """A wire along a closed path in the plane z = 0."""
     return make_wire(_arc_edges(path) if isinstance(path, ArcPath) else _spline_edges(path))
 
 
 def _path_vertices(points: ComplexArray) -> list[CadShape]:
-    """Vertices at points x + iy, the first once more at the end."""
-    found = [make_vertex((p.real, p.imag, 0.0)) for p in points]
-    return [*found, found[0]]
+    """Vertices at points x + iy, with the first one repeated at the end."""
+    vertices = [make_vertex((p.real, p.imag, 0.0)) for p in points]
+    return [*vertices, vertices[0]]
 
 
 def _arc_edges(path: ArcPath) -> Iterator[CadShape]:
-    """True arcs of circles, and lines."""
+    """Edges of a path: true arcs of circles, and lines."""
     corners = _path_vertices(path.vertices[:-1])
     heights = np.abs(path.bulges * path.chords) / 2
     with np.errstate(divide="ignore"):
@@ -89,7 +89,7 @@ def _arc_edges(path: ArcPath) -> Iterator[CadShape]:
 
 
 def _spline_edges(path: CubicPath) -> Iterator[CadShape]:
-    """A B-spline over the cam angle (rad) on each span of the motion, with a continuous tangent."""
+    """Edges of a path: a B-spline over the cam angle [rad] for each span, with a continuous tangent."""
     spans = np.array(path.spans)
     pieces = [np.flatnonzero(spans == span) for span in dict.fromkeys(path.spans)]
     corners = _path_vertices(np.array([path.controls[each[0], 0] for each in pieces]))
@@ -104,9 +104,9 @@ def _spline_edges(path: CubicPath) -> Iterator[CadShape]:
 
 
 def spline_edge(poles: FloatArray, knots: FloatArray, ends: Sequence[CadShape]) -> CadShape:
-    """An edge along a B-spline of poles (n, 3 or more: x, y, z), from a vertex to a vertex.
+    """An edge along a B-spline with poles (n, 3 or more: x, y, z), between two vertices.
 
-    Each knot is there as often as it counts.
+    Knots are repeated by their multiplicity.
     """
     places = Array1_gp_Pnt(1, len(poles))
     for k, pole in enumerate(poles, 1):
@@ -118,7 +118,7 @@ def spline_edge(poles: FloatArray, knots: FloatArray, ends: Sequence[CadShape]) 
 
 
 def spline_surface(poles: FloatArray, first: FloatArray, second: FloatArray) -> CadShape:
-    """A B-spline surface of poles (n, m, 3 or more), with each knot as often as it counts."""
+    """A B-spline surface with poles (n, m, 3 or more); knots are repeated by their multiplicity."""
     count, across = poles.shape[:2]
     places = Array2_gp_Pnt(1, count, 1, across)
     for k, m in np.ndindex(count, across):
@@ -132,7 +132,7 @@ def spline_surface(poles: FloatArray, first: FloatArray, second: FloatArray) -> 
 
 
 def round_surface(radius: float, seam: float) -> CadShape:
-    """A cylinder about the axis z, with its seam at an angle (rad) from the x axis."""
+    """A cylinder about the z axis, with its seam at an angle from the x axis [rad]."""
     start = gp_Dir(float(np.cos(seam)), float(np.sin(seam)), 0.0)
     return Geom_CylindricalSurface(gp_Ax3(gp.Origin_s(), gp.DZ_s(), start), radius)
 
@@ -146,7 +146,7 @@ def line_edge(first: CadShape, last: CadShape) -> CadShape:
 
 
 def arc_edge(centre: CadShape, radius: float, sense: float, first: CadShape, last: CadShape) -> CadShape:
-    """A part of a circle normal to the axis z, from a vertex to a vertex, anticlockwise for a sense above 0."""
+    """An arc of a circle normal to the z axis, between two vertices; anticlockwise for ``sense`` above 0."""
     axes = gp_Ax2(centre, gp_Dir(0.0, 0.0, float(np.sign(sense))))
     return BRepBuilderAPI_MakeEdge(gp_Circ(axes, float(radius)), first, last).Edge()
 
@@ -164,7 +164,7 @@ def surface_face(surface: CadShape, edges: Iterable[CadShape], backwards: bool =
 
 
 def plane_face(outer: CadShape) -> CadShape:
-    """The face in the plane of a wire."""
+    """The plane face within a wire."""
     return BRepBuilderAPI_MakeFace(outer, True).Face()
 
 
@@ -181,15 +181,15 @@ def sew_faces(faces: Iterable[CadShape]) -> CadShape:
 
 
 def _cad_array(kind: Any, values: np.ndarray) -> CadShape:
-    """Numbers as an array of Open CASCADE of some kind."""
-    found = kind(1, len(values))
+    """Numbers as an array of Open CASCADE."""
+    array = kind(1, len(values))
     for k, value in enumerate(values.tolist(), 1):
-        found.SetValue(k, value)
-    return found
+        array.SetValue(k, value)
+    return array
 
 
 def extrude_wire(outer: CadShape, low: float, high: float) -> CadShape:
-    """The solid between two heights that has a wire in the plane z = 0 as its outline."""
+    """The prism between two heights with a wire in the plane z = 0 as outline."""
     along = gp_Trsf()
     along.SetTranslation(gp_Vec(0.0, 0.0, low))
     body = BRepPrimAPI_MakePrism(plane_face(outer), gp_Vec(0.0, 0.0, high - low)).Shape()
@@ -206,14 +206,14 @@ def subtract_solid(first: CadShape, second: CadShape) -> CadShape:
 
 
 def subshapes(shape: CadShape, kind: CadShape) -> list[CadShape]:
-    """The faces (``FACE``), edges or solids of a shape, each once."""
-    found = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
-    TopExp.MapShapes_s(shape, kind, found)
-    return [found.FindKey(k) for k in range(1, found.Extent() + 1)]
+    """The distinct faces (``FACE``), edges or solids of a shape."""
+    shapes = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
+    TopExp.MapShapes_s(shape, kind, shapes)
+    return [shapes.FindKey(k) for k in range(1, shapes.Extent() + 1)]
 
 
 def shape_measures(shape: CadShape) -> dict[str, float]:
-    """Numbers of its solids, faces and edges, and its volume in mm³."""
+    """Numbers of solids, faces and edges of a shape, and its volume [mm³]."""
     return {
         "solids": len(subshapes(shape, SOLID)),
         "faces": len(subshapes(shape, FACE)),
@@ -223,14 +223,14 @@ def shape_measures(shape: CadShape) -> dict[str, float]:
 
 
 def shape_volume(shape: CadShape) -> float:
-    """mm³; below 0 where faces look inwards."""
-    found = GProp_GProps()
-    BRepGProp.VolumeProperties_s(shape, found, True)
-    return float(found.Mass())
+    """Volume of a shape [mm³]; negative if faces look inwards."""
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties, True)
+    return float(properties.Mass())
 
 
 def is_closed(shape: CadShape, count: int = 1) -> bool:
-    """Whether a shape is so many closed solids, with faces that meet and that look outwards."""
+    """Whether a shape has ``count`` closed, valid solids whose faces look outwards."""
     solids = subshapes(shape, SOLID)
     valid = len(solids) == count and bool(BRepCheck_Analyzer(shape).IsValid())
     return valid and all(shape_volume(each) > 0.0 for each in solids)

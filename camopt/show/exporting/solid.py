@@ -1,12 +1,11 @@
 """The cam as a solid in its own frame: x and y as in the profile, z towards the viewer of the front view.
 
-A disc cam is a plate from z = 0 to its thickness, with a hub on the far side of that; bore and keyway go through
-both. Of a conjugate pair the second disc stands on z = 0, and the first one before it, a gap apart
-(``Part.plates``). Their hub makes one solid of both, as of one blank: nothing can turn one against the other.
-Without it they are two, each keyed to the shaft. The first disc alone has the whole hub, and the second none of it.
-A groove is in the far face of a disc, whose plate is round then, or a rib on it. Profiles, and walls of a groove or
-rib, are followed by true arcs, by B-splines or by lines, within a deviation that is proved. For a cylinder see
-``camopt.show.exporting.cylinder``.
+A disc cam is a plate from z = 0 to its thickness, with a hub on the side of larger z. Bore and keyway go through
+both. In a conjugate pair, the second disc stands on z = 0, and the first disc in front of it with a gap
+(``Part.plates``). With a hub, both discs are one solid, which cannot twist. Without a hub they are two solids, each
+keyed to the shaft. An export of the first disc alone has the whole hub, one of the second disc has none. A groove
+or rib is on the face at larger z of a round plate. Profiles and walls are true arcs, B-splines or lines, within a
+proven deviation. For cylinders see ``camopt.show.exporting.cylinder``.
 """
 
 from collections.abc import Iterator, Mapping
@@ -30,10 +29,10 @@ from camopt.solve.contour.hole import bore_with_keyway
 from camopt.solve.contour.path_fitting import FittedPath, check_path_options, fit_path
 from camopt.solve.verdicts.effect_runs import run_effects
 
-OVERCUT = 1.0  # mm: by how much a bore is cut longer than the part, at both ends
+OVERCUT = 1.0  # mm by which a bore is cut longer than the part, at both ends
 
 CAD_ERRORS = (Standard_ConstructionError, Standard_Failure, StdFail_NotDone)
-"""What Open CASCADE raises for edges and faces that are none; they have no common base here."""
+"""Errors of Open CASCADE for invalid edges and faces; they have no common base class."""
 
 
 class CadSolid(NamedTuple):
@@ -41,18 +40,18 @@ class CadSolid(NamedTuple):
 
     shape: CadShape
     curves: Mapping[str, CurveInFile]
-    """Of a disc cam its profile, or walls, with the deviation that is proved."""
+    """Profile or walls of a disc cam, with their proven deviation."""
     about: dict[str, Any]
 
 
 def solid_of(work: Workpiece, chord: float, curves: str) -> CadSolid:
-    """The solid of a cam, or those of a pair, profiles or groove within ``chord`` mm of the true ones.
+    """The solid of a cam, or the solids of a pair, within ``chord`` [mm] of the true cam.
 
     Raises
     ------
     BadInput
-        For each size of ``[part]`` that a solid needs and the scene has not, for a groove that is undercut at some
-        depth, for a ``chord`` as large as a wall, and where Open CASCADE finds that the solid is none.
+        For missing sizes of ``[part]``, a groove that is undercut at some depth, a ``chord`` as large as a wall, or
+        a solid that Open CASCADE finds invalid.
     """
     mistakes = list(_solid_mistakes(work))
     if mistakes:
@@ -117,8 +116,8 @@ def _ribbed_disc_solid(work: Workpiece, chord: float, curves: str) -> CadSolid:
 
 
 def _cylinder_solid(work: Workpiece, chord: float, curves: str) -> CadSolid:
-    body, off = grooved_body(work, chord)
-    return CadSolid(_with_bore(work.part, body), {}, {"wall_deviation_measured_mm": off})
+    body, deviation = grooved_body(work, chord)
+    return CadSolid(_with_bore(work.part, body), {}, {"wall_deviation_measured_mm": deviation})
 
 
 _SOLID_MAKERS = {
@@ -128,7 +127,7 @@ _SOLID_MAKERS = {
     CYLINDER: _cylinder_solid,
     RIBBED_CYLINDER: _cylinder_solid,
 }
-"""By body."""
+"""Makers of solids, by body."""
 
 
 def _solid_mistakes(work: Workpiece) -> Iterator[Mistake]:
@@ -138,7 +137,7 @@ def _solid_mistakes(work: Workpiece) -> Iterator[Mistake]:
             yield Mistake(scene.file, f"part.{key}", None, "missing; a solid needs it", bare=True)
     base = _least_base(work)
     if body.closed and part.bore_reach >= base:
-        why = f"must leave a wall to the base circle (radius {base:g}); a bore as wide leaves no solid"
+        why = f"must leave a wall to the base circle (radius {base:g} mm); this bore leaves none"
         yield Mistake(scene.file, "cam.shaft_diameter", scene.cam.shaft_diameter, why, bare=True)
     if part.outer_diameter is not None:
         problem = work.problem
@@ -146,24 +145,24 @@ def _solid_mistakes(work: Workpiece) -> Iterator[Mistake]:
         far = 2.0 * float(found.column(OUTER_RADIUS)[0])
         if part.outer_diameter <= far:
             what = body.flank_height.partition("_")[0]
-            why = f"above {far:.6g}: the {what} breaks out of the edge"
+            why = f"above {far:.6g} mm: the {what} breaks through the edge"
             yield Mistake(scene.file, "part.outer_diameter", part.outer_diameter, why)
 
 
 def _check_wall(work: Workpiece, chord: float, deviation: float) -> None:
-    """BadInput if the profile may be so far off that it meets the bore."""
+    """Raise BadInput if the deviation of the profile may reach the bore."""
     wall = _least_base(work) - work.part.bore_reach
     if deviation >= wall:
-        raise BadInput([Mistake("camopt", "chord", chord, f"smaller: the wall about the bore has {wall:.3g} mm")])
+        raise BadInput([Mistake("camopt", "chord", chord, f"smaller: the wall around the bore has {wall:.3g} mm")])
 
 
 def _least_base(work: Workpiece) -> float:
-    """The radius of the smallest base circle, mm."""
+    """Radius of the smallest base circle [mm]."""
     return min(float(each.problem.design.size[0]) for each in work.discs)
 
 
 def _hub_shapes(part: Part) -> Iterator[CadShape]:
-    """What of the hub is between plates, and before the first one."""
+    """The parts of the hub between the plates, and in front of the first one."""
     if not part.hub_diameter:
         return
     plates = sorted(part.plates)
@@ -173,7 +172,7 @@ def _hub_shapes(part: Part) -> Iterator[CadShape]:
 
 
 def _with_bore(part: Part, body: CadShape) -> CadShape:
-    """A body that stands on z = 0, less its bore and keyway."""
+    """A body that stands on z = 0, with its bore and keyway cut."""
     if not part.bore:
         return body
     outline = shapes.closed_wire(bore_with_keyway(part)) if part.keyway_width else shapes.circle_wire(part.bore / 2)

@@ -1,4 +1,4 @@
-"""Cam angles for the points of a cam: in even steps, or in steps as small as a chord needs."""
+"""Cam angles for points of a cam: in even steps, or as close as a chord needs."""
 
 from collections.abc import Callable
 from math import floor, isfinite
@@ -10,17 +10,17 @@ from numpy.typing import ArrayLike
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import ComplexArray, FloatArray
 
-MOST_POINTS = 1_000_000  # points
+MOST_POINTS = 1_000_000
 WIDEST_STEP = 10.0  # deg: the coarsest spacing
-NARROWEST_STEP = 1e-7  # deg: a jump of the velocity tears the curves apart, however near it the points are
-CHORD_SHARES = np.linspace(0.0, 1.0, 9)[1:-1]  # where an arc is looked at between its ends
+NARROWEST_STEP = 1e-7  # deg: at a jump of the velocity the curves have a gap, however close the points are
+CHORD_SHARES = np.linspace(0.0, 1.0, 9)[1:-1]  # checked places of an arc between its ends
 
 CurvePoints = Callable[[FloatArray], list[ComplexArray]]
-"""From cam angles (deg) to the points of some curves there, mm."""
+"""A function from cam angles [deg] to points of curves [mm]."""
 
 
 def check_angles(angles: ArrayLike) -> FloatArray:
-    """Cam angles as an array; BadInput for none, or for one outside 0 to 360 deg."""
+    """Cam angles as an array. Raises BadInput for an empty one, or for angles outside 0 to 360 deg."""
     try:
         degrees = np.array(angles, dtype=float).reshape(-1)
     except (TypeError, ValueError):
@@ -34,7 +34,7 @@ def check_angles(angles: ArrayLike) -> FloatArray:
 
 
 def angles_in_steps(step: float) -> FloatArray:
-    """Cam angles (deg) from 0 to 360 in even steps; the last falls short where they do not divide the turn."""
+    """Cam angles from 0 to 360 in even steps [deg]; the last step is shorter if they do not divide the turn."""
     if not (isinstance(step, Real) and isfinite(step) and 360.0 / MOST_POINTS <= step <= 360.0):
         raise BadInput([Mistake("camopt", "step", step, f"from {360.0 / MOST_POINTS:g} to 360 deg")])
     count = floor(360.0 / step * (1.0 + 1e-12))
@@ -42,10 +42,10 @@ def angles_in_steps(step: float) -> FloatArray:
 
 
 def angles_within_chord(chord: float, starts: FloatArray, curves: CurvePoints) -> FloatArray:
-    """Cam angles (deg) from 0 to 360 in steps so small that chords deviate from no curve by more than ``chord`` mm.
+    """Cam angles from 0 to 360 [deg], so close that chords deviate from the curves by at most ``chord`` [mm].
 
-    Arcs are halved until the curve is so near their chord at seven places between the ends. ``starts`` are angles
-    at which the motion changes; they are among those found.
+    Arcs are halved until the curve is close enough at seven places between the ends. The angles include ``starts``,
+    at which the motion changes.
     """
     if not (isinstance(chord, Real) and isfinite(chord) and chord > 0.0):
         raise BadInput([Mistake("camopt", "chord", chord, "above 0 mm")])
@@ -60,7 +60,7 @@ def angles_within_chord(chord: float, starts: FloatArray, curves: CurvePoints) -
         more = np.sqrt(sagitta[wide] / (4.0 * chord)).sum()  # each half has a quarter of the sagitta
         if angles.size + more > MOST_POINTS:
             raise BadInput(
-                [Mistake("camopt", "chord", chord, f"larger: this one needs over {MOST_POINTS:,} points")]
+                [Mistake("camopt", "chord", chord, f"larger: this chord needs more than {MOST_POINTS:,} points")]
             )
         halved = (ends.sum(axis=0) / 2)[wide]
         every = np.concatenate([angles, halved])
@@ -70,7 +70,7 @@ def angles_within_chord(chord: float, starts: FloatArray, curves: CurvePoints) -
 
 
 def _largest_sagitta(ends: FloatArray, curves: CurvePoints) -> FloatArray:
-    """Largest distance of the curves from the chords of arcs, mm: (2, arcs) to (arcs,)."""
+    """Largest distance of the curves from the chords of arcs [mm]; (2, arcs) to (arcs,)."""
     low, high = ends
     angles = low + (high - low) * np.concatenate([[0.0], CHORD_SHARES, [1.0]])[:, None]
     furthest = np.zeros(low.size)

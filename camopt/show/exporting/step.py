@@ -1,6 +1,6 @@
-"""STEP (ISO 10303-21, AP214), for CAD: the solid of a cam with its true arcs, cylinders and B-splines; in mm.
+"""STEP files (ISO 10303-21, AP214) for CAD: the solid of a cam with true arcs, cylinders and B-splines, in mm.
 
-The time stamp is that of no time: so the same cam gives the same file, and a file that differs is of another cam.
+The time stamp is constant, so that the same cam gives the same file.
 """
 
 from collections.abc import Iterator
@@ -21,14 +21,12 @@ from camopt.show.exporting.solid import solid_of
 from camopt.show.exporting.workpiece import Export, Workpiece
 from camopt.solve.contour.path_fitting import DEFAULT_CHORD
 
-SURFACE_CURVE_MODE = (
-    "write.surfacecurve.mode"  # edges in the parameters of their surfaces as well: as many bytes again
-)
+SURFACE_CURVE_MODE = "write.surfacecurve.mode"  # edges also in surface parameters: would double the file
 EPOCH = "1970-01-01T00:00:00"
 
 
 def write(work: Workpiece, path: Path, chord: float = DEFAULT_CHORD, curves: str = "arcs") -> Export:
-    """Write the solid of a cam that has a thickness; walls of a groove are B-splines, whatever ``curves`` says."""
+    """Write the solid of a cam with a thickness. Walls of a groove are B-splines for all ``curves``."""
     solid, part = solid_of(work, chord, curves), work.part
     with whole_file(path) as partial, silence_output():
         writer = STEPControl_Writer()
@@ -37,7 +35,7 @@ def write(work: Workpiece, path: Path, chord: float = DEFAULT_CHORD, curves: str
         name = work.title
         _name_product(writer, name, part.number or name, part.designer or "")
         if writer.Write(str(partial)) != IFSelect_RetDone:
-            raise OSError(f"{path}: Open CASCADE could not write it")
+            raise OSError(f"{path}: Open CASCADE could not write the file")
     return Export(path, solid.curves, solid.about)
 
 
@@ -58,7 +56,7 @@ def _name_product(writer: STEPControl_Writer, name: str, number: str, author: st
 
 
 def step_text(words: str) -> TCollection_HAsciiString:
-    """A text in the characters of ISO 10303-21; others are written as their Unicode numbers."""
+    """A text in the encoding of ISO 10303-21: characters outside of ASCII as Unicode numbers."""
     numbers = (f"\\X2\\{ord(c):04X}\\X0\\" if ord(c) < 0x10000 else f"\\X4\\{ord(c):08X}\\X0\\" for c in words)
     return TCollection_HAsciiString("".join(c if c.isascii() else n for c, n in zip(words, numbers, strict=True)))
 

@@ -1,7 +1,7 @@
-"""STL, binary, for printers and for looking at: the solid of a cam in triangles; in mm, in single precision.
+"""Binary STL for 3D printers and viewers: the solid of a cam in triangles, in mm, in single precision.
 
-The profile of a disc cam is followed by lines that are proved to be within ``chord``; round bores and hubs, and the
-walls of a groove, are divided by Open CASCADE within it.
+Lines along the profile of a disc cam are proved to be within ``chord``. Open CASCADE divides round bores and hubs,
+and the walls of a groove, within the same chord.
 """
 
 from pathlib import Path
@@ -20,14 +20,14 @@ from camopt.solve.contour.path_fitting import DEFAULT_CHORD, SHORTEST_CHORD, che
 
 TITLE_BYTES, HEADER_BYTES = 80, 84  # bytes of the title, and before the first triangle
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-MESH_SHARE = 0.9  # of the chord: what is left is for walls that are no true ones, and for rounding
-SIZE_ANGLES = 361  # cam angles at which a cam's size is looked at
-MESH_ANGLE = 0.35  # rad between neighbours: of round things that are small beside the chord
-FLOAT32_ERROR = 2.0**-24 * 2.0**0.5  # of the largest coordinate: what single precision moves a point by
+MESH_SHARE = 0.9  # share of the chord for the mesh; the rest is for approximate walls and rounding
+SIZE_ANGLES = 361  # cam angles for the size of a cam
+MESH_ANGLE = 0.35  # rad between neighbours, for round parts that are small beside the chord
+FLOAT32_ERROR = 2.0**-24 * 2.0**0.5  # shift of a point by single precision, relative to the largest coordinate
 
 
 def write(work: Workpiece, path: Path, chord: float = DEFAULT_CHORD) -> Export:
-    """Write the solid of a cam that has a thickness; the deviations told include the rounding of the file."""
+    """Write the solid of a cam with a thickness. Deviations include the rounding of the file."""
     check_path_options("polyline", chord)
     aim = max(MESH_SHARE * chord - _rounding_error(work), SHORTEST_CHORD)
     solid = solid_of(work, aim, "polyline")
@@ -36,12 +36,12 @@ def write(work: Workpiece, path: Path, chord: float = DEFAULT_CHORD) -> Export:
         writer = StlAPI_Writer()
         writer.ASCIIMode = False
         if not writer.Write(solid.shape, str(partial)):
-            raise OSError(f"{path}: Open CASCADE could not write it")
+            raise OSError(f"{path}: Open CASCADE could not write the file")
         with partial.open("r+b") as file:
             file.write(f"camopt {VERSION}, lengths in mm".encode("ascii").ljust(TITLE_BYTES))
         triangles = read_triangles(partial)
         if not is_watertight(triangles):
-            why = "larger: in single precision, that of STL, corners so near to each other are one"
+            why = "larger: STL has single precision, in which such close corners are equal"
             raise BadInput([Mistake("camopt", "chord", chord, why)])
     off = float(np.abs(triangles[..., :2]).max()) * FLOAT32_ERROR
     curves = {name: each._replace(deviation_mm=each.deviation_mm + off) for name, each in solid.curves.items()}
@@ -51,14 +51,14 @@ def write(work: Workpiece, path: Path, chord: float = DEFAULT_CHORD) -> Export:
 
 
 def _rounding_error(work: Workpiece) -> float:
-    """Estimate of how far single precision moves points of a profile, mm."""
+    """Estimated shift of profile points by single precision [mm]."""
     angles = np.linspace(0.0, 2.0 * np.pi, SIZE_ANGLES)
     points = [curve.evaluate_by_span(angles, curve.points) for curve in work.curves().values()]
     return FLOAT32_ERROR * float(np.abs(points).max())
 
 
 def read_triangles(path: Path) -> FloatArray:
-    """Corners (n, 3, 3) of the triangles of a binary file, mm."""
+    """Corners of the triangles of a binary file [mm], (n, 3, 3)."""
     return np.asarray(np.fromfile(path, dtype=TRIANGLE, offset=HEADER_BYTES)["corners"], dtype=float)
 
 
@@ -72,6 +72,6 @@ def is_watertight(triangles: FloatArray) -> bool:
 
 
 def enclosed_volume(triangles: FloatArray) -> float:
-    """Volume within closed triangles, mm³, by the divergence theorem."""
+    """Volume within closed triangles [mm³], by the divergence theorem."""
     a, b, c = triangles.swapaxes(0, 1)
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)

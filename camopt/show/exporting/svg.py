@@ -1,4 +1,4 @@
-"""SVG at scale 1:1, for laser cutters and pages: arcs stay arcs, and cubics are cubics."""
+"""SVG at scale 1:1, for laser cutters and pages. Arcs stay arcs, and cubics stay cubics."""
 
 from math import pi
 from pathlib import Path
@@ -26,7 +26,7 @@ def write(
     curves: str = "arcs",
     cutter_radius: float | None = None,
 ) -> Export:
-    """Write the plan of a cam at scale 1:1, a group of its own for each kind of curve."""
+    """Write the plan of a cam at scale 1:1, with a group for each kind of curve."""
     plan = plan_of(work, chord, curves, cutter_radius)
     low, high = plan.reach
     size = high - low + 2 * complex(VIEW_MARGIN, VIEW_MARGIN)
@@ -84,7 +84,7 @@ def _cubic_path_data(path: CubicPath) -> str:
 
 
 def _svg_number(value: float) -> str:
-    """A number in mm with picometre digits, far below any chord."""
+    """A number in mm with digits down to 1e-9 mm, far below any chord."""
     return f"{value:.9f}".rstrip("0").rstrip(".")
 
 

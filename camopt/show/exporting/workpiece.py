@@ -1,4 +1,4 @@
-"""The ends of a file for machines: the cam that goes into it, and the report once it is written."""
+"""Input and result of an export: the cam to make, and the report on the written file."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -18,54 +18,54 @@ from camopt.solve.tables.result import Result
 
 @dataclass(frozen=True)
 class Workpiece:
-    """A cam that is to be made."""
+    """A cam to be made."""
 
     scene: Scene
     problem: Problem
     disc: int | None = None
-    """The number of the disc of a pair that is made alone; None for the whole cam."""
+    """Number of the only disc of a pair to be made; None for the whole cam."""
 
     @cached_property
     def part(self) -> Part:
-        """The part, completed from other tables of the scene: bore, material, density, name."""
+        """The part, with bore, material, density and name from other tables of the scene."""
         return self.scene.whole_part.disc_part(self.disc)
 
     @cached_property
     def discs(self) -> tuple[Disc, ...]:
-        """The discs that are made."""
+        """The discs to be made."""
         return tuple(each for each in cam_discs(self.problem) if self.disc in (None, each.number))
 
     @property
     def only_disc(self) -> Disc:
-        """The disc that is made alone."""
+        """The single disc to be made."""
         (disc,) = self.discs
         return disc
 
     def curves(self, cutter_radius: float | None = None) -> dict[str, CamCurve]:
-        """The curves of the discs that are made, by name (``curves_of``)."""
+        """Curves of the discs to be made, by name (``disc_curves``)."""
         return disc_curves(self.problem, cutter_radius, self.disc)
 
     @property
     def title(self) -> str:
-        """The name of the part, and which disc of it is made alone."""
+        """Name of the part, with the number of a single disc."""
         return (self.part.name or "cam") + ("" if self.disc is None else f", disc {self.disc}")
 
     @property
     def is_cut_from_behind(self) -> bool:
-        """Whether a disc is cut from behind its drawing, from where it is the first one.
+        """Whether a disc is cut from behind its drawing.
 
-        The hub of a cam stands out in front, and of a pair the first disc is in front of the second one.
+        A hub stands out in front; the first disc of a pair is in front of the second.
         """
         return self.part.stands_on_hub if self.disc is None else self.disc == SECOND_DISC
 
     @property
     def hub_height(self) -> float:
-        """How far the hub stands out above the plate of a disc that is cut, mm."""
+        """Height of the hub above the plate during the cut [mm]."""
         return 0.0 if self.is_cut_from_behind else max((self.part.hub_length or 0.0) - self.part.width, 0.0)
 
     @property
     def depth_below(self) -> float:
-        """How far below the plate of a disc that is cut something else of the part begins, mm."""
+        """Free depth below the plate during the cut, down to the rest of the part [mm]."""
         if self.disc is None:
             return 0.0 if self.part.stands_on_hub else inf
         return self.part.disc_gap or inf if self.part.hub_diameter else inf
@@ -80,12 +80,12 @@ class Export(Result):
     file : pathlib.Path
         The file.
     curves : Mapping
-        The curves of the cam in the file by name: ``elements``, how many it is of, and ``what`` they are, and
-        ``deviation_mm``, how far it is at most from the true curve, proved.
+        The curves of the cam in the file by name: number of ``elements``, their kind ``what``, and the proven bound
+        ``deviation_mm`` of the distance from the true curve.
     about : Mapping
         Other numbers of the file, by name.
     notes : tuple of str
-        What a user should know of it.
+        Notes on the file.
 
     Examples
     --------
@@ -105,16 +105,16 @@ class Export(Result):
         return f"<Export to {self.file}>"
 
     def sections(self) -> Iterator[str]:
-        """The curves in the file with their proved deviations, and its other numbers."""
+        """Texts on the curves with their proven deviations, and on the other numbers of the file."""
         return (f"{name}: {text}" for name, text in self.facts)
 
     def document(self) -> dict[str, Any]:
-        """The curves, and the other numbers of the file."""
+        """The curves and the other numbers of the file."""
         return {"file": self.file, "curves": self.curves, **self.about, "notes": self.notes}
 
     @property
     def facts(self) -> list[tuple[str, str]]:
-        """The curves with their proved deviations, and the other numbers: names and texts."""
+        """Names and texts of the curves with their proven deviations, and of the other numbers."""
         curves = [
             (
                 name.replace("_", " "),
@@ -129,7 +129,7 @@ class Export(Result):
 
 
 class CurveInFile(NamedTuple):
-    """A curve of the cam in a file: the number and kind of its elements, and its largest deviation, mm."""
+    """A curve of the cam in a file: number and kind of its elements, and proven bound of its deviation [mm]."""
 
     elements: int
     what: str
@@ -137,7 +137,7 @@ class CurveInFile(NamedTuple):
 
 
 def curves_in_file(paths: Mapping[str, FittedPath]) -> dict[str, CurveInFile]:
-    """The reports on paths, by name."""
+    """Reports on paths, by name."""
     return {
         name: CurveInFile(len(each.path), each.path.element_kind, each.deviation) for name, each in paths.items()
     }

@@ -1,4 +1,4 @@
-"""The picture of a sweep: its Pareto front, a panel for each pair of objectives that vary."""
+"""The picture of a sweep: its Pareto front, with a panel for each pair of objectives that vary."""
 
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     import pandas as pd
 
 MOST_FRONT_PANELS = 3  # all pairs of three objectives
-MOST_LAWS = len(SERIES) - 1  # with a colour each; further laws share the last colour
+MOST_LAWS = len(SERIES) - 1  # laws with their own colour; further laws share the last colour
 PANEL_WIDTH, PANEL_HEIGHT = 4.6, 4.4  # inches
 
 
 def draw(what: "Sweep | pd.DataFrame", path: Target = None) -> "Figure":
-    """Draw the Pareto front of a sweep, or a table of designs, by pairs of its objectives, with the knee."""
+    """Draw the Pareto front of a sweep, or a table of designs, by pairs of objectives, with the knee."""
     rows = what.to_pandas() if isinstance(what, Sweep) else what
     scene, pairs = _scene_of(rows), _objective_pairs(rows)
     with canvas(path, (max(len(pairs), 2) * PANEL_WIDTH, PANEL_HEIGHT), layout="constrained") as figure:
@@ -49,7 +49,7 @@ def _scene_of(rows: "pd.DataFrame") -> Scene:
 
 
 def _objective_pairs(rows: "pd.DataFrame") -> list[tuple[str, str]]:
-    """The pairs of objectives that differ from design to design."""
+    """Pairs of objectives that differ between designs."""
     search = _scene_of(rows).search
     names = [name for name in (*search.minimise, *search.maximise) if name in rows]
     varied = [name for name in names if rows[name][np.isfinite(rows[name])].nunique() > 1]
@@ -60,14 +60,14 @@ def _objective_pairs(rows: "pd.DataFrame") -> list[tuple[str, str]]:
 
 
 def _draw_pair(axes: Any, rows: "pd.DataFrame", pair: tuple[str, str]) -> None:
-    """Designs by two objectives, and the knee of the front."""
+    """Draw designs by two objectives, and the knee of the front."""
     scales = [to_shown_unit(1.0, unit_of_column(name)) for name in pair]
     points = rows[[*pair]].to_numpy(float) * scales
     laws = [joined_laws(*each) for each in zip(rows["law_rise"], rows["law_return"], strict=True)]
     for place, law in enumerate(dict.fromkeys(laws)):
-        own = points[[each == law for each in laws]]
+        law_points = points[[each == law for each in laws]]
         label = law if place < MOST_LAWS else "_"
-        axes.scatter(*own.T, s=18, color=SERIES[min(place, MOST_LAWS)], label=label or "designs", zorder=3)
+        axes.scatter(*law_points.T, s=18, color=SERIES[min(place, MOST_LAWS)], label=label or "designs", zorder=3)
     knee = (rows.attrs.get("front") or {}).get("knee", {})
     if all(knee.get(name) is not None for name in pair):
         place_of_knee = [knee[name] * scale for name, scale in zip(pair, scales, strict=True)]

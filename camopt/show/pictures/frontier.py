@@ -1,4 +1,4 @@
-"""The picture of a frontier: new laws as a front, the values that no motion can reach, known laws as points."""
+"""The picture of a frontier: free laws as a front, values that no motion can reach, known laws as points."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -28,11 +28,11 @@ from camopt.solve.synthesis.term_units import term_unit
 from camopt.solve.tables.designs import joined_laws
 
 FREE_COLOUR = COLOURS[RISE]
-LOG_RATIO = 5.0  # a ratio of values that is shown on a logarithmic scale
-AXES_MARGIN = 0.06  # of the span of the points, around them
-LAW_LABEL_DISTANCES = (6.0, 10.0, 16.0)  # points: of a label from its point
+LOG_RATIO = 5.0  # a larger ratio of values gets a logarithmic scale
+AXES_MARGIN = 0.06  # margin around the points, as share of their span
+LAW_LABEL_DISTANCES = (6.0, 10.0, 16.0)  # points from a point to its label
 LEFT_BELOW = 1.25 * pi
-UNIT_LETTERS = str.maketrans({"·": "_", "/": "_", "µ": "u"})  # units as the names of quantities write them
+UNIT_LETTERS = str.maketrans({"·": "_", "/": "_", "µ": "u"})  # units as in names of quantities
 AXIS_NAMES = {
     "size": "size (radius of the cam)",
     "velocity": "velocity (largest)",
@@ -43,18 +43,18 @@ AXIS_NAMES = {
     "residual_vibration": "residual vibration (in a dwell)",
     "lost_lift_area": "lost lift area (of the highest lift all round)",
 }
-"""Words for terms, which begin with the name that tables have for them."""
+"""Labels of terms; each begins with the name of the term in tables."""
 
 
 def draw_in(axes: Any, found: Frontier) -> None:
-    """Draw a frontier: its first axis up, the second to the right, a third as colours."""
+    """Draw a frontier in axes: first axis vertical, second horizontal, third as colours."""
     labels = _draw_frontier(axes, _in_shown_units(found))
     axes.legend()
     place_labels(axes.figure, labels)
 
 
 def _draw_frontier(axes: Any, found: Frontier) -> list[Label]:
-    """The frontier, the known laws, and what no motion can reach; the labels to settle."""
+    """Draw the frontier, the known laws and the excluded region; return the labels to place."""
     (_draw_cloud if len(found.axes) == 3 else _draw_curve)(axes.figure, axes, found)
     labels = list(_draw_known_laws(axes, found))
     axes.set(xlabel=_axis_label(found, found.axes[1]), ylabel=_axis_label(found, found.axes[0]))
@@ -65,7 +65,7 @@ def _draw_frontier(axes: Any, found: Frontier) -> list[Label]:
 
 
 def draw(found: Frontier, path: Target = None) -> "Figure":
-    """Draw a frontier on a figure of its own."""
+    """Draw a frontier on a new figure."""
     found = _in_shown_units(found)
     with canvas(path, (10.5, 7.0), layout="constrained") as figure:
         axes = figure.subplots()
@@ -78,14 +78,14 @@ def draw(found: Frontier, path: Target = None) -> "Figure":
 
 
 def _axis_label(found: Frontier, axis: str) -> str:
-    """What an axis shows, with its unit."""
+    """The label of an axis, with its unit."""
     unit = term_unit(axis, found.scene)
     words = AXIS_NAMES.get(axis) or axis.removesuffix(f"_{unit.translate(UNIT_LETTERS)}").replace("_", " ")
     return f"{words}, {shown_unit(unit)}" if unit else words
 
 
 def _in_shown_units(found: Frontier) -> Frontier:
-    """The frontier with the values of its axes in the units in which they are shown."""
+    """The frontier with the values of its axes in shown units."""
     units = found.units
 
     def convert_row(row: Mapping[str, Any]) -> Any:
@@ -100,7 +100,7 @@ def _in_shown_units(found: Frontier) -> Frontier:
 
 
 def _draw_curve(figure: Any, axes: Any, found: Frontier) -> None:
-    """Two axes: the front as a curve."""
+    """Draw the front of two axes as a curve."""
     up, across = found.axes
     rows = sorted(found.rows, key=lambda row: float(row[across]))
     axes.plot(
@@ -115,13 +115,13 @@ def _draw_curve(figure: Any, axes: Any, found: Frontier) -> None:
 
 
 def _free_law_words(found: Frontier) -> str:
-    """The description of the new laws, by how they were found."""
+    """The label of the free laws; local optima are named."""
     words = "free laws, proved to meet every limit"
     return f"{words}; local optima" if found.local else words
 
 
 def _draw_excluded(axes: Any, found: Frontier) -> None:
-    """The values that no motion can reach: a rectangle for each bound, and the outline of all."""
+    """Shade the values that no motion can reach: a rectangle for each bound, with one outline."""
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     corners = [(min(a, right), min(b, top)) for a, b in found.excluded if a > left and b > bottom]
     if not corners:
@@ -130,18 +130,18 @@ def _draw_excluded(axes: Any, found: Frontier) -> None:
     y = [b for _, b in corners]
     axes.stairs(y, x, baseline=bottom, fill=True, color=ALARM, alpha=0.07, lw=0, zorder=1)
     outline = [point for b, a, c in zip(y, x, x[1:], strict=False) for point in ((a, b), (c, b))]
-    outline = outline[int(y[0] == top) :]  # the edge of the picture is no bound
+    outline = outline[int(y[0] == top) :]  # the edge of the picture is not a bound
     outline += [] if corners[-1][0] == right else [(corners[-1][0], bottom)]
     axes.plot(
         *zip(*outline, strict=True),
-        label="no motion within the other limits reaches the shaded region",
+        label="shaded: no motion within the other limits reaches this region",
         zorder=3,
         **LIMIT_STYLE,
     )
 
 
 def _draw_cloud(figure: Any, axes: Any, found: Frontier) -> None:
-    """Three axes: the front as points, the third axis as their colour."""
+    """Draw the front of three axes as points, with the third axis as colour."""
     up, across, third = found.axes
     x, y, z = (np.array([row[axis] for row in found.rows]) for axis in (across, up, third))
     norm = "log" if z.min() > 0.0 and z.max() > LOG_RATIO * z.min() else "linear"
@@ -151,13 +151,13 @@ def _draw_cloud(figure: Any, axes: Any, found: Frontier) -> None:
 
 
 def _visible_laws(found: Frontier) -> list[dict[str, Any]]:
-    """The known laws that are within the picture."""
+    """The known laws with finite values on the first two axes."""
     up, across = found.axes[:2]
     return [row for row in found.known if not isinf(row[across]) and not isinf(row[up])]
 
 
 def _draw_known_laws(axes: Any, found: Frontier) -> list[Label]:
-    """The known laws as points, hollow if they exceed other limits; their names."""
+    """Draw the known laws as points, hollow if they break another limit; return their labels."""
     up, across = found.axes[:2]
     words = {True: "known laws, each on its smallest cam", False: "known laws that break another limit"}
     labels = []
@@ -175,7 +175,7 @@ def _draw_known_laws(axes: Any, found: Frontier) -> list[Label]:
 
 
 def _set_axes_limits(axes: Any, found: Frontier) -> None:
-    """Limits round all points, and round the least value of any motion if it is near them."""
+    """Set limits around all points, and around the lower bound over all motions if it is near."""
     up, across = found.axes[:2]
     for axis, name in ((axes.set_xlim, across), (axes.set_ylim, up)):
         values = [float(row[name]) for row in (*found.rows, *_visible_laws(found))]

@@ -1,6 +1,6 @@
-"""A measured motion: points and motion, deviations in their band, acceleration before and after.
+"""The picture of a fit: points and motion, deviations in their band, acceleration of points and motion.
 
-A measured profile is beside that of the fitted cam, with its deviations along the normal magnified.
+A measured profile is drawn on that of the fitted cam, with magnified deviations along the normal.
 """
 
 from math import floor, log10
@@ -38,13 +38,13 @@ from camopt.solve.measured.measured_points import angle_from
 RAW_COLOUR, FIT_COLOUR = MUTED, COLOURS[RISE]
 DIAGRAM_AREAS = ((0.09, 0.66, 0.88, 0.22), (0.09, 0.375, 0.88, 0.19), (0.09, 0.07, 0.88, 0.22))
 PAGE_SIZE, WIDE_PAGE, PROFILE_AREA = (11.0, 8.5), (17.0, 8.5), (0.67, 0.16, 0.31, 0.70)
-RANGES_SHOWN = 2.0  # times the range of the acceleration after: what is seen of that before
-BANDS_SHOWN = 1.4  # bands: where the diagram of deviations ends
-LARGEST_SHOWN = 0.12  # of the radius of the cam: how far the furthest point is shown off it
+RANGES_SHOWN = 2.0  # ranges of the fitted acceleration shown of the differences of points
+BANDS_SHOWN = 1.4  # end of the diagram of deviations, in bands
+LARGEST_SHOWN = 0.12  # largest drawn deviation, as share of the radius of the cam
 
 
 def draw(result: Fit, path: Target = None) -> "Figure":
-    """Draw a fit: points and motion, deviations in their band, acceleration by differences and of the motion."""
+    """Draw a fit: points and motion, deviations in their band, acceleration of points and motion."""
     picture = Picture(result.scene, resolve(result.scene))
     size = WIDE_PAGE if result.profile else PAGE_SIZE
     with canvas(path, size) as figure:
@@ -53,11 +53,13 @@ def draw(result: Fit, path: Target = None) -> "Figure":
         about = f"{count}, band ±{value_with_unit(result.band, result.unit)}"
         figure.text(0.03, 0.935, about, fontsize=TITLE_SIZE - 1.0, color=MUTED)
         part = PAGE_SIZE[0] / size[0]
-        lift, off, acceleration = (figure.add_axes((part * x, y, part * w, h)) for x, y, w, h in DIAGRAM_AREAS)
+        lift, deviation, acceleration = (
+            figure.add_axes((part * x, y, part * w, h)) for x, y, w, h in DIAGRAM_AREAS
+        )
         _draw_lift(lift, result, picture)
-        _draw_deviations(off, result)
+        _draw_deviations(deviation, result)
         _draw_acceleration(acceleration, result, picture)
-        for axes in (lift, off, acceleration):
+        for axes in (lift, deviation, acceleration):
             axes.set(xlim=(0, 360), xticks=range(0, 361, 30))
             add_grid(axes)
         acceleration.set_xlabel("cam angle, deg")
@@ -67,7 +69,7 @@ def draw(result: Fit, path: Target = None) -> "Figure":
 
 
 def _values_over_turn(picture: Picture, order: int) -> tuple[Any, Any]:
-    """Cam angles (deg) and a derivative over the turn, with gaps between pieces."""
+    """Cam angles [deg] and a derivative of the motion over the turn, with gaps between pieces."""
     angles = np.concatenate([np.append(np.degrees(each), np.nan) for each in picture.pieces])
     given = picture.problem.given_motion
     return angles, np.concatenate([np.append(given.motion_at(each)[order], np.nan) for each in picture.pieces])
@@ -99,7 +101,7 @@ def _draw_lift(axes: Any, result: Fit, picture: Picture) -> None:
 
 
 def _draw_deviations(axes: Any, result: Fit) -> None:
-    """Deviations of the points from the motion; outliers at the edge of the diagram, with their rows."""
+    """Draw deviations of the points from the motion; outliers at the edge, with their rows."""
     one = to_shown_unit(1.0, result.unit)
     band = one * result.band
     axes.axhline(0.0, color=FIT_COLOUR, lw=1.0)
@@ -139,7 +141,7 @@ def _draw_acceleration(axes: Any, result: Fit, picture: Picture) -> None:
 
 
 def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
-    """The profile of the scene at cam angle 0, and the points of the measured one."""
+    """Draw the profile of the scene at cam angle 0, and the measured points."""
     assert result.profile is not None
     problem, profile = picture.problem, result.profile
     outline = np.concatenate([curve.profile[0] for curve in picture.curves])
@@ -167,11 +169,11 @@ def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
     fit_axes(axes, np.concatenate(shown), 0.04)
     axes.set_axis_off()
     furthest = value_with_unit(float(np.abs(result.distances).max()))
-    axes.set_title(f"Profile; points {times:g} times as far off it (at most {furthest})", loc="left")
+    axes.set_title(f"Profile; deviations of points magnified {times:g} times (at most {furthest})", loc="left")
     axes.legend(loc="upper left", bbox_to_anchor=(0.0, 0.0), ncols=3, borderaxespad=0.2)
 
 
 def _round_factor(most: float) -> float:
-    """The largest 1, 2 or 5 times a power of ten that is not above a value."""
+    """The largest number 1, 2 or 5 times a power of ten, at most ``most``."""
     power = 10.0 ** floor(log10(most))
     return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most)

@@ -1,4 +1,4 @@
-"""Before and after: the cam of the best known law and that of free laws, at one scale, and their motions."""
+"""The picture of a synthesis: the cams of the best known law and of free laws at one scale, and their motions."""
 
 from typing import Any
 
@@ -26,7 +26,7 @@ CURVES = ("displacement", "velocity", "acceleration", "jerk")
 
 
 def draw(result: Synthesis, path: Target = None, known: KnownLawCams | None = None) -> "Figure":
-    """Draw the cam of free laws beside that of the best known law within the same limits, if there is one."""
+    """Draw the cam of free laws beside the cam of the best known law within the same limits, if any."""
     known = known or known_laws_of(result.asked)
     with canvas(path, (15.5, 9.0)) as figure:
         pictures = {
@@ -34,8 +34,8 @@ def draw(result: Synthesis, path: Target = None, known: KnownLawCams | None = No
             "free laws": _resolved_picture(result.scene),
         }
         if known.best is not None and known.best == known.own_law:
-            own = "the scene's own moves" if known.best == OWN_MOVES else "the scene's own law"
-            pictures = dict(zip((own, "free laws"), pictures.values(), strict=True))
+            title = "moves of the scene" if known.best == OWN_MOVES else "law of the scene"
+            pictures = dict(zip((title, "free laws"), pictures.values(), strict=True))
         drawn = {word: picture for word, picture in pictures.items() if picture is not None}
         figure.text(0.03, 0.955, result.asked.name, fontsize=PAGE_TITLE, fontweight="bold")
         figure.text(0.03, 0.93, _own_law_note(known), fontsize=TITLE_SIZE - 1.0, color=MUTED)
@@ -49,23 +49,22 @@ def _resolved_picture(scene: Scene) -> Picture:
 
 
 def _own_law_note(known: KnownLawCams) -> str:
-    """A note on the scene's own law, and on whether any known law meets the limits."""
+    """A note on the law of the scene, and on whether a known law meets the limits."""
     body = known.scene.mechanism.body
     words = [] if known.best is not None else ["no known law meets all limits"]
     if known.own_law is None:
-        words.append("nor does the scene's own" if words else "no feasible cam with the scene's own law")
+        words.append("nor does the law of the scene" if words else "no feasible cam with the law of the scene")
     elif known.own_law != known.best:
         row = known.rows[known.own_law]
-        beyond = "" if row["within"] else ", which breaks the limits on its motion"
+        fault = "" if row["within"] else ", which breaks limits on the motion"
         words.append(
-            f"the scene's own law, {known.own_law}: {body.size_name} "
-            f"{value_with_unit(row[body.size_quantity])}{beyond}"
+            f"law of the scene, {known.own_law}: {body.size_name} {value_with_unit(row[body.size_quantity])}{fault}"
         )
     return "  ·  ".join(words)
 
 
 def _draw_cams(figure: Any, pictures: dict[str, Picture]) -> None:
-    """The cams, in axes of the same limits: discs side by side, developed grooves one above the other."""
+    """Draw the cams at one scale: discs side by side, developed grooves one above the other."""
     body = next(iter(pictures.values())).problem.setup.mechanism.body
     places = [(0.03, 0.06, 0.27, 0.80), (0.31, 0.06, 0.27, 0.80)]
     if body.developed:
@@ -74,7 +73,7 @@ def _draw_cams(figure: Any, pictures: dict[str, Picture]) -> None:
     axes, labels = [figure.add_axes(place) for place in places], []
     for ax, picture in zip(axes, pictures.values(), strict=True):
         labels += (draw_groove if body.developed else draw_disc)(ax, picture)
-        if body.developed:  # a sheet is far wider than high
+        if body.developed:  # a developed surface is far wider than high
             low, high = ax.dataLim.intervaly
             ax.set_ylim(low - 0.15 * (high - low), high + 0.15 * (high - low))
     limits = np.array([[*ax.get_xlim(), *ax.get_ylim()] for ax in axes])
@@ -91,20 +90,20 @@ def _draw_cams(figure: Any, pictures: dict[str, Picture]) -> None:
             fontsize=TITLE_SIZE,
             color=NEW_COLOUR if word == "free laws" else KNOWN_COLOUR,
         )
-        if not body.developed and each != lowest:  # one bar for the scale of both
+        if not body.developed and each != lowest:  # one scale bar for both
             ax.lines[-1].remove()
             ax.texts[-1].remove()
     place_labels(figure, labels)
 
 
 def _picture_laws(picture: Picture) -> str:
-    """The laws of a picture, those of rises first."""
+    """The laws of a picture, rises first."""
     programme = picture.problem.programme
     return joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
 
 
 def _draw_motions(figure: Any, pictures: list[Picture]) -> None:
-    """Displacement to jerk of what is asked over the turn, the known laws grey and the free ones in colour."""
+    """Draw displacement to jerk of the tool over the turn: known laws grey, free laws in colour."""
     setup = pictures[-1].problem.setup
     pens = [{"color": KNOWN_COLOUR, "lw": 1.2}, {"color": NEW_COLOUR, "lw": 1.7}][-len(pictures) :]
     for order, name in enumerate(CURVES):
@@ -112,7 +111,7 @@ def _draw_motions(figure: Any, pictures: list[Picture]) -> None:
         unit = motion_table_unit(setup, order)
         per, unit = to_shown_unit(motion_scale(setup, order), unit), shown_unit(unit)
         factor, unit = power_of_ten([per * m[order] for picture in pictures for m in picture.tool_motion], unit)
-        words = ["own moves", "free moves"][-len(pictures) :]
+        words = ["moves of the scene", "free moves"][-len(pictures) :]
         for picture, pen, word in zip(pictures, pens, words, strict=True):
             angles = np.concatenate([*(np.append(a, np.nan) for a in picture.pieces)])
             values = np.concatenate([*(np.append(m[order] * per * factor, np.nan) for m in picture.tool_motion)])

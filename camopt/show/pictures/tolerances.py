@@ -1,6 +1,7 @@
-"""The picture of motion errors: worst case and root sum square over the turn, the worst cam, what contributes.
+"""Pictures of tolerances.
 
-The picture of a batch of cams: how many have which largest errors and which quantities of limits.
+Motion errors: worst case and root sum square over the turn, the worst cam, contributions of tolerances. A batch of
+cams: histograms of the largest errors and of the quantities of limits.
 """
 
 from math import ceil
@@ -44,19 +45,19 @@ if TYPE_CHECKING:
 
 LIGHT, DARK = "#d9e6f2", "#9fc0dd"
 ERROR_ANGLES = 1441
-"""On the worst cam, where its error is drawn."""
+"""Cam angles at which the error of the worst cam is drawn."""
 
 
 def draw(what: Any, path: Target = None) -> "Figure":
-    """Draw the errors of the motion by tolerances, or of a batch of cams."""
+    """Draw motion errors, or a batch of cams."""
     return _draw_batch(what, path) if hasattr(what, "samples") else _draw_errors(what, path)
 
 
 def _draw_errors(what: "MotionErrors", path: Target = None) -> "Figure":
-    """Draw the errors of displacement, velocity and acceleration over the turn, and the share of each tolerance."""
+    """Draw errors of displacement, velocity and acceleration over the turn, with contributions of tolerances."""
     turn = TurnErrors(what.scene, resolve_design(what.scene))
     with canvas(path, (12.5, 9.0), layout="constrained") as figure:
-        title = f"{what.scene.name}: errors of the motion by its tolerances"
+        title = f"{what.scene.name}: motion errors within the tolerances"
         figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
         panels = figure.subplots(RESPONSE_ORDERS, 2, width_ratios=[2.2, 1.0])
         keys = sorted(what.errors[0].shares, key=what.errors[0].shares.__getitem__)
@@ -71,7 +72,7 @@ def _draw_errors(what: "MotionErrors", path: Target = None) -> "Figure":
 
 
 def draw_in(axes: Any, what: "MotionErrors") -> None:
-    """Draw the error of displacement over the turn."""
+    """Draw the displacement error over the turn in axes."""
     turn = TurnErrors(what.scene, resolve_design(what.scene))
     _draw_error_range(axes, turn, 0, what.errors[0])
     _draw_worst_cam(axes, turn, 0, what)
@@ -80,7 +81,7 @@ def draw_in(axes: Any, what: "MotionErrors") -> None:
 
 
 def _draw_error_range(axes: Any, turn: TurnErrors, order: int, error: "MotionError") -> None:
-    """The range of an error at each cam angle."""
+    """Draw the range of an error over the turn."""
     angles, unit = np.degrees(turn.nodes), to_shown_unit(motion_scale(turn.problem.setup, order), error.unit)
     axes.set_title(f"{MOTION_NAMES[order].capitalize()} error, {shown_unit(error.unit)}", loc="left")
     axes.set(xlim=(0.0, 360.0), xticks=np.arange(0, 361, 60))
@@ -92,36 +93,38 @@ def _draw_error_range(axes: Any, turn: TurnErrors, order: int, error: "MotionErr
             (worst_case_range(turn.node_contributions, order), LIGHT, "worst case"),
             (root_sum_square_range(turn.node_contributions, order), DARK, BAND_NAME),
         )
-        for ends, colour, label in sorted(bands, key=lambda band: -band[0].magnitude.max()):  # the wider behind
+        for ends, colour, label in sorted(
+            bands, key=lambda band: -band[0].magnitude.max()
+        ):  # the wider band behind
             axes.fill_between(angles, unit * ends.lower, unit * ends.upper, color=colour, lw=0, label=label)
         if error.at_deg is not None:
-            axes.axvline(error.at_deg, color=MUTED, lw=0.8, ls=":", label="where the worst case is largest")
+            axes.axvline(error.at_deg, color=MUTED, lw=0.8, ls=":", label="cam angle of the largest worst case")
     if np.isinf(error.worst) and bounded:
         where = f"between jumps; infinite at {turn.impulse_angles_text(order)}"
         axes.set_title(where, loc="right", color=MUTED, fontsize="small", fontweight="normal")
     elif np.isinf(error.worst):
         keys = [key for key, at in turn.unbounded_tolerances(order).items() if at is None]
-        waves = "the profile's error may have any slope:\ntolerances.waves is not given"
-        said = waves if "profile" in keys else f"no bound: {', '.join(keys)}"
-        axes.text(0.5, 0.5, said, transform=axes.transAxes, ha="center", va="center", color=MUTED)
+        waves = "unbounded: the profile error may have any slope\n(set tolerances.waves)"
+        text = waves if "profile" in keys else f"no bound: {', '.join(keys)}"
+        axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=MUTED)
     if not bounded:
         axes.set_yticks([])
     add_grid(axes)
 
 
 def _draw_worst_cam(axes: Any, turn: TurnErrors, order: int, what: "MotionErrors") -> None:
-    """The error of the cam whose displacement is the furthest off, by exact contact."""
+    """Draw the error of the cam with the largest displacement error, by exact contact."""
     if turn.problem.setup.mechanism.further_contacts and turn.problem.setup.train is not None:
-        return  # what both contacts do is known of the follower alone
+        return  # with two contacts only the motion of the follower is known, not of the tool
     places = np.union1d(turn.nodes, np.linspace(0.0, turn.nodes[-1], ERROR_ANGLES))
-    off = errors_at_places(what.worst_case.errors, places.size)
+    errors = errors_at_places(what.worst_case.errors, places.size)
     cams, unit = (
         RealCam(turn.problem, 0),
         to_shown_unit(motion_scale(turn.problem.setup, order), what.errors[order].unit),
     )
     with np.errstate(all="ignore"):
-        angles = cams.angles_in_turn(cams.contact_angles(off, places))
-        values = unit * cams.motion_errors(off, places, order)
+        angles = cams.angles_in_turn(cams.contact_angles(errors, places))
+        values = unit * cams.motion_errors(errors, places, order)
     if not np.isfinite(worst_case_magnitude(turn.node_contributions, order)).all():
         return
     ends, first = axes.get_ylim(), np.argsort(angles, kind="stable")
@@ -130,7 +133,7 @@ def _draw_worst_cam(axes: Any, turn: TurnErrors, order: int, what: "MotionErrors
 
 
 def _draw_contributions(axes: Any, keys: list[str], error: "MotionError") -> None:
-    """What each tolerance contributes to the worst case, from below, in the order of all panels."""
+    """Draw the contribution of each tolerance to the worst case, in the same order in all panels."""
     values = to_shown_unit(np.array([error.shares[key] for key in keys]), error.unit)
     axes.set_title(
         f"Worst case, {shown_unit(error.unit)}" if np.isfinite(error.worst) else "Worst case: infinite", loc="left"
@@ -153,19 +156,19 @@ def _draw_contributions(axes: Any, keys: list[str], error: "MotionError") -> Non
 
 HISTOGRAM_BINS, HISTOGRAM_COLUMNS = 60, 3
 TAIL_SHARE = 0.0005
-"""The share of the cams on either side that are beyond a histogram's range, in its outermost bins."""
+"""Share of cams on each side beyond the range of a histogram; they are in its outermost bins."""
 THREE_SIGMA_SHARE = 0.9973
 EQUAL_VALUES = 1e-9
-"""Relative: numbers that differ by less are the same."""
+"""Relative difference; closer numbers are equal."""
 
 
 def _draw_batch(what: "Batch", path: Target = None) -> "Figure":
-    """Draw a histogram of each error of the motion, and of the quantity of each limit, with what is allowed."""
+    """Draw a histogram of each motion error, and of the quantity of each limit, with the limit."""
     columns = [(name, each) for name, each in what.samples.items() if "_off_" not in name]
     bounds = what.bounds
     rows = ceil(len(columns) / HISTOGRAM_COLUMNS)
     with canvas(path, (12.5, 1.0 + 2.4 * rows), layout="constrained") as figure:
-        title = f"{what.scene.name}: {what.cams:,} cams drawn by the tolerances, {what.outside:,} of them outside"
+        title = f"{what.scene.name}: {what.cams:,} random cams, {what.outside:,} of them outside the tolerances"
         figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
         panels = figure.subplots(rows, HISTOGRAM_COLUMNS, squeeze=False).ravel()
         for axes, (name, column) in zip(panels, columns, strict=False):
@@ -181,13 +184,13 @@ def _draw_batch(what: "Batch", path: Target = None) -> "Figure":
 
 
 def _draw_histogram(axes: Any, name: str, column: Any, bound: float | None) -> None:
-    """The cams by one of their numbers."""
+    """Draw the histogram of one number of the cams."""
     values = to_shown_unit(column.values[np.isfinite(column.values)], column.unit)
     words = name.removesuffix(suffix_of(column.unit)).replace("_", " ").capitalize()
     axes.set_title(f"{words}, {shown_unit(column.unit)}", loc="left")
     low, high = np.quantile(values, [TAIL_SHARE, 1.0 - TAIL_SHARE]) if values.size else (0.0, 0.0)
     if high - low <= EQUAL_VALUES * max(abs(low), abs(high), EQUAL_VALUES):
-        what = f"{number_text(float(high))} for all" if values.size else "none is put together"
+        what = f"{number_text(float(high))} for all" if values.size else "no cam can be assembled"
         axes.text(0.5, 0.5, what, transform=axes.transAxes, ha="center", va="center", color=MUTED)
         axes.set(xticks=[], yticks=[])
     else:
@@ -197,7 +200,7 @@ def _draw_histogram(axes: Any, name: str, column: Any, bound: float | None) -> N
             (1.0 - THREE_SIGMA_SHARE, "99.73 % are above") if least else (THREE_SIGMA_SHARE, "99.73 % are below")
         )
         median, nearly_all = np.quantile(values, [0.5, share])
-        axes.axvline(median, color=INK, lw=1.0, label="half of the cams", zorder=4)
+        axes.axvline(median, color=INK, lw=1.0, label="median of the cams", zorder=4)
         axes.axvline(nearly_all, color=MUTED, lw=1.0, ls=":", label=label, zorder=4)
         axes.locator_params(axis="y", nbins=4, integer=True)
     if bound is not None:
@@ -207,12 +210,12 @@ def _draw_histogram(axes: Any, name: str, column: Any, bound: float | None) -> N
 
 
 def _draw_limit(axes: Any, bound: float, low: float, high: float) -> None:
-    """A limit: a line where it is near the cams, else in words."""
+    """Draw a limit as a line near the cams, else as a text."""
     if low - (high - low) < bound < high + (high - low):
         axes.axvline(bound, **LIMIT_STYLE, label="limit", zorder=5)
     else:
-        said = number_text(float(bound))
+        text = number_text(float(bound))
         place, side, words = (
-            (0.02, "left", f"← limit {said}") if bound < low else (0.98, "right", f"limit {said} →")
+            (0.02, "left", f"← limit {text}") if bound < low else (0.98, "right", f"limit {text} →")
         )
         axes.text(place, 0.95, words, transform=axes.transAxes, ha=side, va="top", color=ALARM, **WHITE_BACKGROUND)

@@ -28,20 +28,20 @@ from camopt.show.sheet.sizes import bore_text, groove_width_text, keyway_width_t
 from camopt.show.sheet.two_contacts import contact_distance
 from camopt.solve.contour.hole import keyway_corners, keyway_turn
 
-LETTER_DISTANCE = 9.0  # mm: from the end of a cutting plane to its letter
+LETTER_DISTANCE = 9.0  # mm from the end of a cutting plane to its letter
 MARK_LENGTH = 4.0  # mm: length of the timing mark
 TIMING_TEXT = "timing mark"
 UPWARD, SAME_DIRECTION = 0.5 * pi, 1e-6  # rad
-LEADER_ANGLE = 0.12  # rad: leaders from other lines along radii
-NAME_CLEARANCE = NAME_DISTANCE + LARGE  # mm: from the ring past the names along it
-TRIAL_OFFSETS = 6.0 * np.arange(8)  # mm: places that are tried, further and further out
+LEADER_ANGLE = 0.12  # rad: smallest angle between leaders and other radial lines
+NAME_CLEARANCE = NAME_DISTANCE + LARGE  # mm from the ring to the outside of its names
+TRIAL_OFFSETS = 6.0 * np.arange(8)  # mm: offsets to try, farther and farther out
 
 Callout = Callable[[FrontView, float], Marks]
-"""What is said in a direction (rad) of the view; nothing if there is nothing to say."""
+"""A function for the marks of a callout in a direction of the view [rad]; empty if it is not needed."""
 
 
 def with_callouts(view: FrontView) -> Marks:
-    """The front view with its timing mark, cutting plane, sense of rotation, surface of the profile, and bore."""
+    """The front view with callouts: timing mark, cutting plane, sense of rotation, profile surface, bore."""
     marks = view.marks()
     there: Marks = [mark for mark in marks if isinstance(mark, Words) or np.abs(mark.points).max() > view.ring]
     said = _keyway_width(view, marks)
@@ -56,21 +56,21 @@ def with_callouts(view: FrontView) -> Marks:
 
 
 def _callout_directions(view: FrontView, callout: Callout) -> FloatArray:
-    """The directions a callout may take; with a leader, only those well away from other radial lines."""
+    """Allowed directions of a callout; with a leader, only those away from other radial lines [rad]."""
     if callout is _rotation_sense:
         return EVERY_DEGREE
     lines = np.array([np.angle(view.lowest_point), np.angle(view.highest_point), *view.ray_directions])
     return np.asarray(EVERY_DEGREE[angle_between(EVERY_DEGREE[:, None], lines).min(axis=1) > LEADER_ANGLE])
 
 
-def first_free(tried: Iterable[Marks], taken: Marks) -> Marks:
-    """The first of several marks that overlaps nothing; the last, if all overlap."""
-    made: Marks = []
-    there = OccupiedArea(taken)
-    for made in tried:
-        if not made or not there.overlaps(made):
+def first_free(candidates: Iterable[Marks], taken: Marks) -> Marks:
+    """The first of several marks that overlaps nothing; the last one if all overlap."""
+    marks: Marks = []
+    occupied = OccupiedArea(taken)
+    for marks in candidates:
+        if not marks or not occupied.overlaps(marks):
             break
-    return made
+    return marks
 
 
 def _keyway_width(view: FrontView, taken: Marks) -> Marks:
@@ -94,15 +94,15 @@ def _keyway_width(view: FrontView, taken: Marks) -> Marks:
 
 
 def _yoke_breadth(view: FrontView, taken: Marks) -> Marks:
-    """How far apart both contacts of a yoke are, dimensioned beside the ring at the first free place."""
+    """The distance of both contacts of a yoke, dimensioned beside the ring at the first free place."""
     if not view.yoke_contacts:
         return []
-    found, (top, low) = contact_distance(view.cam), view.yoke_contacts
-    assert found is not None
+    distance, (top, low) = contact_distance(view.cam), view.yoke_contacts
+    assert distance is not None
     levels = (view.ring + NAME_CLEARANCE + further for further in TRIAL_OFFSETS)
     return first_free(
         (
-            distance_dimension(low, top, 1j, low.real - side * level, found.nominal)
+            distance_dimension(low, top, 1j, low.real - side * level, distance.nominal)
             for level in levels
             for side in (1.0, -1.0)
         ),
@@ -138,7 +138,7 @@ def _begins_at_mark(view: FrontView) -> bool:
 
 
 def _timing_leader(view: FrontView, turn: float) -> Marks:
-    """A leader to the timing mark, if the ring does not begin there."""
+    """A leader to the timing mark, unless the ring begins there."""
     if _begins_at_mark(view):
         return []
     tip, knee = 1j * (view.mark - MARK_LENGTH / 2), (view.ring + NAME_CLEARANCE + 2.0) * np.exp(1j * turn)
@@ -164,7 +164,7 @@ def _cutting_plane(view: FrontView, taken: Marks) -> Marks:
 
 
 def _plane_end(foot: complex, seen: complex) -> Marks:
-    """One end of a cutting plane, seen in a direction (of length 1)."""
+    """One end of a cutting plane, with the direction of view (unit vector)."""
     end = foot + 6.0 * foot / abs(foot)
     letter = Words(end - LETTER_DISTANCE * seen - 0.5j * LARGE, "A", LARGE, 0.5)
     return [line_mark(foot, end, pen=THICK), line_mark(end - 5.0 * seen, end), arrowhead(end, seen), letter]
@@ -237,4 +237,4 @@ CALLOUTS: dict[Callout, float] = {
     _bore_diameter: -0.75 * pi,
     _groove_width: -0.6 * pi,
 }
-"""In which direction (rad) each is wanted."""
+"""Callouts with their preferred directions [rad]."""

@@ -61,13 +61,13 @@ from camopt.show.sheet.true_cam import POINT_STEP, TrueCam
 from camopt.solve.contour.curve import cylinder_ends, groove_heights
 from camopt.solve.contour.hole import keyway_turn
 
-GROOVE_MARGIN = 0.15  # of the height of the groove: what is drawn beside it where the length is not given
-VIEW_GAP = 12.0  # mm: one view from the next
-LEADER_LENGTH = 12.0  # mm: from a frame back to where its leader ends
+GROOVE_MARGIN = 0.15  # share of the height of the groove drawn beside it if the length is unknown
+VIEW_GAP = 12.0  # mm between views
+LEADER_LENGTH = 12.0  # mm from a frame to the end of its leader
 
 
 def _heights_at(x: float, line: ComplexArray) -> ComplexArray:
-    """The heights at which a line passes a vertical."""
+    """Heights at which a line crosses a vertical."""
     beside, y = line.real - x, line.imag
     before = np.flatnonzero((beside[:-1] < 0.0) != (beside[1:] < 0.0))
     share = beside[before] / (beside[before] - beside[before + 1])
@@ -76,7 +76,7 @@ def _heights_at(x: float, line: ComplexArray) -> ComplexArray:
 
 @dataclass(frozen=True)
 class DevelopedView:
-    """A cylindrical cam; lengths in mm on the paper, at a scale."""
+    """Views of a cylindrical cam; lengths in mm on the paper, at one scale."""
 
     cam: TrueCam
     scale: float
@@ -95,12 +95,12 @@ class DevelopedView:
 
     @cached_property
     def pitch(self) -> ComplexArray:
-        """The path of the roller's centre, or of the trace point of another tip, developed."""
+        """The developed path of the roller's centre, or of another trace point."""
         return self.cam.trace * self.scale
 
     @cached_property
     def ends(self) -> tuple[float, float]:
-        """From where to where the cylinder is, along its axis."""
+        """Ends of the cylinder along its axis."""
         low, high = groove_heights(self.cam.problem)
         shown = (1.0 + 2 * GROOVE_MARGIN) * (high - low + 2 * self.cam.roller_radius)
         bottom, top = cylinder_ends(self.cam.problem, self.part.thickness or shown)
@@ -125,7 +125,7 @@ class DevelopedView:
         return [*marks, *self._length_marks(), *self._rotation_marks()]
 
     def _stroke_marks(self, name: str, begin: float, end: float) -> Marks:
-        """The follower's motion over cam angles (rad), written above the cylinder."""
+        """The name of a stroke with its cam angles [rad], above the cylinder."""
         x, to, foot = begin * self.mean, end * self.mean, self.ends[1] + FIRST_LEVEL + 2.0
         beside = {LARGE: VALUE_GAP + ARROW_LENGTH, MEDIUM: VALUE_GAP}  # large letters reach down to the arrows
         height = next((h for h, room in beside.items() if width_of(name, h) + 2 * room <= to - x), None)
@@ -137,12 +137,12 @@ class DevelopedView:
         return [line_mark(*ends), *heads, Words(complex((x + to) / 2, foot + TEXT_ABOVE_LINE), name, height, 0.5)]
 
     def _curves_over_turns(self, kind: str) -> list[ComplexArray]:
-        """The flanks, or the paths of rollers, over this turn, the one before and the one after."""
+        """The flanks, or the paths of rollers, over this turn and both neighbouring turns."""
         found = [curve.points * self.scale for name, curve in self.cam.curves.items() if kind in name]
         return [np.concatenate([each - self.circumference, each, each + self.circumference]) for each in found]
 
     def _visible_lines(self, curves: list[ComplexArray], pen: Pen) -> Iterator[Line]:
-        """Curves as far as they are on the cylinder."""
+        """The parts of curves that are on the cylinder."""
         bottom, top = self.ends
         face = box(0.0, bottom, self.circumference, top)
         for curve in curves:
@@ -168,7 +168,7 @@ class DevelopedView:
         return f"{length_text(2 * pi * size)} (2π · R{length_text(size)})"
 
     def _width_marks(self) -> Marks:
-        """The width of groove or rib at cam angle 0, and how far its middle is from the lower face."""
+        """Dimensions of the width of groove or rib at cam angle 0, and of its middle from the lower face."""
         start, bottom, half = self._start_middle, 1j * self.ends[0], self._half_width
         text = length_text(2 * half / self.scale) if self.cam.is_ribbed else groove_width_text(self.cam)
         marks = distance_dimension(start - 1j * half, start + 1j * half, 1j, FIRST_LEVEL, text)
@@ -181,12 +181,12 @@ class DevelopedView:
 
     @property
     def _start_middle(self) -> complex:
-        """The middle of groove or rib at cam angle 0."""
+        """Middle of groove or rib at cam angle 0."""
         return 1j * (sum(self._flank_gap(0.0)) / 2 if self.cam.is_ribbed else float(self.pitch[0].imag))
 
     @property
     def _half_width(self) -> float:
-        """Half of the width there: across a groove, along the axis of a rib."""
+        """Half of the width at cam angle 0: across a groove, along the axis for a rib."""
         low, high = self._flank_gap(0.0)
         return (high - low) / 2 if self.cam.is_ribbed else self.cam.problem.half_width * self.scale
 
@@ -211,7 +211,7 @@ class DevelopedView:
         corner = right - marks_box(frame).high
         end = (
             self.circumference / 2 + width_of(self._circumference_text, LARGE) / 2 + VALUE_GAP
-        )  # where that ends, if it has room
+        )  # end of the leader, if there is room
         corner += max(0.0, end + LEADER_LENGTH - corner.real) if end <= self.circumference else 0.0
         place = int(np.argmin(np.abs(self.pitch.real - (corner.real - LEADER_LENGTH))))
         low = self.pitch.real[place] + 1j * self._lower_edge(float(self.pitch.real[place]))
@@ -221,7 +221,7 @@ class DevelopedView:
         return [*shift_marks(frame, corner), line_mark(shelf, knee, low), arrowhead(low, towards)]
 
     def _lower_edge(self, x: float) -> float:
-        """The lower edge of the groove at a place of the circumference."""
+        """Height of the lower edge of the groove at a place of the circumference."""
         flanks = np.concatenate(self._curves_over_turns("profile"))
         near = np.abs(flanks.real - x) <= POINT_STEP * self.mean
         return float(flanks.imag[near].min())
@@ -233,7 +233,7 @@ class DevelopedView:
 
     @property
     def _flank_height(self) -> float:
-        """Of the groove, or height of the rib."""
+        """Depth of the groove, or height of the rib, on the paper."""
         return (self.cam.flank_height or 0.0) * self.scale
 
     @property
@@ -242,7 +242,7 @@ class DevelopedView:
 
     @property
     def _cylinder_radius(self) -> float:
-        """The radius of the cylinder itself, without a rib."""
+        """Radius of the cylinder without its rib."""
         return self.outer - self._flank_height if self.cam.is_ribbed else self.outer
 
     @property
@@ -257,7 +257,7 @@ class DevelopedView:
         return [*section, *shift_marks(hole, shift)]
 
     def section(self) -> Marks:
-        """Through the axis, which is at y = 0; the lower end of the developed view on the left."""
+        """The section through the axis at y = 0, with the lower end of the developed view on the left."""
         length, solid = (self.part.thickness or 0.0) * self.scale, self._cut_solid()
         marks: Marks = [
             *outline_lines(solid),
@@ -291,7 +291,7 @@ class DevelopedView:
         return marks
 
     def _diameter_marks(self) -> Marks:
-        """The outer diameter, and that of the cylinder below a rib."""
+        """Dimensions of the outer diameter, and of the cylinder below a rib."""
         if not self.cam.is_ribbed:
             return distance_dimension(-1j * self.outer, 1j * self.outer, 1j, FIRST_LEVEL, self._outer_diameter_text)
         above, below = self._section_gaps
@@ -304,7 +304,7 @@ class DevelopedView:
         ]
 
     def _rib_behind(self) -> Iterator[Line]:
-        """The edges of a rib behind the section, as far as they are beyond the cylinder."""
+        """The edges of a rib behind the section, outside of the cylinder."""
         if not self.cam.is_ribbed:
             return
         first, _ = self._section_angles
@@ -321,7 +321,7 @@ class DevelopedView:
                     yield Line(flank.imag[piece] - self.ends[0] + 1j * level[piece], THICK)
 
     def _section_angle_words(self) -> Iterator[Words]:
-        """The cam angles of the section, over its upper groove and below the length under the lower one."""
+        """The cam angles of the section, above its upper groove and below its lower one."""
         feet = self.outer + VALUE_GAP, -self.outer - FIRST_LEVEL - VALUE_GAP - MEDIUM
         for gap, turn, foot in zip(self._section_gaps, self._section_angles, feet, strict=True):
             text = f"{length_text(degrees(turn % (2 * pi)))}°"
@@ -329,20 +329,20 @@ class DevelopedView:
 
     @property
     def _section_angles(self) -> tuple[float, float]:
-        """The cam angles of the section, rad: in the direction of the keyway and opposite to it."""
+        """Cam angles of the section [rad]: in the direction of the keyway and opposite."""
         first = self.cam.sense * (pi / 2 - keyway_turn(self.part))
         return first, first + pi
 
     @cached_property
     def _section_gaps(self) -> tuple[Gap, Gap]:
-        """From where to where the groove is along the axis, in the direction of the keyway and opposite to it."""
+        """Ranges of the groove along the axis, in the direction of the keyway and opposite."""
         above, below = (
             (low - self.ends[0], high - self.ends[0]) for low, high in map(self._flank_gap, self._section_angles)
         )
         return above, below
 
     def _flank_gap(self, turn: float) -> Gap:
-        """The heights of both flanks at a cam angle (rad)."""
+        """Heights of both flanks at a cam angle [rad]."""
         x = turn % (2 * pi) * self.mean
         found = np.concatenate([_heights_at(x, flank) for flank in self._curves_over_turns("profile")])
         return float(found.min()), float(found.max())
@@ -365,7 +365,7 @@ class DevelopedView:
         return whole.difference(box(-1.0, -radius, length + 1.0, radius + key)) if radius else whole
 
     def hole(self) -> Marks:
-        """The bore with its keyway, above, as seen along the axis."""
+        """The bore with its keyway on top, seen along the axis."""
         part, radius = self.part, (self.part.bore or 0.0) / 2 * self.scale
         marks: Marks = [Line(hole_outline(part, pi / 2) * self.scale, THICK)]
         over = radius + 4.0

@@ -1,4 +1,4 @@
-"""Dimensions by ISO 129-1: lines with arrows, and the value above, read from below or from the right."""
+"""Dimensions by ISO 129-1: lines with arrows and the value above, readable from below or from the right."""
 
 import numpy as np
 
@@ -14,20 +14,20 @@ from camopt.show.sheet.marks import (
     width_of,
 )
 
-ARROW_LENGTH, ARROW_HALF_ANGLE = 3.0, np.radians(15.0) / 2  # mm; half of the angle at the tip
-ARROW_TAIL = 6.0  # mm: of an arrow that stands outside
-EXTENSION_GAP, EXTENSION_OVERRUN = 1.0, 2.0  # mm: where extension lines begin and end
-FIRST_LEVEL, LEVEL_STEP = 8.0, 8.0  # mm: of the first dimension from the part, and from one to the next
-TEXT_ABOVE_LINE = 1.25  # mm: from a dimension line to its value
-CELL, STEM = 2 * LARGE, 2.0  # mm: the height of a tolerance frame; from a datum's triangle to its letter
-DATUM_REACH = ARROW_LENGTH + STEM + CELL  # mm: from an arrow to the far side of the letter
-VALUE_GAP = 2.0  # mm: between a value and the arrows beside it
+ARROW_LENGTH, ARROW_HALF_ANGLE = 3.0, np.radians(15.0) / 2  # mm and half angle at the tip
+ARROW_TAIL = 6.0  # mm: line of an arrow outside of its dimension
+EXTENSION_GAP, EXTENSION_OVERRUN = 1.0, 2.0  # mm: gap before, and overrun of, extension lines
+FIRST_LEVEL, LEVEL_STEP = 8.0, 8.0  # mm from the part to the first dimension, and between dimensions
+TEXT_ABOVE_LINE = 1.25  # mm from a dimension line to its value
+CELL, STEM = 2 * LARGE, 2.0  # mm: height of a tolerance frame; length from a datum triangle to its letter
+DATUM_REACH = ARROW_LENGTH + STEM + CELL  # mm from an arrow to the far side of the letter
+VALUE_GAP = 2.0  # mm between a value and its arrows
 
 
 def arrowhead(
     tip: complex, direction: complex, length: float = ARROW_LENGTH, half: float = ARROW_HALF_ANGLE
 ) -> Line:
-    """A filled arrowhead that points in a direction (of length 1), with half of an angle (rad) at its tip."""
+    """A filled arrowhead in a direction (unit vector), with a half angle at its tip [rad]."""
     sides = tip - length * direction / np.cos(half) * np.exp(1j * half * np.array([1.0, -1.0]))
     return Line(np.array([tip, *sides, tip]), filled=True)
 
@@ -72,7 +72,7 @@ def distance_dimension(
 
 
 def datum_at(point: complex, direction: complex, stem: float, letter: str) -> Marks:
-    """A datum: a filled triangle on an extension line, and its letter in a frame past a stem in a direction."""
+    """A datum: a filled triangle on an extension line, a stem, and the letter in a frame."""
     across, far = 1j * direction, point + (3.0 + stem) * direction
     centre = far + CELL / 2 / max(abs(direction.real), abs(direction.imag)) * direction
     corner = centre - complex(CELL, CELL) / 2
@@ -88,7 +88,7 @@ def datum_at(point: complex, direction: complex, stem: float, letter: str) -> Ma
 def radius_from_outside(
     point: complex, direction: complex, length: float, value: str, height: float = LARGE
 ) -> Marks:
-    """Dimension of a radius from outside: an arrow to a point of an arc, on a line of a length, with its value."""
+    """Dimension of a radius from outside: a line with an arrow to a point of the arc, and the value."""
     tail = point + length * direction
     turn = readable_direction(float(np.angle(direction)))
     middle = point + (length + ARROW_LENGTH) / 2 * direction
@@ -97,7 +97,7 @@ def radius_from_outside(
 
 
 def radius_from_centre(start: complex, point: complex, clear: float, value: str, height: float = LARGE) -> Marks:
-    """Dimension of a radius from the centre: an arrow to the arc, its value past the part that is not clear."""
+    """Dimension of a radius from the centre: an arrow to the arc, with the value beyond occupied parts."""
     direction = (point - start) / abs(point - start)
     turn = readable_direction(float(np.angle(direction)))
     middle = start + (clear + abs(point - start) - ARROW_LENGTH) / 2 * direction
@@ -106,7 +106,7 @@ def radius_from_centre(start: complex, point: complex, clear: float, value: str,
 
 
 def angle_dimension(radius: float, start: float, end: float, centre: complex = 0.0) -> Marks:
-    """Dimension line of an angle between two directions (rad), with arrows, or dots if there is no room."""
+    """Dimension line of an angle between two directions [rad], with arrows, or dots if there is no room."""
     marks: Marks = [Line(arc_points(radius, start, end, centre))]
     sense = np.sign(end - start)
     lean = sense * ARROW_LENGTH / (2 * radius)  # the chord of an arrow is on the arc

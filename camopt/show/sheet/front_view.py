@@ -1,7 +1,7 @@
-"""The front view of a disc cam, along its axis: in the position that it has at cam angle 0, the follower above.
+"""The front view of a disc cam along its axis, at cam angle 0, with the follower above.
 
-Round the cam stands a ring of angles, at which the follower rises, dwells and returns. Its 0 is the direction
-of the trace point (roller centre, or contact of a flat face) at cam angle 0. The timing mark is straight up.
+A ring around the cam shows the angles of rises, dwells and returns. Its 0 is the direction of the trace point
+(roller centre, or contact of a flat face) at cam angle 0. The timing mark is straight up.
 """
 
 from collections.abc import Iterator
@@ -35,11 +35,11 @@ from camopt.show.sheet.true_cam import TrueCam
 from camopt.show.sheet.two_contacts import contact_distance
 from camopt.solve.contour.hole import keyway_turn
 
-RING_DISTANCE = 10.0  # mm: between the cam, or its pitch curve, and the ring
-BEND_LENGTH = 6.0  # mm: from the ring to where lines to it bend
-CENTRE_LINE_OVERRUN = 4.0  # mm: centre lines past the cam
-LEAST_RAY_ANGLE = 0.3  # rad: from one line along a radius to the next is enough
-SAME_RADIUS = 1e-9  # relative: radii that are the greatest, or the base circle's
+RING_DISTANCE = 10.0  # mm from the cam, or its pitch curve, to the ring
+BEND_LENGTH = 6.0  # mm from the ring to the bend of lines
+CENTRE_LINE_OVERRUN = 4.0  # mm of centre lines beyond the cam
+LEAST_RAY_ANGLE = 0.3  # rad: sufficient angle between radial lines
+SAME_RADIUS = 1e-9  # relative: closer radii are equal
 EVERY_DEGREE = np.radians(np.arange(0, 360))
 
 
@@ -64,7 +64,7 @@ class FrontView:
 
     @cached_property
     def outline(self) -> ComplexArray:
-        """The edge of the cam; of a groove in a disc whose diameter is not known, its outer wall."""
+        """The edge of the cam; the outer wall of a groove if the diameter of the disc is unknown."""
         if not self.part.outer_diameter:
             return self.walls[-1]
         edge: ComplexArray = self.part.outer_diameter / 2 * self.scale * np.exp(1j * np.linspace(0.0, 2 * pi, 721))
@@ -82,18 +82,18 @@ class FrontView:
 
     @cached_property
     def pitch(self) -> ComplexArray:
-        """The path of the roller's centre, closed; empty where there is no roller."""
+        """The closed path of the roller's centre; empty without a roller."""
         return self.cam.curve("pitch") * self.scale
 
     @property
     def paths(self) -> list[ComplexArray]:
-        """The paths of the centres of rollers: about a rib both."""
+        """The paths of roller centres; two for a rib."""
         other = [self.cam.curves["second_pitch"].points * self.scale] if self.cam.is_ribbed else []
         return [path for path in (self.pitch, *other) if path.size]
 
     @property
     def timing_curve(self) -> ComplexArray:
-        """The curve at which the timing mark ends: of discs on one hub it is on the first one alone."""
+        """The curve at which the timing mark ends; with a hub it is on the first disc only."""
         if not self.cam.problem.setup.mechanism.body.bounded and not self.part.outer_diameter:
             return self.walls[0]
         return self.profiles[0] if self.part.hub_diameter else self.outline
@@ -104,7 +104,7 @@ class FrontView:
 
     @cached_property
     def segments(self) -> list[RingSector]:
-        """The follower's motions and their directions on the ring (rad)."""
+        """Names of the follower's strokes with their directions on the ring [rad]."""
         return [
             (
                 name,
@@ -116,23 +116,23 @@ class FrontView:
 
     @property
     def ray_directions(self) -> list[float]:
-        """The directions (rad) of the ring where segments meet."""
+        """Directions of segment starts on the ring [rad]."""
         return [begin for _, begin, _ in self.segments]
 
     @cached_property
     def touch_directions(self) -> list[float]:
-        """The directions (rad) of the points of the profile that are touched where segments meet."""
+        """Directions of the contact points on the profile at segment starts [rad]."""
         return [ray + aside for ray, aside in zip(self.ray_directions, self.cam.ray_offsets, strict=True)]
 
     @cached_property
     def highest_point(self) -> complex:
-        """A point of the profile furthest from the axis; of several, the one furthest from other lines."""
+        """The point of the profile farthest from the axis; of several points, the one farthest from other lines."""
         sizes = np.abs(self.walls[-1])
         return self._freest_point(self.walls[-1][sizes >= sizes.max() * (1 - SAME_RADIUS)])
 
     @cached_property
     def lowest_point(self) -> complex:
-        """A point of the profile that is nearest to the axis."""
+        """The point of the profile nearest to the axis."""
         sizes = np.abs(self.walls[0])
         return self._freest_point(self.walls[0][sizes <= sizes.min() * (1 + SAME_RADIUS)])
 
@@ -142,14 +142,14 @@ class FrontView:
 
     @property
     def _line_directions(self) -> FloatArray:
-        """The directions (rad) of centre lines, keyway and rays of the ring."""
+        """Directions of centre lines, keyway and rays of the ring [rad]."""
         return np.array(
             [0, pi / 2, pi, -pi / 2, keyway_turn(self.part), *self.ray_directions, *self.touch_directions]
         )
 
     @cached_property
     def values(self) -> tuple[str, str]:
-        """The least and the largest radius of the profile."""
+        """Texts of the smallest and largest radius of the profile."""
         gap = self.cam.disc_problem.half_width - self.cam.roller_radius
         if self.cam.is_ribbed:  # beyond the inner roller
             inner = self.cam.discs[-1].problem
@@ -161,12 +161,12 @@ class FrontView:
 
     @cached_property
     def inner(self) -> float:
-        """The largest radius drawn about the axis: hub, or bore and keyway."""
+        """Largest radius around the axis: hub, or bore with keyway."""
         return max((self.part.hub_diameter or 0.0) / 2, self.part.bore_reach) * self.scale
 
     @cached_property
     def ring(self) -> float:
-        """The radius of the ring of angles."""
+        """Radius of the ring of angles."""
         furthest = max(self.inner, *(np.abs(curve).max(initial=0.0) for curve in self._outer_curves))
         room = abs(self.lowest_point) + width_of(self.values[0], LARGE) + 9.0
         beyond = 0.0 if self._is_largest_inside else abs(self.highest_point) + width_of(self.values[1], LARGE) + 9.0
@@ -174,23 +174,23 @@ class FrontView:
 
     @cached_property
     def yoke_contacts(self) -> tuple[complex, ...]:
-        """Where both contacts of a yoke are (of a roller its centre); none without one."""
+        """Contacts of a yoke (centres of rollers); empty without a yoke."""
         if not self.cam.problem.setup.mechanism.drive.one_disc:
             return ()
-        found = contact_distance(self.cam)
-        assert found is not None
+        distance = contact_distance(self.cam)
+        assert distance is not None
         top = complex(self.cam.curves_at(np.zeros(1)).pitch[0])
-        return top * self.scale, (top - 1j * found.value) * self.scale
+        return top * self.scale, (top - 1j * distance.value) * self.scale
 
     @cached_property
     def roller_outlines(self) -> list[ComplexArray]:
-        """Those of a yoke."""
+        """Outlines of the rollers of a yoke."""
         radius = self.cam.roller_radius * self.scale
         return [arc_points(radius, centre=centre) for centre in self.yoke_contacts if radius]
 
     @property
     def _outer_curves(self) -> list[ComplexArray]:
-        """The curves that reach furthest from the axis."""
+        """Curves that may reach farthest from the axis."""
         return [self.outline, self.pitch, *self.other_profiles, *self.roller_outlines]
 
     @property
@@ -201,24 +201,24 @@ class FrontView:
         )
 
     def largest_radius(self, turn: float, half: float = 0.0) -> float:
-        """The largest radius of hub, profile and pitch curve within an angle of a direction (rad)."""
-        found = self.inner
+        """Largest radius of hub, profile and pitch curve within an angle of a direction [rad]."""
+        largest = self.inner
         for curve in self._outer_curves:
             near = angle_between(np.angle(curve), turn) <= max(half, 0.02)
-            found = max(found, float(np.abs(curve[near]).max(initial=0.0)))
-        return found
+            largest = max(largest, float(np.abs(curve[near]).max(initial=0.0)))
+        return largest
 
     def profile_radius(self, turn: float) -> float:
-        """The radius of the profile in a direction (rad)."""
+        """Radius of the profile in a direction [rad]."""
         return _outline_radius(self.walls[0], turn)
 
     @property
     def mark(self) -> float:
-        """The radius at which the timing mark ends, straight up."""
+        """Radius of the end of the timing mark, straight up."""
         return _outline_radius(self.timing_curve, pi / 2)
 
     def marks(self) -> Marks:
-        """The view, about the cam's axis."""
+        """Marks of the view, around the axis of the cam."""
         marks: Marks = [*(Line(wall, THICK) for wall in self.walls), circle_mark(self.base, CHAIN)]
         marks += [Line(self.outline, THICK)] if self.part.outer_diameter else []
         marks += [Line(profile, HIDDEN) for profile in self.other_profiles]
@@ -242,7 +242,7 @@ class FrontView:
             )
 
     def _ray_lines(self) -> Iterator[Line]:
-        """Lines to the ring from where the follower touches the cam as segments meet; bent where that is aside."""
+        """Lines from the contact points at segment starts to the ring; bent if the contact is not on the ray."""
         for turn, joint, aside in zip(
             self.ray_directions, self.touch_directions, self.cam.ray_offsets, strict=True
         ):
@@ -264,7 +264,7 @@ class FrontView:
         ]
 
     def _base_radius_marks(self, value: str) -> Marks:
-        """The base radius, dimensioned at a dwell on the base circle, or else at the base circle."""
+        """Dimension of the base radius, at a dwell on the base circle, else at the base circle."""
         away = self.lowest_point / abs(self.lowest_point)
         sizes = np.abs(self.walls[0])
         turns = np.angle(self.walls[0][sizes <= sizes.min() * (1 + SAME_RADIUS)] / away)
@@ -276,12 +276,12 @@ class FrontView:
 
 
 def _outline_radius(outline: ComplexArray, turn: float) -> float:
-    """The radius of a closed curve round the axis in a direction (rad)."""
+    """Radius of a closed curve around the axis in a direction [rad]."""
     return float(np.abs(outline[np.argmin(angle_between(np.angle(outline), turn))]))
 
 
 def angle_between(turn: Any, other: Any) -> FloatArray:
-    """The angle between directions, rad."""
+    """Angle between directions [rad]."""
     return np.asarray(np.abs(np.angle(np.exp(1j * (turn - other)))))
 
 

@@ -1,4 +1,4 @@
-"""The texts of a drawing in the languages that it may have: English, as the code has them, and German."""
+"""Texts of a drawing in English (as in the code) and German."""
 
 import re
 from collections.abc import Callable
@@ -40,7 +40,7 @@ GERMAN = {
     "face centre": "Flächenmitte",
     # notes
     "Breaks limits of its design: {}.": "Verletzt Grenzen der Auslegung: {}.",
-    "Not proved to hold the limits of its design.": "Die Grenzen der Auslegung sind nicht nachgewiesen.",
+    "Not proved to meet the limits of its design.": "Die Grenzen der Auslegung sind nicht nachgewiesen.",
     "Dimensions in mm. Projection method 1.": "Maße in mm. Projektionsmethode 1.",
     "Dimensions in inch. Projection method 1.": "Maße in Zoll. Projektionsmethode 1.",
     "General tolerances {}.": "Allgemeintoleranzen {}.",
@@ -83,22 +83,22 @@ GERMAN = {
         "Rippe am mittleren Radius abgewickelt, von innen gesehen: Die Kurve dreht gegen den Uhrzeigersinn, von "
         "oben gesehen; die Oberfläche bewegt sich in Pfeilrichtung{}."
     ),
-    "Turns clockwise{}, as seen in the front view, which is at cam angle 0.": (
+    "Turns clockwise{} in the front view, which shows cam angle 0.": (
         "Dreht im Uhrzeigersinn{}, gesehen in der Vorderansicht, die bei Drehwinkel 0 steht."
     ),
-    "Turns counter-clockwise{}, as seen in the front view, which is at cam angle 0.": (
+    "Turns counter-clockwise{} in the front view, which shows cam angle 0.": (
         "Dreht gegen den Uhrzeigersinn{}, gesehen in der Vorderansicht, die bei Drehwinkel 0 steht."
     ),
-    "Angles round the cam: from 0°, the direction of the centre of the face at cam angle 0.": (
+    "Angles round the cam start at the direction of the centre of the face at cam angle 0.": (
         "Winkel um die Kurve: ab 0°, der Richtung zur Mitte der Fläche bei Drehwinkel 0."
     ),
-    "Angles round the cam: from 0°, the direction of the roller's centre at cam angle 0.": (
+    "Angles round the cam start at the direction of the roller's centre at cam angle 0.": (
         "Winkel um die Kurve: ab 0°, der Richtung zur Rollenmitte bei Drehwinkel 0."
     ),
-    "Angles round the cam: from 0°, the direction of the point of contact at cam angle 0.": (
+    "Angles round the cam start at the direction of the point of contact at cam angle 0.": (
         "Winkel um die Kurve: ab 0°, der Richtung zum Berührpunkt bei Drehwinkel 0."
     ),
-    " Bent lines lead to where the profile is touched then.": (
+    " Bent lines lead to the point of contact on the profile.": (
         " Geknickte Linien führen zum Berührpunkt auf der Kontur."
     ),
     "The keyway is at cam angle {}°.": "Die Passfedernut liegt bei Drehwinkel {}°.",
@@ -114,7 +114,7 @@ GERMAN = {
     "Table: cam angle θ, lift s; {} x round the mean radius, y along the axis.": (
         "Tabelle: Drehwinkel θ, Hub s; {} x um den mittleren Radius, y längs der Achse."
     ),
-    "Table: cam angle θ; {} x round the mean radius, y along the axis, which is its lift s.": (
+    "Table: cam angle θ; {} x round the mean radius, y along the axis is the lift s.": (
         "Tabelle: Drehwinkel θ; {} x um den mittleren Radius, y längs der Achse: ihr Hub s."
     ),
     "Edges of the groove chamfered {} × 45°.": "Kanten der Nut mit {} × 45° gebrochen.",
@@ -130,7 +130,7 @@ GERMAN = {
     "Clearance of the roller Ø{} in its groove{}{}.": "Spiel der Rolle Ø{} in ihrer Nut{}{}.",
     ", from {} to {}": ", von {} bis {}",
     "Clearance of the rib between its rollers {}.": "Spiel der Rippe zwischen ihren Rollen {}.",
-    "{} apart": "im Abstand {}",
+    "distance of the rollers {}": "im Abstand {}",
     "roller {}": "Rolle {}",
     "rib at least {} thick": "Rippe mindestens {} dick",
     " Centres of rollers 1, outside of the rib, and 2, within it.": (
@@ -179,15 +179,15 @@ GERMAN = {
     "largest pressure angle {}°": "größter Pressungswinkel {}°",
     "at the bottom of the groove {}°": "am Grund der Nut {}°",
     "at the foot of the rib {}°": "am Fuß der Rippe {}°",
-    "least convex radius of the profile {}": "kleinster erhabener Radius {}",
+    "smallest convex radius of the profile {}": "kleinster erhabener Radius {}",
     "cutter or wheel in hollow flanks at most R{}": "Fräser in hohlen Flanken bis R{}",
     "cutter at most Ø{}": "Fräser bis Ø{}",
     "mass {}": "Masse {}",
 }
-"""English texts in German; {} is where a value stands. Laws, names and materials are the user's own."""
+"""German texts by English text; {} is the place of a value. Laws, names and materials are not translated."""
 
 LANGUAGES: dict[str, Callable[[str], str]] = {"en": str, "de": GERMAN.__getitem__}
-"""What a text is in a language."""
+"""A function that translates English texts, by language."""
 
 DECIMAL_POINT = re.compile(r"(?<=\d)\.(?=\d)")
 

@@ -1,4 +1,4 @@
-"""The marks of a sheet: lines and words, in mm on the paper, as points x + iy.
+"""Marks of a sheet: lines and words, in mm on the paper, with points x + iy.
 
 Line types and widths are those of ISO 128-2 in the group 0.5, lettering has the heights of ISO 3098.
 """
@@ -16,14 +16,14 @@ from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.core.quantities.unit_systems import SYSTEMS, shown_system, to_shown_unit
 
 POINTS_PER_MM = 72 / 25.4  # points
-CAPITAL_HEIGHT = 0.729  # of the size of DejaVu Sans: the height of its capitals, by which lettering is measured
+CAPITAL_HEIGHT = 0.729  # height of capitals over the font size of DejaVu Sans; lettering is measured by it
 LARGE, MEDIUM, SMALL = 3.5, 2.5, 1.8  # mm
-WORDS_PADDING = 0.6  # mm: round words
-FONT = "DejaVu Sans"  # comes with matplotlib, so that all machines make the same file
+WORDS_PADDING = 0.6  # mm around words
+FONT = "DejaVu Sans"  # shipped with matplotlib, so that all machines write the same file
 
 
 class Pen(NamedTuple):
-    """Width in mm; dashes and gaps in widths, none for a continuous line."""
+    """A pen: width [mm]; dashes and gaps in widths, empty for a continuous line."""
 
     width: float
     dashes: tuple[float, ...] = ()
@@ -36,7 +36,7 @@ DOUBLE_CHAIN = Pen(0.25, (24, 3, 1, 3, 1, 3))
 
 
 class Line(NamedTuple):
-    """A line through points; filled, it is an arrowhead or the like."""
+    """A line through points, or a filled area such as an arrowhead."""
 
     points: ComplexArray
     pen: Pen = THIN
@@ -59,7 +59,7 @@ class Words(NamedTuple):
 
     @property
     def corners(self) -> ComplexArray:
-        """Corners of the text's box, from the foot of a g to the top of a capital."""
+        """Corners of the box of the text, from the foot of a g to the top of a capital."""
         wide = width_of(self.text, self.height)
         x = np.array([0.0, wide, wide, 0.0]) - self.place * wide
         y = self.height * np.array([-0.33, -0.33, 1.05, 1.05])
@@ -71,7 +71,7 @@ Marks = list[Mark]
 
 
 class MarkBox(NamedTuple):
-    """From one corner to the other, mm."""
+    """A box from corner to corner [mm]."""
 
     low: complex
     high: complex
@@ -83,7 +83,7 @@ class MarkBox(NamedTuple):
 
 @cache
 def width_of(text: str, height: float) -> float:
-    """Width of a line of text, mm."""
+    """Width of a line of text [mm]."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
@@ -107,7 +107,7 @@ def rectangle_line(low: complex, high: complex, pen: Pen = THIN) -> Line:
 
 
 def arc_points(radius: float, start: float = 0.0, end: float = 2 * np.pi, centre: complex = 0.0) -> ComplexArray:
-    """Points of an arc between two directions (rad), so close that chords deviate by 10⁻⁵ of the radius."""
+    """Points of an arc between two directions [rad]; chords deviate by 10⁻⁵ of the radius."""
     count = max(2, int(np.ceil(abs(end - start) / np.radians(0.5))) + 1)
     return np.asarray(centre + radius * np.exp(1j * np.linspace(start, end, count)))
 
@@ -117,19 +117,19 @@ def circle_mark(radius: float, pen: Pen = THIN, centre: complex = 0.0) -> Line:
 
 
 def readable_direction(turn: float) -> float:
-    """A direction of text (rad), or its opposite: the one readable from below or from the right."""
+    """A direction of text or its opposite [rad], so that it is readable from below or from the right."""
     turn = (turn + np.pi) % (2 * np.pi) - np.pi
     return turn if -np.pi / 2 + 1e-6 < turn <= np.pi / 2 + 1e-6 else turn - np.copysign(np.pi, turn)
 
 
 def marks_box(marks: Iterable[Mark]) -> MarkBox:
-    """The least box, along the paper's edges, round some marks."""
+    """The smallest upright box around marks."""
     every = np.concatenate([mark.points if isinstance(mark, Line) else mark.corners for mark in marks])
     return MarkBox(complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max()))
 
 
 def shift_marks(marks: Iterable[Mark], by: complex) -> Marks:
-    """The marks elsewhere on the paper."""
+    """Marks shifted on the paper."""
     return [
         mark._replace(points=mark.points + by) if isinstance(mark, Line) else mark._replace(at=mark.at + by)
         for mark in marks
@@ -137,14 +137,14 @@ def shift_marks(marks: Iterable[Mark], by: complex) -> Marks:
 
 
 class OccupiedArea:
-    """The marks on the paper so far, prepared for many tests of overlap."""
+    """The marks already on the paper, prepared for tests of overlap."""
 
     def __init__(self, marks: Marks) -> None:
         self._words = STRtree([_mark_shape(mark) for mark in marks if isinstance(mark, Words) or _is_frame(mark)])
         self._lines = STRtree([_mark_shape(mark) for mark in marks if isinstance(mark, Line)])
 
     def overlaps(self, made: Marks) -> bool:
-        """Whether marks overlap: lines or words with earlier words or their frames, or words with earlier lines."""
+        """Whether marks overlap earlier words or frames, or their words overlap earlier lines."""
         shapes = [_mark_shape(mark) for mark in made]
         return any(self._words.query(shape, predicate="intersects").size for shape in shapes) or any(
             self._lines.query(shape, predicate="intersects").size
@@ -154,12 +154,12 @@ class OccupiedArea:
 
 
 def _is_frame(line: Line) -> bool:
-    """Whether a line is the rectangle round a letter, or of a tolerance."""
+    """Whether a line is the frame of a letter or tolerance."""
     return len(line.points) == 5 and line.points[0] == line.points[-1] and not line.filled
 
 
 def _mark_shape(mark: Mark) -> LineString | Polygon:
-    """A line, or the padded box of words or the area of a frame, for shapely."""
+    """A mark as a shapely shape: a line, the padded box of words, or the area of a frame."""
     if isinstance(mark, Words):
         return Polygon(_coordinate_rows(mark.corners)).buffer(WORDS_PADDING)
     if _is_frame(mark):
@@ -175,16 +175,16 @@ def decimal_text(value: float, digits: int = 3) -> str:
 
 
 def length_text(length: float, digits: int = 3) -> str:
-    """A length, mm, as a dimension in the unit that is shown: of an inch one decimal more."""
+    """A length given in mm, as a dimension in the shown unit; inches have one decimal more."""
     return decimal_text(to_shown_unit(length, "mm"), digits + EXTRA_DECIMALS[shown_system()])
 
 
 EXTRA_DECIMALS = dict(zip(SYSTEMS, (0, 1), strict=True))
-"""By how many decimals lengths are written finer than in mm."""
+"""Additional decimals of lengths, by unit system."""
 
 
 def fitted_words(text: str, width: float, lines: int, heights: Sequence[float]) -> tuple[list[str], float]:
-    """A text as lines of a width (mm): in the largest of some heights that fits, cut off with … if none does."""
+    """Lines of a text within a width [mm], in the largest fitting height; cut off with … if none fits."""
     for height in heights:
         found = wrap_text(text, width, height)
         if len(found) <= lines:
@@ -193,7 +193,7 @@ def fitted_words(text: str, width: float, lines: int, heights: Sequence[float]) 
 
 
 def wrap_text(text: str, width: float, height: float) -> list[str]:
-    """A text as lines of at most a width (mm); a word that is wider alone is divided."""
+    """Lines of a text within a width [mm]; a wider word is divided."""
     lines = [""]
     for word in text.split():
         longer = f"{lines[-1]} {word}".strip()
@@ -218,7 +218,7 @@ def cut_lines(lines: list[str], count: int, width: float, height: float) -> list
 
 
 def fitting_letters(text: str, width: float, height: float, end: str = "") -> int:
-    """How many letters of a text fit in a width (mm) together with an ending."""
+    """Number of letters of a text that fit in a width together with an ending [mm]."""
     return bisect_right(range(len(text)), width, key=lambda k: width_of(f"{text[: k + 1]}{end}", height))
 
 
@@ -232,7 +232,7 @@ def draw_marks(axes: Any, marks: Iterable[Mark]) -> None:
             _draw_words(axes, mark)
             continue
         path = Path(_coordinate_rows(mark.points))
-        path.should_simplify = False  # a drawing is measured
+        path.should_simplify = False  # people measure on a drawing
         style = "solid" if not mark.pen.dashes else (0, mark.pen.dashes)
         axes.add_artist(  # not as a patch: the limits of the axes are those of the paper
             PathPatch(

@@ -1,4 +1,4 @@
-"""The notes of a drawing: purpose, sense of rotation, contents of the table, and computed results."""
+"""Notes of a drawing: purpose, sense of rotation, contents of the table, computed results."""
 
 from collections.abc import Iterable, Iterator
 from math import degrees, isfinite, pi
@@ -18,10 +18,10 @@ from camopt.solve.contour.hole import keyway_turn
 from camopt.solve.tables.cells import with_unit
 from camopt.solve.verdicts.evaluation import Evaluation, evaluate_design
 
-FLANK_RADIUS = 1e3  # of the cam's size: the radius of a hollow that is a straight flank to any cutter
+FLANK_RADIUS = 1e3  # sizes of the cam: a hollow flank with a larger radius is straight for any cutter
 LINE_STEP = 4.2  # mm from line to line
 NOTE_INDENT = 6.0  # mm
-NOTE_LINES = 20  # lines of one note: only a name without end, or hundreds of segments, have more
+NOTE_LINES = 20  # longer notes are cut; only very long names or hundreds of segments need more
 ROTATION_WORDS = {"cw": "clockwise", "ccw": "counter-clockwise"}
 
 
@@ -42,7 +42,7 @@ def numbered_notes(texts: Iterable[str], width: float) -> Marks:
 
 
 def note_texts(cam: TrueCam) -> Iterator[str]:
-    """What is noted of a cam; first that it breaks limits of its scene, if it does."""
+    """Texts of the notes of a cam, broken limits first."""
     yield from _broken_limits(cam)
     yield " ".join(_general_notes(cam))
     yield from _follower_notes(cam)
@@ -56,29 +56,31 @@ def note_texts(cam: TrueCam) -> Iterator[str]:
 
 
 def _broken_limits(cam: TrueCam) -> Iterator[str]:
-    """The limits that it breaks, each with what it reaches and its bound."""
-    found = evaluate_design(cam.scene, cam.problem)
-    names = found["violated"].split(",")
-    broken = [text for limit in cam.problem.limits if limit.name in names for text in _limit_texts(limit, found)]
+    """A note on broken limits, with their values and bounds."""
+    evaluation = evaluate_design(cam.scene, cam.problem)
+    names = evaluation["violated"].split(",")
+    broken = [
+        text for limit in cam.problem.limits if limit.name in names for text in _limit_texts(limit, evaluation)
+    ]
     if broken:
         yield cam.translate("Breaks limits of its design: {}.").format("; ".join(broken))
-    elif not found["feasible"]:
-        yield cam.translate("Not proved to hold the limits of its design.")
+    elif not evaluation["feasible"]:
+        yield cam.translate("Not proved to meet the limits of its design.")
 
 
-def _limit_texts(limit: Limit, found: Evaluation) -> list[str]:
-    """A limit with what is reached and allowed, or its name where that is no number."""
+def _limit_texts(limit: Limit, evaluation: Evaluation) -> list[str]:
+    """Texts of a limit with value and bound, or its name if it has no number."""
     what = limit.name.replace("_", " ")
-    units = {name: find_quantity(name, limit.setup).unit for name in limit.shown_quantities if name in found}
+    units = {name: find_quantity(name, limit.setup).unit for name in limit.shown_quantities if name in evaluation}
     texts = [
-        f"{what} {with_unit(found[name], unit)} ({limit.relation} {with_unit(limit.bound, unit)})"
+        f"{what} {with_unit(evaluation[name], unit)} ({limit.relation} {with_unit(limit.bound, unit)})"
         for name, unit in units.items()
     ]
     return texts or [what]
 
 
 def _general_notes(cam: TrueCam) -> Iterator[str]:
-    """What holds wherever the drawing says nothing else."""
+    """General notes: unit, projection, general tolerances, edges, other surfaces."""
     part = cam.part
     yield cam.translate(f"Dimensions in {shown_system()}. Projection method 1.")
     if part.general_tolerances:
@@ -91,7 +93,7 @@ def _general_notes(cam: TrueCam) -> Iterator[str]:
 
 
 def _follower_notes(cam: TrueCam) -> Iterator[str]:
-    """The follower, as each disc has it."""
+    """Notes on the follower of each disc."""
     if not cam.is_disc_pair:
         yield cam.translate("For {}.").format(_follower_text(cam, cam.problem.design))
         return
@@ -113,7 +115,7 @@ def _follower_text(cam: TrueCam, design: Designs) -> str:
     who = "a yoke {}" if scene.mechanism.drive.one_disc else f"{scene.mechanism.motion.words} follower {{}}"
     kind = cam.translate(who)
     sizes = {
-        "{} apart": float(design.roller_spacing[0]),
+        "distance of the rollers {}": float(design.roller_spacing[0]),
         "arm {}": float(design.arm_length[0]),
         "distance of the pivot from the cam's axis {}": float(design.centre_distance[0]),
         "distance of the face from the pivot {}": float(design.face_offset[0]),
@@ -130,25 +132,25 @@ def _rotation_notes(cam: TrueCam) -> Iterator[str]:
     scene = cam.scene
     speed = "" if scene.cam.rpm is None else cam.translate(" at {} rev/min").format(decimal_text(scene.cam.rpm))
     if cam.problem.setup.mechanism.body.developed:
-        # cam angles grow to the right, and so against the turn of a cam that turns ccw, which only its inside shows
+        # cam angles grow to the right; on a cam that turns ccw this is the view from inside
         side = {"cw": "outside", "ccw": "inside"}[scene.cam.rotation]
         what = "rib" if cam.is_ribbed else "groove"
         view = f"The {what} is developed at the mean radius, as seen from {side}: the cam turns"
         turn = f"{ROTATION_WORDS[scene.cam.rotation]}, as seen from above; the surface moves as the arrow shows"
         yield cam.translate(f"{view} {turn}{{}}.").format(speed)
         return
-    turns = f"Turns {ROTATION_WORDS[scene.cam.rotation]}{{}}, as seen in the front view, which is at cam angle 0."
+    turns = f"Turns {ROTATION_WORDS[scene.cam.rotation]}{{}} in the front view, which shows cam angle 0."
     yield cam.translate(turns).format(speed)
     ball, tip = cam.problem.setup.spherical, "roller's centre" if cam.roller_radius else "point of contact"
     point = "centre of the face" if ball else tip
-    angles = cam.translate(f"Angles round the cam: from 0°, the direction of the {point} at cam angle 0.")
+    angles = cam.translate(f"Angles round the cam start at the direction of the {point} at cam angle 0.")
     yield angles + (
-        cam.translate(" Bent lines lead to where the profile is touched then.") if any(cam.ray_offsets) else ""
+        cam.translate(" Bent lines lead to the point of contact on the profile.") if any(cam.ray_offsets) else ""
     )
 
 
 def _keyway_notes(cam: TrueCam) -> Iterator[str]:
-    """The angle of the keyway, if not at the timing mark; and its sizes that no view shows."""
+    """Notes on the angle of the keyway, if not at the timing mark, and on sizes that no view shows."""
     part = cam.part
     if not part.keyway_width:
         return
@@ -164,7 +166,7 @@ def _keyway_notes(cam: TrueCam) -> Iterator[str]:
 
 
 def _motion_notes(cam: TrueCam) -> Iterator[str]:
-    """The motion that is asked: of the follower, or with a train of the tool, whose lift is another."""
+    """A note on the motion of the follower, or of the tool with a train, whose lift differs."""
     follower, tool = cam.problem.programme, cam.problem.programme.tool
     laws = {name: tool.law_names(kind) for name, kind in (("rise", RISE), ("return", RETURN))}
     words, before = "Lift {}", ""
@@ -185,7 +187,7 @@ def _lift_text(lift: float, angular: bool) -> str:
 
 
 def _steady_text(stroke: Stroke, cam: TrueCam) -> str:
-    """A stretch at constant velocity, which is often what a cam is for."""
+    """Text of a stroke at constant velocity."""
     assert stroke.given
     velocity = stroke.given.change / stroke.given.angle
     unit = "deg/deg" if stroke.given.angular else "mm/deg"
@@ -207,7 +209,7 @@ def _table_notes(cam: TrueCam) -> Iterator[str]:
             return
         point = cam.translate(cam.scene.tip.trace)
         lift = ", lift s; {} x" if setup.angular else "; {} x"
-        along = "y along the axis." if setup.angular else "y along the axis, which is its lift s."
+        along = "y along the axis." if setup.angular else "y along the axis is the lift s."
         yield cam.translate(f"Table: cam angle θ{lift} round the mean radius, {along}").format(point)
         return
     radius = cam.roller_radius
@@ -228,7 +230,7 @@ def _table_notes(cam: TrueCam) -> Iterator[str]:
 
 
 def _groove_notes(cam: TrueCam) -> Iterator[str]:
-    """The clearance of a roller in its groove, and the chamfers; that of a rib between its rollers."""
+    """Notes on the clearance of a roller in its groove, or of a rib between rollers, and on chamfers."""
     if cam.problem.setup.mechanism.body.bounded:
         return
     if cam.is_ribbed:
@@ -259,10 +261,10 @@ def _computed_notes(cam: TrueCam) -> Iterator[str]:
 
 
 def _computed_values(cam: TrueCam) -> Iterator[tuple[str, float | None, str]]:
-    """What may be computed of a cam, in words with a place for the number, and its unit."""
+    """Computed results: text with a place for the number, value and unit."""
     yield "largest pressure angle {}°", cam.quantity("pressure_angle_max_deg"), "deg"
     yield f"at {cam.problem.setup.mechanism.body.foot} {{}}°", cam.quantity(BOTTOM_ANGLE), "deg"
-    yield "least convex radius of the profile {}", cam.quantity("profile_radius_min_mm"), "mm"
+    yield "smallest convex radius of the profile {}", cam.quantity("profile_radius_min_mm"), "mm"
     yield "rib at least {} thick", cam.quantity("rib_thickness_min_mm"), "mm"
     if cam.problem.setup.mechanism.two_sided:
         yield "cutter at most Ø{}", 2 * cam.problem.half_width, "mm"
@@ -274,7 +276,7 @@ def _computed_values(cam: TrueCam) -> Iterator[tuple[str, float | None, str]]:
 
 
 def _result_text(value: float | None, unit: str) -> str:
-    """A computed result; of a mass four digits, as densities are known, with its unit."""
+    """Text of a result; a mass has four digits, since densities are not known better."""
     assert value is not None
     mass = f"{to_shown_unit(value, unit):.4g} {shown_unit(unit)}"
     return length_text(value) if unit == "mm" else decimal_text(value) if unit == "deg" else mass

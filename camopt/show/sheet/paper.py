@@ -27,15 +27,15 @@ from camopt.show.sheet.marks import (
     rectangle_line,
 )
 
-BINDING_EDGE, OTHER_EDGE = 20.0, 10.0  # mm: the margin where sheets are bound, and elsewhere
-ZONES, ZONE = 5.0, 50.0  # mm: width of the border with the zones, length of one
-CENTRING_LENGTH = 3.0  # mm: centring marks past the frame; their form is free
+BINDING_EDGE, OTHER_EDGE = 20.0, 10.0  # mm: margin at the binding edge, and at the others
+ZONES, ZONE = 5.0, 50.0  # mm: width of the border of zones, and length of a zone
+CENTRING_LENGTH = 3.0  # mm of centring marks inside the frame
 BORDER_LETTERS = "ABCDEFGHJKLMNP"  # no I, no O
 
 
 @dataclass(frozen=True)
 class Paper:
-    """A trimmed sheet, mm."""
+    """A trimmed sheet [mm]."""
 
     name: str
     width: float
@@ -43,14 +43,14 @@ class Paper:
 
     @property
     def frame(self) -> MarkBox:
-        """The frame of the space for the drawing."""
+        """The frame of the drawing area."""
         return MarkBox(
             complex(BINDING_EDGE, OTHER_EDGE), complex(self.width - OTHER_EDGE, self.height - OTHER_EDGE)
         )
 
     @property
     def small(self) -> bool:
-        """Whether its title block is as wide as its frame, and its zones are named on two sides only."""
+        """Whether the title block is as wide as the frame, and zones are named on two sides only."""
         return self.name == "A4"
 
     def marks(self) -> Marks:
@@ -70,7 +70,7 @@ class Paper:
         return [*marks, Words(name, self.name, MEDIUM, 1.0)]
 
     def _zones(self, middle: complex) -> Iterator[Mark]:
-        """Numbers along, letters down, from the centring marks on; of a small sheet above and on the right only."""
+        """Names of zones: numbers along, letters down; on a small sheet only on top and right."""
         (left, bottom), (right, top) = ((c.real, c.imag) for c in self.frame)
         across = [x + middle.real for x in _zone_borders(left - middle.real, right - middle.real)]
         down = [y + middle.imag for y in _zone_borders(bottom - middle.imag, top - middle.imag)]
@@ -94,11 +94,11 @@ def _zone_borders(low: float, high: float) -> list[float]:
 
 
 A4, A3, A2 = Paper("A4", 210.0, 297.0), Paper("A3", 420.0, 297.0), Paper("A2", 594.0, 420.0)
-LEAST_VIEW = 40.0  # mm on the paper: smaller cams are enlarged
+LEAST_VIEW = 40.0  # mm on the paper; smaller cams are enlarged
 
 
 def paper_scales(size: float) -> Iterator[float]:
-    """Scales of ISO 5455 for a part of a size (mm): 1:1 or, if it is small, an enlargement; then ever smaller."""
+    """Scales of ISO 5455 for a part of a size [mm], downwards from 1:1, or from an enlargement."""
     series = (1.0, 2.0, 5.0)
     place = 0
     if size < LEAST_VIEW:
@@ -110,7 +110,7 @@ def paper_scales(size: float) -> Iterator[float]:
 
 
 def _series_factor(series: tuple[float, ...], place: int) -> float:
-    """1, 2, 5, 10, … from place 0 up; ½, ⅕, ⅒, … below."""
+    """1, 2, 5, 10, … for places from 0; ½, ⅕, ⅒, … for negative places."""
     decade, within = divmod(abs(place), 3)
     factor = series[within] * 10.0**decade
     return factor if place >= 0 else 1.0 / factor
@@ -121,14 +121,14 @@ def scale_name(scale: float) -> str:
 
 
 BLOCK_WIDTH, BLOCK_HEIGHT, BLOCK_ROW = 180.0, 36.0, 9.0  # mm
-FIELD_PAD = 0.9  # mm: from the edges of a field
-LEADING = 1.4  # heights of letters from one line to the next
+FIELD_PAD = 0.9  # mm from the edges of a field
+LEADING = 1.4  # distance of lines in letter heights
 TITLE_HEIGHT = 5.0  # mm: height of the letters of a short title
 PROJECTION_FIELD = "projection"
 
 
 class Field(NamedTuple):
-    """A field from its lower left corner, in mm, with its name and value."""
+    """A field of the title block: lower left corner and size [mm], name and value."""
 
     x: float
     y: float
@@ -139,7 +139,7 @@ class Field(NamedTuple):
 
 
 def block_fields(part: Part, title: str, scale: str, paper: str, sheet: str) -> list[Field]:
-    """What is written where."""
+    """The fields of the title block."""
     hardness = ", ".join(filter(None, (part.hardness, part.case_depth and f"CHD {part.case_depth}")))
     return [
         Field(0, 27, 75, BLOCK_ROW, "Material", part.material or ""),
@@ -179,7 +179,7 @@ def title_block(part: Part, title: str, scale: str, paper: str, sheet: str) -> M
 
 
 def _field_value(field: Field, top: float) -> Marks:
-    """A value below the name of its field, in the largest letters that fit."""
+    """The value of a field, in the largest letters that fit."""
     if not field.value:
         return []
     tall = field.height > BLOCK_ROW

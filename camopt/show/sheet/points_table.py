@@ -1,8 +1,8 @@
-"""The table of the profile, at even cam angles: lift, polar coordinates of the profile and of the roller's centre.
+"""The table of the profile at even cam angles: lift, polar coordinates of the profile and of the roller's centre.
 
-Polar angles φ of a disc cam count from the timing mark, against the sense of rotation, as the cam angle does. A
-groove in the face of a disc has the roller's centre alone, which is that of a cutter as wide. A cylindrical cam has
-the roller's centre on the developed cylinder, whose y is the lift of a translating follower.
+Polar angles φ of a disc cam count from the timing mark, against the sense of rotation, like the cam angle. A groove
+in the face of a disc has only the roller's centre, which is the centre of a cutter as wide as the groove. A
+cylindrical cam has the roller's centre on the developed cylinder; its y is the lift of a translating follower.
 """
 
 from collections.abc import Iterator
@@ -28,15 +28,15 @@ from camopt.show.sheet.marks import (
 from camopt.show.sheet.true_cam import TrueCam
 
 ROW_HEIGHT = 4.0  # mm
-CELL_PADDING = 1.2  # mm: of a number on either side
-BLOCK_GAP = 4.0  # mm: one block of rows from the next
+CELL_PADDING = 1.2  # mm on both sides of a number
+BLOCK_GAP = 4.0  # mm between blocks of rows
 
 
 @dataclass(frozen=True)
 class TableColumn:
     """A column of the table: three lines of heading, and its numbers.
 
-    The first line is also that of the columns after it which have none.
+    Following columns with an empty first line share the first line of this column.
     """
 
     head: tuple[str, str, str]
@@ -48,7 +48,7 @@ class TableColumn:
 
 
 def table_columns(cam: TrueCam, step: float) -> list[TableColumn]:
-    """The table at cam angles with a step in deg that divides the turn."""
+    """Columns of the table, with a step of the cam angle that divides the turn [deg]."""
     problem = cam.problem
     degrees = np.arange(0.0, 360.0 - step / 2, step)
     angles = np.radians(degrees)
@@ -75,7 +75,7 @@ def table_columns(cam: TrueCam, step: float) -> list[TableColumn]:
 
 
 def _rib_columns(cam: TrueCam, angles: FloatArray) -> Iterator[TableColumn]:
-    """The centres of both rollers, which are at one place round a cylinder if they translate."""
+    """Columns of the centres of both rollers; if they translate, both have the same x round a cylinder."""
     unit, developed = shown_unit("mm"), cam.problem.setup.mechanism.body.developed
     for place in (0, 1):
         name, points = (
@@ -93,7 +93,7 @@ def _rib_columns(cam: TrueCam, angles: FloatArray) -> Iterator[TableColumn]:
 
 def _polar_columns(name: str, points: ComplexArray, sense: float) -> Iterator[TableColumn]:
     turns = np.degrees(-sense * np.angle(points / 1j))
-    turns = np.round(turns, 3) % 360.0  # what rounds to 360 is 0
+    turns = np.round(turns, 3) % 360.0  # 360 becomes 0
     yield TableColumn((name, "φ", "°"), _decimal_texts(np.asarray(turns)))
     yield TableColumn(("", "r", shown_unit("mm")), _length_texts(np.abs(points)))
 
@@ -103,12 +103,12 @@ def _decimal_texts(values: FloatArray, digits: int = 3) -> tuple[str, ...]:
 
 
 def _length_texts(values: FloatArray) -> tuple[str, ...]:
-    """Lengths, mm, in the unit that is shown."""
+    """Lengths given in mm, as texts in the shown unit."""
     return _decimal_texts(to_shown_unit(np.asarray(values), "mm"), 3 + EXTRA_DECIMALS[shown_system()])
 
 
 def points_table(columns: list[TableColumn], blocks: int) -> Marks:
-    """The columns in so many blocks side by side, from their lower left corner."""
+    """The table in blocks of rows side by side, from its lower left corner."""
     high = ceil(len(columns[0].cells) / blocks)
     widths = _column_widths(columns)
     wide = sum(widths)
@@ -120,17 +120,17 @@ def points_table(columns: list[TableColumn], blocks: int) -> Marks:
 
 
 def _column_groups(columns: list[TableColumn]) -> Iterator[range]:
-    """The columns that have a first line of heading together."""
+    """Groups of columns that share a first line of heading."""
     starts = [k for k, column in enumerate(columns) if column.head[0]]
     return (range(first, after) for first, after in pairwise([*starts, len(columns)]))
 
 
 def _column_widths(columns: list[TableColumn]) -> list[float]:
-    """The widths of the columns, which have room for the heading that they share."""
+    """Widths of the columns, wide enough for shared headings."""
     widths = [column.width for column in columns]
     for group in _column_groups(columns):
-        asked = width_of(columns[group[0]].head[0], MEDIUM) + 2 * CELL_PADDING
-        more = max(0.0, asked - sum(widths[k] for k in group)) / len(group)
+        needed = width_of(columns[group[0]].head[0], MEDIUM) + 2 * CELL_PADDING
+        more = max(0.0, needed - sum(widths[k] for k in group)) / len(group)
         widths = [width + more * (k in group) for k, width in enumerate(widths)]
     return widths
 

@@ -1,4 +1,4 @@
-"""The ring of angles round the front view: the follower's motions and the cam angles they take."""
+"""The ring of angles around the front view: strokes and dwells of the follower with their cam angles."""
 
 from math import cos, pi
 
@@ -8,17 +8,17 @@ from camopt.core.numerics import FloatArray
 from camopt.show.sheet.dimensions import angle_dimension
 from camopt.show.sheet.marks import LARGE, MEDIUM, Marks, Words, line_mark, readable_direction, width_of
 
-NAME_DISTANCE = 1.2  # mm: from the ring to the names on it
-CROSS_NAME_DISTANCE = 6.0  # mm: from the ring to the names across it
-NAME_STEP = 1.6  # of the height of names that stand side by side on the ring
-CROWDED_SHARE = 0.8  # of the ring: where names across it need more, they are left out
+NAME_DISTANCE = 1.2  # mm from the ring to names along it
+CROSS_NAME_DISTANCE = 6.0  # mm from the ring to names across it
+NAME_STEP = 1.6  # distance of names across the ring, in letter heights
+CROWDED_SHARE = 0.8  # share of the ring; if names across it need more, they are left out
 
 RingSector = tuple[str, float, float]
-"""A name, and between which directions of the ring (rad) it holds."""
+"""A name with the start and end of its sector of the ring [rad]."""
 
 
 def ring_marks(segments: list[RingSector], radius: float) -> Marks:
-    """Lines of angles, with names along the ring where a segment is long enough, and across it where it is not."""
+    """Dimension lines of angles, with names along the ring, or across it in short sectors."""
     marks: Marks = []
     crowded = []
     for name, begin, end in segments:
@@ -53,7 +53,7 @@ def _cross_names(crowded: list[tuple[float, str]], radius: float) -> Marks:
 
 
 def unroll_directions(named: list[tuple[float, str]]) -> tuple[list[str], FloatArray]:
-    """Names by their directions (rad), rising from the far side of the widest gap between them."""
+    """Names sorted by direction [rad], beginning after the widest gap."""
     ordered = sorted((turn % (2 * pi), name) for turn, name in named)
     turns = np.array([turn for turn, _ in ordered])
     first = int(np.argmax(np.diff(turns, prepend=turns[-1] - 2 * pi)))
@@ -66,7 +66,7 @@ def spread_directions(wanted: FloatArray, apart: float) -> FloatArray:
 
     Those that would be too near to each other share the mean of what they want (pool adjacent violators).
     """
-    pools: list[tuple[float, int]] = []  # the mean of what each wants of the first, and how many there are
+    pools: list[tuple[float, int]] = []  # mean preferred direction of the first name, and number of names
     for value in wanted - apart * np.arange(wanted.size):
         pools.append((float(value), 1))
         while len(pools) > 1 and pools[-1][0] < pools[-2][0]:

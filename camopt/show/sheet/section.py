@@ -1,6 +1,6 @@
-"""The section of a disc cam through its axis, in the place of the view from the left: plates, hub, groove and bore.
+"""The section of a disc cam through its axis, drawn as the view from the left: plates, hub, groove and bore.
 
-It goes through the middle of the keyway, which is above, or along the vertical centre line.
+It goes through the middle of the keyway, which is on top, or along the vertical centre line.
 """
 
 from collections.abc import Iterator, Sequence
@@ -31,23 +31,23 @@ from camopt.show.sheet.marks import (
 from camopt.show.sheet.sizes import bore_text, hole_outline, keyway_depth_text
 from camopt.solve.contour.hole import keyway_turn
 
-HATCH_DISTANCE = 2.5  # mm between lines at 45°
-PLATE_OVERRUN = 2.0  # mm: from a plate to its number
+HATCH_DISTANCE = 2.5  # mm between hatch lines
+PLATE_OVERRUN = 2.0  # mm from a plate to its number
 Gap = tuple[float, float]
 
 
 class Plate(NamedTuple):
-    """The plate of a disc in the section, mm: from where to where it is along the axis, and across it."""
+    """The plate of a disc in the section: its range along the axis, and its ranges across [mm]."""
 
     low: float
     high: float
     cut: list[Gap]
-    """The material that is cut."""
+    """Ranges of cut material."""
     ends: Gap
-    """The edges of what is seen behind."""
+    """Edges seen behind the section."""
 
     def edges(self) -> Iterator[Line]:
-        """What is seen of it, the cut material apart."""
+        """Visible lines of the plate, without those of the cut material."""
         ends = [self.ends[0], *(y for each in self.cut for y in each), self.ends[1]]
         for low, high in zip(ends[::2], ends[1::2], strict=True):
             if high - low > 1e-6:
@@ -58,10 +58,10 @@ class Plate(NamedTuple):
 def section_marks(
     profiles: Sequence[ComplexArray], part: Part, scale: float, walls: Sequence[ComplexArray] = ()
 ) -> Marks:
-    """The section of the plates of discs with some profiles (mm on the paper, in the cam's own frame).
+    """The section of the plates of discs with given profiles (mm on the paper, in the frame of the cam).
 
-    Its axis is at y = 0. ``walls`` are those of a groove in the face of the only plate, or of a rib on it, the
-    inner one first.
+    Its axis is at y = 0. ``walls`` are the walls of a groove or rib on the face of a single plate, the inner one
+    first.
     """
     turn = np.exp(1j * (np.pi / 2 - keyway_turn(part)))
     hole = hole_outline(part, np.pi / 2) * scale if part.bore else np.zeros(0, dtype=complex)
@@ -71,7 +71,7 @@ def section_marks(
         for profile, (low, high) in zip(profiles, part.plates, strict=True)
     ]
     gap, face = _axis_gaps(hole), plates[0].high
-    around = [plates[0].cut] if part.rib_height else []  # what a rib leaves of its plate is cut away
+    around = [plates[0].cut] if part.rib_height else []  # beside a rib the plate is cut away
     grooves = _wall_gaps(*(_axis_gaps(wall * turn) for wall in walls), *around) if walls else []
     bottom = face - (part.groove_depth or part.rib_height or 0.0) * scale
     bodies = [box(plate.low, low, plate.high, high) for plate in plates for low, high in plate.cut]
@@ -103,7 +103,7 @@ def _plate_of_profile(profile: ComplexArray, hub: float, low: float, high: float
 
 
 def _axis_gaps(outline: ComplexArray) -> list[Gap]:
-    """The interval of the vertical through the axis that is inside an outline, mm."""
+    """Intervals of the vertical through the axis that are inside an outline [mm]."""
     if not outline.size:
         return []
     far = 2.0 * float(np.abs(outline).max())
@@ -114,16 +114,16 @@ def _axis_gaps(outline: ComplexArray) -> list[Gap]:
 
 
 def _wall_gaps(*outlines: list[Gap]) -> list[Gap]:
-    """The intervals that are inside the outer wall of a groove and not inside its inner one.
+    """Intervals inside the outer wall of a groove but outside of its inner wall.
 
-    With a third outline about a rib those that are inside of it, and not of the rib.
+    With a third outline around a rib: intervals inside this outline but outside of the rib.
     """
     ends = sorted(y for gaps in outlines for gap in gaps for y in gap)
     return list(zip(ends[::2], ends[1::2], strict=True))
 
 
 def outline_lines(solid: Any) -> Iterator[Line]:
-    """Outlines of the cut material."""
+    """Outlines of cut material."""
     for part in getattr(solid, "geoms", [solid]):
         if not part.is_empty:
             x, y = np.asarray(part.exterior.coords.xy)
@@ -131,7 +131,7 @@ def outline_lines(solid: Any) -> Iterator[Line]:
 
 
 def hatch_lines(solid: Any) -> Iterator[Line]:
-    """Thin lines at 45°."""
+    """Hatch lines at 45°."""
     if solid.is_empty:
         return
     x0, y0, x1, y1 = solid.bounds
@@ -145,7 +145,7 @@ def hatch_lines(solid: Any) -> Iterator[Line]:
 
 
 def keyway_edge(part: Part, scale: float, whole: float) -> Iterator[Line]:
-    """The edge where the keyway's wall meets the bore, behind the section."""
+    """The edge of the keyway wall and the bore, behind the section."""
     if part.bore and part.keyway_width:
         y = difference_of_squares_root(part.bore, part.keyway_width) / 2 * scale
         yield line_mark(1j * y, whole + 1j * y, pen=THICK)
@@ -188,5 +188,5 @@ def _section_dimensions(part: Part, scale: float, plates: Sequence[Plate]) -> Ma
 
 
 def _total_length(part: Part) -> float:
-    """The length of plates and hub, mm."""
+    """Length of plates and hub [mm]."""
     return max(part.hub_length or 0.0, part.width)

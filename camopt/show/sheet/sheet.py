@@ -1,6 +1,6 @@
-"""The workshop drawing: places of views, table, notes and title block, at the largest standard scale that fits.
+"""Layout of the workshop drawing: views, table, notes and title block at the largest standard scale that fits.
 
-The paper is the smallest that holds them.
+The paper is the smallest one that holds them.
 """
 
 import os
@@ -36,11 +36,11 @@ from camopt.show.sheet.points_table import points_table, table_columns
 from camopt.show.sheet.section import section_marks
 from camopt.show.sheet.true_cam import TrueCam
 
-FRAME_MARGIN, VIEW_DISTANCE = 4.0, 8.0  # mm: of what is on the sheet from the frame, and of one view from the next
+FRAME_MARGIN, VIEW_DISTANCE = 4.0, 8.0  # mm: from the frame to the contents, and between views
 FIT_SLACK = 1e-9  # mm
 
 PlacedMarks = Iterator[tuple[MarkBox, Marks]]
-"""Rooms on the paper, each with what goes there: notes and table where they are, views in the middle of theirs."""
+"""Areas of the paper with their marks: notes and table are placed already, views are centred later."""
 
 
 class Arrangement(NamedTuple):
@@ -54,7 +54,7 @@ class Arrangement(NamedTuple):
 
 @dataclass(frozen=True)
 class SheetMargins:
-    """The contents of a sheet apart from the views."""
+    """The contents of a sheet without the views, for one arrangement."""
 
     cam: TrueCam
     form: Arrangement
@@ -73,7 +73,7 @@ class SheetMargins:
 
     @property
     def width_beside_block(self) -> float:
-        """The width left beside the title block."""
+        """The free width beside the title block."""
         return self.inner.high.real + FRAME_MARGIN - BLOCK_WIDTH - VIEW_DISTANCE - self.inner.low.real
 
     @cached_property
@@ -82,7 +82,7 @@ class SheetMargins:
 
     @property
     def has_room(self) -> bool:
-        """Whether the sheet is larger than the table."""
+        """Whether the table fits on the sheet."""
         spare = self.inner.size - marks_box(self.table).size
         return min(spare.real, spare.imag) >= 0.0
 
@@ -96,14 +96,14 @@ class SheetMargins:
 
 @dataclass(frozen=True)
 class SheetViews:
-    """The views of a cam at a scale."""
+    """The views of a cam at one scale."""
 
     cam: TrueCam
     scale: float
 
     @cached_property
     def disc(self) -> Marks:
-        """The front view of a disc cam, and the section beside it if the thickness is known."""
+        """The front view of a disc cam, with the section beside it if the thickness is known."""
         part, front = self.cam.part, FrontView(self.cam, self.scale)
         marks = with_callouts(front)
         if not part.thickness:
@@ -120,13 +120,13 @@ class SheetViews:
 
     @cached_property
     def cylinder(self) -> tuple[Marks, Marks]:
-        """The developed groove; its section and hole."""
+        """The developed groove, and its section with hole."""
         view = DevelopedView(self.cam, self.scale)
         return view.groove(), view.body()
 
     @cached_property
     def column(self) -> Marks:
-        """Of a cylinder: the developed groove, with section and hole in the middle below it."""
+        """Views of a cylinder: the developed groove, with section and hole centred below it."""
         groove, body = self.cylinder
         if not body:
             return groove
@@ -136,7 +136,7 @@ class SheetViews:
 
 
 def disc_above(desk: SheetMargins, views: SheetViews) -> PlacedMarks:
-    """From above: views, table, notes, title block."""
+    """From top to bottom: views, table, notes, title block."""
     inner, width = desk.inner, desk.inner.size.real
     said = shift_marks(numbered_notes(desk.texts, width), complex(inner.low.real, desk.level_above_block))
     yield inner, said
@@ -147,7 +147,7 @@ def disc_above(desk: SheetMargins, views: SheetViews) -> PlacedMarks:
 
 
 def views_beside_table(desk: SheetMargins, views: SheetViews) -> PlacedMarks:
-    """Views on the left with the notes below them, the table on the right above the title block."""
+    """Views on the left with notes below, table on the right above the title block."""
     inner = desk.inner
     said = shift_marks(numbered_notes(desk.texts, desk.width_beside_block), inner.low)
     yield inner, said
@@ -161,7 +161,7 @@ def views_beside_table(desk: SheetMargins, views: SheetViews) -> PlacedMarks:
 
 
 def cylinder_above(desk: SheetMargins, views: SheetViews) -> PlacedMarks:
-    """The developed groove above; below it the body on the left, on the right the table, notes and title block."""
+    """The developed groove on top; below it the body on the left, and table, notes and title block on the right."""
     inner, right = desk.inner, desk.inner.high.real + FRAME_MARGIN - BLOCK_WIDTH
     groove, body = views.cylinder
     floor = inner.high.imag - marks_box(groove).size.imag
@@ -177,11 +177,11 @@ def cylinder_above(desk: SheetMargins, views: SheetViews) -> PlacedMarks:
 
 
 def arrange_marks(placed: PlacedMarks) -> Marks:
-    """Marks placed in their rooms, from the third on centred; nothing if one is larger than its room.
+    """Marks in their areas, centred from the third area on; empty if one is larger than its area.
 
-    What comes after that one is not made.
+    The marks after that one are not made.
     """
-    found: Marks = []
+    arranged: Marks = []
     for place, (room, marks) in enumerate(placed):
         box = marks_box(marks)
         spare = room.size - box.size
@@ -190,21 +190,21 @@ def arrange_marks(placed: PlacedMarks) -> Marks:
         ends = (box.low - room.low, room.high - box.high) if place < 2 else ()
         if any(gap.real < -FIT_SLACK or gap.imag < -FIT_SLACK for gap in ends):
             return []
-        found += marks if place < 2 else shift_marks(marks, room.low + spare / 2 - box.low)
-    return found
+        arranged += marks if place < 2 else shift_marks(marks, room.low + spare / 2 - box.low)
+    return arranged
 
 
 MOST_BLOCKS = 12
 
 
 def sheet_arrangements(body: Body, step: float | None = None) -> Iterator[Arrangement]:
-    """The layouts to try at each scale, the best first; for a step of the table (deg) that is given, A2 too."""
-    usual = CYLINDER_ARRANGEMENTS if body.developed else DISC_ARRANGEMENTS
+    """Arrangements to try at each scale, the best first. With a step of the table [deg], A2 is tried too."""
+    defaults = CYLINDER_ARRANGEMENTS if body.developed else DISC_ARRANGEMENTS
     if step is None:
-        yield from usual
+        yield from defaults
         return
     for paper, place in dict.fromkeys(
-        [*((form.paper, form.place) for form in usual), (A3, views_beside_table), (A2, views_beside_table)]
+        [*((form.paper, form.place) for form in defaults), (A3, views_beside_table), (A2, views_beside_table)]
     ):
         yield from (Arrangement(paper, step, blocks, place) for blocks in range(1, MOST_BLOCKS + 1))
 
@@ -221,13 +221,13 @@ DISC_ARRANGEMENTS = (
 )
 
 
-SHEET_INCH_MM = 25.4  # mm
-LEAST_STEP = 0.5  # deg
-MOST_SCALES = 40  # scales, down to 1 : 10¹³
+SHEET_INCH_MM = 25.4  # mm per inch
+LEAST_STEP = 0.5  # deg: smallest step of the table
+MOST_SCALES = 40  # scales to try, down to 1 : 10¹³
 
 
 class Sheet(NamedTuple):
-    """A paper with all its marks, in mm from its lower left corner, at a scale."""
+    """A paper with all marks, in mm from its lower left corner, and its scale."""
 
     cam: TrueCam
     paper: Paper
@@ -242,18 +242,18 @@ def write_sheets(
     step: float | None = None,
     only: int | None = None,
 ) -> list[Sheet]:
-    """The workshop drawing of a scene's cam as a PDF at true size, its table in steps of 5 or 10 deg if not given.
+    """Write the workshop drawing of a cam as a PDF at true size. The default step of its table is 5 or 10 deg.
 
-    One sheet, A4 or A3 (A2 for a table of many rows): the front view of a disc cam with the angles of its motion,
-    and its section; or the developed groove of a cylindrical cam, its section and its hole; the table of the
-    profile; notes; the title block. At 1:1 where that fits, or else at the nearest standard scale. Of a pair of
-    discs one sheet each (``only`` that of the disc with a number), with the other disc dashed, and the section of
-    both. The same scene gives the same file.
+    A sheet is A4 or A3, or A2 for a table with many rows. It shows the front view of a disc cam with the angles of
+    its motion and its section, or the developed groove of a cylindrical cam with its section and hole. It has the
+    table of the profile, notes and the title block. The scale is 1:1 if that fits, else the nearest standard scale.
+    A pair of discs has a sheet for each disc (``only``: number of a single one), with the other disc dashed, and
+    the section of both. The same scene gives the same file.
 
     Raises
     ------
     BadInput
-        If the name does not end in .pdf (.png or .svg of one sheet), or the table does not fit on a sheet.
+        If the name does not end in .pdf (or .png, .svg for one sheet), or the table does not fit on a sheet.
     OSError
         If the file cannot be written.
     """
@@ -270,14 +270,14 @@ def write_sheets(
 
 
 def sheets_of(scene: Scene, problem: Problem, step: float | None = None) -> list[Sheet]:
-    """The sheets of all discs, at one scale."""
+    """The sheets of all discs, at the same scale."""
     sheets = [sheet_of(cam, step) for cam in TrueCam(scene, problem).sheets]
     least = min(sheet.scale for sheet in sheets)
     return [sheet if sheet.scale == least else sheet_of(sheet.cam, step, least) for sheet in sheets]
 
 
-def sheet_of(cam: TrueCam, step: float | None = None, most: float = inf) -> Sheet:
-    """The sheet at the first scale, of those up to ``most``, and layout, the best first, that hold the drawing."""
+def sheet_of(cam: TrueCam, step: float | None = None, largest: float = inf) -> Sheet:
+    """The sheet with the first scale, at most ``largest``, and the first arrangement that hold the drawing."""
     if step is not None and not (step >= LEAST_STEP and (360.0 / step).is_integer()):
         raise BadInput([Mistake("camopt", "step", step, f"a step of at least {LEAST_STEP:g} deg that divides 360")])
     body = cam.problem.setup.mechanism.body
@@ -285,9 +285,9 @@ def sheet_of(cam: TrueCam, step: float | None = None, most: float = inf) -> Shee
     texts = tuple(note_texts(cam))
     desks = [desk for form in sheet_arrangements(body, step) if (desk := SheetMargins(cam, form, texts)).has_room]
     for scale in (
-        each
-        for each in islice(paper_scales(2.0 * cam.size), MOST_SCALES)
-        if width * each < A2.width and each <= most
+        scale
+        for scale in islice(paper_scales(2.0 * cam.size), MOST_SCALES)
+        if width * scale < A2.width and scale <= largest
     ):
         views = SheetViews(cam, scale)
         for desk in desks:
@@ -296,6 +296,6 @@ def sheet_of(cam: TrueCam, step: float | None = None, most: float = inf) -> Shee
                     cam, desk.form.paper, scale, [*desk.frame_marks(scale), *map(cam.localise_mark, marks)]
                 )
     if step is not None:
-        why = "larger: a table of so many rows has no room on a sheet of A2; a .csv file has any step"
+        why = "larger: a table with this step does not fit on A2; a .csv file has any step"
         raise BadInput([Mistake("camopt", "step", step, why)])
     raise BadInput([Mistake(cam.scene.file, "scene", cam.scene.name, "a cam that fits on a sheet of A3")])

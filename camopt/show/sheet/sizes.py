@@ -1,4 +1,4 @@
-"""Sizes as a drawing says them: bore and keyway with their fits, and the width of a groove with its clearance."""
+"""Texts of sizes on a drawing: bore and keyway with fits, width of a groove with clearance."""
 
 from math import asin
 from typing import NamedTuple
@@ -15,28 +15,28 @@ from camopt.solve.contour.hole import keyway_corners
 
 
 def bore_text(part: Part) -> str:
-    """The bore's diameter, with its fit."""
+    """Text of the bore diameter with its fit."""
     return f"Ø{length_text(part.bore or 0.0)}{fit_suffix(part.bore_fit)}"
 
 
 def keyway_width_text(part: Part) -> str:
-    """The keyway's width, with its fit."""
+    """Text of the keyway width with its fit."""
     return f"{length_text(part.keyway_width or 0.0)}{fit_suffix(part.keyway_fit)}"
 
 
 def keyway_depth_text(part: Part) -> str:
-    """From the bore's surface to the keyway's bottom, with the tolerance of DIN 6885 where the width has a fit."""
+    """Text of the depth from bore to keyway bottom, with the tolerance of DIN 6885 if the keyway has a fit."""
     depth = length_text((part.bore or 0.0) + (part.keyway_depth or 0.0))
     return f"{depth} +{length_text(depth_tolerance(part.keyway_width or 0.0))}" if part.keyway_fit else depth
 
 
 def fit_suffix(fit: str | None) -> str:
-    """A fit behind its dimension; nothing if there is none."""
+    """A fit as the end of a dimension; empty without a fit."""
     return f" {fit}" if fit else ""
 
 
 def hole_outline(part: Part, turn: float) -> ComplexArray:
-    """The closed outline of a bore, and of its keyway if it has one, whose middle is in a direction (rad)."""
+    """Closed outline of a bore with its keyway, whose middle is in the direction ``turn`` [rad]."""
     radius = (part.bore or 0.0) / 2
     if not part.keyway_width:
         return arc_points(radius)
@@ -46,12 +46,12 @@ def hole_outline(part: Part, turn: float) -> ComplexArray:
 
 
 class Clearance(NamedTuple):
-    """How much wider than its roller a groove is, mm."""
+    """Width of a groove less that of its roller [mm]."""
 
     given: float | None
-    """That of the scene, which flanks in files have."""
+    """Clearance of the scene, which flanks in files have."""
     ends: tuple[float, float] | None
-    """From what to what it may be: by the fit, or else by the tolerance of both walls."""
+    """Smallest and largest clearance: by the fit, else by the tolerance of both walls."""
 
 
 def clearance_of(cam: TrueCam) -> Clearance:
@@ -60,17 +60,17 @@ def clearance_of(cam: TrueCam) -> Clearance:
     given = drive.clearance if drive else None
     if fit and cam.roller_radius:
         try:
-            found = limit_deviations(fit, 2 * cam.roller_radius)
-        except ValueError:  # a class that the standard has not for this size
+            deviations = limit_deviations(fit, 2 * cam.roller_radius)
+        except ValueError:  # the standard has no such class for this size
             return Clearance(given, None)
-        return Clearance(given, (found.lower, found.upper))
+        return Clearance(given, (deviations.lower, deviations.upper))
     if given is not None and tolerance is not None:
         return Clearance(given, (given - 2 * tolerance, given + 2 * tolerance))
     return Clearance(given, None)
 
 
 def groove_width_text(cam: TrueCam) -> str:
-    """The width of a groove: its roller's diameter with a fit, or the width that flanks in files have."""
+    """Text of the width of a groove: the roller diameter with a fit, or the width in files."""
     if cam.part.groove_fit:
         return f"{length_text(2 * cam.roller_radius)} {cam.part.groove_fit}"
     return length_text(2 * cam.problem.half_width)

@@ -1,4 +1,4 @@
-"""Symbols of a workshop drawing: first-angle projection, roughness, profile tolerance, datum, sense of rotation.
+"""Symbols of a workshop drawing: first-angle projection, roughness, profile tolerance, datums, sense of rotation.
 
 Sources: ISO 5456-2 (projection), ISO 21920-1 (surface texture), ISO 1101 and ISO 5459 (tolerance frame, datum).
 """
@@ -27,12 +27,12 @@ from camopt.show.sheet.marks import (
     width_of,
 )
 
-ROTATION_ARROW = 5.0, np.radians(13.0)  # mm; half of the angle at the tip of an arrow that is no dimension's
-FRAME_PADDING = 1.5  # mm: beside the text in it
+ROTATION_ARROW = 5.0, np.radians(13.0)  # length in mm and half angle at the tip of the arrow of rotation
+FRAME_PADDING = 1.5  # mm beside the text in a frame
 
 
 def projection_symbol(centre: complex) -> Marks:
-    """A truncated cone and, right of it, its left end: the projection in which views are seen through the part."""
+    """The symbol of first-angle projection: a truncated cone and, right of it, the view of its left end."""
     small, large, half, over = 1.25, 2.5, 2.5, 1.0
     left, right = centre - 5.0, centre + 5.0
     cone = [left + complex(side * half, end) for side, end in ((-1, small), (1, large), (1, -large), (-1, -small))]
@@ -46,7 +46,7 @@ def projection_symbol(centre: complex) -> Marks:
 
 
 def roughness_symbol(foot: complex, value: float) -> Marks:
-    """Material removed, Ra at most a value in µm: the symbol stands on its foot."""
+    """The symbol of a machined surface with Ra at most a value [µm], standing on its foot."""
     low, high = 1.4 * LARGE, 3.0 * LARGE
     slope = 1 / np.tan(np.radians(60.0))
     text = f"Ra {to_shown_unit(value, 'µm'):.3g}"
@@ -60,25 +60,25 @@ def roughness_symbol(foot: complex, value: float) -> Marks:
 
 
 class Datums(NamedTuple):
-    """The letters of the datums of the profile tolerance; empty if there is none."""
+    """Letters of the datums of the profile tolerance; empty if a datum is missing."""
 
     bore: str
     keyway: str
-    """The middle of its width, which turns the cam to its place."""
+    """Datum of the middle of the keyway width, which fixes the angle of the cam."""
     face: str
-    """The lower face of a cylinder, from which a groove is located along the axis; of a disc that of the groove."""
+    """Datum that locates a groove along the axis: lower face of a cylinder, or grooved face of a disc."""
 
 
 def datums_of(part: Part, is_cut: bool) -> Datums:
     """The datums of a part with a profile tolerance and a section that shows the bore."""
-    has = bool(part.bore) and is_cut and part.profile_tolerance is not None
-    wanted = has, has and bool(part.keyway_width), has and bool(part.groove_depth or part.rib_height)
+    bore = bool(part.bore) and is_cut and part.profile_tolerance is not None
+    present = bore, bore and bool(part.keyway_width), bore and bool(part.groove_depth or part.rib_height)
     letters = iter("ABC")
-    return Datums(*(next(letters) if each else "" for each in wanted))
+    return Datums(*(next(letters) if datum else "" for datum in present))
 
 
 def surface_symbols(part: Part, datums: Datums) -> Marks:
-    """The requirements on the profile: tolerance on the level of a leader, roughness above it."""
+    """Requirements on the profile: tolerance frame at the level of a leader, roughness above it."""
     marks: Marks = []
     if part.profile_tolerance is not None:
         marks = tolerance_frame(0j, length_text(2 * part.profile_tolerance, 4), datums)
@@ -90,11 +90,11 @@ def surface_symbols(part: Part, datums: Datums) -> Marks:
 
 
 def tolerance_frame(corner: complex, width: str, datums: Datums) -> Marks:
-    """The tolerance frame of the profile of a line, of a zone width on the true profile, from its lower left.
+    """The tolerance frame of a line profile with its zone width, from its lower left corner.
 
-    Each datum has a cell, the bore the first of them.
+    Each datum has a cell; the bore is the first.
     """
-    letters = [each for each in datums if each]
+    letters = [letter for letter in datums if letter]
     cells = [CELL, width_of(width, LARGE) + 2 * FRAME_PADDING, *(CELL for _ in letters)]
     edges = corner + np.cumsum([0.0, *cells])
     marks: Marks = [rectangle_line(corner, edges[-1] + 1j * CELL)]
@@ -110,7 +110,7 @@ def tolerance_frame(corner: complex, width: str, datums: Datums) -> Marks:
 
 
 def rotation_symbol(radius: float, middle: float, sense: float) -> Marks:
-    """An arc about the centre with an arrow in the sense of rotation (+1 ccw), about a direction (rad)."""
+    """An arc around the centre with an arrow in the sense of rotation (+1 ccw), centred at a direction [rad]."""
     half, lean = min(np.radians(14.0), 14.0 / radius), sense * ROTATION_ARROW[0] / (2 * radius)
     ends = middle - sense * half, middle + sense * half
     head = arrowhead(radius * np.exp(1j * ends[1]), 1j * sense * np.exp(1j * (ends[1] - lean)), *ROTATION_ARROW)

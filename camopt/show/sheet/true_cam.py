@@ -1,4 +1,4 @@
-"""The subject of a sheet: one disc of a cam, its part, and its curves as polylines of proved deviation."""
+"""The subject of a sheet: one disc of a cam, its part, and its curves as polylines with proven deviation."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
@@ -25,31 +25,31 @@ from camopt.solve.contour.path import ArcPath
 from camopt.solve.contour.path_fitting import LONGEST_CHORD, SHORTEST_CHORD, FittedPath, fit_path
 from camopt.solve.verdicts.effect_runs import run_effects
 
-FINENESS = 2e-5  # of the cam's size: how far lines may be off its curves
-LEAST_RAY_OFFSET = 1e-5  # rad: what is no further aside is rounding
-POINT_STEP = 0.005  # of the cam's size: from one point that is drawn to the next
+FINENESS = 2e-5  # share of the size of the cam: largest deviation of lines from its curves
+LEAST_RAY_OFFSET = 1e-5  # rad: a smaller offset is rounding
+POINT_STEP = 0.005  # share of the size of the cam: distance of drawn points
 
 
 class Polyline(NamedTuple):
-    """A curve as straight lines from point to point, and their largest deviation, mm."""
+    """A curve as straight lines between points, with a bound of their deviation [mm]."""
 
     points: ComplexArray
     deviation: float
 
 
-def flatten_path(found: FittedPath, step: float) -> Polyline:
-    """The arcs of a path as chords of at most a length, mm."""
-    path = found.path
+def flatten_path(fitted: FittedPath, step: float) -> Polyline:
+    """The arcs of a path as chords of at most ``step`` [mm]."""
+    path = fitted.path
     assert isinstance(path, ArcPath)
     chords, sweeps = path.chords, path.sweeps
     counts = np.maximum(np.ceil(np.abs(chords) / np.cos(sweeps / 4) / step), 1.0).astype(int)
     fine = path.divide_arcs(counts)
     sagitta = np.abs(fine.chords * fine.bulges).max() / 2
-    return Polyline(fine.vertices, found.deviation + float(sagitta))
+    return Polyline(fine.vertices, fitted.deviation + float(sagitta))
 
 
 def _segment_name(stroke: Stroke, steady: bool, stretches: Iterable[tuple[str, float, float]]) -> str:
-    """The name of a segment, ``steady`` at constant velocity: rise or return for a move that goes one way only."""
+    """The name of a segment: "rise" or "return" for a move in one direction, "constant velocity" if ``steady``."""
     if not stroke.is_move:
         return STROKE_NAMES[stroke.kind]
     if steady:
@@ -60,20 +60,20 @@ def _segment_name(stroke: Stroke, steady: bool, stretches: Iterable[tuple[str, f
 
 
 def constant_velocity_strokes(programme: Programme) -> list[Stroke]:
-    """The stretches at constant velocity of a motion as it is asked."""
+    """The strokes of a motion at constant velocity, as the scene gives them."""
     return [stroke for stroke in programme.strokes if stroke.is_move and not stroke.is_free]
 
 
 @dataclass(frozen=True)
 class TrueCam:
-    """A cam of true size, by one of its discs: mm in its own frame."""
+    """A cam of true size, seen from one of its discs; lengths in mm, in its own frame."""
 
     scene: Scene
     problem: Problem
     place: int = 0
-    """Which disc of a pair the sheet is of."""
+    """Index of the disc of the sheet."""
     followed: dict[str, Polyline] = field(default_factory=dict, compare=False, repr=False)
-    """Curves that the sheets of one cam have in common, as they are found, by name."""
+    """Cache of curves by name, shared by the sheets of a cam."""
 
     @cached_property
     def discs(self) -> tuple[Disc, ...]:
@@ -82,22 +82,22 @@ class TrueCam:
 
     @property
     def is_ribbed(self) -> bool:
-        """Whether both rollers are beside a rib."""
+        """Whether two rollers touch a rib."""
         return self.problem.setup.mechanism.has_rib
 
     @property
     def is_disc_pair(self) -> bool:
-        """Whether there are two discs on the shaft, each with a sheet of its own."""
+        """Whether there are two discs on the shaft, each with its own sheet."""
         return len(self.discs) > 1 and not self.is_ribbed
 
     @property
     def sheets(self) -> "list[TrueCam]":
-        """The same cam by each disc that has a sheet."""
+        """The same cam for each sheet."""
         return [replace(self, place=place) for place in range(len(self.discs) if self.is_disc_pair else 1)]
 
     @property
     def sheet(self) -> str:
-        """The number of the sheet, and how many there are."""
+        """Number of the sheet and of all sheets, such as 1/2."""
         return f"{self.disc.number}/{len(self.sheets)}"
 
     @property
@@ -107,14 +107,14 @@ class TrueCam:
 
     @property
     def disc_problem(self) -> Problem:
-        """The problem of this disc alone; that of a second one as it is seen in the mirror."""
+        """The problem of this disc alone; a second disc is mirrored."""
         return self.disc.problem
 
     def curves_at(self, angles: FloatArray) -> CamCurves:
-        """The curves of this disc at cam angles (rad)."""
-        own = self.disc_problem
-        found = cam_curves(own.setup.mechanism, own.design, own.programme, angles)
-        return found if self.disc.mirror > 0.0 else mirror_curves(found)
+        """The curves of this disc at cam angles [rad]."""
+        problem = self.disc_problem
+        curves = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
+        return curves if self.disc.mirror > 0.0 else mirror_curves(curves)
 
     @cached_property
     def picture(self) -> Picture:
@@ -126,18 +126,18 @@ class TrueCam:
 
     @property
     def title(self) -> str:
-        """The name of the part, and which disc of a pair without a hub it is."""
+        """The name of the part, with the number of a disc of a pair without a hub."""
         name = self.part.name or ""
         return self.translate("{}, disc {}").format(name, self.disc.number) if name and self.is_loose_disc else name
 
     @property
     def is_loose_disc(self) -> bool:
-        """Whether the sheet is of one disc of a pair that no hub joins to the other, a part of its own."""
+        """Whether the disc of the sheet is its own part: no hub joins it to the other disc."""
         return self.is_disc_pair and not self.part.hub_diameter
 
     @property
     def translate(self) -> Callable[[str], str]:
-        """What a text is in the language of the drawing."""
+        """A function that translates a text into the language of the drawing."""
         return LANGUAGES[self.part.language]
 
     def localise_mark(self, mark: Mark) -> Mark:
@@ -150,12 +150,12 @@ class TrueCam:
 
     @property
     def size(self) -> float:
-        """Base radius, or mean radius of a cylindrical cam."""
+        """Base radius, or mean radius of a cylindrical cam [mm]."""
         return float(self.disc_problem.design.size[0])
 
     @property
     def roller_radius(self) -> float:
-        """The radius of the roller or of a spherical face; 0 if there is none."""
+        """Radius of the roller or spherical face [mm]; 0 without one."""
         return float(self.disc_problem.design.roller_radius[0])
 
     @property
@@ -165,7 +165,7 @@ class TrueCam:
 
     @cached_property
     def curves(self) -> dict[str, Polyline]:
-        """The curves of all discs by name; pitch curves only where they are paths of a roller's centre."""
+        """Curves of all discs by name; pitch curves only if they are paths of roller centres."""
         rolls = self.problem.setup.rolls
         for name, curve in disc_curves(self.problem).items():
             if name not in self.followed and (rolls or not name.endswith("pitch")):
@@ -178,18 +178,18 @@ class TrueCam:
 
     @cached_property
     def trace(self) -> ComplexArray:
-        """The points of the pitch curve, even if it is not drawn because no roller's centre follows it."""
+        """Points of the pitch curve, also if it is not drawn because there is no roller."""
         drawn = self.curve("pitch")
         return drawn if drawn.size else self._polyline_of(self.disc.curves()["pitch"]).points
 
     def curve(self, name: str) -> ComplexArray:
-        """The points of a curve of this disc; empty for one that is not drawn."""
+        """Points of a curve of this disc; empty if it is not drawn."""
         drawn = self.curves.get(f"{self.disc.prefix}{name}")
         return drawn.points if drawn else np.zeros(0, dtype=complex)
 
     @cached_property
     def other_profiles(self) -> list[ComplexArray]:
-        """The profiles of the other discs; flanks of a rib are on one."""
+        """Profiles of the other discs; none for a rib, whose flanks are on one disc."""
         return (
             []
             if self.is_ribbed
@@ -202,7 +202,7 @@ class TrueCam:
 
     @cached_property
     def segments(self) -> list[tuple[str, float, float]]:
-        """The follower's motions and their cam angles, rad: the segments of the scene, if it has any."""
+        """Names of the follower's strokes with their cam angles [rad]; those of the scene's segments, if any."""
         found = [(STROKE_NAMES[kind], begin, end) for kind, begin, end in self.picture.stretches]
         if self.problem.segments:
             strokes, steady = self.problem.programme.strokes, self.steady_strokes
@@ -214,45 +214,45 @@ class TrueCam:
 
     @property
     def flank_height(self) -> float | None:
-        """The depth of the groove of a cylinder, or the height of its rib, mm; None if it is not known."""
-        found: float | None = getattr(self.part, self.problem.setup.mechanism.body.flank_height)
-        return found
+        """Depth of the groove of a cylinder, or height of its rib [mm]; None if unknown."""
+        height: float | None = getattr(self.part, self.problem.setup.mechanism.body.flank_height)
+        return height
 
     @property
     def steady_strokes(self) -> list[Stroke]:
-        """The follower's stretches at constant velocity; a tool's are none of the follower behind a train."""
+        """Strokes of the follower at constant velocity; none with a train, where only the tool has them."""
         programme = self.problem.programme
         return constant_velocity_strokes(programme) if programme.tool is programme else []
 
     @cached_property
     def start_direction(self) -> float:
-        """The direction of the trace point at cam angle 0, rad: from there the ring counts cam angles."""
+        """Direction of the trace point at cam angle 0 [rad]: the zero of the ring of cam angles."""
         return float(np.angle(self.curves_at(self.picture.pieces[0][:1]).pitch[0]))
 
     @cached_property
     def ray_offsets(self) -> list[float]:
-        """By how much (rad) the profile is touched beside the direction of the cam angle where each segment begins.
+        """Angle from the ray of each segment start to the contact point on the profile [rad].
 
-        Not at all where the trace point is in the direction that it had at cam angle 0, straight above its contact.
+        It is 0 if the trace point has its direction of cam angle 0 and lies straight above its contact.
         """
         angles = np.array([begin for _, begin, _ in self.segments])
-        found = np.angle(
+        offsets = np.angle(
             self.curves_at(angles).profile[0] * np.exp(1j * (self.sense * angles - self.start_direction))
         )
-        return [float(aside) if abs(aside) > LEAST_RAY_OFFSET else 0.0 for aside in found]
+        return [float(offset) if abs(offset) > LEAST_RAY_OFFSET else 0.0 for offset in offsets]
 
     def quantity(self, name: str) -> float | None:
-        """One quantity of this disc; None if the scene lacks a value that it needs."""
+        """A quantity of this disc; None if the scene lacks a value that it needs."""
         return design_quantity(self.disc_problem if self.is_disc_pair else self.problem, name)
 
     @property
     def mass(self) -> float | None:
-        """The mass of the part, kg: one disc of a pair, or both where a hub joins them; None if it is not known."""
+        """Mass of the part [kg]: one disc of a pair, or both with a hub; None if unknown."""
         return design_quantity(self.disc_problem if self.is_loose_disc else self.problem, MASS)
 
 
 def design_quantity(problem: Problem, name: str) -> float | None:
-    """One quantity of a problem's own design; None if the scene lacks a value that it needs."""
+    """A quantity of the design of a problem; None if the scene lacks a value that it needs."""
     if name not in available_quantities(problem.setup):
         return None
     return float(

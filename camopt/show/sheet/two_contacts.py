@@ -1,11 +1,11 @@
-"""What a drawing says of two contacts of one follower: how far apart they are, and how that is inspected.
+"""Notes of a drawing on two contacts of one follower: their distance, and its inspection.
 
-A profile that is off by t along its normal moves a roller on it by t/cos β along its motion, and its arm of the
-length l by t/(l·cos β). So the distance of two rollers, each on its disc, changes over a turn by at most
+An error t of a profile along its normal moves a roller on it by t/cos β along its motion, and an arm of length l by
+t/(l·cos β). So the distance of two rollers, each on its disc, changes over a turn by at most
 
     t·(1/cos β₁ + 1/cos β₂)                (arms: t/(l₁·cos β₁) + t/(l₂·cos β₂))
 
-either way, and the breadth of one disc between flat faces by 2·t.
+in both directions, and the breadth of one disc between flat faces by 2·t.
 """
 
 from collections.abc import Iterator
@@ -19,42 +19,42 @@ from camopt.model.effects.frame import ANGLE, BREADTH, DISTANCE
 from camopt.show.sheet.marks import decimal_text, length_text
 from camopt.show.sheet.true_cam import TrueCam, design_quantity
 
-DIGIT_ROUNDING = 1e-6  # of a last digit: for rounding
+DIGIT_ROUNDING = 1e-6  # of a last digit, against rounding
 
 
 class ContactDistance(NamedTuple):
-    """How far two contacts are from each other, the same at every cam angle: mm, or deg between two arms."""
+    """Distance of two contacts, equal at every cam angle [mm, or deg between two arms]."""
 
     value: float
     interference: float
-    """By how much less it is made."""
+    """Reduction of the made distance."""
     variation: float | None
-    """By how much it may change over a turn, either way; None where the profile has no tolerance."""
+    """Largest change over a turn, ±; None if the profile has no tolerance."""
     angular: bool
 
     def size_text(self, value: float, digits: int = 3) -> str:
-        """A size of it in words."""
+        """A distance as text."""
         return f"{decimal_text(value, digits)}°" if self.angular else length_text(value, digits)
 
     @property
     def clearance(self) -> float:
-        """The largest that is left of an interference within the tolerance; 0 where that leaves none."""
+        """Largest clearance if the tolerance exceeds the interference; else 0."""
         return max((self.variation or 0.0) - self.interference, 0.0) if self.interference else 0.0
 
     @property
     def nominal(self) -> str:
-        """The size with how far it may be off."""
+        """Text of the distance with its tolerance."""
         digits = 1e4 if self.angular else 1e3  # down to 0.0001°, or a µm
-        off = (
+        tolerance = (
             ""
             if self.variation is None
             else f" ±{self.size_text(floor(self.variation * digits + DIGIT_ROUNDING) / digits, 4)}"
         )
-        return f"{self.size_text(self.value)}{off}"
+        return f"{self.size_text(self.value)}{tolerance}"
 
 
 def contact_distance(cam: TrueCam) -> ContactDistance | None:
-    """How far apart both contacts of a follower are; None if it has one."""
+    """Distance of both contacts of a follower; None if it has one contact."""
     setup, tolerance = cam.problem.setup, cam.part.profile_tolerance
     if not setup.mechanism.further_contacts:
         return None
@@ -68,7 +68,7 @@ def contact_distance(cam: TrueCam) -> ContactDistance | None:
 
 
 def distance_variation(cam: TrueCam, tolerance: float) -> float:
-    """The largest change of the distance over a turn, mm or deg, where all profiles are off by a tolerance, mm."""
+    """Largest change of the distance over a turn [mm or deg], for profile errors up to a tolerance [mm]."""
     problem, angles = cam.problem, np.concatenate(cam.picture.pieces)
     each = [
         of.profile_response.terms[0]
@@ -79,7 +79,7 @@ def distance_variation(cam: TrueCam, tolerance: float) -> float:
 
 
 def contact_notes(cam: TrueCam) -> Iterator[str]:
-    """The notes on two contacts; none of one."""
+    """Notes on two contacts; none for one contact."""
     found = contact_distance(cam)
     if found is None:
         return
@@ -110,7 +110,7 @@ def contact_notes(cam: TrueCam) -> Iterator[str]:
 
 
 def _inspection_text(cam: TrueCam) -> str:
-    """How the discs, or the rib, are inspected."""
+    """Text on the inspection of the discs or the rib."""
     mechanism = cam.problem.setup.mechanism
     if cam.is_ribbed:
         what = "angle between the arms {}." if cam.problem.setup.angular else "distance of their centres {}."

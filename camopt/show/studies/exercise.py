@@ -1,4 +1,4 @@
-"""Exercises: a problem with round numbers whose cam can be made, and its scene."""
+"""Exercises for students: a problem with round numbers and a cam that can be made, and its scene."""
 
 from random import Random
 from textwrap import wrap
@@ -28,7 +28,7 @@ LAW_WORDS = {
     "parabolic": "uniform acceleration and retardation",
     "cycloidal": "cycloidal motion",
 }
-"""The laws that have a construction, in words."""
+"""Names of the laws that have a construction."""
 TIP_WORDS = {KNIFE: "knife-edge", SPHERICAL: "spherical-faced", FLAT: "flat-faced", ROLLER: "roller"}
 EXERCISE_KINDS: dict[str, tuple[Body, FollowerMotion, Tip]] = {
     "knife": (DISC, TRANSLATING, KNIFE),
@@ -42,11 +42,11 @@ EXERCISE_KINDS: dict[str, tuple[Body, FollowerMotion, Tip]] = {
     "barrel": (CYLINDER, TRANSLATING, ROLLER),
     "barrel-arm": (CYLINDER, OSCILLATING, ROLLER),
 }
-"""By name: the body of the cam, the motion of the follower, and its tip."""
+"""Kinds of exercises: body of the cam, motion of the follower, and its tip."""
 
 
 def make_exercise(kind: str, seed: int) -> tuple[str, Scene]:
-    """The words of a problem, and its scene: no undercut, and a pressure angle of at most 30°.
+    """The text of a problem and its scene, without undercut and with a pressure angle of at most 30°.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def make_exercise(kind: str, seed: int) -> tuple[str, Scene]:
 
 
 def exercise_toml(kind: str, seed: int) -> str:
-    """The scene of an exercise, under its problem as comments."""
+    """The TOML of an exercise: its problem as comments, then its scene."""
     problem, scene = make_exercise(kind, seed)
     return "".join(f"# {line}\n" for line in wrap(problem, 100)) + "\n" + scene.to_toml()
 
@@ -79,9 +79,9 @@ def _draw_numbers(kind: str, random: Random) -> dict[str, Any]:
     if motion.angular and body.developed:
         follower["arm_length"] = random.randrange(60, 125, 5)
     elif motion.angular:
-        centre, less = base + random.randrange(50, 105, 5), random.choice([5, 10, 15])
-        own = {"face_offset": 0} if tip is FLAT else {"arm_length": centre - less}
-        follower |= {"centre_distance": centre, **own}
+        centre, difference = base + random.randrange(50, 105, 5), random.choice([5, 10, 15])
+        size = {"face_offset": 0} if tip is FLAT else {"arm_length": centre - difference}
+        follower |= {"centre_distance": centre, **size}
     rise, dwell, fall = (random.randrange(*ends, 10) for ends in ((90, 160), (20, 70), (90, 140)))
     lift = random.choice([10, 12, 15, 18, 20] if motion.angular else [15, 20, 25, 30, 40])
     laws = random.choices([law for law in LAW_WORDS if law != "uniform" or tip is not FLAT], k=2)
@@ -98,15 +98,15 @@ def _draw_numbers(kind: str, random: Random) -> dict[str, Any]:
 
 def _can_be_made(scene: Scene) -> bool:
     try:
-        found = evaluate(scene)
+        values = evaluate(scene)
     except BadInput:
         return False
-    crossed = found["undercut"] or found.get("self_crossing", False)
-    return not crossed and float(found["pressure_angle_max_deg"]) <= LARGEST_PRESSURE_ANGLE
+    faulty = values["undercut"] or values.get("self_crossing", False)
+    return not faulty and float(values["pressure_angle_max_deg"]) <= LARGEST_PRESSURE_ANGLE
 
 
 def _follower_sentences(body: Body, motion: FollowerMotion, tip: Tip, rotation: str) -> list[str]:
-    """Where the follower stands, in sentences, so that one cam alone solves the problem."""
+    """Sentences on the position of the follower, so that the problem has one solution."""
     if body.developed and motion.angular:
         return [
             "Develop the cylinder so that the follower moves over it to the right.",
@@ -127,7 +127,7 @@ def _follower_sentences(body: Body, motion: FollowerMotion, tip: Tip, rotation: 
 
 
 def _problem_text(kind: str, scene: Scene) -> str:
-    """The problem as a teacher sets it."""
+    """The text of the problem."""
     cam, follower, (rise, dwell, fall, rest) = scene.cam, scene.follower, scene.motion
     body, motion, tip = EXERCISE_KINDS[kind]
     unit, way = "°" if motion.angular else " mm", "clockwise" if cam.rotation == "cw" else "anticlockwise"
@@ -138,12 +138,14 @@ def _problem_text(kind: str, scene: Scene) -> str:
         "arm_length": "Its arm, from the pivot to the centre of the roller, is {:g} mm long.",
         "centre_distance": "The pivot is {:g} mm to the right of the cam's axis.",
     }
-    given = [words.format(value) for key, words in sizes.items() if (value := getattr(follower, key, None))]
-    size = "mean radius of the cylinder" if body.developed else "least radius of the cam"
+    size_sentences = [
+        words.format(value) for key, words in sizes.items() if (value := getattr(follower, key, None))
+    ]
+    size = "mean radius of the cylinder" if body.developed else "smallest radius of the cam"
     sentences = [
         f"A {body.words} turns {way} at {cam.rpm:g} rev/min and drives {motion.words} {TIP_WORDS[tip]} follower.",
         f"The {size} is {getattr(cam, body.size):g} mm.",
-        *given,
+        *size_sentences,
         *_follower_sentences(body, motion, tip, cam.rotation),
         f"The follower moves outwards by {rise.lift:g}{unit} during {rise.angle:g}° "
         f"with {LAW_WORDS[str(rise.law)]}, rests during {dwell.angle:g}°, "

@@ -1,4 +1,4 @@
-"""The kernels that first runs of commands would compile, compiled in advance."""
+"""Compiles in advance the kernels that first runs of commands need."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,24 +18,20 @@ from camopt.solve.verdicts.evaluation import evaluate
 
 
 def compile_scenes(names: Sequence[str], advance: Advance) -> tuple[int, Path]:
-    """Compile what evaluating, optimising and sweeping scenes takes: the number of kernels, and their folder.
+    """Compile the kernels for scenes; return the number of kernels and their folder.
 
-    Without names, of all shipped scenes.
+    ``names`` are scenes; by default all shipped scenes.
 
     Raises
     ------
     PermissionError
-        If there is no folder to keep them in.
+        If there is no folder for compiled kernels.
     """
     scenes, folder = [find_scene(name) for name in names or shipped_scenes()], kernel_folder()
     if folder == NO_FOLDER:
-        raise PermissionError("there is no folder for compiled kernels: NUMBA_CACHE_DIR names another one")
+        raise PermissionError("there is no folder for compiled kernels; set NUMBA_CACHE_DIR to a folder")
     compile_at_once()
-    sizes = {
-        "start": 40.0,
-        "stop": 90.0,
-        "step": 5.0,
-    }  # kernels that choose among designs serve every scene
+    sizes = {"start": 40.0, "stop": 90.0, "step": 5.0}  # the kernels of sweeps are the same for all scenes
     sweep(find_scene("roller-1000rpm").replace(search={"base_radius": sizes, "law": ["cycloidal"]}), workers=1)
     Dominators(np.zeros((1, 2))).dominate(np.ones((1, 2)))
     for done, scene in enumerate(scenes, 1):

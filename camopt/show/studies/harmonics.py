@@ -1,10 +1,10 @@
-"""Harmonics: the motion of one turn as a sum of waves, each a whole number of times faster than the cam.
+"""Harmonics: the motion over one turn as a sum of waves, each a whole number of times as fast as the cam.
 
     y(θ) = a₀ + Σ A_k·cos(kθ − φ_k),    A_k·e^{−iφ_k} = (1/π)∫ y·e^{−ikθ} dθ
 
-A train is excited by the harmonics of the acceleration, at k times the frequency of the turn. On each panel of the
-motion, a polynomial in Legendre's form, the integral is exact: ∫ P_n(u)·e^{−izu} du = 2·(−i)ⁿ·j_n(z). Where the
-velocity jumps, the impulse of the acceleration is counted.
+The harmonics of the acceleration excite a train, at k times the frequency of the turn. On each panel, the motion is
+a polynomial in Legendre form, and the integral is exact: ∫ P_n(u)·e^{−izu} du = 2·(−i)ⁿ·j_n(z). Where the velocity
+jumps, the acceleration has an impulse, which is included.
 
 Source: Rothbart, Cam Design Handbook (harmonic analysis of cam motion); DLMF 10.54.2 for the integral.
 """
@@ -33,31 +33,31 @@ from camopt.solve.tables.cells import with_unit
 from camopt.solve.tables.result import Result, Table, table_of
 
 DEFAULT_ORDERS, MOST_ORDERS = 24, 10_000
-ROUNDING = 1e-14  # of the largest amplitude: a smaller one is rounding of the motion, and is 0
+ROUNDING = 1e-14  # share of the largest amplitude: a smaller amplitude is rounding, and set to 0
 
 
 @dataclass(frozen=True)
 class Harmonics(Result, Drawable):
-    """The harmonics of a motion, from the first on.
+    """The harmonics of a motion, from the first order on.
 
     Attributes
     ----------
     scene : Scene
-        What was asked.
+        The scene of the motion.
     order : ndarray
-        How many times as fast as the cam each turns.
+        Orders: frequencies in multiples of the cam's.
     frequency_Hz : ndarray or None
-        The same by time; None for a scene without rpm.
+        Frequencies [Hz]; None for a scene without rpm.
     mean : float
-        The mean displacement, mm (deg), from the lowest position.
+        Mean displacement above the lowest position [mm or deg].
     displacement : ndarray
-        Amplitudes, mm (deg).
+        Amplitudes of the displacement [mm or deg].
     phase_deg : ndarray
-        Where in its own turn each is the largest, from 0 to 360 deg; of one of amplitude 0, any.
+        Phase of the maximum of each harmonic, from 0 to 360 [deg]; arbitrary for amplitude 0.
     acceleration : ndarray
         Amplitudes of the acceleration, in ``acceleration_unit``.
     acceleration_unit : str
-        m/s² (rad/s²), or without rpm mm/rad² (deg/rad²).
+        m/s² or rad/s²; without rpm mm/rad² or deg/rad².
 
     Examples
     --------
@@ -82,12 +82,12 @@ class Harmonics(Result, Drawable):
         return f"<Harmonics of {self.scene.name}: {len(self.order)} orders>"
 
     def document(self) -> dict[str, Any]:
-        """The mean, and a record for each harmonic."""
+        """The mean displacement, and a record for each harmonic."""
         about = {"scene": self.scene.name, "mean": self.mean, "acceleration_unit": self.acceleration_unit}
         return {**about, "harmonics": self.records()}
 
     def records(self) -> list[dict[str, Any]]:
-        """A mapping for each harmonic."""
+        """A record for each harmonic."""
         timed = {} if self.frequency_Hz is None else {"frequency_Hz": self.frequency_Hz}
         columns: dict[str, Any] = {
             "order": self.order,
@@ -100,7 +100,7 @@ class Harmonics(Result, Drawable):
         return [dict(zip(columns, row, strict=True)) for row in rows]
 
     def table(self) -> Table:
-        """A row for each harmonic."""
+        """A table with a row for each harmonic."""
         rows = self.records()
         units = {
             "frequency_Hz": "Hz",
@@ -109,7 +109,7 @@ class Harmonics(Result, Drawable):
             "acceleration": self.acceleration_unit,
         }
         mean = with_unit(self.mean, units["displacement"])
-        title = f"{self.scene.name}: harmonics of the motion, about a mean of {mean}"
+        title = f"{self.scene.name}: harmonics of the motion (mean displacement {mean})"
         return table_of(title, rows, rows[0], units=units)
 
 
@@ -119,14 +119,14 @@ def harmonics(scene: SceneSource, orders: int = DEFAULT_ORDERS) -> Harmonics:
     Parameters
     ----------
     scene : Scene, str or os.PathLike
-        Its sizes play no part.
+        The scene; its sizes have no influence.
     orders : int, default 24
-        How many, from 1 to 10,000.
+        Number of harmonics, from 1 to 10,000.
 
     Returns
     -------
     Harmonics
-        Amplitudes and phases, right to rounding of the lift (acceleration: of its largest value).
+        Amplitudes and phases, exact to rounding of the lift (acceleration: of its largest value).
 
     Raises
     ------
@@ -164,37 +164,37 @@ def harmonics(scene: SceneSource, orders: int = DEFAULT_ORDERS) -> Harmonics:
 
 
 def _fourier_integrals(programme: Programme, derivative: int, orders: Any) -> Any:
-    """(1/π)∫ f·e^{−ikθ} dθ over the turn for each order k, of the motion or a derivative of it by the cam angle."""
+    """(1/π)∫ f·e^{−ikθ} dθ over the turn for each order k; f is the motion or a derivative by the cam angle."""
     table = programme.table
     half = table.half_width
     powers = polynomial.polyder(table.coefficients.T, derivative) / half**derivative
     series = _legendre_matrix()[:, : len(powers)] @ powers
-    found: Any = np.array(
+    integrals: Any = np.array(
         [np.sum(half * np.exp(-1j * k * table.centre) * _panel_integrals(series, k * half)) for k in orders]
     )
     for jump in programme.corners if derivative == 2 else ():
-        found += jump.size * np.exp(-1j * orders * jump.at)
-    return np.where(np.abs(found) > ROUNDING * np.abs(found).max(), found / np.pi, 0.0)
+        integrals += jump.size * np.exp(-1j * orders * jump.at)
+    return np.where(np.abs(integrals) > ROUNDING * np.abs(integrals).max(), integrals / np.pi, 0.0)
 
 
 def _panel_integrals(series: FloatArray, z: FloatArray) -> Any:
-    """∫ f(u)·e^{−izu} du over [−1, 1] for each panel, f in Legendre's form (degrees, panels)."""
+    """∫ f(u)·e^{−izu} du over [−1, 1] for each panel; f in Legendre form, (degrees, panels)."""
     degrees = np.arange(len(series))[:, None]
     return np.sum(2.0 * (-1j) ** degrees * series * scipy.special.spherical_jn(degrees, z), axis=0)
 
 
 @cache
 def _legendre_matrix() -> FloatArray:
-    """The matrix from powers of u to Legendre's polynomials."""
+    """Matrix from powers of u to Legendre polynomials."""
     columns = [legendre.poly2leg(np.eye(TABLE_DEGREE + 1)[k]) for k in range(TABLE_DEGREE + 1)]
     return np.array([np.pad(c, (0, TABLE_DEGREE + 1 - len(c))) for c in columns]).T
 
 
-LEAST_DRAWN_SHARE = 1e-6  # of the largest amplitude: smaller ones fall off the picture
+LEAST_DRAWN_SHARE = 1e-6  # share of the largest amplitude: smaller amplitudes are not drawn
 
 
 def draw(what: "Harmonics", path: Target = None) -> "Figure":
-    """Draw the amplitudes of a motion's harmonics."""
+    """Draw the amplitudes of displacement and acceleration by order."""
     unit = displacement_unit(angular=what.scene.tool_turns)
     amplitudes = (
         (f"Displacement, {shown_unit(unit)}", to_shown_unit(what.displacement, unit)),
@@ -212,7 +212,7 @@ def draw(what: "Harmonics", path: Target = None) -> "Figure":
 
 
 def draw_in(axes: Any, what: "Harmonics") -> None:
-    """Draw the amplitudes of the displacement."""
+    """Draw the amplitudes of the displacement in axes."""
     unit = displacement_unit(angular=what.scene.tool_turns)
     _draw_amplitudes(axes, f"Displacement, {shown_unit(unit)}", what, to_shown_unit(what.displacement, unit))
 

@@ -1,14 +1,14 @@
-"""Sensitivities: how much each quantity of a cam changes with each of its sizes and numbers.
+"""Sensitivities: derivatives of the quantities of a cam by its sizes and numbers.
 
     f'(x) ≈ (f(x − 2h) − 8·f(x − h) + 8·f(x + h) − f(x + 2h))/(12·h)
 
-All points about the cam are designs of one block, so that every effect runs once. Where a quantity has a kink, as
-the largest of two peaks that are equal, it has a slope on each side:
+All points around the cam are designs of one block, so that each effect runs once. At a kink, such as the maximum of
+two equal peaks, a quantity has a slope on each side:
 
     f'(x±) ≈ ∓(3·f(x) − 4·f(x ± h) + f(x ± 2h))/(2·h)
 
-Source: A. Griewank, A. Walther, Evaluating Derivatives, ch. 1; the envelope theorem says that the peak of a curve
-changes as the curve does at its cam angle.
+Source: A. Griewank, A. Walther, Evaluating Derivatives, ch. 1. By the envelope theorem, the peak of a curve changes
+as the curve at the cam angle of the peak.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,20 +29,18 @@ from camopt.scene.scene import Scene
 from camopt.solve.tables.result import Result, Table, table_of
 from camopt.solve.verdicts.effect_runs import run_effects
 
-STEP_SHARE = 1e-3  # of what a variable is of the order of: the error of the formula is its fourth power
+STEP_SHARE = 1e-3  # step over the order of magnitude of a variable; the error is its fourth power
 STENCIL = np.array([-2.0, -1.0, 1.0, 2.0])
 CENTRAL_WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
-LEAST_SLOPE_KINK = (
-    1e-4  # of a slope, or of the quantity over the variable's order: two sides that differ by more make a kink
-)
-LEAST_SLOPE_JUMP = 1.0  # deg: a place that bends by more within two steps has gone over to another peak
+LEAST_SLOPE_KINK = 1e-4  # relative difference of the slopes of both sides above which there is a kink
+LEAST_SLOPE_JUMP = 1.0  # deg: a cam angle that bends by more within two steps belongs to another peak
 
 
 class Sensitivity(NamedTuple):
-    """The derivative of a quantity by a variable, in the quantity's unit by the variable's in the scene.
+    """The derivative of a quantity by a variable, in the unit of the quantity over that of the variable.
 
-    None where the quantity is infinite or the cam cannot be assembled on one side, where the place of a peak jumps
-    to another that is as large, and at a kink, where ``below`` and ``above`` differ.
+    It is None if the quantity is infinite or the cam cannot be assembled on one side, if the cam angle of a peak
+    jumps to another peak, or at a kink, where ``below`` and ``above`` differ.
 
     Examples
     --------
@@ -54,9 +52,9 @@ class Sensitivity(NamedTuple):
 
     derivative: float | None
     below: float | None
-    """Towards less of the variable."""
+    """Derivative towards smaller values of the variable."""
     above: float | None
-    """Towards more of it."""
+    """Derivative towards larger values."""
 
 
 @dataclass(frozen=True)
@@ -102,11 +100,13 @@ class Sensitivities(Result, Mapping[tuple[str, str], Sensitivity]):
     def __getitem__(self, pair: tuple[str, str]) -> Sensitivity:
         if isinstance(pair, str):
             such = next(iter(self.found), ("base_radius_mm", "cam.base_radius"))
-            raise UnknownName(f"{pair!r} is one name; a sensitivity has two, a quantity and a variable: {such}")
+            raise UnknownName(
+                f"{pair!r} is one name; a sensitivity has two names, a quantity and a variable: {such}"
+            )
         if pair not in self.found:
-            known = [*dict.fromkeys(name for each in self.found for name in each)]
-            wrong = next((str(name) for name in pair if name not in known), str(pair))
-            raise UnknownName(f"{wrong!r} is no quantity or variable of this cam; {suggest_names(wrong, known)}")
+            names = [*dict.fromkeys(name for key in self.found for name in key)]
+            wrong = next((str(name) for name in pair if name not in names), str(pair))
+            raise UnknownName(f"{wrong!r} is not a quantity or variable of this cam; {suggest_names(wrong, names)}")
         return self.found[pair]
 
     def __iter__(self) -> Iterator[tuple[str, str]]:
@@ -123,20 +123,20 @@ class Sensitivities(Result, Mapping[tuple[str, str], Sensitivity]):
 def sensitivities(scene: SceneSource) -> Sensitivities:
     """Find the derivative of each quantity of a cam by each of its sizes and numbers.
 
-    Quantities are those that ``evaluate`` gives for the scene and that are numbers. Variables are the sizes of the
-    mechanism, as ``cam.base_radius``, and the numbers other than 0 of speed, dynamics, materials and the train that
-    the scene gives, as ``follower.dynamics.spring_rate`` or ``train.1.crank``; everything else stays as it is.
+    Quantities are the numbers that ``evaluate`` gives for the scene. Variables are the sizes of the mechanism, such
+    as ``cam.base_radius``, and the numbers of the scene for speed, dynamics, materials and train that are not 0,
+    such as ``follower.dynamics.spring_rate`` or ``train.1.crank``. Everything else is fixed.
 
     Parameters
     ----------
     scene : Scene, str or os.PathLike
-        A scene with sizes of its own.
+        A scene with all sizes.
 
     Returns
     -------
     Sensitivities
-        A mapping from (quantity, key) to ``Sensitivity``: where the quantity is smooth, derivatives to some 1e-8,
-        and those of one side, of lower order, to some 1e-5.
+        A mapping from (quantity, key) to ``Sensitivity``. Derivatives of smooth quantities are exact to about 1e-8,
+        one-sided derivatives to about 1e-5.
 
     Raises
     ------
@@ -178,7 +178,7 @@ def sensitivities(scene: SceneSource) -> Sensitivities:
 
 
 def _variable_scales(problem: Problem) -> dict[Variable, tuple[float, float]]:
-    """The value of each variable, and what it is of the order of."""
+    """Value and order of magnitude of each variable."""
     found, prime = {}, float(problem.design.prime_radius[0])
     for each in problem.variables:
         given = problem.design.sizes[each.field][0] if each.is_size else problem.setup.given[each.key]
@@ -188,7 +188,7 @@ def _variable_scales(problem: Problem) -> dict[Variable, tuple[float, float]]:
 
 
 def _train_numbers(scene: Scene, problem: Problem) -> Iterator[tuple[Variable, float]]:
-    """The numbers of the train that a scene gives, which are not 0; a load by cam angle is none."""
+    """Numbers of the train in a scene that are not 0; without loads by cam angle."""
     variables = {each.key: each for each in problem.variables if each.role == "train"}
     for key, value in scene.numbers(variables).items():
         if value and not isinstance(value, tuple):
@@ -198,23 +198,23 @@ def _train_numbers(scene: Scene, problem: Problem) -> Iterator[tuple[Variable, f
 def _train_stencil(
     problem: Problem, variable: Variable, value: float, names: Sequence[str]
 ) -> tuple[float, list[dict[str, float]]]:
-    """The quantities of a cam behind trains with a little less and a little more of a number, and the step.
+    """The step of a number of the train, and the quantities at the points of the stencil.
 
-    None of those that cannot be put together.
+    A train that cannot be assembled has no quantities.
     """
     step = STEP_SHARE * abs(value)
     rows = []
     for move in STENCIL:
-        moved = problem.with_numbers({variable.key: value + move * step})
-        exists = moved.setup.mechanism.can_assemble(problem.design, moved.programme)[0]
-        case = EvaluationBlock(moved.setup, moved.programme, problem.design)
+        shifted = problem.with_numbers({variable.key: value + move * step})
+        exists = shifted.setup.mechanism.can_assemble(problem.design, shifted.programme)[0]
+        case = EvaluationBlock(shifted.setup, shifted.programme, problem.design)
         columns = run_effects(case, names).columns if exists else {}
         rows.append({name: float(np.broadcast_to(each, 1)[0]) for name, each in columns.items()})
     return step, rows
 
 
 def _stencil_designs(design: Designs, variables: Mapping[Variable, tuple[float, float]]) -> Designs:
-    """The cam, and for each variable those with a little less and a little more of it."""
+    """The cam, followed by the designs of the stencil of each variable."""
     values: dict[str, Any] = {}
     count = 1 + len(STENCIL) * len(variables)
     for number, (each, (value, order)) in enumerate(variables.items()):
@@ -225,7 +225,7 @@ def _stencil_designs(design: Designs, variables: Mapping[Variable, tuple[float, 
 
 
 def _stencil_slopes(value: float, beside: FloatArray, step: float, most: float) -> Sensitivity:
-    """The slopes of a quantity from its values beside the cam's own; none to a side where it bends by ``most``."""
+    """Slopes of a quantity from its values on the stencil; None on a side where it bends by more than ``most``."""
     with np.errstate(invalid="ignore"):
         change = beside - value
         change[:2] = np.where(abs(change[0] - 2.0 * change[1]) > most, np.nan, change[:2])

@@ -1,8 +1,8 @@
-"""The response spectrum of a motion law: how a train vibrates after one rise between dwells, against its period.
+"""Response spectra of motion laws: vibration of a follower train after one rise, by rise time over natural period.
 
 The rise has lift 1 and takes the time t₁; the train, of natural period T_n and damping ratio ζ, rests before it.
-With the period ratio λ = t₁/T_n the response is exact (``numerics.oscillator``, r = 2πλ). Undamped, the amplitude
-left over after a cycloidal rise is |sin πλ|/(πλ·|λ² − 1|): none for a whole λ from 2 on.
+With the period ratio λ = t₁/T_n the response is exact (``numerics.oscillator``, r = 2πλ). Without damping, the
+residual amplitude after a cycloidal rise is |sin πλ|/(πλ·|λ² − 1|): 0 for whole λ from 2 on.
 
 Source: Norton, Cam Design and Manufacturing Handbook (residual vibrations).
 """
@@ -40,9 +40,9 @@ from camopt.solve.tables.table import schema_of, to_table
 
 SPECTRUM = ("spectrum.parquet", "spectrum.svg")
 DRAWN_LAWS = ("cycloidal", "modified-sine", "modified-trapezoid", "harmonic", "poly345", "poly4567")
-PERIOD_RATIOS = np.linspace(0.1, 10.0, 397)  # every whole number and quarter among them
+PERIOD_RATIOS = np.linspace(0.1, 10.0, 397)  # with all whole numbers and quarters
 ALLOWED_RATIOS = (1e-3, 1e4)
-PANELS_AT_ONCE = 1 << 14  # panels, each with a polynomial of its own
+PANELS_AT_ONCE = 1 << 14  # panels computed together, each with its own polynomial
 
 
 SPECTRUM_COLUMNS = {
@@ -60,7 +60,7 @@ SPECTRUM_COLUMNS = {
 
 
 class Spectrum(Columns, Drawable):
-    """A response spectrum: a mapping from the name of a column to its values.
+    """A response spectrum: a mapping from names of columns to values.
 
     Examples
     --------
@@ -74,28 +74,28 @@ class Spectrum(Columns, Drawable):
 
 @options_by_keyword
 def response_spectrum(law: str | Law, ratios: ArrayLike | None = None, *, damping_ratio: float = 0.0) -> Spectrum:
-    """Compute how a follower train vibrates after one rise, by the ratio t₁/Tₙ of rise time to natural period.
+    """Compute the vibration of a follower train after one rise, by the ratio t₁/Tₙ of rise time to natural period.
 
     Parameters
     ----------
     law : str or Law
         The name of a built-in law, or a law.
     ratios : array_like, optional
-        Period ratios, from 1e-3 to 1e4, in one dimension; by default 397 of them from 0.1 to 10, in even steps.
+        Period ratios from 1e-3 to 1e4, in one dimension. Default: 397 ratios from 0.1 to 10, in even steps.
     damping_ratio : float, default 0
-        ζ, 0 or more and below 1.
+        Damping ratio ζ, from 0 to below 1.
 
     Returns
     -------
     Spectrum
-        A mapping: ``law``, ``period_ratio``, ``damping_ratio``, and in units of the lift ``residual`` (amplitude at
+        Columns ``law``, ``period_ratio``, ``damping_ratio``, and in units of the lift: ``residual`` (amplitude at
         the start of the dwell), ``overshoot`` (largest x − 1), ``deflection`` (largest ``|x − y|``) and
         ``acceleration`` (largest ``|ẍ|·t₁²``).
 
     Raises
     ------
     BadInput
-        For an unknown law, and for numbers that are not allowed.
+        For an unknown law, or numbers out of range.
 
     References
     ----------
@@ -110,8 +110,8 @@ def response_spectrum(law: str | Law, ratios: ArrayLike | None = None, *, dampin
     chosen, λ = _check_inputs(law, PERIOD_RATIOS if ratios is None else ratios, damping_ratio)
     at_once = max(1, PANELS_AT_ONCE // len(_rise_programme(chosen).table.half_width))
     parts = [λ[k : k + at_once].tolist() for k in range(0, len(λ), at_once)]
-    found = [_responses(chosen, tuple(part), float(damping_ratio)) for part in parts]
-    values = np.concatenate(found, axis=1) if found else np.zeros((4, 0))
+    responses = [_responses(chosen, tuple(part), float(damping_ratio)) for part in parts]
+    values = np.concatenate(responses, axis=1) if responses else np.zeros((4, 0))
     names = ("residual", "overshoot", "deflection", "acceleration")
     labels = {"law": np.full(len(λ), chosen.NAME), "period_ratio": λ, "damping_ratio": float(damping_ratio)}
     return _spectrum_of_columns(labels | dict(zip(names, values, strict=True)))
@@ -131,9 +131,9 @@ def _check_inputs(law: str | Law, ratios: ArrayLike, damping_ratio: float) -> tu
         wrong = values[~((values >= ALLOWED_RATIOS[0]) & (values <= ALLOWED_RATIOS[1]))].tolist()
     except (TypeError, ValueError):
         values, wrong = np.zeros(0), [ratios]
-    wide = f"numbers from {ALLOWED_RATIOS[0]:g} to {ALLOWED_RATIOS[1]:g}, in one dimension"
+    allowed = f"numbers from {ALLOWED_RATIOS[0]:g} to {ALLOWED_RATIOS[1]:g}, in one dimension"
     if wrong or values.ndim != 1:
-        mistakes.append(Mistake("camopt", "ratios", wrong[0] if wrong else values.tolist(), wide))
+        mistakes.append(Mistake("camopt", "ratios", wrong[0] if wrong else values.tolist(), allowed))
     if isinstance(damping_ratio, bool) or not isinstance(damping_ratio, (int, float)) or not 0 <= damping_ratio < 1:
         mistakes.append(Mistake("camopt", "damping_ratio", damping_ratio, "a number, 0 or more and below 1"))
     if mistakes:
@@ -143,7 +143,7 @@ def _check_inputs(law: str | Law, ratios: ArrayLike, damping_ratio: float) -> tu
 
 @lru_cache(maxsize=64)
 def _responses(law: Law, ratios: tuple[float, ...], damping: float) -> FloatArray:
-    """Residual, overshoot, deflection and acceleration (4, ratios)."""
+    """Residual, overshoot, deflection and acceleration, (4, ratios)."""
     frequency = 2.0 * np.pi * np.array(ratios)
     motion, wave = _rise_and_dwell(law, frequency, damping)
     beyond = motion.copy()
@@ -159,7 +159,7 @@ def _responses(law: Law, ratios: tuple[float, ...], damping: float) -> FloatArra
 
 
 def _rise_and_dwell(law: Law, frequency: FloatArray, damping: float) -> tuple[FloatArray, Wave]:
-    """The motion (powers, panels), and the response on the panels of the rise and one period of the dwell."""
+    """The motion, (powers, panels), and the response on the rise and one period of the dwell."""
     programme = _rise_programme(law)
     motion, rows = programme.table.coefficients.T, frequency[:, None]
     half_width = np.repeat(programme.table.half_width[None], len(frequency), axis=0)
@@ -181,14 +181,14 @@ class Spectra(Result):
     rows: DesignRows
 
     def table(self) -> Table:
-        """The residual amplitude in the dwell after each law, at a few period ratios."""
+        """A table of the residual amplitude after each law, at a few period ratios."""
         laws: dict[str, dict[str, Any]] = {}
         for record in self.rows.records():
             ratio = round(record["period_ratio"], 9)
             if ratio in SHOWN_RATIOS:
                 row = laws.setdefault(record["law"], {"law": record["law"]})
                 row[f"{ratio:g}"] = f"{record['residual']:.2g}"
-        title = "Residual vibration as a share of the lift, at ratios t₁/Tₙ of the rise time to the natural period"
+        title = "Residual vibration over the lift, by the ratio t₁/Tₙ of rise time to natural period"
         return table_of(title, [*laws.values()], ["law", *(f"{ratio:g}" for ratio in SHOWN_RATIOS)])
 
     def document(self) -> list[dict[str, Any]]:
@@ -196,7 +196,7 @@ class Spectra(Result):
         return self.rows.records()
 
     def write(self, folder: str | os.PathLike[str]) -> None:
-        """Write the table and its picture into a folder, which is made.
+        """Write the table and its picture into a folder, which is created.
 
         Raises
         ------
@@ -207,15 +207,15 @@ class Spectra(Result):
         table.parent.mkdir(parents=True, exist_ok=True)
         write_table(to_table(self.rows, schema_of(SPECTRUM_COLUMNS.values())), table)
         laws = self.rows.column("law")
-        each = [
+        spectra = [
             _spectrum_of_columns({name: self.rows.column(name)[laws == law] for name in SPECTRUM_COLUMNS})
             for law in dict.fromkeys(laws.tolist())
         ]
-        plot(each, picture)
+        plot(spectra, picture)
 
 
 def spectra_of(scene: Scene) -> Spectra:
-    """The spectra of the usual laws and of those that the scene's strokes have, for its damping ratio.
+    """Spectra of the usual laws and of the laws of a scene, for its damping ratio.
 
     Raises
     ------
@@ -226,15 +226,15 @@ def spectra_of(scene: Scene) -> Spectra:
     laws = {name: LAWS[name] for name in DRAWN_LAWS}
     laws |= {stroke.law.NAME: stroke.law for stroke in problem.programme.tool.strokes if stroke.law}
     damping = problem.setup.dynamics.damping_ratio
-    each = (DesignRows(response_spectrum(law, damping_ratio=damping), len(PERIOD_RATIOS)) for law in laws.values())
-    return Spectra(concatenate_rows(each))
+    rows = (DesignRows(response_spectrum(law, damping_ratio=damping), len(PERIOD_RATIOS)) for law in laws.values())
+    return Spectra(concatenate_rows(rows))
 
 
 SPECTRUM_TITLES = {
-    "residual": "Residual amplitude in the dwell, as a share of the lift",
+    "residual": "Residual amplitude in the dwell, over the lift",
     "acceleration": "Largest acceleration of the mass, in lift/t₁²",
 }
-LEAST_AMPLITUDE = 1e-4  # amplitudes of a smaller share of the lift fall off the picture
+LEAST_AMPLITUDE = 1e-4  # share of the lift: smaller amplitudes are not drawn
 AMPLITUDE_TICKS = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
 
 

@@ -1,8 +1,8 @@
-"""Timing: at which cam angles the follower passes a given lift, on the way out and on the way back.
+"""``timing``: the cam angles at which the follower passes a lift, on its way out and back.
 
-Where it does so is a root of the motion's polynomial on a panel, found to rounding. A follower that rests at the
-lift is not above it. With tolerances, all cams within them pass it between two cam angles, to first order
-(``tolerances.passing``) and proved by exact contact (``tolerances.dwells_and_passages``).
+The cam angle is a root of the motion's polynomial on a panel, exact to rounding. A follower that rests at the lift
+is not above it. With tolerances, all cams within them pass the lift between two cam angles. These are computed to
+first order, and proved by exact contact (``tolerances.dwells_and_passages``).
 """
 
 from collections.abc import Iterable, Iterator
@@ -30,12 +30,12 @@ from camopt.solve.tolerances.dwells_and_passages import LevelPassages, NominalPa
 from camopt.solve.tolerances.errors import error_unit
 from camopt.solve.tolerances.turn_errors import TurnErrors
 
-DEFAULT_SHARE = 0.5  # of the largest lift, where a scene gives no lash
-EQUAL_LEVELS = 1e-12  # rad: roots nearer to each other are one, at the end of a panel
+DEFAULT_SHARE = 0.5  # default lift as share of the largest, if the scene has no lash
+EQUAL_LEVELS = 1e-12  # rad: closer roots are the same root, at the end of a panel
 
 
 class Passage(NamedTuple):
-    """A stretch of the turn over which the follower is above a lift.
+    """A range of cam angles in which the follower is above a lift.
 
     Examples
     --------
@@ -45,20 +45,22 @@ class Passage(NamedTuple):
     """
 
     lift: float
-    """mm (deg), from the lowest position."""
+    """Lift above the lowest position [mm or deg]."""
     rises_at_deg: float
-    """The cam angle where it passes the lift outward."""
+    """Cam angle at which the follower passes the lift outward [deg]."""
     falls_at_deg: float
-    """The cam angle where it passes the lift inward."""
+    """Cam angle at which it passes the lift inward [deg]."""
     above_deg: float
-    """The cam angle between the two, past the start of the turn if need be."""
+    """Angle between both, also across the start of the turn [deg]."""
     rising: float
-    """The velocity where it passes outward, in ``Timing.velocity_unit``."""
+    """Velocity outward at the lift, in ``Timing.velocity_unit``."""
     falling: float
-    """The velocity where it passes inward, below 0."""
+    """Velocity inward at the lift, below 0."""
     rises_earliest_deg: float | None = None
-    """With ``[tolerances]``: no cam within them passes it outward sooner, to first order; before the start of the
-    turn if need be, and infinite where some cam does not pass it."""
+    """Earliest cam angle outward of all cams within ``[tolerances]``, to first order [deg].
+
+    It may be below 0. It is infinite if some cam does not pass the lift.
+    """
     rises_latest_deg: float | None = None
     falls_earliest_deg: float | None = None
     falls_latest_deg: float | None = None
@@ -66,19 +68,19 @@ class Passage(NamedTuple):
 
 @dataclass(frozen=True)
 class Timing(Result):
-    """Where the follower is above given lifts.
+    """The ranges of cam angles in which the follower is above given lifts.
 
     Attributes
     ----------
     scene : Scene
-        What was asked.
+        The scene of the motion.
     passages : tuple of Passage
-        Lift by lift, each in the order of the turn.
+        Passages by lift, in the order of the turn.
     velocity_unit : str
-        m/s (rad/s), or without rpm mm/rad (deg/rad).
+        m/s or rad/s; without rpm mm/rad or deg/rad.
     worst : tuple of WorstPassage
-        With ``[tolerances]``, of each passage: before and after which cam angle no cam within them passes, proved
-        by exact contact, and a cam that nearly does.
+        With ``[tolerances]``, for each end of a passage: proven bounds of the cam angle over all cams within them,
+        by exact contact, and a cam that comes near the bound.
 
     Examples
     --------
@@ -94,24 +96,24 @@ class Timing(Result):
     main_rows: ClassVar[str] = "passages"
 
     def sections(self) -> Iterator[Table]:
-        """The passages; with tolerances, when no cam within them passes."""
+        """Tables of the passages and, with tolerances, of their proven bounds."""
         yield self.table()
         yield from filter(None, (self.worst_table(),))
 
     def document(self) -> dict[str, Any]:
-        """A record for each passage, and for each of its ends that is proved."""
+        """A record for each passage, and for each proven bound."""
         about = {"scene": self.scene.name, "velocity_unit": self.velocity_unit}
         return {**about, "passages": self.records(), "worst": self.worst}
 
     def records(self) -> list[dict[str, float]]:
-        """A mapping for each passage; with angles of the crank, of a scene that gives its speed."""
-        found = [
+        """A record for each passage; with crank angles if the scene gives the speed of the crank."""
+        records = [
             {name: value for name, value in each._asdict().items() if value is not None} for each in self.passages
         ]
-        return [each | self._crank_angles(each) for each in found]
+        return [record | self._crank_angles(record) for record in records]
 
     def table(self) -> Table:
-        """A row for each passage."""
+        """A table with a row for each passage."""
         rows = self.records()
         units = {
             **{name: "deg" for row in rows for name in row if name.endswith("_deg")},
@@ -123,25 +125,25 @@ class Timing(Result):
         return table_of(f"{self.scene.name}: above a lift", rows, names, units=units)
 
     def worst_table(self) -> Table | None:
-        """When no cam within the tolerances passes, with the errors of one that nearly does; None without any."""
+        """A table of proven bounds of passages, with the errors of a cam near each bound; None without bounds."""
         rows = [self._worst_row(each) for each in self.worst]
         units = dict.fromkeys(("bound_deg", "gap_deg"), "deg")
         units["lift"] = displacement_unit(angular=self.scene.tool_turns)
-        title = f"{self.scene.name}: no cam within the tolerances passes sooner or later, proved"
-        why = dict.fromkeys(each.unproved for each in self.worst if each.unproved)
-        told = "".join(f"No bound is known where it is infinite: {each}. " for each in why).strip()
-        return replace(table_of(title, rows, [*rows[0]], units=units), note=told) if rows else None
+        title = f"{self.scene.name}: proven bounds of the cam angle, over all cams within the tolerances"
+        reasons = dict.fromkeys(each.unproved for each in self.worst if each.unproved)
+        note = "".join(f"An infinite bound is not proved: {reason}. " for reason in reasons).strip()
+        return replace(table_of(title, rows, [*rows[0]], units=units), note=note) if rows else None
 
     def _worst_row(self, worst: WorstPassage) -> dict[str, Any]:
-        """A row of it."""
-        said = ", ".join(
+        """The row of a proven bound."""
+        errors = ", ".join(
             f"{key} {with_unit(each, error_unit(self.scene, key))}" for key, each in worst.errors.items()
         )
         about = {name: getattr(worst, name) for name in ("lift", "passage", "end", "bound_deg", "gap_deg")}
-        return {**about, "a cam that nearly does": said}
+        return {**about, "errors of a cam near the bound": errors}
 
     def _crank_angles(self, passage: dict[str, float]) -> dict[str, float]:
-        """The cam angles as angles of the crank, which is at 0 with the cam, where the scene gives its speed."""
+        """The cam angles as crank angles, with a common 0; empty unless the scene gives the speed of the crank."""
         angles = passage if self.scene.by_crank else {}
         suffix = "_deg"
         return {
@@ -157,21 +159,21 @@ def timing(scene: SceneSource, lifts: float | Iterable[float] | None = None) -> 
     Parameters
     ----------
     scene : Scene, str or os.PathLike
-        Its sizes play no part, but for its ``[tolerances]``: with these, and sizes, the earliest and the latest cam
-        angle of each passage are found too.
+        The scene. Its sizes matter only with ``[tolerances]``: then the earliest and the latest cam angle of each
+        passage are computed too.
     lifts : float or iterable of float, optional
-        From the lowest position, mm (deg), each above 0 and below the largest. By default the lash of the scene
-        (``follower.dynamics.lash``), or else half of the largest lift.
+        Lifts above the lowest position [mm or deg], above 0 and below the largest lift. Default: the lash of the
+        scene (``follower.dynamics.lash``), or without lash half of the largest lift.
 
     Returns
     -------
     Timing
-        The stretches of the turn above each lift; cam angles right to rounding of the motion.
+        The ranges above each lift; cam angles are exact to rounding of the motion.
 
     Raises
     ------
     BadInput
-        For a lift that is not passed.
+        For a lift out of range.
 
     Examples
     --------
@@ -182,32 +184,38 @@ def timing(scene: SceneSource, lifts: float | Iterable[float] | None = None) -> 
     scene = scene_from(scene)
     problem = resolve(scene)
     setup, programme = problem.setup, problem.programme.tool
-    most = programme.lift / programme.unit
+    largest = programme.lift / programme.unit
     if lifts is None:
         lash = scene.follower.dynamics and scene.follower.dynamics.lash
-        lifts = (lash or DEFAULT_SHARE * most,)
+        lifts = (lash or DEFAULT_SHARE * largest,)
     levels = [*lifts] if isinstance(lifts, Iterable) and not isinstance(lifts, str) else [lifts]
     unit = motion_table_unit(setup, 0)
-    allowed = f"numbers above 0 and below the largest lift ({most:.6g} {unit})"
-    wrong = [each for each in levels if isinstance(each, bool) or not isinstance(each, Real) or not 0 < each < most]
+    allowed = f"numbers above 0 and below the largest lift ({largest:.6g} {unit})"
+    wrong = [
+        level
+        for level in levels
+        if isinstance(level, bool) or not isinstance(level, Real) or not 0 < level < largest
+    ]
     if wrong:
         raise BadInput([Mistake(problem.file, "lift", each, allowed) for each in wrong])
-    found = [each for lift in levels for each in _passages(programme, float(lift), motion_scale(setup, 1))]
+    passages = [each for lift in levels for each in _passages(programme, float(lift), motion_scale(setup, 1))]
     worst = list[WorstPassage]()
     if not problem.missing_variables and (turn := TurnErrors(scene, problem)).node_contributions:
-        found = [_with_passing_range(each, LevelPassages(turn, each.lift * programme.unit)) for each in found]
-        worst += worst_passages(turn, [asked for each in found for asked in _passage_events(each, programme.unit)])
-    return Timing(scene, tuple(found), motion_table_unit(setup, 1), tuple(worst))
+        passages = [_with_passing_range(each, LevelPassages(turn, each.lift * programme.unit)) for each in passages]
+        worst += worst_passages(
+            turn, [event for each in passages for event in _passage_events(each, programme.unit)]
+        )
+    return Timing(scene, tuple(passages), motion_table_unit(setup, 1), tuple(worst))
 
 
 def _passage_events(passage: Passage, unit: float) -> Iterator[NominalPassage]:
-    """The two events of a passage."""
+    """Both ends of a passage."""
     for name, angle in ("rises", passage.rises_at_deg), ("falls", passage.falls_at_deg):
         yield NominalPassage(passage.lift, passage.lift * unit, name, radians(angle))
 
 
 def _with_passing_range(passage: Passage, passing: LevelPassages) -> Passage:
-    """A passage with the cam angles between which all cams pass."""
+    """A passage with the earliest and latest cam angles of all cams, to first order."""
     rises = passing.passage_range(radians(passage.rises_at_deg), outward=True)
     falls = passing.passage_range(radians(passage.falls_at_deg), outward=False)
     return passage._replace(
@@ -219,7 +227,7 @@ def _with_passing_range(passage: Passage, passing: LevelPassages) -> Passage:
 
 
 def _passages(programme: Programme, lift: float, by_angle: float) -> list[Passage]:
-    """The stretches of the turn above a lift; ``by_angle`` makes a velocity of a slope by the cam angle."""
+    """Passages above a lift; ``by_angle`` converts a slope by the cam angle into a velocity."""
     table, level = programme.table, lift * programme.unit
     series = table.coefficients.T.copy()
     series[0] -= level
@@ -229,19 +237,19 @@ def _passages(programme: Programme, lift: float, by_angle: float) -> list[Passag
     places = places[np.diff(places, prepend=-np.inf) > EQUAL_LEVELS]
     above = _motion_at(programme, (places[:-1] + places[1:]) / 2)[0] > level
     outward, inward = (np.flatnonzero(above & ~np.roll(above, 1)), np.flatnonzero(~above & np.roll(above, 1)))
-    found = []
+    passages = []
     for start in places[outward]:
         later = (places[inward] - start) % (2 * np.pi)
         end = places[inward][np.argmin(later)]
         slopes = _motion_at(programme, np.array([start, end]))[1] * by_angle
-        found.append(
+        passages.append(
             Passage(lift, degrees(start), degrees(end), degrees(later.min()), float(slopes[0]), float(slopes[1]))
         )
-    return found
+    return passages
 
 
 def _motion_at(programme: Programme, angles: FloatArray) -> Any:
-    """The displacement and its derivatives at cam angles, as tabulated."""
+    """Displacement and derivatives at cam angles, from the table of the motion."""
     table = programme.table
     panels = np.searchsorted(table.centre + table.half_width, angles).clip(max=len(table.centre) - 1)
     return derivatives(table, panels, (angles - table.centre[panels]) / table.half_width[panels])

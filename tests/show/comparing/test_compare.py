@@ -222,7 +222,7 @@ def test_the_words_on_two_fronts_are_those_of_coverage(pair):
         where = all(any(dominates(p, q) for p in better) for q in worse)
         assert (
             found.verdict_sentence
-            == f"{name}'s front is better {'everywhere' if where else 'in places, and as good elsewhere'}."
+            == f"{name}'s front is better {'everywhere' if where else 'in places, and equal elsewhere'}."
         )
     else:
         assert found.verdict_sentence.startswith("Each front is better in places")
@@ -482,10 +482,10 @@ def test_the_command_ends_with_0_whether_or_not_they_differ(folders, told):
     assert code == 0
     assert "Settings that differ" in out
     assert "limits.pressure_angle" in out
-    assert "went (only in A)" in out
+    assert "only in A, " in out
     code, out, _ = told("compare", folders[0], folders[0])
     assert code == 0
-    assert "They are the same" in out
+    assert "A and B are the same" in out
     assert "differ" not in out
 
 
@@ -500,8 +500,8 @@ def test_the_document_is_what_the_library_gives(folders, told):
     [
         (["roller-1000rpm", "no-such-scene"], "no-such-scene"),
         (["FOLDER", "EMPTY"], "a folder with scenes or tables of designs that a command wrote"),
-        (["FOLDER", "roller-1000rpm"], "something that the other has too"),
-        (["FOLDER", "FOLDER/pareto.parquet"], "something that the other has too"),
+        (["FOLDER", "roller-1000rpm"], "a scene or table of the same name as in the other"),
+        (["FOLDER", "FOLDER/pareto.parquet"], "a scene or table of the same name as in the other"),
         (["FOLDER", "SPECTRUM"], "not one of designs"),
         (["FOLDER", "DAMAGED"], "damaged"),
         (["FOLDER", "FOLDER", "--out", "rows.txt"], ".parquet or .csv"),
@@ -538,8 +538,8 @@ def test_the_picture_has_the_points_of_both_fronts_and_of_each_alone(folders, tm
         drawn = {each.get_label(): len(each.get_offsets()) for each in axes.collections}
         expected = {
             "on both fronts": fronts.a.shared,
-            "on A's alone": fronts.a.points - fronts.a.shared,
-            "on B's alone": fronts.b.points - fronts.b.shared,
+            "only on A's front": fronts.a.points - fronts.a.shared,
+            "only on B's front": fronts.b.points - fronts.b.shared,
         }
         assert drawn == {label: count for label, count in expected.items() if count}
     assert figure.axes[0].get_xlabel() == "base radius, mm"

@@ -196,7 +196,7 @@ REFUSED = [
     ("cam.dxf", {"curves": "circles"}, "curves = 'circles': must be one of arcs, spline, polyline"),
     ("cam.dxf", {"chord": 0.0}, "chord = 0.0: must be from 1e-06 to 10 mm"),
     ("cam.svg", {"cutter_radius": -1.0}, "cutter_radius = -1.0: must be above 0"),
-    ("cam.svg", {"feed": 100.0}, "feed = 100.0: has no meaning in a .svg file; that takes: chord, curves"),
+    ("cam.svg", {"feed": 100.0}, "feed = 100.0: has no meaning in a .svg file; allowed: chord, curves"),
 ]
 
 

@@ -113,12 +113,12 @@ NC = {"cutter_radius": 5.0, "feed": 300.0}
 @pytest.mark.parametrize(("settings", "message"), [
     ({}, r"cutter_radius: missing.*\n.*feed: missing"),
     ({**NC, "control": "mazatrol"}, "control = 'mazatrol': must be one of iso, fanuc, siemens, heidenhain"),
-    ({**NC, "spindle": 100.0}, "spindle = 100.0: needs tool as well, which is not given"),
-    ({**NC, "roughing_feed": 100.0}, "roughing_feed = 100.0: needs roughing as well, which is not given"),
+    ({**NC, "spindle": 100.0}, "spindle = 100.0: needs tool"),
+    ({**NC, "roughing_feed": 100.0}, "roughing_feed = 100.0: needs roughing"),
     ({**NC, "tool": 0}, "tool = 0: must be from 1 to 99999"),
     ({**NC, "decimals": 2}, "decimals = 2: must be one of 3, 4, 5, 6"),
-    ({**NC, "depth_step": 1e-5}, "depth_step = 1e-05: must be at least 0.016 mm: 1000 steps at most"),
-    ({**NC, "blank_diameter": 100.0}, r"blank_diameter = 100.0: must be at least 150 mm: the cam is as wide"),
+    ({**NC, "depth_step": 1e-5}, "depth_step = 1e-05: must be at least 0.016 mm: at most 1000 steps are allowed"),
+    ({**NC, "blank_diameter": 100.0}, r"blank_diameter = 100.0: must be at least 150 mm, the diameter of the cam"),
     ({**NC, "control": "fanuc", "chord": 0.001}, "chord = 0.001: must be at least 0.005 mm: a program has 3 dec"),
     ({**NC, "feed": 0.0}, "feed = 0.0: must be above 0"),
     ({**NC, "direction": "up"}, "direction = 'up': must be one of climb, conventional"),
@@ -231,7 +231,7 @@ def test_a_program_of_a_rib_goes_round_each_flank_in_the_place_of_its_roller(tmp
 
 def test_a_cutter_that_is_smaller_than_the_roller_roughs(tmp_path):
     found = export(GROOVES["oscillating"](), tmp_path / "cam.nc", cutter_radius=7.0, feed=100.0)
-    assert "the cutter leaves 1 mm on each wall: one with a radius of 8 mm cuts them to size" in found.notes
+    assert "the cutter leaves 1 mm on each wall; a cutter with radius 8 mm cuts them to size" in found.notes
 
 
 @pytest.mark.parametrize("name", ["feeder-with-stop", "face-groove-shutter"])
@@ -252,7 +252,7 @@ def test_walls_are_apart_by_roller_and_clearance(tmp_path, name):
     ({}, {"depth": 17.0}, r"depth = 17.0: must be at most part.groove_depth \(16 mm\)"),
     ({}, {"cutter_radius": 9.5}, "cutter_radius = 9.5: must be above 0 and at most 9 mm"),
     ({}, {"rotary": "B"}, "rotary = 'B': must be one of A, C"),
-    ({"part.groove_depth": None}, {}, "part.groove_depth: missing: the cutter goes as deep"),
+    ({"part.groove_depth": None}, {}, "part.groove_depth: missing: it gives the depth of the cut"),
     ({"cam.mean_radius": 9000}, {"chord": 0.0055, "decimals": 3}, "chord = 0.0055: must be above 0.079 mm"),
 ])  # fmt: skip
 def test_a_groove_whose_program_cannot_be_is_said(tmp_path, edits, settings, message):
@@ -378,7 +378,7 @@ def test_points_are_proved_and_come_back(tmp_path, suffix):
 
 
 def test_a_chord_and_a_step_are_two_things(tmp_path):
-    with pytest.raises(BadInput, match="not together with a chord: one of both"):
+    with pytest.raises(BadInput, match="cannot be used with chord"):
         export(find_scene("two-pauses"), tmp_path / "a.csv", chord=0.01, step=1.0)
 
 

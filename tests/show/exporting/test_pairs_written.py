@@ -267,7 +267,7 @@ def test_a_file_of_one_disc_has_the_curves_of_that_disc(tmp_path):
             "press-feed-by-pair",
             "a.nc",
             {},
-            r"disc: a \.nc file is of one disc, and .* has two: give 1 or 2",
+            r"disc: missing: a \.nc file has one disc of a conjugate pair; give 1 or 2",
         ),
         ("press-feed-by-pair", "a.p", {"disc": 3}, "disc = 3: must be 1 or 2"),
         ("press-feed-by-pair", "a.txt", {"disc": 1}, r"disc = 1: has no meaning in a \.txt file"),

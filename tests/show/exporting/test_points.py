@@ -71,7 +71,7 @@ def test_even_steps_end_with_the_turn(step, count):
     ({"step": "x"}, "camopt: step = 'x': must be from"),
     ({"chord": "x"}, "camopt: chord = 'x': must be above 0 mm"),
     ({"chord": -1}, "camopt: chord = -1: must be above 0 mm"),
-    ({"chord": 1e-12}, "camopt: chord = 1e-12: must be larger: this one needs over 1,000,000 points"),
+    ({"chord": 1e-12}, "camopt: chord = 1e-12: must be larger: this chord needs more than 1,000,000 points"),
     ({"chord": 1, "step": 1}, "camopt: chord = 1: give one of step, chord, not several"),
     ({"cutter_radius": -1}, "camopt: cutter_radius = -1: must be above 0"),
     ({"angles": [400]}, "camopt: angles = 400.0: must be from 0 to 360 deg"),

@@ -1,6 +1,6 @@
-"""The largest velocities and accelerations as the lectures write them: formula, numbers, answer.
+"""Largest velocities and accelerations as in lectures: formula, numbers, answer.
 
-Over a stroke S in the cam angle θ at ω: v = c·ωS/θ and a = d·ω²S/θ². Without a speed they are by cam angle (ω = 1).
+For a stroke S in the cam angle θ at ω: v = c·ωS/θ and a = d·ω²S/θ². Without a speed they are by cam angle (ω = 1).
 Source: Khurmi & Gupta, Theory of Machines, ch. 20.
 """
 
@@ -22,26 +22,26 @@ FORMULAS: dict[str, tuple[tuple[str, str], tuple[str, str]]] = {
     "parabolic": (("2ωS/θ", "2 × {w}{s} / {t}"), ("4ω²S/θ²", "4 × {w}{s} / {t}²")),
     "cycloidal": (("2ωS/θ", "2 × {w}{s} / {t}"), ("2πω²S/θ²", "2π × {w}{s} / {t}²")),
 }
-"""By law, the largest velocity and acceleration: in letters, and with places for the numbers."""
+"""Formulas of the largest velocity and acceleration by law: in symbols, and with places for numbers."""
 
 
 def answer_lines(inversion: Inversion) -> list[str]:
-    """The lines of the answers: the angular velocity, then velocity and acceleration of each stroke."""
+    """Lines of the answers: angular velocity, then velocity and acceleration of each stroke."""
     rpm, (omega, _) = inversion.picture.scene.cam.rpm, _cam_speed(inversion.picture)
     lines = [] if rpm is None else [f"ω = 2πN/60 = 2π × {rpm:g}/60 = {four_digits(omega)} rad/s"]
     return lines + [text for _, text in peak_answers(inversion)]
 
 
 def _cam_speed(picture: Picture) -> tuple[float, str]:
-    """The angular velocity of the cam, rad/s, and the unit of time; by the cam angle 1 and rad."""
+    """Angular velocity of the cam [rad/s] and unit of time; 1 and rad without a speed."""
     rpm = picture.scene.cam.rpm
     return (1.0, "rad") if rpm is None else (2.0 * pi * rpm / 60.0, "s")
 
 
 def peak_answers(inversion: Inversion) -> list[tuple[float, str]]:
-    """Velocity and acceleration of each stroke by a law, as numbers in the unit shown and as lines.
+    """Velocity and acceleration of each stroke with a law: numbers in the shown unit, and lines of text.
 
-    There are none behind a train, where no law is the follower's.
+    With a train there are none, since the laws are those of the tool.
     """
     divisions = inversion.plan.divisions if inversion.problem.programme.tool_programme is None else []
     return [answer for division in divisions for answer in _stroke_answers(inversion.picture, division)]
@@ -59,16 +59,16 @@ def _stroke_answers(picture: Picture, division: Division) -> Iterator[tuple[floa
     base = ("rad" if time == "s" else "deg") if angular else "m" if metres else length
     peaks, ends = law_peaks(stroke.law), f"{division.start.letter}–{division.end.letter}"
     angle = f"θ = {four_digits(degrees(stroke.angle))}° = {four_digits(stroke.angle)} rad"
-    given = f"{STROKE_NAMES[stroke.kind]} {ends}, {angle}, S = {four_digits(travel)} {base}:  "
+    heading = f"{STROKE_NAMES[stroke.kind]} {ends}, {angle}, S = {four_digits(travel)} {base}:  "
     letters = ("ωf", "αf") if angular else ("v", "a")
     for order, (peak, power) in enumerate((("peak_velocity", ""), ("peak_acceleration", "²"))):
         factor = float(peaks[peak])
         general = f"{four_digits(factor)} ω{power}S/θ{power}", f"{four_digits(factor)} × {{w}}{{s}} / {{t}}{power}"
         symbols, numbers = FORMULAS[stroke.law.NAME][order] if stroke.law.NAME in FORMULAS else general
-        label = f"{' ' * 6 if order else given}{letters[order]} = "
+        label = f"{' ' * 6 if order else heading}{letters[order]} = "
         value = factor * (omega / stroke.angle) ** (order + 1) * travel
         if value == inf:
-            yield value, f"{label}0 on the way, infinite at its ends"
+            yield value, f"{label}0 within the stroke, infinite at its ends"
             continue
         speed = f"{four_digits(omega)}{power} × " if time == "s" else ""
         symbols = symbols if speed else symbols.replace("ω²", "").replace("ω", "")
@@ -77,7 +77,7 @@ def _stroke_answers(picture: Picture, division: Division) -> Iterator[tuple[floa
 
 
 def motion_in_words(inversion: Inversion) -> str:
-    """The motion as a problem gives it: "rise 50 mm in 120°, dwell 30°, …"."""
+    """The motion as text: "rise 50 mm in 120°, dwell 30°, …"."""
     lines = []
     for name, start, end in inversion.plan.segments:
         low, high = inversion.problem.programme.motion_at(np.array([start, end]), 0)[0]

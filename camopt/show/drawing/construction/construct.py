@@ -1,4 +1,4 @@
-"""The construction as a result: the table of its stations, and what ``plot`` draws."""
+"""``construct``: the construction of a cam as lectures teach it, with a table of stations and a drawing."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,12 +19,12 @@ from camopt.solve.tables.result import NUMERIC, Cell, Result, Table
 
 @dataclass(frozen=True)
 class Construction(Result, Drawable):
-    """How a cam is constructed with ruler and compasses: its stations, step by step; ``plot`` draws it.
+    """The construction of a cam with ruler and compasses, with its stations; ``plot`` draws it.
 
     Attributes
     ----------
     scene : Scene
-        What was asked.
+        The scene of the cam.
     parts : int
         Equal parts of each stroke.
 
@@ -43,15 +43,15 @@ class Construction(Result, Drawable):
 
     @cached_property
     def inversion(self) -> Inversion:
-        """The follower as the cam sees it, with all steps of the profile."""
+        """The follower seen from the cam, with all steps of the profile."""
         return Inversion.from_scene(self.scene, self.parts)
 
     def records(self) -> list[dict[str, Any]]:
-        """A mapping for each station: its number and letter, cam angle, displacement, and two points.
+        """A record for each station: number, letter, cam angle, displacement, and two points.
 
-        ``point`` is what the construction sets off (the trace point, or the foot on a flat face), ``profile`` where
-        the cam is touched: radius (mm) and polar angle (deg, from 0 up to 360), or on the developed surface of a
-        cylinder x and y (mm).
+        ``point`` is set off by the construction (the trace point, or the foot on a flat face); ``profile`` is the
+        contact on the cam. They are radius [mm] and polar angle [deg, from 0 below 360]; on a developed surface x
+        and y [mm].
         """
         inversion, problem = self.inversion, self.inversion.problem
         stations = inversion.plan.stations
@@ -80,7 +80,7 @@ class Construction(Result, Drawable):
         return {"scene": self.scene.name, "stations": self.records()}
 
     def table(self) -> Table:
-        """A row for each station, in the units shown."""
+        """A table with a row for each station, in shown units."""
         length, inversion = shown_unit("mm"), self.inversion
         kinds = [f"x, {length}", f"y, {length}"] if inversion.is_developed else [f"r, {length}", "φ, deg"]
         pairs = [f"{name} {kind}" for name in ("point", "profile") for kind in kinds]
@@ -98,12 +98,12 @@ class Construction(Result, Drawable):
 
 
 def construct(scene: SceneSource, parts: int = USUAL_PARTS) -> Construction:
-    """Construct a scene's cam as lectures do: numbered stations, kinematic inversion, envelope.
+    """Construct a cam as lectures teach it: numbered stations, kinematic inversion, envelope.
 
     Parameters
     ----------
     scene : Scene, str or os.PathLike
-        A scene with sizes of its own, whose follower touches the cam in one place.
+        A scene with all sizes, whose follower has one contact.
     parts : int, default 6
         Equal parts of each stroke, an even number from 4 to 24.
 
@@ -128,13 +128,13 @@ def construct(scene: SceneSource, parts: int = USUAL_PARTS) -> Construction:
     >>> figure = camopt.plot(construction, "construction.pdf")
     """
     scene = scene_from(scene)
-    found = Construction(scene, parts)
-    assert found.inversion  # refuses what cannot be constructed
-    return found
+    construction = Construction(scene, parts)
+    assert construction.inversion  # raises BadInput for a cam that cannot be constructed
+    return construction
 
 
 def _coordinate_pairs(points: Any, inversion: Inversion) -> list[tuple[float, float]]:
-    """Radius (mm) and polar angle (deg, from 0 up to 360); of a developed surface x and y (mm)."""
+    """Radius [mm] and polar angle [deg, from 0 below 360] of points; on a developed surface x and y [mm]."""
     polar = np.abs(points), np.degrees(np.angle(points)) % 360.0
     columns = (points.real, points.imag) if inversion.is_developed else polar
     return [*zip(*(column.tolist() for column in columns), strict=True)]

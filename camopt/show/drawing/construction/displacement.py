@@ -1,4 +1,4 @@
-"""The displacement diagram, constructed stroke by stroke: how its ordinates are found with ruler and compasses.
+"""The displacement diagram, with the construction of its ordinates by ruler and compasses for each stroke.
 
 Sources: Khurmi & Gupta, Theory of Machines, ch. 20 (straight lines, semicircle, double parabola); the lecture notes
 on cams and followers (generating circle of the cycloid).
@@ -21,7 +21,7 @@ SAME_POINT = 1e-6  # mm on the paper
 
 
 class DiagramScale(NamedTuple):
-    """Where a cam angle (rad) and a displacement (mm or rad) are on the paper, mm from A."""
+    """Scales from cam angle [rad] and displacement [mm or rad] to the paper [mm from A]."""
 
     per_angle: float
     per_displacement: float
@@ -31,7 +31,7 @@ class DiagramScale(NamedTuple):
 
 
 class LawConstruction(NamedTuple):
-    """The construction of one stroke: its sentence, lines and letters, and the points that it gives (paper, mm)."""
+    """The construction of one stroke: sentence, lines, letters, and constructed points [mm on the paper]."""
 
     sentence: str
     shapes: list[PenLine]
@@ -146,7 +146,7 @@ def generating_circle(scale: DiagramScale, division: Division) -> LawConstructio
 
 
 def given_ordinates(scale: DiagramScale, division: Division) -> LawConstruction:
-    """Any other law: the ordinates of its equation, which the table lists."""
+    """Any other law: ordinates from its equation, as in the table."""
     points = np.array([scale.place(each.angle, each.displacement) for each in division.stations])
     law = division.stroke and division.stroke.law
     what = f"{law.TITLE} motion" if law and law.NAME in LAWS else "the follower"
@@ -159,11 +159,11 @@ CONSTRUCTION_BY_LAW: dict[str, Callable[[DiagramScale, Division], LawConstructio
     "parabolic": double_parabola,
     "cycloidal": generating_circle,
 }
-"""The laws that have a construction; others have their ordinates alone."""
+"""Laws with a construction; other laws have only their ordinates."""
 
 
 def construct_laws(plan: StationPlan, scale: DiagramScale) -> list[LawConstruction]:
-    """The construction of each stroke. Behind a train the follower moves by no law, but by what the tool asks."""
+    """The construction of each stroke. With a train the follower has no law: its motion follows from the tool."""
     found = []
     for division in plan.divisions:
         law = division.stroke and division.stroke.law
@@ -173,7 +173,7 @@ def construct_laws(plan: StationPlan, scale: DiagramScale) -> list[LawConstructi
 
 
 def displacement_steps(plan: StationPlan, scale: DiagramScale) -> list[Step]:
-    """The steps of the displacement diagram; its points are mm on the paper, from A."""
+    """Steps of the displacement diagram; points in mm on the paper, from A."""
     constructed = construct_laws(plan, scale)
     return [*_axis_steps(plan, scale), *_law_steps(constructed), _curve_step(plan, scale, constructed)]
 
@@ -184,7 +184,7 @@ def displacement_text(displacement: float, angular: bool) -> str:
 
 
 def _axis_steps(plan: StationPlan, scale: DiagramScale) -> list[Step]:
-    """The cam angle along, the stroke up, and the verticals of the stations."""
+    """The step of the axes: cam angle, stroke, and verticals of the stations."""
     ends = [scale.place(angle, 0.0) for _, angle in plan.edges]
     letters = [Letter(name, place, DOWN) for (name, _), place in zip(plan.edges, ends, strict=True)]
     for place, after, (_, start, end) in zip(ends, ends[1:], plan.segments, strict=False):
@@ -212,7 +212,7 @@ def _axis_steps(plan: StationPlan, scale: DiagramScale) -> list[Step]:
 
 
 def _law_steps(constructed: list[LawConstruction]) -> list[Step]:
-    """A step for each law; strokes with the same sentence share one, and points that they share have one letter."""
+    """A step for each law; strokes with the same sentence share a step, and common points share a letter."""
     steps: dict[str, Step] = {}
     for each in constructed:
         step = steps.setdefault(each.sentence, Step(each.sentence, [], []))
@@ -227,7 +227,7 @@ def _law_steps(constructed: list[LawConstruction]) -> list[Step]:
 
 
 def _curve_step(plan: StationPlan, scale: DiagramScale, constructed: list[LawConstruction]) -> Step:
-    """The curve itself, exact, with the points that the constructions give."""
+    """The step of the exact curve, with the constructed points."""
     angles = np.concatenate(plan.picture.pieces)
     heights = np.concatenate([motion[0] for motion in plan.picture.motion])
     shapes = [PenLine("displacement", scale.per_angle * angles + 1j * scale.per_displacement * heights, "curve")]

@@ -1,4 +1,4 @@
-"""The profile by kinematic inversion: the cam stands still, and the follower goes round against its rotation.
+"""The profile by kinematic inversion: the cam is fixed, and the follower turns about it against its rotation.
 
 A place of the follower is taken at cam angle 0 and turned by −θ (of a cylinder: shifted by R·θ along the developed
 surface). From its place at the lowest displacement the follower's point moves along a tangent to the offset circle
@@ -34,13 +34,13 @@ from camopt.show.drawing.construction.shapes import (
 from camopt.show.drawing.construction.stations import Station, StationPlan
 from camopt.show.drawing.picture import Picture, four_digits, length_in_digits, value_with_unit
 
-ANGLE_ARC = 0.72  # of the base radius: where the sizes of angles stand
-OVERRUN_SHARE = 0.12  # of the cam: how far tangents, radii and arcs are produced beyond the farthest station
-FACE_MARGIN = 0.12  # of the base radius: how far a face reaches past what it touches
+ANGLE_ARC = 0.72  # of the base radius: radius of arcs with angles
+OVERRUN_SHARE = 0.12  # of the cam: length of tangents, radii and arcs beyond the farthest station
+FACE_MARGIN = 0.12  # of the base radius: length of a face beyond its contacts
 
 
 class FinePicture(Picture):
-    """A picture whose lines keep within 1e-6 of a sheet from its curves."""
+    """A picture whose lines deviate from its curves by at most 1e-6 of a sheet."""
 
     per_degree = 10.0
 
@@ -60,7 +60,7 @@ class Inversion:
 
     @classmethod
     def from_scene(cls, scene: Scene, parts: int) -> "Inversion":
-        """That of a scene, with so many equal parts a stroke."""
+        """The inversion of a scene, with a number of equal parts per stroke."""
         picture = FinePicture(scene, resolve_design(scene))
         return cls(picture, StationPlan(picture, parts))
 
@@ -91,17 +91,17 @@ class Inversion:
 
     @property
     def base(self) -> float:
-        """Base radius, or mean radius of a cylinder, mm."""
+        """Base radius, or mean radius of a cylinder [mm]."""
         return float(self.problem.design.size[0])
 
     @property
     def radius(self) -> float:
-        """Radius of the roller or spherical face, mm; 0 of a knife edge and a flat face."""
+        """Radius of the roller or spherical face [mm]; 0 for a knife edge and a flat face."""
         return float(self.problem.design.roller_radius[0])
 
     @property
     def offset(self) -> float:
-        """Offset of the line of stroke, mm: 0 where it makes no difference to the profile."""
+        """Offset of the line of stroke [mm]; 0 if it has no influence on the profile."""
         none = self.angular or self.is_developed or self.mechanism.flat_faced
         return 0.0 if none else float(self.problem.design.offset[0])
 
@@ -112,7 +112,7 @@ class Inversion:
 
     @property
     def lowest(self) -> complex:
-        """The follower's point at its lowest, at cam angle 0, mm: the trace point, or the foot on a flat face."""
+        """The follower's point at its lowest, at cam angle 0 [mm]: the trace point, or the foot on a flat face."""
         return complex(self._lowest_contact.x[0], self._lowest_contact.y[0])
 
     @property
@@ -123,41 +123,41 @@ class Inversion:
 
     @cached_property
     def pivot(self) -> complex:
-        """The pivot of an arm at cam angle 0, mm; 0 of a follower that slides."""
+        """Pivot of an arm at cam angle 0 [mm]; 0 for a translating follower."""
         return follower_pivot(self.problem) if self.angular else 0j
 
     def seen_from_cam(self, points: Any, angle: Any) -> Any:
-        """Points of the ground frame as the cam has them at a cam angle (rad), mm."""
+        """Points of the ground frame, in the frame of the cam at a cam angle [rad]; mm."""
         if self.is_developed:
             return points + self.base * angle
         return points * np.exp(-1j * self.problem.design.sense * angle)
 
     def displace(self, point: complex, displacement: Any) -> Any:
-        """A point of the follower, given at its lowest, after a displacement (mm or rad)."""
+        """A point of the follower, given at its lowest position, after a displacement [mm or rad]."""
         if not self.angular:
             return point + 1j * displacement
         return self.pivot + (point - self.pivot) * np.exp(1j * outward_turn_sense(self.problem) * displacement)
 
     def point_at(self, angle: Any, displacement: Any) -> Any:
-        """The follower's point at a displacement, seen from the cam, mm."""
+        """The follower's point at a displacement, in the frame of the cam [mm]."""
         return self.seen_from_cam(self.displace(self.lowest, displacement), angle)
 
     @cached_property
     def size(self) -> float:
-        """The reach of the drawing from the axis, or along a cylinder, mm."""
+        """Reach of the drawing from the axis, or along a cylinder [mm]."""
         return float(max(np.abs(piece.pitch).max() for piece in self.picture.curves))
 
     # --- steps ---
 
     def steps(self) -> list[Step]:
-        """The steps of the profile; their points are mm of the cam, in its own frame."""
+        """Steps of the profile; points in mm of the cam, in its own frame."""
         begin = [self._surface_step()] if self.is_developed else [*self._circle_steps(), self._angle_step()]
         found = [*begin, self._division_step(), self._guide_step(), self._ordinate_step(), self._pitch_curve_step()]
         return [step for step in [*found, self._follower_step(), self._profile_step()] if step is not None]
 
     @cached_property
     def _free_direction(self) -> complex:
-        """The direction of the middle of the longest dwell, or of the widest gap between stations, from O."""
+        """Direction from O of the middle of the longest dwell, or of the widest gap between stations."""
         angles = np.array([each.angle for each in self.plan.stations])
         gaps = np.diff(np.append(angles, angles[0] + 2.0 * pi))
         widest = int(np.argmax(gaps))
@@ -165,14 +165,14 @@ class Inversion:
         return complex(middle / abs(middle))
 
     def _named_circle(self, name: str, radius: float) -> tuple[PenLine, Letter]:
-        """A circle about O, and its name where the drawing has most room."""
+        """A circle about O, with its name where the drawing has most room."""
         text = f"{name.replace('-', ' ')}, R {length_in_digits(radius)}"
         return circle_about(name, 0.0, radius, "reference"), Letter(
             text, radius * self._free_direction, phase(self._free_direction), "note"
         )
 
     def _circle_steps(self) -> list[Step]:
-        """The base circle with the shaft; then the prime circle, and where the follower begins."""
+        """Steps of the base circle with the shaft, then of the prime circle and the start of the follower."""
         base, shaft, where = self.base, self.problem.setup.shaft_radius, "base circle"
         base_circle, name = self._named_circle("base-circle", base)
         shapes, letters = [base_circle], [Letter("O", 0.0, -pi / 4), name]
@@ -221,7 +221,7 @@ class Inversion:
         return [*steps, Step(sentence, [*shapes, *more], [*letters, *names])]
 
     def _angle_step(self) -> Step:
-        """The angles of strokes and dwells about O, against the rotation of the cam."""
+        """The step of the angles of strokes and dwells about O, against the rotation of the cam."""
         (first, _), sense = self.plan.edges[0], self.problem.design.sense
         mark, name = (self.pivot, "A₁") if self.angular else (self.lowest, first)
         shapes, letters = (
@@ -245,7 +245,7 @@ class Inversion:
         return Step(sentence, shapes, letters)
 
     def _rotation_arrow(self) -> PenLine:
-        """An arrow outside the cam: the way in which the follower goes round."""
+        """An arrow outside of the cam in the direction in which the follower turns about it."""
         radius, turn = (
             (self.size + self.radius) * (1.0 + 0.6 * OVERRUN_SHARE),
             -self.problem.design.sense * np.radians(24.0),
@@ -256,7 +256,7 @@ class Inversion:
         return PenLine("way-round", np.concatenate([shaft, head]), "arrow")
 
     def _surface_step(self) -> Step:
-        """The developed surface of a cylinder."""
+        """The step of the developed surface of a cylinder."""
         around, known = 2.0 * pi * self.base, {each.letter for each in self.plan.stations}
         heights = np.concatenate([piece.pitch.imag for piece in self.picture.curves])
         low, high = heights.min() - self.radius, heights.max() + self.radius
@@ -288,11 +288,11 @@ class Inversion:
 
     @property
     def _first_line(self) -> str:
-        """The circle or line on which the follower's point begins."""
+        """Name of the circle or line on which the follower's point begins."""
         return "base line" if self.is_developed else "prime circle" if self.radius > 0.0 else "base circle"
 
     def _division_step(self) -> Step:
-        """The numbers of the stations where ordinates begin, and of those of the pivot."""
+        """The step of the numbers of stations, at the starts of ordinates and of the pivot."""
         shapes, letters = [], []
         for each in self.plan.stations:
             start, pivot = (complex(p) for p in self.seen_from_cam(np.array([self.lowest, self.pivot]), each.angle))
@@ -308,7 +308,7 @@ class Inversion:
         )
 
     def _guide_step(self) -> Step:
-        """The lines or arcs along which the follower's point moves at each station."""
+        """The step of the lines or arcs along which the follower's point moves at each station."""
         shapes = [self._guide_line(each.number, each.angle) for each in self.plan.stations]
         if self.angular:
             arm = value_with_unit(abs(self.pivot - self.lowest))
@@ -338,7 +338,7 @@ class Inversion:
         return PenLine(f"guide-{number}", np.asarray(self.seen_from_cam(np.array([foot, end]), angle)), "guide")
 
     def _ordinate_step(self) -> Step:
-        """The displacements, set off from where the follower's point begins."""
+        """The step of the displacements, set off from the start of the follower's point."""
         shapes, letters = [], []
         for each in self.plan.stations:
             points = np.asarray(
@@ -361,7 +361,7 @@ class Inversion:
         )
 
     def _pitch_curve_step(self) -> Step | None:
-        """The curve through the stations; a flat face has none, and that of a knife edge is the profile."""
+        """The step of the curve through the stations; none for a flat face; for a knife edge it is the profile."""
         if self.mechanism.flat_faced:
             return None
         pitch = self._close_curve(np.concatenate([piece.pitch for piece in self.picture.curves]))
@@ -386,7 +386,7 @@ class Inversion:
         return np.concatenate(parts[1:] if self.is_developed else parts)
 
     def _follower_step(self) -> Step | None:
-        """Rollers, spherical faces or flat faces at the stations."""
+        """The step of rollers, spherical faces or flat faces at the stations."""
         if self.mechanism.flat_faced:
             return self._flat_face_step()
         if self.radius == 0.0:
@@ -411,19 +411,19 @@ class Inversion:
         return Step(f"Draw the face of the follower at each of these points, {how}.", shapes, [])
 
     def _face_direction_at(self, station: Station) -> complex:
-        """The direction of a flat face at a station, seen from the cam."""
+        """Direction of a flat face at a station, in the frame of the cam."""
         turned = self.face * np.exp(1j * outward_turn_sense(self.problem) * station.displacement * self.angular)
         return complex(self.seen_from_cam(turned, station.angle))
 
     def _contact_distance(self, station: Station) -> float:
-        """How far along its face from the constructed point a flat face touches the cam, mm."""
+        """Distance of the contact along a flat face from the constructed point [mm]."""
         angle = np.array([station.angle])
         touched = self.mechanism.travel(self.problem.design, self.problem.programme, angle).trace
         gap = self.seen_from_cam(touched, angle) - self.point_at(angle, station.displacement)
         return float((gap[0] * self._face_direction_at(station).conjugate()).real)
 
     def _profile_step(self) -> Step | None:
-        """The curve that touches all rollers or faces; where it is undercut, what is left of the cam as well."""
+        """The step of the curve that touches all rollers or faces; with undercut also of the remaining cam."""
         if self.radius == 0.0 and not self.mechanism.flat_faced:
             return None
         flanks = range(len(self.mechanism.flanks))

@@ -1,4 +1,4 @@
-"""What a construction is made of: lines with names, letters, and steps with a sentence each."""
+"""Parts of a construction: named lines, letters, and steps with a sentence each."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -12,7 +12,7 @@ SHAPE_ARC_POINTS = 61
 
 
 class PenLine(NamedTuple):
-    """A line of the drawing: its name, which is its id in an SVG file, its points (mm), and its pen."""
+    """A line of the drawing: name (the id in an SVG file), points [mm] and pen."""
 
     name: str
     points: ComplexArray
@@ -20,7 +20,7 @@ class PenLine(NamedTuple):
 
 
 class Letter(NamedTuple):
-    """A letter, number or short text at a point (mm), and the direction (rad) in which it stands from there."""
+    """A letter, number or short text at a point [mm], and its direction from there [rad]."""
 
     text: str
     point: complex
@@ -29,7 +29,7 @@ class Letter(NamedTuple):
 
 
 class Step(NamedTuple):
-    """One step of a construction: its sentence, and what it adds to the drawing."""
+    """A step of a construction: its sentence, and its additions to the drawing."""
 
     sentence: str
     shapes: list[PenLine]
@@ -42,13 +42,13 @@ def line_through(name: str, points: Iterable[complex], pen: str = "thin") -> Pen
 
 
 def circle_about(name: str, centre: complex, radius: float, pen: str = "thin") -> PenLine:
-    """A circle; its centre and all points are exact to rounding."""
+    """A circle about a centre."""
     return arc_about(name, centre, centre + radius, 2.0 * np.pi, pen, CIRCLE_POINTS)
 
 
 def arc_about(
     name: str, centre: complex, start: complex, turn: float, pen: str = "thin", count: int = SHAPE_ARC_POINTS
 ) -> PenLine:
-    """An arc from a point through an angle (rad, anticlockwise) about a centre."""
+    """An arc about a centre, from a point through an angle [rad, anticlockwise]."""
     turns = np.exp(1j * np.linspace(0.0, turn, count))
     return PenLine(name, np.asarray(centre + (start - centre) * turns), pen)

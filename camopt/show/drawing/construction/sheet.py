@@ -1,4 +1,4 @@
-"""The sheet of a construction: given, diagrams, profile, answers and table on one A3; or a page for each step."""
+"""The sheet of a construction: problem, diagrams, profile, answers and table on A3; or a page for each step."""
 
 from collections.abc import Sequence
 from textwrap import wrap
@@ -41,8 +41,8 @@ from camopt.solve.tables.result import Table
 
 MM_PER_INCH = 25.4
 A3, A4 = (420.0, 297.0), (297.0, 210.0)  # mm, landscape
-TURN_WIDTH, STROKE_HEIGHT = 140.0, 42.0  # mm on the paper: 360° and the stroke of the displacement diagram
-MOST_ROWS = 30  # of a table that fits on the sheet
+TURN_WIDTH, STROKE_HEIGHT = 140.0, 42.0  # mm on the paper for 360° and for the stroke of the displacement diagram
+MOST_ROWS = 30  # rows of a table that fit on the sheet
 COLUMN_ENDS = (4.0, 10.0, 36.0, 62.0, 90.0, 118.0, 148.0, 180.0)  # mm: right ends of the columns of the table
 DASHED, DOTTED = (0, (5, 2.5)), (0, (1.2, 1.6))
 PEN_STYLES: dict[str, dict[str, Any]] = {
@@ -69,15 +69,15 @@ LETTER_STYLES: dict[str, dict[str, Any]] = {
     "number": {"fontsize": SMALL_SIZE - 1.0, "color": MUTED, "zorder": 6},
     "note": {"fontsize": SMALL_SIZE - 1.0, "color": REFERENCE_COLOUR, "zorder": 6},
 }
-LETTER_DISTANCES = (3.0, 6.0, 10.0, 15.0, 21.0, 28.0)  # points: of a letter from its point
+LETTER_DISTANCES = (3.0, 6.0, 10.0, 15.0, 21.0, 28.0)  # points from a point to its letter
 STEPWISE_SUFFIXES = (".pdf", ".gif")
 """Files with a page or a frame for each step."""
 NEW_STEP_COLOUR = ALARM
-"""The colour of what a step adds, on its own page."""
+"""Colour of the additions of a step, on its own page."""
 
 
 class PaperArea(NamedTuple):
-    """A rectangle on the paper, mm from the lower left corner."""
+    """A rectangle on the paper [mm from the lower left corner]."""
 
     left: float
     bottom: float
@@ -95,7 +95,7 @@ LAYOUT_BESIDE: Layout = {
     "profile": PaperArea(206.0, 74.0, 204.0, 196.0),
     "steps": PaperArea(206.0, 8.0, 204.0, 58.0),
 }
-"""Of a disc cam: the profile on the right of all else."""
+"""Places for a disc cam, with the profile on the right."""
 LAYOUT_BELOW: Layout = {
     "diagram": PaperArea(14.0, 205.0, TURN_WIDTH + 46.0, STROKE_HEIGHT + 24.0),
     "velocity": PaperArea(222.0, 236.0, TURN_WIDTH, 26.0),
@@ -105,14 +105,14 @@ LAYOUT_BELOW: Layout = {
     "profile": PaperArea(14.0, 104.0, 392.0, 84.0),
     "steps": PaperArea(14.0, 6.0, 196.0, 60.0),
 }
-"""Of a cylinder: the long development under the diagrams."""
+"""Places for a cylinder, with the development below the diagrams."""
 HEADING_PLACE, STEP_PLACE = PaperArea(14.0, 278.0, 392.0, 12.0), PaperArea(12.0, 185.0, 273.0, 18.0)
 DIAGRAM_PAGE, PROFILE_PAGE = PaperArea(4.0, 30.0, 285.0, 120.0), PaperArea(12.0, 8.0, 273.0, 172.0)
-"""On the pages of single steps."""
+"""Places on pages of single steps."""
 
 
 class PaperPage(NamedTuple):
-    """A figure on a paper of a size in mm."""
+    """A figure on a paper with a size in mm."""
 
     figure: Any
     paper: tuple[float, float]
@@ -124,26 +124,26 @@ class PaperPage(NamedTuple):
         return self.figure.add_axes(box)
 
     def scaled_axes(self, place: PaperArea, corner: complex, scale: float = 1.0) -> Any:
-        """Axes without a frame on which a unit is ``scale`` mm of the paper, from a corner on."""
+        """Axes without a frame, with ``scale`` mm of paper per unit, from a corner."""
         axes, reach = self.axes_at(place), corner + complex(place.width, place.height) / scale
         axes.set(xlim=(corner.real, reach.real), ylim=(corner.imag, reach.imag))
         axes.set_axis_off()
         return axes
 
     def write(self, place: PaperArea, title: str, lines: Sequence[str], size: float) -> None:
-        """A title and lines under it, broken at the width of the place."""
+        """Write a title with lines below, wrapped at the width of the place."""
         letters = int(place.width / (0.19 * size))
         text = "\n".join(part for each in lines for part in wrap(each, letters, subsequent_indent="   "))
         self.write_at(place.left, place.bottom + place.height, title, fontsize=HEADING_SIZE, fontweight="bold")
         self.write_at(place.left, place.bottom + place.height - 5.0, text, fontsize=size, linespacing=1.3)
 
     def write_at(self, left: float, top: float, text: str, **style: Any) -> None:
-        """A text below a point of the paper, mm."""
+        """Write a text below a point of the paper [mm]."""
         self.figure.text(left / self.paper[0], top / self.paper[1], text, va="top", **style)
 
 
 def draw(construction: Construction, path: Target = None, steps: bool = False) -> "Figure":
-    """Draw a construction on one sheet; with ``steps`` on a page for each step, in a PDF or GIF."""
+    """Draw a construction on one sheet; with ``steps`` a page (PDF) or frame (GIF) for each step."""
     inversion = construction.inversion
     if steps:
         return _draw_pages(inversion, path)
@@ -172,7 +172,7 @@ def _diagram_scale(picture: Picture, factor: float = 1.0) -> DiagramScale:
 
 
 def draw_steps(axes: Any, steps: Sequence[Step], new: int | None = None) -> list[Label]:
-    """Draw the lines of steps, and return their letters; what the step ``new`` adds is in another colour."""
+    """Draw the lines of steps, and return their letters; the step ``new`` has another colour."""
     labels = []
     for place, step in enumerate(steps):
         for shape in step.shapes:
@@ -194,15 +194,15 @@ def _draw_shape(axes: Any, shape: PenLine, colour: str | None) -> None:
         axes.plot(shape.points.real, shape.points.imag, ls="none", gid=shape.name, mew=0.0, **style)
         return
     path = Path(np.column_stack([shape.points.real, shape.points.imag]))
-    path.should_simplify = False  # or points of a file would be off by a tenth of a pixel
+    path.should_simplify = False  # simplifying shifts points of a file by a tenth of a pixel
     style = {"fill": False} | PEN_STYLES[shape.pen] | ({"ec": colour} if colour else {})
-    axes.add_artist(PathPatch(path, gid=shape.name, **style))  # add_patch looks for limits, point by point
+    axes.add_artist(PathPatch(path, gid=shape.name, **style))  # add_patch would compute limits point by point
 
 
 def _draw_profile(
     page: PaperPage, inversion: Inversion, steps: list[Step], place: PaperArea, new: int | None = None
 ) -> list[Label]:
-    """The profile at a round scale, with an arrow for the cam; steps after ``new`` have room, and are not drawn."""
+    """Draw the profile at a round scale, with an arrow for the cam. Steps after ``new`` only reserve their room."""
     points = np.concatenate([shape.points for step in steps for shape in step.shapes])
     low, high = complex(points.real.min(), points.imag.min()), complex(points.real.max(), points.imag.max())
     extent, room = high - low, 8.0
@@ -216,7 +216,7 @@ def _draw_profile(
 
 
 def round_scale(largest: float) -> float:
-    """The largest of 1:1, 1:2, 1:2.5, 1:4, 1:5, 1:10, … and 2:1, 5:1, 10:1, … that is no larger."""
+    """The largest scale 1:1, 1:2, 1:2.5, 1:4, 1:5, 1:10, … or 2:1, 5:1, 10:1, … that is not above a value."""
     if largest >= 1.0:
         return round_length(largest)
     power = 10.0 ** np.floor(np.log10(1.0 / largest))
@@ -226,7 +226,7 @@ def round_scale(largest: float) -> float:
 
 
 def _write_table(page: PaperPage, table: Table, place: PaperArea) -> None:
-    """The table by station; one that is too long for the sheet is left to the command's output."""
+    """Draw the table by station, unless it is too long for the sheet; the command prints it too."""
     rows = [table.heads, *(table.rows if len(table.rows) <= MOST_ROWS else [])]
     step = min(4.2, place.height / len(rows))
     for number, row in enumerate(rows):
@@ -237,7 +237,7 @@ def _write_table(page: PaperPage, table: Table, place: PaperArea) -> None:
 
 
 def _draw_pages(inversion: Inversion, path: Target) -> "Figure":
-    """A page for each step; lines that the step adds are red."""
+    """Draw a page for each step, with the lines of the step in red."""
     animated = path is not None and checked_suffix(path, "path", STEPWISE_SUFFIXES) == ".gif"
     diagram, profile = displacement_steps(inversion.plan, _diagram_scale(inversion.picture, 1.5)), inversion.steps()
     every = [*diagram, *profile]

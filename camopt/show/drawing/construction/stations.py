@@ -1,7 +1,7 @@
-"""StationPlan: the numbered cam angles at which a construction sets off the displacement.
+"""The stations of a construction: numbered cam angles at which the displacement is set off.
 
-Each stroke is divided into equal parts. Its points are 1, 2, 3 … on the first stroke, 0′, 1′, 2′ … on the second,
-and so on; letters name the same points on the curves. Dwells have their ends alone.
+Each stroke is divided into equal parts. Stations are 1, 2, 3 … on the first stroke, 0′, 1′, 2′ … on the second, and
+so on. Letters name the same points on the curves. Dwells have stations only at their ends.
 """
 
 from collections.abc import Iterator
@@ -20,18 +20,18 @@ USUAL_PARTS, FEWEST_PARTS, MOST_PARTS = 6, 4, 24
 STATION_LETTERS = "ABCDEFGHJKLMNPUVWZ"
 """Letters of stations: without I and O, and without those of the diagram (Q, R, S, T, X, Y).
 
-They come again as A₂, B₂ …: A₁ is the pivot of an arm.
+They are repeated as A₂, B₂ …; A₁ is the pivot of an arm.
 """
 DIVIDER_LETTERS = "STRQ"
 """Letters of cam angles at which a stroke or dwell ends while the follower is not at its lowest."""
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 PRIME_SIGNS = ("", "′", "″", "‴")
 TURN_ANGLE = 2.0 * pi
-EQUAL_PLACES = 1e-9  # rad, and of the lift: places as near as that are the same
+EQUAL_PLACES = 1e-9  # rad, and relative to the lift: closer places are the same
 
 
 class Station(NamedTuple):
-    """A numbered cam angle (rad) with its letter and the displacement there, mm or rad."""
+    """A numbered cam angle [rad] with its letter and displacement [mm or rad]."""
 
     number: str
     letter: str
@@ -40,7 +40,7 @@ class Station(NamedTuple):
 
 
 class Division(NamedTuple):
-    """A rise or return without a stop, with its stations; ``stroke`` is None where it is no stroke by a law."""
+    """A rise or return with its stations; ``stroke`` is None if it has no law."""
 
     stations: tuple[Station, ...]
     stroke: Stroke | None
@@ -67,7 +67,7 @@ class StationPlan:
     Raises
     ------
     BadInput
-        If the number of parts is another one.
+        If the number of parts is not allowed.
     """
 
     def __init__(self, picture: Picture, parts: int) -> None:
@@ -77,11 +77,11 @@ class StationPlan:
         self.picture, self.programme, self.parts = picture, picture.problem.programme, parts
 
     def _stroke_ranges(self) -> Iterator[tuple[float, float, Stroke | None]]:
-        """Start, end (rad) and stroke of each division: strokes by laws, and each rise and return of moves."""
+        """Start, end [rad] and stroke of each division: strokes with laws, and rises and returns of moves."""
         kept = [stroke for stroke in self.programme.strokes if not stroke.is_move]
         yield from ((stroke.start, stroke.end, stroke) for stroke in kept if stroke.kind != DWELL)
         edges = [0.0, *(edge for stroke in kept for edge in (stroke.start, stroke.end)), TURN_ANGLE]
-        for low, high in zip(edges[::2], edges[1::2], strict=True):  # between them there are moves
+        for low, high in zip(edges[::2], edges[1::2], strict=True):  # moves lie between strokes with laws
             for kind, start, end in self.picture.stretches:
                 ends = max(start, low), min(end, high)
                 if kind != DWELL and ends[1] - ends[0] > EQUAL_PLACES:
@@ -89,7 +89,7 @@ class StationPlan:
 
     @cached_property
     def divisions(self) -> list[Division]:
-        """All strokes with their stations. Strokes that meet share the station between them."""
+        """All strokes with their stations. Adjacent strokes share a station."""
         found: list[Division] = []
         letters = (
             f"{name}{k + 1}".translate(SUBSCRIPTS) if k else name for k in count() for name in STATION_LETTERS
@@ -112,7 +112,7 @@ class StationPlan:
 
     @cached_property
     def segments(self) -> list[tuple[str, float, float]]:
-        """Rises, returns and dwells of the turn with their ends (rad)."""
+        """Rises, returns and dwells of the turn with their ends [rad]."""
         found, at = list[tuple[str, float, float]](), 0.0
         for division in self.divisions:
             first, last = division.start, division.end
@@ -123,16 +123,16 @@ class StationPlan:
 
     @cached_property
     def stations(self) -> list[Station]:
-        """All stations of the turn in order, each once."""
+        """All distinct stations of the turn in order."""
         every = [each for division in self.divisions for each in division.stations]
         return list({each.letter: each for each in reversed(every)}.values())[::-1]
 
     @cached_property
     def edges(self) -> list[tuple[str, float]]:
-        """Letters and cam angles (rad) of the ends of all rises, returns and dwells, from A to X.
+        """Letters and cam angles [rad] of the ends of all rises, returns and dwells, from A to X.
 
-        One at which the follower is at its lowest has the letter of its station, but not on the pivot circle of an
-        arm. A turn that begins with a dwell begins at A₀.
+        An end at the lowest position has the letter of its station, but not on the pivot circle of an arm. A turn
+        that begins with a dwell begins at A₀.
         """
         reserve = (
             f"{name}{k + 1}".translate(SUBSCRIPTS) if k else name for k in count() for name in DIVIDER_LETTERS
@@ -147,7 +147,7 @@ class StationPlan:
         ]
 
     def segment_words(self, middle: str = "", first: str = "", last: str = "X") -> str:
-        """The segments as "AS = 60° (rise)", joined; as angles about O "AOS = 60°", by other names of both ends."""
+        """The segments as text, "AS = 60° (rise)"; with ``middle`` as angles about O, "AOS = 60°"."""
         names = [first or self.edges[0][0], *(name for name, _ in self.edges[1:-1]), last]
         parts = [
             f"{one}{middle}{other} = {four_digits(degrees(end - start))}° ({name})"

@@ -1,7 +1,7 @@
-"""What accuracy costs in time: sampling, enclosures and 50 digits on the same designs, in one process.
+"""The cost of accuracy: sampling, enclosures and 50 digits on the same designs, in one process.
 
-Errors are of what a designer acts on, against the same formulas on numbers of 50 digits. Times are the least of a
-few runs, compilation apart, one thread.
+Errors are those of quantities that a designer uses, against the same formulas with 50 digits. Times are the
+smallest of a few runs in one thread, without compilation.
 """
 
 from camopt.show.studies.accuracy.table import ACCURACY, AccuracyCosts, measure, write_accuracy

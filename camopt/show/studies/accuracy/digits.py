@@ -1,4 +1,4 @@
-"""Numbers of 50 digits, that the formulas of curves run on as they run on numbers."""
+"""Numbers with 50 digits, on which the formulas of curves run as on doubles."""
 
 from collections.abc import Callable
 from functools import cache
@@ -13,7 +13,7 @@ DECIMAL_DIGITS = 50
 
 @cache
 def arithmetic() -> Any:
-    """mpmath's arithmetic of so many digits, whatever the precision that others have chosen."""
+    """The mpmath context with 50 digits, independent of the global precision."""
     from mpmath import MPContext  # noqa: PLC0415, seldom needed
 
     context = MPContext()
@@ -22,7 +22,7 @@ def arithmetic() -> Any:
 
 
 def digit_numbers() -> NumberKind:
-    """The kind of number, for scales of quantities."""
+    """The kind of these numbers, for scales of quantities."""
     return NumberKind(arithmetic().mpf, lambda: +arithmetic().pi, arithmetic().tan)
 
 
@@ -50,7 +50,7 @@ UFUNC_RULES: dict[np.ufunc, Callable[..., Any]] = {
 
 
 class Digits(np.lib.mixins.NDArrayOperatorsMixin):
-    """One such number, with the operators and the indexing of an array of one number."""
+    """A number with 50 digits that behaves as an array of one number."""
 
     __slots__ = ("number",)
     size = 1
@@ -68,5 +68,5 @@ class Digits(np.lib.mixins.NDArrayOperatorsMixin):
 
 
 def as_number(value: Any) -> Any:
-    """A number of mpmath; one in doubles is taken as exact."""
+    """A number of mpmath; a double is taken as exact."""
     return value.number if isinstance(value, Digits) else arithmetic().mpf(float(np.asarray(value).item()))

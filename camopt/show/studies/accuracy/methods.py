@@ -1,4 +1,4 @@
-"""The ways to an extreme that are compared: sampling, sampling with a parabola, enclosures."""
+"""The compared methods for extremes: sampling, sampling with a parabola, enclosures."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ Extremal = tuple[FloatArray, FloatArray]
 
 @dataclass(frozen=True)
 class Method:
-    """One way to an extreme, at one setting: angles a turn, or a relative error."""
+    """A method for extremes at one setting: angles per turn, or a relative error."""
 
     name: str
     setting: float
@@ -30,7 +30,7 @@ class Method:
 
 
 def sampling_method(angles: int, polish: bool = False) -> Method:
-    """Sampling, with a parabola through the peak or without."""
+    """Sampling; ``polish`` fits a parabola through the peak."""
 
     def run(f: Any, count: int, programme: Programme, questions: Any) -> Extremal:
         value = np.empty((len(questions), count))
@@ -41,11 +41,11 @@ def sampling_method(angles: int, polish: bool = False) -> Method:
 
 
 def enclosure_method(relative_error: float) -> Method:
-    """Enclosures to a relative error."""
+    """Enclosures with a relative error."""
 
     def run(f: Any, count: int, programme: Programme, questions: Any) -> Extremal:
-        found = extremes(f, count, programme.table, questions, Precision(relative_error, np.inf))
-        return found.value, found.width
+        result = extremes(f, count, programme.table, questions, Precision(relative_error, np.inf))
+        return result.value, result.width
 
     return Method("enclosure", relative_error, run)
 
@@ -59,7 +59,7 @@ METHODS = (
 
 @lru_cache(maxsize=64)
 def sample_table(programme: Programme, angles: int) -> MotionTable:
-    """A table whose nodes are even cam angles; only what sampling reads is filled in."""
+    """A table with nodes at even cam angles; only the fields that sampling reads are filled."""
     theta = np.linspace(0.0, 2 * np.pi, angles, endpoint=False)
     motion = programme.motion_at(theta).T.copy()
     ends = np.array([stroke.end for stroke in programme.strokes])

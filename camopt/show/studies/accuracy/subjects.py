@@ -1,4 +1,4 @@
-"""What is computed: the peaks that a designer acts on, the smallest radius, and the designs to compute them of."""
+"""Subjects of the comparison: peaks that a designer uses, the smallest radius, and the designs."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -19,20 +19,20 @@ from camopt.show.studies.accuracy.methods import Method, enclosure_method
 from camopt.show.studies.accuracy.reference import EQUAL_DIGITS, extreme_near
 
 DESIGN_COUNT = 4096
-REFERENCE_COUNT = 24  # designs with a reference in 50 digits
-SIZE_ROOM = 0.1  # relative, to both sides of a design's own size: where its smallest radius is looked for
-FIRST_STEP = 2.0**-27  # relative, of the secant in 50 digits
+REFERENCE_COUNT = 24  # designs with a reference of 50 digits
+SIZE_ROOM = 0.1  # relative range around the size of a design, in which its smallest radius is searched
+FIRST_STEP = 2.0**-27  # first relative step of the secant method
 QUANTITY_OF = {
     "pressure angle": "pressure_angle_max_deg",
     "curvature": "pitch_curvature_max_per_mm",
     "radius of curvature": "profile_radius_min_mm",
 }
-find_root: Any = elementwise.find_root  # its stubs know no arguments beside the root
+find_root: Any = elementwise.find_root  # its type stubs lack arguments
 
 
 @dataclass(frozen=True)
 class PeakSubject:
-    """A peak of some designs."""
+    """A peak of designs."""
 
     name: str
     problem: Problem
@@ -47,35 +47,35 @@ class PeakSubject:
 
     @cached_property
     def _exact(self) -> FloatArray:
-        """Each extreme, as exact as doubles have it."""
+        """Extremes to the precision of doubles."""
         return np.asarray(self._extremes(self.designs).value[0])
 
     def _extremes(self, designs: Designs) -> Extremes:
-        """The extremes of designs in doubles."""
+        """Extremes of designs in doubles."""
         curve, questions = self._curve_question(designs)
         return extremes(
             curve, len(designs), self.problem.programme.table, questions, Precision(SINGLE_DESIGN_ERROR, 1e-9)
         )
 
     def _curve_question(self, designs: Designs) -> tuple[Any, Any]:
-        """The curve of designs, and the question about it."""
+        """The curve of designs, and the kind of extreme."""
         ((make, kinds),) = self.peak.curves
         return make(designs, self.problem.programme), np.array([(kinds, self.peak.goal)])
 
     @property
     def truth(self) -> FloatArray:
-        """The quantity of each design, as exact as doubles have it."""
+        """The quantity of each design, to the precision of doubles."""
         return np.asarray(self.peak.scale.quantity(self._exact, self.designs))
 
     def answer(self, method: Method, side: float = 0.0, designs: Designs | None = None) -> FloatArray:
-        """What a method gives for each design; with ``side`` ±1 the far or the near end of what it proves."""
+        """The result of a method for each design; ``side`` ±1 gives the far or near end of its enclosure."""
         designs = self.designs if designs is None else designs
         curve, questions = self._curve_question(designs)
         value, width = method.run(curve, len(designs), self.problem.programme, questions)
         return np.asarray(self.peak.scale.quantity(value[0] + side * self.sign * width[0], designs))
 
     def in_digits(self, design: Designs, size: Any = None) -> Any:
-        """The extreme of a design, or of one of another size, in 50 digits."""
+        """The extreme of a design with 50 digits; ``size`` replaces its size."""
         exact = design.with_values({name: Digits(as_number(value)) for name, value in design.sizes.items()})
         if size is not None:
             design = replace(design, size=np.array([float(size)]))
@@ -84,22 +84,22 @@ class PeakSubject:
         return extreme_near(make, kinds, self.peak.goal, exact, self.problem.programme, float(where))
 
     def reference(self, number: int) -> float:
-        """The quantity of one design by 50 digits."""
+        """The quantity of one design, computed with 50 digits."""
         design = self.designs.take([number])
         return float(self.peak.scale.quantity(np.array([float(self.in_digits(design))]), design)[0])
 
 
 @dataclass(frozen=True)
 class RadiusSubject:
-    """The smallest radius: the least size at which a peak holds its limit, the other sizes given.
+    """The smallest radius: the smallest size with which a peak meets its limit, with the other sizes fixed.
 
-    Each design asks with the peak that it has itself, so that its own size is the answer but for rounding. A
-    bracketing root-finder (Chandrupatla's) asks the method at one size after another.
+    The limit is the peak of the design itself, so that its own size is the answer, up to rounding. A bracketing
+    root finder (Chandrupatla) calls the method at one size after another.
     """
 
     peak_subject: PeakSubject
     numbers: Any
-    """Which of the designs of the peak."""
+    """Numbers of the designs of the peak."""
     name = "smallest radius"
     sign = 1.0
     cost_factor = 4
@@ -113,14 +113,14 @@ class RadiusSubject:
         return self.designs.size
 
     def answer(self, method: Method, side: float = 0.0) -> FloatArray:
-        """As of a peak; what a method finds is the far end."""
+        """As for a peak; the result of a method is the far end."""
         return np.asarray(self.root(method, side or 1.0).bracket[int(side >= 0.0)])
 
     def root(self, method: Method, side: float = 0.0) -> Any:
-        """Where the peak is at its limit by a method.
+        """The size at which the peak reaches its limit, by a method.
 
-        Enclosures go to a quarter of the error asked, and so does the bracket, since errors of both add up in the
-        size; samples know no error, and the bracket goes to 1e-9.
+        Enclosures and bracket have a quarter of the required error, since their errors add up in the size. Samples
+        have no error bound; there the bracket has 1e-9.
         """
         relative_error = 0.25 * method.setting if method.setting < 1.0 else 1e-9
         used = enclosure_method(relative_error) if method.setting < 1.0 else method
@@ -138,25 +138,25 @@ class RadiusSubject:
 
     @property
     def ends(self) -> list[Designs]:
-        """The designs between which each is looked for."""
+        """Designs at both ends of the search range."""
         return [
             replace(self.designs, size=self.designs.size * share) for share in (1.0 - SIZE_ROOM, 1.0 + SIZE_ROOM)
         ]
 
     def has_smallest_radius(self) -> Any:
-        """Which designs have a smallest radius between their ends, both of which can be put together."""
+        """Mask of designs with a smallest radius in the search range, whose ends can be assembled."""
         exists = partial(
             self.peak_subject.problem.setup.mechanism.can_assemble, programme=self.peak_subject.problem.programme
         )
         return self.root(enclosure_method(SINGLE_DESIGN_ERROR)).success & np.logical_and(*map(exists, self.ends))
 
     def reference(self, number: int) -> float:
-        """By a secant in 50 digits, to half of them.
+        """The smallest radius by the secant method with 50 digits, to half of them.
 
         Raises
         ------
         ArithmeticError
-            If the secant does not settle.
+            If the secant method does not converge.
         """
         place, design = self.numbers[number], self.designs.take([number])
         bound = self.peak_subject.peak.scale.extreme_at(float(self.peak_subject.truth[place]), digit_numbers())
@@ -180,7 +180,7 @@ Subject = PeakSubject | RadiusSubject
 
 
 def subjects_of(problem: Problem) -> list[Subject]:
-    """Pressure angle, curvature of pitch curve or profile, and the smallest radius of the first that has one."""
+    """Pressure angle, curvature of pitch curve or profile, and the smallest radius of the first one that has it."""
     designs, mechanism = designs_of(problem), problem.setup.mechanism
     found: list[Subject] = []
     radius: RadiusSubject | None = None
@@ -200,9 +200,9 @@ def subjects_of(problem: Problem) -> list[Subject]:
 
 
 def designs_of(problem: Problem, seed: int = 0) -> Designs:
-    """Designs of the scene's space at random; without a space, its own design with sizes varied a little."""
+    """Random designs of the search space of a scene; without one, its design with sizes varied a little."""
     rng, space = np.random.default_rng(seed), sweep_space(problem)
-    count = 4 * DESIGN_COUNT  # some cannot be put together
+    count = 4 * DESIGN_COUNT  # some cannot be assembled
     if space.designs_per_problem >= REFERENCE_COUNT:
         designs = space.designs(rng.integers(0, space.designs_per_problem, count))
     else:

@@ -1,4 +1,4 @@
-"""The table of costs and errors, one row for each quantity and method; and its picture, error against time."""
+"""The cost of accuracy: a table of times and errors by quantity and method, and its picture."""
 
 import os
 import tomllib
@@ -47,12 +47,12 @@ from camopt.solve.tables.result import Result, Table, table_of
 ACCURACY = ("accuracy.parquet", "accuracy.png", "accuracy.svg")
 TIMED_RUNS = 3
 REFERENCE_METHOD = "50 digits"
-BEYOND_LIMIT = 1e-9  # relative: how far beyond its limit a design is put, to see whether it is accepted
+BEYOND_LIMIT = 1e-9  # relative excess over its limit of a test design, which should be refused
 
 
 @dataclass(frozen=True)
 class AccuracyCosts(Result, Drawable):
-    """What accuracy costs: a row for each quantity and method."""
+    """The cost of accuracy: a row for each quantity and method."""
 
     scene: Scene
     methods: list[dict[str, Any]]
@@ -60,7 +60,7 @@ class AccuracyCosts(Result, Drawable):
     main_rows: ClassVar[str] = "methods"
 
     def table(self) -> Table:
-        """Cost and error of each method."""
+        """A table of time and error of each method."""
         names = [*self.methods[0]]
         rows = [{n: f"{row[n]:.2g}" if n in names[4:] else row[n] for n in names} for row in self.methods]
         for row in rows:
@@ -68,7 +68,7 @@ class AccuracyCosts(Result, Drawable):
                 "setting": float(f"{row['setting']:.2g}"),
                 "ns_per_design": float(f"{row['ns_per_design']:.3g}"),
             }
-        return table_of(f"{self.scene.name}: what accuracy costs", rows, names)
+        return table_of(f"{self.scene.name}: cost of accuracy", rows, names)
 
     def document(self) -> dict[str, Any]:
         """A record for each quantity and method."""
@@ -76,14 +76,14 @@ class AccuracyCosts(Result, Drawable):
 
 
 def measure(scene: Scene, progress: Progress | None = None, engine: Engine | None = None) -> AccuracyCosts:
-    """One row for each quantity and method: cost, error, and how it judges designs at the edge of their limit.
+    """Measure time and error of each quantity and method, also for designs at the edge of a limit.
 
-    Over the laws that ``[search]`` names, or else the scene's own. ``ns_per_design`` is their mean, all else their
-    worst: ``error_max`` and ``error_median`` (relative, against 50 digits); ``achieved`` (relative: the most that a
-    method itself leaves open); ``false_accept``: the share of designs, each put 1e-9 beyond its limit, that the
-    method calls feasible; ``undecided``: the share it leaves open. The smallest radius is that of the first
-    quantity that the size of the cam decides. Laws are measured one after the other, or each on a worker of an
-    engine.
+    Rows are over the laws of ``[search]``, or else of the scene. ``ns_per_design`` is the mean over the laws, the
+    other columns are the worst: ``error_max`` and ``error_median``, relative, against 50 digits; ``achieved``, the
+    relative error bound of the method itself; ``false_accept``, the share of designs with an excess of 1e-9 over
+    their limit that the method calls feasible; ``undecided``, the share that it leaves undecided. The smallest
+    radius is that of the first quantity that depends on the size of the cam. Laws are measured one after the other,
+    or on workers of an engine.
     """
     found, count = [], len(problems_by_motion(resolve(scene)))
     measured = (engine or Threads(1)).in_order(partial(_measure_programmes, scene.to_toml()), range(count))
@@ -94,7 +94,7 @@ def measure(scene: Scene, progress: Progress | None = None, engine: Engine | Non
 
 
 def _measure_programmes(scene: str, numbers: Sequence[int]) -> list[list[dict[str, Any]]]:
-    """The rows of some of the programmes of a scene."""
+    """Rows of the programmes of a scene with these numbers."""
     problems = problems_by_motion(resolve(Scene.from_dict(tomllib.loads(scene))))
     return [
         [row for subject in subjects_of(problems[number]) for row in _subject_rows(subject)] for number in numbers
@@ -102,7 +102,7 @@ def _measure_programmes(scene: str, numbers: Sequence[int]) -> list[list[dict[st
 
 
 def _subject_rows(subject: Subject) -> list[dict[str, Any]]:
-    """The rows of one quantity under one programme: 50 digits, which others are measured against, first."""
+    """Rows of one quantity under one programme; the reference of 50 digits first."""
     some, start = range(max(min(REFERENCE_COUNT // subject.cost_factor, len(subject.designs)), 1)), perf_counter()
     expected = np.array([subject.reference(number) for number in some])
     spent, alike, none = perf_counter() - start, EQUAL_DIGITS, np.zeros(1, dtype=bool)
@@ -128,7 +128,7 @@ def _subject_rows(subject: Subject) -> list[dict[str, Any]]:
 def _method_row(
     asked: tuple[str, str, float], seconds: float, errors: FloatArray, achieved: float, held: Any, possible: Any
 ) -> dict[str, Any]:
-    """A row: what was asked is a quantity of a method at a setting."""
+    """A row; ``asked`` is quantity, method and setting."""
     return {
         **dict(zip(("quantity", "method", "setting"), asked, strict=True)),
         "ns_per_design": seconds * 1e9,
@@ -141,7 +141,7 @@ def _method_row(
 
 
 def _worst_rows(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Rows of the same quantity, method and setting made one."""
+    """The worst of rows with the same quantity, method and setting."""
     import pandas as pd
 
     groups = pd.DataFrame(rows).groupby(["quantity", "method", "setting"], sort=False)
@@ -150,7 +150,7 @@ def _worst_rows(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def write_accuracy(costs: AccuracyCosts, folder: str | os.PathLike[str]) -> list[Path]:
-    """Write the table and its pictures to a folder; the files."""
+    """Write the table and its pictures to a folder; return the files."""
     out = Path(folder)
     out.mkdir(parents=True, exist_ok=True)
     about = {"camopt_version": VERSION, "camopt_scene": costs.scene.to_toml()}
@@ -172,21 +172,21 @@ POINT_LABELS: dict[Any, str] = {
     ("sampling", 36): "36 angles",
     ("sampling", 360): "360",
     ("sampling", 3600): "3600 angles",
-    **{("enclosure", 10.0**-k): f"asked for 1e-{k:02}" for k in (4, 6, 9, 12)},
+    **{("enclosure", 10.0**-k): f"setting 1e-{k:02}" for k in (4, 6, 9, 12)},
 }
-LABEL_DISTANCES = (6.0, 12.0, 20.0, 30.0)  # points: of a label from its point
-LEAST_ERROR_DRAWN = 3e-17  # errors below a double's rounding are drawn there
+LABEL_DISTANCES = (6.0, 12.0, 20.0, 30.0)  # points from a point to its label
+LEAST_ERROR_DRAWN = 3e-17  # smaller errors are drawn here
 EPSILON = 2.2e-16
-USUAL_ERROR = 1e-9  # the relative error of a scene that names none
+USUAL_ERROR = 1e-9  # default relative error of scenes
 
 
 def draw(costs: "AccuracyCosts", path: Target = None) -> "Figure":
-    """Draw what accuracy costs: the largest error of each method against its time, a diagram for each quantity."""
+    """Draw the largest error of each method against its time, with a diagram for each quantity."""
     rows = costs.methods
     names = list(dict.fromkeys(row["quantity"] for row in rows))
     with canvas(path, (4.3 * len(names), 4.6), powers=True, layout="constrained") as figure:
         figure.suptitle(
-            f"What accuracy costs: {costs.scene.name}", x=0.01, ha="left", fontsize=PAGE_TITLE, weight="bold"
+            f"Cost of accuracy: {costs.scene.name}", x=0.01, ha="left", fontsize=PAGE_TITLE, weight="bold"
         )
         panels = figure.subplots(1, len(names), squeeze=False, sharey=True)[0]
         labels: list[Label] = []
@@ -200,14 +200,14 @@ def draw(costs: "AccuracyCosts", path: Target = None) -> "Figure":
 
 
 def _draw_costs(axes: Any, name: str, rows: list[dict[str, Any]]) -> list[Label]:
-    """One quantity; the labels of its points."""
+    """Draw the methods of one quantity; return the labels of points."""
     from matplotlib.ticker import EngFormatter
 
     axes.set(xscale="log", yscale="log", xlabel="time for each design", ylim=(LEAST_ERROR_DRAWN / 3, 3.0))
     axes.xaxis.set_major_formatter(EngFormatter("s"))
     axes.set_title(f"{name}\n{_usual_accuracy_text(rows)}", loc="left", fontsize=HEADING_SIZE)
     axes.axhspan(LEAST_ERROR_DRAWN / 3, EPSILON, color=FAINT, alpha=0.2, lw=0)
-    axes.text(0.01, 0.01, "below a double's rounding", transform=axes.transAxes, fontsize=SMALL_SIZE, color=MUTED)
+    axes.text(0.01, 0.01, "below double precision", transform=axes.transAxes, fontsize=SMALL_SIZE, color=MUTED)
     labels = []
     for method, pen in METHOD_PENS.items():
         points = sorted((row for row in rows if row["method"] == method), key=lambda row: float(row["setting"]))
@@ -225,10 +225,10 @@ def _draw_costs(axes: Any, name: str, rows: list[dict[str, Any]]) -> list[Label]
 
 
 def _usual_accuracy_text(rows: list[dict[str, Any]]) -> str:
-    """What the usual accuracy takes, and how many samples that is; empty where it was not measured."""
+    """A text on the time of the default accuracy, compared with sampling; empty if it was not measured."""
     samples = sorted((row["ns_per_design"], row["setting"]) for row in rows if row["method"] == "sampling")
     found = [row["ns_per_design"] for row in rows if (row["method"], row["setting"]) == ("enclosure", USUAL_ERROR)]
     if not samples or not found:
         return ""
     times, angles = zip(*samples, strict=True)
-    return f"1e-9, proved, in {found[0] / 1e3:.2g} µs: the time of {np.interp(found[0], times, angles):.0f} samples"
+    return f"1e-9, proved: {found[0] / 1e3:.2g} µs, as {np.interp(found[0], times, angles):.0f} samples"
