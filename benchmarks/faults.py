@@ -32,7 +32,7 @@ import pandas as pd
 import pyarrow as pa
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-from support.faults import FAULTS, Disk, End, Tree, calls_of, forked, make, tree_of, watched, with_fault
+from support.faults import FAULTS, Disk, End, Tree, calls_of, make, run_forked, tree_of, watch_calls, with_fault
 
 import camopt
 from camopt.__main__ import main as camopt_main
@@ -159,12 +159,12 @@ class Bench:
         make(root, empty)
         self.do(*case.inputs, *case.older)
         self.before, self.older = tree_of(root), self.plain()
-        modules = forked(lambda: [run(case.command), [*sys.modules]]).result[1]
+        modules = run_forked(lambda: [run(case.command), [*sys.modules]]).result[1]
         for module in modules:  # imported once, for all copies of this process
             with suppress(Exception):
                 import_module(module)
         make(root, self.before)
-        self.calls, self.seconds = forked(self._counted).result
+        self.calls, self.seconds = run_forked(self._counted).result
         self.after = tree_of(root)
         self.do(*case.later)
         self.newer = self.plain()
@@ -183,7 +183,7 @@ class Bench:
     def do(self, *commands: str) -> None:
         """Run commands that have to end well."""
         for command in commands:
-            code, said, _ = forked(partial(run, command))
+            code, said, _ = run_forked(partial(run, command))
             assert code == FOUND, (command, code, said)
 
     def plain(self) -> Read:
@@ -205,7 +205,7 @@ class Bench:
     def check(self) -> int:
         """The exit code of ``camopt check``."""
         folders = [name for name in ("out", "parts") if (self.root / name).exists()]
-        return forked(partial(run, " ".join(["check", *folders]))).code if folders else REFUSED
+        return run_forked(partial(run, " ".join(["check", *folders]))).code if folders else REFUSED
 
     def judge(self, is_done: bool = False) -> None:
         """All of one result, no two side by side, and nothing is called whole that is not."""
@@ -260,11 +260,11 @@ class Bench:
                 disk.after(call, what)
                 cuts.update((repr(tree), tree) for tree in disk.after_power_cuts())
 
-            with watched(self.root, lambda *_: None, after):
+            with watch_calls(self.root, lambda *_: None, after):
                 run(self.case.command)
             return [*cuts.values()]
 
-        trees: list[Tree] = forked(cut).result
+        trees: list[Tree] = run_forked(cut).result
         return trees
 
     def try_power_cut(self, tree: Tree) -> None:
@@ -293,7 +293,7 @@ class Bench:
         assert self.check() != FOUND or self.checked != FOUND, "what is altered is called whole"
         assert is_of_one(self.loaded(), (self.newer_rows,)), "what is altered is read in silence"
         for command in (*self.case.later, self.case.command, *self.case.later):
-            code, said, _ = forked(partial(run, command))
+            code, said, _ = run_forked(partial(run, command))
             assert code in (FOUND, REFUSED, TROUBLE), said
             assert said or code == FOUND
             assert code != FOUND or command not in (self.case.later or (command,)) or self.plain() == self.newer

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-from support.browser import opened, running_browser
+from support.browser import open_page, running_browser
 
 import camopt
 from camopt.core.storage.files import write_text
@@ -81,7 +81,7 @@ def main() -> None:
 
 def tell(window, name: str, path: Path, written: float) -> None:
     """Print the row of one page."""
-    answers = least(lambda: opened(window, path))
+    answers = least(lambda: open_page(window, path))
     brush = f"{min(window.evaluate(BRUSH) for _ in range(RUNS)):.0f}" if window.evaluate("!!camopt.rows") else ""
     frames = window.evaluate(FRAMES)
     print(f"| {name} | {path.stat().st_size / 1e3:.0f} | {written:.2f} | {answers:.2f} | {brush} | {frames:.0f} |")

@@ -1,7 +1,7 @@
 """Every ``--json`` document is made of plain Python values alone: numpy's are no JSON, or only some of them are."""
 
 import pytest
-from support.plain import not_plain
+from support.plain import places_of_objects
 from support.smallest_cams import FREE
 
 from camopt import optimise
@@ -36,10 +36,10 @@ def test_a_json_document_has_plain_values_alone(name, tmp_path, monkeypatch):
     words = {"SCENE": "roller-1000rpm", "FREED": "freed.toml"}
     assert main([*(words.get(word, word) for word in COMMANDS[name]), "--json", "--quiet"]) in (0, 1)
     (document,) = found
-    assert not not_plain(document)
+    assert not places_of_objects(document)
 
 
 def test_an_unproved_optimum_over_angles_is_of_plain_values():
     for row in optimise(FREE["curvature binds"], seconds=1e-3).by_law.values():
         assert not row["proved"]
-        assert not not_plain(dict(row))
+        assert not places_of_objects(dict(row))

@@ -26,7 +26,7 @@ def every_line(monkeypatch):
     monkeypatch.setattr(progress, "LOG_INTERVAL", 0.0)
 
 
-def logged(capsys):
+def log_lines(capsys):
     """The lines of a log: percent, done, total and unit of each."""
     return [LINE.match(line).groups()[:4] for line in capsys.readouterr().err.splitlines()]
 
@@ -45,7 +45,7 @@ def test_lines_of_a_log_tell_what_is_done(steps, lines, capsys):
     with progress_bar("designs") as advance:
         for done, total in steps:
             advance(done, total)
-    found = logged(capsys)
+    found = log_lines(capsys)
     assert [each for each, _ in groupby(found)] == [(*line, "designs") for line in lines]
 
 
@@ -93,7 +93,7 @@ def test_work_shows_a_bar_where_progress_is_true(name, tmp_path, capsys):
     WORKS[name](tmp_path / "third" if name != "merge" else tmp_path, True)
     units = {"optimise": "laws", "synthesise": "starts"}
     unit = units.get(name.partition(" ")[0], "designs")
-    found = logged(capsys)
+    found = log_lines(capsys)
     assert {(done, total, each) for _, done, total, each in found} == {
         (str(done), str(total), unit) for done, total in calls
     }

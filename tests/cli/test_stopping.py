@@ -93,7 +93,7 @@ sys.exit(main())
 
 
 @contextmanager
-def waiting(ignored=(), once=60.0, ending=0.0):
+def waiting_command(ignored=(), once=60.0, ending=0.0):
     """A command that has begun and waits for a signal."""
 
     def dispositions():
@@ -112,7 +112,7 @@ def waiting(ignored=(), once=60.0, ending=0.0):
 
 @pytest.mark.parametrize("name", SIGNALS)
 def test_a_signal_ends_a_command_in_order(name):
-    with waiting() as running:
+    with waiting_command() as running:
         running.send_signal(signal.Signals[name])
         out, err = running.communicate(timeout=20)
         assert (running.returncode, out, err.strip()) == (SIGNALS[name], "ending\n", "camopt: interrupted")
@@ -170,14 +170,14 @@ def test_a_signal_during_an_import_ends_a_command_as_any_other(name, how, module
 
 @pytest.mark.parametrize("name", SIGNALS)
 def test_a_signal_that_was_ignored_stays_ignored(name):
-    with waiting(ignored=[name]) as running:
+    with waiting_command(ignored=[name]) as running:
         running.send_signal(signal.Signals[name])
         with pytest.raises(subprocess.TimeoutExpired, match="timed out"):
             running.wait(timeout=0.3)
 
 
 def test_signals_that_come_together_are_one():
-    with waiting(ending=0.3) as running:
+    with waiting_command(ending=0.3) as running:
         for name in ("SIGHUP", "SIGTERM", "SIGHUP"):
             running.send_signal(signal.Signals[name])
         running.stdout.readline()
@@ -189,7 +189,7 @@ def test_signals_that_come_together_are_one():
 
 @pytest.mark.parametrize("name", SIGNALS)
 def test_a_second_signal_kills_what_does_not_end(name):
-    with waiting(once=0.0, ending=30.0) as running:
+    with waiting_command(once=0.0, ending=30.0) as running:
         running.send_signal(signal.SIGTERM)
         assert running.stdout.readline() == "ending\n"
         running.send_signal(signal.Signals[name])

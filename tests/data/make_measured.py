@@ -22,7 +22,7 @@ sys.path.insert(0, str(HERE.parent))
 from support.measured_cams import (  # noqa: E402
     along_the_profile,
     at_polar_angles,
-    measured,
+    probe_centres,
     valve_lift,
     valve_profile,
     worn_profile,
@@ -38,8 +38,8 @@ def tables() -> dict[str, tuple[str, Any]]:
     """The heading and the rows of each file."""
     lift = valve_lift(np.radians(DEGREES))[0] + 0.002 * np.random.default_rng(1).normal(size=360)
     met = at_polar_angles(valve_profile, BALL, np.radians(DEGREES))
-    distance = np.abs(measured(valve_profile, met, BALL, 0.002, seed=2))
-    worn = measured(worn_profile, along_the_profile(worn_profile, 720), LARGER_BALL, 0.0015, seed=3)
+    distance = np.abs(probe_centres(valve_profile, met, BALL, 0.002, seed=2))
+    worn = probe_centres(worn_profile, along_the_profile(worn_profile, 720), LARGER_BALL, 0.0015, seed=3)
     return {
         "inlet-lift.csv": ("angle_deg,lift_mm", np.column_stack([DEGREES, lift])),
         "inlet-profile.csv": ("angle_deg,radius_mm", np.column_stack([DEGREES, distance])),

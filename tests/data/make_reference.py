@@ -117,7 +117,7 @@ def scene_of(mechanism: str, m: int, law: str, k: int) -> Scene:
 def extra_scenes() -> dict[str, Scene]:
     """Cams outside the grid: undercut ones, several strokes, laws mixed, strokes without a dwell between."""
 
-    def of(mechanism: str, motion: list[Scene], cam: Scene, follower: Scene) -> Scene:
+    def scene_data(mechanism: str, motion: list[Scene], cam: Scene, follower: Scene) -> Scene:
         base = MECHANISMS[mechanism]
         return {"cam": base[0] | cam, "follower": base[1] | follower, "motion": motion}
 
@@ -143,30 +143,36 @@ def extra_scenes() -> dict[str, Scene]:
         stroke("return", 100, 10, "harmonic"),
     ]
     scenes = {
-        "undercut-roller": of(
+        "undercut-roller": scene_data(
             "disc-translating-roller",
             turn,
             {"base_radius": 16, "rotation": "cw", "rpm": 500},
             {"roller_radius": 37, "offset": -7},
         ),
-        "undercut-flat": of("disc-translating-flat", turn, {"base_radius": 40, "rotation": "cw"}, {"offset": 4}),
-        "undercut-oscillating-flat": of(
+        "undercut-flat": scene_data(
+            "disc-translating-flat", turn, {"base_radius": 40, "rotation": "cw"}, {"offset": 4}
+        ),
+        "undercut-oscillating-flat": scene_data(
             "disc-oscillating-flat",
             [stroke("rise", 75, 12, "poly345"), dwell(60), stroke("return", 90, 12, "harmonic"), dwell(135)],
             {"base_radius": 36, "rotation": "ccw"},
             {},
         ),
-        "undercut-cylinder": of(
+        "undercut-cylinder": scene_data(
             "cylindrical-translating", turn, {"mean_radius": 30, "rotation": "cw"}, {"roller_radius": 12}
         ),
-        "steps-roller": of("disc-translating-roller", steps, {"rotation": "cw", "rpm": 720}, {"offset": 11}),
-        "steps-oscillating": of("disc-oscillating-roller", steps, {"rotation": "cw"}, {}),
-        "steps-cylinder-oscillating": of("cylindrical-oscillating", steps, {"rpm": 90}, {}),
-        "corners-knife": of("disc-translating-knife", through, {"rotation": "cw"}, {"offset": -9}),
-        "no-dwell-at-top": of("disc-translating-spherical", peak, {"rpm": 333}, {"offset": 3}),
-        "mixed-knife": of("disc-translating-knife", mixed, {"rotation": "ccw", "rpm": 800}, {"offset": -21}),
-        "mixed-flat-radial": of("disc-translating-flat", mixed, {}, {}),
-        "roller-radial-default-rotation": of("disc-translating-roller", mixed, {"rpm": 60}, {}),
+        "steps-roller": scene_data(
+            "disc-translating-roller", steps, {"rotation": "cw", "rpm": 720}, {"offset": 11}
+        ),
+        "steps-oscillating": scene_data("disc-oscillating-roller", steps, {"rotation": "cw"}, {}),
+        "steps-cylinder-oscillating": scene_data("cylindrical-oscillating", steps, {"rpm": 90}, {}),
+        "corners-knife": scene_data("disc-translating-knife", through, {"rotation": "cw"}, {"offset": -9}),
+        "no-dwell-at-top": scene_data("disc-translating-spherical", peak, {"rpm": 333}, {"offset": 3}),
+        "mixed-knife": scene_data(
+            "disc-translating-knife", mixed, {"rotation": "ccw", "rpm": 800}, {"offset": -21}
+        ),
+        "mixed-flat-radial": scene_data("disc-translating-flat", mixed, {}, {}),
+        "roller-radial-default-rotation": scene_data("disc-translating-roller", mixed, {"rpm": 60}, {}),
         "oscillating-knife": {
             "cam": {"form": "disc", "base_radius": 55, "rotation": "cw", "rpm": 210},
             "follower": {
@@ -188,13 +194,13 @@ def extra_scenes() -> dict[str, Scene]:
             },
             "motion": mixed,
         },
-        "oscillating-flat-face-through-pivot": of(
+        "oscillating-flat-face-through-pivot": scene_data(
             "disc-oscillating-flat",
             [stroke("rise", 140, 6, "cycloidal"), stroke("return", 150, 6, "modified-sine"), dwell(70)],
             {"rotation": "cw", "rpm": 410},
             {"face_offset": 0},
         ),
-        "oscillating-flat-face-inside": of(
+        "oscillating-flat-face-inside": scene_data(
             "disc-oscillating-flat",
             [dwell(30), stroke("rise", 140, 6, "poly4567"), stroke("return", 120, 6, "harmonic"), dwell(70)],
             {"rotation": "ccw"},

@@ -19,7 +19,7 @@ ENOUGH = 300
 """Seconds of CPU time for the tests of one mutant, whatever else the machine does."""
 
 
-def changed() -> list[str]:
+def changed_modules() -> list[str]:
     """The modules that differ from the last commit, as ``camopt.model.effects.force``."""
     command = ["git", "diff", "--name-only", "--", "camopt"]
     paths = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
@@ -47,13 +47,15 @@ def killers(module: str) -> list[Path]:
 
 
 def main() -> int:
-    found = [path for module in changed() for path in killers(module)] or core()
+    found = [path for module in changed_modules() for path in killers(module)] or core()
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *map(str, found)]
-    done = subprocess.run(command, env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, preexec_fn=_limited, check=False)
+    done = subprocess.run(
+        command, env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, preexec_fn=_limit_cpu_time, check=False
+    )
     return int(done.returncode not in (0, -signal.SIGXCPU))
 
 
-def _limited() -> None:
+def _limit_cpu_time() -> None:
     """End this process after its seconds."""
     resource.setrlimit(resource.RLIMIT_CPU, (ENOUGH, ENOUGH + 5))
 

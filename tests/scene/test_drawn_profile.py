@@ -6,7 +6,7 @@ import ezdxf
 import numpy as np
 import pytest
 from support.cams import CONTACTS, cam_with
-from support.curves import furthest, true_points
+from support.curves import largest_distance, true_points
 
 from camopt import BadInput, Scene, cam_points, export, find_scene, shipped_scenes
 from camopt.model.motion.profile import ElementSpec, place_elements
@@ -62,7 +62,7 @@ def test_a_profile_comes_back_from_its_drawing(tmp_path, name, rotation):
     elements = outline_elements(read_dxf_profile(tmp_path / "cam.dxf"), rotation == "cw")
     there, here = profile_points(scene), points_of(elements, rotation)
     allowed = found.curves["profile"].deviation_mm + 2e-5
-    assert max(furthest(here, there), furthest(there, here)) <= allowed
+    assert max(largest_distance(here, there), largest_distance(there, here)) <= allowed
     if scene.profile:
         assert len(elements) == len(scene.profile)
 
@@ -84,7 +84,7 @@ def test_there_are_forty_profiles():
 THREE_ARC = find_scene("three-arc-valve")
 
 
-def drawn_otherwise(file, make, unit=4):
+def save_drawing(file, make, unit=4):
     document = ezdxf.new("R2010", units=unit)
     make(document.modelspace())
     document.saveas(file)
@@ -110,15 +110,15 @@ def loose(file, digits):
 @pytest.mark.parametrize(("digits", "near"), [(12, 1e-9), (6, 2e-6), (4, 2e-4)])
 def test_loose_arcs_are_joined_and_made_tangent(tmp_path, digits, near):
     file = tmp_path / "loose.dxf"
-    drawn_otherwise(file, loose(tmp_path / "own.dxf", digits))
+    save_drawing(file, loose(tmp_path / "own.dxf", digits))
     elements = outline_elements(read_dxf_profile(file), clockwise=False)
     assert len(elements) == 4
     there, here = profile_points(THREE_ARC), points_of(elements, "ccw")
-    assert max(furthest(here, there), furthest(there, here)) <= near + 3e-5
+    assert max(largest_distance(here, there), largest_distance(there, here)) <= near + 3e-5
 
 
 def test_a_drawing_in_inches_is_as_large(tmp_path):
-    drawn_otherwise(tmp_path / "inch.dxf", lambda space: space.add_circle((0.25, 0), 1.0), unit=1)
+    save_drawing(tmp_path / "inch.dxf", lambda space: space.add_circle((0.25, 0), 1.0), unit=1)
     (only,) = from_drawing(find_scene("eccentric-rocker"), tmp_path / "inch.dxf").profile
     assert (only.radius, only.x, only.y) == pytest.approx((25.4, 6.35, 0.0))
 
@@ -137,13 +137,13 @@ BAD = {
 @pytest.mark.parametrize("name", BAD)
 def test_a_drawing_without_a_profile_is_told(tmp_path, name):
     make, message = BAD[name]
-    drawn_otherwise(tmp_path / "bad.dxf", make)
+    save_drawing(tmp_path / "bad.dxf", make)
     with pytest.raises(BadInput, match=re.escape(message)) as error:
         from_drawing(THREE_ARC, tmp_path / "bad.dxf")
     assert len(error.value.mistakes) == 1
 
 
-def nested(levels, insert, inside):
+def nest_blocks(levels, insert, inside):
     """Blocks, each of which inserts the next by ``insert``; the last one has what ``inside`` draws."""
 
     def make(space):
@@ -156,7 +156,7 @@ def nested(levels, insert, inside):
     return make
 
 
-def nothing(block):
+def draw_nothing(block):
     pass
 
 
@@ -181,18 +181,18 @@ def wave(space):
 FLAT_FOLLOWER = '[cam]\nform = "disc"\n[follower]\nmotion = "translating"\ncontact = "flat"\n'
 MANY = "it has more than 100,000 entities and vertices, counting inserted blocks"
 ENDLESS = {
-    "circles": (nested(20, copies(8), circle), MANY),
-    "empty": (nested(20, copies(8), nothing), MANY),
-    "oblique": (nested(20, copies(8, rotation=30, xscale=2), nothing), MANY),
-    "array": (nested(2, arrays(30_000), nothing), MANY),
-    "vertices": (nested(2, arrays(10), wave), MANY),
+    "circles": (nest_blocks(20, copies(8), circle), MANY),
+    "empty": (nest_blocks(20, copies(8), draw_nothing), MANY),
+    "oblique": (nest_blocks(20, copies(8, rotation=30, xscale=2), draw_nothing), MANY),
+    "array": (nest_blocks(2, arrays(30_000), draw_nothing), MANY),
+    "vertices": (nest_blocks(2, arrays(10), wave), MANY),
     "itself": (
-        nested(3, copies(1), lambda block: block.add_blockref("B1", (0, 0))),
+        nest_blocks(3, copies(1), lambda block: block.add_blockref("B1", (0, 0))),
         'its block "B1" contains itself',
     ),
-    "deep": (nested(1500, copies(1), circle), "its blocks are nested too deep"),
+    "deep": (nest_blocks(1500, copies(1), circle), "its blocks are nested too deep"),
     "star": (
-        nested(3, copies(60, step=0), lambda block: block.add_line((0, 0), (1, 0))),
+        nest_blocks(3, copies(60, step=0), lambda block: block.add_line((0, 0), (1, 0))),
         "3,600 of its arcs and lines end at the same point",
     ),
     "wave": (wave, "its profile has 2,002 arcs and lines; at most 1,000 are allowed"),
@@ -203,7 +203,7 @@ ENDLESS = {
 def test_a_drawing_without_end_is_refused(tmp_path, command, name):
     """Drawings of some kilobytes that would take hours, or all memory: exit code 2, one line."""
     make, message = ENDLESS[name]
-    drawn_otherwise(tmp_path / "bad.dxf", make)
+    save_drawing(tmp_path / "bad.dxf", make)
     (tmp_path / "own.toml").write_text(f'profile = "bad.dxf"\n{FLAT_FOLLOWER}')
     code, printed, told = command("evaluate", "own.toml")
     assert (code, printed, told.count("\n")) == (2, "", 1)
@@ -213,7 +213,7 @@ def test_a_drawing_without_end_is_refused(tmp_path, command, name):
 def test_a_profile_in_nested_blocks_comes_back(tmp_path):
     """As it is drawn, and where the blocks about it hold 4,096 marks."""
     document = ezdxf.new("R2010", units=4)
-    nested(5, copies(8), lambda block: block.add_point((60, 0)))(document.modelspace())
+    nest_blocks(5, copies(8), lambda block: block.add_point((60, 0)))(document.modelspace())
     profile = document.blocks.new("PROFILE")
     profile.add_circle((5, 0), 30)
     document.modelspace().add_blockref("PROFILE", (0, 0))

@@ -37,7 +37,7 @@ POINTS = np.linspace(0.0, 1.0, 41)
 VERBS = ("displacement", "velocity", "acceleration", "jerk")
 
 
-def sampled(law, count):
+def sampled_table(law, count):
     x = np.linspace(0.0, 1.0, count)
     return {"x": x.tolist(), "s": LAWS[law].displacement(x).tolist()}
 
@@ -49,7 +49,7 @@ def with_law(name, law, **changes):
     return scene.replace(laws={"own": law}, motion=motion, search=None, **changes)
 
 
-def named(scene, law):
+def with_law_named(scene, law):
     motion = [{**s.model_dump(exclude_none=True), **({"law": law} if s.law else {})} for s in scene.motion]
     return scene.replace(motion=motion, laws=None)
 
@@ -60,7 +60,7 @@ def named(scene, law):
 @pytest.mark.parametrize("name", ["roller-1000rpm", "flat-reciprocating", "oscillating-roller"])
 def test_a_bezier_spline_is_the_345_polynomial(name):
     scene = with_law(name, BEZIER)
-    found, expected = evaluate(scene), evaluate(named(scene, "poly345"))
+    found, expected = evaluate(scene), evaluate(with_law_named(scene, "poly345"))
     assert found["status"] == "certified"
     for quantity, value in expected.items():
         if isinstance(value, float):
@@ -80,7 +80,7 @@ def test_a_table_nears_the_law_behind_it_as_a_quintic_spline_does():
     x = np.linspace(0.0, 1.0, 4001)
     errors = [
         [
-            np.abs(getattr(fit_table_spline("t", *map(tuple, sampled("cycloidal", n + 1).values())), verb)(x)
+            np.abs(getattr(fit_table_spline("t", *map(tuple, sampled_table("cycloidal", n + 1).values())), verb)(x)
                    - getattr(LAWS["cycloidal"], verb)(x)).max()
             for n in (16, 32, 64)
         ]
@@ -152,7 +152,7 @@ made_of_few_numbers = st.one_of(
 )
 
 
-def mirrored(law):
+def mirrored_table(law):
     """The table of a law for its other end: the same if it is the same from there."""
     return law if is_symmetric(own_law_from_values("", law)) else {**law, "mirror": not law.get("mirror")}
 
@@ -160,7 +160,7 @@ def mirrored(law):
 @settings(max_examples=times(40, deep=1000))
 @given(made_of_few_numbers, st.booleans())
 def test_any_law_in_a_few_numbers_gives_a_cam_without_nan(law, mirror):
-    scene = with_law("roller-1000rpm", mirrored(law) if mirror else law)
+    scene = with_law("roller-1000rpm", mirrored_table(law) if mirror else law)
     found = evaluate(scene)
     assert not any(isinstance(value, float) and np.isnan(value) for value in found.values())
     assert found["status"] in ("certified", "undecided")
@@ -245,7 +245,7 @@ EXAMPLES = {
 
 @pytest.mark.parametrize("law", EXAMPLES.values(), ids=EXAMPLES)
 def test_a_law_in_any_form_is_written_and_read_and_mirrored(law):
-    laws = {"own": law, "back": mirrored(law)}
+    laws = {"own": law, "back": mirrored_table(law)}
     motion = [
         {"segment": "rise", "angle": 120, "lift": 20, "law": "own"},
         {"segment": "return", "angle": 120, "lift": 20, "law": "back"},
@@ -301,7 +301,7 @@ def test_mirror_is_true_or_false():
         with_law("roller-1000rpm", LOPSIDED | {"mirror": "yes"})
 
 
-@pytest.mark.parametrize(("law", "status"), [(BEZIER, "certified"), (sampled("cycloidal", 21), "sampled")])
+@pytest.mark.parametrize(("law", "status"), [(BEZIER, "certified"), (sampled_table("cycloidal", 21), "sampled")])
 def test_a_sweep_writes_a_scene_that_stands_alone(law, status, tmp_path):
     sizes = {"base_radius": [60.0, 80.0, 120.0], "offset": [0.0, 8.0], "law": ["own", "harmonic"]}
     scene = with_law("roller-1000rpm", law).replace(search=sizes)
@@ -320,7 +320,7 @@ def test_a_sweep_writes_a_scene_that_stands_alone(law, status, tmp_path):
 
 def test_rows_at_their_limit_are_sampled_too():
     """The verdict comes from intervals there, and at the limit itself there is none."""
-    scene = with_law("roller-1000rpm", sampled("cycloidal", 9))
+    scene = with_law("roller-1000rpm", sampled_table("cycloidal", 9))
     angle = evaluate(scene)["pressure_angle_max_deg"]
     for share, status in ((3e-14, "sampled"), (0.0, "undecided"), (-3e-14, "sampled")):
         found = evaluate(held := scene.replace(limits={"pressure_angle": angle * (1.0 + share)}))
@@ -329,7 +329,7 @@ def test_rows_at_their_limit_are_sampled_too():
 
 
 def test_a_file_is_read_into_the_scene(tmp_path, monkeypatch):
-    law = sampled("cycloidal", 11)
+    law = sampled_table("cycloidal", 11)
     rows = "\n".join(f"{x!r},ignored,{s!r}" for x, s in zip(law["x"], law["s"], strict=True))
     (tmp_path / "lift.csv").write_text(f"\ufeffx,note, s\r\n{rows}\n\n", encoding="utf-8")
     scene = with_law("roller-1000rpm", BEZIER)
@@ -350,7 +350,7 @@ def test_a_file_is_read_into_the_scene(tmp_path, monkeypatch):
 
 def test_commands_take_own_laws(tmp_path, capsys):
     file = tmp_path / "cam.toml"
-    file.write_text(with_law("two-pauses", sampled("cycloidal", 21)).to_toml(), encoding="utf-8")
+    file.write_text(with_law("two-pauses", sampled_table("cycloidal", 21)).to_toml(), encoding="utf-8")
     assert main(["evaluate", str(file), "--json", "--plot", str(tmp_path / "cam.svg")]) == 0
     assert json.loads(capsys.readouterr().out)["law_rise"] == "own"
     assert ">own<" in (tmp_path / "cam.svg").read_text(encoding="utf-8")
@@ -503,7 +503,7 @@ def test_points_of_a_file_are_checked_as_those_of_the_scene(tmp_path, monkeypatc
 OVER = {"start": [0, 0, 0], "end": [1, 0, 0, -100], "overshoot": True}  # at rest at both ends, and above 1 between
 
 
-def overshooting(name, laws, rise="over", fall="cycloidal", lift=20, **changes):
+def overshooting_scene(name, laws, rise="over", fall="cycloidal", lift=20, **changes):
     motion = [
         {"segment": "rise", "angle": 120, "lift": lift, "law": rise},
         {"segment": "return", "angle": 120, "lift": lift, "law": fall},
@@ -533,7 +533,7 @@ def test_how_far_a_law_overshoots_is_told(start, end):
 
 def test_the_highest_is_above_the_ends_of_the_rise():
     """√(e² + (s₀ + highest)²) − R_r is the outer radius, and base circle and start are where they were."""
-    scene = overshooting("roller-1000rpm", {"over": OVER}, limits=None, outputs=["outer_radius_mm"])
+    scene = overshooting_scene("roller-1000rpm", {"over": OVER}, limits=None, outputs=["outer_radius_mm"])
     lift = resolve(scene).programme.lift
     assert lift == pytest.approx(
         resolve(scene).programme.motion_at(np.linspace(0.0, 2.0, 200001))[0].max(), rel=1e-9
@@ -553,7 +553,7 @@ def test_a_motion_that_overshoots_is_certified(name):
         "motion": find_scene("roller-1000rpm").to_dict()["motion"],
     }
     base = Scene.from_dict(groove) if name == "groove" else find_scene(name)
-    scene = overshooting(base, {"over": OVER}, lift=12, limits=None)
+    scene = overshooting_scene(base, {"over": OVER}, lift=12, limits=None)
     found = evaluate(scene)
     assert found["status"] == "certified"
     angle = found["pressure_angle_max_deg"]
@@ -566,7 +566,7 @@ def test_a_motion_that_overshoots_is_certified(name):
 @pytest.mark.parametrize(("rise", "fall"), [("cycloidal", "over"), ("below", "cycloidal"), ("below", "over")])
 def test_the_lowest_of_the_turn_is_on_the_base_circle(rise, fall):
     """Also where a law goes below the level at which the turn starts."""
-    scene = overshooting("roller-1000rpm", {"over": OVER, "below": {**OVER, "mirror": True}}, rise, fall)
+    scene = overshooting_scene("roller-1000rpm", {"over": OVER, "below": {**OVER, "mirror": True}}, rise, fall)
     programme = resolve(scene).programme
     y = programme.motion_at(np.linspace(0.0, 2.0 * np.pi, 200001))[0]
     assert y.min() == pytest.approx(0.0, abs=1e-8)
@@ -580,7 +580,7 @@ def test_the_lowest_of_the_turn_is_on_the_base_circle(rise, fall):
 def test_a_law_that_overshoots_counts_for_the_overhang():
     dynamics = {"mass": 0.5, "guide_length": 40.0, "overhang": 21.0}
     with pytest.raises(BadInput, match=r"overhang = 21.*: must be at least the lift \(21\.6"):
-        overshooting("roller-1000rpm", {"over": OVER}, **{"follower.dynamics": dynamics})
+        overshooting_scene("roller-1000rpm", {"over": OVER}, **{"follower.dynamics": dynamics})
 
 
 # ----------------------------------------------------------------------------------- tables that need not rest
@@ -714,20 +714,20 @@ def test_a_table_that_rests_where_a_rise_goes_over_into_a_return_is_told():
     keys = ("segment", "angle", "lift", "law")
     scene["motion"] = [{k: v for k, v in zip(keys, row, strict=True) if v is not None} for row in turn]
 
-    def told(**ends):
+    def law_notes(**ends):
         up = {"x": [0.0, 0.3, 0.6, 1.0], "s": [0.0, 0.1, 0.6, 1.0], **ends}
         made = Scene.from_dict({**scene, "laws": {"up": up, "down": {**up, "mirror": True}}})
         return [line for line in unusual_value_notes(made) if line.startswith("laws.")]
 
-    start, *_ = told()
+    start, *_ = law_notes()
     assert start == (
         "laws.up: it rests between motion.1 and motion.2; "
         'reversal = "end" lets it reverse there, with the acceleration of its points; rest, if set, confirms the rest'
     )
-    assert len(told()) == 2
-    assert ['reversal = "both"' in line for line in told(reversal="start")] == [True, True]
-    assert not told(reversal="end")
-    assert not told(rest="both")
+    assert len(law_notes()) == 2
+    assert ['reversal = "both"' in line for line in law_notes(reversal="start")] == [True, True]
+    assert not law_notes(reversal="end")
+    assert not law_notes(rest="both")
 
 
 def test_a_spline_of_another_program_may_overshoot_by_rounding():

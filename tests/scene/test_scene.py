@@ -59,7 +59,7 @@ BASES = {
 }
 
 
-def changed(base, changes):
+def with_values(base, changes):
     """A copy of a mapping, with values by dotted key; segments count from 1, as in messages."""
     data = copy.deepcopy(base)
     for key, value in changes.items():
@@ -182,7 +182,9 @@ def test_a_mistaken_replacement_is_told(key, value, line):
 
 
 def test_a_choice_may_be_one_value_a_list_or_a_range():
-    search = Scene.from_dict(changed(BASES["roller"], {"search.offset": 3, "search.roller_radius": [1, 2]})).search
+    search = Scene.from_dict(
+        with_values(BASES["roller"], {"search.offset": 3, "search.roller_radius": [1, 2]})
+    ).search
     assert (search.offset, search.roller_radius) == ((3.0,), (1.0, 2.0))
     assert search.base_radius == StepRange(start=20.0, stop=150.0, step=0.5)
 
@@ -328,26 +330,26 @@ ONE_MISTAKE = [
 
 @pytest.mark.parametrize(("base", "changes", "line"), ONE_MISTAKE)
 def test_a_mistake_is_told_by_file_key_value_and_what_is_allowed(base, changes, line):
-    (found,) = mistakes(changed(BASES[base], changes))
+    (found,) = mistakes(with_values(BASES[base], changes))
     assert found.startswith(f"cam.toml: {line}")
     assert len(found) < 1200
 
 
-def many(count):
+def turn_of_segments(count):
     """A turn of so many segments."""
     pair = [{"segment": kind, "angle": 360.0 / count, "lift": 1.0, "law": "poly345"} for kind in ("rise", "return")]
-    return changed(BASES["roller"], {"motion": pair * (count // 2)})
+    return with_values(BASES["roller"], {"motion": pair * (count // 2)})
 
 
 def test_a_turn_has_a_thousand_segments_at_most():
     """One line, without the ten thousand; so many as are allowed make a scene."""
-    assert mistakes(many(10_000)) == ["cam.toml: motion: has 10,000 entries; at most 1,000 are allowed"]
-    assert len(Scene.from_dict(many(1_000)).motion) == 1_000
+    assert mistakes(turn_of_segments(10_000)) == ["cam.toml: motion: has 10,000 entries; at most 1,000 are allowed"]
+    assert len(Scene.from_dict(turn_of_segments(1_000)).motion) == 1_000
 
 
 def test_all_mistakes_are_told_at_once():
     wrong = {"cam.rmp": 900, "follower.roller_radius": -5, "motion.1.angle": 110}
-    lines = mistakes(changed(BASES["roller"], wrong))
+    lines = mistakes(with_values(BASES["roller"], wrong))
     assert len(lines) == 3
     assert lines[0].startswith("cam.toml: cam.rmp = 900: not a known key; did you mean rpm?")
     assert lines[1] == "cam.toml: follower.roller_radius = -5: must be at least 1e-09"
@@ -364,7 +366,7 @@ def test_mistakes_are_told_from_another_process():
 
 
 def test_lifts_too_small_to_compute_with_are_told():
-    lines = mistakes(changed(BASES["roller"], {"motion.1.lift": 1e-12, "motion.3.lift": 1e-12}))
+    lines = mistakes(with_values(BASES["roller"], {"motion.1.lift": 1e-12, "motion.3.lift": 1e-12}))
     assert lines == [
         f"cam.toml: motion.{n}.lift = 1e-12: must be at least 1e-09 in a rise or return" for n in (1, 3)
     ]
@@ -376,7 +378,7 @@ def test_mistakes_in_every_table_are_told_at_once():
         "search.offset": {"start": "a", "stpe": 1}, "search.roller_radius": ["a", 5, nan],
         "materials.cam_modulus": -1, "accuracy.relative_error": True, "outputs": ["x"], "zzz": 1,
     }  # fmt: skip
-    lines = mistakes(changed(BASES["roller"], wrong))
+    lines = mistakes(with_values(BASES["roller"], wrong))
     keys = [line.split(": ")[1].split(" = ")[0] for line in lines]
     assert sorted(keys) == sorted([
         "name", "cam.form", "follower.contact", "motion.2.segment", "limits.jerk", "search.offset.start",
@@ -386,7 +388,7 @@ def test_mistakes_in_every_table_are_told_at_once():
 
 
 def test_a_segment_that_is_no_table_leaves_the_numbers_of_the_others():
-    data = changed(BASES["roller"], {"motion.3.law": DELETED, "search.law": DELETED})
+    data = with_values(BASES["roller"], {"motion.3.law": DELETED, "search.law": DELETED})
     data["motion"][0] = 5
     lines = mistakes(data)
     assert lines[0] == "cam.toml: motion.1 = 5: must be a table"
@@ -422,10 +424,10 @@ def test_a_law_that_a_search_leaves_out_or_misspells_is_one_mistake():
 
 
 def test_a_mistaken_size_makes_no_mistakes_of_others():
-    assert len(mistakes(changed(BASES["roller"], {"cam.base_radius": -50}))) == 1
-    assert len(mistakes(changed(BASES["roller"], {"follower.roller_radius": "5", "follower.offset": 52}))) == 1
-    assert len(mistakes(changed(BASES["arm"], {"follower.arm_length": -1}))) == 1
-    assert len(mistakes(changed(BASES["swinging face"], {"follower.centre_distance": 0}))) == 1
+    assert len(mistakes(with_values(BASES["roller"], {"cam.base_radius": -50}))) == 1
+    assert len(mistakes(with_values(BASES["roller"], {"follower.roller_radius": "5", "follower.offset": 52}))) == 1
+    assert len(mistakes(with_values(BASES["arm"], {"follower.arm_length": -1}))) == 1
+    assert len(mistakes(with_values(BASES["swinging face"], {"follower.centre_distance": 0}))) == 1
 
 
 @pytest.mark.parametrize("data", [None, [], 5, "cam", [("cam", 1)]])
@@ -435,9 +437,9 @@ def test_a_scene_is_made_from_a_mapping(data):
 
 
 def test_keys_that_are_no_texts_are_told():
-    lines = mistakes({**changed(BASES["roller"], {}), 5: 1, None: 2})
+    lines = mistakes({**with_values(BASES["roller"], {}), 5: 1, None: 2})
     assert [line.split(":")[1] for line in lines] == [" 5 = 1", " None = 2"]
-    (line,) = mistakes(changed(BASES["roller"], {"cam": {**BASES["roller"]["cam"], 7: 1}}))
+    (line,) = mistakes(with_values(BASES["roller"], {"cam": {**BASES["roller"]["cam"], 7: 1}}))
     assert line.startswith("cam.toml: cam.7 = 1: not a known key")
 
 
@@ -530,7 +532,7 @@ def places(value):
 
 
 @st.composite
-def mutated(draw):
+def mutate_mapping(draw):
     data = copy.deepcopy(draw(st.sampled_from(list(BASES.values()))))
     for _ in range(draw(st.integers(1, 4))):
         place = draw(st.sampled_from(list(places(data))))
@@ -548,7 +550,7 @@ def mutated(draw):
 
 
 @settings(max_examples=times(300, deep=20000))
-@given(mutated())
+@given(mutate_mapping())
 def test_whatever_is_given_makes_a_scene_or_a_bad_input(data):
     before = copy.deepcopy(data)
     try:

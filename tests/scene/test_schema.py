@@ -40,7 +40,7 @@ def test_what_camopt_writes_is_taken(name):
 PLACED = {"laws.NAME": "laws.mine", "search.KEY": "search.offset", "tolerances.KEY": "tolerances.phase"}
 
 
-def put(place, key, value):
+def put_value(place, key, value):
     """A scene with a value under a key of a table, and the names that lead there."""
     scene, path = camopt.find_scene("roller-1000rpm").to_dict(), PLACED.get(place, place).split(".")
     if place in TABLE_LISTS:  # with one entry of each list on the way
@@ -55,7 +55,7 @@ def put(place, key, value):
 
 @pytest.mark.parametrize("place", SCENE_TABLES)
 def test_a_wrong_key_is_found_in_its_table(place):
-    scene, path = put(place, "angel", 1)
+    scene, path = put_value(place, "angel", 1)
     leaves = list(leaves_of(READER.iter_errors(scene)))
     wrong = [error for error in leaves if "angel" in error.message and error.validator == "additionalProperties"]
     assert [name for name in wrong[0].absolute_path if isinstance(name, str)] == path
@@ -75,7 +75,7 @@ def test_a_key_says_what_it_is_and_takes_no_table_of_others(key):
     assert said.startswith(key.sentence.removesuffix("."))
     assert (f"Unit: {key.unit}." in said) == bool(key.unit)
     if key.key != "search.cam" and "a table" not in key.allowed:
-        scene, _ = put(key.table, key.key.rpartition(".")[2], {"wrong": 1})
+        scene, _ = put_value(key.table, key.key.rpartition(".")[2], {"wrong": 1})
         assert not READER.is_valid(scene)
 
 

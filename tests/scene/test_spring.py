@@ -62,7 +62,7 @@ def test_it_goes_with_a_spring_and_with_an_arm():
         find_scene("roller-1000rpm").replace(**{"follower.dynamics": spring})
 
 
-def about(scene):
+def with_pivot_spring(scene):
     """The same scene with a spring about the pivot."""
     own = scene.follower.dynamics
     lever = own.spring_at / 1e3
@@ -75,7 +75,8 @@ def test_a_change_is_in_the_units_of_the_scene(change):
     scene = rocker(spring_rate=30, preload=200, spring_at=45)
     changed = scene.replace(**{f"follower.dynamics.{key}": value for key, value in change.items()})
     forces = [
-        evaluate(each.replace(outputs=["force"]))["contact_force_max_N"] for each in (changed, about(changed))
+        evaluate(each.replace(outputs=["force"]))["contact_force_max_N"]
+        for each in (changed, with_pivot_spring(changed))
     ]
     assert forces[0] == pytest.approx(forces[1], rel=1e-12)
     assert forces[0] != evaluate(scene.replace(outputs=["force"]))["contact_force_max_N"]
@@ -96,7 +97,7 @@ def test_a_search_is_in_the_units_of_the_scene():
     for row in rows.to_dict("records"):
         keys = {"spring_rate": "spring_rate_N_per_mm", "preload": "preload_N", "spring_at": "spring_at_mm"}
         own = {f"follower.dynamics.{key}": row[name] for key, name in keys.items()}
-        expected = evaluate(about(scene.replace(search={}, **own)))
+        expected = evaluate(with_pivot_spring(scene.replace(search={}, **own)))
         assert row["contact_force_max_N"] == pytest.approx(expected["contact_force_max_N"], rel=1e-9)
     swept = sweep(scene)
     assert swept.designs == 8 * len(swept.best)

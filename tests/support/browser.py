@@ -42,7 +42,7 @@ def _elsewhere(address: str, home: str) -> list[str]:
     return [] if address.startswith((home, "data:", "blob:")) else [f"request: {address}"]
 
 
-def opened(page, path) -> None:
+def open_page(page, path) -> None:
     """Open a page of camopt and wait until its program has begun."""
     page.goto(path.as_uri())
     page.wait_for_selector("html[data-ready]")

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 
-def furthest(points, corners):
+def largest_distance(points, corners):
     """The largest distance of points from a line through corners, on the segments beside their nearest corners."""
     closed = abs(corners[0] - corners[-1]) < 1e-6
     corners = corners[:-1] if closed else corners

@@ -21,7 +21,7 @@ def times(everyday: int, deep: int) -> int:
     return deep if is_deep() else everyday
 
 
-def covering(cases: Iterable[Case], features: Callable[[Case], Iterable[Hashable]]) -> list[Case]:
+def covering_cases(cases: Iterable[Case], features: Callable[[Case], Iterable[Hashable]]) -> list[Case]:
     """Of a long list, the cases with a feature that none before them has; all of them in ``.ci/deep``."""
     seen: set[Hashable] = set()
     chosen = []

@@ -33,7 +33,7 @@ Told = Callable[..., None]
 
 
 @contextmanager
-def watched(folder: Path, before: Told, after: Told = lambda *_: None) -> Iterator[None]:
+def watch_calls(folder: Path, before: Told, after: Told = lambda *_: None) -> Iterator[None]:
     """``before`` is told of each call on files in a folder, with its arguments, and ``after`` when it is done.
 
     Nothing is synced, which takes long.
@@ -95,7 +95,7 @@ def watched(folder: Path, before: Told, after: Told = lambda *_: None) -> Iterat
 def calls_of(folder: Path, work: Callable[[], Any]) -> list[str]:
     """The calls of some work on files in a folder."""
     calls: list[str] = []
-    with watched(folder, lambda call, *_: calls.append(call)):
+    with watch_calls(folder, lambda call, *_: calls.append(call)):
         work()
     return calls
 
@@ -108,7 +108,7 @@ class End(NamedTuple):
     result: Any
 
 
-def forked(work: Callable[[], Any]) -> End:
+def run_forked(work: Callable[[], Any]) -> End:
     """Do some work in a process of its own, whose exit code is the number that the work returns, or else 0."""
     with TemporaryFile("w+") as said, TemporaryFile() as results, warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # of threads, which the child does not touch
@@ -160,11 +160,11 @@ def with_fault(folder: Path, work: Callable[[], Any], number: int, fault: str) -
             signal.signal(signal.SIGPROF, signal.SIG_DFL)
             signal.setitimer(signal.ITIMER_PROF, number / 1000)
             return work()
-        with watched(folder, before):
+        with watch_calls(folder, before):
             return work()
 
     real_write = os.write
-    return forked(faulty)
+    return run_forked(faulty)
 
 
 Tree = dict[str, bytes | None]

@@ -53,7 +53,7 @@ def values(steps, *given):
     return known
 
 
-def missed(seed, count):
+def count_missed(seed, count):
     """Of formulas at points, how many have a range, or one with slopes, that does not hold the exact value."""
     rng, wrong = np.random.default_rng(seed), 0
     for _ in range(count):
@@ -86,4 +86,4 @@ def _root_is_held(rng):
 
 if __name__ == "__main__":
     with precisely():
-        print(missed(*map(int, sys.argv[1:])))
+        print(count_missed(*map(int, sys.argv[1:])))

@@ -175,7 +175,7 @@ def top_of(function, nodes, values):
     return best
 
 
-def expected(scene):
+def expected_quantities(scene):
     """Every quantity that is compared, in the units of the package's columns."""
     given, groove = scene["follower"]["dynamics"], scene["cam"]["form"] == "cylindrical"
     parts, top = list(smooth(scene)), {}
@@ -359,7 +359,7 @@ def differences(scene):
     """How far each quantity of the package is from that of the model, relative to the largest of its kind."""
     found = evaluate(Scene.from_dict(scene))
     try:
-        model = expected(scene)
+        model = expected_quantities(scene)
     except Jams as jam:  # what an open cam cannot give is a matter of the torque alone
         names = ("torque_peak_N_m", "power_mean_W", *(() if jam.args[0] else ("normal_force_max_N",)))
         model = dict.fromkeys(names, inf)

@@ -116,12 +116,12 @@ def case(number: int) -> tuple[str, bytes]:
             random.choices(list(CHANGES), list(CHANGES.values()))[0](data, random)
     if random.random() < 0.7:
         with suppress(LookupError, TypeError, AttributeError, OverflowError):
-            _close(data["motion"])
+            _close_turn(data["motion"])
     try:
         text = tomli_w.dumps(data).encode()
     except (TypeError, ValueError, UnicodeEncodeError, RecursionError, AttributeError):  # no TOML can say it
         text = TEXTS["roller-1000rpm"].encode()
-    return command, damaged(text, random) if random.random() < 0.1 else text
+    return command, damage_bytes(text, random) if random.random() < 0.1 else text
 
 
 def misfit_case(number: int) -> tuple[str, bytes]:
@@ -157,7 +157,7 @@ def _numbers(random: Random) -> dict[str, Any]:
     return found
 
 
-def _close(motion: Any) -> None:
+def _close_turn(motion: Any) -> None:
     """Let the angles add up to a turn, and the lifts to none, or most cases would end there."""
     motion[-1]["angle"] += 360.0 - sum(each["angle"] for each in motion)
     rises, returns = ([each for each in motion if each["segment"] == way] for way in ("rise", "return"))
@@ -268,7 +268,7 @@ def deepen(data: Any, random: Random) -> None:
         table[key] = random.choice(([table[key]], {"a": table[key]}))
 
 
-def known(data: Any, random: Random) -> None:
+def add_known_key(data: Any, random: Random) -> None:
     """A key that the scene did not have, with a value of its type."""
     table, properties = data, SCHEMA["properties"]
     while True:
@@ -280,20 +280,20 @@ def known(data: Any, random: Random) -> None:
         table, properties = table[key], below["properties"]
 
 
-def several(data: Any, random: Random) -> None:
+def add_several_keys(data: Any, random: Random) -> None:
     """Some keys that the scene did not have, as of a machine with loads."""
     for _ in range(random.randint(2, 8)):
-        known(data, random)
+        add_known_key(data, random)
 
 
 CHANGES: dict[Callable[[Any, Random], None], int] = {
     nudge: 90,
-    known: 30,
+    add_known_key: 30,
     scale: 15,
     number: 12,
     string: 12,
     graft: 10,
-    several: 10,
+    add_several_keys: 10,
     drop: 10,
     rearrange: 8,
     kind: 20,
@@ -304,25 +304,27 @@ CHANGES: dict[Callable[[Any, Random], None], int] = {
 }
 
 
-def _resolved(schema: dict[str, Any]) -> list[dict[str, Any]]:
+def _schema_alternatives(schema: dict[str, Any]) -> list[dict[str, Any]]:
     """What a part of the schema may be."""
     if "$ref" in schema:
-        return _resolved(SCHEMA["$defs"][schema["$ref"].rpartition("/")[2]])
-    return [each for some in schema["anyOf"] for each in _resolved(some)] if "anyOf" in schema else [schema]
+        return _schema_alternatives(SCHEMA["$defs"][schema["$ref"].rpartition("/")[2]])
+    return (
+        [each for some in schema["anyOf"] for each in _schema_alternatives(some)] if "anyOf" in schema else [schema]
+    )
 
 
 def _table(schema: dict[str, Any]) -> dict[str, Any] | None:
-    return next((each for each in _resolved(schema) if each.get("properties")), None)
+    return next((each for each in _schema_alternatives(schema) if each.get("properties")), None)
 
 
 def _rows_of(schema: dict[str, Any]) -> dict[str, Any] | None:
     """The tables that a list of the schema is of."""
-    return next((_table(each["items"]) for each in _resolved(schema) if "items" in each), None)
+    return next((_table(each["items"]) for each in _schema_alternatives(schema) if "items" in each), None)
 
 
 def _value(schema: dict[str, Any], random: Random, depth: int = 0) -> Any:
     """A value that the schema allows, or almost."""
-    chosen = random.choice([each for each in _resolved(schema) if each.get("type") != "null"])
+    chosen = random.choice([each for each in _schema_alternatives(schema) if each.get("type") != "null"])
     if "enum" in chosen or "const" in chosen:
         return random.choice(chosen.get("enum") or [chosen["const"]])
     match chosen.get("type"):
@@ -364,7 +366,7 @@ WORDS = sorted(
 )
 
 
-def damaged(text: bytes, random: Random) -> bytes:
+def damage_bytes(text: bytes, random: Random) -> bytes:
     """With some bytes others, gone, or twice."""
     data = bytearray(text)
     for _ in range(random.choice((1, 1, 3, 30))):
@@ -381,7 +383,7 @@ def damaged(text: bytes, random: Random) -> bytes:
 
 
 @contextmanager
-def at_most(seconds: float) -> Iterator[None]:
+def cpu_limit(seconds: float) -> Iterator[None]:
     """Seconds of the processor, after which a case is a hang."""
 
     def ring(*_: Any) -> None:
@@ -405,7 +407,7 @@ def outcome(command: str, text: bytes, seconds: float) -> Outcome:
         scene = Path("scene.toml")
         scene.write_bytes(text)
         try:
-            with redirect_stdout(out), redirect_stderr(err), at_most(seconds):
+            with redirect_stdout(out), redirect_stderr(err), cpu_limit(seconds):
                 code = main([name, str(scene), *arguments])
         except Hang:
             code = -1

@@ -25,7 +25,7 @@ def with_column(table: pa.Table, name: str, column: pa.Array, nullable: bool = F
     return table.set_column(place, pa.field(name, column.type, nullable=nullable), column)
 
 
-def with_first(table: pa.Table, name: str, value: object) -> pa.Table:
+def replace_first_value(table: pa.Table, name: str, value: object) -> pa.Table:
     """The first value of a column replaced."""
     values = [value, *table[name].to_pylist()[1:]]
     return with_column(table, name, pa.array(values, type=table[name].type), nullable=value is None)
@@ -36,7 +36,7 @@ def with_metadata(table: pa.Table, key: bytes, value: bytes | None) -> pa.Table:
     return table.replace_schema_metadata(kept if value is None else {**kept, key: value})
 
 
-def renamed(table: pa.Table, name: str) -> pa.Table:
+def rename_column(table: pa.Table, name: str) -> pa.Table:
     """A column with another name; the metadata as they were."""
     names = [f"{column}x" if column == name else column for column in table.column_names]
     return table.rename_columns(names).replace_schema_metadata(table.schema.metadata)
@@ -79,7 +79,7 @@ def changes(table: pa.Table) -> Iterator[tuple[str, Change]]:
         values = NUMBERS if kind == pa.float64() else TEXTS if kind == pa.string() else (None,)
         for value in values:
             what = f"{name} = {value!r:.20}"
-            yield what, lambda t, n=name, v=value: with_first(t, n, v)
+            yield what, lambda t, n=name, v=value: replace_first_value(t, n, v)
         for other in TYPES:
             empty = pa.array([None] * table.num_rows, type=other)
             yield f"{name} as {other}", lambda t, n=name, e=empty: with_column(t, n, e, nullable=True)
@@ -117,7 +117,7 @@ def tables(table: pa.Table) -> Iterator[tuple[str, Callable[[], bytes]]]:
     for share in np.linspace(0.0, 0.999, 24):
         yield f"cut after {share:.1%}", lambda s=share: whole[: int(s * len(whole))]
     for number, place in enumerate(np.linspace(0, len(whole) - 1, 160).astype(int)):
-        yield f"bit flipped at byte {place}", lambda p=place, n=number: flipped(whole, 8 * p + n % 8)
+        yield f"bit flipped at byte {place}", lambda p=place, n=number: flip_bit(whole, 8 * p + n % 8)
     for what, data in {
         "text": b"no table",
         "nothing": b"",
@@ -127,7 +127,7 @@ def tables(table: pa.Table) -> Iterator[tuple[str, Callable[[], bytes]]]:
         yield what, lambda d=data: d
 
 
-def flipped(data: bytes, bit: int) -> bytes:
+def flip_bit(data: bytes, bit: int) -> bytes:
     """With one bit another."""
     found = bytearray(data)
     found[bit // 8] ^= 1 << bit % 8

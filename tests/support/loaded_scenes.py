@@ -103,14 +103,14 @@ def random_scene(seed: int) -> tuple[str, Raw]:
     rng = np.random.default_rng(seed)
     for _ in range(TRIES):
         contact = str(rng.choice(list(CONTACTS)))
-        raw = _drawn(rng, contact)
+        raw = _random_scene(rng, contact)
         limits = _limits(rng, _quantities(raw))
         if limits:
             return f"{seed} {contact}: {', '.join(limits)}", {**raw, "limits": limits, "search": _search(rng, raw)}
     raise RuntimeError("no random cam has a load to limit")
 
 
-def _drawn(rng: Any, contact: str) -> Raw:
+def _random_scene(rng: Any, contact: str) -> Raw:
     """A random scene without limits."""
     swinging, groove = CONTACTS[contact]["motion"] == "oscillating", contact.startswith("groove")
     follower = dict(CONTACTS[contact])
@@ -133,7 +133,7 @@ def _drawn(rng: Any, contact: str) -> Raw:
         },
         "follower": follower,
         "materials": {**STEEL, **SURFACE},
-        "motion": _closed(round(lift, 2), angles, str(rng.choice(LAWS)), str(rng.choice(LAWS))),
+        "motion": _closed_turn(round(lift, 2), angles, str(rng.choice(LAWS)), str(rng.choice(LAWS))),
     }
 
 
@@ -145,7 +145,7 @@ def _quantities(raw: Raw) -> Any:
         return {}
 
 
-def _closed(lift: float, angles: Any, rise: str, fall: str) -> list[Raw]:
+def _closed_turn(lift: float, angles: Any, rise: str, fall: str) -> list[Raw]:
     """A turn of 360 deg with different laws on its strokes."""
     first = [round(float(a), 1) for a in angles[:3]]
     segments = turn(lift, (*first, round(360 - sum(first), 1)), rise)

@@ -32,7 +32,7 @@ def curves_of(scene, parts):
             seen[k] = mpc(element.x, element.y)
     for k, element in enumerate(scene.profile):
         if element.element == "arc" and element.x is None:
-            seen[k] = _touching(scene, seen, k)
+            seen[k] = _touching_centre(scene, seen, k)
     if len(parts) == 1:
         start = mp.arg(-seen[0])
         return [_arc(mpf(scene.profile[0].radius), seen[0], start, start - sense * 2 * mp.pi)]
@@ -57,7 +57,7 @@ def found_end(scene, centres, k, normal):
     return centres[k] + mpf(scene.profile[k].radius) * normal
 
 
-def _touching(scene, centres, k):
+def _touching_centre(scene, centres, k):
     """The centre at which an arc touches the arcs before and after it."""
     others = [(k - 1) % len(centres), (k + 1) % len(centres)]
     r = mpf(scene.profile[k].radius)
@@ -100,18 +100,18 @@ def position(scene, curves, turn):
     found = []
     for curve in curves:
         if follower.contact == "flat":
-            found.append(_laid(scene, curve, turned))
+            found.append(_highest_face_position(scene, curve, turned))
             continue
 
         def trace(u, curve=curve):
             return turned * (curve.point(u) + body * curve.normal(u))
 
-        found += _crossings(scene, trace, complex(turned) * _seen(curve, body))
+        found += _crossings(scene, trace, complex(turned) * _curve_points(curve, body))
     return max(found)
 
 
 @cache
-def _seen(curve, body):
+def _curve_points(curve, body):
     """The curve of a trace point at the ends of all steps, in doubles."""
     return np.array(
         [complex(curve.point(u) + body * curve.normal(u)) for u in map(mpf, np.linspace(0, 1, SCAN + 1))]
@@ -150,7 +150,7 @@ def _crossings(scene, trace, seen):
                 yield at(u)
 
 
-def _laid(scene, curve, turned):
+def _highest_face_position(scene, curve, turned):
     """The highest position of a face at which it touches an element."""
     follower = scene.follower
 
@@ -161,7 +161,7 @@ def _laid(scene, curve, turned):
         arm = point - mpf(follower.centre_distance)
         return mp.pi - mp.asin(mpf(follower.face_offset) / abs(arm)) - mp.arg(-arm) - mp.pi
 
-    seen = complex(turned) * _seen(curve, 0)
+    seen = complex(turned) * _curve_points(curve, 0)
     if follower.motion == "translating":
         values = seen.imag
     else:

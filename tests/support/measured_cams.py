@@ -105,7 +105,7 @@ def at_polar_angles(curve: Curve, probe: float, angles: Array) -> Array:
     return np.interp(angles, met, theta)
 
 
-def measured(curve: Curve, theta: Array, probe: float = 0.0, noise: float = 0.0, seed: int = 1) -> Array:
+def probe_centres(curve: Curve, theta: Array, probe: float = 0.0, noise: float = 0.0, seed: int = 1) -> Array:
     """Centres of a ball on a profile, with normal errors along its normals."""
     points, normals = curve(theta)
     errors = noise * np.random.default_rng(seed).normal(size=theta.size)

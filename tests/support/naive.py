@@ -244,11 +244,11 @@ def number(value: Any, ctx: Any) -> Any:
 def stroke(jet: Curve, start: Any, b: Any, y0: Any, h: Any) -> Curve:
     """y = y0 + h s(x), x = (theta - start)/b; each derivative by theta brings a 1/b."""
 
-    def moved(theta: Any) -> Jet:
+    def stroke_motion(theta: Any) -> Jet:
         s, v, a, j = jet((theta - start) / b)
         return y0 + h * s, h * v / b, h * a / b**2, h * j / b**3
 
-    return moved
+    return stroke_motion
 
 
 def programme(motion: list[Scene], ctx: Any = mp, oscillating: bool = False) -> list[Piece]:

@@ -17,7 +17,7 @@ DERIVATIVES = ("velocity", "acceleration", "jerk")
 JOINING = ("move", "constant-velocity")
 
 
-def per(segment: Scene, rpm: Any) -> Any:
+def derivative_factor(segment: Scene, rpm: Any) -> Any:
     """What a derivative of the first order is multiplied by, to be one by the cam angle in rad."""
     return {"rad": mp.mpf(1), "deg": 180 / mp.pi, "s": 30 / (mp.pi * mp.mpf(rpm or 1))}[segment.get("per", "rad")]
 
@@ -43,24 +43,24 @@ def programme(motion: list[Scene], rpm: Any = None, oscillating: bool = False) -
     pieces.sort(key=lambda piece: piece.start)
     lowest = min(piece.jet(at)[0] for piece in pieces for at in (piece.start, piece.end))
     unit = mp.pi / 180 if oscillating else mp.mpf(1)
-    return [Piece(p.start, p.end, p.kind, lowered(p.jet, lowest, unit)) for p in pieces]
+    return [Piece(p.start, p.end, p.kind, shift_and_scale(p.jet, lowest, unit)) for p in pieces]
 
 
 def rough(pieces: list[Piece]) -> list[Piece]:
     """The same pieces for plain floats, each looked at once at the same angle."""
 
-    def plain(jet: Any) -> Any:
+    def as_floats(jet: Any) -> Any:
         return cache(lambda theta: tuple(float(value) for value in jet(theta)))
 
-    return [Piece(float(p.start), float(p.end), p.kind, plain(p.jet)) for p in pieces]
+    return [Piece(float(p.start), float(p.end), p.kind, as_floats(p.jet)) for p in pieces]
 
 
-def lowered(jet: Any, lowest: Any, unit: Any) -> Any:
-    def moved(theta: Any) -> Any:
+def shift_and_scale(jet: Any, lowest: Any, unit: Any) -> Any:
+    def lowered_motion(theta: Any) -> Any:
         y, *rest = jet(theta)
         return tuple(value * unit for value in (y - lowest, *rest))
 
-    return moved
+    return lowered_motion
 
 
 def angles_of(motion: list[Scene]) -> list[tuple[Any, Any]]:
@@ -79,7 +79,13 @@ def positions(motion: list[Scene], rpm: Any) -> list[Any]:
             if segment["segment"] == "dwell":
                 change = mp.mpf(0)
             elif segment["segment"] == "constant-velocity" and segment.get("velocity") is not None:
-                change = mp.mpf(segment["velocity"]) * per(segment, rpm) * mp.mpf(segment["angle"]) * mp.pi / 180
+                change = (
+                    mp.mpf(segment["velocity"])
+                    * derivative_factor(segment, rpm)
+                    * mp.mpf(segment["angle"])
+                    * mp.pi
+                    / 180
+                )
             elif segment["segment"] in ("rise", "return") and segment.get("lift"):
                 change = mp.mpf(segment["lift"]) * (1 if segment["segment"] == "rise" else -1)
             if change is not None and ends[k] is None and ends[k - 1] is not None:
@@ -100,7 +106,7 @@ def runs(motion: list[Scene]) -> list[list[int]]:
     return found
 
 
-def beside(motion: list[Scene], k: int, spans: Any, ends: Any, first: bool) -> list[Any]:
+def motion_beside_move(motion: list[Scene], k: int, spans: Any, ends: Any, first: bool) -> list[Any]:
     """y', y'', y''' where a segment that is no move starts, or where it ends."""
     segment, (start, end) = motion[k], spans[k]
     if segment["segment"] == "dwell":
@@ -124,17 +130,17 @@ def best_of(motion: list[Scene], run: list[int], spans: Any, ends: Any, rpm: Any
         tops = list(ends)
         for i, key in ranged:
             tops[i] = mp.mpf(rows[i]["to"]) if key == "to" and rows[i]["to"] is not None else tops[i]
-        powers, order = solved(rows, run, spans, tops, rpm)
-        if all(kept(motion[i], key, powers[run.index(i)], spans[i], rpm) for i, key in ranged):
+        powers, order = solve_moves(rows, run, spans, tops, rpm)
+        if all(stays_in_range(motion[i], key, powers[run.index(i)], spans[i], rpm) for i, key in ranged):
             squares = sum(square(p, order, spans[i]) for p, i in zip(powers, run, strict=True))
             found.append((squares, [split(*spans[i], p) for p, i in zip(powers, run, strict=True)]))
     return [piece for pieces in min(found, key=lambda each: each[0])[1] for piece in pieces]
 
 
-def kept(segment: Scene, key: str, powers: list[Any], span: Any, rpm: Any) -> bool:
+def stays_in_range(segment: Scene, key: str, powers: list[Any], span: Any, rpm: Any) -> bool:
     """Whether a polynomial ends within a range."""
     order = ("to", *DERIVATIVES).index(key)
-    value = curve(span[0], powers)(span[1])[order] / per(segment, rpm) ** order
+    value = curve(span[0], powers)(span[1])[order] / derivative_factor(segment, rpm) ** order
     low, high = map(mp.mpf, segment[key])
     return low - mp.mpf(10) ** -30 <= value <= high + mp.mpf(10) ** -30
 
@@ -146,7 +152,9 @@ def square(powers: list[Any], order: int, span: Any) -> Any:
     return sum(x * y * b ** (m + n + 1) / (m + n + 1) for m, x in enumerate(tops) for n, y in enumerate(tops))
 
 
-def solved(motion: list[Scene], run: list[int], spans: Any, ends: Any, rpm: Any) -> tuple[list[list[Any]], int]:
+def solve_moves(
+    motion: list[Scene], run: list[int], spans: Any, ends: Any, rpm: Any
+) -> tuple[list[list[Any]], int]:
     """The polynomials of a run of moves, in powers of the cam angle from the start of each; and k."""
     k = 4 if any(motion[i].get("jerk") is not None for i in run) else 3
     size = 2 * k
@@ -163,16 +171,16 @@ def solved(motion: list[Scene], run: list[int], spans: Any, ends: Any, rpm: Any)
         rows.append(factors)
         right.append(value)
 
-    start = [ends[run[0] - 1], *beside(motion, run[0] - 1, spans, ends, False)]
+    start = [ends[run[0] - 1], *motion_beside_move(motion, run[0] - 1, spans, ends, False)]
     after_run = (run[-1] + 1) % len(motion)
-    finish = [ends[run[-1]], *beside(motion, after_run, spans, ends, True)]
+    finish = [ends[run[-1]], *motion_beside_move(motion, after_run, spans, ends, True)]
     for order in range(k):
         ask(powers(0, order, False), start[order])
     for number, i in enumerate(run):
         last = number == len(run) - 1
         for order in range(k):
             given = None if order == 0 else motion[i].get(DERIVATIVES[order - 1])
-            wanted = None if given is None else mp.mpf(given) * per(motion[i], rpm) ** order
+            wanted = None if given is None else mp.mpf(given) * derivative_factor(motion[i], rpm) ** order
             wanted = ends[i] if order == 0 else wanted
             if last:
                 ask(powers(number, order, True), finish[order] if wanted is None else wanted)
@@ -181,8 +189,8 @@ def solved(motion: list[Scene], run: list[int], spans: Any, ends: Any, rpm: Any)
             if wanted is not None:
                 ask(powers(number, order, True), wanted)
             else:  # natural: the derivative that is dual to it is continuous
-                ask(less(powers(number, same, True), powers(number + 1, same, False)), mp.mpf(0))
-            ask(less(powers(number, order, True), powers(number + 1, order, False)), mp.mpf(0))
+                ask(difference_of(powers(number, same, True), powers(number + 1, same, False)), mp.mpf(0))
+            ask(difference_of(powers(number, order, True), powers(number + 1, order, False)), mp.mpf(0))
     found = unknowns(rows, right)
     return [found[number * size : (number + 1) * size] for number in range(len(run))], k
 
@@ -208,7 +216,7 @@ def unknowns(rows: list[dict[int, Any]], right: list[Any]) -> list[Any]:
     return found
 
 
-def less(one: dict[int, Any], other: dict[int, Any]) -> dict[int, Any]:
+def difference_of(one: dict[int, Any], other: dict[int, Any]) -> dict[int, Any]:
     return one | {at: -value for at, value in other.items()}
 
 

@@ -20,7 +20,7 @@ def digest() -> str:
     return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
-def passed() -> bool:
+def tests_have_passed() -> bool:
     """Whether the tests have passed since the last change."""
     return DIGEST.exists() and DIGEST.read_text(encoding="utf-8").strip() == digest()
 

@@ -39,11 +39,11 @@ def law_at(law, x):
     """(s, v, a, j) of a law at x (mpmath), between its breaks."""
     if law.NAME in LAWS:
         return naive.law_at(law.NAME, x)
-    forms = {SplineLaw: _spline_at, PolynomialLaw: _polynomial_at, SCCALaw: _scca_at, SkewedLaw: _skewed_at}
+    forms = {SplineLaw: _spline_at, PolynomialLaw: _polynomial_at, SCCALaw: _scca_at, SkewedLaw: _skewed_values}
     return forms[type(law)](law, x)
 
 
-def _skewed_at(law, x):
+def _skewed_values(law, x):
     c = mpmath.mpf(law.crossing)
     stretch, end = (2 * c, 0) if x <= c else (2 * (1 - c), 1)
     s, *more = law_at(law.law, end + (x - end) / stretch)

@@ -97,7 +97,7 @@ def profiles(problem: Problem, angles: Any) -> tuple[Any, Any]:
     return profile_points(problem.setup.mechanism, problem.design, problem.programme, angles), mirrored.conj()
 
 
-def nearest(problem: Problem, which: int, angles: Any) -> tuple[Any, Any]:
+def nearest_points(problem: Problem, which: int, angles: Any) -> tuple[Any, Any]:
     """Of one disc the points that are nearest to its roller at cam angles, in the ground frame, and the distances.
 
     Over the whole profile, then closer and closer to the nearest point.

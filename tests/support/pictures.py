@@ -11,7 +11,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # of red, green, blu
 DARK = 150  # of 255: the luminance of a line; grids, shades and fills are lighter
 
 
-def drawn(figure):
+def drawn_texts(figure):
     """(artist, box in pixels) of every text that drawing the figure draws: no ticks that are out of sight.
 
     Besides, the colours of the figure without them, in rows of pixels.
@@ -29,7 +29,7 @@ def drawn(figure):
 
 def faults_of(figure):
     """Texts that lie on another text or on a line, leave the figure, or are an offset or exponent of an axis."""
-    artists, colours = drawn(figure)
+    artists, colours = drawn_texts(figure)
     texts = [(artist.get_text(), box) for artist, box in artists]
     assert len(texts) > 3
     found = [f"{a!r} on {b!r}" for (a, box), (b, other) in combinations(texts, 2) if _meet(box, other)]
@@ -39,12 +39,12 @@ def faults_of(figure):
         for text, box in texts
         if box.x0 < page.x0 or box.y0 < page.y0 or box.x1 > page.x1 or box.y1 > page.y1
     ]
-    found += [f"{text.get_text()!r} on a line" for text in crossed(artists, colours)]
+    found += [f"{text.get_text()!r} on a line" for text in crossed_texts(artists, colours)]
     offsets = [axis.get_offset_text().get_text() for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]
     return found + [f"offset {text!r}" for text in offsets if text]
 
 
-def crossed(artists, colours):
+def crossed_texts(artists, colours):
     """The texts without a background of their own under which the figure is dark."""
     rows = len(colours)
     plain = [(text, box) for text, box in artists if text.get_bbox_patch() is None]

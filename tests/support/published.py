@@ -39,7 +39,7 @@ class Answer(NamedTuple):
         return float(self.printed)
 
     @property
-    def allowed(self) -> float:
+    def allowed_error(self) -> float:
         if self.within is not None:
             return self.within
         exponent = Decimal(str(self.printed)).as_tuple().exponent
@@ -64,7 +64,7 @@ class Case:
     """Where its text was read; "" if it is quoted from memory, and nobody is known to have seen it in print."""
 
     @property
-    def how_known(self) -> str:
+    def second_answer_text(self) -> str:
         """In words."""
         return f"Read in {self.read}." if self.read else FROM_MEMORY
 
@@ -248,7 +248,7 @@ ELLIPSES = {  # θ, deg: m, n
 STEEL = {"cam_modulus": 200, "cam_poisson": 0.3, "follower_modulus": 200, "follower_poisson": 0.3}
 
 
-def pressed(face_radius, load, base_radius, materials):
+def stress_of_spherical_face(face_radius, load, base_radius, materials):
     """A spherical face on a round cam, which all but stands still."""
     follower = {"contact": "spherical", "face_radius": face_radius}
     motion, still = turn_of("cycloidal", 1e-9, (90, 90, 90, 90)), {"mass": 1e-9, "preload": load}
@@ -260,7 +260,7 @@ def ellipses():
     load, radius, modulus, axes = 400.0, 30.0, 200e3 / (2 * (1 - 0.3**2)), []
     for angle in ELLIPSES:
         base_radius = radius * (1 - cos(radians(angle))) / (2 * cos(radians(angle)))
-        found = pressed(radius, load, base_radius, STEEL)
+        found = stress_of_spherical_face(radius, load, base_radius, STEEL)
         scale = np.cbrt(3 * load / (4 * modulus * (1 / radius + 1 / (2 * base_radius))))
         axes += [float(found[f"contact_half_{name}_mm"] / scale) for name in ("length", "width")]
     return axes
@@ -268,7 +268,7 @@ def ellipses():
 
 def sphere_on_a_plane():
     rubber = {"cam_modulus": 1e12, "cam_poisson": 0.3, "follower_modulus": 1, "follower_poisson": 0.3}
-    found = pressed(8.0, 60 * pi, 1e9, rubber)
+    found = stress_of_spherical_face(8.0, 60 * pi, 1e9, rubber)
     return found["contact_half_width_mm"], found["contact_half_length_mm"]
 
 

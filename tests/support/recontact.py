@@ -31,12 +31,12 @@ def _size(scene: dict[str, Any], errors: Errors, key: str) -> Any:
     return mp.mpf(scene["follower"].get(key, 0)) + errors.get(key, 0)
 
 
-def _standing(errors: Errors, phi: Any) -> Any:
+def _profile_error(errors: Errors, phi: Any) -> Any:
     """How far the profile stands out along its normal."""
     return (mp.conj(errors.get("profile", 0)) * mp.expj(errors.get("waves", 0) * phi)).real
 
 
-def _found(equations: Any, theta: Any, y: Any) -> Any:
+def _solve_pair(equations: Any, theta: Any, y: Any) -> Any:
     """The second of two unknowns, by Newton's method with differences."""
     at, step = mp.matrix([theta, y]), mp.mpf(10) ** (-mp.dps // 2)
     for _ in range(12):
@@ -72,7 +72,7 @@ def _point(scene: dict[str, Any], errors: Errors, theta: Any) -> Any:
 
     def equations(phi: Any, y: Any) -> tuple[Any, Any]:
         p, p1, *_ = curve(scene, mp, phi, _jet(scene, phi))
-        off = radius_off + _standing(errors, phi)
+        off = radius_off + _profile_error(errors, phi)
         normal = p1 * mp.mpc(0, 1 if developed else -sigma) / abs(p1)
         if developed:
             radius = mp.mpf(scene["cam"]["mean_radius"])
@@ -81,7 +81,7 @@ def _point(scene: dict[str, Any], errors: Errors, theta: Any) -> Any:
             apart = mp.expj(-sigma * theta) * (p + off * normal) + bore - follower(y)
         return apart.real, apart.imag
 
-    return _found(equations, theta, _jet(scene, theta)[0])
+    return _solve_pair(equations, theta, _jet(scene, theta)[0])
 
 
 def _face(scene: dict[str, Any], errors: Errors, theta: Any) -> Any:
@@ -105,7 +105,7 @@ def _face(scene: dict[str, Any], errors: Errors, theta: Any) -> Any:
             place = mp.mpc(_size(scene, errors, "offset"), base + y)
             reached = (place * mp.expj(-across)).real
             support = base + seen
-        standing = (bore * mp.expj(-across)).real + _standing(errors, phi)
+        standing = (bore * mp.expj(-across)).real + _profile_error(errors, phi)
         return sigma * (phi - theta) + seen_across - across, support + standing - reached
 
-    return _found(equations, theta, _jet(scene, theta)[0])
+    return _solve_pair(equations, theta, _jet(scene, theta)[0])

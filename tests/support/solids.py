@@ -42,7 +42,7 @@ def section(solid, height, count=24):
         yield np.array([complex(place.X(), place.Y()) for place in places])
 
 
-def enclosed(points):
+def enclosed_area(points):
     """The area inside of points of a closed line, mm² (Green's theorem)."""
     return abs((points.conjugate() * np.roll(points, -1)).imag.sum()) / 2
 

@@ -23,7 +23,7 @@ def radian(keys: Keys, name: str) -> Any:
     return mpf(keys.get(name, 0.0)) * mpmath.pi / 180
 
 
-def turned_by(keys: Keys, turns: bool, x: Any) -> Any:
+def arm_angle(keys: Keys, turns: bool, x: Any) -> Any:
     """The angle of a rocker or bell crank that a roller on its first arm turns: l·(sin(α + φ) − sin α) = x."""
     if turns:
         return x
@@ -32,7 +32,7 @@ def turned_by(keys: Keys, turns: bool, x: Any) -> Any:
 
 
 def rocker(keys: Keys, turns: bool, x: Any) -> Any:
-    phi, length, start = turned_by(keys, turns, x), mpf(keys["output_arm"]), radian(keys, "output_angle")
+    phi, length, start = arm_angle(keys, turns, x), mpf(keys["output_arm"]), radian(keys, "output_angle")
     return length * (mpmath.sin(start + phi) - mpmath.sin(start))
 
 
@@ -52,18 +52,18 @@ def slider_crank(keys: Keys, turns: bool, x: Any) -> Any:
     first = slide_at(keys, start)
     if turns:
         return slide_at(keys, start + x) - first
-    return followed(lambda phi, slide: pin(keys, phi, slide), keys, start, first, x) - start
+    return follow_root(lambda phi, slide: pin(keys, phi, slide), keys, start, first, x) - start
 
 
-def followed(gap: Callable[[Any, Any], Any], keys: Keys, start: Any, first: Any, x: Any) -> Any:
+def follow_root(gap: Callable[[Any, Any], Any], keys: Keys, start: Any, first: Any, x: Any) -> Any:
     """The root that grows from the start as the input goes to x, in steps; those next to x share the steps."""
     path = (*keys.items(), start, first, round(float(x), 9))
     if path not in WALKED:
-        WALKED[path] = walked(gap, start, first, x)
+        WALKED[path] = walk_root(gap, start, first, x)
     return mpmath.findroot(lambda phi: gap(phi, first + x), (WALKED[path], WALKED[path] + 1e-5))
 
 
-def walked(gap: Callable[[Any, Any], Any], start: Any, first: Any, x: Any) -> Any:
+def walk_root(gap: Callable[[Any, Any], Any], start: Any, first: Any, x: Any) -> Any:
     found = start
     with mpmath.workdps(15):
         for k in range(1, STEPS + 1):
@@ -73,7 +73,7 @@ def walked(gap: Callable[[Any, Any], Any], start: Any, first: Any, x: Any) -> An
 
 
 def bell_crank(keys: Keys, turns: bool, x: Any) -> Any:
-    return slider_crank(keys, True, turned_by(keys, turns, x))
+    return slider_crank(keys, True, arm_angle(keys, turns, x))
 
 
 def four_bar_loop(keys: Keys, turns: bool, x: Any) -> Any:
@@ -87,7 +87,7 @@ def four_bar_loop(keys: Keys, turns: bool, x: Any) -> Any:
         *(float(keys[n]) for n in ("crank", "coupler", "rocker", "ground", "angle")), crossed=keys["crossed"]
     )
     first = mpmath.findroot(lambda psi: gap(psi, start), known.rocker_start)
-    return followed(gap, keys, first, start, x) - first
+    return follow_root(gap, keys, first, start, x) - first
 
 
 def ratio(keys: Keys, turns: bool, x: Any) -> Any:
@@ -114,25 +114,30 @@ LOOPS = {
 }
 
 
-def drawn(rng: np.random.Generator, name: str, turns: bool) -> Keys:
+def random_stage_keys(rng: np.random.Generator, name: str, turns: bool) -> Keys:
     """Keys of a stage, which need not go together."""
 
-    def of(low: float, high: float) -> float:
+    def uniform_number(low: float, high: float) -> float:
         return float(rng.uniform(low, high))
 
-    driven = {} if turns else {"input_arm": of(20, 60), "input_angle": of(-40, 40)}
-    crank = {"crank": of(20, 60), "coupler": of(70, 200), "offset": of(-20, 20), "angle": of(-170, 170)}
+    driven = {} if turns else {"input_arm": uniform_number(20, 60), "input_angle": uniform_number(-40, 40)}
+    crank = {
+        "crank": uniform_number(20, 60),
+        "coupler": uniform_number(70, 200),
+        "offset": uniform_number(-20, 20),
+        "angle": uniform_number(-170, 170),
+    }
     return {
-        "rocker": {**driven, "output_arm": of(20, 80), "output_angle": of(-40, 40)},
+        "rocker": {**driven, "output_arm": uniform_number(20, 80), "output_angle": uniform_number(-40, 40)},
         "bell-crank": {**driven, **crank},
         "slider-crank": crank,
         "four-bar": {
-            **{key: of(30, 120) for key in ("crank", "coupler", "rocker", "ground")},
-            "angle": of(-170, 170),
+            **{key: uniform_number(30, 120) for key in ("crank", "coupler", "rocker", "ground")},
+            "angle": uniform_number(-170, 170),
             "crossed": bool(rng.integers(2)),
         },
-        "ratio": [{"ratio": of(-3, 3)}, {"radius": of(10, 60)}][rng.integers(2)],
-        "incline": {"angle": of(5, 60), "guide": of(60, 110)},
+        "ratio": [{"ratio": uniform_number(-3, 3)}, {"radius": uniform_number(10, 60)}][rng.integers(2)],
+        "incline": {"angle": uniform_number(5, 60), "guide": uniform_number(60, 110)},
     }[name]
 
 
@@ -144,7 +149,7 @@ def random_train(rng: np.random.Generator) -> tuple[Stages, Train, bool]:
         for _ in range(rng.integers(1, 4)):
             fits = [n for n in LOOPS if not (n == "four-bar" and not turns) and not (n == "incline" and turns)]
             name = fits[rng.integers(len(fits))]
-            keys = drawn(rng, name, turns)
+            keys = random_stage_keys(rng, name, turns)
             stages.append((name, keys))
             turns = TRAIN_STAGES[name].turns(keys, turns)
         try:

@@ -29,7 +29,7 @@ MOVE = {"segment": "move", "angle": 360, "to": 1}
 FEW = 9  # a share of the types for each key, in every run
 
 
-def told(text, tmp_path, name="mine.toml"):
+def message_of_scene(text, tmp_path, name="mine.toml"):
     """The one line that a scene file gets."""
     path = tmp_path / name
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
@@ -60,7 +60,7 @@ def told(text, tmp_path, name="mine.toml"):
 def test_the_line_that_is_no_toml_is_shown(tmp_path, before, after, line):
     assert before in TEXT
     number = TEXT[: TEXT.index(before)].count("\n") + 1
-    found = told(TEXT.replace(before, after), tmp_path)
+    found = message_of_scene(TEXT.replace(before, after), tmp_path)
     assert f"TOML: not valid: line {number}, " in found
     assert line in found
 
@@ -89,7 +89,7 @@ def test_a_file_that_is_no_scene_is_named(tmp_path, content, line):
 
 def test_keys_and_names_reach_no_terminal_raw(tmp_path):
     bell = '"\\u001b[2J\\nroot" = 1\n'
-    assert "\\x1b[2J\\nroot" in told(bell + TEXT, tmp_path)
+    assert "\\x1b[2J\\nroot" in message_of_scene(bell + TEXT, tmp_path)
     folder = tmp_path / "a\nb"
     folder.mkdir()
     with pytest.raises(BadInput) as error:

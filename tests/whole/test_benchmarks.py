@@ -275,14 +275,14 @@ def test_a_package_in_the_place_of_another_is_refused(tmp_path):
 
 
 def test_a_slower_commit_fails_when_it_is_measured_in_turns_with_its_base(monkeypatch):
-    def timed(side, names, verb):
+    def fake_times(side, names, verb):
         rounds.append(side.name)
         return {name: {"cpu_seconds": 0.2 * slower[side.name]} for name in names}
 
     slower, rounds = {"base": 1.0, "head": 1.2}, []
     base, head = (sides.Side(name, Path()) for name in slower)
     monkeypatch.setattr(sides.Side, "warm", lambda *arguments: None)
-    monkeypatch.setattr(sides.Side, "timed", timed)
+    monkeypatch.setattr(sides.Side, "timed", fake_times)
     assert speed.failing(speed.compared([base, head], ["sweep"], [])) == ["sweep"]
     assert rounds[:4] == ["base", "head", "head", "base"]
     assert len(rounds) == 2 * speed.MOST_ROUNDS

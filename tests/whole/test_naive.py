@@ -19,7 +19,7 @@ LAW_TABLES = json.loads((DATA / "laws.json").read_text())
 Scene = dict[str, Any]
 
 # of naive.py and its data alone, minutes: in the ordinary run only if they are not what last passed (``oracle``)
-settled = pytest.mark.long if oracle.passed() else lambda test: test
+settled = pytest.mark.long if oracle.tests_have_passed() else lambda test: test
 
 # the scenes at whose random points the closed forms are checked: no corners, or they have no curvature
 SMOOTH = sorted(name for name, e in REFERENCE.items() if "profile_radius_min_mm" in e["expected"])
@@ -33,7 +33,7 @@ def fifty_digits():
         yield
 
 
-def close(value: Any, expected: Any, rel: float) -> bool:
+def approx_value(value: Any, expected: Any, rel: float) -> bool:
     """Equal to a relative tolerance (absolute below 1)."""
     return abs(mp.mpf(value) - mp.mpf(expected)) <= rel * max(abs(mp.mpf(expected)), mp.mpf(10) ** -30)
 
@@ -60,7 +60,7 @@ def test_worked_example(name: str) -> None:
         if isinstance(value, bool):
             assert got[key] is value
         else:
-            assert close(got[key], value, 1e-13), key
+            assert approx_value(got[key], value, 1e-13), key
 
 
 # --------------------------------------------------------------------------------------------------- laws
@@ -185,7 +185,7 @@ def test_law_table_is_current(law: str) -> None:
         for key, value in zip("svaj", jet, strict=True):
             assert abs(value - mp.mpf(point[key])) <= 1e-24 * abs(value) + 1e-44
     for key, value in zip("vaj", naive.law_peaks(law), strict=True):
-        assert value == mp.mpf(table["peaks"][key]) or close(table["peaks"][key], value, 1e-24)
+        assert value == mp.mpf(table["peaks"][key]) or approx_value(table["peaks"][key], value, 1e-24)
 
 
 # ---------------------------------------------------------------------------------------------- geometry
@@ -396,7 +396,7 @@ def test_pitch_point_has_the_largest_pressure_angle(name: str) -> None:
         for p in naive.programme(scene["motion"], oscillating=scene["follower"]["motion"] == "oscillating")
         if p.start - 1e-20 <= theta <= p.end + 1e-20
     ]
-    assert any(close(value, expected["pressure_angle_max_deg"], 1e-22) for value in here)
+    assert any(approx_value(value, expected["pressure_angle_max_deg"], 1e-22) for value in here)
 
 
 # ------------------------------------------------------------------------------- whole profiles, in floats

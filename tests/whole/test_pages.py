@@ -28,7 +28,7 @@ TIMED = ("camopt accuracy",)  # prints times, and takes a minute
 SESSIONS = [page for page in PAGES if any(b.language == "python" or commands(b) for b in blocks(page))]
 
 
-def printed_by(line):
+def printed_output(line):
     """What a command line prints, messages after results; those of files that were written do not count."""
     arguments, _, file = (part.strip() for part in line.partition(" > "))
     out, err = io.StringIO(), io.StringIO()
@@ -53,7 +53,7 @@ def test_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch):
         for line, expected in commands(block):
             if line in TIMED:
                 continue
-            printed = printed_by(line)
+            printed = printed_output(line)
             assert not expected or prints(expected, printed), printed
 
 
@@ -78,7 +78,7 @@ def test_a_scene_of_a_page_is_one(page, tmp_path, monkeypatch):
             export(find_scene("three-arc-valve"), drawn)
             resolve(Scene.from_dict(block))
         else:
-            resolve(Scene.from_dict(merged(whole_scene_for(block), block)))
+            resolve(Scene.from_dict(merge_tables(whole_scene_for(block), block)))
 
 
 def whole_scene_for(block):
@@ -90,10 +90,10 @@ def whole_scene_for(block):
     return WITHOUT_MOTION if "profile" in block else WHOLE
 
 
-def merged(under, over):
+def merge_tables(under, over):
     """Two tables as one, the second above."""
     both = under.keys() & over.keys()
-    tables = {key: merged(under[key], over[key]) for key in both if isinstance(over[key], dict)}
+    tables = {key: merge_tables(under[key], over[key]) for key in both if isinstance(over[key], dict)}
     return {**under, **over, **tables}
 
 
@@ -102,7 +102,7 @@ def scene_with(table):
     *tables, last = table.split(".")
     found = [block for block in BLOCKS if last in reduce(lambda inner, key: inner.get(key, {}), tables, block)]
     assert len(found) == 1
-    return Scene.from_dict(merged(WHOLE, found[0]))
+    return Scene.from_dict(merge_tables(WHOLE, found[0]))
 
 
 def test_the_scene_is_swept_as_written(tmp_path):
@@ -137,7 +137,7 @@ def test_its_table_has_every_law_between_what_it_joins():
 
 def test_its_profile_is_that_of_a_cam():
     (block,) = [block for block in BLOCKS if "profile" in block and "follower" not in block]
-    found = evaluate(Scene.from_dict(merged(WITHOUT_MOTION, block)))
+    found = evaluate(Scene.from_dict(merge_tables(WITHOUT_MOTION, block)))
     assert (found["base_radius_mm"], found["feasible"]) == (25.0, True)
 
 

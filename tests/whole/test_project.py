@@ -38,12 +38,12 @@ def test_the_version_is_one():
 
 
 def test_the_recipe_has_the_dependencies_of_the_project():
-    def parted(text):
+    def split_requirement(text):
         name, _, bounds = re.fullmatch(r"([\w-]+)(\s*)(.*)", text).groups()
         return CONDA.get(name, name), bounds
 
-    wanted = {("python", PROJECT["requires-python"]), *map(parted, PROJECT["dependencies"])}
-    assert {*map(parted, recipe()["requirements"]["run"])} == wanted
+    wanted = {("python", PROJECT["requires-python"]), *map(split_requirement, PROJECT["dependencies"])}
+    assert {*map(split_requirement, recipe()["requirements"]["run"])} == wanted
 
 
 def test_the_versions_between_are_above_the_lowest():

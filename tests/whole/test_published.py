@@ -24,14 +24,16 @@ def test_what_others_printed(case):
 
 def test_what_nobody_has_seen_in_print_is_called_so():
     """Lecture notes were at hand, with two cams of Khurmi, and one page of the web."""
-    read = {case.name: case.how_known for case in CASES if case.read}
+    read = {case.name: case.second_answer_text for case in CASES if case.read}
     assert sorted(read) == [
         "Knife edge in simple harmonic motion",
         "Knife edge with uniform acceleration and retardation",
         "Sphere on a rigid plane",
     ]
     assert all(words.startswith("Read in ") for words in read.values())
-    assert {case.how_known for case in CASES if not case.read} == {"Quoted from memory, not seen in print."}
+    assert {case.second_answer_text for case in CASES if not case.read} == {
+        "Quoted from memory, not seen in print."
+    }
 
 
 NAMED = [*(tests for _, tests in SECOND_ANSWERS.values()), *HARD_CASES.values()]

@@ -51,7 +51,7 @@ def death(items: Sequence[int]) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def counted(folder: Path, items: Sequence[int]) -> int:
+def write_item_files(folder: Path, items: Sequence[int]) -> int:
     """Has a file for each item that was done."""
     (folder / str(items[0])).touch()
     return items[0]
@@ -139,7 +139,7 @@ def test_the_versions_are_all_on_which_a_result_depends(monkeypatch):
 
 
 def test_few_results_wait_to_be_read(engine, tmp_path):
-    work = partial(counted, tmp_path)
+    work = partial(write_item_files, tmp_path)
     found = engine.in_order(work, range(1000))
     assert [next(found) for _ in range(3)] == [0, 1, 2]
     sleep(0.3)

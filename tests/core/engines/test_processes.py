@@ -31,16 +31,16 @@ def limits_of_threads(items):
     return [os.environ.get(name) for name in THREAD_SETTINGS]
 
 
-def killed_once(folder, items):
+def kill_first_process(folder, items):
     """The first process that comes here is killed, as for want of memory."""
     try:
         Path(folder, str(items[0])).mkdir()
     except FileExistsError:
         return items[0]
-    return killed(items)
+    return kill_process(items)
 
 
-def killed(items):
+def kill_process(items):
     os.kill(os.getpid(), signal.SIGKILL)
 
 
@@ -92,12 +92,12 @@ def test_an_exception_is_that_of_the_work(engine):
 
 
 def test_what_a_killed_process_did_is_done_by_another(engine, tmp_path):
-    assert list(engine.in_order(partial(killed_once, str(tmp_path)), range(3))) == [0, 1, 2]
+    assert list(engine.in_order(partial(kill_first_process, str(tmp_path)), range(3))) == [0, 1, 2]
 
 
 def test_what_kills_each_process_is_told(engine):
     with pytest.raises(OSError, match="was killed from outside 2 times; perhaps the memory is too small"):
-        list(engine.in_order(killed, range(2)))
+        list(engine.in_order(kill_process, range(2)))
 
 
 def test_the_end_of_the_block_ends_what_they_are_at():

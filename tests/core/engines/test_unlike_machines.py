@@ -63,7 +63,7 @@ def test_parts_of_three_machines_are_the_rows_of_one_run(tmp_path, whole):
     assert files_of(tmp_path / "out") == whole
 
 
-def started(*arguments, cwd):
+def start_process(*arguments, cwd):
     command = [sys.executable, "-m", "distributed.cli.dask_" + arguments[0], *arguments[1:]]
     return subprocess.Popen(command, cwd=cwd, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
@@ -75,7 +75,9 @@ def dask(folder):
     file.unlink(missing_ok=True)
     local = ["--host", "127.0.0.1"]
     every = [
-        started("scheduler", *local, "--port", "0", "--no-dashboard", "--scheduler-file", str(file), cwd=folder)
+        start_process(
+            "scheduler", *local, "--port", "0", "--no-dashboard", "--scheduler-file", str(file), cwd=folder
+        )
     ]
     try:
         until = monotonic() + 60.0
@@ -92,7 +94,7 @@ def dask(folder):
             "--no-nanny",
             "--no-dashboard",
         ]
-        every += [started(*worker, cwd=folder) for _ in range(2)]
+        every += [start_process(*worker, cwd=folder) for _ in range(2)]
         yield json.loads(file.read_text())["address"], every
     finally:
         for process in every:

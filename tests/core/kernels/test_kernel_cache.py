@@ -41,7 +41,7 @@ KINDS = kind_of(VALUES), kind_of(RESULT)
 compiles = pytest.mark.skipif(NEVER_COMPILE, reason="nothing is compiled")
 
 
-def loaded(folder):
+def is_loaded_from(folder):
     """A new kernel with its file in a folder, called once: whether its machine code came from there."""
     kernel = Kernel(total)
     kernel.files[KINDS] = KernelFile(total, KINDS, folder)
@@ -52,7 +52,7 @@ def loaded(folder):
 
 @compiles
 def test_machine_code_is_kept(tmp_path):
-    assert [loaded(tmp_path) for _ in range(3)] == [False, True, True]
+    assert [is_loaded_from(tmp_path) for _ in range(3)] == [False, True, True]
     (file,) = tmp_path.iterdir()
     assert file.suffix == ".kernel"
 
@@ -74,12 +74,12 @@ DAMAGE = {
 @compiles
 @pytest.mark.parametrize("damage", DAMAGE)
 def test_what_is_damaged_is_compiled_and_written_anew(tmp_path, damage):
-    loaded(tmp_path)
+    is_loaded_from(tmp_path)
     (file,) = tmp_path.iterdir()
     whole = file.read_bytes()
     file.write_bytes(DAMAGE[damage](whole))
-    assert not loaded(tmp_path)
-    assert loaded(tmp_path)
+    assert not is_loaded_from(tmp_path)
+    assert is_loaded_from(tmp_path)
     assert list(tmp_path.iterdir()) == [file]
 
 
@@ -117,10 +117,10 @@ def test_a_disk_that_takes_nothing_is_no_trouble(tmp_path, monkeypatch, trouble)
 
     with monkeypatch.context() as disk:
         disk.setattr(Path, "write_bytes", full)
-        assert [loaded(tmp_path) for _ in range(2)] == [False, False]
+        assert [is_loaded_from(tmp_path) for _ in range(2)] == [False, False]
         assert list(tmp_path.iterdir()) == []
     monkeypatch.setattr(Path, "mkdir", full)
-    assert not loaded(open_version_folder(tmp_path / "new", "0" * 16))
+    assert not is_loaded_from(open_version_folder(tmp_path / "new", "0" * 16))
 
 
 @compiles
@@ -134,7 +134,7 @@ def test_a_user_without_a_home_keeps_nothing(tmp_path, monkeypatch, relative):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(kernel_cache, "user_cache_path", homeless)
     folder = open_version_folder(cache_root(""), "0" * 16)
-    assert [loaded(folder) for _ in range(2)] == [False, False]
+    assert [is_loaded_from(folder) for _ in range(2)] == [False, False]
     assert folder == kernel_cache.NO_FOLDER
     assert not [*tmp_path.iterdir()]
     assert cache_root("named") == Path("named")
@@ -142,11 +142,11 @@ def test_a_user_without_a_home_keeps_nothing(tmp_path, monkeypatch, relative):
 
 @compiles
 def test_a_folder_in_place_of_a_file_is_no_trouble(tmp_path):
-    loaded(tmp_path)
+    is_loaded_from(tmp_path)
     (file,) = tmp_path.iterdir()
     file.unlink()
     file.mkdir()
-    assert not loaded(tmp_path)
+    assert not is_loaded_from(tmp_path)
 
 
 def test_the_processor_is_the_one_that_numba_compiles_for():
@@ -157,9 +157,9 @@ def test_the_processor_is_the_one_that_numba_compiles_for():
 
 @compiles
 def test_another_processor_has_files_of_its_own(tmp_path, monkeypatch):
-    loaded(tmp_path)
+    is_loaded_from(tmp_path)
     monkeypatch.setattr(kernel_cache, "processor", lambda: ("another", "processor", ""))
-    assert not loaded(tmp_path)
+    assert not is_loaded_from(tmp_path)
     assert len(list(tmp_path.iterdir())) == 2
 
 
@@ -174,7 +174,7 @@ def opened_wide(folder, monkeypatch):
     folder.chmod(0o755)
 
 
-def given_away(folder, monkeypatch):
+def change_owner(folder, monkeypatch):
     monkeypatch.setattr(os, "geteuid", lambda: folder.stat().st_uid + 1)
 
 
@@ -185,16 +185,16 @@ def linked_from_elsewhere(folder, monkeypatch):
 
 @compiles
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="folders have no modes")
-@pytest.mark.parametrize("change", [opened_wide, given_away, linked_from_elsewhere])
+@pytest.mark.parametrize("change", [opened_wide, change_owner, linked_from_elsewhere])
 def test_code_in_a_folder_of_others_is_not_run(change, tmp_path, monkeypatch, capsys):
     folder = open_version_folder(tmp_path, "0" * 16)
-    loaded(folder)
+    is_loaded_from(folder)
     before = [*folder.iterdir()]
     change(folder, monkeypatch)
     refused = open_version_folder(tmp_path, "0" * 16)
     (line,) = capsys.readouterr().err.splitlines()
     assert line == f"camopt: {folder} is not used: it must be your folder, with mode 0700"
-    assert [loaded(refused) for _ in range(2)] == [False, False]
+    assert [is_loaded_from(refused) for _ in range(2)] == [False, False]
     assert [*folder.iterdir()] == before
 
 
@@ -223,16 +223,16 @@ def test_a_command_survives_a_torn_cache(tmp_path):
     main = f"{compiling}; from camopt.cli.main import main; raise SystemExit(main())"
     command = [sys.executable, "-c", main, "sweep", "roller-1000rpm", "--quiet", "--out"]
 
-    def swept(folder):
+    def swept_table(folder):
         run = subprocess.run([*command, folder], capture_output=True, text=True, timeout=600, env=environment)
         assert (run.returncode, run.stderr) == (0, "")
         return pq.read_table(folder / "designs.parquet")
 
-    first = swept(tmp_path / "first")
+    first = swept_table(tmp_path / "first")
     files = list(tmp_path.rglob("*.kernel"))
     for file in files:
         file.write_bytes(b"")
-    assert swept(tmp_path / "second").equals(first)
+    assert swept_table(tmp_path / "second").equals(first)
     assert bool(files) == ("NUMBA_DISABLE_JIT" not in os.environ)
     assert all(file.stat().st_size for file in files)
 

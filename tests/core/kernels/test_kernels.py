@@ -67,7 +67,7 @@ def kernel_of_halves(work=0.0, size=1.0):
     return KernelForMany(halves, size=size, work=1.0)
 
 
-def halved(kernel, count):
+def compiles_for(kernel, count):
     """Call the kernel for so many numbers: whether it is compiled then."""
     x, out = np.arange(float(count)), np.empty(count)
     kernel(x, out)
@@ -92,7 +92,7 @@ def test_a_few_numbers_compile_nothing_and_many_do(monkeypatch):
     monkeypatch.setattr(compile, "COMPILATION", 997.0)
     kernel = kernel_of_halves()
     many = int(cost_of(kernel))
-    assert [halved(kernel, count) for count in (many // 2, many // 3, many, 1)] == [False, False, True, True]
+    assert [compiles_for(kernel, count) for count in (many // 2, many // 3, many, 1)] == [False, False, True, True]
     assert PLAIN_RUN.work == 0.0
 
 
@@ -101,13 +101,13 @@ def test_a_few_numbers_compile_nothing_and_many_do(monkeypatch):
 def test_a_kernel_is_compiled_when_its_runs_have_done_the_work_of_that(size):
     kernel = kernel_of_halves(work=0.31 * compile.COMPILATION, size=size)
     runs = int(cost_of(kernel) / (0.31 * compile.COMPILATION))
-    assert [halved(kernel, 3) for _ in range(runs + 1)] == [False] * runs + [True]
+    assert [compiles_for(kernel, 3) for _ in range(runs + 1)] == [False] * runs + [True]
 
 
 @pytest.mark.usefixtures("_no_disk")
 def test_a_run_that_takes_longer_than_compiling_is_given_up():
     kernel = kernel_of_halves(work=1.01 * cost_of(kernel_of_halves()))
-    assert halved(kernel, 3)
+    assert compiles_for(kernel, 3)
     assert kernel.plain_work.total() > compile.COMPILATION
 
 
@@ -118,7 +118,7 @@ def test_the_same_is_compiled_whatever_the_clock_says(monkeypatch):
         clock = iter(np.arange(0.0, 1e9, 1e3))
         monkeypatch.setattr(time, name, lambda clock=clock: next(clock))
     kernel = kernel_of_halves(work=0.09 * compile.COMPILATION)
-    assert [halved(kernel, 2) for _ in range(10)] == [False] * 10
+    assert [compiles_for(kernel, 2) for _ in range(10)] == [False] * 10
 
 
 def test_the_import_of_numba_is_part_of_the_cost(monkeypatch):
@@ -140,16 +140,16 @@ def test_a_kernel_on_disk_is_taken_at_once(monkeypatch, tmp_path):
     monkeypatch.setattr(compile, "LOADING", 0.0)
     with monkeypatch.context() as patch:
         patch.setattr(compile, "COMPILATION", 0.0)
-        assert halved(kernel_of_halves(), 1)
+        assert compiles_for(kernel_of_halves(), 1)
     again = kernel_of_halves()
-    assert halved(again, 1)
+    assert compiles_for(again, 1)
     assert "dispatcher" not in vars(again)
 
 
 def test_the_work_of_a_process_is_no_matter_to_the_next(monkeypatch, tmp_path):
     """Each process has kernels of its own; nothing of them is on disk but machine code."""
     monkeypatch.setattr(kernel_cache, "kernel_folder", lambda: tmp_path)
-    assert [halved(kernel_of_halves(0.75 * compile.COMPILATION), 1) for _ in range(3)] == [False] * 3
+    assert [compiles_for(kernel_of_halves(0.75 * compile.COMPILATION), 1) for _ in range(3)] == [False] * 3
     assert [*tmp_path.iterdir()] == []
 
 
@@ -157,10 +157,10 @@ def test_a_process_that_runs_little_imports_nothing_to_load_kernels(monkeypatch)
     monkeypatch.delitem(sys.modules, "llvmlite")
     monkeypatch.setattr(compile.KernelForMany, "whole_work", 0.0)
     kernel = kernel_of_halves()
-    assert not halved(kernel, 1)
+    assert not compiles_for(kernel, 1)
     assert not kernel.files
     monkeypatch.setattr(compile.KernelForMany, "whole_work", compile.LOADING)
-    assert not halved(kernel, 1)
+    assert not compiles_for(kernel, 1)
     assert kernel.files
 
 
@@ -256,15 +256,15 @@ def test_one_compiled_search_serves_every_curve(monkeypatch):
 
 
 @called_by_address(NUMBER, NUMBER, COUNT)
-def scaled(made, x, power):
+def scaled_power(made, x, power):
     factor, shift = made[0]
     return factor * x**power + shift
 
 
 @compiled
-def scaled_all(factor, shift, x, out):
+def scale_each(factor, shift, x, out):
     made = (factor, shift)
-    place, code = address_of_values(made), function_address(scaled, made)
+    place, code = address_of_values(made), function_address(scaled_power, made)
     for i in range(x.size):
         out[i] = call(code, (place, x[i], 2))
 
@@ -272,7 +272,7 @@ def scaled_all(factor, shift, x, out):
 @compiled
 def scaled_wrongly(factor, shift, x):
     made = (factor, shift)
-    x[0] = call(function_address(scaled, made), (address_of_values(made), x))
+    x[0] = call(function_address(scaled_power, made), (address_of_values(made), x))
 
 
 @pytest.mark.usefixtures("_no_disk")
@@ -280,8 +280,8 @@ def test_what_is_called_by_address_is_what_is_called_from_python():
     x = np.array([1.0, 2.0, 3.0])
     for factor, shift in ((2.0, 1.0), (2, 1.5)):  # other types: another function at another address
         out, plain = np.empty((2, 3))
-        scaled_all(factor, shift, x, out)
-        scaled_all.py_func(factor, shift, x, plain)
+        scale_each(factor, shift, x, out)
+        scale_each.py_func(factor, shift, x, plain)
         assert out.tolist() == plain.tolist() == [2.0 + shift, 8.0 + shift, 18.0 + shift]
 
 

@@ -66,7 +66,7 @@ def test_what_no_kernel_takes_is_refused(value):
 
 
 @compiled
-def added(values, way, out):
+def add_values(values, way, out):
     for i in range(values.shape[0]):
         for j in range(values.shape[1]):
             out[0] += way * values[i, j] * (i + 10 * j)
@@ -76,8 +76,8 @@ def added(values, way, out):
 @pytest.mark.parametrize("values", [MANY.reshape(4, 6), MANY.reshape(4, 6).T, MANY.reshape(4, 6)[::2, 1:4]])
 def test_arrays_of_every_layout_are_read_as_in_python(values):
     found, plain = np.zeros((2, 1))
-    added(values, 0.5, found)
-    added.py_func(values, 0.5, plain)
+    add_values(values, 0.5, found)
+    add_values.py_func(values, 0.5, plain)
     assert found[0] == plain[0] > 0.0
 
 

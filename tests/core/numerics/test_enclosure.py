@@ -53,13 +53,13 @@ def limits_of(name):
 
 
 @cache
-def limited(name):
+def limited_problem(name):
     """The question with all limits."""
     return at_rounding_error(resolve(scene_of(name, limits_of(name))))
 
 
 @cache
-def limited_by_some(name):
+def problem_with_some_limits(name):
     """The question with every fourth limit, each mechanism with others; with all of them in ``.ci/deep``.
 
     A search for the worst cam angle is compiled for each limit and mechanism, or takes as long.
@@ -77,7 +77,7 @@ def free_of(problem):
     return [n for n in moving if n == "size" or problem.design.sizes[n][0] != 0.0]
 
 
-def drawn(problem, rng, count, wide, away=None):
+def random_boxes(problem, rng, count, wide, away=None):
     """Boxes (low, high) and their free sizes, each a share ``wide`` of the question's design at most.
 
     Their middles are up to a share ``away`` of it away from it; as far as they are wide if not given.
@@ -93,7 +93,7 @@ def drawn(problem, rng, count, wide, away=None):
     return low, high, free
 
 
-def inside_of(low, high, rng, sense, count=60):
+def designs_inside(low, high, rng, sense, count=60):
     """Random designs of each box, one box after the other."""
     boxes = len(low["size"])
     share = {n: rng.uniform(0.0, 1.0, (boxes, count)) for n in low}
@@ -120,7 +120,7 @@ def test_values_and_differences_lie_in_ranges_and_slopes(operation, seed):
         operands = (x, y * x + 4.0 if operation is np.true_divide else y)
         return operation(*operands[: operation.nin])
 
-    def at(point):
+    def value_at(point):
         return float(function(*map(np.array, point)))
 
     points = [np.array([v]) for v in rng.uniform(ends[:, 0], ends[:, 1])]
@@ -129,7 +129,7 @@ def test_values_and_differences_lie_in_ranges_and_slopes(operation, seed):
     assert isinstance(made, Quotient)
     found = made.above if isinstance(made.below, float) else made.divide()
     for sample in rng.uniform(ends[:, 0], ends[:, 1], (40, 2)):
-        value = at(sample)
+        value = value_at(sample)
         assert found.value.low[0] - 1e-12 <= value <= found.value.high[0] + 1e-12
         for k, step in enumerate(1e-6 * np.eye(2)):
             if (
@@ -137,7 +137,7 @@ def test_values_and_differences_lie_in_ranges_and_slopes(operation, seed):
                 and np.all(sample - step > ends[:, 0])
                 and np.all(sample + step < ends[:, 1])
             ):
-                slope = (at(sample + step) - at(sample - step)) / 2e-6
+                slope = (value_at(sample + step) - value_at(sample - step)) / 2e-6
                 assert found.slopes.low[k, 0] - 1e-5 <= slope <= found.slopes.high[k, 0] + 1e-5
 
 
@@ -191,13 +191,13 @@ def test_a_side_too_narrow_to_be_cut_is_not_cut():
 @settings(max_examples=times(4, deep=100))
 def test_no_design_of_a_box_lies_outside_of_a_limit_s_range(name, seed, wide):
     """Every limit at random cam angles: values and ranges of the limit's own formula."""
-    problem, rng = limited(name), np.random.default_rng(seed)
-    low, high, free = drawn(problem, rng, 5, wide)
+    problem, rng = limited_problem(name), np.random.default_rng(seed)
+    low, high, free = random_boxes(problem, rng, 5, wide)
     setup, sense = problem.setup, problem.design.sense
     boxes = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=sense)
     possible = ~setup.mechanism.cannot_assemble(boxes, problem.programme)
     low, high = ({n: v[possible] for n, v in ends.items()} for ends in (low, high))
-    points = inside_of(low, high, rng, sense)
+    points = designs_inside(low, high, rng, sense)
     first = {n: points.sizes[n][::60] for n in free}
     exists, home = setup.mechanism.can_assemble(points, problem.programme), np.repeat(np.arange(possible.sum()), 60)
     points, home = points.take(exists), home[exists]
@@ -253,11 +253,11 @@ def feasible_ones(problem, designs):
 @settings(max_examples=times(3, deep=100))
 def test_no_feasible_design_is_cut_off(name, seed, wide):
     """Feasible designs of random boxes lie in boxes that are not empty, between the ends that are left."""
-    problem, rng = limited_by_some(name), np.random.default_rng(seed)
-    low, high, free = drawn(problem, rng, BOXES, wide)
+    problem, rng = problem_with_some_limits(name), np.random.default_rng(seed)
+    low, high, free = random_boxes(problem, rng, BOXES, wide)
     box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=problem.design.sense)
     seen = enclose_limits(problem, constraints_on_size(problem), box, free)
-    points, home = inside_of(low, high, rng, problem.design.sense), np.repeat(np.arange(BOXES), 60)
+    points, home = designs_inside(low, high, rng, problem.design.sense), np.repeat(np.arange(BOXES), 60)
     beyond = [(points.sizes[n] < seen.low[n][home]) | (points.sizes[n] > seen.high[n][home]) for n in free]
     assert not any(feasible_ones(problem, points.take(seen.empty[home] | np.any(beyond, axis=0))))
 
@@ -265,9 +265,9 @@ def test_no_feasible_design_is_cut_off(name, seed, wide):
 @pytest.mark.parametrize("name", CONTACTS)
 def test_boxes_of_feasible_and_of_empty_designs_are_met(name):
     """The test above has something to say: some random boxes hold feasible designs, and some are cut or empty."""
-    problem, rng = limited_by_some(name), np.random.default_rng(0)
+    problem, rng = problem_with_some_limits(name), np.random.default_rng(0)
     (low, high, free), (near, far, _) = (
-        drawn(problem, rng, times(4, deep=200), 0.02, away) for away in (0.02, 0.2)
+        random_boxes(problem, rng, times(4, deep=200), 0.02, away) for away in (0.02, 0.2)
     )
     low, high = ({n: np.concatenate([a[n], b[n]]) for n in a} for a, b in ((low, near), (high, far)))
     box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=problem.design.sense)

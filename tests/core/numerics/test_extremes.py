@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.polynomial import polynomial
 from support import own
 from support.balls.ball import PRECISION_BITS
-from support.depth import covering, times
+from support.depth import covering_cases, times
 
 from camopt.core.kernels import compile
 from camopt.core.kernels.compile import compiled
@@ -83,7 +83,7 @@ WAYS = [(law, way * (-1.0) ** k) for way in (1.0, -1.0) for k, law in enumerate(
 
 
 @pytest.mark.one_in(5)
-@pytest.mark.parametrize(("law", "sense"), covering(WAYS, lambda way: way[:1]))
+@pytest.mark.parametrize(("law", "sense"), covering_cases(WAYS, lambda way: way[:1]))
 @pytest.mark.parametrize(("mechanism", "angular", "name"), list(cases()))
 def test_extremes_are_those_of_dense_sampling(mechanism, angular, name, sense, law):
     turn, angles, motion = sampled_motion(law, angular)
@@ -183,7 +183,7 @@ def test_a_peak_narrower_than_a_panel_is_found():
             assert sign * extreme == pytest.approx(sampled.max(), rel=1e-3)
 
 
-def zoomed(f, i, sign, turn):
+def largest_by_zoom(f, i, sign, turn):
     """The largest oriented value of a curve: a grid, dense next to the ends of strokes, and zooms into its best."""
     hairs = np.concatenate([np.geomspace(1e-12, 1e-2, 300), np.linspace(1e-2, 0.5, 700)])
     best = -np.inf
@@ -214,7 +214,7 @@ def test_narrow_peaks_of_many_cams_next_to_the_limit(law, tolerance):
         f = make(some, turn)
         for i in range(count):
             for k, sign in enumerate((1.0, -1.0)):
-                expected, found = zoomed(f, i, sign, turn), sign * value[k, i]
+                expected, found = largest_by_zoom(f, i, sign, turn), sign * value[k, i]
                 largest = np.abs(value[:, i]).max()
                 assert expected <= found + width[k, i] + 1e-11 * largest
                 assert found <= expected + 1e-5 * largest
@@ -332,7 +332,7 @@ def points_of(jet, inner=0):
     ]
 
 
-def off(series, error):
+def with_value_error(series, error):
     """The value alone, off by an error to one side or the other."""
     return [arb_series([series[0] + side * arb(error)], prec=1) for side in (-1, 1)]
 
@@ -362,8 +362,8 @@ def test_jets_hold_all_that_they_may_and_no_more(width, seed):
         rounding = max(
             float(abs(exact(p1, q1)[0] - z[0])) + OWN_ROUNDING.get(name, 1.0) * UNIT_ROUNDOFF * abs(float(z[0]))
             for p, q, z in results[::8]
-            for p1 in off(p, a[2])
-            for q1 in off(q, brought)
+            for p1 in with_value_error(p, a[2])
+            for q1 in with_value_error(q, brought)
         )
         low, high, error, *derivatives = bounds
         close = 1e-14 * max(abs(low), abs(high))

@@ -29,7 +29,7 @@ def of_chance(rng):
     )
 
 
-def one_by_one(known, block, sizes, most):
+def dominance_by_loop(known, block, sizes, most):
     """The counts, the least costs, and the designs that are told."""
     existing, held, open_, least, told = 0, 0, [], np.full(sizes, np.inf), []
     for i, (curve, body) in enumerate(zip(block.curves, block.bodies, strict=True)):
@@ -66,7 +66,7 @@ def test_a_block_is_sorted_out_as_one_design_after_another(sizes):
         known, block = of_chance(rng)
         counts, least = count_designs(known, block, sizes)
         most = rng.choice([-np.inf, 1.0, 2.0, np.inf], sizes)
-        expected, cheapest, told, open_ = one_by_one(known, block, sizes, most)
+        expected, cheapest, told, open_ = dominance_by_loop(known, block, sizes, most)
         assert tuple(counts) == expected
         assert np.array_equal(least, cheapest)
         found = gather_designs(known, block, counts, most, every=False)

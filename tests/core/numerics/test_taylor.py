@@ -12,7 +12,7 @@ from camopt.core.numerics.taylor import Taylor, angle_of, direction
 TERMS = st.lists(st.floats(-3, 3), min_size=4, max_size=4)
 
 
-def of(function, x, count=5):
+def taylor_series(function, x, count=5):
     """The series of a function (of mpmath) at x."""
     return Taylor([float(term) for term in mpmath.taylor(function, x, count - 1)])
 
@@ -44,7 +44,10 @@ def test_an_operation_is_that_of_the_functions(name):
     """Each to the fourth derivative, against mpmath's numerical ones."""
     operation, function = CASES[name]
     with mpmath.workdps(50):
-        found, exact = operation(of(f, 0.3), of(g, 0.3)), of(function, mpmath.mpf(0.3))
+        found, exact = (
+            operation(taylor_series(f, 0.3), taylor_series(g, 0.3)),
+            taylor_series(function, mpmath.mpf(0.3)),
+        )
     assert found.terms == pytest.approx(exact.terms, rel=1e-13, abs=1e-15)
     assert [found.derivative(k) for k in range(5)] == pytest.approx(
         [term * mpmath.factorial(k) for k, term in enumerate(exact.terms)], rel=1e-13, abs=1e-14

@@ -40,11 +40,11 @@ def publish(folder, texts, command="sweep", may_write=MAY_WRITE, then=lambda uni
         then(unit)
 
 
-def failing(unit):
+def fail_to_write(unit):
     raise RuntimeError("no result")
 
 
-def seen(folder):
+def file_texts(folder):
     """What a reader sees: the text of each file of the folder, by name."""
     return {path.name: path.read_text() for path in folder.iterdir() if path.name not in (MANIFEST, WORK_FOLDER)}
 
@@ -65,9 +65,9 @@ def test_files_get_their_names_and_the_manifest_names_them(tmp_path):
 def test_a_result_replaces_the_earlier_one_as_a_whole(tmp_path):
     publish(tmp_path, {"a.txt": "1", "b.txt": "1"})
     publish(tmp_path, {"b.txt": "2", "c.txt": "2"})
-    assert seen(tmp_path) == {"b.txt": "2", "c.txt": "2"}
+    assert file_texts(tmp_path) == {"b.txt": "2", "c.txt": "2"}
     publish(tmp_path, {})
-    assert seen(tmp_path) == {}
+    assert file_texts(tmp_path) == {}
     assert manifest_of(tmp_path).results["sweep"].files == {}
 
 
@@ -76,14 +76,14 @@ def own_table(path):
     pq.write_table(pa.table({"x": [1.0]}), path)
 
 
-def resaved(path):
+def rewrite_table(path):
     write_table(pa.table({"x": [1.0]}), path)
     pq.write_table(pq.read_table(path), path)
 
 
-def damaged(path):
+def flip_bit(path):
     write_table(pa.table({"x": [1.0]}), path)
-    path.write_bytes(hostile.flipped(path.read_bytes(), 8 * 200))
+    path.write_bytes(hostile.flip_bit(path.read_bytes(), 8 * 200))
 
 
 TABLES = ("a.parquet", "b.parquet")
@@ -92,8 +92,8 @@ FOREIGN = {
     "a word": lambda path: path.write_text("mine"),
     "nothing": lambda path: path.write_text(""),
     "a table": own_table,
-    "a table of camopt's, changed and saved by another program": resaved,
-    "a table of camopt's, damaged": damaged,
+    "a table of camopt's, changed and saved by another program": rewrite_table,
+    "a table of camopt's, damaged": flip_bit,
 }
 
 
@@ -122,10 +122,10 @@ def test_a_text_that_was_edited_is_neither_replaced_nor_removed(tmp_path):
             raise AssertionError("nothing is worked at before")
     (tmp_path / "cam-1.txt").rename(tmp_path / "cam-mine.txt")
     publish(tmp_path, {"cam-2.txt": "2"}, may_write=("cam-*.txt",))
-    assert seen(tmp_path) == {"cam-2.txt": "2", "cam-mine.txt": "edited"}
+    assert file_texts(tmp_path) == {"cam-2.txt": "2", "cam-mine.txt": "edited"}
     with pytest.raises(BadInput, match=r"cam-mine\.txt.* no manifest names"):
         publish(tmp_path, {"cam-mine.txt": "3"}, may_write=("cam-*.txt",))
-    assert seen(tmp_path) == {"cam-2.txt": "2", "cam-mine.txt": "edited"}
+    assert file_texts(tmp_path) == {"cam-2.txt": "2", "cam-mine.txt": "edited"}
 
 
 def test_a_file_that_is_edited_during_the_work_is_not_replaced_and_the_work_is_kept(tmp_path):
@@ -135,14 +135,14 @@ def test_a_file_that_is_edited_during_the_work_is_not_replaced_and_the_work_is_k
     publish(tmp_path, {"a.txt": "1"})
     with pytest.raises(BadInput, match="edited"):
         publish(tmp_path, {"a.txt": "2"}, then=edit)
-    assert seen(tmp_path) == {"a.txt": "edited"}
+    assert file_texts(tmp_path) == {"a.txt": "edited"}
 
 
 def test_a_damaged_table_is_replaced(tmp_path):
     publish(tmp_path, {"a.parquet": "1"}, may_write=TABLES)
     (tmp_path / "a.parquet").write_text("")
     publish(tmp_path, {"a.parquet": "2"}, may_write=TABLES)
-    assert seen(tmp_path) == {"a.parquet": "2"}
+    assert file_texts(tmp_path) == {"a.parquet": "2"}
 
 
 def test_a_sweep_leaves_tables_of_the_user_alone(tmp_path, capsys):
@@ -167,19 +167,19 @@ def test_names_by_pattern_go_only_if_an_earlier_result_had_them(tmp_path):
     (tmp_path / "cam-mine.txt").write_text("mine")
     publish(tmp_path, {"cam-1.txt": "1"}, may_write=("cam-*.txt",))
     publish(tmp_path, {"cam-2.txt": "2"}, may_write=("cam-*.txt",))
-    assert seen(tmp_path) == {"cam-2.txt": "2", "cam-mine.txt": "mine"}
+    assert file_texts(tmp_path) == {"cam-2.txt": "2", "cam-mine.txt": "mine"}
 
 
 def test_results_of_other_commands_stay(tmp_path):
     publish(tmp_path, {"a.txt": "1", "c.txt": "1"})
     publish(tmp_path, {"d.txt": "2", "c.txt": "2"}, "frontier", ("c.txt", "d.txt"))
-    assert seen(tmp_path) == {"a.txt": "1", "c.txt": "2", "d.txt": "2"}
+    assert file_texts(tmp_path) == {"a.txt": "1", "c.txt": "2", "d.txt": "2"}
     assert {c: [*r.files] for c, r in manifest_of(tmp_path).results.items()} == {
         "sweep": ["a.txt"],
         "frontier": ["c.txt", "d.txt"],
     }
     publish(tmp_path, {"a.txt": "3"})
-    assert seen(tmp_path) == {"a.txt": "3", "c.txt": "2", "d.txt": "2"}
+    assert file_texts(tmp_path) == {"a.txt": "3", "c.txt": "2", "d.txt": "2"}
 
 
 def test_a_run_that_fails_leaves_the_earlier_result_and_nothing_else(tmp_path):
@@ -189,9 +189,9 @@ def test_a_run_that_fails_leaves_the_earlier_result_and_nothing_else(tmp_path):
             publish(folder, old)
         before = names(folder) if old else None
         with pytest.raises(RuntimeError, match="no result"):
-            publish(folder, {"a.txt": "2"}, then=failing)
+            publish(folder, {"a.txt": "2"}, then=fail_to_write)
         assert (names(folder) if folder.exists() else None) == before
-        assert not old or seen(folder) == old
+        assert not old or file_texts(folder) == old
 
 
 def test_the_same_files_have_the_same_manifest(tmp_path):
@@ -213,7 +213,7 @@ def test_the_second_of_two_runs_is_told_of_the_first(tmp_path):
             publish(tmp_path, {"a.txt": "2"})
         assert caught.value.filename == str(tmp_path)
     publish(tmp_path, {"a.txt": "3"})
-    assert seen(tmp_path) == {"a.txt": "3"}
+    assert file_texts(tmp_path) == {"a.txt": "3"}
 
 
 DIES = """
@@ -233,7 +233,7 @@ def test_files_of_a_dead_run_go_but_not_its_finished_work(tmp_path):
     with publication(tmp_path, "sweep", MAY_WRITE, keeps=("blocks-*",)) as unit:
         assert {each.name: each.read_text() for each in unit.staging.iterdir()} == {"blocks-1": "kept"}
         write_text(unit.path("a.txt"), "2")
-    assert (names(tmp_path), seen(tmp_path)) == (["a.txt", "d.txt", MANIFEST], {"a.txt": "2", "d.txt": "1"})
+    assert (names(tmp_path), file_texts(tmp_path)) == (["a.txt", "d.txt", MANIFEST], {"a.txt": "2", "d.txt": "1"})
 
 
 def test_new_files_have_the_mode_that_the_user_wants(tmp_path):
@@ -353,14 +353,14 @@ def test_a_file_is_written_anew_as_a_part_of_the_result_that_has_it(tmp_path):
             publish_in_vain.__enter__()
     with revision(tmp_path / "a.txt") as place:
         write_text(place, "22")
-    assert seen(tmp_path) == {"a.txt": "22", "b.txt": "1"}
+    assert file_texts(tmp_path) == {"a.txt": "22", "b.txt": "1"}
     assert {name: fact.bytes for name, fact in manifest_of(tmp_path).results["sweep"].files.items()} == {
         "a.txt": 2,
         "b.txt": 1,
     }
     with revision(tmp_path / "other.txt") as place:
         write_text(place, "3")
-    assert seen(tmp_path) == {"a.txt": "22", "b.txt": "1", "other.txt": "3"}
+    assert file_texts(tmp_path) == {"a.txt": "22", "b.txt": "1", "other.txt": "3"}
 
 
 def test_a_folder_that_may_not_be_read_is_written_to(tmp_path):
@@ -373,7 +373,7 @@ def test_a_folder_that_may_not_be_read_is_written_to(tmp_path):
 def test_a_disk_that_cannot_sync_takes_results(tmp_path, trouble):
     with patch("os.fsync", side_effect=OSError(trouble, "no")):
         publish(tmp_path, {"a.txt": "1"})
-    assert seen(tmp_path) == {"a.txt": "1"}
+    assert file_texts(tmp_path) == {"a.txt": "1"}
 
 
 @pytest.mark.parametrize("trouble", [EIO, ENOSPC])
@@ -382,7 +382,7 @@ def test_a_disk_that_fails_to_sync_takes_none(tmp_path, trouble):
     with pytest.raises(OSError, match="no") as caught, patch("os.fsync", side_effect=OSError(trouble, "no")):
         publish(tmp_path, {"a.txt": "2"})
     assert (caught.value.errno, caught.value.filename) == (trouble, str(tmp_path / "a.txt"))
-    assert seen(tmp_path) == {"a.txt": "1"}
+    assert file_texts(tmp_path) == {"a.txt": "1"}
 
 
 def test_runs_at_the_same_time_do_not_disturb_each_other(tmp_path):
@@ -393,7 +393,7 @@ def test_runs_at_the_same_time_do_not_disturb_each_other(tmp_path):
     with ThreadPoolExecutor(4) as pool:
         list(pool.map(run, range(times(100, 1000))))
     assert names(tmp_path) == ["a.txt", "b.txt", MANIFEST]
-    assert len({*seen(tmp_path).values()}) == 1
+    assert len({*file_texts(tmp_path).values()}) == 1
 
 
 def test_trouble_after_a_result_is_published_is_told_and_the_command_has_succeeded(tmp_path, capsys):
@@ -412,17 +412,17 @@ def test_trouble_after_a_result_is_published_is_told_and_the_command_has_succeed
     assert names(tmp_path / "out") == ["designs.parquet", MANIFEST, "pareto.parquet", "scene.toml"]
 
 
-def kept_in(unit):
+def write_staged_file(unit):
     (unit.staging / "blocks-1.txt").write_text("done")
 
 
 def test_finished_work_is_kept_where_a_run_fails_and_goes_where_one_ends_well(tmp_path):
-    for then in (failing, lambda unit: (tmp_path / "a.txt").write_text("edited")):
+    for then in (fail_to_write, lambda unit: (tmp_path / "a.txt").write_text("edited")):
         with (
             suppress(RuntimeError, BadInput),
             publication(tmp_path, "sweep", MAY_WRITE, keeps=("blocks-*",)) as unit,
         ):
-            kept_in(unit)
+            write_staged_file(unit)
             write_text(unit.path("a.txt"), "1")
             then(unit)
         assert names(tmp_path / WORK_FOLDER / "sweep") == ["blocks-1.txt"]
@@ -445,15 +445,15 @@ def test_a_run_that_died_while_it_published_is_finished_by_the_next_one(tmp_path
 
     with suppress(KeyboardInterrupt), patch("os.replace", dies):
         publish(tmp_path, {"a.txt": "2", "b.txt": "2"})
-    assert {*seen(tmp_path).values()} <= {"2"}
-    for name in seen(tmp_path) if renamed < 3 else ():
+    assert {*file_texts(tmp_path).values()} <= {"2"}
+    for name in file_texts(tmp_path) if renamed < 3 else ():
         with (
             pytest.raises(BadInput, match="it differs from the file that manifest"),
             whole_result_file(tmp_path / name),
         ):
             pass
     finish_publishing(tmp_path)
-    assert seen(tmp_path) == {"a.txt": "2", "b.txt": "2"}
+    assert file_texts(tmp_path) == {"a.txt": "2", "b.txt": "2"}
     assert {*manifest_of(tmp_path).results["sweep"].files} == {"a.txt", "b.txt"}
 
 
@@ -494,9 +494,9 @@ def test_a_link_in_the_place_of_the_lock_is_not_followed(tmp_path):
 def test_a_file_that_cannot_be_read_is_not_called_edited(tmp_path, monkeypatch):
     publish(tmp_path, {"a.txt": "1"})
 
-    def failing(path):
+    def fail_to_read(path):
         raise OSError(EIO, os.strerror(EIO), os.fspath(path))
 
-    monkeypatch.setattr("camopt.core.storage.manifest.regular_file", failing)
+    monkeypatch.setattr("camopt.core.storage.manifest.regular_file", fail_to_read)
     with pytest.raises(OSError, match=os.strerror(EIO)):
         publish(tmp_path, {"a.txt": "2"})

@@ -45,7 +45,7 @@ def grooved_scene(form, seed, **drive):
 
 
 @cache
-def grooved(form, seed):
+def groove_problem(form, seed):
     """The problem of a groove, or of a rib between two swinging rollers on a cylinder or a disc."""
     return resolve_design(grooved_scene(form, seed) if form in FORMS else ribbed_scene(form, seed))
 
@@ -155,25 +155,25 @@ def flown(problem, walls, angle, side, jumps):
 
     near = 0.02
 
-    def until(theta):
+    def wall_or_force(theta):
         return float(walls.place(theta, -side)[0]) - angle if jumps else side * force(theta)
 
-    left = brentq(until, angle - near, angle + near, xtol=1e-12 if jumps else 1e-9)
+    left = brentq(wall_or_force, angle - near, angle + near, xtol=1e-12 if jumps else 1e-9)
     earlier, low, here = walls.touched(left + step * np.array([-2.0, -1.0, 0.0]), -side)
     start = [here, (3 * here - 4 * low + earlier) / (2 * step) * omega]
 
     def gap(time, state):
         return float(side * (state[0] - walls.touched([left + omega * time], side)[0]))
 
-    def back(time, state):
+    def return_distance(time, state):
         """Above 0 before the follower is back at the wall that it left, but for rounding."""
         return float(side * (state[0] - walls.touched([left + omega * time], -side)[0])) + 1e-8
 
     gap.terminal, gap.direction = True, 1.0
-    back.terminal, back.direction = True, -1.0
+    return_distance.terminal, return_distance.direction = True, -1.0
     found = solve_ivp(
         lambda time, state: [state[1], -(own.damping * state[1] + own.stiffness * state[0] + load) / own.mass],
-        (0.0, pi / omega), start, events=(gap, back), rtol=1e-10, atol=1e-13, max_step=0.02 / omega,
+        (0.0, pi / omega), start, events=(gap, return_distance), rtol=1e-10, atol=1e-13, max_step=0.02 / omega,
     )  # fmt: skip
     met = 0 if found.t_events[0].size else 1
     time, end = float(found.t_events[met][0]), left + omega * found.t_events[met][0]
@@ -188,7 +188,7 @@ def flown(problem, walls, angle, side, jumps):
 )
 def test_a_follower_flies_as_it_does_between_drawn_walls(form, seed):
     """All crossings of a random cam, by a solver of differential equations with contacts by points."""
-    problem = grooved(form, seed)
+    problem = groove_problem(form, seed)
     case = EvaluationBlock(problem.setup, problem.programme, problem.design)
     walls = (Walls if form in FORMS else Flanks)(problem)
     flights, followers = design_flights(case)
@@ -279,7 +279,7 @@ def test_a_wall_is_undercut_by_half_of_the_clearance():
         assert (row["undercut"], certify(scene)["undercut"]) == ((False, "held") if held else (True, "broken"))
 
 
-def turned_by(walls, theta, k, step=1e-5):
+def spin_rate(walls, theta, k, step=1e-5):
     """Spin of a roller that rolls on a wall, seen from its arm, by points of the wall [rad/rad]."""
     touched = cam_curves(walls.mechanism, walls.design, walls.turn, theta)
     before, after = (walls.from_follower(touched.profile[k], theta + side * step) for side in (-1.0, 1.0))
@@ -291,23 +291,23 @@ def turned_by(walls, theta, k, step=1e-5):
 
 @pytest.mark.parametrize("form", FORMS)
 def test_the_spin_of_a_roller_turns_round_and_slips_as_points_of_both_walls_say(form):
-    problem, scene = grooved(form, 0), grooved_scene(form, 0, clearance=1e-9)
+    problem, scene = groove_problem(form, 0), grooved_scene(form, 0, clearance=1e-9)
     walls, omega, radius = Walls(problem), problem.setup.omega, problem.design.roller_radius[0]
     row = evaluate(scene)
     flights, _ = design_flights(EvaluationBlock(problem.setup, problem.programme, problem.design))
-    one, other = (omega * turned_by(walls, flights.angle, k) for k in (0, 1))
+    one, other = (omega * spin_rate(walls, flights.angle, k) for k in (0, 1))
     assert np.all(one * other < 0.0)
     change = np.abs(other - one).max()
     assert row["roller_spin_change_max_rpm"] == pytest.approx(change * 30 / pi, rel=1e-4)
     assert row["slip_speed_max_m_s"] == pytest.approx(change * radius / 1e3, rel=1e-4)
     if not walls.developed:
         surface = evaluate(scene.replace(outputs=["surface"]))
-        most = max(np.abs(turned_by(walls, np.linspace(0.01, 6.27, 2000), k)).max() for k in (0, 1))
+        most = max(np.abs(spin_rate(walls, np.linspace(0.01, 6.27, 2000), k)).max() for k in (0, 1))
         assert surface["roller_speed_max_rpm"] == pytest.approx(most * omega * 30 / pi, rel=1e-4)
     step, angles = 1e-3, np.linspace(0.01, 6.27, 700)
     inside = angles[np.abs(walls.turn.starts[:, None] - angles).min(axis=0) > 2 * step]
     rates = [
-        np.abs(turned_by(walls, inside + step, k) - turned_by(walls, inside - step, k)).max() / (2 * step)
+        np.abs(spin_rate(walls, inside + step, k) - spin_rate(walls, inside - step, k)).max() / (2 * step)
         for k in (0, 1)
     ]
     found = row["roller_angular_acceleration_max_rad_s2"] / omega**2
@@ -318,7 +318,7 @@ def test_the_spin_of_a_roller_turns_round_and_slips_as_points_of_both_walls_say(
 @pytest.mark.parametrize("form", FORMS)
 def test_a_roller_skids_until_friction_has_turned_it(form):
     """∫μ·N·R_r dt by a rule of quadrature over the drawn force, from the landing on."""
-    problem = grooved(form, 0)
+    problem = groove_problem(form, 0)
     setup, turn, design = problem.setup, problem.programme, problem.design
     case, omega, radius = EvaluationBlock(setup, turn, design), setup.omega, design.roller_radius[0]
     flights, followers = design_flights(case)

@@ -220,16 +220,16 @@ def touching_roller(law: str) -> tuple[float, float]:
     """
     problem = resolve(lobe(1.0, law=law))
 
-    def reaching(angle):
+    def reach_ratio(angle):
         y, y1 = problem.programme.motion_at(np.atleast_1d(angle))[:2]
         turn, s = np.exp(1j * (radians(43) - angle)), 8.0 + y
         sideways = (turn * (-y1 + 1j * s)).real / np.hypot(s, y1)
         return np.where(sideways < 0.0, (1j * turn * s).real / np.minimum(sideways, -1e-300), inf)
 
     angles = np.linspace(0.0, radians(40), 20001)
-    near = int(np.argmin(reaching(angles)))
+    near = int(np.argmin(reach_ratio(angles)))
     best = minimize_scalar(
-        lambda angle: float(reaching(angle)[0]), bounds=angles[[near - 1, near + 1]], method="bounded",
+        lambda angle: float(reach_ratio(angle)[0]), bounds=angles[[near - 1, near + 1]], method="bounded",
         options={"xatol": 1e-12},
     )  # fmt: skip
     return float(best.fun), degrees(best.x)
@@ -312,7 +312,9 @@ def test_self_crossing_is_named_only_where_all_other_limits_hold():
     )
 
 
-def swung(law: str, turn: tuple[float, float, float], lift: float, sizes: tuple[float, float, float], sense: str):
+def swinging_lobe(
+    law: str, turn: tuple[float, float, float], lift: float, sizes: tuple[float, float, float], sense: str
+):
     """A lobe for an oscillating roller; ``sizes`` are the roller radius, the arm and the centre distance."""
     rise, fall = ({"segment": kind, "lift": lift, "law": law} for kind in ("rise", "return"))
     motion = [rise | {"angle": turn[0]}, {"segment": "dwell", "angle": turn[1]}, fall | {"angle": turn[2]}]
@@ -336,10 +338,10 @@ LOBES = {
         f"{law}-{share}": lambda law=law, share=share: lobe(touching_roller(law)[0] * share, law=law)
         for law, share in product(("parabolic", "cycloidal"), (1.01, 1.05))
     },
-    "any base radius holds all other limits": lambda: swung(
+    "any base radius holds all other limits": lambda: swinging_lobe(
         "cycloidal", (37, 2.5, 51.5), 60, (8.55, 116, 111), "ccw"
     ),
-    "the least base radius that can be assembled": lambda: swung(
+    "the least base radius that can be assembled": lambda: swinging_lobe(
         "cycloidal", (48, 7, 46), 54.3, (6.8, 115.8, 124.7), "cw"
     ),
 }
@@ -436,15 +438,15 @@ def test_of_the_main_job_the_largest_pressure_angle_decides_all_but_a_few():
     ("scene", "free", "ends", "boxes"),
     [
         (
-            lambda: swung("modified-sine", (41.7, 3.8, 57.4), 68.6, (9.8, 152.9, 143.0), "ccw"),
+            lambda: swinging_lobe("modified-sine", (41.7, 3.8, 57.4), 68.6, (9.8, 152.9, 143.0), "ccw"),
             "roller_radius", (9.74, 13.78), 1000,
         ),
         pytest.param(
-            lambda: swung("cycloidal", (48, 7, 46), 54.3, (6.8, 115.8, 124.7), "cw"),
+            lambda: swinging_lobe("cycloidal", (48, 7, 46), 54.3, (6.8, 115.8, 124.7), "cw"),
             "roller_radius", (6.0, 9.0), 3000, marks=pytest.mark.long,
         ),
         pytest.param(
-            lambda: swung("modified-sine", (31.4, 5.1, 45.9), 64.4, (6.58, 110.1, 120.6), "ccw"),
+            lambda: swinging_lobe("modified-sine", (31.4, 5.1, 45.9), 64.4, (6.58, 110.1, 120.6), "ccw"),
             "roller_radius", (5.37, 7.79), 8000, marks=pytest.mark.long,
         ),
         (lambda: lobe(touching_roller("parabolic")[0] * 1.05), "offset", (-2.0, 2.0), 4000),
@@ -609,10 +611,10 @@ def test_when_the_time_is_over_a_feasible_design_is_kept():
 def test_half_of_the_time_is_kept_for_crossings(monkeypatch):
     problem, ends = a_row_of_lobes()[0], []
 
-    def timed(search):
+    def record_time(search):
         return lambda *given, **more: ends.append(given[-1] - clock_seconds()) or search(*given, **more)
 
     for search in (least_of_others, branch_and_bound):
-        monkeypatch.setattr(f"camopt.solve.smallest.smallest.{search.__name__}", timed(search))
+        monkeypatch.setattr(f"camopt.solve.smallest.smallest.{search.__name__}", record_time(search))
     solve_smallest_cam(problem, {**search_boxes(problem)[0], "size": (1.0, 100.0)}, clock_seconds() + 1000.0)
     assert ends == [pytest.approx(500.0, abs=100.0), pytest.approx(1000.0, abs=100.0)]

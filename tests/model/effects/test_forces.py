@@ -5,7 +5,7 @@ from math import inf, pi, sqrt
 
 import numpy as np
 import pytest
-from support.depth import covering
+from support.depth import covering_cases
 
 from camopt import certify, evaluate, find_scene, optimise, sweep
 from camopt.cli.main import main
@@ -44,7 +44,7 @@ SWING = find_scene("oscillating-roller").replace(
 )
 
 
-def sampled(scene, points=100_000):
+def sample_motion(scene, points=100_000):
     """Cam angles, motion, and the kind of stroke at each."""
     programme = resolve(scene).programme
     angles = np.linspace(0, 2 * pi, points, endpoint=False) + 1e-7
@@ -68,7 +68,7 @@ def agree(found, expected, jumps):
 def test_a_translating_roller_in_its_guide(law, rotation, friction):
     changes = {"cam.rotation": rotation, "follower.offset": 6.0, "follower.dynamics.friction": friction}
     scene = with_law(VALVE, law).replace(**changes)
-    kind, y, y1, y2, _ = sampled(scene)
+    kind, y, y1, y2, _ = sample_motion(scene)
     e, s = (6.0 if rotation == "ccw" else -6.0), np.sqrt(60.0**2 - 36.0) + y
     beta = np.arctan((y1 - e) / s)
     force = 1.5e-3 * OMEGA**2 * y2 + 0.03 * OMEGA * y1 + 15 * y + 450
@@ -102,7 +102,7 @@ def test_a_translating_roller_in_its_guide(law, rotation, friction):
 @pytest.mark.parametrize("law", ["cycloidal", "poly4567", "harmonic"])
 def test_a_flat_face(law):
     scene = with_law(FLAT, law)
-    _, y, y1, y2, _ = sampled(scene)
+    _, y, y1, y2, _ = sample_motion(scene)
     force = 1.5e-3 * OMEGA**2 * y2 + 0.03 * OMEGA * y1 + 15 * y + 450
     radius = scene.cam.base_radius + y + y2
     found = evaluate(scene)
@@ -116,7 +116,7 @@ def test_a_flat_face(law):
 
 def test_an_oscillating_roller():
     problem = resolve(SWING)
-    _, y, y1, y2, _ = sampled(SWING)
+    _, y, y1, y2, _ = sample_motion(SWING)
     design, sense = problem.design, problem.design.sense
     c, l, r = (float(getattr(design, n)[0]) for n in ("centre_distance", "arm_length", "prime_radius"))  # noqa: E741
     psi = np.arccos((c * c + l * l - r * r) / (2 * c * l)) + y
@@ -143,7 +143,7 @@ LAWS_AND_DAMPING = [*product(("cycloidal", "parabolic", "modified-sine"), (0.0, 
 
 
 @pytest.mark.one_in(3)
-@pytest.mark.parametrize(("law", "damping"), covering(LAWS_AND_DAMPING, enumerate))
+@pytest.mark.parametrize(("law", "damping"), covering_cases(LAWS_AND_DAMPING, enumerate))
 def test_the_jump_speed_is_where_the_least_force_is_zero(law, damping):
     scene = with_law(VALVE, law).replace(**{"follower.dynamics.damping": damping})
     speed = evaluate(scene)["jump_speed_rpm"]

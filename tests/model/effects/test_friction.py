@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from support import friction
 from support.balls.ball import Ball
-from support.depth import covering
+from support.depth import covering_cases
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene, optimise
 from camopt.core.kernels.compile import compiled
@@ -54,7 +54,7 @@ def test_the_random_scenes_try_every_mechanism():
 # ------------------------------------------------------------------------------------------------- the ways
 
 
-def guided(**changes):
+def guided_cam(**changes):
     """A roller in its guide that thrusts to the rise's side on a part of its return: e is on the far side."""
     scene = {
         "cam": {"form": "disc", "base_radius": 45, "rpm": 250},
@@ -89,7 +89,7 @@ def guided(**changes):
 def test_a_return_is_eased_by_friction_to_whichever_side_it_thrusts(offset):
     """A load that has its peak at one cam angle of the return, and pulls elsewhere: N there is the sheet's."""
     rows = [[0, -300], [200, -300], [215, 900], [230, -300]]
-    scene = guided(**{"follower.dynamics.load": rows, "follower.offset": offset, "outputs": ["thrust"]})
+    scene = guided_cam(**{"follower.dynamics.load": rows, "follower.offset": offset, "outputs": ["thrust"]})
     y, y1, y2, _ = resolve(scene).programme.motion_at(np.array([radians(215)]))[:, 0]
     tangent = (y1 - offset) / (np.sqrt(57.0**2 - offset**2) + y)
     assert np.sign(tangent) == (1 if offset < 0 else -1)
@@ -102,7 +102,7 @@ def test_a_return_is_eased_by_friction_to_whichever_side_it_thrusts(offset):
 
 
 def test_where_an_open_cam_would_pull_nothing_is_counted():
-    scene = guided(**{"follower.dynamics.load": -5000.0, "outputs": ["thrust"]})
+    scene = guided_cam(**{"follower.dynamics.load": -5000.0, "outputs": ["thrust"]})
     found = evaluate(scene)
     names = ("normal_force_max_N", "side_thrust_max_N", "guide_reaction_max_N", "stem_bending_stress_max_MPa")
     assert [found[name] for name in names] == [0.0] * 4
@@ -113,7 +113,7 @@ def test_where_an_open_cam_would_pull_nothing_is_counted():
 def test_at_rest_no_friction_is_counted():
     """A load on the dwells alone: its normal force is F/cos β."""
     rows = [[0, -400], [112, -400], [118, 900], [140, 900], [148, -400]]
-    scene = guided(**{"follower.dynamics.load": rows, "outputs": ["thrust"]})
+    scene = guided_cam(**{"follower.dynamics.load": rows, "outputs": ["thrust"]})
     height, e = np.sqrt(57.0**2 - 20.0**2) + 20, -20.0
     normal = (6 * 20 + 150 + 900) * np.hypot(1, e / height)
     assert evaluate(scene)["normal_force_max_N"] == pytest.approx(normal, rel=1e-12)
@@ -122,7 +122,7 @@ def test_at_rest_no_friction_is_counted():
 def test_the_work_of_the_torque_is_what_guide_damper_and_load_take():
     scene = friction.random_scene(13)
     scene["follower"]["dynamics"]["damping"] = 0.05
-    model, found = friction.expected(scene), evaluate(Scene.from_dict(scene))
+    model, found = friction.expected_quantities(scene), evaluate(Scene.from_dict(scene))
     omega, taken = scene["cam"]["rpm"] * pi / 30, 0.0
     nodes, weights = np.polynomial.legendre.leggauss(60)
     for piece, line in friction.turn(scene):
@@ -136,8 +136,8 @@ def test_the_work_of_the_torque_is_what_guide_damper_and_load_take():
 
 
 def test_without_friction_the_torque_is_that_of_the_motion_to_the_bit():
-    free = guided(**{"follower.dynamics.friction": 0.0})
-    bare = guided(
+    free = guided_cam(**{"follower.dynamics.friction": 0.0})
+    bare = guided_cam(
         **{f"follower.dynamics.{key}": None for key in ("friction", "guide_length", "overhang", "stem_diameter")}
     )
     torque = {name: value for name, value in evaluate(bare).items() if "torque" in name or "power" in name}
@@ -166,7 +166,7 @@ def of_random_scene(seed):
 
 
 @pytest.mark.one_in(3)
-@pytest.mark.parametrize(("limit", "seed"), covering(BOTH, lambda pair: pair[:1]))
+@pytest.mark.parametrize(("limit", "seed"), covering_cases(BOTH, lambda pair: pair[:1]))
 def test_balls_and_doubles_meet_at_the_bound(limit, seed):
     scene = {**friction.random_scene(seed), "outputs": [LIMITS[limit]]}
     value = of_random_scene(seed)[LIMITS[limit]]
@@ -178,8 +178,8 @@ def test_balls_and_doubles_meet_at_the_bound(limit, seed):
 
 
 def test_the_smallest_cam_under_a_torque_that_friction_makes_depend_on_the_size():
-    scene = guided(search={"base_radius": {"start": 44, "stop": 46}})
-    peaks = [evaluate(guided(**{"cam.base_radius": size}))["torque_peak_N_m"] for size in (30.0, 45.0, 90.0)]
+    scene = guided_cam(search={"base_radius": {"start": 44, "stop": 46}})
+    peaks = [evaluate(guided_cam(**{"cam.base_radius": size}))["torque_peak_N_m"] for size in (30.0, 45.0, 90.0)]
     assert peaks == sorted(peaks, reverse=True)
     best = optimise(scene.replace(**{"limits.torque": peaks[1]})).best
     assert best["base_radius_mm"] == pytest.approx(45.0, rel=1e-6)
@@ -204,7 +204,7 @@ def test_number_systems_agree_on_the_guide(number, force, lean):
 
 
 @compiled
-def cornered(a, found):
+def corner_bounds(a, found):
     """What has a corner, of the jet a: low, high and the bound of the second derivative."""
     p = Jet(a[0], a[1], a[2], a[3], a[4], a[5])
     jets = np.absolute(p), np.sign(p), np.maximum(p, 0.0)
@@ -216,7 +216,7 @@ def test_jets_know_corners():
     """|a|, max(a, 0) and the sign of a jet hold what they are of every number in its range."""
     for low, high in ((-2.0, 3.0), (1.0, 2.0), (-3.0, -1.0), (0.0, 1.0)):
         inside, rows = np.linspace(low, high, 101), np.empty((3, 3))
-        cornered(np.array([low, high, 1e-16, 2.0, 3.0, 4.0]), rows)
+        corner_bounds(np.array([low, high, 1e-16, 2.0, 3.0, 4.0]), rows)
         for function, found in zip((np.abs, np.sign, lambda x: np.maximum(x, 0.0)), rows, strict=True):
             values = function(inside)
             assert found[0] <= values.min()

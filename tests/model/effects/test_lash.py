@@ -33,7 +33,7 @@ def one_way(programme, low, high, way):
     return found.opening if way == OUTWARD else found.closing
 
 
-def sampled(programme, low, high, sign, count=200_001):
+def sampled_speed(programme, low, high, sign, count=200_001):
     """Largest speed of many samples between two levels, in one direction."""
     y, y1, _, _ = programme.motion_at(np.linspace(0.0, 2 * pi, count))
     inside = (y >= low) & (y <= high) & (sign * y1 > 0)
@@ -46,7 +46,7 @@ def sampled(programme, low, high, sign, count=200_001):
 def test_speeds_between_levels_are_those_of_samples(law, low, high):
     programme = turn(law, law)
     for way, sign in ((OUTWARD, 1), (INWARD, -1)):
-        found, expected = one_way(programme, low, high, way), sampled(programme, low, high, sign)
+        found, expected = one_way(programme, low, high, way), sampled_speed(programme, low, high, sign)
         assert expected <= found * (1 + 1e-12)
         assert isclose(found, expected, rel_tol=2e-3, abs_tol=1e-9)  # as near as samples of a steep speed come
 

@@ -26,17 +26,19 @@ OF_MOTION = ["force", "torque"]  # effects that need no kernel
 RPM, OMEGA = 420, 420 * np.pi / 30
 
 
-def under(rows, contact="flat", dynamics=None, **more):
+def cam_under_load(rows, contact="flat", dynamics=None, **more):
     given = dynamics if dynamics is not None else SWUNG if contact == "arm" else UNGUIDED
     made = {key: value for key, value in given.items() if key != "load"}
     return cam_with(contact, dynamics=made if rows is None else {**made, "load": rows}, **more)
 
 
-def found(rows, contact="flat", dynamics=None, **more):
-    return dict(evaluate(Scene.from_dict(under(rows, contact, dynamics, **{"outputs": OF_MOTION, **more}))))
+def quantities_under_load(rows, contact="flat", dynamics=None, **more):
+    return dict(
+        evaluate(Scene.from_dict(cam_under_load(rows, contact, dynamics, **{"outputs": OF_MOTION, **more})))
+    )
 
 
-def alike(one, other, rel=1e-11):
+def assert_close(one, other, rel=1e-11):
     for name, value in one.items():
         if isinstance(value, float):
             assert other[name] == pytest.approx(value, rel=rel, abs=1e-9), name
@@ -47,37 +49,40 @@ def alike(one, other, rel=1e-11):
 
 @pytest.mark.parametrize("rows", [[[90, 12.0]], [[0, 12.0], [200, 12.0]], [[10, 12], [10, 12], [360, 12]]])
 def test_a_table_of_one_value_is_that_constant(rows):
-    assert found(rows) == found(12.0)
+    assert quantities_under_load(rows) == quantities_under_load(12.0)
 
 
 def test_a_table_of_zeros_is_no_load():
-    assert found([[0, 0.0], [180, 0.0]]) == found(None)
+    assert quantities_under_load([[0, 0.0], [180, 0.0]]) == quantities_under_load(None)
 
 
 @pytest.mark.parametrize("rows", TABLES.values(), ids=TABLES)
 def test_a_constant_moves_from_the_table_to_the_preload(rows):
     raised = [[angle, value + 55.0] for angle, value in rows]
     names = ("contact_force_min_N", "contact_force_max_N", "torque_max_N_m", "torque_rms_N_m", "power_mean_W")
-    one, other = found(raised), found(rows, dynamics={**UNGUIDED, "preload": UNGUIDED["preload"] + 55.0})
-    alike({name: one[name] for name in (*names, "energy_fluctuation_J", "jump_speed_rpm")}, other)
+    one, other = (
+        quantities_under_load(raised),
+        quantities_under_load(rows, dynamics={**UNGUIDED, "preload": UNGUIDED["preload"] + 55.0}),
+    )
+    assert_close({name: one[name] for name in (*names, "energy_fluctuation_J", "jump_speed_rpm")}, other)
 
 
 @pytest.mark.parametrize("rows", TABLES.values(), ids=TABLES)
 @pytest.mark.parametrize("outputs", [OF_MOTION, ["thrust", "hertz"]])
 def test_motion_and_table_turned_together_give_the_same(rows, outputs):
-    scene = under(rows, "flat", outputs=outputs)
+    scene = cam_under_load(rows, "flat", outputs=outputs)
     *strokes, last = scene["motion"]
     turned = [[(angle + last["angle"]) % 360, value] for angle, value in rows]
     first = min(range(len(turned)), key=lambda k: (turned[k][0], -k))
-    moved = under(turned[first:] + turned[:first], "flat", outputs=outputs)
+    moved = cam_under_load(turned[first:] + turned[:first], "flat", outputs=outputs)
     moved["motion"] = [last, *strokes]
     ours, theirs = (evaluate(Scene.from_dict(each)) for each in (scene, moved))
-    alike({n: v for n, v in ours.items() if not n.endswith("_at_deg")}, theirs)
+    assert_close({n: v for n, v in ours.items() if not n.endswith("_at_deg")}, theirs)
 
 
 def test_rows_on_the_line_change_nothing():
     halved = [row for (a, p), (b, q) in pairwise(CORNERED) for row in ([a, p], [(a + b) / 2, (p + q) / 2])]
-    alike(found(CORNERED), found([*halved, CORNERED[-1]]))
+    assert_close(quantities_under_load(CORNERED), quantities_under_load([*halved, CORNERED[-1]]))
 
 
 @given(st.lists(st.tuples(st.integers(0, 359), st.integers(-99, 99)), min_size=1, unique_by=lambda row: row[0]))
@@ -112,7 +117,7 @@ def slow_force(rows, dynamics, moving):
 
 @pytest.mark.parametrize("rows", TABLES.values(), ids=TABLES)
 def test_torque_and_its_energy_against_quadrature(rows):
-    ours, moving = found(rows), under(rows)["motion"]
+    ours, moving = quantities_under_load(rows), cam_under_load(rows)["motion"]
     theta, weight, y, force, y1 = slow_force(rows, UNGUIDED, moving)
     torque = force * y1 / 1e3
     mean = np.sum(weight * torque) / (2 * np.pi)
@@ -139,20 +144,20 @@ def test_torque_and_its_energy_against_quadrature(rows):
 
 @pytest.mark.parametrize("rows", TABLES.values(), ids=TABLES)
 def test_what_is_required_is_just_enough(rows):
-    ours = found(rows)
-    at_jump = found(rows, rpm=ours["jump_speed_rpm"])
+    ours = quantities_under_load(rows)
+    at_jump = quantities_under_load(rows, rpm=ours["jump_speed_rpm"])
     assert at_jump["contact_force_min_N"] == pytest.approx(0.0, abs=1e-9 * at_jump["contact_force_max_N"])
     weak = {**UNGUIDED, "preload": 20.0}
-    lost = found(rows, dynamics=weak)
+    lost = quantities_under_load(rows, dynamics=weak)
     assert lost["contact_force_min_N"] < 0.0
-    pressed = found(rows, dynamics={**weak, "preload": lost["preload_required_N"]})
+    pressed = quantities_under_load(rows, dynamics={**weak, "preload": lost["preload_required_N"]})
     assert pressed["contact_force_min_N"] == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("rows", TABLES.values(), ids=TABLES)
 def test_the_elastic_contact_force_against_a_scan(rows):
     train = {**UNGUIDED, "natural_frequency": 90.0, "damping_ratio": 0.04}
-    scene = Scene.from_dict(under(rows, dynamics=train, outputs=["vibration"]))
+    scene = Scene.from_dict(cam_under_load(rows, dynamics=train, outputs=["vibration"]))
     asked, ratio = resolve(scene), 2 * np.pi * 90.0 / OMEGA
     table = asked.programme.table
     u = np.linspace(-1.0, 1.0, 2001)
@@ -179,7 +184,7 @@ WORN = {"wear_rate": 1e-9, "viscosity": 30, "pressure_viscosity": 15, "roughness
 
 
 def test_wear_and_film_are_those_of_a_scan():
-    scene = under(JUMPING)
+    scene = cam_under_load(JUMPING)
     scene["cam"]["base_radius"] = 160  # so that the lubricant is carried one way
     asked = resolve(Scene.from_dict({**scene, "materials": {**scene["materials"], **WORN}}))
     case = EvaluationBlock(asked.setup, asked.programme, asked.design)
@@ -208,7 +213,7 @@ LIMITS = {
 
 @pytest.mark.parametrize(("contact", "rows"), [("flat", JUMPING), ("flat", CORNERED), ("arm", MOMENT)])
 def test_verdicts_turn_at_the_value_itself(contact, rows):
-    scene = Scene.from_dict(under(rows, contact, outputs=[*OF_MOTION, "thrust", "hertz"]))
+    scene = Scene.from_dict(cam_under_load(rows, contact, outputs=[*OF_MOTION, "thrust", "hertz"]))
     ours = evaluate(scene)
     for limit, name in LIMITS.items():
         side = -1 if limit == "contact_force_min" else 1
@@ -221,7 +226,7 @@ def test_verdicts_turn_at_the_value_itself(contact, rows):
 def test_searches_read_the_table(tmp_path):
     scene = Scene.from_dict(
         {
-            **under(JUMPING, outputs=["thrust", "hertz"]),
+            **cam_under_load(JUMPING, outputs=["thrust", "hertz"]),
             "limits": {"contact_stress": 160.0},
             "search": {"base_radius": {"start": 40, "stop": 140, "step": 20}, "law": ["cycloidal", "poly345"]},
         }
@@ -246,7 +251,7 @@ def test_searches_read_the_table(tmp_path):
 def test_a_csv_file_is_its_rows(tmp_path):
     lines = ["angle, load, remark", *(f"{angle!r},{value!r},x" for angle, value in JUMPING)]
     (tmp_path / "gas.csv").write_text("\n".join(lines))
-    plain = Scene.from_dict(under(JUMPING))
+    plain = Scene.from_dict(cam_under_load(JUMPING))
     text = plain.replace(**{"follower.dynamics.load": 1.0}).to_toml().replace("load = 1.0", 'load = "gas.csv"')
     (tmp_path / "scene.toml").write_text(text)
     made = Scene.from_toml(tmp_path / "scene.toml")
@@ -275,7 +280,7 @@ def test_a_csv_file_is_its_rows(tmp_path):
 )
 def test_mistakes_in_a_table(rows, message):
     with pytest.raises(BadInput, match=message) as raised:
-        Scene.from_dict(under(rows))
+        Scene.from_dict(cam_under_load(rows))
     assert len(raised.value.mistakes) == 1
 
 
@@ -287,7 +292,7 @@ ROWS = st.lists(st.one_of(st.lists(ANYTHING, max_size=3), st.lists(st.floats(0, 
 @given(ROWS)
 def test_any_table_makes_a_scene_or_one_mistake(rows):
     try:
-        scene = Scene.from_dict(under(rows))
+        scene = Scene.from_dict(cam_under_load(rows))
     except BadInput as wrong:
         (mistake,) = wrong.mistakes
         assert mistake.key.startswith("follower.dynamics.load")

@@ -30,7 +30,7 @@ from camopt.model.effects import EFFECTS
 from camopt.model.effects.hertz import SHEAR_DEPTH, SHEAR_SHARE
 
 
-def found(scene, **changes):
+def evaluate_changed(scene, **changes):
     made = Scene.from_dict(scene)
     return evaluate(made.replace(**changes) if changes else made)
 
@@ -220,7 +220,7 @@ CASES = [
 @pytest.mark.parametrize(("contact", "law", "rotation", "dynamics"), CASES)
 def test_all_loads_against_fifty_digits(contact, law, rotation, dynamics):
     scene = cam_with(contact, law, dynamics, rotation)
-    ours, theirs = found(scene), slow(scene)
+    ours, theirs = evaluate_changed(scene), slow(scene)
     for name, value in theirs.items():
         assert ours[name] == pytest.approx(float(value), rel=2e-12, abs=1e-9), name
     extra = {n for n in ours if QUANTITIES[n].effect == "hertz"} if contact in ELSEWHERE else set()
@@ -268,7 +268,7 @@ def surfaces(scene, kind, line, ctx):
 @pytest.mark.parametrize("contact", ["offset-roller", "arm", "flat", "swinging-face", "knife"])
 def test_film_and_wear_against_fifty_digits(contact, rotation):
     scene = cam_with(contact, "modified-sine", rotation=rotation, materials=WORN)
-    ours = found(scene)
+    ours = evaluate_changed(scene)
     with mp.workdps(naive.DPS):
         spans, _ = spans_of(scene, surfaces)
         assert ours.get("wear_depth_max_um", 0) == pytest.approx(
@@ -326,7 +326,7 @@ def test_parallel_cylinders_by_the_formula_of_the_textbooks():
     scene = cam_with("roller", dynamics={"mass": 1e-9, "preload": 500.0}, rpm=1e-3)
     scene["motion"] = turn_of("cycloidal", 1e-9)
     scene["materials"] = {"cam": "grey-cast-iron", "follower": "steel", "face_width": 20}
-    ours = found(scene)
+    ours = evaluate_changed(scene)
     compliance = (1 - 0.211**2) / 100e3 + (1 - 0.292**2) / 207e3
     half = sqrt(2 * 500 / (pi * 20) * compliance / (1 / 140 + 1 / 28))
     assert ours["contact_half_width_mm"] == pytest.approx(half, rel=1e-9)
@@ -336,7 +336,7 @@ def test_parallel_cylinders_by_the_formula_of_the_textbooks():
 # ------------------------------------------------------------------------------------------ identities
 
 
-def shifted(scene, **dynamics):
+def with_dynamics(scene, **dynamics):
     return {**scene, "follower": {**scene["follower"], "dynamics": {**scene["follower"]["dynamics"], **dynamics}}}
 
 
@@ -351,8 +351,8 @@ FORCES = ("contact_force_min_N", "contact_force_max_N", "normal_force_max_N", "s
 def test_inertia_is_linear_in_mass_and_square_in_speed(contact):
     mass = "inertia" if CONTACTS[contact]["motion"] == "oscillating" else "mass"
     bare = cam_with(contact, dynamics={mass: 0.5})
-    once, twice = found(bare), found(shifted(bare, **{mass: 1.0}))
-    slowed = found(at_speed(shifted(bare, **{mass: 0.5 * 9}), 140))
+    once, twice = evaluate_changed(bare), evaluate_changed(with_dynamics(bare, **{mass: 1.0}))
+    slowed = evaluate_changed(at_speed(with_dynamics(bare, **{mass: 0.5 * 9}), 140))
     for name in FORCES:
         assert twice[name] == pytest.approx(2 * once[name], rel=1e-12)
         assert slowed[name] == pytest.approx(once[name], rel=1e-12)
@@ -385,7 +385,7 @@ def test_guide_and_stem_are_in_equilibrium():
                 peak[name] = max(peak[name], value)
             del far
     peak["bend"] *= 32 / (pi * float(given["stem_diameter"]) ** 3)
-    ours = found(scene)
+    ours = evaluate_changed(scene)
     names = ("normal_force_max_N", "side_thrust_max_N", "guide_reaction_max_N", "stem_bending_stress_max_MPa")
     for name, most in zip(names, peak.values(), strict=True):
         assert most <= ours[name] * (1 + 1e-12)
@@ -399,24 +399,24 @@ def test_contact_is_lost_at_the_jump_speed(contact, law, damping):
     scene = cam_with(contact, law)
     scene["outputs"] = ["force"]
     swinging = CONTACTS[contact]["motion"] == "oscillating"
-    scene = shifted(scene, damping=damping * (10 if swinging else 1))
-    jump = found(scene)["jump_speed_rpm"]
-    at, above = found(at_speed(scene, jump)), found(at_speed(scene, jump * (1 + 1e-9)))
+    scene = with_dynamics(scene, damping=damping * (10 if swinging else 1))
+    jump = evaluate_changed(scene)["jump_speed_rpm"]
+    at, above = evaluate_changed(at_speed(scene, jump)), evaluate_changed(at_speed(scene, jump * (1 + 1e-9)))
     scale = at["contact_force_max_N"]
     assert at["jump_speed_ratio"] == pytest.approx(1.0, rel=1e-14)
     assert abs(at["contact_force_min_N"]) < 1e-12 * scale
     assert above["contact_force_min_N"] < 0.0
     for share in np.linspace(0.02, 0.98, 25):
-        assert found(at_speed(scene, jump * share))["contact_force_min_N"] > 0.0
+        assert evaluate_changed(at_speed(scene, jump * share))["contact_force_min_N"] > 0.0
 
 
 def test_contact_that_damping_loses():
     """A falling follower that its damper holds up: kept at every speed below the jump speed, lost just above."""
     scene = cam_with("roller", dynamics={"mass": 1.0, "damping": 5.0, "preload": 300.0, "spring_rate": 8.0})
     scene["outputs"] = ["force"]
-    jump = found(scene)["jump_speed_rpm"]
+    jump = evaluate_changed(scene)["jump_speed_rpm"]
     speeds = jump * np.linspace(0.9, 1.3, 100)
-    kept = np.array([found(at_speed(scene, rpm))["contact_force_min_N"] > 0.0 for rpm in speeds])
+    kept = np.array([evaluate_changed(at_speed(scene, rpm))["contact_force_min_N"] > 0.0 for rpm in speeds])
     np.testing.assert_array_equal(kept[speeds < jump], True)
     assert not kept[speeds > jump][0]
 
@@ -426,22 +426,22 @@ def test_what_is_required_just_keeps_contact(contact, law):
     swinging = CONTACTS[contact]["motion"] == "oscillating"
     scene = at_speed(cam_with(contact, law), 1500)
     scene["outputs"] = ["force"]
-    ours = found(scene)
+    ours = evaluate_changed(scene)
     assert ours["contact_force_min_N"] < 0.0
     preload = ours["preload_required_N_m" if swinging else "preload_required_N"]
     rate = ours["spring_rate_required_N_m_per_rad" if swinging else "spring_rate_required_N_per_mm"]
     for change in ({"preload": preload}, {"spring_rate": rate}):
-        kept = found(shifted(scene, **change))
+        kept = evaluate_changed(with_dynamics(scene, **change))
         assert abs(kept["contact_force_min_N"]) < 1e-12 * kept["contact_force_max_N"]
         less = {key: value * (1 - 1e-6) for key, value in change.items()}
-        assert found(shifted(scene, **less))["contact_force_min_N"] < 0.0
+        assert evaluate_changed(with_dynamics(scene, **less))["contact_force_min_N"] < 0.0
 
 
 def test_contact_stress_goes_with_the_root_of_load_over_width():
     scene = cam_with("roller", dynamics={"mass": 0.5, "preload": 900.0})
-    once = found(scene)
-    wide = found({**scene, "materials": {**STEEL, "face_width": 60}})
-    heavy = found(shifted(scene, mass=2.0, preload=3600.0))
+    once = evaluate_changed(scene)
+    wide = evaluate_changed({**scene, "materials": {**STEEL, "face_width": 60}})
+    heavy = evaluate_changed(with_dynamics(scene, mass=2.0, preload=3600.0))
     for name in ("contact_stress_max_MPa", "contact_half_width_mm"):
         assert wide[name] == pytest.approx(once[name] / 2, rel=1e-12)
         assert heavy[name] == pytest.approx(once[name] * 2, rel=1e-12)
@@ -452,14 +452,14 @@ def test_lengths_scale(contact):
     """All lengths × k with the same forces: forces stay, and the stress falls as 1/k with the face as wide."""
     k = 3.0
     scene = cam_with(contact, dynamics={"mass": 0.9, "spring_rate": 6.0, "preload": 200.0})
-    big = shifted(scene, mass=0.9 / k, spring_rate=6.0 / k)
+    big = with_dynamics(scene, mass=0.9 / k, spring_rate=6.0 / k)
     big["cam"] = {**scene["cam"], "base_radius": 70 * k}
     for name in ("roller_radius", "offset"):
         if name in big["follower"]:
             big["follower"][name] = scene["follower"][name] * k
     big["motion"] = turn_of("cycloidal", 24 * k)
     big["materials"] = {**STEEL, "face_width": 15 * k}
-    one, other = found(scene), found(big)
+    one, other = evaluate_changed(scene), evaluate_changed(big)
     for name in FORCES:
         if name in one:
             assert other[name] == pytest.approx(one[name], rel=1e-12)
@@ -471,7 +471,7 @@ def test_a_mirrored_cam_has_the_same_loads():
     one = cam_with("offset-roller", dynamics=GUIDED)
     other = cam_with("offset-roller", dynamics=GUIDED, rotation="cw")
     other["follower"] = {**other["follower"], "offset": -11}
-    ours, mirrored = found(one), found(other)
+    ours, mirrored = evaluate_changed(one), evaluate_changed(other)
     turned = ("offset_mm", "centroid_x_mm")
     assert mirrored["centroid_x_mm"] == -ours["centroid_x_mm"]
     assert {n: v for n, v in ours.items() if n not in turned} == {
@@ -481,10 +481,10 @@ def test_a_mirrored_cam_has_the_same_loads():
 
 def test_a_huge_roller_is_a_flat_face():
     """As R_r grows the trace point's normal turns into the motion, and 1/R into 1/ρ of the flat face."""
-    flat = found(cam_with("flat"))
+    flat = evaluate_changed(cam_with("flat"))
     scene = cam_with("roller")
     scene["follower"] = {**scene["follower"], "roller_radius": 1e8}
-    roller = found(scene)
+    roller = evaluate_changed(scene)
     for name in ("normal_force_max_N", "contact_stress_max_MPa", "contact_half_width_mm"):
         assert roller[name] == pytest.approx(flat[name], rel=1e-6)
 
@@ -493,7 +493,7 @@ def test_a_huge_roller_is_a_flat_face():
 def test_friction_never_hides_a_load(contact):
     """Samples with the friction on the side where it acts: a groove pulls, and then it acts on the other."""
     scene = cam_with(contact, "harmonic", {**GUIDED, "preload": 20.0}, rpm=500)
-    ours, top = found(scene), 0.0
+    ours, top = evaluate_changed(scene), 0.0
     mass, damping, stiffness, constant, _ = constants(scene, fp)
     omega, groove = 500 * pi / 30, contact == "groove"
     geometry = naive.geometry(scene, fp)
@@ -515,7 +515,7 @@ def test_friction_never_hides_a_load(contact):
 
 
 def reasons(scene):
-    made = found(scene)
+    made = evaluate_changed(scene)
     assert not any(isinstance(v, float) and isnan(v) for v in made.values())
     return made, made.unbounded
 
@@ -540,7 +540,7 @@ def test_undercut_and_jamming_make_loads_infinite_and_say_why():
     made, why = reasons(sharp)
     assert made["undercut"]
     assert why["contact_stress_max_MPa"] == why["contact_half_width_mm"] == "the profile is undercut"
-    stuck = shifted(cam_with("roller", dynamics=GUIDED), friction=3.0)
+    stuck = with_dynamics(cam_with("roller", dynamics=GUIDED), friction=3.0)
     made, why = reasons(stuck)
     assert made["jamming_margin"] < 0.0
     for name in ("normal_force_max_N", "guide_reaction_max_N", "contact_stress_max_MPa", "contact_shear_depth_mm"):
@@ -640,13 +640,13 @@ def test_no_dynamics_give_nan(contact, law, rpm, extreme, mass, load, friction, 
 @pytest.mark.parametrize("contact", list(CONTACTS))
 def test_what_two_plans_share_is_the_same_to_the_bit(contact):
     scene = cam_with(contact)
-    everything = found(scene)
+    everything = evaluate_changed(scene)
     for outputs in (["pressure", "curvature"], ["force"], ["normal_force_max_N"], ["jump_speed_ratio"], ["thrust"]):
-        some = found({**scene, "outputs": outputs})
+        some = evaluate_changed({**scene, "outputs": outputs})
         assert some.keys() - {"relative_half_width"} <= everything.keys()
         assert all(some[n] == everything[n] for n in some if n != "relative_half_width")
     if "contact_stress_max_MPa" in everything:
-        alone = found({**scene, "outputs": ["contact_stress_max_MPa"]})
+        alone = evaluate_changed({**scene, "outputs": ["contact_stress_max_MPa"]})
         assert alone["contact_stress_max_MPa"] == everything["contact_stress_max_MPa"]
 
 
@@ -664,7 +664,9 @@ def test_a_sweep_with_and_without_loads_agrees_to_the_bit(tmp_path):
 @pytest.mark.parametrize("key", ["friction", "damping", "preload", "gravity", "load", "spring_rate"])
 def test_a_parameter_of_zero_is_one_left_out(key):
     dynamics = {name: value for name, value in GUIDED.items() if name != key}
-    absent, zero = (found(cam_with("offset-roller", dynamics=d)) for d in (dynamics, {**dynamics, key: 0.0}))
+    absent, zero = (
+        evaluate_changed(cam_with("offset-roller", dynamics=d)) for d in (dynamics, {**dynamics, key: 0.0})
+    )
     assert dict(absent) == dict(zero)
 
 
@@ -677,12 +679,12 @@ def test_what_nobody_calls_for_does_not_run(idle, monkeypatch):
         raise AssertionError(idle)
 
     scene = cam_with("roller", dynamics=GUIDED)
-    of_scene = {QUANTITIES[name].effect for name in found(scene)} & EFFECTS.keys()
+    of_scene = {QUANTITIES[name].effect for name in evaluate_changed(scene)} & EFFECTS.keys()
     others = [name for name in of_scene if name != idle and (name, idle) not in READS]
     monkeypatch.setitem(EFFECTS, idle, EFFECTS[idle]._replace(run=run))
-    assert found({**scene, "outputs": others})
+    assert evaluate_changed({**scene, "outputs": others})
     with pytest.raises(AssertionError, match=idle):
-        found({**scene, "outputs": [idle]})
+        evaluate_changed({**scene, "outputs": [idle]})
 
 
 # ------------------------------------------------------------------------------------------ missing keys
@@ -690,7 +692,7 @@ def test_what_nobody_calls_for_does_not_run(idle, monkeypatch):
 
 def mistakes(scene):
     with pytest.raises(BadInput) as error:
-        found(scene)
+        evaluate_changed(scene)
     return [str(mistake) for mistake in error.value.mistakes]
 
 
@@ -849,7 +851,7 @@ def nearly_undercut(law, angles, spring_rate, preload, rpm, base_radius, roller_
 def test_a_stress_near_an_undercut_is_as_exact_as_elsewhere(given):
     """A bound of the rounding error over a whole panel says nothing where N/R is nearly divided by zero."""
     scene = nearly_undercut(*given)
-    ours, theirs = found({**scene, "outputs": ["hertz"]}), slow(scene)["contact_stress_max_MPa"]
+    ours, theirs = evaluate_changed({**scene, "outputs": ["hertz"]}), slow(scene)["contact_stress_max_MPa"]
     assert 0.0 < ours["profile_radius_min_mm"] < 1.0
     assert ours["contact_stress_max_MPa"] == pytest.approx(float(theirs), rel=1e-11)
     assert ours["relative_half_width"] < 1e-11
@@ -870,7 +872,7 @@ def test_the_half_width_next_to_an_undercut_is_that_of_rounding(base_radius):
     """Profile radii of 3e-4 and 1e-4 mm are differences of 54 mm, whose rounding is more than the tolerance."""
     scene = nearly_undercut(*NEARLY[1], outputs=["contact_stress_max_MPa", "profile_radius_min_mm"])
     scene["cam"]["base_radius"] = base_radius
-    ours = found(scene)
+    ours = evaluate_changed(scene)
     left = ours["profile_radius_min_mm"]
     assert 0.0 < left < 1e-3
     assert ours["relative_half_width"] <= 3e-14 * 54.0 / left

@@ -40,7 +40,7 @@ def means_of(problem):
     return {name: mean for effect in EFFECTS.values() for name, mean in effect.means(problem.setup).items()}
 
 
-def enclosed(problem, mean, rounds=200, enough=0.0):
+def narrow_ball(problem, mean, rounds=200, enough=0.0):
     """The last ball, or the first that is narrow enough, relative to its middle, and how wide each was."""
     with precisely(DISPLACEMENT_TERMS):
         motion, widths = exact_turn(problem.programme), []
@@ -122,7 +122,7 @@ def test_the_torque_of_a_rubbing_follower_is_that_of_50_digits(contact, offset):
             true = sum(
                 quadrature(lambda t, s=stroke, p=power: torque(s, t) ** p, ends[stroke]) for stroke in turn.strokes
             )
-            ball, _ = enclosed(problem, known[name], enough=1e-20)
+            ball, _ = narrow_ball(problem, known[name], enough=1e-20)
             near = mpf(str(ball.mid().str(45, radius=False)))
             # the scene's numbers are doubles of rad/s and N there: 1e-16 relative
             assert abs(near / true - 1) < mpf("1e-14")
@@ -138,7 +138,7 @@ def test_root_mean_squares_of_a_polynomial_are_those_in_closed_form():
             angles = [mpf(angle) * mp.pi / 180 for angle in (110, 95)]
             true = sum(24**2 * share / angle ** (2 * order - 1) for angle in angles) / (2 * mp.pi)
         mean = Mean(((Derivative(order), ALL_STROKES),), 2)
-        ball, widths = enclosed(problem, mean)
+        ball, widths = narrow_ball(problem, mean)
         assert len(widths) == 1  # nothing is left out of a polynomial
         assert abs(mpf(str(ball.mid().str(45, radius=False))) / true - 1) < mpf("1e-38")
         found = power_means(EvaluationBlock(problem.setup, problem.programme, problem.design), mean).value[0]
@@ -149,7 +149,7 @@ def test_root_mean_squares_of_a_polynomial_are_those_in_closed_form():
 def test_a_groove_is_as_long_as_its_chords(contact):
     """By the mechanism's own points, of which chords fall short by the square of their length."""
     problem = at_rounding_error(resolve(scene_of(contact)))
-    ball, _ = enclosed(problem, means_of(problem)["groove_length_mm"])
+    ball, _ = narrow_ball(problem, means_of(problem)["groove_length_mm"])
     found, lengths = 2.0 * np.pi * float(ball.mid()), []
     for count in (20_000, 40_000):
         angles = np.linspace(0.0, 2.0 * np.pi, count + 1)
@@ -178,8 +178,8 @@ def test_the_lift_area_of_a_symmetric_law_is_half_that_of_its_box(contact, unit,
 def test_springs_and_masses_give_back_what_they_take(contact, law):
     """∮F·y' dθ is what damping takes: the mean of all of the torque lies in the ball of the mean of that."""
     problem = at_rounding_error(resolve(scene_of(contact, law)))
-    spent, _ = enclosed(problem, means_of(problem)["torque_mean_N_m"])
-    whole, _ = enclosed(problem, Mean(((lambda d, p: torque_curve(problem.setup, d, p), ALL_STROKES),)))
+    spent, _ = narrow_ball(problem, means_of(problem)["torque_mean_N_m"])
+    whole, _ = narrow_ball(problem, Mean(((lambda d, p: torque_curve(problem.setup, d, p), ALL_STROKES),)))
     assert whole.overlaps(spent)
     assert float((whole - spent).mid()) == pytest.approx(0.0, abs=1e-40 * float(abs(spent)))
 
@@ -194,7 +194,7 @@ def test_columns_are_those_of_balls(contact):
     known = means_of(problem)
     assert {"torque_mean_N_m", "torque_rms_N_m", "power_mean_W"} < known.keys()
     for name, mean in known.items():
-        ball, _ = enclosed(problem, mean, 60, enough=1e-16)
+        ball, _ = narrow_ball(problem, mean, 60, enough=1e-16)
         value = mean.scale.quantity(mean.value_of_mean(float(ball.mid())), problem.design)
         assert cam[name] == pytest.approx(np.asarray(value).item(), rel=1e-13)
 
@@ -205,7 +205,7 @@ def test_columns_are_those_of_balls(contact):
 def test_halved_parts_are_as_much_nearer_as_the_order_says():
     """What is left out of a sine wave falls by 2^(K + 1)."""
     problem = at_rounding_error(resolve(scene_of("knife", "cycloidal")))
-    _, widths = enclosed(problem, means_of(problem)["acceleration_rms_m_s2"], 4)
+    _, widths = narrow_ball(problem, means_of(problem)["acceleration_rms_m_s2"], 4)
     far = [width for width in widths if width > 1e-50 * widths[0]]
     assert len(far) > 2
     assert all(after < before * 2.0 ** (-0.8 * TAYLOR_ORDER) for before, after in pairwise(far[1:]))
@@ -213,7 +213,7 @@ def test_halved_parts_are_as_much_nearer_as_the_order_says():
 
 def test_next_to_a_kink_the_range_tells_and_is_cut():
     problem = at_rounding_error(resolve(scene_of("offset-roller")))
-    ball, widths = enclosed(problem, means_of(problem)["torque_rms_N_m"])
+    ball, widths = narrow_ball(problem, means_of(problem)["torque_rms_N_m"])
     assert widths[-1] < 1e-40 * float(ball)
     assert len(widths) > 40
 

@@ -7,7 +7,7 @@ from support.cams import CONTACTS
 import camopt
 from camopt.core.kernels import compile
 from camopt.core.mistakes import BadInput
-from tests.solve.tolerances.test_recontact import given_of
+from tests.solve.tolerances.test_recontact import tolerances_of
 from tests.solve.tolerances.test_tolerance import TRAINS, scene_of
 
 LOPSIDED = ("follower", "phase", "face_tilt")
@@ -19,7 +19,7 @@ def plain(monkeypatch):
     monkeypatch.setattr(compile, "COMPILATION", np.inf)
 
 
-def lopsided(given):
+def lopsided_zones(given):
     """Zones that go further to one side."""
     return {k: {"plus": v, "minus": v / 4} if k.startswith(LOPSIDED) else v for k, v in given.items()}
 
@@ -31,12 +31,12 @@ def errors_of(scene):
 
 
 @pytest.mark.one_in(9)
-@pytest.mark.parametrize("given", [dict, lopsided])
+@pytest.mark.parametrize("given", [dict, lopsided_zones])
 @pytest.mark.parametrize("rotation", ["ccw", "cw"])
 @pytest.mark.parametrize("contact", CONTACTS)
 def test_they_are_those_of_the_series_of_the_answers(contact, rotation, given):
     """Whose coefficients are those of exact contact in 40 digits (test_response)."""
-    scene = scene_of(contact, given=given(given_of(contact)), rotation=rotation)
+    scene = scene_of(contact, given=given(tolerances_of(contact)), rotation=rotation)
     found, known = errors_of(scene), camopt.tolerance(scene)
     for name, each in zip(("position", "velocity", "acceleration"), known.errors, strict=True):
         assert found[name] == pytest.approx(each.worst, rel=1e-11)
@@ -85,7 +85,7 @@ def test_a_limit_needs_tolerances():
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("contact", ["offset-roller", "arm", "flat", "swinging-face", "groove-arm"])
 def test_a_limit_is_proved_on_either_side_of_the_error(contact):
-    scene = scene_of(contact, "poly4567", given=lopsided(given_of(contact)))
+    scene = scene_of(contact, "poly4567", given=lopsided_zones(tolerances_of(contact)))
     for name, worst in errors_of(scene).items():
         for share, verdict in ((1 + 1e-9, "held"), (1 - 1e-9, "broken")):
             limited = scene.replace(**{f"limits.{name}_error": worst * share})
@@ -113,7 +113,7 @@ def test_the_smallest_cam_with_a_limit_is_that_of_its_closed_form():
 @pytest.mark.parametrize("name", ["velocity", "acceleration"])
 def test_the_smallest_cam_just_holds_a_limit_on_velocity_or_acceleration(name):
     """And a smaller one is refuted in balls, a robust box of its sizes proved."""
-    scene = scene_of("offset-roller", "poly4567", given=given_of("offset-roller"))
+    scene = scene_of("offset-roller", "poly4567", given=tolerances_of("offset-roller"))
     bound = 0.97 * errors_of(scene)[name]
     asked = scene.replace(search={"base_radius": [20, 200]}, limits={f"{name}_error": bound})
     best = camopt.optimise(asked).best

@@ -58,7 +58,7 @@ def exact(t):
         turned = t < 1  # Johnson's R' is the larger of the two radii
         ratio = 1 / t if turned else t
 
-        def over(x):
+        def logarithmic_gap(x):
             k = mp.exp(2 * x)  # (b/a)², by the logarithm of b/a
             e, first = mp.ellipe(1 - k), mp.ellipk(1 - k)
             return mp.log((e / k - first) / (first - e)) - mp.log(ratio)
@@ -67,7 +67,7 @@ def exact(t):
         if abs(ratio - 1) < mp.mpf(10) ** -12:
             slender = ratio ** (-mp.mpf(2) / 3)  # Johnson 4.30: right to the square of what is left
         else:
-            slender = mp.exp(mp.findroot(over, (guess, guess - 0.01), tol=1e-80, maxsteps=200))
+            slender = mp.exp(mp.findroot(logarithmic_gap, (guess, guess - 0.01), tol=1e-80, maxsteps=200))
         k = slender**2
         e, first = mp.ellipe(1 - k), mp.ellipk(1 - k)
         shape = mp.pi / 4 if k == 1 else (first - e) / (1 - k)

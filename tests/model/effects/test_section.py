@@ -26,7 +26,7 @@ def scene_of(contact, law="cycloidal", **more):
     return Scene.from_dict(cam_with(contact, law, outputs=["section"], **more))
 
 
-def swept(scene, count):
+def polygon_moments(scene, count):
     """Length, area, centroid and polar moment of the polygon through points of the profile, by its triangles."""
     problem = resolve_design(scene)
     angles = np.linspace(0.0, 2 * np.pi, count, endpoint=False)
@@ -50,7 +50,7 @@ def agree(found, expected, rel):
 def test_a_section_is_that_of_a_polygon_of_many_points(name):
     """The polygon's error falls with the square of its sides: two of them give the limit."""
     scene = find_scene(name).replace(outputs=["section"])
-    (coarse, _), (fine, points) = swept(scene, 50_000), swept(scene, 100_000)
+    (coarse, _), (fine, points) = polygon_moments(scene, 50_000), polygon_moments(scene, 100_000)
     expected = fine + (fine - coarse) / 3
     rounded = 1e-6 if resolve_design(scene).programme.corners else 2e-9  # a corner lies between two points
     found = evaluate(scene)
@@ -68,7 +68,7 @@ def test_a_section_is_that_of_a_polygon_of_many_points(name):
 @pytest.mark.parametrize("contact", OPEN)
 def test_the_sections_of_all_mechanisms(contact, rotation):
     scene = scene_of(contact, "modified-sine", rotation=rotation)
-    (coarse, _), (fine, _) = swept(scene, 20_000), swept(scene, 40_000)
+    (coarse, _), (fine, _) = polygon_moments(scene, 20_000), polygon_moments(scene, 40_000)
     agree(evaluate(scene), fine + (fine - coarse) / 3, 1e-9)
 
 

@@ -26,7 +26,7 @@ def turn(law):
     return Programme.from_segments(segments, angular=False, laws=own.EVERY)
 
 
-def drawn(*ends):
+def random_numbers(*ends):
     """Numbers between ends; every third setting is that before it again."""
     random = np.random.default_rng(0)
     numbers = [random.uniform(low, high, MANY) for low, high in ends]
@@ -35,13 +35,16 @@ def drawn(*ends):
     return numbers
 
 
-FORCES = [*drawn((0, 20), (0, 0.4), (2e-4, 2e-3), (-5, 300)), np.ones(MANY)]  # the last of what no train carries
+FORCES = [
+    *random_numbers((0, 20), (0, 0.4), (2e-4, 2e-3), (-5, 300)),
+    np.ones(MANY),
+]  # the last of what no train carries
 CASES = {
     "jump speed": (jump_speed, FORCES),
     "spring rate": (required_stiffness, [FORCES[1], 1e3 * FORCES[2], *FORCES[3:]]),
     "torque": (torque_over_turn, FORCES),
-    "angle above": (angle_above, drawn((-1, 21))),
-    "speeds": (lash_speeds, drawn((-1, 10), (10, 21))),
+    "angle above": (angle_above, random_numbers((-1, 21))),
+    "speeds": (lash_speeds, random_numbers((-1, 10), (10, 21))),
 }
 
 

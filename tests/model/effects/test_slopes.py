@@ -80,12 +80,12 @@ def records_of(problem):
         )
 
 
-def within(record):
+def parts_of_curve(record):
     """A curve and all that it is made of."""
     if type(record) in CURVE_FORMULAS:
         yield record
     for each in record if isinstance(record, tuple) else ():
-        yield from within(each)
+        yield from parts_of_curve(each)
 
 
 @cache
@@ -98,7 +98,7 @@ def every_record():
         except BadInput:
             continue
         for record in records_of(problem):
-            for each in within(record):
+            for each in parts_of_curve(record):
                 found.setdefault(type(each), []).append((each, problem.programme.lift))
     return found
 
@@ -152,9 +152,9 @@ def test_further_slopes_are_those_of_differences(owner):
     for record, lift in every_record().get(owner, [])[:8]:
         exact = curve_derivatives(record, 0, state(angles, lift))
         for order in range(3):
-            found = differences(partial(further_at, record, lift, order), angles)
+            found = differences(partial(higher_derivative, record, lift, order), angles)
             assert found == pytest.approx(exact[order + 1], rel=1e-6, abs=1e-6 * np.max(np.abs(exact[order + 1])))
 
 
-def further_at(record, lift, order, angle):
+def higher_derivative(record, lift, order, angle):
     return curve_derivatives(record, 0, state(angle, lift))[order]

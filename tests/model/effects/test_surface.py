@@ -55,7 +55,7 @@ def scene_of(name, rotation="ccw", base_radius=30.0, **more):
     )
 
 
-def sampled(scene):
+def grid_extremes(scene):
     """Extremes of a grid from where the bodies are: mm, rad, N. The contact moves at (X(θ + h) − X(θ − h))/2h."""
     problem = resolve(scene)
     setup, programme, design = problem.setup, problem.programme, problem.design
@@ -108,7 +108,7 @@ def sampled(scene):
 @pytest.mark.parametrize("name", FOLLOWERS)
 def test_against_the_velocities_of_the_bodies(name, rotation):
     scene = scene_of(name, rotation)
-    found, expected = camopt.evaluate(scene), sampled(scene)
+    found, expected = camopt.evaluate(scene), grid_extremes(scene)
     quantities = [n for n in expected if n in found]
     assert len(quantities) == {"roller": 5, "flat": 6, "knife": 4, "spherical": 3}[scene.follower.contact]
     for quantity in quantities:

@@ -74,7 +74,7 @@ def turn(law, lift=30.0):
     return programme(*((kind, angle, lift if kind != "dwell" else 0.0, law) for kind, angle in UP_DOWN))
 
 
-def near(value, rel=1e-12):
+def approx_value(value, rel=1e-12):
     return pytest.approx(float(value), rel=rel)
 
 
@@ -122,7 +122,7 @@ def slow_quantities(segments, dynamics, swinging):
         def quad(function, start, end):
             return mp.quad(function, (start, end), method="gauss-legendre")  # all is analytic on a piece
 
-        def squared(piece):
+        def squared_torque(piece):
             return lambda theta: torque(piece)(theta) ** 2
 
         def excess(piece, state=state):
@@ -130,7 +130,7 @@ def slow_quantities(segments, dynamics, swinging):
 
         moving = [p for p in pieces if p.kind != "dwell"]
         mean = sum(quad(torque(p), p.start, p.end) for p in moving) / (2 * mp.pi)
-        square = sum(quad(squared(p), p.start, p.end) for p in moving) / (2 * mp.pi)
+        square = sum(quad(squared_torque(p), p.start, p.end) for p in moving) / (2 * mp.pi)
         work = [mp.zero]
         for p, q in zip(pieces, coarse, strict=True):
             inside = crossings(excess(p), excess(q, rough), p.start, p.end) if p.kind != "dwell" else []
@@ -151,7 +151,7 @@ def slow_quantities(segments, dynamics, swinging):
 
 
 @cache
-def expected_of(law, swinging):
+def expected_quantities(law, swinging):
     return slow_quantities(motion(law, 15.0 if swinging else 30.0), SWINGING if swinging else FULL, swinging)
 
 
@@ -162,8 +162,8 @@ def test_all_quantities_against_fifty_digits(law, swinging):
     segments = motion(law, 15.0 if swinging else 30.0)
     dynamics = SWINGING if swinging else FULL
     found = evaluate(cam(segments, dynamics, swinging=swinging))
-    for name, expected in expected_of(law, swinging).items():
-        assert found[name] == near(expected), name
+    for name, expected in expected_quantities(law, swinging).items():
+        assert found[name] == approx_value(expected), name
 
 
 # --------------------------------------------------------------------------------------------- closed forms
@@ -183,20 +183,20 @@ def test_a_sinusoidal_follower(stiffness, preload):
     peak = max(abs((a + b * x) * sqrt(1 - x * x)) for x in roots if abs(x) <= 1)
     works = [0.0, 2 * a, *([(a + b) ** 2 / (2 * b)] if abs(a) < abs(b) else [])]
     energy = max(works) - min(works)
-    assert found["torque_max_N_m"] == near(peak)
-    assert found["torque_min_N_m"] == near(-peak)
-    assert found["power_peak_W"] == near(peak * omega)
-    assert found["torque_rms_N_m"] == near(sqrt((a * a + b * b / 4) / 2))
+    assert found["torque_max_N_m"] == approx_value(peak)
+    assert found["torque_min_N_m"] == approx_value(-peak)
+    assert found["power_peak_W"] == approx_value(peak * omega)
+    assert found["torque_rms_N_m"] == approx_value(sqrt((a * a + b * b / 4) / 2))
     assert found["torque_mean_N_m"] == 0.0
-    assert found["energy_fluctuation_J"] == near(energy)
-    assert found["flywheel_inertia_kg_m2"] == near(energy / (0.04 * omega**2))
+    assert found["energy_fluctuation_J"] == approx_value(energy)
+    assert found["flywheel_inertia_kg_m2"] == approx_value(energy / (0.04 * omega**2))
 
 
 def test_a_damped_sinusoidal_follower_takes_what_the_damper_takes():
     """P = c·v² on average: c·(ω·h/2)²/2."""
     scene = cam(motion("harmonic", 20.0, [("rise", 180), ("return", 180)]), {"mass": 0.1, "damping": 0.05})
     omega, h = RPM * pi / 30, 0.02
-    assert evaluate(scene)["power_mean_W"] == near(50.0 * (omega * h / 2) ** 2 / 2)
+    assert evaluate(scene)["power_mean_W"] == approx_value(50.0 * (omega * h / 2) ** 2 / 2)
 
 
 @pytest.mark.parametrize("law", ["modified-sine", "poly345", "modified-trapezoid"])
@@ -217,7 +217,7 @@ def test_inertia_torque_has_the_known_product_of_velocity_and_acceleration(law):
     h, angle, omega, mass = 0.03, radians(110), RPM * pi / 30, 0.4
     found = evaluate(cam(motion(law, strokes=[("rise", 110), ("dwell", 70), ("return", 180)]), {"mass": mass}))
     characteristic = found["torque_max_N_m"] / (mass * omega**2 * h**2 / angle**3)
-    assert characteristic == near(PRODUCTS[law])
+    assert characteristic == approx_value(PRODUCTS[law])
 
 
 # ------------------------------------------------------------------------------------- balances, identities
@@ -241,7 +241,7 @@ def test_the_energy_balance_closes(law):
     taken = 0.0
     for centre, half in zip(shape.table.centre, shape.table.half_width, strict=True):
         taken += half * weights @ shape.motion_at(centre + half * nodes)[1] ** 2
-    assert 2 * pi * found.mean == near(dynamics.damping * omega * taken)
+    assert 2 * pi * found.mean == approx_value(dynamics.damping * omega * taken)
     assert (
         abs(integrate_series(shape.table.half_width, series).sum(axis=0)[-1] - 2 * pi * found.mean)
         < 1e-13 * found.rms
@@ -268,9 +268,9 @@ def test_the_programme_backwards_mirrors_the_torque(law):
     back = programme(low, ("rise", 130, 20, law), high, ("return", 100, 20, law))
     free, damped = Dynamics(1e-3, 0.0, 3.0, 40.0), Dynamics(1e-3, 0.05, 3.0, 40.0)
     a, b = over_turn(there, free, 70.0), over_turn(back, free, 70.0)
-    assert (a.largest, -a.least) == (near(-b.least), near(b.largest))
-    assert (a.rms, a.fluctuation) == (near(b.rms), near(b.fluctuation))
-    assert over_turn(there, damped, 70.0).mean == near(over_turn(back, damped, 70.0).mean)
+    assert (a.largest, -a.least) == (approx_value(-b.least), approx_value(b.largest))
+    assert (a.rms, a.fluctuation) == (approx_value(b.rms), approx_value(b.fluctuation))
+    assert over_turn(there, damped, 70.0).mean == approx_value(over_turn(back, damped, 70.0).mean)
 
 
 def test_units_of_a_swinging_follower_are_those_of_a_translating_one():
@@ -280,7 +280,7 @@ def test_units_of_a_swinging_follower_are_those_of_a_translating_one():
     along = evaluate(cam(motion("poly345", 1e3 * radians(15.0)), slide))
     about = evaluate(cam(motion("poly345", 15.0), swing, swinging=True))
     for name in ("torque_max_N_m", "torque_min_N_m", "torque_rms_N_m", "power_mean_W", "energy_fluctuation_J"):
-        assert along[name] == near(about[name]), name
+        assert along[name] == approx_value(about[name]), name
 
 
 positive = st.floats(1e-3, 1e3)
@@ -325,7 +325,7 @@ def test_corners_make_the_torque_infinite_and_say_why():
     json.dumps(found.to_dict(), allow_nan=False)
     omega = RPM * pi / 30
     squares = 0.03**2 / radians(110) + 0.03**2 / radians(95)  # ∮y'² dθ of straight lines, m²
-    assert found["torque_mean_N_m"] == near(20.0 * omega * squares / (2 * pi))
+    assert found["torque_mean_N_m"] == approx_value(20.0 * omega * squares / (2 * pi))
 
 
 @pytest.mark.parametrize("strokes", [UP_DOWN, [("rise", 110), ("return", 250)]])
@@ -333,7 +333,7 @@ def test_energy_at_corners_is_the_kinetic_energy_they_give_and_take(strokes):
     """A mass alone: W = m·v²/2, and 0 within a corner that turns the motion round."""
     found = evaluate(cam(motion("uniform", strokes=strokes), {"mass": 0.4}))
     fastest = 0.03 / radians(min(angle for kind, angle in strokes if kind != "dwell")) * RPM * pi / 30
-    assert found["energy_fluctuation_J"] == near(0.4 * fastest**2 / 2)
+    assert found["energy_fluctuation_J"] == approx_value(0.4 * fastest**2 / 2)
 
 
 def test_a_corner_where_the_speed_only_grows_is_infinite_upwards_only():
@@ -353,7 +353,7 @@ def test_a_corner_where_the_speed_only_grows_is_infinite_upwards_only():
 @pytest.mark.parametrize(("limit", "quantity"), [("torque", "torque_peak_N_m"), ("power", "power_peak_W")])
 def test_limits_hold_on_one_side_of_the_fifty_digit_peak_and_break_on_the_other(limit, quantity, swinging):
     segments, dynamics = motion("modified-sine", 15.0 if swinging else 30.0), SWINGING if swinging else FULL
-    peak = float(expected_of("modified-sine", swinging)[quantity])
+    peak = float(expected_quantities("modified-sine", swinging)[quantity])
     for share, verdict in ((1e-12, "held"), (-1e-12, "broken")):
         scene = cam(segments, dynamics, swinging=swinging, limits={limit: peak * (1.0 + share)})
         assert certify(scene)[limit] == verdict

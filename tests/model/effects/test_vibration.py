@@ -408,7 +408,7 @@ def test_quantities_in_their_units():
     assert found["contact_force_elastic_min_N"] == pytest.approx(found["contact_force_min_N"], rel=1e-4)
 
 
-def swinging(contact="roller"):
+def swinging_scene(contact="roller"):
     train = {**TRAIN, "inertia": 1e-3, "spring_rate": 1.0, "preload": 3.0}
     del train["mass"]
     sizes = {"roller_radius": 10.0, "arm_length": 80.0} if contact == "roller" else {"face_offset": 5.0}
@@ -417,16 +417,16 @@ def swinging(contact="roller"):
 
 
 def test_an_oscillating_follower_has_angles_and_a_force_at_its_trace_point():
-    found = camopt.evaluate(swinging())
+    found = camopt.evaluate(swinging_scene())
     exact = vibration(two_strokes("cycloidal", "modified-sine"), 30.1, 0.05)  # deg for mm
     assert found["overshoot_max_deg"] == pytest.approx(exact.overshoot, rel=1e-9)
     assert found["residual_vibration_max_deg"] == pytest.approx(exact.residual, rel=1e-9)
     assert found["acceleration_elastic_max_rad_s2"] == pytest.approx(
         np.radians(exact.acceleration) * (20 * pi) ** 2, rel=1e-9
     )
-    stiff = camopt.evaluate(swinging().replace(**{"follower.dynamics.natural_frequency": 1e7}))
+    stiff = camopt.evaluate(swinging_scene().replace(**{"follower.dynamics.natural_frequency": 1e7}))
     assert stiff["contact_force_elastic_min_N"] == pytest.approx(stiff["contact_force_min_N"], rel=1e-4)
-    flat = camopt.evaluate(swinging("flat").replace(outputs=["vibration"]))
+    flat = camopt.evaluate(swinging_scene("flat").replace(outputs=["vibration"]))
     assert "overshoot_max_deg" in flat
     assert "contact_force_elastic_min_N" not in flat
 

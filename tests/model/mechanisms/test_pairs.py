@@ -6,7 +6,7 @@ from math import inf
 import numpy as np
 import pytest
 from support.depth import times
-from support.pairs import centres, nearest, pair, profiles, yoke
+from support.pairs import centres, nearest_points, pair, profiles, yoke
 
 import camopt
 from camopt.core.mistakes import BadInput
@@ -50,7 +50,7 @@ def test_both_rollers_of_a_rigid_follower_touch_both_discs_all_the_turn(motion):
         one, other = centres(problem, ANGLES)
         assert np.ptp(np.abs(one - other)) < 1e-12 * np.abs(one - other).max()
         for which, (place, design) in enumerate((("first", problem.design), ("second", second))):
-            points, distance = nearest(problem, which, ANGLES)
+            points, distance = nearest_points(problem, which, ANGLES)
             assert np.abs(distance - design.roller_radius[0]).max() < 1e-8
             names = (
                 f"{place}_pressure_angle_max_deg",
@@ -95,11 +95,11 @@ def test_the_breadth_of_a_disc_in_a_yoke_is_constant_and_its_length_is_that_of_b
         assert quantities(problem, "profile_length_mm") == pytest.approx([np.pi * breadth], rel=1e-9)
         mechanism = problem.setup.mechanism
         radius = mechanism.profile_radius(problem.design, problem.programme)
-        rho = [np.asarray(_at(radius, problem, a)) for a in (ANGLES[:180], ANGLES[180:])]
+        rho = [np.asarray(_curve_values(radius, problem, a)) for a in (ANGLES[:180], ANGLES[180:])]
         assert np.abs(rho[0] + rho[1] - breadth).max() < 1e-10 * breadth
 
 
-def _at(made, problem, angles):
+def _curve_values(made, problem, angles):
     return value_and_slope(made, ..., problem.programme.state(angles))[0]
 
 

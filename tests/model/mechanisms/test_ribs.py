@@ -52,7 +52,7 @@ def quantity(problem, name):
     return run_effects(EvaluationBlock(problem.setup, problem.programme, problem.design), (name,)).column(name)[0]
 
 
-def nearest(problem, which, angles):
+def nearest_flank_points(problem, which, angles):
     """The point of a flank that is nearest to its roller, and how near: over the turn, then closer and closer."""
     centre = centres(problem, angles)[which][:, None]
     every = np.linspace(-1.0, 2.0 * np.pi + 1.0, 2001)
@@ -74,7 +74,7 @@ def test_both_rollers_of_a_rigid_follower_touch_the_rib_all_the_turn(form, motio
         both, design = rollers(problem, ANGLES), problem.design
         assert np.abs(np.abs(both[0].centre - both[1].centre) - design.roller_spacing[0]).max() < 1e-12
         for which, place in enumerate(PLACES):
-            points, distance = nearest(problem, which, ANGLES)
+            points, distance = nearest_flank_points(problem, which, ANGLES)
             assert np.abs(distance - design.roller_radius[0]).max() < 1e-8
             seen = (both[which].centre - points) / distance * both[which].way.conj()
             assert np.all((seen.real > 0.0) if which == 0 else (seen.real < 0.0))  # from both sides
@@ -123,7 +123,7 @@ def test_a_rib_seen_in_a_mirror_across_the_axis_has_its_flanks_exchanged(motion)
     assert quantity(mirrored, RIB_THICKNESS) == pytest.approx(quantity(problem, RIB_THICKNESS), rel=1e-9)
 
 
-def exactly_placed(problem, angle, which):
+def exact_roller_centre(problem, angle, which):
     """A roller's centre, and the way in which its follower moves it, as mpmath has them, on a 3-4-5 rise."""
     design, programme, mpf = problem.design, problem.programme, mpmath.mpf
     stroke, sense, disc = programme.strokes[0], int(design.sense), not problem.setup.mechanism.body.developed
@@ -169,10 +169,10 @@ def test_curves_of_both_flanks_have_the_digits_of_fifty(form, motion, rotation):
         for theta in map(mpmath.mpf, (0.11, 0.4, 0.63)):
             state, normals, made = problem.programme.state(np.array([float(theta)])), [], []
             for which, contact in enumerate(follower_contacts(problem.setup)):
-                centre, way = exactly_placed(problem, theta, which)
+                centre, way = exact_roller_centre(problem, theta, which)
                 at = block_at_contact(case, contact)
                 first, second = (
-                    mpmath.diff(lambda t, k=which: exactly_placed(problem, t, k)[0], theta, n) for n in (1, 2)
+                    mpmath.diff(lambda t, k=which: exact_roller_centre(problem, t, k)[0], theta, n) for n in (1, 2)
                 )
                 side = (1 if which == 0 else -1) * (sense if form == "disc" else 1)
                 normals.append((centre, mpmath.mpc(0, side) * first / abs(first)))

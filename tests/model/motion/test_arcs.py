@@ -84,7 +84,7 @@ def scene_of(profile, follower, rotation="ccw", **more):
     )
 
 
-def placed(scene):
+def parts_of_profile(scene):
     """The programme of a scene, the parts of its profile, and the angle by which its coordinates stand turned."""
     sense = 1.0 if scene.cam.rotation == "ccw" else -1.0
     elements = [ElementSpec(e.radius, None if e.x is None else complex(e.x, -sense * e.y)) for e in scene.profile]
@@ -93,7 +93,7 @@ def placed(scene):
 
 def profile_of(scene, angles):
     """Points of the profile as the package draws them, and the first one's angle in the elements' coordinates."""
-    problem, parts, sense = placed(scene)
+    problem, parts, sense = parts_of_profile(scene)
     points = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles).profile[0]
     seen = np.conj(points) if sense > 0.0 else points
     start = parts[0].start.point
@@ -108,7 +108,7 @@ def profile_of(scene, angles):
 def test_the_motion_has_the_profile_that_it_comes_from(profile, follower, rotation):
     scene = scene_of(profile, follower, rotation)
     angles = np.concatenate(
-        [s.start + s.angle * np.linspace(0.01, 0.99, 40) for s in placed(scene)[0].programme.strokes]
+        [s.start + s.angle * np.linspace(0.01, 0.99, 40) for s in parts_of_profile(scene)[0].programme.strokes]
     )
     _, parts, points = profile_of(scene, angles)
     for part, here in zip(parts, points.reshape(len(parts), -1), strict=True):
@@ -119,7 +119,7 @@ def test_the_motion_has_the_profile_that_it_comes_from(profile, follower, rotati
         assert np.abs(off).max() < 1e-12
 
 
-def turned_to(scene, curves, programme, theta):
+def profile_angle(scene, curves, programme, theta):
     """The angle of the cam's own coordinates at a cam angle: at 0 the follower comes on the first element."""
     return turned_to_start(scene, curves) + (1 if scene.cam.rotation == "ccw" else -1) * theta
 
@@ -147,14 +147,14 @@ def turned_to_start(scene, curves):
 @pytest.mark.parametrize(("profile", "follower"), PAIRS)
 def test_the_motion_is_that_of_a_follower_lowered_on_the_cam(profile, follower, rotation):
     scene = scene_of(profile, follower, rotation)
-    problem, parts, _ = placed(scene)
+    problem, parts, _ = parts_of_profile(scene)
     programme = problem.programme
     with mpmath.workdps(30):
         curves = lowered.curves_of(scene, parts)
         lowest = lowered.position(scene, curves, turned_to_start(scene, curves)) - programme.strokes[0].low
         for stroke in programme.strokes:
             theta = mpmath.mpf(stroke.start + 0.37 * stroke.angle)
-            y = lowered.position(scene, curves, turned_to(scene, curves, programme, theta)) - lowest
+            y = lowered.position(scene, curves, profile_angle(scene, curves, programme, theta)) - lowest
             here = programme.motion_at(np.array([float(theta)]))[0, 0]
             assert abs(y - here) < 2e-13 * (100 if scene.follower.motion == "translating" else 1)
 
@@ -167,7 +167,7 @@ def test_the_motion_is_that_of_a_follower_lowered_on_the_cam(profile, follower, 
 )
 def test_velocity_acceleration_and_jerk_are_its_derivatives(profile, follower, rotation):
     scene = scene_of(profile, follower, rotation)
-    problem, parts, _ = placed(scene)
+    problem, parts, _ = parts_of_profile(scene)
     with mpmath.workdps(40):
         curves = lowered.curves_of(scene, parts)
         for stroke in problem.programme.strokes:
@@ -175,7 +175,7 @@ def test_velocity_acceleration_and_jerk_are_its_derivatives(profile, follower, r
             found = problem.programme.motion_at(np.array([float(theta)]))[:, 0]
             for order in (1, 2, 3):
                 exact = mpmath.diff(
-                    lambda t: lowered.position(scene, curves, turned_to(scene, curves, None, t)),
+                    lambda t: lowered.position(scene, curves, profile_angle(scene, curves, None, t)),
                     theta,
                     order,
                     h=1e-6,
@@ -186,7 +186,7 @@ def test_velocity_acceleration_and_jerk_are_its_derivatives(profile, follower, r
 @pytest.mark.parametrize(("profile", "follower"), PAIRS)
 def test_proofs_have_the_same_motion(profile, follower):
     with precisely():
-        for stroke in placed(scene_of(profile, follower))[0].programme.strokes:
+        for stroke in parts_of_profile(scene_of(profile, follower))[0].programme.strokes:
             if isinstance(stroke.law, ProfileLaw):
                 (piece,) = stretches_of(stroke.law)
                 verbs = (stroke.law.displacement, stroke.law.velocity, stroke.law.acceleration, stroke.law.jerk)
@@ -359,7 +359,7 @@ BAD = [
 ]
 
 
-def told(scene, **changes):
+def mistakes_of(scene, **changes):
     """The mistakes of a scene, one by one."""
     with pytest.raises(BadInput) as error:
         scene_of(*scene, **changes)
@@ -369,7 +369,7 @@ def told(scene, **changes):
 @pytest.mark.parametrize(("profile", "follower", "message"), BAD)
 def test_a_bad_profile_is_told_once(profile, follower, message):
     if profile:
-        (line,) = told((profile, follower))
+        (line,) = mistakes_of((profile, follower))
     else:
         with pytest.raises(BadInput) as error:
             Scene.from_dict({**scene_of("tangent", "roller").to_dict(), "profile": []})
@@ -380,7 +380,7 @@ def test_a_bad_profile_is_told_once(profile, follower, message):
 def test_elements_in_the_wrong_order_are_told():
     nose, other = arc(8, 0, 30), arc(12, 10, 20)
     wrong = [BASE, LINE, other, LINE, nose, LINE]
-    (line,) = told((wrong, "roller"))
+    (line,) = mistakes_of((wrong, "roller"))
     assert "the elements do not go round the cam once" in line
     right = scene_of([BASE, *wrong[:0:-1]], "roller", "cw")  # a cw cam is met the other way round
     assert [element.x for element in right.profile] == [element.get("x") for element in wrong]
@@ -402,7 +402,7 @@ def test_elements_in_the_wrong_order_are_told():
     ],
 )
 def test_what_contradicts_a_profile_is_told_once(changes, message):
-    (line,) = told(("three-arc", "roller"), **changes)
+    (line,) = mistakes_of(("three-arc", "roller"), **changes)
     assert message in line
 
 
@@ -440,7 +440,7 @@ def test_measured_points_replace_a_profile():
 
 
 def test_a_fixed_centre_is_as_good_as_a_found_one():
-    _, parts, _ = placed(scene_of("three-arc", "roller"))
+    _, parts, _ = parts_of_profile(scene_of("three-arc", "roller"))
     centres = [part.centre.conjugate() for part in parts]
     whole = [arc(e["radius"], c.real, c.imag) for e, c in zip(PROFILES["three-arc"], centres, strict=True)]
     theta = np.linspace(0, 6.28, 50)
@@ -488,7 +488,7 @@ def test_any_numbers_make_a_motion_or_a_message(base, nose, distance, flanks, fo
     assert np.isfinite(motion).all()
     assert motion[0].min() > -1e-9 * base
     assert {jump.order for jump in programme.jumps} <= {2}
-    assert least_radius(placed(scene)[1]) == scene.cam.base_radius
+    assert least_radius(parts_of_profile(scene)[1]) == scene.cam.base_radius
 
 
 @pytest.mark.one_in(4)

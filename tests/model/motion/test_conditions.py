@@ -187,13 +187,13 @@ def test_the_least_peak_acceleration_through_a_belt_is_that_of_parabolas():
     )
     before, along, after = np.radians([80.0, 40.0, 80.0])
 
-    def least(theta, lift, u, w):
+    def least_acceleration(theta, lift, u, w):
         off = abs(lift - theta * (u + w) / 2)
         return 2 * off / theta**2 + sqrt((2 * off / theta**2) ** 2 + ((w - u) / theta) ** 2)
 
     def larger(height):
         rest = 40.0 - height - 14.0 * along
-        return max(least(before, height, 0.0, 14.0), least(after, rest, 14.0, 0.0))
+        return max(least_acceleration(before, height, 0.0, 14.0), least_acceleration(after, rest, 14.0, 0.0))
 
     up = min(larger(height) for height in np.linspace(0, 30, 30001))
     back = 4 * 40.0 / radians(120) ** 2

@@ -217,10 +217,12 @@ def test_ranges_are_kept_and_nothing_within_them_has_less_jerk(joints, random):
     assume(max(abs(end) for between, *_ in joints for end in between) > 1e-3)
     last = move(240.0 / (len(joints) + 1), 0.0)
 
-    def made(chosen):
+    def turn_with(chosen):
         return turn(*chosen, last, ("dwell", 120))
 
-    best = made([loose(angle, between, *wanted) for angle, (between, *wanted) in zip(angles, joints, strict=True)])
+    best = turn_with(
+        [loose(angle, between, *wanted) for angle, (between, *wanted) in zip(angles, joints, strict=True)]
+    )
     start, least = best.strokes[0].low, root_mean_square(best, 3)
     for stroke, asked in zip(best.strokes, joints, strict=False):
         state = stroke.motion(np.array([stroke.end]))[:, 0] - np.array([start, 0.0, 0.0, 0.0])
@@ -233,7 +235,7 @@ def test_ranges_are_kept_and_nothing_within_them_has_less_jerk(joints, random):
             for angle, (between, *wanted) in zip(angles, joints, strict=True)
         ]
         if any(value for each in some for value in (each[4], *each[5]) if value):
-            assert root_mean_square(made(some), 3) >= least * (1 - 1e-9) - 1e-9
+            assert root_mean_square(turn_with(some), 3) >= least * (1 - 1e-9) - 1e-9
 
 
 def test_a_range_that_is_reached_is_as_if_its_end_were_given():
@@ -333,7 +335,7 @@ def test_windows_that_overlap_against_fifty_digits(monkeypatch):
     motion, run = [{**shut, "to": 0}, *through, rest], list(range(1, len(through) + 1))
     with mpmath.workdps(naive.DPS):
         spans, levels = naive_moves.angles_of(motion), naive_moves.positions(motion, None)
-        powers, _ = naive_moves.solved(motion, run, spans, levels, None)
+        powers, _ = naive_moves.solve_moves(motion, run, spans, levels, None)
         for k, (before, after) in enumerate(pairwise(powers)):
             start, end = spans[k + 1]
             fifth = 120 * (after[5] - before[5])

@@ -89,11 +89,11 @@ def test_a_crossing_in_the_middle_changes_nothing(name):
 def test_a_mirrored_law_against_fifty_digits_and_exactly(name):
     law = own.EVERY[name]
 
-    def expected(x):
+    def mirrored_values(x):
         s, v, a, j = own.law_at(law, 1 - x)[:4]
         return 1 - s, v, -a, j
 
-    is_that_of_fifty_digits(MirroredLaw("own", law), expected)
+    is_that_of_fifty_digits(MirroredLaw("own", law), mirrored_values)
     assert motion_task(MirroredLaw("own", law)) == "-".join(reversed(motion_task(law).split("-")))
 
 

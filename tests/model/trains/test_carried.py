@@ -7,7 +7,7 @@ from flint import arb
 from mpmath import mpf
 from support.balls.motion import exact_motion, motion_at
 from support.cams import CONTACTS, SWUNG, UNGUIDED, cam_with, turn_of
-from support.trains import LOOPS, drawn_loads, exact, random_train, turned_by
+from support.trains import LOOPS, arm_angle, drawn_loads, exact, random_train
 
 import camopt
 from camopt import Scene, certify, evaluate
@@ -29,7 +29,7 @@ def places(stages, angular, y):
     for name, keys in stages:
         if name in ("rocker", "bell-crank") and not turns:
             joint += 1
-            found.append((joint, turned_by(keys, turns, x)))
+            found.append((joint, arm_angle(keys, turns, x)))
         x = LOOPS[name](keys, turns, x)
         joint += 1
         found.append((joint, x))
@@ -92,7 +92,7 @@ def own_dynamics(contact):
     return SWUNG if CONTACTS[contact]["motion"] == "oscillating" else UNGUIDED
 
 
-def through(contact, stage, *, law="poly4567", lift=None, **more):
+def scene_through_stage(contact, stage, *, law="poly4567", lift=None, **more):
     turns = CONTACTS[contact]["motion"] == "oscillating"
     lift = lift or (14 if turns else 20)
     made = {**cam_with(contact, dynamics=own_dynamics(contact)), "motion": turn_of(law, lift), "train": stage}
@@ -122,7 +122,7 @@ def test_a_constant_ratio_is_a_scene_with_what_it_reflects(contact, ratio):
         **({} if turns else {"gravity": 0.0}),
     }
     lift = 14 if turns else 20
-    scene = through(contact, [{"stage": "ratio", "ratio": ratio, **tool}], lift=lift)
+    scene = scene_through_stage(contact, [{"stage": "ratio", "ratio": ratio, **tool}], lift=lift)
     ours = evaluate(scene if turns else scene.replace(**{"follower.dynamics.gravity": 0.0}))
     plain = {**cam_with(contact, dynamics=reflected), "motion": turn_of("poly4567", lift / ratio)}
     theirs = evaluate(Scene.from_dict({**plain, "outputs": OF_LOADS}))
@@ -147,7 +147,7 @@ SCENES = {
 @pytest.mark.parametrize(("contact", "train"), SCENES.values(), ids=SCENES)
 def test_the_force_is_that_of_energies_at_the_tool(contact, train):
     """F·y' is the rate of the energies of follower and tools by the cam angle, found by differences."""
-    scene = through(contact, train)
+    scene = scene_through_stage(contact, train)
     problem = resolve(scene)
     programme, dynamics, omega = problem.programme, problem.setup.dynamics, problem.setup.omega
     theta = np.linspace(0.0, 2 * np.pi, 3601)[:-1] + 1e-3
@@ -187,7 +187,7 @@ def test_the_force_is_that_of_energies_at_the_tool(contact, train):
 
 @pytest.mark.parametrize(("contact", "train"), SCENES.values(), ids=SCENES)
 def test_over_a_turn_the_torque_does_the_work_of_what_is_not_returned(contact, train):
-    scene = through(contact, train)
+    scene = scene_through_stage(contact, train)
     problem = resolve(scene)
     programme, load = problem.programme, problem.programme.load
     theta, weight = np.polynomial.legendre.leggauss(40)
@@ -215,7 +215,7 @@ def test_over_a_turn_the_torque_does_the_work_of_what_is_not_returned(contact, t
 @pytest.mark.parametrize(("contact", "train"), SCENES.values(), ids=SCENES)
 def test_the_table_of_a_load_is_that_of_balls(contact, train):
     """Within its own errors, for a law that keeps its digits at both ends."""
-    programme = resolve(through(contact, train, law="cycloidal")).programme
+    programme = resolve(scene_through_stage(contact, train, law="cycloidal")).programme
     turn, rng = exact_motion(programme), np.random.default_rng(1)
     table = programme.table
     scales = [np.abs(force.nodes[:, :2]).max(axis=0) for force in table.load]
@@ -248,10 +248,10 @@ def test_limits_on_loads_through_a_train_are_decided_next_to_their_bounds(name, 
         "power": "power_peak_W",
         "contact_stress": "contact_stress_max_MPa",
     }[key]
-    value = evaluate(through(contact, train))[quantity]
+    value = evaluate(scene_through_stage(contact, train))[quantity]
     assert value > 0.0
     for share in (1.0 + 1e-9, 1.0 - 1e-9):
-        scene = through(contact, train, limits={key: value * share})
+        scene = scene_through_stage(contact, train, limits={key: value * share})
         holds = (share > 1.0) != (key == "contact_force_min")
         assert certify(scene)[key] == ("held" if holds else "broken")
         assert (key in evaluate(scene)["violated"].split(",")) != holds
@@ -262,22 +262,24 @@ def test_limits_on_loads_through_a_train_are_decided_next_to_their_bounds(name, 
 @pytest.mark.parametrize("quantity", ["torque_rms_N_m", "torque_mean_N_m"])
 def test_means_through_a_train_are_decided_next_to_their_bounds(name, quantity):
     contact, train = SCENES[name]
-    value = evaluate(through(contact, train))[quantity]
+    value = evaluate(scene_through_stage(contact, train))[quantity]
     for share in (1.0 + 1e-8, 1.0 - 1e-8):
-        scene = through(contact, train, limits={quantity: value * share})
+        scene = scene_through_stage(contact, train, limits={quantity: value * share})
         assert certify(scene)[quantity] == ("held" if share > 1.0 else "broken")
 
 
 def test_at_its_jump_speed_a_train_loses_contact():
     contact, train = SCENES["a rocker"]
-    speed = evaluate(through(contact, train))["jump_speed_rpm"]
-    at_jump = evaluate(through(contact, train).replace(**{"cam.rpm": speed}))
+    speed = evaluate(scene_through_stage(contact, train))["jump_speed_rpm"]
+    at_jump = evaluate(scene_through_stage(contact, train).replace(**{"cam.rpm": speed}))
     assert at_jump["contact_force_min_N"] == pytest.approx(0.0, abs=1e-9 * at_jump["contact_force_max_N"])
 
 
 def test_the_spring_that_keeps_contact_is_just_enough():
     contact, train = SCENES["a rocker"]
-    fast = through(contact, train).replace(**{"cam.rpm": 3 * evaluate(through(contact, train))["jump_speed_rpm"]})
+    fast = scene_through_stage(contact, train).replace(
+        **{"cam.rpm": 3 * evaluate(scene_through_stage(contact, train))["jump_speed_rpm"]}
+    )
     rate = evaluate(fast)["spring_rate_required_N_per_mm"]
     found = evaluate(fast.replace(**{"follower.dynamics.spring_rate": rate}))
     assert found["contact_force_min_N"] == pytest.approx(0.0, abs=1e-9 * found["contact_force_max_N"])
@@ -286,7 +288,7 @@ def test_the_spring_that_keeps_contact_is_just_enough():
 def test_searched_speeds_are_those_of_scenes_of_their_own(tmp_path):
     contact, train = SCENES["a rocker"]
     search = {"cam": {"rpm": [200.0, 420.0, 700.0]}, "base_radius": [40.0, 50.0]}
-    scene = through(contact, train, search=search, limits={"normal_force": 900.0})
+    scene = scene_through_stage(contact, train, search=search, limits={"normal_force": 900.0})
     camopt.sweep(scene, out=tmp_path, keep="all", workers=1)
     designs = camopt.load(tmp_path / "designs.parquet")
     assert len(designs) == 6
@@ -300,7 +302,7 @@ def test_searched_speeds_are_those_of_scenes_of_their_own(tmp_path):
 
 def test_velocities_that_jump_leave_what_depends_on_energy_unknown():
     contact, train = SCENES["a rocker"]
-    found = evaluate(through(contact, train, law="uniform"))
+    found = evaluate(scene_through_stage(contact, train, law="uniform"))
     assert [found[n] for n in ("torque_mean_N_m", "energy_fluctuation_J", "torque_max_N_m")] == [np.inf] * 3
 
 

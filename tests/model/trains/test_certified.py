@@ -17,7 +17,7 @@ LAWS = ("cycloidal", "poly345", "poly4567", "modified-sine", "modified-trapezoid
 LIMITS = 5  # of a scene
 
 
-def carried(rng, keys, turns):
+def random_carried_keys(rng, keys, turns):
     """The loads of a stage; none in half of the cases."""
     if rng.integers(2):
         return {}
@@ -38,7 +38,7 @@ def drawn_scene(rng):
     turns, rows = angular, []
     for name, keys in stages:
         turns = TRAIN_STAGES[name].turns(keys, turns)
-        rows.append({"stage": name, **keys, **carried(rng, keys, turns)})
+        rows.append({"stage": name, **keys, **random_carried_keys(rng, keys, turns)})
     lift = float(rng.uniform(0.15, 0.8) * min(train.tool_reach[1].at, 0.7 if train.angular else 30.0))
     contacts = [each for each, keys in CONTACTS.items() if (keys["motion"] == "oscillating") == angular]
     raw = cam_with(

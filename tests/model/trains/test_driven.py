@@ -121,7 +121,7 @@ def scene_of(contact, **limits):
 LIMITS = ("acceleration", "jerk", "pressure_angle", "curvature_radius", "velocity_max_follower")
 
 
-def reached(contact, key):
+def reached_value(contact, key):
     cam = evaluate(scene_of(contact))
     names = {"acceleration": "acceleration_max_m", "jerk": "jerk_max_m", "pressure_angle": "pressure_angle_max_deg"}
     names |= {"curvature_radius": "profile_radius_min_mm"}
@@ -135,7 +135,7 @@ def reached(contact, key):
 @pytest.mark.parametrize("contact", CONTACTS)
 @pytest.mark.parametrize("key", LIMITS)
 def test_limits_through_a_train_are_decided_next_to_their_bounds(contact, key):
-    name, value = reached(contact, key)
+    name, value = reached_value(contact, key)
     if name is None or not np.isfinite(value) or value <= 0.0:
         pytest.skip("this mechanism has none, or no finite one")
     for share in (1.0 + NEAR, 1.0 - NEAR):

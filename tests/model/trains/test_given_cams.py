@@ -34,7 +34,7 @@ AT_FOLLOWER = {
 GIVEN = ON_PROFILES | AT_FOLLOWER
 
 
-def driving(name, train, **more):
+def scene_with_train(name, train, **more):
     """With a turn of positions that starts above 0, where its train starts."""
     scene = find_scene(name)
     scene = scene.replace(**{"cam.rpm": scene.cam.rpm or 300})
@@ -48,7 +48,7 @@ def driving(name, train, **more):
 @pytest.mark.parametrize(("name", "train"), GIVEN.values(), ids=GIVEN)
 def test_the_tool_goes_where_closed_loops_have_it(name, train):
     """With its first three derivatives, by the chain rule from those of the follower and of the loops."""
-    problem = resolve(driving(name, train))
+    problem = resolve(scene_with_train(name, train))
     programme = problem.programme
     start = float(programme.motion_at(np.zeros(1))[0, 0]) if problem.profile else 0.0
     stages = [(each["stage"], {"offset": 0.0, "crossed": False, **each}) for each in train]
@@ -77,7 +77,9 @@ def test_the_tool_goes_where_closed_loops_have_it(name, train):
 
 def test_a_constant_ratio_is_a_cam_with_what_it_reflects():
     ratio, tool = 2.0, {"mass": 0.05, "spring_rate": 9.0, "preload": 30.0}
-    ours = evaluate(driving("three-arc-valve", [{"stage": "ratio", "ratio": ratio, **tool}], outputs=["all"]))
+    ours = evaluate(
+        scene_with_train("three-arc-valve", [{"stage": "ratio", "ratio": ratio, **tool}], outputs=["all"])
+    )
     own = find_scene("three-arc-valve").follower.dynamics
     dynamics = {
         "mass": own.mass + ratio**2 * tool["mass"],
@@ -101,7 +103,7 @@ def test_a_constant_ratio_is_a_cam_with_what_it_reflects():
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize(("name", "train"), GIVEN.values(), ids=GIVEN)
 def test_limits_are_decided_next_to_their_bounds(name, train):
-    scene = driving(name, train, limits={}, outputs=["all"])
+    scene = scene_with_train(name, train, limits={}, outputs=["all"])
     turns = scene.tool_turns
     names = ["acceleration_max_rad_s2" if turns else "acceleration_max_m_s2"]
     names += ["velocity_max_rad_s" if turns else "velocity_max_m_s"]
@@ -115,11 +117,11 @@ def test_limits_are_decided_next_to_their_bounds(name, train):
 
 def test_a_load_at_the_tool_comes_to_the_cam_and_is_proved():
     load = {"mass": 0.1, "load": [[0, 10], [100, 200], [300, 20]]}
-    scene = driving("three-arc-valve", [{**ROCKER, **load}], outputs=["all"])
+    scene = scene_with_train("three-arc-valve", [{**ROCKER, **load}], outputs=["all"])
     found = evaluate(scene)
     assert (
         found["normal_force_max_N"]
-        > evaluate(driving("three-arc-valve", [ROCKER], outputs=["all"]))["normal_force_max_N"]
+        > evaluate(scene_with_train("three-arc-valve", [ROCKER], outputs=["all"]))["normal_force_max_N"]
     )
     for share in (1.0 + 1e-9, 1.0 - 1e-9):
         limited = scene.replace(**{"limits.normal_force": found["normal_force_max_N"] * share})
@@ -128,7 +130,7 @@ def test_a_load_at_the_tool_comes_to_the_cam_and_is_proved():
 
 def test_the_cam_is_that_of_the_follower_alone():
     """Whatever its train: every curve is that of the scene without it; conditions of its moves are proved."""
-    scene = driving("rocker-valve", [FOUR_BAR], limits={})
+    scene = scene_with_train("rocker-valve", [FOUR_BAR], limits={})
     alone = find_scene("rocker-valve").replace(limits={})
     ours, theirs = evaluate(scene), evaluate(alone)
     for name in ("pressure_angle_max_deg", "pitch_curvature_max_per_mm", "cutter_radius_max_mm"):
@@ -139,7 +141,9 @@ def test_the_cam_is_that_of_the_follower_alone():
 
 def test_a_cam_with_its_train_in_ranges_is_proved_by_what_the_tool_does_not_enter():
     arm = {"base_radius": {"start": 10, "stop": 60}, "train": {"1": {"output_arm": {"start": 30, "stop": 40}}}}
-    scene = driving("valve-with-rocker", [ROCKER], limits={"pressure_angle": 25, "velocity": 2.5}, search=arm)
+    scene = scene_with_train(
+        "valve-with-rocker", [ROCKER], limits={"pressure_angle": 25, "velocity": 2.5}, search=arm
+    )
     best = camopt.optimise(scene).best
     size = {"base_radius": arm["base_radius"]}
     alone = camopt.optimise(scene.replace(train=[], search=size, limits={"pressure_angle": 25})).best
@@ -150,11 +154,11 @@ def test_a_cam_with_its_train_in_ranges_is_proved_by_what_the_tool_does_not_ente
 
 def test_free_laws_are_not_sought_of_a_follower_behind_a_train():
     with pytest.raises(BadInput, match="motion_at"):
-        camopt.synthesise(driving("valve-with-rocker", [ROCKER]))
+        camopt.synthesise(scene_with_train("valve-with-rocker", [ROCKER]))
 
 
 def test_points_have_the_displacement_of_both():
-    scene = driving("three-arc-valve", [ROCKER])
+    scene = scene_with_train("three-arc-valve", [ROCKER])
     points = camopt.cam_points(scene, np.arange(0.0, 360.0, 5.0))
     tool, follower = points["tool_displacement_mm"], points["displacement_mm"]
     assert follower.max() == pytest.approx(9.0, abs=1e-3)
@@ -163,7 +167,9 @@ def test_points_have_the_displacement_of_both():
 
 
 def test_linkages_are_swept_under_a_given_cam(tmp_path):
-    scene = driving("three-arc-valve", [ROCKER], search={"train": {"1": {"output_arm": [40.0, 45.0, 50.0]}}})
+    scene = scene_with_train(
+        "three-arc-valve", [ROCKER], search={"train": {"1": {"output_arm": [40.0, 45.0, 50.0]}}}
+    )
     camopt.sweep(scene, out=tmp_path, keep="all", workers=1)
     designs = camopt.load(tmp_path / "designs.parquet")
     assert len(designs) == 3
@@ -175,7 +181,7 @@ def test_linkages_are_swept_under_a_given_cam(tmp_path):
 def test_a_follower_beyond_a_dead_point_is_told_with_its_angle():
     short = {"stage": "rocker", "input_arm": 9.5, "input_angle": 20, "output_arm": 45}
     with pytest.raises(BadInput) as told:
-        driving("three-arc-valve", [short])
+        scene_with_train("three-arc-valve", [short])
     (mistake,) = told.value.mistakes
     assert mistake.key == "train.1"
     assert "the follower goes to 9 mm" in str(mistake)
@@ -191,7 +197,7 @@ def test_a_profile_that_is_none_is_told_once():
 
 
 def test_jerk_jumps_at_the_tool_where_arcs_meet():
-    assert evaluate(driving("three-arc-valve", [ROCKER]))["jerk_max_m_s3"] == inf
+    assert evaluate(scene_with_train("three-arc-valve", [ROCKER]))["jerk_max_m_s3"] == inf
 
 
 def tappet_of(valve):

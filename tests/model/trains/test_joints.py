@@ -7,7 +7,7 @@ from flint import arb
 from mpmath import mpf
 from support.balls.motion import exact_motion, motion_at
 from support.cams import CONTACTS, SWUNG, UNGUIDED, cam_with, turn_of
-from support.trains import LOOPS, drawn_loads, random_train, slide_at, turned_by
+from support.trains import LOOPS, arm_angle, drawn_loads, random_train, slide_at
 
 import camopt
 from camopt import Scene, certify, evaluate
@@ -31,7 +31,7 @@ def moment(at, force):
     return at.real * force.imag - at.imag * force.real
 
 
-def solved(rows):
+def solve_equations(rows):
     """Solution of linear equations, each a list of factors and the right side."""
     return list(mpmath.lu_solve(mpmath.matrix([row[:-1] for row in rows]), [row[-1] for row in rows]))
 
@@ -40,7 +40,7 @@ def coupler_between(one, other, first, last):
     """Forces at both ends of a bar without mass, from its balance and one more equation, given as a row."""
     arm = other - one
     rows = [[1, 0, 1, 0, 0], [0, 1, 0, 1, 0], [0, 0, -arm.imag, arm.real, 0], [*first, last]]
-    fx, fy, gx, gy = solved(rows)
+    fx, fy, gx, gy = solve_equations(rows)
     at_one, at_other = mpmath.mpc(fx, fy), mpmath.mpc(gx, gy)
     pushed = (at_one.real * arm.real + at_one.imag * arm.imag) / abs(arm)
     return at_one, at_other, pushed
@@ -52,13 +52,13 @@ def coupler_between(one, other, first, last):
 
 def arm_lifts(length, angle, asked):
     """An arm that lifts a slide by a force on its face, square to the motion."""
-    (force,) = solved([[1, asked]])
+    (force,) = solve_equations([[1, asked]])
     return {"roller": force}, force * length * mpmath.cos(angle)
 
 
 def arm_is_lifted(length, angle, asked):
     """An arm whose moment comes from a force on its face."""
-    (force,) = solved([[length * mpmath.cos(angle), asked]])
+    (force,) = solve_equations([[length * mpmath.cos(angle), asked]])
     return {"roller": force}, force
 
 
@@ -93,7 +93,7 @@ def four_bar_bodies(keys, phi, psi, asked):
 def lever_bodies(i, asked):
     """A bar from 0 to 1, lifted at 0, pressed down at 1, on a pivot at p: 1 − p is i·(0 − p)."""
     p = 1 / (1 - i)
-    given, pivot = solved([[1, 1, asked], [0, p, asked]])
+    given, pivot = solve_equations([[1, 1, asked], [0, p, asked]])
     return given, pivot
 
 
@@ -104,7 +104,7 @@ def incline_bodies(keys, asked):
     # on the slide: N·n + G·side = asked·g; on the wedge: P·1 + W·i = N·n
     rows = [[n.real, side.real, 0, 0, asked * g.real], [n.imag, side.imag, 0, 0, asked * g.imag]]
     rows += [[-n.real, 0, 1, 0, 0], [-n.imag, 0, 0, 1, 0]]
-    face, on_slide, given, on_wedge = solved(rows)
+    face, on_slide, given, on_wedge = solve_equations(rows)
     return {"face": face, "guide of the wedge": on_wedge, "guide of the slide": on_slide}, given
 
 
@@ -113,7 +113,7 @@ def places_of(stages, angular, y):
     found, turns, x = [y], angular, y
     for name, keys in stages:
         if name in ("rocker", "bell-crank") and not turns:
-            found.append(turned_by(keys, turns, x))
+            found.append(arm_angle(keys, turns, x))
         x = LOOPS[name](keys, turns, x)
         found.append(x)
         turns = TRAIN_STAGES[name].turns(keys, turns)
@@ -167,7 +167,7 @@ def bodies(stages, angular, places, own):  # noqa: C901, PLR0915
             found += [(number, *each) for each in forces.items()]
         elif "radius" in keys:
             r = mpf(keys["radius"])
-            (force,) = solved([[1, asked]]) if given_turns else solved([[r, asked]])
+            (force,) = solve_equations([[1, asked]]) if given_turns else solve_equations([[r, asked]])
             given = force * r if given_turns else force
             found.append((number, "teeth", force))
             pressed.setdefault(joint - 1 if given_turns else joint, []).append(force)
@@ -251,7 +251,7 @@ SCENES = {
 LIMITED = ["joint_force_max_N", "pivot_force_max_N", "slide_thrust_max_N"]
 
 
-def through(contact, train, *, law="poly4567", **more):
+def scene_through_train(contact, train, *, law="poly4567", **more):
     turns = CONTACTS[contact]["motion"] == "oscillating"
     made = {**cam_with(contact, dynamics=SWUNG if turns else UNGUIDED), "motion": turn_of(law, 14 if turns else 20)}
     return Scene.from_dict({**made, "train": train, "outputs": ["joints"], **more})
@@ -260,7 +260,7 @@ def through(contact, train, *, law="poly4567", **more):
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize(("contact", "train"), SCENES.values(), ids=SCENES)
 def test_the_largest_forces_are_those_of_a_dense_scan(contact, train):
-    scene = through(contact, train)
+    scene = scene_through_train(contact, train)
     problem, found = resolve(scene), evaluate(scene)
     theta = np.linspace(0.0, 2 * np.pi, 20001)[:-1] + 1e-9
     dense = {}
@@ -290,7 +290,7 @@ def test_the_largest_forces_are_those_of_a_dense_scan(contact, train):
 
 @pytest.mark.parametrize(("contact", "train"), SCENES.values(), ids=SCENES)
 def test_tables_agree_with_balls_within_their_errors(contact, train):
-    problem, rng = resolve(through(contact, train, law="cycloidal")), np.random.default_rng(1)
+    problem, rng = resolve(scene_through_train(contact, train, law="cycloidal")), np.random.default_rng(1)
     for force in setup_joint_forces(problem.setup):
         programme = joint_programme(problem.programme, force.sums[0])
         turn, table = exact_motion(programme), programme.table
@@ -310,7 +310,7 @@ def test_tables_agree_with_balls_within_their_errors(contact, train):
 @pytest.mark.parametrize(("contact", "train"), SCENES.values(), ids=SCENES)
 @pytest.mark.parametrize("quantity", LIMITED)
 def test_limits_are_decided_next_to_their_bounds(contact, train, quantity):
-    scene = through(contact, train)
+    scene = scene_through_train(contact, train)
     if quantity not in (found := evaluate(scene)):
         pytest.skip("no such joint")
     for share in (1.0 + FREE_BODIES, 1.0 - FREE_BODIES):
@@ -331,7 +331,7 @@ DIRECTED = {
 @pytest.mark.parametrize(("contact", "stage"), DIRECTED.values(), ids=DIRECTED)
 def test_a_coupler_pushes_along_itself(contact, stage):
     """From the pin of the crank to that of slide or rocker, where the motions of follower and tool have these."""
-    found = evaluate(through(contact, [stage]))
+    found = evaluate(scene_through_train(contact, [stage]))
     row = next(each for each in found.joint_forces if each.joint == "coupler")
     assert row.direction_deg == found["joint_force_max_direction_deg"]
     points = camopt.cam_points(found.scene, [0.0, row.largest_at_deg])
@@ -354,13 +354,17 @@ def test_a_coupler_pushes_along_itself(contact, stage):
 
 def test_the_face_of_a_wedge_is_pressed_square_to_it():
     stage = {"stage": "incline", "angle": 25.0, "guide": 80.0, **LOADED}
-    (row,) = (each for each in evaluate(through("roller", [stage])).joint_forces if each.joint == "face")
+    (row,) = (
+        each for each in evaluate(scene_through_train("roller", [stage])).joint_forces if each.joint == "face"
+    )
     assert row.direction_deg == pytest.approx(90.0 - 25.0 - 80.0)
 
 
 def test_searched_speeds_have_forces_of_their_own(tmp_path):
     contact, train = SCENES["a slide"]
-    scene = through(contact, train, search={"cam": {"rpm": [200.0, 1400.0]}, "base_radius": [40.0, 50.0]})
+    scene = scene_through_train(
+        contact, train, search={"cam": {"rpm": [200.0, 1400.0]}, "base_radius": [40.0, 50.0]}
+    )
     camopt.sweep(scene, out=tmp_path, keep="all", workers=1)
     designs = camopt.load(tmp_path / "designs.parquet")
     for row in range(len(designs)):
@@ -370,18 +374,18 @@ def test_searched_speeds_have_forces_of_their_own(tmp_path):
 
 def test_forces_are_infinite_where_a_mass_gets_a_blow_and_no_further():
     train = [{**SLIDE, "spring_rate": 4.0}, {"stage": "incline", "angle": 30, "mass": 1.0}]
-    assert evaluate(through("arm", train, law="uniform"))["joint_force_max_N"] == np.inf
+    assert evaluate(scene_through_train("arm", train, law="uniform"))["joint_force_max_N"] == np.inf
     without = [SLIDE, {"stage": "incline", "angle": 30, "spring_rate": 4.0}]
-    assert np.isfinite(evaluate(through("arm", without, law="uniform"))["joint_force_max_N"])
+    assert np.isfinite(evaluate(scene_through_train("arm", without, law="uniform"))["joint_force_max_N"])
 
 
 def test_a_train_that_carries_nothing_has_no_forces():
-    assert "joint_force_max_N" not in evaluate(through("arm", [SLIDE], outputs=["all"]))
+    assert "joint_force_max_N" not in evaluate(scene_through_train("arm", [SLIDE], outputs=["all"]))
     with pytest.raises(camopt.BadInput, match=r"max_N = 9\.0: needs a mass, spring or load in train\.1"):
-        evaluate(through("arm", [SLIDE], limits={"joint_force_max_N": 9}))
+        evaluate(scene_through_train("arm", [SLIDE], limits={"joint_force_max_N": 9}))
 
 
 def test_forces_of_springs_alone_need_no_speed():
-    scene = through("arm", [{**SLIDE, "spring_rate": 4.0, "preload": 10.0}])
+    scene = scene_through_train("arm", [{**SLIDE, "spring_rate": 4.0, "preload": 10.0}])
     scene = scene.replace(**{"cam.rpm": None, "follower.dynamics": None})
     assert evaluate(scene)["joint_force_max_N"] > 10.0

@@ -43,7 +43,7 @@ def drawn_box(rng, stages, count):
     return chosen, low, high, inside
 
 
-def enclosed(stages, angular, chosen, low, high, tool):
+def motion_ranges(stages, angular, chosen, low, high, tool):
     """The follower's motion over a box as ranges, and the radicands."""
     radicands = []
     box = [Interval(np.array([a]), np.array([b])) for a, b in zip(low, high, strict=True)]
@@ -63,7 +63,7 @@ def test_no_linkage_of_a_box_is_outside_of_its_enclosure(seed):
     chosen, low, high, inside = drawn_box(rng, stages, SAMPLES)
     ends = [float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach]
     tool = [ends[0] + (ends[1] - ends[0]) * rng.uniform(0.1, 0.9), 1.0, 0.3, -0.2]
-    trains, follower, radicands = enclosed(stages, angular, chosen, low, high, tool)
+    trains, follower, radicands = motion_ranges(stages, angular, chosen, low, high, tool)
     with np.errstate(all="ignore"):
         ratios = [joint.ratio for joint in trains.joints(follower)]
         travel = sorted((tool[0], ends[0] + (ends[1] - ends[0]) * rng.uniform(0.1, 0.9)))
@@ -99,7 +99,7 @@ def test_enclosures_are_close_over_narrow_boxes(seed):
     low, high = np.sort([own * (1.0 - 1e-6), own * (1.0 + 1e-6)])
     ends = [float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach]
     tool = [ends[0] + (ends[1] - ends[0]) * rng.uniform(0.3, 0.7), 1.0, 0.3]
-    _, follower, _ = enclosed(stages, angular, [(number, key)], [low], [high], tool)
+    _, follower, _ = motion_ranges(stages, angular, [(number, key)], [low], [high], tool)
     sampled = [
         assemble_train(with_numbers(stages, [(number, key)], [float(x)]), angular=angular)
         .follower(Taylor(tool))
@@ -122,7 +122,7 @@ def test_slopes_by_a_number_of_a_link_are_enclosed(seed):
     )
     start = ends[0] + (ends[1] - ends[0]) * rng.uniform(0.2, 0.8)
 
-    def still(low, high):
+    def constant_interval(low, high):
         none = Interval(np.zeros((1, 1)), np.zeros((1, 1)))
         value = Interval(np.array([low]), np.array([high]))
         return LinkageInterval.from_interval(SlopedInterval(value, value, none, none), [])
@@ -130,8 +130,8 @@ def test_slopes_by_a_number_of_a_link_are_enclosed(seed):
     for number, key in numbers_of(stages):
         own = stages[number][1][key]
         half, step = 1e-4 * abs(own), 1e-6 * abs(own)
-        ranged = with_numbers(stages, [(number, key)], [Taylor([still(own - half, own + half), 1.0])])
-        place = Taylor([still(start, start), still(1.0, 1.0)])
+        ranged = with_numbers(stages, [(number, key)], [Taylor([constant_interval(own - half, own + half), 1.0])])
+        place = Taylor([constant_interval(start, start), constant_interval(1.0, 1.0)])
         slopes = assemble_trains(ranged, angular=angular).tool(Taylor([place, place * 0.0])).terms[1].terms
         at = own + rng.uniform(-0.9, 0.9) * half
         one, other = (

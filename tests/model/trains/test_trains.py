@@ -56,7 +56,7 @@ def test_a_four_bar_of_norton():
     assert np.degrees(found) == pytest.approx([57.33, -98.01 + 360.0], abs=0.006)
 
 
-def nearest(start, places):
+def nearest_angles(start, places):
     """The nearest of some angles below and above a start, rad; at most half a turn away."""
     above = min((each - start) % (2 * np.pi) for each in places)
     below = max((each - start) % (2 * np.pi) - 2 * np.pi for each in places)
@@ -69,7 +69,7 @@ def test_a_parallelogram_stops_where_it_is_flat():
     for _ in range(300):
         (crank, coupler), angle = rng.uniform(20.0, 120.0, 2).tolist(), float(rng.uniform(5.0, 175.0))
         link = four_bar(crank, coupler, crank, coupler, angle, crossed=False)
-        assert [end.at for end in link.ends] == pytest.approx(nearest(link.start, [0.0, np.pi]), abs=1e-6)
+        assert [end.at for end in link.ends] == pytest.approx(nearest_angles(link.start, [0.0, np.pi]), abs=1e-6)
 
 
 def test_a_slider_crank_stops_where_its_coupler_just_gets_square():
@@ -92,7 +92,7 @@ def test_a_slider_crank_stops_where_its_coupler_just_gets_square():
             continue
         seen += 1
         link = train.links[0]
-        assert link.ends[1].at <= nearest(link.start, [np.pi / 2])[1] + 1e-6  # type: ignore[attr-defined]
+        assert link.ends[1].at <= nearest_angles(link.start, [np.pi / 2])[1] + 1e-6  # type: ignore[attr-defined]
     assert seen > 100
 
 

@@ -12,13 +12,13 @@ from camopt.model.trains.train import assemble_train
 NEAR = 1e-9
 
 
-def between(one, other):
+def acute_angle(one, other):
     """Acute angle between two directions [rad], by their scalar product."""
     cosine = np.abs((one * np.conj(other)).real) / (np.abs(one) * np.abs(other))
     return np.arccos(np.minimum(cosine, 1.0))
 
 
-def sampled(stages, train, tool):
+def sampled_least_angle(stages, train, tool):
     """Least transmission angle over positions of the tool, from the pins of the couplers [rad]."""
     joints = [
         joint.displacement.terms[0] for joint in train.joints(Taylor([train.follower(Taylor([tool])).terms[0]]))
@@ -31,14 +31,16 @@ def sampled(stages, train, tool):
         if name == "four-bar":
             link = train.links[last - 1]
             rocker = keys["rocker"] * np.exp(1j * (asked + link.rocker_start))
-            least.append(between(rocker, keys["ground"] + rocker - keys["crank"] * np.exp(1j * (given + start))))
+            least.append(
+                acute_angle(rocker, keys["ground"] + rocker - keys["crank"] * np.exp(1j * (given + start)))
+            )
         if name in ("bell-crank", "slider-crank"):
             by_slide = not train.links[last - 1].turns[0]
             turned = (asked if by_slide else given) + start
             pin = keys["crank"] * np.exp(1j * turned)
             along = np.sqrt(keys["coupler"] ** 2 - (pin.imag - keys["offset"]) ** 2)
             coupler = along + 1j * (keys["offset"] - pin.imag)
-            least.append(between(pin, coupler) if by_slide else between(np.array(1j), coupler))
+            least.append(acute_angle(pin, coupler) if by_slide else acute_angle(np.array(1j), coupler))
     return np.min(least)
 
 
@@ -50,7 +52,7 @@ def test_the_least_angle_is_that_of_a_dense_scan(seed):
         pytest.skip("no coupler")
     low, high = (float(np.clip(end.at, -60.0, 60.0)) for end in train.tool_reach)
     low, high = low + (high - low) * np.sort(rng.uniform(0.03, 0.97, 2))
-    dense = sampled(stages, train, np.linspace(low, high, 20001))
+    dense = sampled_least_angle(stages, train, np.linspace(low, high, 20001))
     found = train.least_transmission(low, high)
     assert found <= dense + 1e-9
     assert found == pytest.approx(dense, abs=1e-6)

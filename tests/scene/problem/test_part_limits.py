@@ -7,7 +7,7 @@ from support.balls.curves import in_balls
 from support.balls.proof import exact_turn
 from support.balls.section import STROKE_PARTS, integrated_rows, section_rows
 from support.cams import CONTACTS
-from support.depth import covering
+from support.depth import covering_cases
 from support.part_cams import BODY, GROOVED, HUB, cam_of, quantity_of, scene_of
 
 from camopt import (
@@ -43,7 +43,7 @@ def test_all_limits_on_the_part_are_tried():
 
 
 @pytest.mark.one_in(3)
-@pytest.mark.parametrize(("contact", "key"), covering(CASES, lambda case: case))
+@pytest.mark.parametrize(("contact", "key"), covering_cases(CASES, lambda case: case))
 def test_a_limit_is_held_up_to_its_quantity_and_no_further(contact, key):
     """Beside the bound evaluate and certify agree; of the mass of a groove certify says that it does not know."""
     name, side = quantity_of(key, contact)

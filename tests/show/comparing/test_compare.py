@@ -103,22 +103,22 @@ def test_designs_come_go_and_change_as_a_dictionary_of_them_says(a, b):
         assert (change.a, change.b) == (a[name].tolist()[i], b[name].tolist()[j])
 
 
-def mirrored(document):
+def swap_sides(document):
     """A document with A and B, went and came in each other's place."""
     if isinstance(document, list):
-        return [mirrored(each) for each in document]
+        return [swap_sides(each) for each in document]
     if not isinstance(document, dict):
         return document
     other = {"a": "b", "b": "a", "went": "came", "came": "went"}
-    return {other.get(key, key): mirrored(value) for key, value in document.items()}
+    return {other.get(key, key): swap_sides(value) for key, value in document.items()}
 
 
-def without(document, *names):
+def drop_names(document, *names):
     if isinstance(document, list):
-        return [without(each, *names) for each in document]
+        return [drop_names(each, *names) for each in document]
     if not isinstance(document, dict):
         return document
-    return {key: without(value, *names) for key, value in document.items() if key not in names}
+    return {key: drop_names(value, *names) for key, value in document.items() if key not in names}
 
 
 @settings(max_examples=times(40, deep=400))
@@ -126,7 +126,7 @@ def without(document, *names):
 def test_the_other_way_round_it_is_mirrored(a, b):
     one, other = (json.loads(json.dumps(compare(*pair).to_dict(), allow_nan=False)) for pair in ((a, b), (b, a)))
     words = ("told", "rows", "a_is", "quantities")
-    assert without(mirrored(one), *words) == without(other, *words)
+    assert drop_names(swap_sides(one), *words) == drop_names(other, *words)
     largest = [
         {name: change["largest"] for name, change in each["tables"]["table"]["quantities"].items()}
         for each in (one, other)

@@ -40,7 +40,7 @@ SCENES = {
 
 
 @cache
-def staged(name):
+def animated_scene(name):
     """What is drawn, where it goes, and the SVG file made of it."""
     picture = Picture(SCENES[name], resolve_design(SCENES[name]))
     with canvas(None, DISC_SIZE) as figure:
@@ -50,7 +50,7 @@ def staged(name):
 
 def turning(name):
     """What animates the groups of an animation, by their ids."""
-    groups = {group.get("id", ""): group for group in staged(name)[2].iter(f"{G}g")}
+    groups = {group.get("id", ""): group for group in animated_scene(name)[2].iter(f"{G}g")}
     moving = {name: group for name, group in groups.items() if name.startswith(("body-", "reading-"))}
     return {name: motion for name, group in moving.items() for motion in group.iter(f"{G}animateTransform")}
 
@@ -92,7 +92,7 @@ def test_the_svg_moves_the_follower_by_the_displacement(name):
         points_per_mm = -cam[-1, 0] / (2 * np.pi * scene.cam.mean_radius)
         np.testing.assert_allclose(cam[:, 0] / cam[-1, 0], np.linspace(0.0, 1.0, FRAMES + 1), atol=1e-5)
     else:
-        axes = staged(name)[1].bodies[0].axes
+        axes = animated_scene(name)[1].bodies[0].axes
         points_per_mm = axes.get_position().width * DISC_SIZE[0] * 72 / np.ptp(axes.get_xlim())
         np.testing.assert_allclose(cam[:, 0], -ccw * np.degrees(FRAME_ANGLES), atol=1e-3)
     displacement = displacement_of(scene)
@@ -107,7 +107,7 @@ def test_the_svg_moves_the_follower_by_the_displacement(name):
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", [name for name in SCENES if SCENES[name].cam.form == "disc"])
 def test_the_contact_is_on_the_turned_profile_and_on_the_follower(name):
-    picture, stage, _ = staged(name)
+    picture, stage, _ = animated_scene(name)
     cam, follower, contact = stage.bodies[:3]
     problem = picture.problem
     travel = problem.setup.mechanism.travel(problem.design, problem.programme, np.zeros(1))
@@ -127,7 +127,7 @@ def test_the_contact_is_on_the_turned_profile_and_on_the_follower(name):
 
 def test_a_groove_passes_under_its_roller():
     for name in ("groove", "swinging groove"):
-        picture, stage, root = staged(name)
+        picture, stage, root = animated_scene(name)
         surface, _, follower = stage.bodies[:3]
         problem = picture.problem
         here = problem.setup.mechanism.travel(problem.design, problem.programme, FRAME_ANGLES % (2 * np.pi)).trace
@@ -179,7 +179,7 @@ def test_the_svg_moves_the_links_of_a_train_as_tool_and_follower_move(scene):
 
 @pytest.mark.parametrize("name", ["swinging sphere", "swinging groove"])
 def test_the_texts_of_an_animation_are_apart_on_the_page_and_read_the_values(name):
-    _, stage, root = staged(name)
+    _, stage, root = animated_scene(name)
     assert faults_of(stage.figure) == []
     angle, height, *_ = [reading.values for reading in stage.readings]
     assert angle[25] == "cam angle 90.0°"
@@ -229,7 +229,7 @@ def grey(monkeypatch):
 
 @pytest.mark.usefixtures("grey")
 def test_a_video_by_ffmpeg(tmp_path):
-    write_mp4(staged("roller")[1], tmp_path / "turning.mp4")
+    write_mp4(animated_scene("roller")[1], tmp_path / "turning.mp4")
     assert (tmp_path / "turning.mp4").read_bytes()[4:8] == b"ftyp"
     command = [ffmpeg(), "-i", tmp_path / "turning.mp4", "-f", "null", "-"]
     found = subprocess.run(command, capture_output=True, check=True)

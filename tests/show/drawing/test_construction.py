@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from support.depth import is_deep
-from support.pictures import drawn
+from support.pictures import drawn_texts
 from support.references import WORKED
 
 from camopt import BadInput, Scene, evaluate, find_scene, plot
@@ -44,7 +44,7 @@ def lines_of(file):
     return float(root.get("viewBox").split()[2]), found
 
 
-def named(lines, name):
+def lines_named(lines, name):
     """The lines that stations have, by the station's number."""
     return {key.removeprefix(f"{name}-"): points for key, points in lines.items() if key.startswith(f"{name}-")}
 
@@ -75,8 +75,12 @@ def test_the_file_alone_shows_the_construction_of_a_worked_cam(name, tmp_path): 
     radius, offset = (scale * float(given.get(key, 0)) for key in ("roller_radius", "offset"))
     prime = centre_and_radius(lines["prime-circle"])[1] if radius else base
     assert prime == pytest.approx(base + radius, abs=near)
-    starts, stations, guides = named(lines, "start"), named(lines, "station"), named(lines, "guide")
-    ordinates, set_off = named(lines, "ordinate"), named(lines, "set-off")
+    starts, stations, guides = (
+        lines_named(lines, "start"),
+        lines_named(lines, "station"),
+        lines_named(lines, "guide"),
+    )
+    ordinates, set_off = lines_named(lines, "ordinate"), lines_named(lines, "set-off")
     assert set(starts) == set(stations) == set(guides) == set(ordinates) == set(set_off)
     height = lines["axis-AY"][-1].imag - lines["axis-AY"][0].imag
     for number, (station,) in stations.items():
@@ -252,7 +256,7 @@ CROWDED = ["valve-rod-offset", "oscillating-roller", "flat-reciprocating", "barr
 def test_letters_do_not_overlap(name, parts):
     """On the whole sheet no text lies on another, and none leaves it."""
     figure = plot(find_scene(name), construction=parts)
-    texts = [(artist.get_text(), box) for artist, box in drawn(figure)[0]]
+    texts = [(artist.get_text(), box) for artist, box in drawn_texts(figure)[0]]
     meeting = [(a, b) for (a, one), (b, other) in combinations(texts, 2) if one.padded(-0.6).overlaps(other)]
     assert meeting == []
     page = figure.bbox

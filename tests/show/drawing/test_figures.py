@@ -54,7 +54,7 @@ OTHERS: dict[str, tuple[dict[str, Any], dict[str, Any], float]] = {
 CORNERED = (DISC, {"motion": "translating", "contact": "roller", "roller_radius": 8.0}, 30)
 
 
-def made(name: str, law: str | None = None) -> Scene:
+def plain_scene(name: str, law: str | None = None) -> Scene:
     cam, follower, lift = CORNERED if name == "cornered" else OTHERS[name]
     moves = {"rise": {"lift": lift}, "return": {"lift": lift}, "dwell": {}}
     motion = [
@@ -165,7 +165,7 @@ def profile_of(scene) -> str:
 
 
 def test_groove_has_two_flanks_and_two_cutter_paths() -> None:
-    points = cam_points(made("swinging groove"), cutter_radius=5.0)
+    points = cam_points(plain_scene("swinging groove"), cutter_radius=5.0)
     pitch = curve(points, "pitch")
     for side in ("left", "right"):
         flank, cutter = curve(points, f"profile_{side}"), curve(points, f"cutter_{side}")
@@ -185,7 +185,7 @@ def test_cutter_path_and_bad_requests() -> None:
         with pytest.raises(BadInput, match="cutter_radius"):
             cam_points(scene, cutter_radius=radius)
     with pytest.raises(BadInput, match="above 0 and at most 10 mm"):
-        cam_points(made("groove"), cutter_radius=10.5)
+        cam_points(plain_scene("groove"), cutter_radius=10.5)
     for angle in (-1.0, 360.5, float("nan")):
         with pytest.raises(BadInput, match="angles"):
             cam_points(scene, [angle])
@@ -241,7 +241,7 @@ TITLES = {
 }
 
 
-def loaded(name: str, **changes: Any) -> Scene:
+def loaded_scene(name: str, **changes: Any) -> Scene:
     cam, follower, lift = LOADED[name]
     moves = {"rise": {"lift": lift, "law": "cycloidal"}, "return": {"lift": lift, "law": "poly345"}, "dwell": {}}
     motion = [{"segment": kind, "angle": angle, **moves[kind]} for kind, angle, _ in SEGMENTS]
@@ -256,17 +256,17 @@ def load_diagrams(scene: Scene) -> list[Any]:
 
 
 def test_without_a_call_no_load_is_drawn() -> None:
-    assert load_diagrams(loaded("roller", outputs=[])) == []
+    assert load_diagrams(loaded_scene("roller", outputs=[])) == []
 
 
 @pytest.mark.parametrize("name", LOADED)
 def test_curves_of_loads_reach_the_exact_values_and_no_further(name: str) -> None:
-    shown = load_diagrams(loaded(name))
+    shown = load_diagrams(loaded_scene(name))
     assert len(shown) >= 5
     for panel in shown:
         every = np.concatenate(panel.values)
         assert np.isfinite(every).all(), panel.title
-        angles = np.degrees(np.concatenate(Picture(loaded(name), resolve(loaded(name))).pieces))
+        angles = np.degrees(np.concatenate(Picture(loaded_scene(name), resolve(loaded_scene(name))).pieces))
         size = np.abs(every).max()
         assert panel.peaks, panel.title
         for peak in panel.peaks:
@@ -276,7 +276,7 @@ def test_curves_of_loads_reach_the_exact_values_and_no_further(name: str) -> Non
 
 
 def test_an_elastic_train_that_is_stiff_moves_as_its_cam_does() -> None:
-    stiff = loaded("roller", outputs=["vibration"]).replace(**{"follower.dynamics.natural_frequency": 2e5})
+    stiff = loaded_scene("roller", outputs=["vibration"]).replace(**{"follower.dynamics.natural_frequency": 2e5})
     mass, travel, _ = load_diagrams(stiff)
     moved, motion = np.concatenate(mass.values), np.concatenate(mass.reference)
     np.testing.assert_allclose(moved, motion, atol=2e-2 * np.abs(motion).max())
@@ -292,13 +292,13 @@ LIMITED = {
 
 @pytest.mark.parametrize("key", LIMITED)
 def test_a_limit_on_a_load_is_a_line_in_its_diagram(key: str) -> None:
-    lines = [bound for panel in load_diagrams(loaded("roller", outputs=["sizes"], limits={key: LIMITED[key]}))
+    lines = [bound for panel in load_diagrams(loaded_scene("roller", outputs=["sizes"], limits={key: LIMITED[key]}))
              for _, bound in panel.limits]  # fmt: skip
     assert lines == [LIMITED[key]]
 
 
 def test_a_limit_on_power_is_a_line_of_torque() -> None:
-    (panel,) = load_diagrams(loaded("roller", outputs=["sizes"], limits={"power": 100.0}))
+    (panel,) = load_diagrams(loaded_scene("roller", outputs=["sizes"], limits={"power": 100.0}))
     ((_, bound),) = panel.limits
     assert bound == pytest.approx(100.0 / (200.0 * np.pi / 30), rel=1e-12)
 
@@ -306,10 +306,10 @@ def test_a_limit_on_power_is_a_line_of_torque() -> None:
 def test_every_limit_on_the_curve_of_a_diagram_is_a_line_of_it() -> None:
     """By any quantity that is an extreme of the curve, of both signs where that is a magnitude."""
     limits = {"torque_max_N_m": 8.0, "torque_min_N_m": -5.0, "torque_peak_N_m": 9.0, "torque_rms_N_m": 4.0}
-    (panel,) = load_diagrams(loaded("roller", outputs=["sizes"], limits=limits))
+    (panel,) = load_diagrams(loaded_scene("roller", outputs=["sizes"], limits=limits))
     assert {(kinds > 0, bound) for kinds, bound in panel.limits} == {(False, 8.0), (False, -5.0), (True, 9.0)}
     limits = {"velocity_max_rise_m_s": 1.0, "velocity_max_m_s": 2.0, "lift_change_max_mm_per_deg": 0.5}
-    scene = loaded("roller", limits=limits)
+    scene = loaded_scene("roller", limits=limits)
     picture = Picture(scene, resolve(scene))
     _, velocity, *_ = motion_panels(picture)
     per_second = 200.0 * 6.0 * 1e-3

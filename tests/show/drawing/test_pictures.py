@@ -12,9 +12,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
 from matplotlib.lines import Line2D
 from support.cams import cam_with
-from support.depth import covering
+from support.depth import covering_cases
 from support.faults import calls_of, with_fault
-from support.pictures import crossed, drawn, faults_of
+from support.pictures import crossed_texts, drawn_texts, faults_of
 from test_figures import LIMITED, LOADED, OTHERS, TITLES, load_diagrams, loaded, made
 
 import camopt
@@ -60,7 +60,7 @@ def features(name):
     return [(shipped, cam.form, follower.motion, follower.contact), *([] if usual else [name])]
 
 
-DRAWN = covering(SCENES, features)
+DRAWN = covering_cases(SCENES, features)
 
 
 @pytest.fixture(scope="module")
@@ -69,11 +69,11 @@ def picture(tmp_path_factory):
     folder = tmp_path_factory.mktemp("pictures")
 
     @cache
-    def drawn(name):
+    def draw_picture(name):
         figure = plot(SCENES[name](), folder / "cam.svg")
         return faults_of(figure), (folder / "cam.svg").read_text(encoding="utf-8")
 
-    return drawn
+    return draw_picture
 
 
 @pytest.mark.one_in(14)
@@ -97,7 +97,7 @@ def test_a_note_is_beside_the_title_of_its_diagram_however_long_both_are(tmp_pat
         {"segment": "dwell", "angle": 30},
     ]
     figure = plot(find_scene("press-ram-by-four-bar").replace(motion=moves), tmp_path / "press.png")
-    texts, _ = drawn(figure)
+    texts, _ = drawn_texts(figure)
     (note,) = (box for text, box in texts if text.get_text().startswith("squares: conditions of moves"))
     (title,) = (box for text, box in texts if text.get_text() == "Displacement of the tool, mm")
     assert title.x1 < note.x0
@@ -268,9 +268,9 @@ def test_a_label_is_clear_of_all_the_width_of_a_line(several):
         else:
             axes.plot(*ends.T, linewidth=16.0)
         place_labels(figure, [Label(axes, "8", (0.5, 0.5), label_places([4.0, 12.0]), {})])
-    texts, colours = drawn(figure)
+    texts, colours = drawn_texts(figure)
     assert [text.get_text() for text, _ in texts].count("8") == 1
-    assert crossed(texts, colours) == []
+    assert crossed_texts(texts, colours) == []
 
 
 LMS = np.array([[17.8824, 43.5161, 4.11935], [3.45565, 27.1554, 3.86714], [0.0299566, 0.184309, 1.46709]])
@@ -281,7 +281,7 @@ BLIND = {  # Viénot, Brettel and Mollon (1999): what stands for the cone that i
 XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
 
 
-def seen_as(colour, kind):
+def colour_seen(colour, kind):
     """CIE L*a*b* of a colour as a kind of colour vision sees it."""
     rgb = np.array([int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)])
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
@@ -294,7 +294,7 @@ def seen_as(colour, kind):
 @pytest.mark.parametrize("kind", BLIND)
 @pytest.mark.parametrize("colours", [SERIES[:6], (*COLOURS.values(),)], ids=["series", "strokes"])
 def test_colours_are_apart_for_the_colour_blind(colours, kind):
-    seen = [seen_as(colour, kind) for colour in colours]
+    seen = [colour_seen(colour, kind) for colour in colours]
     apart = [np.linalg.norm(a - b) for k, a in enumerate(seen) for b in seen[:k]]
     assert min(apart) > 10.0  # ten times what is just seen
 

@@ -16,8 +16,8 @@ from OCP.Geom import Geom_BSplineSurface
 from OCP.GeomAbs import GeomAbs_BSplineCurve, GeomAbs_Circle, GeomAbs_Line
 from OCP.TopoDS import TopoDS
 from support.cams import cam_with
-from support.depth import covering
-from support.solids import enclosed, hole, solids_in
+from support.depth import covering_cases
+from support.solids import enclosed_area, hole, solids_in
 
 from camopt import BadInput, Scene, evaluate, export, find_scene, shipped_scenes
 from camopt.model.mechanisms.geometry import cam_curves
@@ -83,7 +83,7 @@ def true_profile(scene, count=40_001):
     return found.pitch - problem.design.roller_radius * found.normal
 
 
-def furthest(points, lines):
+def largest_distance(points, lines):
     """The largest distance of points (n, 2) from lines through others."""
     each = [np.stack([line[:-1], line[1:]], axis=1) for line in lines]
     tree = shapely.STRtree(shapely.linestrings(np.concatenate(each)))
@@ -115,7 +115,7 @@ CASES = [(name, curves) for curves in ("arcs", "spline") for name in DISCS]
 
 
 @pytest.mark.one_in(14)
-@pytest.mark.parametrize(("name", "curves"), covering(CASES, kind_of))
+@pytest.mark.parametrize(("name", "curves"), covering_cases(CASES, kind_of))
 def test_a_disc_read_back_is_whole_as_large_as_green_says_and_within_the_chord_both_ways(name, curves, tmp_path):
     scene = disc(name)
     told = step.write(work_of(scene), tmp_path / "cam.step", CHORD, curves)
@@ -124,7 +124,7 @@ def test_a_disc_read_back_is_whole_as_large_as_green_says_and_within_the_chord_b
     assert off <= CHORD
     assert kinds(solid) == EDGES[curves]
     length = np.abs(np.diff(true)).sum()
-    expected = 16 * enclosed(true) + 14 * pi * 12**2 - 30 * hole(PLATE)
+    expected = 16 * enclosed_area(true) + 14 * pi * 12**2 - 30 * hole(PLATE)
     assert abs(shapes.shape_volume(solid) - expected) <= 16 * length * off + 1e-7 * expected
     measured = shapes.shape_measures(solid)
     assert {key: told.about[key] for key in ("faces", "edges")} == {
@@ -132,15 +132,15 @@ def test_a_disc_read_back_is_whole_as_large_as_green_says_and_within_the_chord_b
     }
     bottom, line = list(rim(solid, 0.0, 12.5, 24_000)), np.column_stack([true.real, true.imag])
     points = np.concatenate([*bottom, *rim(solid, 16.0, 12.5, 1000)])
-    assert furthest(points[::10], [line]) <= off + 1e-5  # of the dense points
-    assert furthest(line[::20], bottom) <= off + 1e-5
+    assert largest_distance(points[::10], [line]) <= off + 1e-5  # of the dense points
+    assert largest_distance(line[::20], bottom) <= off + 1e-5
 
 
 def test_two_ways_of_a_profile_have_different_points():
     """What ``furthest`` finds: 1 mm between circles."""
     inner, outer = (r * np.exp(1j * np.linspace(0.0, 2 * pi, 9001)) for r in (10.0, 11.0))
     pairs = [np.column_stack([points.real, points.imag]) for points in (inner, outer)]
-    assert furthest(pairs[0], [pairs[1]]) == pytest.approx(1.0, abs=1e-6)
+    assert largest_distance(pairs[0], [pairs[1]]) == pytest.approx(1.0, abs=1e-6)
 
 
 @pytest.mark.one_in(3)
@@ -161,7 +161,7 @@ def test_volumes_of_plate_hub_bore_and_keyway_add_up(part, tmp_path):
     sizes = {key: value for key, value in {**PLATE, **part}.items() if value is not None}
     true, plate, whole = true_profile(scene), sizes["thickness"], sizes["hub_length"]
     inside = hole(sizes) if "bore" in sizes else 0.0
-    expected = plate * enclosed(true) + (whole - plate) * pi / 4 * sizes["hub_diameter"] ** 2 - whole * inside
+    expected = plate * enclosed_area(true) + (whole - plate) * pi / 4 * sizes["hub_diameter"] ** 2 - whole * inside
     assert told.about["volume_mm3"] == pytest.approx(expected, rel=2e-5)
     assert shapes.shape_volume(read_back(tmp_path / "cam.step")) == pytest.approx(
         told.about["volume_mm3"], rel=1e-9
@@ -186,7 +186,7 @@ def test_any_part_that_goes_together_is_a_solid(thickness, bore, share, depth, a
     part = {"thickness": thickness, "bore": bore, **keyway, **hub}
     scene = find_scene("exhaust-valve").replace(part=part)
     found = solid_of(work_of(scene), 0.01, "arcs")
-    area = enclosed(true_profile(scene, 5001))
+    area = enclosed_area(true_profile(scene, 5001))
     expected = thickness * area + longer * pi / 4 * hub["hub_diameter"] ** 2 - (thickness + longer) * hole(part)
     assert shapes.shape_volume(found.shape) == pytest.approx(expected, rel=1e-3)
 
@@ -287,12 +287,12 @@ def test_triangles_of_a_disc_are_watertight_and_within_the_chord(name, tmp_path)
     assert is_watertight(triangles)
     assert off <= CHORD
     true = true_profile(scene)
-    expected = 16 * enclosed(true) + 14 * pi * 12**2 - 30 * hole(PLATE)
+    expected = 16 * enclosed_area(true) + 14 * pi * 12**2 - 30 * hole(PLATE)
     surface = 16 * np.abs(np.diff(true)).sum() + 14 * 24 * pi + 30 * 12 * pi
     assert abs(enclosed_volume(triangles) - expected) <= CHORD * surface
     corners = triangles.reshape(-1, 3)
     profile = corners[(corners[:, 2] == 0.0) & (np.hypot(*corners.T[:2]) > 12.5)][:, :2]
-    assert furthest(profile, [np.column_stack([true.real, true.imag])]) <= 1e-5
+    assert largest_distance(profile, [np.column_stack([true.real, true.imag])]) <= 1e-5
 
 
 def test_triangles_of_a_groove_are_watertight_and_touch_the_roller(tmp_path):
@@ -330,10 +330,10 @@ def test_a_file_names_the_cam_and_is_the_same_each_time(tmp_path, capfd):
     assert "1970-01-01T00:00:00" in words
     named = re.search(r"PRODUCT\('(.*?)','(.*?)','',", words.replace("\n", ""))
     assert named
-    assert [plain(each) for each in named.groups()] == ["N-7 𝛼", "Nocke 'Ω' 5\\8"]
+    assert [decode_text(each) for each in named.groups()] == ["N-7 𝛼", "Nocke 'Ω' 5\\8"]
 
 
-def plain(words):
+def decode_text(words):
     """A text of ISO 10303-21 as it is read."""
     known = re.sub(r"\\X[24]\\([0-9A-F]+)\\X0\\", lambda found: chr(int(found[1], 16)), words)
     return known.replace("''", "'").replace("\\\\", "\\")
@@ -343,7 +343,7 @@ def plain(words):
 def test_any_name_can_be_read_in_a_file(words):
     written = step_text(words).ToCString()
     assert written.isascii()
-    assert plain(written) == words
+    assert decode_text(written) == words
 
 
 def test_each_size_that_lacks_is_told(tmp_path):

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from ezdxf.math import Vec2, Vec3
 from support.cams import CONTACTS, cam_with
-from support.curves import furthest, true_points
+from support.curves import largest_distance, true_points
 
 from camopt import BadInput, Scene, cam_points, export, find_scene
 from camopt.cli.main import main
@@ -34,7 +34,7 @@ def true_curve(scene, name, cutter_radius=None):
     return true_points(problem, disc_curves(problem, cutter_radius)[name].distance)
 
 
-def drawn(document, layer):
+def layer_points(document, layer):
     """Dense points on the one curve of a layer, as ezdxf flattens it."""
     (entity,) = document.modelspace().query(f'*[layer=="{layer}"]')
     if entity.dxftype() == "LWPOLYLINE":
@@ -63,8 +63,8 @@ def test_a_dxf_read_back_is_as_near_as_it_is_said_to_be(tmp_path, name, curves):
     assert document.units == ezdxf.units.MM
     assert not document.audit().has_errors
     for curve, about in found.curves.items():
-        line, true = drawn(document, curve.upper()), true_curve(scene, curve, cutter)
-        assert max(furthest(line, true), furthest(true, line)) <= about.deviation_mm + 2e-5
+        line, true = layer_points(document, curve.upper()), true_curve(scene, curve, cutter)
+        assert max(largest_distance(line, true), largest_distance(true, line)) <= about.deviation_mm + 2e-5
         assert about.deviation_mm <= 0.002
 
 
@@ -182,7 +182,7 @@ def test_an_svg_is_the_cam_in_millimetres(tmp_path, name, curves):
         (path,) = root.iterfind(f".//*[@id='{curve}']/*")
         ends = re.findall(r"(-?[\d.]+) (-?[\d.]+)(?= [ACLZ]|$)", path.get("d"))
         points = np.array([complex(float(x), float(y)) for x, y in ends])
-        assert furthest(points, true_curve(scene, curve)) <= about.deviation_mm + 2e-5
+        assert largest_distance(points, true_curve(scene, curve)) <= about.deviation_mm + 2e-5
         assert len(points) == about.elements + 1
         x, y = points.real, -points.imag
         assert box[0] < x.min()

@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial import cKDTree
 from support.cams import CONTACTS, cam_with
 from support.controls import CONTROLS, run_heidenhain, run_iso, run_siemens, run_turning
-from support.curves import furthest, true_points
+from support.curves import largest_distance, true_points
 
 import camopt
 from camopt import BadInput, Scene, cam_points, evaluate, export, find_scene
@@ -33,7 +33,7 @@ def test_each_control_has_an_interpreter():
 
 
 @cache
-def wanted(name):
+def cutter_path_of(name):
     """The scene, and points of the path of a cutter of 5 mm and of the profile, which the dialects share."""
     scene = Scene.from_dict(cam_with(name)) if name in CONTACTS else find_scene(name)
     problem = resolve_design(scene)
@@ -50,7 +50,7 @@ def as_cut(scene, points):
 @pytest.mark.parametrize("control", CONTROL_DIALECTS)
 @pytest.mark.parametrize(("name", "direction"), CAMS)
 def test_a_program_cuts_the_profile(tmp_path, control, name, direction):
-    scene, true, profile = wanted(name)
+    scene, true, profile = cutter_path_of(name)
     settings = {"cutter_radius": 5.0, "feed": 300.0, "depth": 10.0, "direction": direction, "roughing": 0.25}
     machining = {"tool": 7, "spindle": 4000.0, "coolant": True, "roughing_feed": 500.0, "depth_step": 4.0}
     found = export(scene, tmp_path / "cam.nc", control=control, **settings, **machining)
@@ -63,7 +63,7 @@ def test_a_program_cuts_the_profile(tmp_path, control, name, direction):
     assert {feed for cut in roughing for feed in cut.feeds} == {500.0}
     closed = np.concatenate(finishing.moves[2:-2])
     closed[-1] = closed[0]  # to what the centres' digits leave
-    off = max(furthest(closed, true), furthest(true, closed))
+    off = max(largest_distance(closed, true), largest_distance(true, closed))
     assert off <= found.curves["cutter"].deviation_mm + 2e-5
     assert found.curves["cutter"].deviation_mm <= max(0.001, 5.0 * step)
     steel = cKDTree(np.column_stack([profile.real, profile.imag]))
@@ -89,7 +89,7 @@ def test_arcs_of_a_large_radius_are_lines_within_the_chord(tmp_path, control):
     closed = np.concatenate(machine.cuts[0].moves[2:-2])
     problem = resolve_design(scene)
     true = as_cut(scene, true_points(problem, disc_curves(problem, 5.0)["cutter"].distance))
-    off = max(furthest(closed, true), furthest(true, closed))
+    off = max(largest_distance(closed, true), largest_distance(true, closed))
     assert off <= found.curves["cutter"].deviation_mm + 2e-5
     assert found.curves["cutter"].deviation_mm <= max(0.001, 5.0 * 10.0**-machine.decimals)
 
@@ -362,7 +362,7 @@ def test_points_are_proved_and_come_back(tmp_path, suffix):
     true = true_points(resolve_design(scene), disc_curves(resolve_design(scene))["profile"].distance)
     points = cam_points(scene, step=2.5)
     line = points["profile_x_mm"] + 1j * points["profile_y_mm"]
-    measured = furthest(true, line)
+    measured = largest_distance(true, line)
     assert 0.9 * steps.curves["profile"].deviation_mm <= measured <= steps.curves["profile"].deviation_mm
     read = {".csv": lambda file: pd.read_csv(file, dtype=str).astype(float), ".parquet": camopt.load}.get(suffix)
     table = (

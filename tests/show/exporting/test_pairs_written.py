@@ -6,8 +6,8 @@ import pytest
 import shapely
 from OCP.BRepExtrema import BRepExtrema_DistShapeShape
 from support.controls import run_iso
-from support.pairs import centres, nearest, pair, profiles, yoke
-from support.solids import enclosed, extents, hole, section, solids_in
+from support.pairs import centres, nearest_points, pair, profiles, yoke
+from support.solids import enclosed_area, extents, hole, section, solids_in
 
 from camopt import BadInput, MeasuredProfile, Scene, cam_points, evaluate, export, find_scene, inspect_pair
 from camopt.model.effects import EvaluationBlock
@@ -47,7 +47,7 @@ def test_points_of_the_second_disc_are_a_roller_radius_from_its_pitch_curve(scen
 
     pitch, profile = (points[f"second_{n}_x_mm"] + 1j * points[f"second_{n}_y_mm"] for n in ("pitch", "profile"))
     assert np.abs(profile + radius * curve("profile_normal") - pitch).max() < 1e-9
-    touched, _ = nearest(problem, 1, np.radians(points["cam_angle_deg"]))
+    touched, _ = nearest_points(problem, 1, np.radians(points["cam_angle_deg"]))
     turned = touched * np.exp(-1j * problem.design.sense * np.radians(points["cam_angle_deg"]))
     assert np.abs(turned - profile).max() < 1e-6
     assert (points["second_profile_curvature_per_mm"] > -1.0).all()
@@ -72,7 +72,7 @@ def ring(path):
     return shapely.linearrings(np.column_stack([path.real, path.imag]))
 
 
-def around(machine, count):
+def closed_way(machine, count):
     """The closed part of a way: so many moves that end where the one before them ends."""
     moves = machine.cuts[0].moves
     ends = np.array([move[-1] for move in moves])  # to what the centres' digits leave
@@ -85,7 +85,7 @@ def paths_of(scene, file):
     found, off = [], 0.0
     for disc in (1, 2) if scene.mechanism.second_keys else (None,):
         told = export(scene, file, disc=disc, **NC)
-        path = around(run_iso(file.read_text()), told.curves["cutter"].elements)
+        path = closed_way(run_iso(file.read_text()), told.curves["cutter"].elements)
         found.append(-path.conjugate() if disc == 2 else path)
         off = max(off, told.curves["cutter"].deviation_mm)
     return found, off
@@ -187,7 +187,7 @@ def test_an_assembly_has_both_profiles_a_gap_apart_on_one_bore(scene, part, tmp_
     hub = np.pi * (part.get("hub_diameter", 0.0) / 2) ** 2 * (40 - 24) if "hub_diameter" in part else 0.0
     through = 40 if "hub_diameter" in part else 24
     volume = sum(shapes.shape_volume(each) for each in solids)
-    assert volume == pytest.approx(12 * sum(map(enclosed, profiles_)) + hub - through * hole(part), rel=2e-5)
+    assert volume == pytest.approx(12 * sum(map(enclosed_area, profiles_)) + hub - through * hole(part), rel=2e-5)
     heights = [height for each in solids for height in extents(each)[2]]
     assert (min(heights), max(heights)) == pytest.approx((0.0, 40.0 if "hub_diameter" in part else 27.0), abs=1e-5)
     for profile, middle in zip(profiles_, (21.0, 6.0), strict=True):
@@ -232,7 +232,7 @@ def test_a_program_cuts_the_solid_that_lies_as_it_says(disc, tmp_path):
     assert machine.cuts[0].depth == {1: -13.0, 2: -13.0, None: -12.0}[disc]
     assert machine.z == (5.0 + 40.0 - 27.0 if disc == 1 else 5.0)  # over a hub that stands in front
     top = 27.0 if disc == 1 else 0.0
-    for point in around(machine, told.curves["cutter"].elements)[::1999]:
+    for point in closed_way(machine, told.curves["cutter"].elements)[::1999]:
         x, z = (point.real, top - 6.0) if disc == 1 else (-point.real, 6.0)
         away = BRepExtrema_DistShapeShape(shapes.make_vertex((x, point.imag, z)), solid).Value()
         assert away == pytest.approx(5.0, abs=0.0025)

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pymupdf
 import pytest
-from support.browser import box_of, drag, opened, running_browser, watched_page
+from support.browser import box_of, drag, open_page, running_browser, watched_page
 
 import camopt
 from camopt.scene.problem.problem import resolve_design
@@ -95,7 +95,7 @@ def test_the_page_draws_the_curves_of_the_cam(name, page_of_all, folder, monkeyp
     """The formulas of the page against those of the mechanisms: pitch curve and profile, at every sample."""
     monkeypatch.setattr("camopt.show.reporting.cams.downloads_of", lambda scene, stem: ([], ""))
     scene, page = mechanisms()[name], page_of_all
-    opened(page, camopt.report(scene, folder / "cam.html"))
+    open_page(page, camopt.report(scene, folder / "cam.html"))
     drawn = page.evaluate("curvesOf(data.cams[0]).map(({pitch, profile, flank}) => ({pitch, profile, flank}))")
     picture = Picture(scene, resolve_design(scene))
     size = max(np.abs(curves.pitch).max() for curves in picture.curves)
@@ -123,7 +123,7 @@ GAP = """() => {
 def test_the_follower_touches_the_cam_as_it_turns(name, page_of_all, folder):
     """At every cam angle the follower's own shape, moved, is where the turned cam has its trace point."""
     page = page_of_all
-    opened(page, camopt.report(name, folder / "cam.html"))
+    open_page(page, camopt.report(name, folder / "cam.html"))
     for angle in (0.0, 33.5, 200.0, 359.0):
         page.evaluate(f"camopt.player.go({angle})")
         gap = page.evaluate(GAP)
@@ -148,7 +148,7 @@ TRAINS = [("slide-by-bell-crank", GROOVED, 3), ("valve-with-rocker", {}, 5), ("s
 def test_the_train_moves_with_the_cam(name, changes, links, page_of_all, folder):
     """What is drawn as the slide is as far as the tool, at positions that the page has and between two of them."""
     page, scene = page_of_all, camopt.find_scene(name).replace(**changes)
-    opened(page, camopt.report(scene, folder / "train.html"))
+    open_page(page, camopt.report(scene, folder / "train.html"))
     first = np.array(page.evaluate(LINKS, 0.0))
     assert len(first) == links
     for angle, tolerance in ((36.0, 1e-5), (72.0, 1e-5), (181.0, 0.05), (252.0, 1e-5)):
@@ -159,7 +159,7 @@ def test_the_train_moves_with_the_cam(name, changes, links, page_of_all, folder)
 
 def test_playing_turns_the_cam_and_moves_every_cursor(browser, folder):
     with watched_page(browser) as page:
-        opened(page, camopt.report("two-pauses", folder / "play.html"))
+        open_page(page, camopt.report("two-pauses", folder / "play.html"))
         before = page.locator("g.body").get_attribute("transform")
         page.click("button.play")
         assert page.locator("button.play").get_attribute("aria-pressed") == "true"
@@ -182,7 +182,7 @@ def test_playing_turns_the_cam_and_moves_every_cursor(browser, folder):
 
 def test_slider_keys_and_dragging_set_the_cam_angle(browser, folder):
     with watched_page(browser) as page:
-        opened(page, camopt.report("two-pauses", folder / "drag.html"))
+        open_page(page, camopt.report("two-pauses", folder / "drag.html"))
         page.focus("input[type=range]")
         for _ in range(4):
             page.keyboard.press("ArrowRight")
@@ -201,7 +201,7 @@ def test_slider_keys_and_dragging_set_the_cam_angle(browser, folder):
 def test_two_cams_share_scale_and_diagrams(browser, folder):
     with watched_page(browser) as page:
         names = ["knife-900rpm-radial", "knife-900rpm-offset"]
-        opened(page, camopt.report(names, folder / "two.html"))
+        open_page(page, camopt.report(names, folder / "two.html"))
         boxes = page.eval_on_selector_all("svg.cam", "all => all.map((each) => each.getAttribute('viewBox'))")
         assert len(boxes) == 2
         assert len(set(boxes)) == 1
@@ -213,7 +213,7 @@ def test_filters_agree_with_pandas(browser, swept):
     folder, path = swept
     table = camopt.load(folder / "designs.parquet")
     with watched_page(browser) as page:
-        opened(page, path)
+        open_page(page, path)
         assert page.evaluate("camopt.rows.count") == len(table)
         page.fill("input[aria-label='min base radius, mm']", "50.5")
         page.fill("input[aria-label='max base radius, mm']", "80")
@@ -233,7 +233,7 @@ def test_the_rows_that_pass_are_saved_in_the_order_of_the_page(browser, swept, t
     folder, path = swept
     table = camopt.load(folder / "designs.parquet")
     with watched_page(browser) as page:
-        opened(page, path)
+        open_page(page, path)
         assert page.evaluate("[camopt.scatter.x.name, camopt.scatter.y.name]") == OBJECTIVES
         page.select_option("select[aria-label='filter law']", label="harmonic")
         page.locator("th button", has_text=re.compile(r"^acceleration")).click()
@@ -252,7 +252,7 @@ def test_the_rows_that_pass_are_saved_in_the_order_of_the_page(browser, swept, t
 
 def test_brushing_an_axis_and_a_rectangle_filter(browser, swept):
     with watched_page(browser) as page:
-        opened(page, swept[1])
+        open_page(page, swept[1])
         everything = page.evaluate("camopt.rows.passing.length")
         box = box_of(page, "#parallel canvas")
         drag(page, (box["x"] + 50, box["y"] + 80), (box["x"] + 50, box["y"] + 160))
@@ -267,7 +267,7 @@ def test_brushing_an_axis_and_a_rectangle_filter(browser, swept):
 
 def test_sorting_and_choosing_by_mouse_and_keyboard(browser, swept):
     with watched_page(browser) as page:
-        opened(page, swept[1])
+        open_page(page, swept[1])
         head = page.locator("th button", has_text=re.compile(r"^acceleration"))
         head.click()
         head.click()
@@ -297,7 +297,7 @@ DOT = """() => {
 def test_a_click_in_the_scatter_draws_the_cam_of_that_row(browser, swept):
     folder, path = swept
     with watched_page(browser) as page:
-        opened(page, path)
+        open_page(page, path)
         x, y = page.evaluate(DOT)
         box = box_of(page, "#scatter")
         page.mouse.click(box["x"] + x, box["y"] + y)
@@ -311,7 +311,7 @@ def test_a_click_in_the_scatter_draws_the_cam_of_that_row(browser, swept):
 def test_a_frontier_shows_before_and_after(browser, fronted):
     """The known law first, the free one after it, at one scale; the gap to the bound is told."""
     with watched_page(browser) as page:
-        opened(page, fronted)
+        open_page(page, fronted)
         assert page.locator("svg.cam").count() == 2
         free = page.evaluate("camopt.rows.chosen.map((row) => camopt.rows.text(camopt.rows.column('free'), row))")
         assert free == ["no", "yes"]
@@ -322,7 +322,7 @@ def test_a_frontier_shows_before_and_after(browser, fronted):
 def test_no_page_is_wider_than_its_window(context, browser, folder, swept):
     with watched_page(browser, **context) as page:
         for path in (camopt.report("two-pauses", folder / "narrow.html"), swept[1]):
-            opened(page, path)
+            open_page(page, path)
             assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
             dark = page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(18, 24, 30)"
             assert dark == ("color_scheme" in context)
@@ -354,7 +354,7 @@ def printable(folder, swept, fronted):
     return {"a cam": (cam, 5), "cams": (cams, 13), "a sweep": (swept[1], 8), "a frontier": (fronted, 7)}
 
 
-def squeezed(text):
+def drop_blanks(text):
     return re.sub(r"\s", "", text)
 
 
@@ -364,7 +364,7 @@ def test_a_page_prints_whole(kind, browser, printable):
     """Every diagram as far as 360°, every row of every table and every word, inside the margins of the paper."""
     path, most = printable[kind]
     with watched_page(browser, color_scheme="dark") as page:
-        opened(page, path)
+        open_page(page, path)
         diagrams = page.locator(".diagram").count()
         rows = page.evaluate(ROWS_ON_PAPER)
         for paper, (width, height) in PAPERS.items():
@@ -376,9 +376,9 @@ def test_a_page_prints_whole(kind, browser, printable):
                 assert all(len(sheet.get_text("words")) > 10 for sheet in printed), paper
                 assert 1 <= len(printed) <= most, paper
                 assert all(sheet.rect.width == pytest.approx(width, abs=1) for sheet in printed)
-                text = squeezed("".join(sheet.get_text(flags=0) for sheet in printed))
-                assert [row for row in rows if squeezed(row) not in text] == [], paper
-                assert squeezed(page.title()) in text
+                text = drop_blanks("".join(sheet.get_text(flags=0) for sheet in printed))
+                assert [row for row in rows if drop_blanks(row) not in text] == [], paper
+                assert drop_blanks(page.title()) in text
                 assert diagrams == 0 or "Pressureangle" in text
                 assert "Lightordark" not in text
         assert page.evaluate("document.documentElement.dataset.theme") is None
@@ -388,7 +388,7 @@ def test_a_page_prints_whole(kind, browser, printable):
 def test_a_sweep_prints_its_dots(browser, printable):
     """The scatter has its axes, a dot for each design and rings round the chosen ones, all dark on white."""
     with watched_page(browser, color_scheme="dark") as page:
-        opened(page, printable["a sweep"][0])
+        open_page(page, printable["a sweep"][0])
         with pymupdf.open(stream=page.pdf(format="A4"), filetype="pdf") as printed:
             top = printed[0].search_for("Designs")[0].y1
             picture = printed[0].get_pixmap(dpi=50, clip=(40, top, 555, top + 200), colorspace=pymupdf.csGRAY)
@@ -402,7 +402,7 @@ def test_hostile_names_stay_text(browser, folder):
     name = "".join(letter for letter in name if letter.isprintable())
     scene = camopt.find_scene("two-pauses").replace(name=name)
     with watched_page(browser) as page:
-        opened(page, camopt.report([scene, "valve-rod-radial"], folder / "hostile.html"))
+        open_page(page, camopt.report([scene, "valve-rod-radial"], folder / "hostile.html"))
         assert name in page.locator("h1").text_content()
         assert page.locator("#stage figcaption").first.text_content() == name
         assert page.locator("img").count() == 0

@@ -23,7 +23,7 @@ def data_of(page):
     return json.loads(found[1])
 
 
-def inflated(text):
+def inflate_text(text):
     return zlib.decompress(b64decode(text))
 
 
@@ -112,15 +112,15 @@ def test_the_rows_of_a_sweep_are_those_of_its_tables(swept, tmp_path):
     table = camopt.load(folder / "designs.parquet")
     assert page["count"] == len(table) == result.feasible
     columns = {column["name"]: column for column in page["columns"]}
-    planes = np.frombuffer(inflated(columns["base_radius_mm"]["packed"]), dtype=np.uint8).reshape(4, -1)
+    planes = np.frombuffer(inflate_text(columns["base_radius_mm"]["packed"]), dtype=np.uint8).reshape(4, -1)
     sizes = np.ascontiguousarray(planes.T).view("<f4")[:, 0]
     np.testing.assert_allclose(sorted(sizes), sorted(table.base_radius_mm), rtol=1e-6)
     front = columns["front"]
-    codes = np.frombuffer(inflated(front["packed"]), dtype="<u2")
+    codes = np.frombuffer(inflate_text(front["packed"]), dtype="<u2")
     assert np.sum(codes == front["words"].index("yes")) == result.pareto
-    motions = json.loads(inflated(page["motions"]))
+    motions = json.loads(inflate_text(page["motions"]))
     assert len([motion for motion in motions if motion]) == 2
-    places = np.frombuffer(inflated(page["motion_of"]), dtype="<u2")
+    places = np.frombuffer(inflate_text(page["motion_of"]), dtype="<u2")
     assert len(places) == page["count"]
 
 
@@ -128,7 +128,7 @@ def test_rows_of_other_trains_have_motions_of_their_own(tmp_path):
     scene = camopt.find_scene("press-ram-by-four-bar").replace(**{"search.base_radius": [70, 80]})
     camopt.sweep(scene, tmp_path / "swept", keep="all")
     page = data_of(camopt.report(tmp_path / "swept", tmp_path / "sweep.html"))
-    motions = [motion for motion in json.loads(inflated(page["motions"])) if motion]
+    motions = [motion for motion in json.loads(inflate_text(page["motions"])) if motion]
     table = camopt.load(tmp_path / "swept" / "designs.parquet")
     scenes = [camopt.scene_of(table, row) for row in table.index]
     lifts = {resolve_design(each).programme.lift for each in scenes}
@@ -261,7 +261,7 @@ def test_of_many_laws_the_smallest_cams_are_shown(tmp_path, without_files):
     """As many as fit, from the result and from its folder alike, and how many there are."""
     laws = ["cycloidal", "harmonic", "poly345", "modified-sine", "parabolic", "poly4567"]
     scene = camopt.find_scene("roller-1000rpm").replace(**{"search.law": laws})
-    assert main(["optimise", _written(scene, tmp_path), "--out", str(tmp_path / "best"), "--quiet"]) == 0
+    assert main(["optimise", _write_scene(scene, tmp_path), "--out", str(tmp_path / "best"), "--quiet"]) == 0
     pages = [camopt.report(what, tmp_path / "page.html") for what in (tmp_path / "best", camopt.optimise(scene))]
     for page in pages:
         sizes = [cam["sizes"]["size"] for cam in data_of(page)["cams"]]
@@ -270,7 +270,7 @@ def test_of_many_laws_the_smallest_cams_are_shown(tmp_path, without_files):
         assert f"The 4 smallest of {len(laws)} cams" in page.read_text(encoding="utf-8")
 
 
-def _written(scene, folder):
+def _write_scene(scene, folder):
     path = folder / "scene.toml"
     path.write_text(scene.to_toml(), encoding="utf-8")
     return str(path)

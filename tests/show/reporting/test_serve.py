@@ -49,7 +49,7 @@ def session_of(name="two-pauses", folder=None):
     return Session(camopt.find_scene(name), folder)
 
 
-def asking(values, **more):
+def request_values(values, **more):
     return {"values": values, **more}
 
 
@@ -66,7 +66,9 @@ def test_each_answer_is_that_of_the_library(name):
     moved = next((key for key in values if key.startswith("motion.")), "")
     scene = scene_of_settings(session.scene, session.initial_values, values, moved)
     cam = camopt.evaluate(scene)
-    quick, proved = (answer_request(session, what, asking(values, moved=moved)) for what in ("move", "settle"))
+    quick, proved = (
+        answer_request(session, what, request_values(values, moved=moved)) for what in ("move", "settle")
+    )
     for answer in (quick, proved):
         assert answer["values"].items() >= values.items()
         assert answer["cam"]["steepest"] == pytest.approx(cam["pressure_angle_max_deg"], rel=1e-7)
@@ -89,7 +91,7 @@ def test_each_answer_is_that_of_the_library(name):
 def test_of_a_cam_that_cannot_be_put_together_nothing_else_is_said():
     face = {"motion": "oscillating", "contact": "flat", "centre_distance": 80.0, "face_offset": 5.0}
     scene = camopt.find_scene("oscillating-roller").replace(follower=face, limits={"face_reach": 90.0})
-    asked = asking({"motion.3.angle": 336.0}, moved="motion.3.angle")
+    asked = request_values({"motion.3.angle": 336.0}, moved="motion.3.angle")
     for what in ("move", "settle"):
         answer = answer_request(Session(scene, None), what, asked)
         assert answer["cam"] == {"exists": False}
@@ -172,9 +174,9 @@ def test_sliders_are_in_the_units_that_are_shown(tmp_path):
         )
         assert law.shown_unit == ""
         assert ">base radius<small>, in</small>" in session.page()
-        start = answer_request(session, "settle", asking({}))["values"]
-        assert session.scene_of(asking(start)) == scene
-        moved = answer_request(session, "settle", asking({**start, name: 2.5}))
+        start = answer_request(session, "settle", request_values({}))["values"]
+        assert session.scene_of(request_values(start)) == scene
+        moved = answer_request(session, "settle", request_values({**start, name: 2.5}))
     assert moved["values"][name] == 2.5
     cam = camopt.evaluate(scene.replace(**{name: 63.5}))
     assert moved["cam"]["steepest"] == pytest.approx(cam["pressure_angle_max_deg"], rel=1e-7)
@@ -214,7 +216,7 @@ def test_other_segments_make_room_for_the_one_that_is_moved(name, place, angle):
     ],
 )
 def test_a_bad_value_is_told_with_its_key_and_nothing_else(values, key, text):
-    answer = answer_request(session_of(), "move", asking(values, moved=next(iter(values))))
+    answer = answer_request(session_of(), "move", request_values(values, moved=next(iter(values))))
     (mistake, *_) = answer["mistakes"]
     assert [*answer] == ["mistakes"]
     assert mistake["key"].startswith(key)
@@ -249,7 +251,7 @@ def test_whatever_is_asked_is_answered_or_refused_in_words(asked):
 
 def test_what_is_saved_is_the_scene_that_is_shown(tmp_path):
     session = session_of(folder=tmp_path)
-    asked = asking({"cam.base_radius": 47.0, "law_rise": "cycloidal"}, name="my cam-1.toml")
+    asked = request_values({"cam.base_radius": 47.0, "law_rise": "cycloidal"}, name="my cam-1.toml")
     assert answer_request(session, "save", asked) == {"saved": str(tmp_path / "my cam-1.toml")}
     assert camopt.Scene.from_toml(tmp_path / "my cam-1.toml") == session.scene_of(asked)
     before = (tmp_path / "my cam-1.toml").read_bytes()
@@ -274,14 +276,14 @@ def test_nothing_is_written_but_a_plain_file_in_the_folder(name, tmp_path):
     target.write_text("mine", encoding="utf-8")
     (folder / "link.toml").symlink_to(target)
     before = sorted(tmp_path.rglob("*"))
-    answer = answer_request(session_of(folder=folder), "save", asking({}, name=name, overwrite=True))
+    answer = answer_request(session_of(folder=folder), "save", request_values({}, name=name, overwrite=True))
     assert "mistakes" in answer
     assert sorted(tmp_path.rglob("*")) == before
     assert target.read_text(encoding="utf-8") == "mine"
 
 
 def test_the_page_of_a_report_is_that_of_the_scene_shown(tmp_path):
-    session, asked = session_of("flat-reciprocating"), asking({"cam.base_radius": 47.0})
+    session, asked = session_of("flat-reciprocating"), request_values({"cam.base_radius": 47.0})
     expected = camopt.report(session.scene_of(asked), tmp_path / "cam.html").read_text(encoding="utf-8")
     answer = answer_request(session, "report", asked)
     assert answer == {"name": "Flat-faced-reciprocating-follower.html", "text": expected}

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 from shapely import LineString, MultiPoint, Polygon
 from support.cams import CONTACTS, cam_with
-from support.depth import covering, is_deep
+from support.depth import covering_cases, is_deep
 from support.sheets import faults_of
 
 from camopt import BadInput, Scene, cam_points, evaluate, export, find_scene, shipped_scenes
@@ -83,7 +83,7 @@ def features(name):
     return (scene.cam.form, scene.follower.motion, scene.follower.contact), bool(scene.part.bore), *own
 
 
-CHECKED = [name for name in covering(SCENES, features) if name != "many strokes" or is_deep()]
+CHECKED = [name for name in covering_cases(SCENES, features) if name != "many strokes" or is_deep()]
 
 
 @cache
@@ -375,7 +375,7 @@ def test_names_that_have_no_room_round_the_ring_are_left_out():
     assert sum(isinstance(mark, Words) for mark in ring_marks(segments[:40], 40.0)) == 40
 
 
-def expected(scene):
+def expected_dimensions(scene):
     """The dimensions that a drawing has to have, from the scene and from quantities."""
     cam, part = scene.cam, scene.whole_part
     if cam.form == "disc":
@@ -410,7 +410,7 @@ def expected(scene):
 @pytest.mark.parametrize("name", CHECKED)
 def test_dimensions_are_those_of_the_cam(name):
     found = texts(name)
-    assert [each for each in expected(SCENES[name]) if each not in found] == []
+    assert [each for each in expected_dimensions(SCENES[name]) if each not in found] == []
 
 
 @pytest.mark.parametrize("name", CHECKED)

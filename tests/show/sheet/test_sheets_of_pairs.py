@@ -9,7 +9,7 @@ import pymupdf
 import pytest
 import shapely
 from scipy.optimize import brentq
-from support.pairs import centres, nearest, pair, profiles, yoke
+from support.pairs import centres, nearest_points, pair, profiles, yoke
 from support.ribs import centres as rib_centres
 from support.ribs import flanks as rib_flanks
 from support.ribs import rib
@@ -74,7 +74,7 @@ def test_both_tables_are_from_one_zero(name, place):
     rows = 72 if "355" in texts(found.marks) else 36
     turns, table, sense = angles_of(rows), sorted_columns(found, rows, 5), problem.design.sense
     for columns, points in (
-        (table[:, 1:3], nearest(problem, place, turns)[0]),
+        (table[:, 1:3], nearest_points(problem, place, turns)[0]),
         (table[:, 3:5], centres(problem, turns)[place]),
     ):
         own = points * np.exp(-1j * sense * turns)

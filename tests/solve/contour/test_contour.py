@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.cams import CONTACTS, cam_with
-from support.curves import furthest, true_points
-from support.depth import covering, times
+from support.curves import largest_distance, true_points
+from support.depth import covering_cases, times
 
 from camopt import BadInput, Scene, cam_points, find_scene, shipped_scenes
 from camopt.scene.problem.problem import resolve_design
@@ -59,7 +59,9 @@ CASES = [(name, kind) for kind in FITTERS for name in SCENES]
 
 
 @pytest.mark.one_in(5)
-@pytest.mark.parametrize(("name", "kind"), covering(CASES, lambda case: [case[0], (kind_of(case[0]), case[1])]))
+@pytest.mark.parametrize(
+    ("name", "kind"), covering_cases(CASES, lambda case: [case[0], (kind_of(case[0]), case[1])])
+)
 def test_the_path_is_within_its_proved_deviation(name, kind):
     """Both ways, measured on dense points; and the bound is not much more than that."""
     problem = problem_of(name)
@@ -68,7 +70,7 @@ def test_the_path_is_within_its_proved_deviation(name, kind):
     assert proved <= 0.005
     true, made = true_points(problem, curve.distance), dense(path, 2 + 60_000 // len(path))
     chord = 1e-5  # what straight lines between so many points leave out
-    measured = max(furthest(true, made), furthest(made, true))
+    measured = max(largest_distance(true, made), largest_distance(made, true))
     assert measured <= proved + chord
     if not problem.profile:  # whose arcs are exact
         assert measured >= 0.6 * proved - chord
@@ -161,7 +163,7 @@ def test_random_cams_are_followed(contact, law, rotation, kind, chord):
         assert proved <= chord
         points = dense(path, 3)
         sample = true_points(problem, curve.distance, 4001)
-        assert furthest(points, sample) <= proved + 1e-3
+        assert largest_distance(points, sample) <= proved + 1e-3
 
 
 def test_series_give_the_points_that_the_library_gives():

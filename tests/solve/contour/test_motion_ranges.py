@@ -15,7 +15,7 @@ POINTS = 3
 
 
 @precisely()
-def missed(seed, stretches):
+def count_missed(seed, stretches):
     """Of stretches of a random turn, how many have a point whose motion does not lie in the range."""
     rng = np.random.default_rng(seed)
     laws, lift = rng.choice(sorted(own.EVERY), 2), 10.0 ** rng.uniform(-3.0, 3.0)
@@ -36,7 +36,11 @@ def missed(seed, stretches):
     reach = (end - start) * 10.0 ** rng.uniform(-9.0, 0.0, stretches)
     lows, highs = np.maximum(middle - reach, start), np.minimum(middle + reach, end)
     rows, wrong = enclose_motion(programme, chosen, lows, highs), 0
-    pieces = [(stroke, piece, begin) for stroke, begin in _begun(exact) for piece in stroke.pieces or (None,)]
+    pieces = [
+        (stroke, piece, begin)
+        for stroke, begin in _strokes_with_starts(exact)
+        for piece in stroke.pieces or (None,)
+    ]
     for k, span in enumerate(which):
         stroke, piece, begin = pieces[span]
         for angle in (lows[k], *rng.uniform(lows[k], highs[k], POINTS - 2), highs[k]):
@@ -50,7 +54,7 @@ def missed(seed, stretches):
     return wrong
 
 
-def _begun(motion):
+def _strokes_with_starts(motion):
     """The strokes of a turn in balls, with the cam angles at which they start."""
     begin = arb(0)
     for stroke in motion.strokes:
@@ -60,9 +64,9 @@ def _begun(motion):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_ranges_hold_the_motion_at_every_point_of_a_stretch(seed):
-    assert missed(seed, 25) == 0
+    assert count_missed(seed, 25) == 0
 
 
 @pytest.mark.long
 def test_ten_thousand_stretches_hold_their_motion():
-    assert sum(missed(seed, 100) for seed in range(100, 200)) == 0
+    assert sum(count_missed(seed, 100) for seed in range(100, 200)) == 0

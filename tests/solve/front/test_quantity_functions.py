@@ -150,14 +150,19 @@ def test_a_number_of_a_function_proves_nothing():
 
 
 def test_a_changed_function_is_not_answered_by_what_is_in_the_folder(tmp_path):
-    def shifted(by):
+    def shift_compactness(by):
         return lambda radius, angle: compactness(radius, angle) + by
 
     assert (
-        len({sweep_plan(with_function(shifted(by)), "pareto").function_calls[0].digest for by in (1.0, 2.0, 1.0)})
+        len(
+            {
+                sweep_plan(with_function(shift_compactness(by)), "pareto").function_calls[0].digest
+                for by in (1.0, 2.0, 1.0)
+            }
+        )
         == 2
     )
-    found = [sweep(with_function(shifted(by)), out=tmp_path) for by in (0.0, 1.0)]
+    found = [sweep(with_function(shift_compactness(by)), out=tmp_path) for by in (0.0, 1.0)]
     assert [each.already_done for each in found] == [False, False]
     importable = [sweep(with_function(compactness), out=tmp_path) for _ in range(2)]
     assert [each.already_done for each in importable] == [False, True]

@@ -74,11 +74,11 @@ LONG = {"oscillating": pytest.mark.long}
 """Two sizes are sought where no closed form helps: half the time of all. ``maximised`` asks the same search."""
 
 
-def some(names):
+def marked_names(names):
     return [pytest.param(name, marks=LONG.get(name, ())) for name in names]
 
 
-@pytest.fixture(scope="module", params=some(SCENES))
+@pytest.fixture(scope="module", params=marked_names(SCENES))
 def swept(request, tmp_path_factory):
     """The outcome and the refined and the grid's front of a scene, as rows; the outcome names their files."""
     folder = tmp_path_factory.mktemp("refined")
@@ -88,7 +88,7 @@ def swept(request, tmp_path_factory):
 
 def for_scenes(*names):
     """The scenes that a test takes, if not all."""
-    return pytest.mark.parametrize("swept", some(names), indirect=True)
+    return pytest.mark.parametrize("swept", marked_names(names), indirect=True)
 
 
 def rows_of(table):
@@ -103,11 +103,11 @@ def test_the_smallest_cams_share_the_time_of_a_search(monkeypatch):
     """Two laws: the first gets half of it, the second what is left."""
     asked = []
 
-    def timed(problem, bounds, until):
+    def record_deadline(problem, bounds, until):
         asked.append(until - clock_seconds())
         return solve_smallest_cam(problem, bounds, until)
 
-    monkeypatch.setattr(refine, "solve_smallest_cam", timed)
+    monkeypatch.setattr(refine, "solve_smallest_cam", record_deadline)
     laws = {"search.law": ["harmonic", "cycloidal"], "search.roller_radius": None}
     sweep(ROLLER.replace(**laws))
     first, second = (left / refine.OPTIMISE_SECONDS for left in asked)

@@ -36,7 +36,7 @@ def run(out, **asked):
     return sweep(SCENE, out, block=BLOCK, workers=2, **asked)
 
 
-def stopped(at):
+def stop_after(at):
     """A caller that stops a sweep after so many designs."""
     return lambda done, total: done < at
 
@@ -72,7 +72,7 @@ def kept_files(out):
 def test_an_interrupted_sweep_goes_on_where_it_ended(keep, tmp_path, whole, saving_at_once):
     told, seen = [], []
     with pytest.raises(Stopped, match=r"1,[0-9]00 of 2,400 designs are done and kept; the same command goes on"):
-        run(tmp_path, keep=keep, progress=stopped(1200))
+        run(tmp_path, keep=keep, progress=stop_after(1200))
     assert [each.name for each in tmp_path.iterdir()] == [".camopt"]
     run(tmp_path, keep=keep, tell=told.append, progress=lambda done, total: seen.append(done))
     assert len(told) == 1
@@ -84,14 +84,14 @@ def test_an_interrupted_sweep_goes_on_where_it_ended(keep, tmp_path, whole, savi
 
 def test_who_stops_while_what_is_kept_is_read_is_told_of_all_of_it(tmp_path, saving_at_once):
     with pytest.raises(Stopped, match=KEPT):
-        run(tmp_path, progress=stopped(1200))
+        run(tmp_path, progress=stop_after(1200))
     with pytest.raises(Stopped, match=r"1,[0-9]00 of 2,400 designs are done and kept"):
-        run(tmp_path, progress=stopped(BLOCK))
+        run(tmp_path, progress=stop_after(BLOCK))
 
 
 def test_what_is_kept_is_not_evaluated_again(tmp_path, saving_at_once):
     with pytest.raises(Stopped, match=KEPT):
-        run(tmp_path, progress=stopped(1200))
+        run(tmp_path, progress=stop_after(1200))
     done = batch_files(kept_files(tmp_path))
     middle, lost = done.pop(4)
     lost.unlink()
@@ -161,7 +161,7 @@ def test_a_sweep_that_is_shorter_than_a_second_keeps_nothing(tmp_path, monkeypat
 )
 def test_another_question_starts_anew_and_says_so(change, named, tmp_path, saving_at_once):
     with pytest.raises(Stopped, match=KEPT):
-        run(tmp_path, progress=stopped(1200))
+        run(tmp_path, progress=stop_after(1200))
     told, other = [], SCENE.replace(**change)
     sweep(other, tmp_path, block=BLOCK, tell=told.append)
     assert told == [f"an interrupted sweep was here that differs in {named}; this one starts anew and replaces it"]
@@ -174,7 +174,7 @@ def test_another_question_starts_anew_and_says_so(change, named, tmp_path, savin
 def test_an_older_result_stays_until_there_is_a_new_one(tmp_path, whole, saving_at_once):
     run(tmp_path)
     with pytest.raises(Stopped, match=KEPT):
-        sweep(SCENE.replace(**{"cam.rpm": 900}), tmp_path, block=BLOCK, progress=stopped(1200))
+        sweep(SCENE.replace(**{"cam.rpm": 900}), tmp_path, block=BLOCK, progress=stop_after(1200))
     kept = {name: (tmp_path / name).read_bytes() for name in whole["feasible"]}
     assert kept == whole["feasible"]
 
@@ -183,7 +183,7 @@ def test_many_rows_are_written_before_a_second_is_over(tmp_path, monkeypatch):
     monkeypatch.setattr(store, "SAVE_SECONDS", inf)
     monkeypatch.setattr(store, "SAVE_ROWS", 100)
     with pytest.raises(Stopped, match=KEPT):
-        run(tmp_path, progress=stopped(1500))
+        run(tmp_path, progress=stop_after(1500))
     asked = sweep_plan(SCENE, "feasible", BLOCK)
     counts = [read_batch(path, asked).kept.count for path in kept_files(tmp_path)]
     assert len(counts) > 2
@@ -197,7 +197,7 @@ def interrupted_files(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(store, "SAVE_SECONDS", 0.0)
         with pytest.raises(Stopped, match=KEPT):
-            run(folder, progress=stopped(600))
+            run(folder, progress=stop_after(600))
     return kept_files(folder)
 
 
@@ -308,7 +308,7 @@ def test_an_interrupted_part_goes_on(tmp_path, saving_at_once, monkeypatch):
     monkeypatch.setattr("camopt.solve.front.parts.sweep_plan", lambda scene, keep: sweep_plan(scene, keep, BLOCK))
     told = []
     with pytest.raises(Stopped, match=r"[67]00 of 1,200 designs are done"):
-        camopt.sweep_part(SCENE, (2, 2), out=tmp_path, progress=stopped(600))
+        camopt.sweep_part(SCENE, (2, 2), out=tmp_path, progress=stop_after(600))
     found = camopt.sweep_part(SCENE, (2, 2), out=tmp_path, tell=told.append)
     assert found.designs == 1200
     assert len(told) == 1
@@ -346,12 +346,12 @@ def test_places_without_parts(tmp_path):
 def test_parts_are_not_merged_into_a_folder_with_another_interrupted_sweep(tmp_path, saving_at_once, whole):
     camopt.sweep_part(SCENE, (1, 1), out=tmp_path / "parts")
     with pytest.raises(Stopped, match=KEPT):
-        sweep(SCENE.replace(**{"cam.rpm": 900}), tmp_path / "out", block=BLOCK, progress=stopped(1200))
+        sweep(SCENE.replace(**{"cam.rpm": 900}), tmp_path / "out", block=BLOCK, progress=stop_after(1200))
     with pytest.raises(BadInput, match="must be another folder: an interrupted sweep is kept in this one"):
         camopt.merge([tmp_path / "parts"], tmp_path / "out")
     assert interrupted_key(tmp_path / "out", "sweep")
     with pytest.raises(Stopped, match=KEPT):
-        run(tmp_path / "same", progress=stopped(1200))
+        run(tmp_path / "same", progress=stop_after(1200))
     camopt.merge([tmp_path / "parts"], tmp_path / "same")
     assert files_in(tmp_path / "same") == whole["feasible"]
 
@@ -445,7 +445,7 @@ def test_sizes_in_words(size, words):
 
 def interrupt(out):
     with pytest.raises(Stopped, match=KEPT):
-        sweep(SCENE, out, progress=stopped(1))
+        sweep(SCENE, out, progress=stop_after(1))
 
 
 def test_resume_takes_the_question_from_the_folder(tmp_path, command, whole):
@@ -620,7 +620,7 @@ def test_a_manifest_that_says_odd_things_of_its_result_is_not_believed(done, ans
 def test_an_interrupted_sweep_of_another_question_stays_where_the_result_is_done(done, saving_at_once):
     other = SCENE.replace(**{"cam.rpm": 900})
     with pytest.raises(Stopped, match=KEPT):
-        sweep(other, done.folder, block=BLOCK, progress=stopped(1200))
+        sweep(other, done.folder, block=BLOCK, progress=stop_after(1200))
     assert done()
     assert "rpm = 900.0" in interrupted_key(done.folder, "sweep").scene
 

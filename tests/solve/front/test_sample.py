@@ -34,7 +34,7 @@ GROOVE = find_scene("roller-1000rpm").replace(
 )
 
 
-def sampled(samples, sampler="sobol", name="roller-1000rpm", search=FREE, **more):
+def sampled_scene(samples, sampler="sobol", name="roller-1000rpm", search=FREE, **more):
     return find_scene(name).replace(search={**search, "samples": samples, "sampler": sampler, **more})
 
 
@@ -53,7 +53,7 @@ def test_each_layer_of_each_axis_has_one_point(sampler, exponent, axes, seed):
 @pytest.mark.parametrize("sampler", SAMPLERS)
 @pytest.mark.parametrize(("name", "search"), [("roller-1000rpm", FREE), ("oscillating-roller", ARM)])
 def test_rows_are_those_of_the_designs_drawn(name, search, sampler, tmp_path):
-    scene = sampled(50, sampler, name, search)
+    scene = sampled_scene(50, sampler, name, search)
     swept = sweep(scene, tmp_path, keep="all")
     rows, laws = load(tmp_path / "designs.parquet"), len(search["law"])
     assert swept.designs == 50 * laws == len(rows) + swept.impossible
@@ -79,7 +79,7 @@ def test_rows_are_those_of_the_designs_drawn(name, search, sampler, tmp_path):
 )
 @settings(max_examples=times(8, deep=100))
 def test_a_sample_is_the_same_however_it_is_cut(samples, sampler, block, workers):
-    scene = sampled(samples, sampler)
+    scene = sampled_scene(samples, sampler)
     one, other = sweep(scene), sweep(scene, workers=workers, block=block)
     counts = [(each.designs, each.impossible, each.feasible, each.pareto, each.best) for each in (one, other)]
     assert counts[0] == counts[1]
@@ -87,20 +87,20 @@ def test_a_sample_is_the_same_however_it_is_cut(samples, sampler, block, workers
 
 @pytest.mark.parametrize("sampler", SAMPLERS)
 def test_a_seed_decides_the_designs(sampler):
-    spaces = [sweep_space(resolve(sampled(20, sampler, seed=seed))) for seed in (0, 0, 1)]
+    spaces = [sweep_space(resolve(sampled_scene(20, sampler, seed=seed))) for seed in (0, 0, 1)]
     sizes = [space.drawn_values["offset"].tolist() for space in spaces]
     assert sizes[0] == sizes[1] != sizes[2]
 
 
 def test_more_samples_find_no_larger_cam():
     """Sobol points go on where fewer of them ended, so that the best of more is no worse."""
-    best = [sweep(sampled(count)).best["harmonic"]["base_radius_mm"] for count in (64, 256, 1024)]
+    best = [sweep(sampled_scene(count)).best["harmonic"]["base_radius_mm"] for count in (64, 256, 1024)]
     assert best == sorted(best, reverse=True)
     assert best[-1] < best[0]
 
 
 def test_the_front_is_the_same_whatever_is_kept(tmp_path):
-    scene, rows = sampled(200), []
+    scene, rows = sampled_scene(200), []
     for keep in ("pareto", "all", "front-only"):
         sweep(scene, tmp_path / keep, keep=keep)
         rows.append(load(tmp_path / keep / "pareto.parquet"))
@@ -120,14 +120,14 @@ def test_a_sample_of_grooves_is_the_same_whatever_is_kept(tmp_path):
 
 
 def test_a_sample_has_each_value_of_a_list_as_often():
-    def drawn(choice, shares):
+    def values_of_choice(choice, shares):
         return Variable("", "size", "", "", choice=choice).values_at_shares(shares)
 
     shares = SAMPLERS["sobol"](1, 1024, 3)[:, 0]
-    found, counts = np.unique(drawn((5.0, 8.0, 8.0, 20.0), shares), return_counts=True)
+    found, counts = np.unique(values_of_choice((5.0, 8.0, 8.0, 20.0), shares), return_counts=True)
     assert found.tolist() == [5.0, 8.0, 20.0]
     assert counts.min() >= 341
-    ends = drawn(StepRange(start=1.0, stop=3.0), np.array([0.0, 1.0 - 2.0**-53]))
+    ends = values_of_choice(StepRange(start=1.0, stop=3.0), np.array([0.0, 1.0 - 2.0**-53]))
     assert 1.0 == ends[0] < ends[1] <= 3.0
 
 
@@ -138,7 +138,7 @@ def test_what_a_cam_one_per_cent_smaller_would_exceed_is_said():
         "roller_radius": [20],
         "law": ["harmonic"],
     }
-    (best,) = sweep(sampled(16, search=near)).best.values()
+    (best,) = sweep(sampled_scene(16, search=near)).best.values()
     assert "pressure_angle" in best["held_by"]
 
 

@@ -297,7 +297,7 @@ def test_a_table_with_numbers_that_no_scene_has_is_refused(value, tmp_path):
     sweep(VALVE.replace(**{"search.base_radius": [80]}), tmp_path)
     table, path = read_table(tmp_path / "designs.parquet"), tmp_path / "alone" / "t.parquet"
     path.parent.mkdir()
-    path.write_bytes(hostile.in_bytes(hostile.with_first(table, "preload_N", value)))
+    path.write_bytes(hostile.in_bytes(hostile.replace_first_value(table, "preload_N", value)))
     with pytest.raises(BadInput, match=r"its designs have mistakes, such as designs: preload_N"):
         certify_table(path)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
-from support.depth import covering
+from support.depth import covering_cases
 
 from camopt import QUANTITIES, BadInput, Scene, evaluate, find_scene, load, optimise, sweep
 from camopt.core.engines import threads as threads_engine
@@ -110,7 +110,7 @@ LOOSE = [(1e-9, False), (1e-4, True), (1e-4, False), (1e-9, True)]
 
 
 @pytest.mark.usefixtures("_few_levels")
-@pytest.mark.parametrize(("tolerance", "refine"), covering(LOOSE, lambda pair: pair))
+@pytest.mark.parametrize(("tolerance", "refine"), covering_cases(LOOSE, lambda pair: pair))
 def test_rows_that_people_compare_are_those_of_evaluate_bit_for_bit(scene, tmp_path, tolerance, refine):
     loose = scene.replace(**{"accuracy.relative_error": tolerance, "search.refine": refine, "search.thin": 0.02})
     result = sweep(loose, tmp_path)

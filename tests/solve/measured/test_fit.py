@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline, make_interp_spline
 from scipy.linalg import block_diag
-from support.depth import covering, times
+from support.depth import covering_cases, times
 
 import camopt
 
@@ -67,7 +67,7 @@ def turn_of(segments, law="cycloidal"):
     return Programme.from_segments(named, angular=False)
 
 
-def measured(segments=LOBE, law="cycloidal", angles=DEGREES, noise=0.0, seed=1, shift=0.0):
+def measured_points(segments=LOBE, law="cycloidal", angles=DEGREES, noise=0.0, seed=1, shift=0.0):
     """Points of a turn whose 0 is at a measured angle, with normal errors."""
     programme = turn_of(segments, law)
     lifts = programme.motion_at(np.radians(np.mod(angles - shift, 360.0)))[0]
@@ -95,7 +95,7 @@ WITHIN = {0.0: (2e-3, 0.02), 0.001: (0.02, 0.03), 0.01: (0.05, 0.08)}
 @pytest.mark.parametrize("noise", WITHIN)
 @pytest.mark.parametrize("law", SMOOTH)
 def test_a_law_is_found_again(law, noise):
-    fitted = fit(measured(law=law, noise=noise), CAM, band=1e-3 if noise == 0.0 else None)
+    fitted = fit(measured_points(law=law, noise=noise), CAM, band=1e-3 if noise == 0.0 else None)
     assert fitted.deviation.held
     assert kinds(fitted) == ["dwell", "rise", "return", "dwell"]
     true = turn_of(LOBE, law)
@@ -107,9 +107,9 @@ CASES = [(law, noise) for law in LAWS for noise in (0.001, 0.01, 0.05)]
 
 
 @pytest.mark.one_in(3)
-@pytest.mark.parametrize(("law", "noise"), covering(CASES, lambda case: case))
+@pytest.mark.parametrize(("law", "noise"), covering_cases(CASES, lambda case: case))
 def test_the_noise_is_found_and_the_band_held_for_every_law(law, noise):
-    rows = measured(law=law, noise=noise, seed=7)
+    rows = measured_points(law=law, noise=noise, seed=7)
     fitted = fit(rows, CAM)
     assert fitted.noise == pytest.approx(noise, rel=0.25)
     normal, largest = fitted.noise * band_factor(360), point_errors(points_of(rows)).largest
@@ -137,7 +137,7 @@ TURNS = {
 @pytest.mark.parametrize("shift", [0.0, 100.0, 250.5])
 @pytest.mark.parametrize("name", TURNS)
 def test_segments_are_those_that_were_measured(name, shift):
-    fitted = fit(measured(TURNS[name], noise=0.002, shift=shift), CAM)
+    fitted = fit(measured_points(TURNS[name], noise=0.002, shift=shift), CAM)
     expected = [segment[0] for segment in TURNS[name]]
     found = kinds(fitted)
     whole = [kind for kind, before in zip(found, [None, *found], strict=False) if kind != before]
@@ -169,32 +169,32 @@ def test_a_valve_with_ramps():
 
 
 def test_an_angle_of_0_stays_where_it_is_in_a_dwell():
-    fitted = fit(measured(), CAM)
+    fitted = fit(measured_points(), CAM)
     assert fitted.start == 0.0
     assert kinds(fitted)[0] == "dwell"
-    assert fit(measured(shift=-100.0), CAM).start > 0.0
+    assert fit(measured_points(shift=-100.0), CAM).start > 0.0
 
 
 def test_points_of_the_lift_alone():
-    rows = measured(noise=0.002)
+    rows = measured_points(noise=0.002)
     fitted = fit(rows[57:184], CAM)
     assert kinds(fitted) == ["dwell", "rise", "return", "dwell"]
     assert fitted.after["acceleration"] == pytest.approx(45.837, rel=0.05)
 
 
 def test_lifts_that_nothing_says_to_be_angles_are_told_to_be_taken_as_such(tmp_path):
-    rows, file = measured(noise=0.005), tmp_path / "lift.csv"
+    rows, file = measured_points(noise=0.005), tmp_path / "lift.csv"
     np.savetxt(file, rows, delimiter=",", header="angle,lift deg", comments="")
 
-    def told(source, **given):
+    def angle_warnings(source, **given):
         return [each for each in fit(source, ARM, **given).warnings if "are read as angles, up to 8.0" in each]
 
-    assert len(told(rows)) == 1
-    assert told(rows, lift_unit="deg") == told(file) == []
+    assert len(angle_warnings(rows)) == 1
+    assert angle_warnings(rows, lift_unit="deg") == angle_warnings(file) == []
 
 
 def test_an_arm_in_degrees():
-    fitted = fit(measured(noise=0.005), ARM)
+    fitted = fit(measured_points(noise=0.005), ARM)
     assert fitted.scene.follower.motion == "oscillating"
     assert fitted.unit == "deg"
     assert camopt.evaluate(fitted.scene)["acceleration_max_rad_s2"] == fitted.after["acceleration"]
@@ -218,7 +218,7 @@ def test_any_turn_is_fitted_within_its_band(data, shift, noise, step):
     rest = 360 - sum(angles) - pause
     segments = [("rise", angles[0], lift, law), *([("dwell", pause, 0.0, None)] if pause else [])]
     segments += [("return", angles[1], lift, law), ("dwell", rest, 0.0, None)]
-    rows = measured(segments, angles=np.arange(0.0, 360.0, step), noise=noise, shift=shift)
+    rows = measured_points(segments, angles=np.arange(0.0, 360.0, step), noise=noise, shift=shift)
     fitted = fit(rows, CAM)
     assert fitted.deviation.held
     programme = resolve(fitted.scene).programme
@@ -231,7 +231,7 @@ def test_any_turn_is_fitted_within_its_band(data, shift, noise, step):
 
 def test_the_optimum_of_no_band_is_the_spline_through_the_points():
     """Of all closed motions through points, the quintic spline has the least ∫ (y''')² dθ."""
-    rows = measured(angles=np.arange(0.0, 360.0, 10.0))
+    rows = measured_points(angles=np.arange(0.0, 360.0, 10.0))
     x, y = np.radians([*rows[:, 0], 360.0]), [*rows[:, 1], rows[0, 1]]
     spline = make_interp_spline(x, y, k=5, bc_type="periodic")
     jerk = spline.derivative(3)
@@ -258,7 +258,7 @@ def by_differences(points, band, parts):
 
 
 def test_the_optimum_is_that_of_differences_in_the_limit():
-    points, band = points_of(measured(angles=np.arange(0.0, 360.0, 10.0), noise=0.01)), 0.03
+    points, band = points_of(measured_points(angles=np.arange(0.0, 360.0, 10.0), noise=0.01)), 0.03
     least = least_jerk_curve(points, AllowedDeviation(band)).square
     errors = [abs(by_differences(points, band, parts) / least - 1.0) for parts in (2, 4, 8)]
     assert errors[-1] < 0.01
@@ -267,7 +267,7 @@ def test_the_optimum_is_that_of_differences_in_the_limit():
 
 def test_the_optimum_has_multipliers():
     """y⁽⁵⁾ jumps only at points on the edge of the band, and pulls the motion from there towards the middle."""
-    points, band = points_of(measured(angles=np.arange(0.0, 360.0, 10.0), noise=0.02)), 0.05
+    points, band = points_of(measured_points(angles=np.arange(0.0, 360.0, 10.0), noise=0.02)), 0.05
     found = least_jerk_curve(points, AllowedDeviation(band))
     off = found.lifts_at(points.angles) - points.lifts
     fifth = BSpline(found.chain.knots, found.coefficients, 5).derivative(5)
@@ -283,7 +283,7 @@ def test_the_optimum_has_multipliers():
 
 def test_the_optimum_of_a_root_mean_square_is_the_smoothing_spline():
     """Reinsch: y⁽⁵⁾ jumps at each point in proportion to what the motion is off it by."""
-    points = points_of(measured(angles=np.arange(0.0, 360.0, 10.0), noise=0.02))
+    points = points_of(measured_points(angles=np.arange(0.0, 360.0, 10.0), noise=0.02))
     found = least_jerk_curve(points, AllowedDeviation(10.0, 0.015))
     off = found.lifts_at(points.angles) - points.lifts
     assert np.sqrt(np.mean(off**2)) == pytest.approx(0.015, rel=1e-5)
@@ -315,7 +315,7 @@ def levelled_by_differences(points, room, jerk, top, levelling):
 def test_peaks_are_levelled_among_errors(levelling, monkeypatch):
     """As another programme of the same question says; and a band that is a tolerance has the least jerk alone."""
     segments = [("rise", 150.0, 8.0, "{}"), ("return", 210.0, 8.0, "{}")]
-    rows = measured(segments, "modified-trapezoid", np.arange(0.0, 360.0, 10.0), noise=0.03)
+    rows = measured_points(segments, "modified-trapezoid", np.arange(0.0, 360.0, 10.0), noise=0.03)
     points, room, none = points_of(rows), AllowedDeviation(0.1, 0.03), np.empty(0, dtype=np.intp)
     nodes, jerk = (
         (OutlineNode(0.0, 0.0, none, 0.0), OutlineNode(150.0, 150.0, none, 8.0)),
@@ -360,7 +360,7 @@ def test_a_chain_integrates_what_it_differentiates():
 
 
 def test_the_distance_from_the_lines_is_that_of_samples():
-    rows = measured(angles=np.arange(0.0, 360.0, 6.0), noise=0.001)
+    rows = measured_points(angles=np.arange(0.0, 360.0, 6.0), noise=0.001)
     fitted = fit(rows, CAM)
     dense = np.linspace(0.0, 360.0, 100_001)[:-1]
     line = np.interp(dense, [*rows[:, 0], 360.0], [*rows[:, 1], rows[0, 1]])
@@ -373,7 +373,7 @@ def test_the_distance_from_the_lines_is_that_of_samples():
 
 
 def test_a_band_that_is_not_held_is_not_proved():
-    rows = measured(noise=0.01)
+    rows = measured_points(noise=0.01)
     fitted = fit(rows, CAM)
     programme, points = resolve(fitted.scene).programme, points_of(rows)
     largest = fitted.deviation.largest
@@ -388,7 +388,7 @@ def test_a_band_that_is_not_held_is_not_proved():
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_outliers_are_named_by_their_rows(seed):
-    rows = measured(noise=0.01, seed=seed)
+    rows = measured_points(noise=0.01, seed=seed)
     rows[100, 1] += 0.3
     rows[220, 1] -= 0.2
     fitted = fit(rows, CAM)
@@ -406,7 +406,7 @@ def test_outliers_near_each_other_are_found():
     """Nearly all of 160, of forty times the noise, and hardly anything else."""
     missed = extra = 0
     for seed in range(20):
-        rows, rng = measured(noise=0.005, seed=seed), np.random.default_rng(seed)
+        rows, rng = measured_points(noise=0.005, seed=seed), np.random.default_rng(seed)
         wrong = rng.choice(360, 8, replace=False)
         rows[wrong, 1] += rng.choice([-0.2, 0.2], 8)
         found = find_outliers(points_of(rows), point_noise(points_of(rows)))
@@ -417,7 +417,7 @@ def test_outliers_near_each_other_are_found():
 
 
 def test_points_of_several_turns():
-    rows = np.vstack([measured(noise=0.005, seed=seed) for seed in range(3)])
+    rows = np.vstack([measured_points(noise=0.005, seed=seed) for seed in range(3)])
     fitted = fit(rows, CAM)
     assert fitted.noise == pytest.approx(0.005, rel=0.1)
     assert fitted.points.angles.size == 1080
@@ -435,7 +435,7 @@ UNUSUAL = {
 
 @pytest.mark.parametrize("name", UNUSUAL)
 def test_unusual_angles(name):
-    fitted = fit(measured(angles=UNUSUAL[name], noise=0.003), CAM)
+    fitted = fit(measured_points(angles=UNUSUAL[name], noise=0.003), CAM)
     assert kinds(fitted) == ["dwell", "rise", "return", "dwell"]
     assert fitted.after["acceleration"] == pytest.approx(derivative_peak(turn_of(LOBE), 2, ALL_STROKES), rel=0.05)
     assert fitted.jerk_rms < 1.1 * fitted.least_jerk_rms
@@ -443,7 +443,7 @@ def test_unusual_angles(name):
 
 def test_errors_that_are_not_normal_have_a_wider_band():
     """Student's t of five degrees of freedom: rare errors are larger, and would break the dwell."""
-    rows = measured()
+    rows = measured_points()
     rows[:, 1] += 0.005 * np.random.default_rng(2).standard_t(5, 360)
     fitted = fit(rows, CAM)
     assert fitted.band > 1.4 * band_factor(360) * fitted.noise
@@ -454,7 +454,7 @@ def test_errors_that_are_not_normal_have_a_wider_band():
 
 @pytest.mark.parametrize("law", LAWS)
 def test_a_corner_or_a_rounded_lift_is_no_outlier(law):
-    rows = measured(law=law)
+    rows = measured_points(law=law)
     for digits in (3, 4) if law in CORNERED else (2, 3, 4):
         points = points_of(np.column_stack([rows[:, 0], np.round(rows[:, 1], digits)]))
         assert point_noise(points) >= 10.0**-digits / 12**0.5
@@ -476,7 +476,7 @@ def test_the_root_mean_square_leaves_all_errors_in_it_nineteen_times_of_twenty()
 
 def test_the_root_mean_square_is_that_of_the_noise():
     """A band alone is filled; with the root mean square of the noise the errors stay errors."""
-    rows = measured(noise=0.02)
+    rows = measured_points(noise=0.02)
     fitted = fit(rows, CAM)
     assert fitted.deviation_rms == pytest.approx(point_errors(points_of(rows)).rms, rel=1e-3)
     assert fitted.noise < fitted.deviation_rms <= fitted.noise * rms_factor(360)
@@ -539,7 +539,7 @@ def by_the_spectrum(lifts):
 
 @pytest.mark.parametrize("noise", [0.005, 0.05])
 def test_the_smoothing_spline_is_that_of_its_spectrum(noise):
-    points = points_of(measured(angles=np.arange(0.0, 360.0, 3.0), noise=noise))
+    points = points_of(measured_points(angles=np.arange(0.0, 360.0, 3.0), noise=noise))
     found = smoothing_spline(points)
     splines = [each for each in by_the_spectrum(points.lifts) if each[1] <= MOST_FREEDOM_SHARE * 120]
     off, freedom = min(splines, key=lambda each: (each[0] @ each[0]) / (120 - TRACE_FACTOR * each[1]) ** 2)
@@ -575,7 +575,7 @@ def test_stretches_on_one_side_are_those_of_every_stretch():
 
 def test_a_stretch_on_one_side_is_told_with_its_angles():
     """Where the acceleration of a double-harmonic rise jumps at its end, at 120 deg; not in a tolerance."""
-    rows = measured(law="double-harmonic", noise=0.001)
+    rows = measured_points(law="double-harmonic", noise=0.001)
     (told,) = fit(rows, CAM).warnings
     start, end = (float(told.split()[k]) for k in (1, 3))
     assert (start, end) == pytest.approx((119.0, 122.0), abs=4.0)
@@ -586,7 +586,10 @@ def test_a_stretch_on_one_side_is_told_with_its_angles():
 
 def test_a_solver_that_fails_is_given_other_units(monkeypatch):
     """As it does for one in ten files of 20,000 rows."""
-    points, answers = points_of(measured(angles=np.arange(0.0, 360.0, 10.0), noise=0.02)), ["solver_error"] * 2
+    points, answers = (
+        points_of(measured_points(angles=np.arange(0.0, 360.0, 10.0), noise=0.02)),
+        ["solver_error"] * 2,
+    )
     expected = least_jerk_curve(points, AllowedDeviation(0.05)).square
     solve = least_jerk.solve
     monkeypatch.setattr(least_jerk, "solve", lambda problem: answers.pop() if answers else solve(problem))
@@ -598,7 +601,7 @@ def test_a_solver_that_fails_is_given_other_units(monkeypatch):
 
 
 def test_a_band_that_is_narrow_for_the_noise_is_told():
-    rows = measured(noise=0.01)
+    rows = measured_points(noise=0.01)
     assert any("narrower than the band of normal errors" in words for words in fit(rows, CAM, band=0.03).warnings)
     assert fit(rows, CAM).warnings == fit(rows, CAM, band=0.05).warnings == ()
     with pytest.raises(Unmet, match="the least band is"):
@@ -729,7 +732,7 @@ def test_the_gain_of_a_dwell_is_that_of_normal_densities(monkeypatch):
         every = (each for m in INTEGRAL_ORDERS for each in covariances(x, np.abs(part).max(), m))
         return max(density(each, (part - level) / noise) for each in every)
 
-    def resting(start, end):
+    def dwell_gain(start, end):
         left, right = angles < start, angles > end
         flat = ~(left | right)
         return max(
@@ -752,7 +755,7 @@ def test_the_gain_of_a_dwell_is_that_of_normal_densities(monkeypatch):
                 yield -(rest @ rest) / 2.0 - np.log(np.diag(root)).sum()
 
     edges, price = np.linspace(8.0, 32.0, 7), np.log(angles.size) / 2.0
-    resting_between = {(a, b): resting(a, b) for k, a in enumerate(edges) for b in edges[k:]}
+    resting_between = {(a, b): dwell_gain(a, b) for k, a in enumerate(edges) for b in edges[k:]}
     (start, end), most = max(((k, v) for k, v in resting_between.items() if k[0] < k[1]), key=lambda each: each[1])
     without = [resting_between[a, a] for a in edges] + [max(free(m)) - (m - 2) * price for m in INTEGRAL_ORDERS[1:]]
     assert (found.start, found.end) == (start, end)
@@ -764,7 +767,7 @@ def test_the_gain_of_a_dwell_is_that_of_normal_densities(monkeypatch):
 
 def test_dwells_end_before_the_motion_begins_and_little_earlier():
     for law in ("cycloidal", "poly345", "modified-sine"):
-        points = points_of(measured(law=law, noise=0.002))
+        points = points_of(measured_points(law=law, noise=0.002))
         (dwell, turn) = read_outline(points, 0.008, 0.008, 0.002, LIKELY_DROP, None)[0]
         assert isinstance(dwell, Dwell)
         assert isinstance(turn, TurningPoint)
@@ -776,7 +779,7 @@ def test_dwells_end_before_the_motion_begins_and_little_earlier():
 @given(start=st.floats(175.0, 190.0), end=st.floats(400.0, 430.0), whole=st.booleans())
 def test_each_point_is_in_a_dwell_or_in_a_stroke(start, end, whole):
     """Also where a dwell starts or ends at a point, or next to it."""
-    points = points_of(measured())
+    points = points_of(measured_points())
     start, end = (round(angle, 0 if whole else 4) for angle in (start, end))
     inside = np.flatnonzero(angle_from(start - 1e-9, points.angles) <= end - start + 2e-9)
     nodes = [OutlineNode(start, end, inside, 0.0), OutlineNode(120.0, 120.0, np.empty(0, dtype=int), 8.0)]
@@ -785,7 +788,7 @@ def test_each_point_is_in_a_dwell_or_in_a_stroke(start, end, whole):
 
 
 def test_a_lift_of_less_than_two_bands_is_no_motion():
-    rows = measured(
+    rows = measured_points(
         [
             ("dwell", 100.0, 0.0, None),
             ("rise", 60.0, 1.0, "poly345"),
@@ -801,7 +804,7 @@ def test_a_lift_of_less_than_two_bands_is_no_motion():
 
 
 def test_knots_are_apart_and_strokes_have_all_points():
-    points = points_of(measured(noise=0.01))
+    points = points_of(measured_points(noise=0.01))
     nodes = outline_nodes(
         points,
         read_outline(points, 0.04, 0.04, 0.01, LIKELY_DROP, None)[0],
@@ -818,18 +821,18 @@ def test_knots_are_apart_and_strokes_have_all_points():
 
 
 def test_what_cannot_be_held_is_told_with_its_rows():
-    rows = np.vstack([measured(noise=0.001), [360.0, 0.05]])
+    rows = np.vstack([measured_points(noise=0.001), [360.0, 0.05]])
     rows[0, 1] = 0.0
     with pytest.raises(Unmet, match=r"rows 1 and 361 are 0\.05 apart, both at 0 deg: a band below 0\.025 cannot"):
         fit(rows, CAM, band=0.01, keep_outliers=True)
     assert fit(rows, CAM, band=0.03, keep_outliers=True).deviation.held
-    corner = measured(law="uniform")
+    corner = measured_points(law="uniform")
     with pytest.raises(
         Unmet,
         match=r"no motion with these dwells and turns is within 0\.0001 of all points; the least band is .*, because of rows",
     ):
         fit(corner, CAM, band=1e-4)
-    points = points_of(measured(noise=0.01))
+    points = points_of(measured_points(noise=0.01))
     nodes = outline_nodes(
         points,
         read_outline(points, 0.04, 0.04, 0.01, LIKELY_DROP, None)[0],
@@ -852,19 +855,19 @@ def test_points_that_turn_back_everywhere_are_refused():
 @pytest.mark.parametrize(
     ("rows", "more", "line"),
     [
-        (measured()[90:300], {}, r"row 210: no points from 299 to 90 deg \(up to row 1\), and the lift is not at rest"),
-        (np.delete(measured(), np.s_[80:100], axis=0), {}, "row 80: no points from 79 to 100 deg"),
-        (measured(), {"band": 5.0}, "band = 5.0: all lifts are within 8 of each other: no motion"),
-        (measured(), {"band": 0.0}, "band = 0.0: must be at least 8e-05"),
-        (measured(), {"band": float("nan")}, "band = nan: must be at least"),
-        (measured(), {"band": float("inf")}, "band = inf: must be at least"),
-        (measured(), {"band": "0.01"}, "band = '0.01': must be at least"),
-        (measured(), {"turn": "360"}, "turn = '360': must be the angle of a whole turn"),
-        (measured(), {"scene": "exhaust-walve"}, "exhaust-walve"),
-        (measured(), {"lift_unit": "deg"}, "lift_unit = 'deg': must be mm or inch for a translating follower"),
-        (measured(), {"scene": ARM, "lift_unit": "mm"}, "lift_unit = 'mm': must be deg for an oscillating follower"),
-        (measured(), {"scene": {"cam": CAM["cam"]}}, "scene: follower: missing"),
-        (measured(), {"scene": {**CAM, "limits": {"speed": 1}}}, r"scene: limits\.speed"),
+        (measured_points()[90:300], {}, r"row 210: no points from 299 to 90 deg \(up to row 1\), and the lift is not at rest"),
+        (np.delete(measured_points(), np.s_[80:100], axis=0), {}, "row 80: no points from 79 to 100 deg"),
+        (measured_points(), {"band": 5.0}, "band = 5.0: all lifts are within 8 of each other: no motion"),
+        (measured_points(), {"band": 0.0}, "band = 0.0: must be at least 8e-05"),
+        (measured_points(), {"band": float("nan")}, "band = nan: must be at least"),
+        (measured_points(), {"band": float("inf")}, "band = inf: must be at least"),
+        (measured_points(), {"band": "0.01"}, "band = '0.01': must be at least"),
+        (measured_points(), {"turn": "360"}, "turn = '360': must be the angle of a whole turn"),
+        (measured_points(), {"scene": "exhaust-walve"}, "exhaust-walve"),
+        (measured_points(), {"lift_unit": "deg"}, "lift_unit = 'deg': must be mm or inch for a translating follower"),
+        (measured_points(), {"scene": ARM, "lift_unit": "mm"}, "lift_unit = 'mm': must be deg for an oscillating follower"),
+        (measured_points(), {"scene": {"cam": CAM["cam"]}}, "scene: follower: missing"),
+        (measured_points(), {"scene": {**CAM, "limits": {"speed": 1}}}, r"scene: limits\.speed"),
     ],
 )  # fmt: skip
 def test_what_is_no_measured_cam_is_refused(rows, more, line):
@@ -903,7 +906,7 @@ def test_a_table_of_one_flank_is_told_what_it_needs(last):
 
 def test_a_scene_keeps_all_but_its_motion():
     scene = camopt.find_scene("exhaust-valve")
-    fitted = fit(measured(noise=0.005), scene)
+    fitted = fit(measured_points(noise=0.005), scene)
     assert fitted.scene.cam == scene.cam
     assert fitted.scene.follower == scene.follower
     assert fitted.scene.limits == scene.limits
@@ -913,7 +916,7 @@ def test_a_scene_keeps_all_but_its_motion():
 
 
 def test_every_command_takes_the_scene():
-    scene = fit(measured(noise=0.005), {**CAM, "limits": {"curvature_radius": 1.0}}).scene
+    scene = fit(measured_points(noise=0.005), {**CAM, "limits": {"curvature_radius": 1.0}}).scene
     assert camopt.evaluate(scene)["law_rise"] == "measured-1"
     smallest = camopt.optimise(scene).best
     known = camopt.synthesise(scene.replace(**{"synthesis.pieces": 12})).design
@@ -935,7 +938,7 @@ def test_free_laws_keep_a_dwell_that_was_measured():
 @pytest.fixture
 def run(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    rows = measured(noise=0.01)
+    rows = measured_points(noise=0.01)
     rows[100, 1] += 0.3
     (tmp_path / "cam.csv").write_text("\n".join(f"{a:g};{y:.4f}".replace(".", ",") for a, y in rows))
 

@@ -19,7 +19,7 @@ SIZE, BORE, WAVE, ORDER, TURNED = 0.004, 0.012 - 0.005j, 0.003, 9, 40.0
 GIVEN = {"profile": 0.02, "waves": 12, "bore_eccentricity": 0.02, "phase": 0.1}
 
 
-def drawn(contact, law="poly345", rotation="ccw"):
+def drawn_scene(contact, law="poly345", rotation="ccw"):
     found = cam_with(contact, law, dynamics={}, rotation=rotation)
     return Scene.from_dict(
         {**{key: found[key] for key in ("cam", "follower", "motion")}, "name": contact, "tolerances": GIVEN}
@@ -34,7 +34,7 @@ def cut(scene, angles):
     return profile + (SIZE + WAVE * np.cos(ORDER * angles + 1.0)) * normal + BORE
 
 
-def measured(scene, turned=TURNED, noise=0.0002):
+def measured_profile(scene, turned=TURNED, noise=0.0002):
     angles = np.radians(np.arange(0.0, 360.0, 0.5))
     return with_noise(cut(scene, angles) * np.exp(1j * np.radians(turned)), noise)
 
@@ -60,15 +60,15 @@ def highest(scene, profile, theta, sense):
 
 @pytest.mark.parametrize(("contact", "rotation"), [("offset-roller", "cw"), ("flat", "ccw"), ("roller", "ccw")])
 def test_the_error_of_a_cut_cam_is_that_of_a_follower_put_on_it(contact, rotation):
-    scene = drawn(contact, rotation=rotation)
-    found = camopt.inspect(measured(scene), scene)
+    scene = drawn_scene(contact, rotation=rotation)
+    found = camopt.inspect(measured_profile(scene), scene)
     problem = resolve_design(scene)
     sense, dense = problem.design.sense, cut(scene, np.linspace(0.0, 2 * np.pi, 60_001))
-    phase = _beyond(found, sense)
+    phase = _phase_beyond_turn(found, sense)
     assert abs(phase) < 1e-3
     for theta in np.linspace(0.2, 6.0, 12):
         exact = highest(scene, dense, theta - phase, sense) - problem.programme.motion_at(np.array([theta]))[0, 0]
-        near = np.interp(np.degrees(theta), *_sorted(found.angles, found.errors), period=360.0)
+        near = np.interp(np.degrees(theta), *_sort_by_angle(found.angles, found.errors), period=360.0)
         assert near == pytest.approx(exact, abs=3e-4)
     assert found.noise == pytest.approx(0.0002, rel=0.15)
     assert found.size == pytest.approx(SIZE, abs=1e-4)
@@ -79,12 +79,12 @@ def test_the_error_of_a_cut_cam_is_that_of_a_follower_put_on_it(contact, rotatio
     assert [each.key for each in found.used] == ["profile", "waves", "bore_eccentricity", "motion"]
 
 
-def _beyond(found, sense):
+def _phase_beyond_turn(found, sense):
     """By how much it fits best beyond the turn of its points, rad."""
     return np.radians((found.phase_deg - sense * TURNED + 180.0) % 360.0 - 180.0)
 
 
-def _sorted(angles, errors):
+def _sort_by_angle(angles, errors):
     order = np.argsort(angles)
     return angles[order], errors[order]
 
@@ -92,7 +92,7 @@ def _sorted(angles, errors):
 @pytest.mark.parametrize("contact", ["arm", "swinging-face"])
 def test_a_cam_that_is_off_its_axis_moves_an_arm_as_exact_contact_says(contact):
     """With the phase that its keyway has; the axis is off in the frame of the drawing."""
-    scene, bore, ahead = drawn(contact), 0.015 + 0.004j, 0.04
+    scene, bore, ahead = drawn_scene(contact), 0.015 + 0.004j, 0.04
     problem, angles = resolve_design(scene), np.radians(np.arange(0.0, 360.0, 0.5))
     points = camopt.cam_points(scene, np.degrees(angles))
     cam = (points["profile_x_mm"] + 1j * points["profile_y_mm"] + bore) * np.exp(1j * np.radians(ahead))
@@ -110,11 +110,11 @@ def test_a_cam_that_is_off_its_axis_moves_an_arm_as_exact_contact_says(contact):
     assert used["motion"].moves == found.error
 
 
-ROLLER = drawn("offset-roller")
+ROLLER = drawn_scene("offset-roller")
 ANGLES = np.radians(np.arange(0.0, 360.0, 0.5))
 
 
-def standing_out(off, keep=slice(None)):
+def points_off_profile(off, keep=slice(None)):
     """Points of a profile that stands out along its normal, mm, at ANGLES."""
     points = camopt.cam_points(ROLLER, np.degrees(ANGLES))
     profile = points["profile_x_mm"] + 1j * points["profile_y_mm"]
@@ -127,7 +127,7 @@ def test_waves_count_by_how_steep_and_curved_they_are(gap):
     """A gap leaves them as they are; its ends are told."""
     keep, scene = np.delete(np.arange(ANGLES.size), gap), ROLLER.replace(**{"tolerances.waves": 5})
     for number, height in ((30, 0.0003), (45, 0.0005)):
-        found = camopt.inspect(standing_out(height * np.cos(number * ANGLES), keep), scene)
+        found = camopt.inspect(points_off_profile(height * np.cos(number * ANGLES), keep), scene)
         assert found.waves[0].number == number
         assert found.waves[0].amplitude == pytest.approx(height, rel=0.1)
         (waves,) = (each for each in found.used if each.key == "waves")
@@ -141,7 +141,7 @@ def test_waves_count_by_how_steep_and_curved_they_are(gap):
 
 @pytest.mark.parametrize("keep_outliers", [False, True])
 def test_a_dent_is_told_by_its_row_and_is_beyond_the_profile(keep_outliers):
-    points = standing_out(np.where(np.arange(ANGLES.size) == 100, -0.2, 0.0))
+    points = points_off_profile(np.where(np.arange(ANGLES.size) == 100, -0.2, 0.0))
     found = camopt.inspect(points, ROLLER, keep_outliers=keep_outliers)
     assert [each.row for each in found.outliers] == [101]
     assert found.outliers[0].off == pytest.approx(-0.2, abs=0.002)

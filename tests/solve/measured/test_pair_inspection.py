@@ -23,7 +23,7 @@ MOUNTED = {"translating": (0.02, 9000.0), "oscillating": (0.02, 5e5), **YOKES}
 
 
 @cache
-def drawn(kind):
+def drawn_pair(kind):
     """A scene with a preload, and the points and normals of its discs in one frame."""
     scene = (yoke if kind in YOKES else pair)(np.random.default_rng(5), kind)
     interference, stiffness = MOUNTED[kind]
@@ -52,7 +52,7 @@ def read_as(points, form="xy", sense=1.0):
 )
 def test_exact_points_hold_the_contacts_as_far_apart_as_drawn(kind, form):
     """However the pair is turned on its shaft; polar angles as the cam turns."""
-    scene, discs = drawn(kind)
+    scene, discs = drawn_pair(kind)
     sense, turned = resolve_design(scene).design.sense, np.exp(1j * np.radians(67.0))
     found = inspect_pair([read_as(points * turned, form, sense) for points, _ in discs], scene)
     known = camopt.evaluate(scene.replace(outputs=["all"]))
@@ -80,7 +80,7 @@ def test_what_is_allowed_is_what_the_sheet_says(name):
     assert [each.used[0].allowed for each in found.discs] == [scene.part.profile_tolerance] * len(given)
 
 
-def held(scene, cut, which, theta):
+def lift_off_profile(scene, cut, which, theta):
     """How far a roller of the follower goes from where it is drawn until it rests on a dense profile, mm (rad)."""
     problem = resolve_design(scene)
     at = centres(problem, np.array([theta]))[which][0] * np.exp(-1j * problem.design.sense * theta)
@@ -89,7 +89,7 @@ def held(scene, cut, which, theta):
     turn, c = np.exp(-1j * problem.design.sense * theta), float(problem.design.centre_distance[0])
     ring, way = shapely.linearrings(np.column_stack([cut.real, cut.imag])), (1.0, -1.0)[which]
 
-    def beyond(moved):
+    def gap_to_profile(moved):
         if problem.setup.angular:
             place = (c + (at / turn - c) * np.exp(-1j * way * moved)) * turn
         else:
@@ -100,19 +100,21 @@ def held(scene, cut, which, theta):
     low, high = (each / (c or 1.0) * 2 if problem.setup.angular else each * 5 for each in (low, high))
     for _ in range(40):
         middle = (low + high) / 2
-        low, high = (low, middle) if beyond(middle) > 0.0 else (middle, high)
+        low, high = (low, middle) if gap_to_profile(middle) > 0.0 else (middle, high)
     return low
 
 
 @pytest.mark.parametrize("kind", ["translating", "oscillating"])
 def test_discs_of_known_errors_hold_a_rigid_follower_as_far_apart_as_trial_finds(kind):
     """One disc too large, the other off its axis and turned against it."""
-    scene, ((first, normal), (second, _)) = drawn(kind)
+    scene, ((first, normal), (second, _)) = drawn_pair(kind)
     cut = [first + 0.008 * normal, (second + 0.006 - 0.009j) * np.exp(1j * np.radians(0.01))]
     found = inspect_pair([read_as(each) for each in cut], scene, aligned=True)
     unit = np.degrees(1.0) if kind == "oscillating" else 1.0
     for degrees in np.arange(7.0, 360.0, 40.0):
-        exact = unit * sum(held(scene, each, k, np.radians(degrees)) for k, each in enumerate(dense(kind, cut)))
+        exact = unit * sum(
+            lift_off_profile(scene, each, k, np.radians(degrees)) for k, each in enumerate(dense(kind, cut))
+        )
         assert np.interp(degrees, found.angles, found.off, period=360.0) == pytest.approx(exact, abs=unit * 2e-5)
     ends = found.interference + found.off
     assert (found.left.value, found.variation) == (ends.min(), np.ptp(found.off))
@@ -132,7 +134,7 @@ def dense(kind, cut):
 @pytest.mark.parametrize("kind", YOKES)
 def test_the_breadth_of_a_yoke_varies_by_both_sides(kind):
     """Of flat faces a wave of an odd number leaves it as it is; one of an even number counts twice, as size."""
-    scene, ((profile, normal),) = drawn(kind)
+    scene, ((profile, normal),) = drawn_pair(kind)
     angles = np.radians(DEGREES)
     larger = inspect_pair([read_as(profile + 0.01 * normal)], scene)
     if kind == "breadth":
@@ -147,7 +149,7 @@ def test_the_breadth_of_a_yoke_varies_by_both_sides(kind):
 
 def test_what_is_lost_is_told():
     """A pair whose discs are too small has play; a fast one with little left lets go."""
-    scene, discs = drawn("translating")
+    scene, discs = drawn_pair("translating")
     small = [read_as(points - 0.015 * normal) for points, normal in discs]
     found = inspect_pair(small, scene)
     assert found.left.value == pytest.approx(0.02 - 0.03, abs=2e-3)
@@ -165,7 +167,7 @@ def test_what_is_lost_is_told():
 
 
 def test_one_disc_of_another_drawing_leaves_the_other_as_it_is():
-    scene, discs = drawn("oscillating")
+    scene, discs = drawn_pair("oscillating")
     first, second = (points[::4] for points, _ in discs)
     for given, far, said in (
         ((first, -second.conj()), [False, True], "its mirrored points (x to -x) fit"),
@@ -186,7 +188,7 @@ def test_one_disc_of_another_drawing_leaves_the_other_as_it_is():
 @pytest.mark.parametrize("aligned", [False, True])
 def test_a_disc_that_is_turned_against_the_other_has_no_error_of_its_profile(aligned):
     """It moves its roller by y'·Δ, and so much is the subtending angle off if the pair is aligned."""
-    scene, discs = drawn("oscillating")
+    scene, discs = drawn_pair("oscillating")
     first, second = (points[::2] for points, _ in discs)
     problem, turned = resolve_design(scene), 0.01
     cut = second * np.exp(1j * problem.design.sense * np.radians(turned))

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
-from support.depth import covering, times
+from support.depth import covering_cases, times
 from support.measured_cams import (
     BASE,
     LEAST,
@@ -21,7 +21,7 @@ from support.measured_cams import (
     WEAR,
     along_the_profile,
     at_polar_angles,
-    measured,
+    probe_centres,
     touched_lift,
     valve_lift,
     valve_profile,
@@ -166,13 +166,13 @@ PROBED += [case for case in product(EVERY, (0.0, 3.0, 6.0, 20.0)) if case not in
 def in_the_plane(follower, rotation, probe):
     """A cam that is measured without errors, in any order and with the x-axis anywhere: its rows, and the fit."""
     rows = np.random.default_rng(3).permutation(360)
-    centres = measured(curve_of(problem_of(follower, rotation)), TURN, probe)[rows] * np.exp(0.7j)
+    centres = probe_centres(curve_of(problem_of(follower, rotation)), TURN, probe)[rows] * np.exp(0.7j)
     return rows, fit(MeasuredProfile(xy(centres), "xy", probe), cam_of(follower, rotation), band=0.005)
 
 
 @pytest.mark.one_in(10)
 @pytest.mark.parametrize(
-    ("cam", "probe"), covering(PROBED, lambda case: [case[0], (case[0][0], case[1]), (case[0][1], case[1])])
+    ("cam", "probe"), covering_cases(PROBED, lambda case: [case[0], (case[0][0], case[1]), (case[0][1], case[1])])
 )
 def test_the_lift_of_each_follower_is_found_again(cam, probe):
     """Without errors, whatever the ball and wherever the x-axis: each row has its cam angle and its lift."""
@@ -197,7 +197,7 @@ def test_the_lift_of_each_follower_is_found_again(cam, probe):
 @cache
 def with_errors(follower, rotation):
     """A cam that is measured with noise and two outliers: the centres of the ball, and the fit."""
-    centres = measured(curve_of(problem_of(follower, rotation)), TURN, 2.0, 0.004)
+    centres = probe_centres(curve_of(problem_of(follower, rotation)), TURN, 2.0, 0.004)
     centres[[50, 130]] += 0.2 * centres[[50, 130]] / np.abs(centres[[50, 130]])
     return centres, fit(MeasuredProfile(xy(centres), "xy", 2.0), cam_of(follower, rotation))
 
@@ -229,7 +229,7 @@ ORDERS = {
 @cache
 def worn_points():
     """The worn cam, measured with noise along its profile: the centres of the ball, and the fit."""
-    centres = measured(worn_profile, along_the_profile(worn_profile, 360), 3.0, 0.002)
+    centres = probe_centres(worn_profile, along_the_profile(worn_profile, 360), 3.0, 0.002)
     return centres, fit(MeasuredProfile(xy(centres), "xy", 3.0), cam_of(WORN), band=0.01)
 
 
@@ -245,7 +245,7 @@ def test_the_order_and_the_sense_of_points_do_not_matter(order):
 
 
 def test_units_and_forms_are_the_same_profile(tmp_path):
-    centres = measured(worn_profile, along_the_profile(worn_profile, 360), 3.0)
+    centres = probe_centres(worn_profile, along_the_profile(worn_profile, 360), 3.0)
     z = centres.tolist()
     path = tmp_path / "cam.csv"
     path.write_text("\n".join(["no;Y [inch];X [inch]", *(f"1;{p.imag / 25.4};{p.real / 25.4}" for p in z)]))
@@ -272,7 +272,7 @@ def test_distances_alone_are_in_equal_steps():
 def test_polar_angles_are_cam_angles_whichever_way_the_cam_turns(follower, rotation):
     """Where a radial follower meets the centre of the ball: of a cam that turns cw, the other way round on it."""
     probe = next(ball for cam, ball in PROBED if cam == (follower, rotation) and ball)
-    centres = measured(curve_of(problem_of(follower, rotation)), TURN, probe)
+    centres = probe_centres(curve_of(problem_of(follower, rotation)), TURN, probe)
     met = np.degrees(SENSES[rotation] * (np.pi / 2 - np.angle(centres)))
     rows = np.column_stack([met, np.abs(centres)])[np.argsort(met)]
     polar = fit(MeasuredProfile(rows, "polar", probe), cam_of(follower, rotation), band=0.005)
@@ -291,14 +291,16 @@ ROUNDED += [case for case in product(FOLLOWERS, FORMS, (1, 2, 3)) if case not in
 
 
 @pytest.mark.one_in(10)
-@pytest.mark.parametrize(("follower", "form", "digits"), covering(ROUNDED, lambda case: combinations(case, 2)))
+@pytest.mark.parametrize(
+    ("follower", "form", "digits"), covering_cases(ROUNDED, lambda case: combinations(case, 2))
+)
 def test_rounded_points_have_the_noise_of_their_step(follower, form, digits):
     curve, step = curve_of(problem_of(follower)), 10.0**-digits
     if form == "polar":
-        centres = measured(curve, at_polar_angles(curve, 2.0, TURN), 2.0)
+        centres = probe_centres(curve, at_polar_angles(curve, 2.0, TURN), 2.0)
         rows = np.column_stack([DEGREES, np.round(np.abs(centres), digits)])
     else:
-        rows = np.round(xy(measured(curve, along_the_profile(curve, 360), 2.0) * np.exp(0.1j)), digits)
+        rows = np.round(xy(probe_centres(curve, along_the_profile(curve, 360), 2.0) * np.exp(0.1j)), digits)
     fitted = fit(MeasuredProfile(rows, form, 2.0), cam_of(follower))
     scale = np.radians(1.0) * 75.0 if fitted.unit == "deg" else 1.0
     assert fitted.noise * scale == pytest.approx(step / 12**0.5, rel=0.6)
@@ -311,7 +313,7 @@ def test_a_step_of_distances_is_a_step_of_angles():
     """Rounding to 0.01 mm is much less of a degree at the end of a long arm."""
     arm = {**FOLLOWERS["arm"], "arm_length": 200.0, "centre_distance": 205.0}
     curve = curve_of(problem_of(arm))
-    distances = np.round(np.abs(measured(curve, at_polar_angles(curve, 2.0, TURN), 2.0)), 2)
+    distances = np.round(np.abs(probe_centres(curve, at_polar_angles(curve, 2.0, TURN), 2.0)), 2)
     fitted = fit(MeasuredProfile(np.column_stack([DEGREES, distances]), "polar", 2.0), cam_of(arm))
     assert fitted.noise * np.radians(1.0) * 200.0 == pytest.approx(0.01 / 12**0.5, rel=0.2)
 
@@ -333,7 +335,7 @@ def test_distances_of_a_probe_like_the_roller_are_the_lift():
 HOLLOW, OVER = 95.0, 4.0  # deg: where the cam is hollow, and how far to either side
 
 
-def hollowed(depth):
+def hollow_lobe(depth):
     """The lobe of a roller with a hollow ground into it."""
     curve = curve_of(problem_of("roller"))
 
@@ -348,8 +350,8 @@ def hollowed(depth):
 @pytest.mark.parametrize(("depth", "reached"), [(0.05, True), (1.5, False)])
 def test_a_roller_bridges_a_hollow_that_is_too_narrow(depth, reached):
     """The lift at every point is that of the whole profile, by trying all of its points."""
-    profile = hollowed(depth)
-    centres = measured(profile, np.radians(np.arange(0.0, 360.0, 0.5)), 0.0)
+    profile = hollow_lobe(depth)
+    centres = probe_centres(profile, np.radians(np.arange(0.0, 360.0, 0.5)), 0.0)
     fitted = fit(MeasuredProfile(xy(centres), "xy"), cam_of("roller"), band=0.1)
     seen = fitted.profile.positions
     exact = touched_lift(profile, np.radians(seen.angles), 6.0, 5.0)
@@ -362,8 +364,8 @@ def test_a_roller_bridges_a_hollow_that_is_too_narrow(depth, reached):
 
 def test_what_a_roller_reaches_is_right_within_the_noise():
     """No point of a hollow is kept that the roller is off by more than the noise leaves open."""
-    profile = hollowed(1.5)
-    centres = measured(profile, np.radians(np.arange(0.0, 360.0, 0.1)), 0.0, 0.002)
+    profile = hollow_lobe(1.5)
+    centres = probe_centres(profile, np.radians(np.arange(0.0, 360.0, 0.1)), 0.0, 0.002)
     seen = fit(MeasuredProfile(xy(centres), "xy"), cam_of("roller"), band=0.1).profile.positions
     assert np.abs(seen.lifts - touched_lift(profile, np.radians(seen.angles), 6.0, 5.0)).max() < 0.012
 
@@ -399,14 +401,14 @@ def test_a_change_of_the_profile_lifts_by_no_more_than_that_over_the_cosine(offs
     curve, bumps = curve_of(problem), np.random.default_rng(seed).normal(size=(2, 9))
     waves = np.arange(1, 10)
 
-    def moved(theta):
+    def move_profile(theta):
         points, normals = curve(np.mod(theta, 2 * np.pi))
         wave = np.sum(bumps[0] * np.cos(np.outer(theta, waves)) + bumps[1] * np.sin(np.outer(theta, waves)), axis=1)
         return points + delta * np.tanh(wave)[:, None].ravel() * normals, normals
 
     angles = np.radians(np.arange(0.0, 360.0, 15.0))
     tangent = (problem.programme.motion_at(angles)[1] - offset) / touched_lift(curve, angles, 6.0, offset)
-    change = touched_lift(moved, angles, 6.0, offset) - touched_lift(curve, angles, 6.0, offset)
+    change = touched_lift(move_profile, angles, 6.0, offset) - touched_lift(curve, angles, 6.0, offset)
     assert (np.abs(change) <= 1.01 * delta * np.hypot(1.0, tangent) + 1e-6).all()
 
 
@@ -428,7 +430,7 @@ def test_any_cam_is_found_within_its_band(data, base, lift, probe, turned):
     motion += [{"segment": "return", "angle": fall, "lift": lift, "law": law}]
     motion += [{"segment": "dwell", "angle": 360 - rise - pause - fall}]
     curve = curve_of(problem_of(follower, rotation, base, motion))
-    centres = measured(curve, along_the_profile(curve, 300), probe, 0.003) * np.exp(1j * turned)
+    centres = probe_centres(curve, along_the_profile(curve, 300), probe, 0.003) * np.exp(1j * turned)
     fitted = fit(MeasuredProfile(xy(centres), "xy", probe), cam_of(follower, rotation))
     assert fitted.deviation.held
     assert fitted.profile.unreached.size == 0
@@ -459,7 +461,7 @@ def test_the_points_are_as_near_to_the_profile_of_the_result(follower, rotation)
 
 
 def test_points_of_another_cam_are_far_from_it():
-    centres = measured(worn_profile, along_the_profile(worn_profile, 360), 3.0)
+    centres = probe_centres(worn_profile, along_the_profile(worn_profile, 360), 3.0)
     fitted = fit(MeasuredProfile(xy(centres), "xy", 3.0), cam_of(WORN), band=0.002)
     assert np.abs(fitted.distances).max() < 0.00201  # a tolerance is filled
     grown = fitted.scene.replace(**{"cam.base_radius": fitted.scene.cam.base_radius + 0.1})
@@ -520,7 +522,7 @@ def test_what_wear_did_to_the_acceleration():
 
 def test_a_base_circle_need_not_be_measured():
     turn = at_polar_angles(valve_profile, 1.5, TURN[20:190])
-    distances = np.abs(measured(valve_profile, turn, 1.5, 0.002))
+    distances = np.abs(probe_centres(valve_profile, turn, 1.5, 0.002))
     fitted = fit(MeasuredProfile(np.column_stack([DEGREES[20:190], distances]), "polar", 1.5), cam_of(FLAT))
     assert fitted.after["acceleration"] == pytest.approx(52.86, rel=0.03)
     assert fitted.scene.cam.base_radius == pytest.approx(BASE, abs=0.003)
@@ -529,7 +531,7 @@ def test_a_base_circle_need_not_be_measured():
 @pytest.mark.parametrize("count", [72, 120, 180])
 def test_few_points_on_a_sharp_nose_are_enough(count):
     """A flat face rolls over the nose within a few points, up to 23 deg of cam angle from one to the next."""
-    centres = measured(valve_profile, along_the_profile(valve_profile, count), 2.0, 0.002)
+    centres = probe_centres(valve_profile, along_the_profile(valve_profile, count), 2.0, 0.002)
     fitted = fit(MeasuredProfile(xy(centres), "xy", 2.0), cam_of(FLAT))
     assert np.diff(np.sort(fitted.points.angles)).max() > 9.0
     assert fitted.after["acceleration"] == pytest.approx(52.86, rel=0.04)
@@ -543,7 +545,7 @@ def test_the_usual_band_is_that_of_the_noise():
 
 # ---------------------------------------------------------------------------------------------------- refusals
 
-GOOD = xy(measured(worn_profile, along_the_profile(worn_profile, 360), 3.0, 0.001))
+GOOD = xy(probe_centres(worn_profile, along_the_profile(worn_profile, 360), 3.0, 0.001))
 ARM = FOLLOWERS["arm"]
 
 
@@ -665,7 +667,7 @@ def test_the_command_says_what_was_measured_and_draws_it(run, tmp_path):
     ("depth", "legend"), [(0.0, {"base circle", "points"}), (1.5, {"base circle", "points", "not reached"})]
 )
 def test_the_picture_has_the_profile_beside_the_diagrams(depth, legend):
-    centres = measured(hollowed(depth), np.radians(np.arange(0.0, 360.0, 0.5)), 0.0, 0.001)
+    centres = probe_centres(hollow_lobe(depth), np.radians(np.arange(0.0, 360.0, 0.5)), 0.0, 0.001)
     fitted = fit(MeasuredProfile(xy(centres), "xy"), cam_of("roller"), band=0.1)
     *diagrams, profile = camopt.plot(fitted).axes
     assert len(diagrams) == 3

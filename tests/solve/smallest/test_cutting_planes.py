@@ -396,20 +396,22 @@ def test_a_range_of_the_cam_itself_holds_to_the_last_digit(name, seed):
     }
     key = "mean_radius" if raw["cam"]["form"] == "cylindrical" else "base_radius"
 
-    def found(start, stop):
+    def smallest_between(start, stop):
         problem, bounds = problem_and_bounds({**raw, "search": {key: {"start": start, "stop": stop}}})
         answer = solve_smallest_cam(problem, bounds)
         assert answer.design is None or start <= answer.design.size[0] <= stop
         return answer.design
 
-    smallest_cam = found(1.0, 500.0)
+    smallest_cam = smallest_between(1.0, 500.0)
     size = float(smallest_cam.size[0])
     for less in (1e-15, 1e-14, 1e-13, 1e-12, 1e-10):
-        found(1.0, size * (1.0 - less))
+        smallest_between(1.0, size * (1.0 - less))
     for more in (0.0, 1e-15, 1e-13, 1e-12, 0.1, 0.3):
-        assert found(size * (1.0 + more), 500.0).size[0] <= size * (1.0 + more) + allowed_gap(smallest_cam)
-    assert found(1.0, size).size[0] == pytest.approx(size, abs=allowed_gap(smallest_cam))
-    assert found(1.0, size - 1e-6) is None
+        assert smallest_between(size * (1.0 + more), 500.0).size[0] <= size * (1.0 + more) + allowed_gap(
+            smallest_cam
+        )
+    assert smallest_between(1.0, size).size[0] == pytest.approx(size, abs=allowed_gap(smallest_cam))
+    assert smallest_between(1.0, size - 1e-6) is None
 
 
 @pytest.mark.parametrize("half", [*range(5, 46, 5)])

@@ -280,10 +280,10 @@ def test_the_lengths_of_followers_that_swing_are_searched_whole(name):
 def test_when_time_is_over_nobody_looks_for_reasons(monkeypatch):
     """What the nearest misses break is told: a reason for each law and roller takes ten times the time given."""
 
-    def never(*arguments):
+    def fail_if_called(*arguments):
         raise AssertionError("a reason is looked for")
 
-    monkeypatch.setattr("camopt.solve.smallest.optimise.find_infeasibility", never)
+    monkeypatch.setattr("camopt.solve.smallest.optimise.find_infeasibility", fail_if_called)
     found = optimise(find_scene("roller-1000rpm").replace(**{"limits.pressure_angle": 3}), seconds=1e-9)
     assert all(
         why.startswith("pressure_angle") and why.endswith("(not proved)") for why in found.obstacles.values()

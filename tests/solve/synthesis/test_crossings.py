@@ -19,7 +19,7 @@ GAP, RPM = 0.05, 300
 OMEGA = RPM * np.pi / 30
 
 
-def grooved(window=20.0, **changes):
+def groove_scene(window=20.0, **changes):
     rise = {"segment": "rise", "angle": 90, "lift": 20, "law": "cycloidal"}
     motion = [rise, {"segment": "dwell", "angle": 90}, {**rise, "segment": "return", "angle": 110}]
     scene = Scene.from_dict(
@@ -42,7 +42,7 @@ def grooved(window=20.0, **changes):
 
 
 def test_free_laws_land_softly_and_no_motion_has_less_jerk_there():
-    scene = grooved()
+    scene = groove_scene()
     found = synthesise(scene)
     before, after = evaluate(scene), evaluate(found.scene)
     assert after["crossing_count"] == before["crossing_count"] == 2
@@ -59,22 +59,22 @@ def test_free_laws_land_softly_and_no_motion_has_less_jerk_there():
 @pytest.mark.long
 def test_the_place_is_that_of_a_scan_where_the_window_is_not_all():
     """Wide windows: the jerk is low all along them, and the best place is where the motion has room for it."""
-    problem = build_synthesis_problem(grooved(30.0, **{"synthesis.pieces": 12}))
+    problem = build_synthesis_problem(groove_scene(30.0, **{"synthesis.pieces": 12}))
     placed, bound = with_crossings(problem)
 
-    def reached(x):
+    def solve_with_place(x):
         asked = replace(problem, crossings=(problem.stroke_crossing(0, x, x),))
         return build_convex_model(tighten_limits(asked, 1e-7), SplineMotion).solve()
 
     rise, _ = placed.crossings
-    scanned = [reached(x) for x in np.arange(0.3, 0.6, 0.025)]
-    assert reached(rise.low) <= min(scanned) * 1.01
-    assert 0.0 < bound <= max(min(scanned), reached(rise.low))
+    scanned = [solve_with_place(x) for x in np.arange(0.3, 0.6, 0.025)]
+    assert solve_with_place(rise.low) <= min(scanned) * 1.01
+    assert 0.0 < bound <= max(min(scanned), solve_with_place(rise.low))
 
 
 @pytest.mark.parametrize(("law", "jerk"), [("cycloidal", 4 * np.pi**2), ("poly345", 30.0)])
 def test_the_jerk_of_known_laws_is_that_in_the_middle(law, jerk):
-    scene = grooved(**{"motion.1.law": law, "motion.3.law": law})
+    scene = groove_scene(**{"motion.1.law": law, "motion.3.law": law})
     unit = 20 / (np.pi / 2) ** 3
     assert crossing_jerk(resolve(scene).programme, 1e-3) == pytest.approx(jerk * unit, rel=1e-3)
 
@@ -90,9 +90,9 @@ def test_the_jerk_of_known_laws_is_that_in_the_middle(law, jerk):
 )
 def test_what_has_no_such_crossing_is_told(changes, message):
     with pytest.raises(BadInput, match=message):
-        synthesise(grooved(**changes))
+        synthesise(groove_scene(**changes))
 
 
 def test_a_window_that_is_too_narrow_is_told():
     with pytest.raises(Unmet, match="within 1 deg"):
-        synthesise(grooved(1.0, **{"drive.clearance": 0.5}))
+        synthesise(groove_scene(1.0, **{"drive.clearance": 0.5}))

@@ -290,7 +290,7 @@ MOTION = [
 ]
 
 
-def own(place=0, table=None, **keys):
+def scene_with_moves(place=0, table=None, **keys):
     motion = [segment | (keys if number == place else {}) for number, segment in enumerate(MOTION)]
     data = {"cam": CAM, "follower": KNIFE, "motion": motion, "laws": {"own": table or LAW}}
     return Scene.from_dict(data)
@@ -298,7 +298,7 @@ def own(place=0, table=None, **keys):
 
 def test_a_move_with_a_law_of_its_own_is_that_spline():
     x = np.linspace(0, 1, 50)
-    motion = resolve(own()).programme.motion_at(x * radians(100))
+    motion = resolve(scene_with_moves()).programme.motion_at(x * radians(100))
     assert np.allclose(motion[0], 10 * (3 * x**2 - 2 * x**3), rtol=1e-14, atol=1e-14)
 
 
@@ -320,7 +320,7 @@ MISTAKES = [
 @pytest.mark.parametrize(("place", "keys", "message"), MISTAKES)
 def test_a_law_that_is_not_for_its_move_is_said(place, keys, message):
     with pytest.raises(BadInput) as caught:
-        own(place, **keys)
+        scene_with_moves(place, **keys)
     assert message in str(caught.value)
 
 
@@ -337,7 +337,7 @@ LAWS = [
 @pytest.mark.parametrize(("keys", "message"), LAWS)
 def test_a_law_of_positions_that_is_none_is_said(keys, message):
     with pytest.raises(BadInput) as caught:
-        own(table=LAW | keys)
+        scene_with_moves(table=LAW | keys)
     assert message in str(caught.value)
 
 

@@ -24,7 +24,7 @@ TURN = [
 OWN = {"base_radius": 48, "roller_radius": 9, "offset": 2}
 
 
-def paired(rotation="ccw", **drive):
+def pair_scene(rotation="ccw", **drive):
     return Scene.from_dict(
         {
             "cam": {"form": "disc", "base_radius": 40, "rotation": rotation},
@@ -38,13 +38,15 @@ def paired(rotation="ccw", **drive):
     )
 
 
-def ribbed(rotation):
-    return paired(rotation).replace(**{"drive.kind": "rib", "follower.roller_spacing": 20.0})
+def rib_scene(rotation):
+    return pair_scene(rotation).replace(**{"drive.kind": "rib", "follower.roller_spacing": 20.0})
 
 
 @settings(max_examples=times(20, deep=400))
 @given(
-    st.sampled_from([made for way in ("cw", "ccw") for made in (paired(way), paired(way, **OWN), ribbed(way))]),
+    st.sampled_from(
+        [made for way in ("cw", "ccw") for made in (pair_scene(way), pair_scene(way, **OWN), rib_scene(way))]
+    ),
     st.floats(0, 20),
     st.floats(-30, 30),
     st.floats(20, 60),
@@ -72,7 +74,7 @@ def test_linear_limits_of_both_contacts_are_those_of_their_pressure_angles(scene
 
 @pytest.mark.parametrize("drive", [{}, OWN])
 def test_free_laws_of_a_pair_hold_limits_at_both_discs(drive):
-    scene = paired(**drive)
+    scene = pair_scene(**drive)
     found, known = synthesise(scene), optimise(scene)
     assert found.convex
     assert found.bound <= found.objective < known.best["base_radius_mm"]

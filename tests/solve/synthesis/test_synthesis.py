@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import BPoly, BSpline
 from scipy.optimize import linprog
 from support.depth import times
-from support.pictures import drawn, faults_of
+from support.pictures import drawn_texts, faults_of
 
 import camopt.solve.synthesis.convex_model
 from camopt import BadInput, Scene, Unmet, Unsolved, evaluate, find_scene, optimise, plot
@@ -93,7 +93,7 @@ SEVERAL = [
 ]
 
 
-def made(base=ROLLER, **changes):
+def changed_scene(base=ROLLER, **changes):
     keys = {key.replace("__", "."): value for key, value in changes.items()}
     return Scene.from_dict(base).replace(**keys)
 
@@ -136,7 +136,7 @@ def sound(result):
     [("poly345", 68.9, 56.3), ("cycloidal", 74.5, 66.4), ("poly4567", 83.4, 52.8), ("modified-sine", None, 55.3)],
 )
 def test_a_free_law_beats_the_textbook_law_with_its_peaks(law, own, trial):
-    scene = made(search__law=[law], synthesis__pieces=48)
+    scene = changed_scene(search__law=[law], synthesis__pieces=48)
     known = optimise(scene).best["prime_radius_mm"]
     assert own is None or known == pytest.approx(own, abs=0.06)
     result = free(scene.replace(**{"synthesis.peak_acceleration": law, "synthesis.peak_jerk": law}))
@@ -170,7 +170,7 @@ def test_classical_optima_of_the_calculus_of_variations(term):
     factor, rest, peaks, close = CLASSICAL[term]
     level, b, lift = [120, 60, 120, 60], radians(120), 50.0
     motion = [segment | {"angle": angle} for segment, angle in zip(MOTION, level, strict=True)]
-    scene = made(
+    scene = changed_scene(
         motion=motion, cam__rpm=None, cam__base_radius=1000, synthesis__minimise=term, synthesis__rest=rest
     )
     order = {"velocity": 1, "acceleration": 2, "jerk": 3}[term.removesuffix("_rms")]
@@ -186,7 +186,9 @@ def test_classical_optima_of_the_calculus_of_variations(term):
 @pytest.mark.parametrize("peak", [5.0, 20.0])
 def test_the_largest_lift_area_within_an_acceleration_is_that_of_two_parabolas_and_a_rest(peak):
     """Up at once and as fast as may be, up after 2·√(1/a) of the stroke: √(1/a) of its area is lost."""
-    scene = made(synthesis__minimise="lost_lift_area", synthesis__rest=1, synthesis__peak_acceleration=peak)
+    scene = changed_scene(
+        synthesis__minimise="lost_lift_area", synthesis__rest=1, synthesis__peak_acceleration=peak
+    )
     exact = 50 * (120 + 90) / sqrt(peak) + 50 * 90
     result = free(scene.replace(**{"cam.base_radius": 300}))
     assert exact * (1 - 1e-3) <= result.bound <= exact
@@ -198,23 +200,23 @@ def test_the_largest_lift_area_within_an_acceleration_is_that_of_two_parabolas_a
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("speed", [None, 60, 1e-4, 1e6])
 def test_units_of_the_objective_and_any_speed(speed):
-    scene = made(cam__rpm=speed, synthesis__minimise="acceleration", cam__base_radius=80)
+    scene = changed_scene(cam__rpm=speed, synthesis__minimise="acceleration", cam__base_radius=80)
     result = free(scene)
     name = "acceleration_max_m_s2" if speed else "acceleration_max_mm_per_rad2"
     assert result.objective == pytest.approx(sound(result)[name], rel=1e-12)
     assert result.gap < 0.04
-    assert result.gap == pytest.approx(free(made(synthesis__minimise="acceleration")).gap, abs=2e-4)
+    assert result.gap == pytest.approx(free(changed_scene(synthesis__minimise="acceleration")).gap, abs=2e-4)
 
 
 def test_no_bound_is_below_zero():
     """A knife edge under a limit that hardly matters: the least size is next to nothing."""
-    problem = build_synthesis_problem(made(KNIFE, limits__pressure_angle=89))
+    problem = build_synthesis_problem(changed_scene(KNIFE, limits__pressure_angle=89))
     assert 0.0 <= relaxation_bound(problem) < 1.0
 
 
 def test_the_gentlest_laws_are_the_quintic():
     """Without a limit that matters, the least mean square jerk is that of the 3-4-5 polynomial."""
-    result = free(made(cam__base_radius=1000, synthesis__minimise="jerk_rms"))
+    result = free(changed_scene(cam__base_radius=1000, synthesis__minimise="jerk_rms"))
     x = np.linspace(0, 1, 101)
     for law in result.laws.values():
         np.testing.assert_allclose(law.displacement(x), LAWS["poly345"].displacement(x), atol=1e-4)
@@ -316,7 +318,7 @@ def test_no_motion_passes_the_bound(case):
 @pytest.mark.parametrize("base", [ROLLER, FLAT, GROOVE], ids=["roller", "flat", "groove"])
 @pytest.mark.parametrize("minimise", ["size", "jerk"])
 def test_the_bound_grows_with_the_panels_and_stays_below_free_laws(base, minimise):
-    problem = build_synthesis_problem(made(base, synthesis__minimise=minimise))
+    problem = build_synthesis_problem(changed_scene(base, synthesis__minimise=minimise))
     bounds = [build_convex_model(problem, partial(RelaxedMotion, panels)).solve() for panels in (4, 8, 16, 32, 64)]
     assert all(after >= before * (1 - 1e-6) for before, after in pairwise(bounds))
     assert bounds[-1] <= solve_free_laws(problem)[2]
@@ -350,7 +352,7 @@ def test_the_largest_lift_area_within_acceleration_and_jerk_is_that_of_a_linear_
     lost = 1 + least_on_grid(acceleration, jerk, 120, -weights)
     exact = 50 * (120 + 90) * lost + 50 * 90
     peaks = {"synthesis.peak_acceleration": acceleration, "synthesis.peak_jerk": jerk, "cam.base_radius": 300}
-    result = free(made(synthesis__minimise="lost_lift_area").replace(**peaks))
+    result = free(changed_scene(synthesis__minimise="lost_lift_area").replace(**peaks))
     assert exact * (1 - 6e-3) <= result.bound <= exact * (1 + 1e-4)
     assert exact * (1 - 1e-4) <= result.objective <= exact * (1 + 9e-3)
 
@@ -360,20 +362,26 @@ def test_what_no_motion_holds_is_said_and_what_one_holds_is_not():
     least, largest = least_at_middle(10 / sqrt(3), 60.0)
     assert least == pytest.approx(0.4298, abs=1e-3)
     assert largest == pytest.approx(1 - least, abs=1e-9)
-    beyond, inside = (made(synthesis__points=[[60, 50 * least + off]]) for off in (-0.3, 0.3))
+    beyond, inside = (changed_scene(synthesis__points=[[60, 50 * least + off]]) for off in (-0.3, 0.3))
     assert relaxation_bound(build_synthesis_problem(beyond)) == inf
     assert relaxation_bound(build_synthesis_problem(inside)) < inf
     with pytest.raises(Unmet, match="no motion meets"):
         synthesise(beyond)
-    assert relaxation_bound(build_synthesis_problem(made(synthesis__peak_acceleration=4, synthesis__rest=1))) < inf
     assert (
-        relaxation_bound(build_synthesis_problem(made(synthesis__peak_acceleration=3.9, synthesis__rest=1))) == inf
+        relaxation_bound(build_synthesis_problem(changed_scene(synthesis__peak_acceleration=4, synthesis__rest=1)))
+        < inf
+    )
+    assert (
+        relaxation_bound(
+            build_synthesis_problem(changed_scene(synthesis__peak_acceleration=3.9, synthesis__rest=1))
+        )
+        == inf
     )
 
 
 def test_a_stroke_of_a_hundredth_of_a_degree_has_a_bound_below_its_cam():
     motion = [MOTION[0] | {"angle": 0.01}, {"segment": "dwell", "angle": 179.99}, *MOTION[2:]]
-    result = free(made(motion=motion))
+    result = free(changed_scene(motion=motion))
     assert result.bound < result.objective
     assert result.gap < 0.03
 
@@ -389,7 +397,7 @@ TRAIN = {"follower.dynamics": {"natural_frequency": 110, "damping_ratio": 0.05},
 def test_the_residual_vibration_of_coefficients_is_that_of_the_response(motion, frequency, damping):
     """Linear in the coefficients: any motion has what the sum over its coefficients says."""
     train = {"natural_frequency": frequency + 1 / 3, "damping_ratio": damping}
-    asked = made(motion=motion, follower__dynamics=train, synthesis__pieces=8)
+    asked = changed_scene(motion=motion, follower__dynamics=train, synthesis__pieces=8)
     problem = build_synthesis_problem(asked)
     model = build_convex_model(replace(problem, objective={"residual_vibration": 1.0}), SplineMotion)
     random = np.random.default_rng(4)
@@ -403,21 +411,21 @@ def test_the_residual_vibration_of_coefficients_is_that_of_the_response(motion, 
 
 
 def test_the_least_residual_vibration_is_the_effects_own():
-    scene = made(**TRAIN, **{"cam.base_radius": 60.0, "synthesis.minimise": "residual_vibration"})
+    scene = changed_scene(**TRAIN, **{"cam.base_radius": 60.0, "synthesis.minimise": "residual_vibration"})
     calm = free(scene.replace(**{"cam.base_radius": 53.0}))
     assert calm.bound == 0.0
     assert calm.objective == sound(calm)["residual_vibration_max_mm"]
     least = solve_free_laws(build_synthesis_problem(scene.replace(**{"cam.base_radius": 53.0})))[2]
     assert least > 0.01
     assert calm.objective == pytest.approx(least, rel=1e-3)
-    smallest = free(made(**TRAIN))
+    smallest = free(changed_scene(**TRAIN))
     assert calm.objective < 0.7 * sound(smallest)["residual_vibration_max_mm"]
     roomy = free(scene)
     assert roomy.objective < 1e-2 * calm.objective
 
 
 def test_a_limit_on_the_residual_vibration_is_held_by_the_motion():
-    scene = made(**TRAIN)
+    scene = changed_scene(**TRAIN)
     tight = free(scene.replace(**{"limits.residual_vibration": 0.01}))
     assert sound(tight)["residual_vibration_max_mm"] <= 0.01
     assert tight.convex
@@ -434,7 +442,7 @@ def test_a_limit_on_the_residual_vibration_is_held_by_the_motion():
     ],
 )
 def test_a_residual_vibration_needs_a_train_a_speed_and_a_dwell(changes, message):
-    scene = made(**changes, **{"synthesis.minimise": "residual_vibration"})
+    scene = changed_scene(**changes, **{"synthesis.minimise": "residual_vibration"})
     with pytest.raises(BadInput, match=message):
         synthesise(scene)
 
@@ -465,7 +473,7 @@ def test_bernstein_coefficients_are_those_of_the_spline(splines, order):
 
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_root_mean_squares_by_a_fine_sum(order):
-    result = free(made())
+    result = free(changed_scene())
     programme = resolve(result.scene).programme
     angles = (np.arange(200000) + 0.5) * (2 * pi / 200000)
     fine = np.sqrt(np.mean(programme.motion_at(angles)[order] ** 2))
@@ -569,7 +577,7 @@ def test_a_known_law_is_never_better_than_free_laws_with_its_peaks():
 
 
 def test_a_sweep_of_the_synthesised_scene(tmp_path):
-    result = free(made())
+    result = free(changed_scene())
     size = result.design["base_radius_mm"]
     scene = result.scene.replace(**{"search.base_radius": [size - 1, size + 0.01, size + 1]})
     found = sweep(scene.replace(**{"search.offset": None}), tmp_path, keep="all", workers=1)
@@ -582,29 +590,29 @@ def test_a_sweep_of_the_synthesised_scene(tmp_path):
 @pytest.mark.parametrize(("offset", "other"), [(12.0, -12.0), (-7.0, 7.0)])
 def test_a_mirrored_cam_is_as_large(offset, other):
     """The other sense of rotation with the other side of the offset is the mirror image."""
-    one = free(made(search__offset=None, follower__offset=offset, cam__rotation="cw"))
-    two = free(made(search__offset=None, follower__offset=other, cam__rotation="ccw"))
+    one = free(changed_scene(search__offset=None, follower__offset=offset, cam__rotation="cw"))
+    two = free(changed_scene(search__offset=None, follower__offset=other, cam__rotation="ccw"))
     assert one.objective == pytest.approx(two.objective, rel=1e-6)
     assert one.bound == pytest.approx(two.bound, rel=1e-5)
-    wrong = free(made(search__offset=None, follower__offset=other, cam__rotation="cw"))
+    wrong = free(changed_scene(search__offset=None, follower__offset=other, cam__rotation="cw"))
     assert wrong.objective != pytest.approx(one.objective, rel=0.02)
 
 
 @pytest.mark.parametrize("factor", [1e-3, 1e4])
 def test_a_scaled_cam(factor):
     motion = [s | ({"lift": factor * s["lift"]} if "lift" in s else {}) for s in MOTION]
-    scaled = made(
+    scaled = changed_scene(
         motion=motion, follower__roller_radius=5 * factor, cam__base_radius=80 * factor,
         search__offset={"start": -30 * factor, "stop": 30 * factor},
     )  # fmt: skip
-    assert free(scaled).objective == pytest.approx(factor * free(made()).objective, rel=1e-5)
-    assert free(scaled).bound == pytest.approx(factor * free(made()).bound, rel=1e-5)
+    assert free(scaled).objective == pytest.approx(factor * free(changed_scene()).objective, rel=1e-5)
+    assert free(scaled).bound == pytest.approx(factor * free(changed_scene()).bound, rel=1e-5)
 
 
 def test_the_turn_backwards_is_as_large():
     """Run backwards, rises are returns and the offset changes sides."""
     swapped = [MOTION[2] | {"segment": "rise"}, MOTION[1], MOTION[0] | {"segment": "return"}, MOTION[3]]
-    assert free(made(motion=swapped)).objective == pytest.approx(free(made()).objective, rel=1e-5)
+    assert free(changed_scene(motion=swapped)).objective == pytest.approx(free(changed_scene()).objective, rel=1e-5)
 
 
 # ------------------------------------------------------------------------------------- curvature, not convex
@@ -622,7 +630,7 @@ def test_curvature_by_convex_steps():
 
 def test_curvature_alone_decides():
     """Without a limit on the pressure angle, the convex limits say nothing of the size."""
-    scene = made(VALVE, limits__pressure_angle=None, synthesis__pieces=12)
+    scene = changed_scene(VALVE, limits__pressure_angle=None, synthesis__pieces=12)
     result = free(scene)
     sound(result)
     assert not result.convex
@@ -663,7 +671,7 @@ def test_planes_are_tangent_to_the_curves_of_limits(base):
 
 def test_values_of_nonconvex_constraints_by_hand():
     """The pitch curvature and the torque from their textbook formulas."""
-    problem = build_synthesis_problem(made(VALVE, synthesis__pieces=6))
+    problem = build_synthesis_problem(changed_scene(VALVE, synthesis__pieces=6))
     (curvature,) = nonconvex_constraints_of(problem)
     assert curvature.factor(problem.scene_problem.design).item() == 23
     stroke = problem.strokes[0]
@@ -673,7 +681,9 @@ def test_values_of_nonconvex_constraints_by_hand():
     np.testing.assert_allclose(
         SampledConstraints(problem, stroke).ratios_to_bounds([curvature], state, (7.0, 50.0))[0], 23 * kappa
     )
-    problem = build_synthesis_problem(made(follower__dynamics=DYNAMICS, limits__torque=200, synthesis__pieces=6))
+    problem = build_synthesis_problem(
+        changed_scene(follower__dynamics=DYNAMICS, limits__torque=200, synthesis__pieces=6)
+    )
     (constraint,) = [c for c in nonconvex_constraints_of(problem) if c.goal == LARGEST_MAGNITUDE]
     omega = 1000 * pi / 30
     torque = (0.5e-3 * omega**2 * y2 + 30 * y + 3000) * y1
@@ -683,7 +693,7 @@ def test_values_of_nonconvex_constraints_by_hand():
 
 def test_a_limit_on_torque_is_held_by_the_motion():
     """No size holds it: the torque is that of the motion. The textbook law of these peaks breaks it."""
-    scene = made(follower__dynamics=DYNAMICS, outputs=["sizes", "torque"])
+    scene = changed_scene(follower__dynamics=DYNAMICS, outputs=["sizes", "torque"])
     least = free(scene)
     bent = free(scene.replace(**{"limits.torque": 205}))
     assert sound(bent)["torque_peak_N_m"] <= 205
@@ -694,7 +704,7 @@ def test_a_limit_on_torque_is_held_by_the_motion():
 
 @pytest.mark.parametrize("motion", [STRAIGHT_DOWN, NO_DWELL, SEVERAL], ids=["down", "no dwell", "several"])
 def test_a_solvers_error_at_a_joint_is_no_jump(motion):
-    asked = made(motion=motion)
+    asked = changed_scene(motion=motion)
     problem = build_synthesis_problem(asked)
     found = solve_free_laws(problem)[1]
     random = np.random.default_rng(3)
@@ -773,11 +783,11 @@ def test_more_mistakes(changes, message, run):
 
 def test_a_size_that_nothing_limits_stays_where_the_objective_is_another():
     """The least mean square of the jerk between two dwells is that of the quintic; the cam stays as large."""
-    result = free(made(limits=None, synthesis__minimise="jerk_rms", search=None))
+    result = free(changed_scene(limits=None, synthesis__minimise="jerk_rms", search=None))
     assert result.design["base_radius_mm"] == 80
     assert result.gap < 1e-5
     assert result.peaks["free-rise"]["peak_velocity"] == pytest.approx(1.875, rel=1e-3)
-    known = smallest_known_cams(made(limits=None, synthesis__minimise="jerk_rms"))
+    known = smallest_known_cams(changed_scene(limits=None, synthesis__minimise="jerk_rms"))
     assert {row["base_radius_mm"] for row in known.values()} == {80}
 
 
@@ -803,7 +813,7 @@ def test_a_size_that_nothing_limits_stays_where_the_objective_is_another():
 )
 def test_what_cannot_be_met_names_the_limits_that_stand_in_the_way(changes, words):
     with pytest.raises(Unmet, match=words):
-        synthesise(made().replace(**changes))
+        synthesise(changed_scene().replace(**changes))
 
 
 def test_a_limit_that_no_cam_holds_is_told_with_what_was_reached():
@@ -975,9 +985,9 @@ def test_what_keeps_a_cam_from_being_larger_is_named_with_what_is_by_default():
 
 
 def test_known_laws_are_those_of_the_search_and_the_scenes_own():
-    assert list(smallest_known_cams(made(search__law=["poly345"]))) == ["poly345"]
-    assert set(smallest_known_cams(made(search__law=["cycloidal"]))) == {"cycloidal", "poly345"}
-    assert set(smallest_known_cams(made())) <= set(LAWS)
+    assert list(smallest_known_cams(changed_scene(search__law=["poly345"]))) == ["poly345"]
+    assert set(smallest_known_cams(changed_scene(search__law=["cycloidal"]))) == {"cycloidal", "poly345"}
+    assert set(smallest_known_cams(changed_scene())) <= set(LAWS)
 
 
 ASKED = {"motion": [segment | ({"law": "cycloidal"} if "law" in segment else {}) for segment in MOTION]}
@@ -986,7 +996,7 @@ SMOOTH = {"synthesis__peak_jerk": "modified-sine", "synthesis__peak_acceleration
 
 def test_free_laws_are_compared_with_the_best_known_law_within_the_same_limits_and_with_the_scenes_own():
     """The caps of acceleration and jerk here let the scene's own law through, and others that make smaller cams."""
-    known = known_laws_of(made(ROLLER | ASKED, search__law=["poly4567", "modified-sine"], **SMOOTH))
+    known = known_laws_of(changed_scene(ROLLER | ASKED, search__law=["poly4567", "modified-sine"], **SMOOTH))
     assert known.own_law == "cycloidal"
     assert {law: row["within"] for law, row in known.rows.items()} == {
         "modified-sine": True, "cycloidal": True, "poly4567": False,
@@ -1001,20 +1011,26 @@ def test_free_laws_are_compared_with_the_best_known_law_within_the_same_limits_a
 
 
 def test_the_scenes_own_law_is_the_best_where_it_is_better():
-    known = known_laws_of(made(search__law=["cycloidal"]))  # the caps are those of 3-4-5
+    known = known_laws_of(changed_scene(search__law=["cycloidal"]))  # the caps are those of 3-4-5
     assert (known.own_law, known.best) == ("poly345", "poly345")
 
 
 def test_a_law_that_breaks_a_limit_is_never_drawn_as_the_one_before():
-    scene = made(search__law=["harmonic", "cycloidal"], synthesis__peak_jerk=45, synthesis__peak_acceleration=7)
+    scene = changed_scene(
+        search__law=["harmonic", "cycloidal"], synthesis__peak_jerk=45, synthesis__peak_acceleration=7
+    )
     known = known_laws_of(scene.replace(motion=[s | ({"law": "parabolic"} if "law" in s else {}) for s in MOTION]))
     assert known.best == "cycloidal"
-    known = known_laws_of(made(search__law=["harmonic"], synthesis__peak_jerk=55, synthesis__peak_acceleration=7))
+    known = known_laws_of(
+        changed_scene(search__law=["harmonic"], synthesis__peak_jerk=55, synthesis__peak_acceleration=7)
+    )
     assert (known.own_law, known.best) == ("poly345", None)
-    result = synthesise(made(search__law=["harmonic"], synthesis__peak_jerk=55, synthesis__peak_acceleration=7))
+    result = synthesise(
+        changed_scene(search__law=["harmonic"], synthesis__peak_jerk=55, synthesis__peak_acceleration=7)
+    )
     figure = plot(result, known=known)
     assert faults_of(figure) == []
-    words = [text.get_text() for text, _ in drawn(figure)[0]]
+    words = [text.get_text() for text, _ in drawn_texts(figure)[0]]
     assert any("no known law meets all limits" in text for text in words)
     assert not any("known law:" in text for text in words)
 
@@ -1022,7 +1038,7 @@ def test_a_law_that_breaks_a_limit_is_never_drawn_as_the_one_before():
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("base", [ROLLER, FLAT, GROOVE, VALVE], ids=["roller", "flat", "groove", "valve"])
 def test_the_picture_before_and_after_has_its_texts_apart(base):
-    assert faults_of(plot(free(made(base)))) == []
+    assert faults_of(plot(free(changed_scene(base)))) == []
 
 
 def test_the_limits_taken_by_default_are_printed(run):
@@ -1035,13 +1051,13 @@ def test_the_limits_taken_by_default_are_printed(run):
 
 
 def test_default_peaks_are_those_of_the_problem():
-    scene = made()
+    scene = changed_scene()
     peaks = default_peaks(scene)
     assert peaks == pytest.approx({"peak_acceleration": 10 / 3**0.5, "peak_jerk": 60.0})
     given = build_synthesis_problem(scene.replace(**{f"synthesis.{name}": value for name, value in peaks.items()}))
     assert given.derivative_ranges == build_synthesis_problem(scene).derivative_ranges
     assert list(default_peaks(scene, ("size", "acceleration"))) == ["peak_jerk"]
-    assert default_peaks(made(limits__jerk=1e6)) == {}
+    assert default_peaks(changed_scene(limits__jerk=1e6)) == {}
 
 
 def test_a_load_that_presses_over_the_turn_is_no_limit():

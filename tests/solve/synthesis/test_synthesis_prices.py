@@ -53,7 +53,7 @@ def prices_of(result):
 
 
 @cache
-def priced(name):
+def prices_of_case(name):
     """The prices of a case: tests share its synthesis."""
     return prices_of(free(CASES[name]))
 
@@ -70,7 +70,7 @@ def with_bound(case, key, value):
 
 
 @cache
-def least(case):
+def least_objective(case):
     """The least objective of the convex programmes of a scene."""
     return min(
         build_convex_model(tighten_limits(d, 1e-7), SplineMotion).solve()
@@ -82,12 +82,12 @@ def least(case):
 @pytest.mark.parametrize("name", CASES)
 def test_a_price_is_the_derivative_of_the_least_objective(name):
     case = CASES[name]
-    found = priced(name)
+    found = prices_of_case(name)
     assert found
     for price in found:
         assert price.price == price.tightened
         step = 5e-4 * abs(price.bound)
-        below, above = (least(with_bound(case, price.key, price.bound + k * step)) for k in (-1, 1))
+        below, above = (least_objective(with_bound(case, price.key, price.bound + k * step)) for k in (-1, 1))
         by_differences = (above - below) / (2.0 * step)
         assert price.price == pytest.approx(by_differences, rel=1e-2), price.key
 
@@ -97,17 +97,17 @@ def test_a_price_is_the_derivative_of_the_least_objective(name):
 def test_what_has_no_price_may_change_a_little(name):
     """Of the limits on pressure angles and motions: with another bound the objective is the same."""
     case = CASES[name]
-    costly = {price.key for price in priced(name)}
+    costly = {price.key for price in prices_of_case(name)}
     limits = {limit.key for limit in resolve(case).limits if limit.set_by_scene and limit.constraints} - costly
     for key in limits - {"limits.curvature_radius"}:
         eased = case.replace(**{key: 1.001 * case.numbers([key])[key]})
-        assert least(eased) == pytest.approx(least(case), rel=1e-6)
+        assert least_objective(eased) == pytest.approx(least_objective(case), rel=1e-6)
 
 
 @pytest.mark.parametrize("key", ["limits.pressure_angle", "limits.pressure_angle_return", "synthesis.peak_jerk"])
 def test_so_much_smaller_is_the_cam_of_another_synthesis(key):
     """The cam itself, proved, not the optimum of a programme; other laws, a bound eased and tightened by 2 %."""
-    price = next(each for each in priced("size") if each.key == key)
+    price = next(each for each in prices_of_case("size") if each.key == key)
     step = 0.02 * price.bound
     sizes = [synthesise(with_bound(COARSE, key, price.bound + k * step)).objective for k in (-1, 1)]
     assert (sizes[1] - sizes[0]) / (2.0 * step) == pytest.approx(price.price, rel=0.02)
@@ -137,7 +137,9 @@ def test_bounds_at_the_end_of_what_they_may_be_have_prices_too():
     fixed = COARSE.replace(**{"search.offset": {"start": 3, "stop": 3}})
     found = {price.key: price.price for price in prices_of(synthesise(fixed))}
     step = 1e-3
-    sizes = [least(COARSE.replace(**{"search.offset": {"start": e, "stop": e}})) for e in (3 - step, 3 + step)]
+    sizes = [
+        least_objective(COARSE.replace(**{"search.offset": {"start": e, "stop": e}})) for e in (3 - step, 3 + step)
+    ]
     both = sum(found.get(f"search.offset.{end}", 0.0) for end in ("start", "stop"))
     assert both == pytest.approx((sizes[1] - sizes[0]) / (2.0 * step), rel=1e-3)
     shaft = COARSE.replace(**{"cam.shaft_diameter": 90, "cam.base_radius": 45, "search.base_radius": None})
@@ -212,6 +214,6 @@ def test_the_command_prints_prices(capsys, tmp_path, monkeypatch):
     assert "mm per unit" in text
     assert main(["synthesise", "coarse.toml", "--quiet", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)["prices"]
-    expected = priced("size")
+    expected = prices_of_case("size")
     assert [price["key"] for price in found] == [price.key for price in expected]
     assert [price["price"] for price in found] == pytest.approx([price.price for price in expected], rel=1e-6)

@@ -36,7 +36,7 @@ TRAINS = {
 }
 
 
-def lifted(scene: Scene, factor: float) -> list[dict]:
+def scale_lifts(scene: Scene, factor: float) -> list[dict]:
     """The motion of a scene with other lifts."""
     motion = scene.to_dict()["motion"]
     return [each | ({"lift": each["lift"] * factor} if "lift" in each else {}) for each in motion]
@@ -47,7 +47,7 @@ def lifted(scene: Scene, factor: float) -> list[dict]:
 def test_at_a_constant_ratio_laws_are_those_of_the_scaled_scene(name):
     train, ratio = TRAINS[name]
     plain = synthesise(BASE)
-    driven = synthesise(BASE.replace(train=train, motion=lifted(BASE, ratio)))
+    driven = synthesise(BASE.replace(train=train, motion=scale_lifts(BASE, ratio)))
     assert driven.objective == pytest.approx(plain.objective, rel=1e-7)
     assert driven.bound == pytest.approx(plain.bound, rel=1e-4)
     assert driven.bound <= driven.objective
@@ -62,7 +62,7 @@ def test_a_contact_force_counts_what_a_lever_carries():
     own, less = ({"mass": m, "spring_rate": k, "preload": f} for m, k, f in ((0.3, 5.0, 200.0), (0.1, 2.0, 100.0)))
     tool = {"mass": 0.2 / ratio**2, "spring_rate": 3.0 / ratio**2, "preload": 100.0 / ratio}
     plain = synthesise(BASE.replace(**limit, **{"follower.dynamics": own}))
-    lever = {"train": [{"stage": "ratio", "ratio": ratio, **tool}], "motion": lifted(BASE, ratio)}
+    lever = {"train": [{"stage": "ratio", "ratio": ratio, **tool}], "motion": scale_lifts(BASE, ratio)}
     driven = synthesise(BASE.replace(**limit, **lever, **{"follower.dynamics": less}))
     assert driven.objective == pytest.approx(plain.objective, rel=1e-6)
     assert driven.bound == pytest.approx(plain.bound, rel=1e-4)
@@ -156,7 +156,7 @@ def test_laws_through_a_linkage_are_a_local_optimum():
 
 
 def test_limits_at_the_follower_are_known_at_a_constant_ratio():
-    train = {"train": [{"stage": "ratio", "ratio": 2.0}], "motion": lifted(BASE, 2.0)}
+    train = {"train": [{"stage": "ratio", "ratio": 2.0}], "motion": scale_lifts(BASE, 2.0)}
     asked = {"limits.acceleration_max_follower_m_s2": 2200.0}
     found = synthesise(BASE.replace(**train, **asked))
     plain = synthesise(BASE.replace(**{"limits.acceleration": 2200.0}))

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from support import hostile
 from support.depth import times
-from support.plain import not_plain
+from support.plain import places_of_objects
 
 import camopt
 from camopt import BadInput, check, find_scene, sweep
@@ -69,7 +69,7 @@ def test_a_flipped_bit_in_any_file_is_found(result, name, trials):
         *range(bits - 96, bits),
     }
     for bit in sorted(places):
-        (result / name).write_bytes(hostile.flipped(whole, bit))
+        (result / name).write_bytes(hostile.flip_bit(whole, bit))
         (found,) = check(result / name)
         expected = "damaged" if name == "manifest.json" else "changed"
         assert (found.state, found.is_whole) == (expected, False), (bit, found)
@@ -140,10 +140,10 @@ def test_folders_inside_a_folder_are_checked_and_hidden_ones_are_not(made, resul
 
 
 def test_a_folder_that_cannot_be_read_is_told(result, monkeypatch):
-    def refusing(path):
+    def refuse_access(path):
         raise PermissionError(13, "Permission denied", os.fspath(path))
 
-    monkeypatch.setattr("os.scandir", refusing)
+    monkeypatch.setattr("os.scandir", refuse_access)
     assert [(each.file, each.state) for each in check(result)] == [(result, "unreadable")]
 
 
@@ -167,7 +167,7 @@ def test_a_part_of_a_sweep_is_checked_by_its_manifest(part, tmp_path):
         if file.is_file():
             whole = file.read_bytes()
             for bit in {*np.linspace(0, 8 * len(whole) - 1, 100).astype(int).tolist()}:
-                file.write_bytes(hostile.flipped(whole, bit))
+                file.write_bytes(hostile.flip_bit(whole, bit))
                 assert check(file)[0].state in ("changed", "damaged"), (file.name, bit)
             for length in {*np.linspace(0, len(whole) - 1, 30).astype(int).tolist(), len(whole) - 1}:
                 file.write_bytes(whole[:length])
@@ -198,7 +198,7 @@ def test_the_exit_code_says_the_worst(result, capsys):
 
 def test_the_json_document_is_plain(result):
     document = check(result).to_dict()
-    assert not not_plain(document)
+    assert not places_of_objects(document)
     assert document["whole"]
     assert [each["file"] for each in document["files"]] == [
         str(result / name) for name in sorted(FILES, key=lambda n: n != "manifest.json")
@@ -240,10 +240,10 @@ def test_what_camopt_did_not_write_is_never_whole(tmp_path, name, start, content
 
 
 def test_a_disk_that_fails_is_told(result, monkeypatch):
-    def failing(path):
+    def fail_to_read(path):
         raise OSError(5, "Input/output error", os.fspath(path))
 
-    monkeypatch.setattr("camopt.solve.tables.file_checks.regular_file", failing)
+    monkeypatch.setattr("camopt.solve.tables.file_checks.regular_file", fail_to_read)
     assert states(result) == {**dict.fromkeys(FILES, "unreadable"), "manifest.json": "whole"}
     assert main(["check", str(result)]) == FILE_TROUBLE
 

@@ -29,12 +29,12 @@ def _in_an_empty_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def unsized(scene, *more):
+def without_size(scene, *more):
     """The scene without the size of its cam."""
     return scene.replace(**{"cam.base_radius": None, "cam.mean_radius": None}, **dict.fromkeys(more))
 
 
-def alike(row, cam, rel=0.0):
+def assert_alike(row, cam, rel=0.0):
     """Whether an evaluation has every quantity of a row (but how exactly it is known), to a share of it."""
     shared = row.keys() & cam.keys() - {"relative_half_width"}
     assert {"base_radius_mm", "mean_radius_mm"} & shared
@@ -49,21 +49,21 @@ def alike(row, cam, rel=0.0):
 @pytest.mark.parametrize("name", ["two-pauses", "flat-reciprocating", "oscillating-roller"])
 def test_optimise_needs_no_size_of_the_cam(name):
     scene = find_scene(name).replace(**{"limits.curvature_radius": 3, "search": None})
-    assert optimise(unsized(scene)).by_law == optimise(scene).by_law
+    assert optimise(without_size(scene)).by_law == optimise(scene).by_law
 
 
 def test_a_sweep_needs_no_size_that_its_search_has():
     scene = find_scene("roller-1000rpm").replace(**FEW)
-    assert sweep(unsized(scene, "follower.roller_radius")).best == sweep(scene).best
+    assert sweep(without_size(scene, "follower.roller_radius")).best == sweep(scene).best
     with pytest.raises(BadInput, match=r"^roller-1000rpm: cam\.base_radius: missing; only commands that find"):
-        sweep(unsized(scene).replace(**{"search.base_radius": None}))
+        sweep(without_size(scene).replace(**{"search.base_radius": None}))
 
 
 @pytest.mark.parametrize(
     "command", [evaluate, camopt.cam_points, camopt.certify, lambda s: camopt.plot(s, "x.svg")]
 )
 def test_one_design_needs_every_size(command):
-    scene = unsized(find_scene("roller-1000rpm").replace(**FEW), "follower.roller_radius")
+    scene = without_size(find_scene("roller-1000rpm").replace(**FEW), "follower.roller_radius")
     with pytest.raises(BadInput) as error:
         command(scene)
     lines = [line.split(": missing")[0] for line in str(error.value).splitlines()]
@@ -80,7 +80,7 @@ def test_the_scene_of_an_optimum_has_its_digits(name):
     scene = find_scene(name).replace(**{"search.law": ["cycloidal"], "limits.curvature_radius": 3})
     found = optimise(scene)
     for law, design in found.by_law.items():
-        assert alike(design, evaluate(design.scene))
+        assert assert_alike(design, evaluate(design.scene))
         assert {s.law for s in design.scene.motion} - {None} == {law} - {""}  # a turn of moves has no law
         assert Scene.from_dict(design.scene.to_dict()) == design.scene
 
@@ -89,7 +89,7 @@ def test_the_scene_of_an_optimum_has_its_angles():
     scene = find_scene("roller-1000rpm").replace(**FREE, **CYCLOIDAL)
     best = optimise(scene).best
     assert [segment.angle for segment in best.scene.motion] == best["angles_deg"]
-    assert alike(best, evaluate(best.scene))
+    assert assert_alike(best, evaluate(best.scene))
 
 
 @pytest.mark.parametrize("change", [{}, {"follower.contact": "spherical", "follower.roller_radius": None,
@@ -99,11 +99,11 @@ def test_rows_of_a_sweep_are_scenes(change):
     scene = find_scene("roller-1000rpm").replace(**{**FEW, **change})
     found = sweep(scene, ".")
     for design in [*found.best.values(), found.front.knee]:
-        assert alike(design, evaluate(design.scene), rel=2e-9)
+        assert assert_alike(design, evaluate(design.scene), rel=2e-9)
     table = camopt.load("designs.parquet")
     for label in table.index[::7]:
         cam = evaluate(camopt.scene_of("designs.parquet", label))
-        assert alike(table.loc[label].to_dict(), cam, rel=2e-9)
+        assert assert_alike(table.loc[label].to_dict(), cam, rel=2e-9)
     label = table[table.offset_mm == 6].index[-1]
     assert camopt.scene_of(table[table.offset_mm == 6], label) == camopt.scene_of("designs.parquet", label)
 
@@ -118,13 +118,13 @@ def test_laws_one_after_the_other_stay_those_of_the_scene():
     best = optimise(scene).best
     assert best["law_rise"] == "cycloidal+harmonic"
     assert [s.law for s in best.scene.motion] == ["cycloidal", "harmonic", "modified-sine"]
-    assert alike(best, evaluate(best.scene))
+    assert assert_alike(best, evaluate(best.scene))
 
 
 def test_a_nearest_miss_is_a_scene():
     scene = find_scene("roller-1000rpm").replace(**{**FEW, "limits.pressure_angle": 5})
     miss = sweep(scene).nearest_miss
-    assert alike(miss, evaluate(miss.scene), rel=2e-9)
+    assert assert_alike(miss, evaluate(miss.scene), rel=2e-9)
 
 
 def test_a_quantity_that_a_design_has_not_names_the_nearest():
@@ -159,7 +159,9 @@ def run(capsys, *arguments):
 
 
 def test_optimise_writes_the_scene_of_each_law(capsys):
-    Path("mine.toml").write_text(unsized(find_scene("roller-1000rpm")).replace(**FEW).to_toml(), encoding="utf-8")
+    Path("mine.toml").write_text(
+        without_size(find_scene("roller-1000rpm")).replace(**FEW).to_toml(), encoding="utf-8"
+    )
     code, out, err = run(capsys, "optimise", "mine.toml", "--out", "best", "--json")
     by_law = json.loads(out)["by_law"]
     files = {f"best/optimum-{law.replace(' / ', '-')}.toml": row for law, row in by_law.items()}

@@ -83,7 +83,7 @@ def test_a_table_without_a_size_or_law_is_not_given_the_scene_s(table, certified
     ],
 )
 def test_a_row_that_is_no_design_is_refused(table, certified, name, value):
-    code, told, same = certified(hostile.in_bytes(hostile.with_first(table, name, value)))
+    code, told, same = certified(hostile.in_bytes(hostile.replace_first_value(table, name, value)))
     assert (code, same) == (BAD_INPUT, True)
     assert told.startswith("camopt: table = ")
 
@@ -103,7 +103,7 @@ def test_a_damaged_table_never_says_anything_else(table, published, data):
     """Flipped bits and cuts: each is found by the manifest."""
     whole = damaged = published.read_bytes()
     for bit in data.draw(st.lists(st.integers(0, 8 * len(whole) - 1), max_size=3)):
-        damaged = hostile.flipped(damaged, bit)
+        damaged = hostile.flip_bit(damaged, bit)
     damaged = damaged[: data.draw(st.integers(0, len(whole)) | st.just(len(whole)))]
     published.write_bytes(damaged)
     try:

@@ -9,7 +9,7 @@ from math import inf
 import numpy as np
 import pandas as pd
 import pytest
-from support.plain import not_plain
+from support.plain import places_of_objects
 
 import camopt
 from camopt import Design, find_scene
@@ -104,7 +104,7 @@ def test_a_result_prints_the_same_in_a_terminal_in_a_notebook_and_for_programs(r
         assert text in page
     print_result(result, as_json=True, quiet=True)
     assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(result.to_dict(), allow_nan=False))
-    assert not not_plain(result.to_dict())
+    assert not places_of_objects(result.to_dict())
 
 
 def texts_of(part):

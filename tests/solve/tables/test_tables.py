@@ -45,7 +45,7 @@ def flat():
     return find_scene("flat-reciprocating").replace(**FLAT)
 
 
-def shown(capsys, scene, *command):
+def printed_table(capsys, scene, *command):
     Path("mine.toml").write_text(scene.to_toml(), encoding="utf-8")
     main([command[0], "mine.toml", "--quiet", *map(str, command[1:])])
     return capsys.readouterr().out
@@ -78,7 +78,7 @@ def test_a_limit_that_is_just_held_has_a_margin_of_zero(beyond):
 
 def test_sentences_are_no_longer_than_a_line(capsys):
     """What is shown of a design: a hundred columns in a file, no word lost."""
-    text = shown(capsys, find_scene("two-pauses"), "evaluate", "--long")
+    text = printed_table(capsys, find_scene("two-pauses"), "evaluate", "--long")
     assert max(map(len, text.splitlines())) <= 100
     sentence = QUANTITIES["pressure_angle_max_at_deg"].sentence
     assert all(word in text.split() for word in sentence.split())
@@ -100,7 +100,7 @@ def test_no_cell_of_a_table_is_cut_on_a_narrow_screen(capsys, monkeypatch):
 def test_larger_cams_that_fail_are_told_in_a_sentence(capsys):
     scene = find_scene("oscillating-roller").replace(limits={"pressure_angle": 35, "pressure_angle_return": 40})
     best = optimise(scene).best
-    text = " ".join(shown(capsys, scene, "optimise").split())
+    text = " ".join(printed_table(capsys, scene, "optimise").split())
     assert not re.search(r"\bclear\b|∞", text)
     assert best["clear_above_mm"] > best["base_radius_mm"]
     assert "larger cams may break a limit again" in text
@@ -117,7 +117,7 @@ def test_limited_quantities_stand_beside_their_limits(capsys):
     }
     assert bounds_shown(resolve(flat())) == bounds
     for command in ("optimise", "sweep"):
-        text = shown(capsys, flat(), command)
+        text = printed_table(capsys, flat(), command)
         assert all(bound in text for bound in bounds.values())
         assert "pressure" not in text
         assert "offset" not in text
@@ -156,12 +156,12 @@ def test_outputs_have_columns(capsys):
     rows = [*optimise(scene).by_law.values(), *sweep(scene).best.values()]
     assert all({"contact_force_max_N", "preload_required_N"} <= row.keys() for row in rows)
     for command in ("optimise", "sweep"):
-        text = shown(capsys, scene, command)
+        text = printed_table(capsys, scene, command)
         assert "preload" in text
 
 
 def test_a_miss_shows_each_value_beside_its_limit(capsys):
-    text = shown(capsys, flat().replace(**{"limits.contact_stress": 10}), "sweep")
+    text = printed_table(capsys, flat().replace(**{"limits.contact_stress": 10}), "sweep")
     line = next(line for line in text.splitlines() if line.startswith("contact_stress_max_MPa"))
     assert line.split()[2:] == ["MPa", "≤", "10", "broken"]
     held = next(line for line in text.splitlines() if line.startswith("jump_speed_rpm"))

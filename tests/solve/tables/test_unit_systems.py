@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from pint import UnitRegistry
 from support.controls import CONTROLS
-from support.curves import furthest, true_points
+from support.curves import largest_distance, true_points
 from support.pictures import faults_of
 
 from camopt import (
@@ -129,7 +129,7 @@ def in_pint(unit):
     return PINT.parse_units(unit)
 
 
-def back(value, unit, other):
+def convert_by_pint(value, unit, other):
     """A number in a unit as pint has it in another."""
     return PINT.Quantity(value, in_pint(unit)).to(in_pint(other)).magnitude
 
@@ -143,7 +143,7 @@ def inch():
 @pytest.mark.parametrize("unit", UNITS)
 def test_every_unit_of_a_quantity_has_its_counterpart(unit, inch):
     assert {name for name, _ in UNIT_FACTOR.findall(unit)} <= {*CUSTOMARY} | AS_IN_MM
-    assert back(to_shown_unit(1.0, unit), shown_unit(unit), unit) == pytest.approx(1.0, rel=1e-12)
+    assert convert_by_pint(to_shown_unit(1.0, unit), shown_unit(unit), unit) == pytest.approx(1.0, rel=1e-12)
     assert from_shown_unit(to_shown_unit(np.array([3.0, -2.0]), unit), unit) == pytest.approx(
         [3.0, -2.0], rel=1e-15
     )
@@ -192,11 +192,15 @@ def test_the_table_of_a_design_has_the_same_numbers(name):
             continue
         value = number_in(row[1].text)
         if np.isfinite(known) and value:
-            assert back(value, unit or "1", QUANTITIES[quantity].unit or "1") == pytest.approx(known, rel=6e-6)
+            assert convert_by_pint(value, unit or "1", QUANTITIES[quantity].unit or "1") == pytest.approx(
+                known, rel=6e-6
+            )
         limit = [each.text for each in (row[3], other[3]) if re.match("[≤≥±<>]", each.text)]
         if len(limit) == 2:
             ours, theirs = (number_in(text.split()[-1]) for text in limit)
-            assert back(ours, unit or "1", QUANTITIES[quantity].unit or "1") == pytest.approx(theirs, rel=6e-6)
+            assert convert_by_pint(ours, unit or "1", QUANTITIES[quantity].unit or "1") == pytest.approx(
+                theirs, rel=6e-6
+            )
 
 
 @pytest.mark.one_in(4)
@@ -207,7 +211,7 @@ def test_diagrams_have_the_same_curves_peaks_and_limits(name):
     with shown_in("inch"):
         panels = shown_panels(picture)
     for panel, other in zip(panels, plain, strict=True):
-        one = back(1.0, other.unit or "1", panel.unit or "1")
+        one = convert_by_pint(1.0, other.unit or "1", panel.unit or "1")
         numbers = {
             "values": (np.concatenate(panel.values), np.concatenate(other.values)),
             "peaks": ([each.value for each in panel.peaks], [each.value for each in other.peaks]),
@@ -300,9 +304,11 @@ def test_texts_of_the_smallest_cam_have_the_same_numbers(capsys):
     assert len(prices[0]) == len(prices[1]) >= 2
     assert len(sizes[0]) == len(sizes[1]) >= 1
     for (value, unit, per), (other, of, over) in zip(prices[1], prices[0], strict=True):
-        assert back(number_in(value), f"{unit}/{per}", f"{of}/{over}") == pytest.approx(number_in(other), rel=2e-3)
+        assert convert_by_pint(number_in(value), f"{unit}/{per}", f"{of}/{over}") == pytest.approx(
+            number_in(other), rel=2e-3
+        )
     for (value, unit), (other, of) in zip(sizes[1], sizes[0], strict=True):
-        assert back(number_in(value), unit, of) == pytest.approx(number_in(other), rel=1e-5)
+        assert convert_by_pint(number_in(value), unit, of) == pytest.approx(number_in(other), rel=1e-5)
 
 
 def test_the_table_of_tolerances_has_the_same_lengths_and_angles():
@@ -314,7 +320,9 @@ def test_the_table_of_tolerances_has_the_same_lengths_and_angles():
         if "deg" in other[0].text:
             assert row == other
         else:
-            assert back(number_in(row[1].text), "in", "mm") == pytest.approx(number_in(other[1].text), rel=1e-5)
+            assert convert_by_pint(number_in(row[1].text), "in", "mm") == pytest.approx(
+                number_in(other[1].text), rel=1e-5
+            )
 
 
 def test_tables_of_timing_and_harmonics_have_the_same_numbers():
@@ -327,7 +335,7 @@ def test_tables_of_timing_and_harmonics_have_the_same_numbers():
             units = [each.text.split("\n")[-1] for each in (head, other)]
             units = ["1", "1"] if units[0] == units[1] else units
             for row, same in zip(table.rows, plain.rows, strict=True):
-                value = back(number_in(row[k].text), *units)
+                value = convert_by_pint(number_in(row[k].text), *units)
                 assert value == pytest.approx(number_in(same[k].text), rel=1e-5, abs=1e-9)
 
 
@@ -350,7 +358,7 @@ def test_points_in_a_csv_file_and_a_workbook_are_those_of_the_cam(tmp_path, inch
         assert not re.search("_(mm|N|MPa|N_m|m_s)$", column)
         assert stored[name].to_numpy() == pytest.approx(values)
     stress = read["contact_stress_ksi"].to_numpy()
-    assert back(stress, "ksi", "MPa") == pytest.approx(true["contact_stress_MPa"], rel=1e-12)
+    assert convert_by_pint(stress, "ksi", "MPa") == pytest.approx(true["contact_stress_MPa"], rel=1e-12)
 
 
 @pytest.mark.parametrize("curves", ["arcs", "spline"])
@@ -393,7 +401,7 @@ def test_a_program_in_inch_cuts_the_profile(tmp_path, control, inch):
     closed = -25.4 * np.concatenate(cut.moves[2:-2]).conjugate()  # its hub is below: from behind
     problem = resolve_design(scene)
     true = true_points(problem, disc_curves(problem, 5.0)["cutter"].distance)
-    off = max(furthest(closed, true), furthest(true, closed))
+    off = max(largest_distance(closed, true), largest_distance(true, closed))
     assert off <= found.curves["cutter"].deviation_mm + 5e-5
     assert found.curves["cutter"].deviation_mm <= 5 * 25.4 * 10.0**-machine.decimals
 
@@ -470,7 +478,9 @@ def test_a_synthesis_is_told_in_both_systems_for_pages_of_either(tmp_path):
     summary = json.loads((tmp_path / "synthesis.json").read_text())
     for key, unit in (("told", "mm"), ("told_in_inch", "in")):
         numbers = [number_in(text) for text in re.findall(rf"([\d.]+) {unit}\b", summary[key])]
-        assert back(np.array(numbers), unit, "mm") == pytest.approx([result.objective, result.bound], rel=1e-5)
+        assert convert_by_pint(np.array(numbers), unit, "mm") == pytest.approx(
+            [result.objective, result.bound], rel=1e-5
+        )
     assert METRIC.search(summary["told_in_inch"]) is None
 
 

@@ -21,7 +21,7 @@ def search(quantity, ends, **more):
     return BoundSearch(problem, quantity, ends, coordinate_box(ends), **more)
 
 
-def most(quantity, ends, sides=(1.0,), gap=1e-6, until=np.inf):
+def proven_bound(quantity, ends, sides=(1.0,), gap=1e-6, until=np.inf):
     of = search(quantity, ends)
     return of.run(whole_panel_parts(of.problem, of.box, sides=sides), -np.inf, gap, until)
 
@@ -34,7 +34,7 @@ def test_the_bound_of_errors_that_are_not_monotone_and_of_a_direction_is_their_m
         return first + x["bore_eccentricity"] * 0.6 - x["bore_eccentricity_way"] * 0.8
 
     exact = 0.075**2 + 0.3**2 + 0.05
-    found = most(quantity, ENDS | WAY)
+    found = proven_bound(quantity, ENDS | WAY)
     assert exact - 1e-9 <= found.high <= exact * (1.0 + 1.1e-6)
     assert found.witness_value <= exact
     assert found.witness["offset"] == -0.3
@@ -47,9 +47,9 @@ def test_the_turn_is_cut_where_a_quantity_is_the_most():
     """y·(1 + x) of a lift of the scene, and the least of it on the other side."""
     lift = resolve_design(camopt.find_scene("bucket-valve")).programme.lift
     ends = {"size": ENDS["size"]}
-    found = most(lambda x, at: at.y * (x["size"] + 1.0), ends)
+    found = proven_bound(lambda x, at: at.y * (x["size"] + 1.0), ends)
     assert lift * 1.2 * (1.0 - 1e-12) <= found.high <= lift * 1.2 * (1.0 + 1.1e-6)
-    both = most(lambda x, at: at.y * (x["size"] - 1.0), ends, (1.0, -1.0))
+    both = proven_bound(lambda x, at: at.y * (x["size"] - 1.0), ends, (1.0, -1.0))
     assert both.high == pytest.approx(1.1 * lift, rel=1.1e-6)
 
 
@@ -57,9 +57,9 @@ def test_a_coarse_gap_is_kept_and_why_there_is_no_bound_is_said():
     def quantity(x, at):
         return np.sin(x["size"] * 7.0) * at.y
 
-    fine, coarse = (most(quantity, {"size": (-0.4, 0.4)}, gap=gap).high for gap in (1e-6, 0.1))
+    fine, coarse = (proven_bound(quantity, {"size": (-0.4, 0.4)}, gap=gap).high for gap in (1e-6, 0.1))
     assert fine <= coarse <= 1.1 * fine
-    assert most(quantity, {"size": (-0.4, 0.4)}, until=-np.inf).high == np.inf
+    assert proven_bound(quantity, {"size": (-0.4, 0.4)}, until=-np.inf).high == np.inf
     assert missing_bound_reason(fine, 9.0, np.inf) == ""
     assert missing_bound_reason(np.inf, 9.0, np.inf) == "the tolerances are too large for it"
     assert missing_bound_reason(np.inf, 9.0, -np.inf) == "the time of 9 s was over"

@@ -47,7 +47,7 @@ MP_STEP = 1e-12
 
 
 @cache
-def driven(stage, size=0.02):
+def scene_with_stage(stage, size=0.02):
     """A scene with a train whose numbers all have tolerances, and what its bound is."""
     contact, row = STAGES[stage]
     keys = [key for key in row if key not in ("stage", "crossed")]
@@ -60,10 +60,10 @@ def driven(stage, size=0.02):
 
 @cache
 def bound_of(stage):
-    return camopt.tolerance(driven(stage)[0]).worst_case
+    return camopt.tolerance(scene_with_stage(stage)[0]).worst_case
 
 
-def closed(scene, problem, follower, errors=()):
+def tool_by_closed_loops(scene, problem, follower, errors=()):
     """Where the tool is by its closed loops in 40 digits, of a follower at a place from the start of the train."""
     row = {key: each for key, each in scene.train[0] if each is not None and key != "stage"}
     for key, by in dict(errors).items():
@@ -77,7 +77,7 @@ def test_tools_of_links_with_errors_are_where_their_closed_loops_are():
     rng, most = np.random.default_rng(3), 0.0
     for number in range(times(6, 300)):
         stage = [*STAGES][number % len(STAGES)]
-        scene, problem = driven(stage)
+        scene, problem = scene_with_stage(stage)
         ends = error_ranges(scene, problem)
         shares = rng.choice([0.0, 1.0], len(ends)) if number % 2 else rng.uniform(size=len(ends))
         errors = {k: low + x * (high - low) for (k, (low, high)), x in zip(ends.items(), shares, strict=True)}
@@ -94,8 +94,8 @@ def test_tools_of_links_with_errors_are_where_their_closed_loops_are():
             problem.design, problem.programme.lift, y, y1, contact_errors(flat_errors(own))
         )
         with mp.workdps(40):
-            stands = closed(scene, problem, at[0] + float(rest.moved[0]), errors)
-            known = float(stands - closed(scene, problem, at[1]))
+            stands = tool_by_closed_loops(scene, problem, at[0] + float(rest.moved[0]), errors)
+            known = float(stands - tool_by_closed_loops(scene, problem, at[1]))
         assert found.error[0] == pytest.approx(known, abs=1e-9)
         assert abs(still.error[0]) < 1e-12
         if is_deep() or stage in QUICK:
@@ -106,15 +106,15 @@ def test_tools_of_links_with_errors_are_where_their_closed_loops_are():
     for stage in QUICK:
         found = bound_of(stage)
         assert 0.0 <= found.gap <= 2e-4 * found.bound
-        assert set(found.errors) == set(driven(stage)[0].tolerances.numbers)
-        assert found.bound == pytest.approx(camopt.tolerance(driven(stage)[0]).errors[0].worst, rel=0.01)
+        assert set(found.errors) == set(scene_with_stage(stage)[0].tolerances.numbers)
+        assert found.bound == pytest.approx(camopt.tolerance(scene_with_stage(stage)[0]).errors[0].worst, rel=0.01)
 
 
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("stage", STAGES)
 def test_responses_to_links_are_the_slopes_of_their_closed_loops(stage):
     """The displacement in 40 digits; velocity and acceleration by differences over cam angles."""
-    scene, problem = driven(stage)
+    scene, problem = scene_with_stage(stage)
     step, angles = 1e-4, np.array([0.9, 0.9 - 1e-4, 0.9 + 1e-4, 2.0])
     answers, start = ToolResponse(problem, angles), follower_start(problem)
     for key in (key for key in scene.tolerances.numbers if key.startswith("train")):
@@ -122,7 +122,7 @@ def test_responses_to_links_are_the_slopes_of_their_closed_loops(stage):
         for place in (0, 3):
             y = float(problem.programme.motion_at(angles)[0][place]) + start
             with mp.workdps(40):
-                ends = [closed(scene, problem, y, {key: side * mp.mpf(MP_STEP)}) for side in (1, -1)]
+                ends = [tool_by_closed_loops(scene, problem, y, {key: side * mp.mpf(MP_STEP)}) for side in (1, -1)]
                 known = float((ends[0] - ends[1]) / (2 * mp.mpf(MP_STEP)))
             assert found[0, place] == pytest.approx(known, rel=1e-8, abs=1e-10)
         size = np.abs(found).max()
@@ -215,7 +215,7 @@ BOUNDS = {
 }
 
 
-def loaded(**more):
+def loaded_scene(**more):
     found = cam_with("roller", "cycloidal", outputs=[])
     own = {"name": "loaded", **found, "materials": STEEL, "limits": BOUNDS, "part": {"bore": 20}}
     return Scene.from_dict({**own, "tolerances": NUMBERS, **more})
@@ -223,7 +223,7 @@ def loaded(**more):
 
 @pytest.fixture(scope="module")
 def of_numbers():
-    scene = loaded()
+    scene = loaded_scene()
     return scene, camopt.tolerance(scene)
 
 
@@ -409,7 +409,9 @@ def test_a_cam_of_its_own_has_no_tolerance_of_what_was_made(of_numbers):
 
 
 def test_a_robust_scene_of_given_sizes_is_certified_with_classes_of_them():
-    scene = loaded(tolerances={"follower.roller_radius": "h6"}, search={"robust": True, "roller_radius": [12, 14]})
+    scene = loaded_scene(
+        tolerances={"follower.roller_radius": "h6"}, search={"robust": True, "roller_radius": [12, 14]}
+    )
     assert set(camopt.certify(scene).values()) == {"held"}
     with pytest.raises(BadInput, match=r"tolerances\.follower\.roller_radius = 'h6': must be ± mm"):
         camopt.optimise(scene)

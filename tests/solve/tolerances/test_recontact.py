@@ -24,7 +24,7 @@ PLACES = np.array([0.7, 2.2, 4.0])
 KEYS = {"bore_eccentricity": "bore"}
 
 
-def given_of(contact):
+def tolerances_of(contact):
     """All tolerances of a contact."""
     sizes = {f"follower.{key}": 0.03 for key in SIZES[contact] if key != "face_tilt"}
     tilt = {"face_tilt": 0.1} if "face_tilt" in SIZES[contact] else {}
@@ -50,7 +50,7 @@ def slope(motion, theta, order):
 def test_motions_are_those_of_exact_contact_in_40_digits(contact, rotation):
     """Displacement, velocity and acceleration of cams with all errors at once, none of them small."""
     plain = plain_of(contact, rotation)
-    scene = Scene.from_dict({**plain, "tolerances": given_of(contact)})
+    scene = Scene.from_dict({**plain, "tolerances": tolerances_of(contact)})
     problem = resolve_design(scene)
     off, cams = sample_errors(scene, problem.nominal_numbers, PLACES.size, 5), RealCams(problem, waves=9)
     for order in range(3):
@@ -82,7 +82,7 @@ def test_at_the_tool_motions_are_those_of_closed_loops(contact):
 )
 def test_the_largest_error_of_a_cam_is_that_of_a_scan_over_cam_angles(contact, law):
     """At 21,000 cam angles, dense near joints, at each of which the place of contact is found by itself."""
-    scene = scene_of(contact, law, given_of(contact) | {"waves": 4})
+    scene = scene_of(contact, law, tolerances_of(contact) | {"waves": 4})
     problem = resolve_design(scene)
     off = sample_errors(scene, problem.nominal_numbers, 6, 2)
     found = LargestErrorSearch(RealCams(problem, 4), tuple(off))
@@ -116,7 +116,7 @@ def test_under_a_flat_face_errors_have_the_distributions_that_are_known():
 
 
 def test_shares_of_the_variance_are_those_of_the_first_order_and_yields_those_of_a_second_sampler():
-    scene = scene_of("arm", given=given_of("arm"))
+    scene = scene_of("arm", given=tolerances_of("arm"))
     batch, known = camopt.sample_cams(scene, cams=2**13), camopt.tolerance(scene).errors
     for spread, error in zip(batch.errors, known, strict=False):
         for key, share in error.variances.items():

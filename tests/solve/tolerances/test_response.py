@@ -26,7 +26,7 @@ CASES = [(contact, key) for contact in CONTACTS for key in (*SIZES[contact], *EV
 DIGITS, STEP, APART = 40, 1e-12, 1e-5
 
 
-def answered(answers, key):
+def package_response(answers, key):
     """What the package says."""
     if key.startswith("bore"):
         return answers.bore_responses[key == "bore y"]
@@ -37,7 +37,7 @@ def answered(answers, key):
     return answers.size_response("roller_radius" if "radius" in key else key)
 
 
-def off(key, size):
+def single_error(key, size):
     """An error of a kind."""
     return {"bore": mp.mpc(size) if key == "bore x" else mp.mpc(0, size)} if key.startswith("bore") else {key: size}
 
@@ -54,13 +54,13 @@ def scene_of(contact, rotation):
 def test_responses_are_those_of_exact_contact_in_40_digits(contact, key, rotation):
     """The displacement, and its slopes by the cam angle, by differences of errors of 1e-12 mm (rad) either way."""
     scene, angles = scene_of(contact, rotation), np.array([0.7, 2.2, 3.1, 5.0])
-    found = answered(ToolResponse(resolve_design(Scene.from_dict(scene)), angles), key)
+    found = package_response(ToolResponse(resolve_design(Scene.from_dict(scene)), angles), key)
     with mp.workdps(DIGITS):
         for place, theta in enumerate(map(mp.mpf, angles.tolist())):
 
             def answer(theta):
                 step = mp.mpf(STEP)
-                ends = (displacement(scene, off(key, side * step), theta) for side in (1, -1))
+                ends = (displacement(scene, single_error(key, side * step), theta) for side in (1, -1))
                 return (next(ends) - next(ends)) / (2 * step)
 
             near = [answer(theta + side * mp.mpf(APART)) for side in (-1, 0, 1)]
@@ -80,11 +80,13 @@ def test_responses_are_those_of_exact_contact_in_40_digits(contact, key, rotatio
 def test_neglected_terms_are_of_second_order(contact, key):
     """Errors of 20 µm (0.2 mrad) are off by four times what those of 10 µm are, and those by less than 0.05 µm."""
     scene, theta = scene_of(contact, "ccw"), mp.mpf(0.7)
-    first = answered(ToolResponse(resolve_design(Scene.from_dict(scene)), np.array([0.7])), key)[0, 0]
+    first = package_response(ToolResponse(resolve_design(Scene.from_dict(scene)), np.array([0.7])), key)[0, 0]
     with mp.workdps(DIGITS):
         nominal = displacement(scene, {}, theta)
         rest = [
-            float(displacement(scene, off(key, mp.mpf(size)), theta) - nominal - mp.mpf(first) * mp.mpf(size))
+            float(
+                displacement(scene, single_error(key, mp.mpf(size)), theta) - nominal - mp.mpf(first) * mp.mpf(size)
+            )
             for size in ((1e-4, 2e-4) if key in ("phase", "face_tilt") else (1e-2, 2e-2))
         ]
     assert abs(rest[0]) < 5e-5

@@ -25,7 +25,7 @@ STEPS = 3
 """Of each number in a scan."""
 
 
-def asked(name, tolerances=None, **more):
+def robust_scene(name, tolerances=None, **more):
     """A scene whose robust cam is sought, with one law and nothing else that is free."""
     given = GIVEN[name] if tolerances is None else tolerances
     return camopt.find_scene(name).replace(search={"robust": True}, tolerances=given, **more)
@@ -56,7 +56,7 @@ def is_the_smallest(best):
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", GIVEN)
 def test_a_robust_cam_is_the_smallest_of_which_no_cam_with_any_train_breaks_a_limit(name):
-    best = camopt.optimise(asked(name)).best
+    best = camopt.optimise(robust_scene(name)).best
     assert is_the_smallest(best)
     assert best["nominal_proved"]
     assert best["safety_mm"] > 1e-3
@@ -69,7 +69,7 @@ def test_a_robust_cam_is_the_smallest_of_which_no_cam_with_any_train_breaks_a_li
 @pytest.mark.parametrize("limit", ["joint_force_max_N", "contact_force_min"])
 def test_forces_under_a_load_over_the_turn_are_proved_for_all_trains(limit):
     """To 1e-8 of the force of the worst corner, which is computed from its own train."""
-    scene = asked("clamp-by-wedge", {"train.1.angle": 0.1, "train.1.mass": 0.1})
+    scene = robust_scene("clamp-by-wedge", {"train.1.angle": 0.1, "train.1.mass": 0.1})
     problem, column = resolve_design(scene), "contact_force_min_N" if limit == "contact_force_min" else limit
     forces = [
         camopt.evaluate(scene.replace(**{"train.1.angle": 12 + angle, "train.1.mass": 2 + mass}))[column]
@@ -83,7 +83,7 @@ def test_forces_under_a_load_over_the_turn_are_proved_for_all_trains(limit):
 
 
 def test_zero_tolerances_of_links_give_the_nominal_answer_to_the_last_bit():
-    scene = asked("slide-by-bell-crank", {"train.1.crank": 0.0, "train.1.coupler": 0.0})
+    scene = robust_scene("slide-by-bell-crank", {"train.1.crank": 0.0, "train.1.coupler": 0.0})
     robust, nominal = (camopt.optimise(each).best for each in (scene, scene.replace(**{"search.robust": False})))
     assert dict(robust) == dict(nominal)
     assert camopt.certify(scene) == camopt.certify(scene.replace(**{"search.robust": False}))
@@ -91,7 +91,7 @@ def test_zero_tolerances_of_links_give_the_nominal_answer_to_the_last_bit():
 
 def test_a_linkage_between_the_corners_that_is_the_worst_has_to_hold_the_limits_too(monkeypatch):
     """The pressure angle is largest where the input arm is 3 deg off, of 6: no corner is as bad."""
-    scene = asked("valve-with-rocker", {"train.1.input_angle": 6}, limits={"pressure_angle": 20})
+    scene = robust_scene("valve-with-rocker", {"train.1.input_angle": 6}, limits={"pressure_angle": 20})
     best = camopt.optimise(scene).best
     assert (best["proved"], best["every_cam"]) == (True, "held")
     assert worst_excess(best.scene) < -1e-4 < worst_excess(best.scene, 25) <= 0.0
@@ -107,7 +107,7 @@ def test_a_linkage_between_the_corners_that_is_the_worst_has_to_hold_the_limits_
 
 @pytest.mark.long
 def test_the_smallest_robust_cam_comes_with_its_linkage():
-    scene = asked("slide-by-bell-crank", {"train.1.crank": 0.1}).replace(
+    scene = robust_scene("slide-by-bell-crank", {"train.1.crank": 0.1}).replace(
         **{"search.train": {"1": {"crank": {"start": 158, "stop": 162}}}}
     )
     best = camopt.optimise(scene).best
@@ -121,7 +121,7 @@ def test_the_smallest_robust_cam_comes_with_its_linkage():
 def test_free_laws_of_the_tool_hold_the_limits_with_every_ratio():
     """The least acceleration within a radius: little more than that of the nominal ratio, proved and scanned."""
     own = {"synthesis.pieces": 8, "synthesis.minimise": "acceleration", "cam.base_radius": 30}
-    scene = asked("pusher-by-lever", {"train.1.ratio": 0.1}, **own)
+    scene = robust_scene("pusher-by-lever", {"train.1.ratio": 0.1}, **own)
     found, nominal = camopt.synthesise(scene), camopt.synthesise(scene.replace(**{"search.robust": False}))
     assert found.bound <= nominal.objective < found.objective < 1.05 * nominal.objective
     assert (found.design["every_cam"], found.design["base_radius_mm"] <= 30.0, found.convex) == ("held", True, True)
@@ -130,7 +130,7 @@ def test_free_laws_of_the_tool_hold_the_limits_with_every_ratio():
 
 def test_convex_steps_look_at_the_motion_of_each_train():
     """What free laws of the tool make of the follower of a train that is off, against the motion of that train."""
-    scene = asked("slide-by-bell-crank", {"train.1.crank": 1, "follower.roller_radius": 0.1})
+    scene = robust_scene("slide-by-bell-crank", {"train.1.crank": 1, "follower.roller_radius": 0.1})
     synthesis_problem = build_synthesis_problem(scene)
     steps = SequentialConvex(solve_free_laws(synthesis_problem)[0], nonconvex_constraints_of(synthesis_problem))
     cams = {id(each.constraints.scene_problem) for each in steps.blocks}
@@ -167,4 +167,4 @@ def test_random_robust_cams_are_the_smallest(name, seed):
     sizes = ["roller_radius", "arm_length" if scene.follower.arm_length else "offset"]
     keys = [*rng.choice(LINKS[name], 2, replace=False), f"follower.{rng.choice(sizes)}"]
     zones = dict(zip(keys, rng.uniform(0.02, 0.2, 3), strict=True))
-    assert is_the_smallest(camopt.optimise(asked(name, zones)).best)
+    assert is_the_smallest(camopt.optimise(robust_scene(name, zones)).best)

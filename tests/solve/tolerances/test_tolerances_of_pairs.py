@@ -23,8 +23,8 @@ from camopt.solve.tolerances.response import PairResponse, separation_range
 from camopt.solve.tolerances.turn_errors import TurnErrors, worst_case_magnitude
 from camopt.solve.tolerances.worst_case import tool_error, worst_search
 from camopt.solve.verdicts.constraint_boxes import BoxParts
-from tests.solve.measured.test_pair_inspection import drawn as pair_drawn
-from tests.solve.measured.test_pair_inspection import held
+from tests.solve.measured.test_pair_inspection import drawn_pair as pair_drawn
+from tests.solve.measured.test_pair_inspection import lift_off_profile
 
 ANGLES = np.radians([25.0, 81.0, 150.0, 222.0, 301.0])
 DENSE = np.arange(0.0, 360.0, 0.05)
@@ -77,7 +77,9 @@ def test_both_contacts_are_where_rigid_followers_rest_on_each_disc(kind, case):
     problem, made, exact = resolve_design(scene), cut(scene, kind, errors), cut(scene, kind, {})
     off, apart = PairCams(problem).at(errors, ANGLES)
     for place, theta in enumerate(ANGLES):
-        first, second = (held(scene, made[k], k, theta) - held(scene, exact[k], k, theta) for k in (0, 1))
+        first, second = (
+            lift_off_profile(scene, made[k], k, theta) - lift_off_profile(scene, exact[k], k, theta) for k in (0, 1)
+        )
         size = 0.05 if kind == "translating" else 0.05 / 80
         assert off[place] == pytest.approx((first - second) / 2, abs=2e-3 * size)
         assert apart[place] == pytest.approx(first + second, abs=2e-3 * size)
@@ -256,7 +258,7 @@ def test_the_worst_cam_has_an_interference_that_its_own_sizes_give_and_the_gap_i
     c = design.centre_distance[0]
     interference = Interference.from_scene(scene, problem, 0.01, None)
 
-    def most(sizes):
+    def most_interference(sizes):
         errors = {key: by + np.zeros(angles.size) for key, by in sizes.items() if key != "drive.base_radius"}
         for key, end in (
             ("profile", 0.004),
@@ -276,10 +278,10 @@ def test_the_worst_cam_has_an_interference_that_its_own_sizes_give_and_the_gap_i
     sizes = {
         key: margin.sizes[key] - problem.nominal_numbers[key] for key in margin.sizes if key != "drive.interference"
     }
-    assert margin.sizes["drive.interference"] == pytest.approx(most(sizes), rel=1e-3)
+    assert margin.sizes["drive.interference"] == pytest.approx(most_interference(sizes), rel=1e-3)
     others = {key: -by for key, by in sizes.items()}
     least = interference.interference_range({key: np.array([by]) for key, by in others.items()}).highest
-    assert least == pytest.approx(most(others), rel=1e-3)
+    assert least == pytest.approx(most_interference(others), rel=1e-3)
     assert least < 0.6 * margin.sizes["drive.interference"]
     assert 1e-4 < margin.gap / margin.worst < 3e-3  # the interference of any cam, with the sizes of any other
 

@@ -89,7 +89,7 @@ TRAIN = {"stage": "rocker", "input_arm": 40, "input_angle": -10, "output_arm": 5
 KINDS = [*CONTACTS, "train"]
 
 
-def toleranced(contact, law="poly345", rotation="ccw", size=0.01):
+def scene_with_tolerances(contact, law="poly345", rotation="ccw", size=0.01):
     """A cam with a tolerance of everything that it has."""
     train = [TRAIN] if contact == "train" else None
     contact = "roller" if contact == "train" else contact
@@ -108,7 +108,7 @@ def toleranced(contact, law="poly345", rotation="ccw", size=0.01):
 @pytest.mark.parametrize("contact", KINDS)
 def test_no_cam_exceeds_the_bound_and_the_worst_cam_nearly_has_it(contact, law):
     """By 200,000 cams, half of them at corners, at random places, and a local search from the worst of them."""
-    scene, rng = toleranced(contact, law), np.random.default_rng(2)
+    scene, rng = scene_with_tolerances(contact, law), np.random.default_rng(2)
     found, problem = camopt.tolerance(scene).worst_case, resolve_design(scene)
     unit, zones = motion_scale(problem.setup, 0), error_ranges(scene, problem)
     ends = np.array([*zones.values()])
@@ -139,7 +139,7 @@ def test_no_cam_exceeds_the_bound_and_the_worst_cam_nearly_has_it(contact, law):
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("contact", CONTACTS)
 def test_the_worst_cam_has_its_error_by_exact_contact_in_40_digits(contact):
-    scene = toleranced(contact)
+    scene = scene_with_tolerances(contact)
     found, tables = camopt.tolerance(scene).worst_case, scene.to_dict()
     known = {key.removeprefix("follower."): each for key, each in found.errors.items()}
     known |= {key: np.radians(known[key]) for key in ("phase", "face_tilt") if key in known}
@@ -156,7 +156,7 @@ def test_random_cams_within_their_tolerances_are_within_the_bound():
     for number in range(times(9, 300)):
         contact = [*CONTACTS][number % len(CONTACTS)]
         law, rotation = rng.choice(["poly345", "harmonic", "cycloidal", "modified-sine"]), rng.choice(["ccw", "cw"])
-        scene = toleranced(contact, str(law), str(rotation), 10 ** rng.uniform(-3, -1.5))
+        scene = scene_with_tolerances(contact, str(law), str(rotation), 10 ** rng.uniform(-3, -1.5))
         problem, bound = resolve_design(scene), camopt.tolerance(scene).worst_case.bound
         shares = rng.choice([0.0, 1.0], 9) if number % 2 else rng.uniform(size=9)
         ends = error_ranges(scene, problem)
@@ -196,7 +196,7 @@ def test_why_no_bound_is_proved_and_a_bound_that_is_far_above_are_said(monkeypat
 
 def test_the_command_shows_the_bound_and_the_worst_cam(command, tmp_path):
     file = tmp_path / "cut.toml"
-    file.write_text(toleranced("offset-roller").to_toml())
+    file.write_text(scene_with_tolerances("offset-roller").to_toml())
     assert "proven upper bound" in command("tolerance", file)[1]
     found = json.loads(command("tolerance", file, "--json")[1])["worst_case"]
     assert found["bound"] > abs(found["error"]) > 0.03

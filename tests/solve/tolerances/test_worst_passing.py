@@ -19,7 +19,7 @@ from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, contact_error_r
 from camopt.solve.tolerances.turn_errors import TurnErrors
 from camopt.solve.tolerances.worst_case import worst_search
 from tests.solve.tolerances.test_response import DIGITS
-from tests.solve.tolerances.test_worst_case import toleranced
+from tests.solve.tolerances.test_worst_case import scene_with_tolerances
 from tests.solve.tolerances.test_worst_wobble import cam_of
 
 KINDS = ["offset-roller", "arm", "flat", "swinging-face", "groove-arm", "train", "pair", "links"]
@@ -71,7 +71,7 @@ def angle_of(scene, found):
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("contact", ["offset-roller", "arm", "flat", "groove-arm"])
 def test_the_first_and_the_last_cam_are_at_the_lift_by_exact_contact_in_40_digits(contact):
-    scene = toleranced(contact)
+    scene = scene_with_tolerances(contact)
     tables, unit = scene.to_dict(), motion_scale(resolve_design(scene).setup, 0)
     for found in passages(scene)[:: 1 if contact == "offset-roller" or is_deep() else 3]:
         known = {key.removeprefix("follower."): each for key, each in found.errors.items()}

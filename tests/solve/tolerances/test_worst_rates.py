@@ -19,13 +19,13 @@ from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, direction_key, 
 from camopt.solve.tolerances.turn_errors import TurnErrors
 from camopt.solve.tolerances.worst_case import worst_search
 from tests.solve.tolerances.test_recontact import slope
-from tests.solve.tolerances.test_worst_case import DIGITS, KINDS, toleranced
+from tests.solve.tolerances.test_worst_case import DIGITS, KINDS, scene_with_tolerances
 
 WAVES = 9
 
 
 def with_waves(contact, law="poly345", **more):
-    return toleranced(contact, law, **more).replace(**{"tolerances.waves": WAVES})
+    return scene_with_tolerances(contact, law, **more).replace(**{"tolerances.waves": WAVES})
 
 
 def search_of(scene, order):
@@ -130,7 +130,7 @@ def test_the_worst_cams_have_their_rates_by_exact_contact_in_40_digits(contact):
 
 def test_a_phase_alone_moves_a_motion_along():
     """y'(θ + δ) − y'(θ); and of an acceleration that jumps the whole jump."""
-    scene = toleranced("flat", "poly345").replace(tolerances={"phase": 0.1})
+    scene = scene_with_tolerances("flat", "poly345").replace(tolerances={"phase": 0.1})
     bounds, programme = camopt.tolerance(scene).worst_cases, resolve_design(scene).programme
     theta = np.linspace(0.0, 2 * np.pi, 100_001)
     before, after = (programme.motion_at(np.mod(theta + way, 2 * np.pi)) for way in (0.0, np.radians(0.1)))
@@ -138,7 +138,7 @@ def test_a_phase_alone_moves_a_motion_along():
         most = np.abs(after[order] - before[order]).max() * motion_scale(resolve_design(scene).setup, order)
         assert abs(bounds[order].error) == pytest.approx(most, rel=1e-3)
         assert most <= bounds[order].bound <= most * 1.012
-    jumping = toleranced("flat", "parabolic").replace(tolerances={"phase": 0.1})
+    jumping = scene_with_tolerances("flat", "parabolic").replace(tolerances={"phase": 0.1})
     found, problem = camopt.tolerance(jumping), resolve_design(jumping)
     largest = max(abs(each.size) for each in problem.programme.jumps) * motion_scale(problem.setup, 2)
     assert abs(found.worst_cases[2].error) == pytest.approx(largest, rel=1e-9)
@@ -194,7 +194,7 @@ def test_a_bound_of_a_pair_counts_jumps_with_cams_whose_contacts_have_passed_the
 
 def test_stretches_hold_the_motion_at_their_angles():
     """Stretches of random lengths from random panels, past their ends either way, and on to other pieces."""
-    programme, rng = resolve_design(toleranced("flat", "parabolic")).programme, np.random.default_rng(7)
+    programme, rng = resolve_design(scene_with_tolerances("flat", "parabolic")).programme, np.random.default_rng(7)
     table, size = programme.table, 400
     panel = rng.integers(0, table.half_width.size, size)
     low = rng.uniform(-1.5, 1.5, size) * table.half_width[panel]
@@ -212,7 +212,7 @@ def test_stretches_hold_the_motion_at_their_angles():
 
 
 def test_why_no_bound_of_a_rate_is_proved_is_said():
-    plain = toleranced("flat", "poly345").replace(tolerances={"profile": 0.01})
+    plain = scene_with_tolerances("flat", "poly345").replace(tolerances={"profile": 0.01})
     found = camopt.tolerance(plain)
     assert [np.isinf(each.bound) for each in found.worst_cases] == [False, True, True]
     assert "No bound of the velocity is proved: the slope of the profile's error has no bound" in found.table().note

@@ -20,7 +20,7 @@ from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, contact_error_r
 from camopt.solve.tolerances.turn_errors import TurnErrors
 from camopt.solve.tolerances.worst_case import worst_search
 from tests.solve.tolerances.test_response import DIGITS
-from tests.solve.tolerances.test_worst_case import toleranced
+from tests.solve.tolerances.test_worst_case import scene_with_tolerances
 
 OF_PAIR = {"disc_phase": 0.005, "profile": 0.01, "bore_eccentricity": 0.01, "follower.arm_length": 0.02}
 OF_LINKS = {"train.1.coupler": 0.05, "train.1.crank": 0.02, "profile": 0.01, "bore_eccentricity": 0.01}
@@ -32,10 +32,10 @@ def cam_of(kind):
         return camopt.find_scene("press-feed-by-pair").replace(part={}).replace(tolerances=OF_PAIR)
     if kind == "links":
         return camopt.find_scene("slide-by-bell-crank").replace(tolerances=OF_LINKS)
-    return toleranced(kind)
+    return scene_with_tolerances(kind)
 
 
-def first_of(scene):
+def first_dwell_error(scene):
     """The first dwell of a scene, with what cams wobble in it at most, however long that takes."""
     turn = TurnErrors(scene.toleranced, resolve_design(scene))
     stroke = next(each for each in turn.problem.programme.tool.strokes if each.kind == DWELL)
@@ -47,7 +47,7 @@ def first_of(scene):
 def test_no_cam_wobbles_more_than_the_bound_and_the_worst_cam_nearly_does(kind):
     """By 20,000 cams, half of them at corners, at two random places of the arc each, and a local search."""
     scene, rng, count = cam_of(kind), np.random.default_rng(2), 20_000
-    (stroke, found), problem = first_of(scene), resolve_design(scene)
+    (stroke, found), problem = first_dwell_error(scene), resolve_design(scene)
     zones, cams, unit = (
         contact_error_ranges(scene.toleranced, problem),
         cams_of(problem, 0),
@@ -82,8 +82,8 @@ def test_no_cam_wobbles_more_than_the_bound_and_the_worst_cam_nearly_does(kind):
 
 @pytest.mark.parametrize("contact", ["offset-roller", "arm", "flat", "groove-arm"])
 def test_the_worst_cam_of_a_dwell_has_its_places_by_exact_contact_in_40_digits(contact):
-    scene = toleranced(contact)
-    (_, found), tables = first_of(scene), scene.to_dict()
+    scene = scene_with_tolerances(contact)
+    (_, found), tables = first_dwell_error(scene), scene.to_dict()
     with mp.workdps(DIGITS):
 
         def place(errors, theta):
@@ -96,7 +96,7 @@ def test_the_worst_cam_of_a_dwell_has_its_places_by_exact_contact_in_40_digits(c
     assert found.change == pytest.approx(float(exact) * motion_scale(resolve_design(scene).setup, 0), abs=1e-10)
 
 
-def dwelling(contact, angle, tolerances):
+def dwelling_scene(contact, angle, tolerances):
     """A cam with a follower on the line of its axis that dwells over an angle, deg."""
     moving = [
         {"segment": each, "angle": (360 - angle) / 2, "lift": 10, "law": "poly345"} for each in ("rise", "return")
@@ -121,7 +121,7 @@ def dwelling(contact, angle, tolerances):
     ],
 )
 def test_the_bound_is_the_closed_form_where_there_is_one(contact, angle, tolerances, exact):
-    _, found = first_of(dwelling(contact, angle, tolerances))
+    _, found = first_dwell_error(dwelling_scene(contact, angle, tolerances))
     assert found.bound == pytest.approx(exact, rel=2e-4)
     assert found.change == pytest.approx(exact, rel=1e-6)
     assert found.bound >= exact * (1 - 1e-12)
@@ -132,7 +132,7 @@ def test_a_dwell_in_two_segments_wobbles_as_the_whole(order):
     """By 2ε of a knife edge, in each that knows dwells; pieces of 90 deg have √2·ε."""
     moving = iter({"segment": each, "angle": 90, "lift": 10, "law": "poly345"} for each in ("rise", "return"))
     motion = [next(moving) if each == "1" else {"segment": "dwell", "angle": 90} for each in order]
-    scene = dwelling("knife", 60, {"bore_eccentricity": 0.02}).replace(motion=motion)
+    scene = dwelling_scene("knife", 60, {"bore_eccentricity": 0.02}).replace(motion=motion)
     (rests,) = camopt.tolerance(scene).dwells
     assert (rests.start_deg, rests.end_deg) == pytest.approx((270, 90) if order == "0110" else (180, 360))
     quantity = camopt.evaluate(scene.replace(outputs=["motion_errors"]))["dwell_error_max_mm"]
@@ -147,7 +147,7 @@ def test_a_dwell_in_two_segments_wobbles_as_the_whole(order):
 
 def test_the_command_shows_the_bound_of_a_dwell_and_its_worst_cam(command, tmp_path, monkeypatch):
     file = tmp_path / "rests.toml"
-    file.write_text(dwelling("flat", 60, {"profile": 0.01, "bore_eccentricity": 0.02}).to_toml())
+    file.write_text(dwelling_scene("flat", 60, {"profile": 0.01, "bore_eccentricity": 0.02}).to_toml())
     out = " ".join(command("tolerance", file)[1].split())
     assert "change in a dwell, proven upper bound 0.04 " in out
     assert "with profile 0.01 mm, lowest at" in out

@@ -21,7 +21,7 @@ NEARLY_ZERO = 1e-9
 
 
 @cache
-def reached(name):
+def reached_quantities(name):
     """The scene without limits, and what its cam reaches of each quantity that a limit bounds."""
     scene = find_scene(name).replace(limits=None, search=None)
     names = [
@@ -33,11 +33,11 @@ def reached(name):
     return scene, {each: found[each] for each in names if NEARLY_ZERO < abs(found[each]) < np.inf}
 
 
-def judged(seed, count):
+def random_verdicts(seed, count):
     """Verdicts in intervals and in balls, and the margin, of some random limits."""
     rng = np.random.default_rng(seed)
     while count:
-        scene, values = reached(str(rng.choice(shipped_scenes())))
+        scene, values = reached_quantities(str(rng.choice(shipped_scenes())))
         name, margin, side = str(rng.choice(sorted(values))), float(rng.choice(MARGINS)), rng.choice([-1.0, 1.0])
         try:
             problem = resolve_design(scene.replace(limits={name: values[name] + side * margin * abs(values[name])}))
@@ -51,13 +51,13 @@ def judged(seed, count):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_no_certificate_contradicts_balls(seed):
-    for about, ours, theirs in judged(seed, 4):
+    for about, ours, theirs in random_verdicts(seed, 4):
         assert UNDECIDED in (ours, theirs) or ours == theirs, about
         assert ours != UNDECIDED or about[2] < MARGINS[0], about
 
 
 @pytest.mark.long
 def test_of_two_thousand_no_certificate_contradicts_balls():
-    found = [each for seed in range(100) for each in judged(1000 + seed, 20)]
+    found = [each for seed in range(100) for each in random_verdicts(1000 + seed, 20)]
     assert [each for each in found if UNDECIDED not in each[1:] and each[1] != each[2]] == []
     assert sum(ours == UNDECIDED for _, ours, _ in found) < 0.01 * len(found)

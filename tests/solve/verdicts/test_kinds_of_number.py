@@ -151,7 +151,7 @@ def limits_of(contact):
             return {limit.name: limit for limit in limits if limit.name in keys}
 
 
-def asked(contact, key):
+def unit_limit(contact, key):
     """The limit of a key at a bound of 1, None if the mechanism has nothing that it is about."""
     return limits_of(contact).get(key)
 
@@ -159,15 +159,15 @@ def asked(contact, key):
 @cache
 def quantities(contact):
     """Every quantity of the cam that a limit bounds."""
-    limits = [asked(contact, key) for other, key in PAIRS if other == contact]
+    limits = [unit_limit(contact, key) for other, key in PAIRS if other == contact]
     return evaluate(
         scene_of(contact).replace(outputs=sorted({name for limit in limits for name in limit.shown_quantities}))
     )
 
 
-def reached(contact, key):
+def reached_quantities(contact, key):
     """What the cam reaches of the quantities that a limit bounds."""
-    limit, cam = asked(contact, key), quantities(contact)
+    limit, cam = unit_limit(contact, key), quantities(contact)
     values = [cam[name] for name in limit.shown_quantities]
     if limit.name in QUANTITIES:
         return values[0]
@@ -357,7 +357,7 @@ def in_planes(problem, key, monkeypatch):
 @pytest.mark.one_in(15)  # sides alternate: both of some, and one of each
 @pytest.mark.parametrize(("contact", "key", "side"), CASES)
 def test_a_limit_is_decided_alike_on_either_side_of_its_bound(contact, key, side, monkeypatch):
-    limit, value = asked(contact, key), reached(contact, key)
+    limit, value = unit_limit(contact, key), reached_quantities(contact, key)
     outwards = -1.0 if limit.relation == "≥" else 1.0
     eased = outwards if side == "held" else -outwards
     near = np.isfinite(value) and value != 0.0  # a film of 0 and an infinite stress break any limit

@@ -26,7 +26,7 @@ from support.balls.laws import EXACT_BY_NAME, pieces_of
 from support.balls.motion import TurnPart, exact_motion
 from support.balls.proof import constraint_verdict, sides_of
 from support.cams import CONTACTS, GUIDED, WORN, cam_with
-from support.depth import covering, times
+from support.depth import covering_cases, times
 from support.smallest_cams import BASE, CASES
 
 import camopt
@@ -106,7 +106,7 @@ def extremes_of(quantity):
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("limit", "name"),
-    [(limit, name) for limit, (key, _) in SIDES.items() for name in covering(extremes_of(key), features)],
+    [(limit, name) for limit, (key, _) in SIDES.items() for name in covering_cases(extremes_of(key), features)],
 )
 def test_limits_on_either_side_of_a_fifty_digit_extreme(limit, name):
     quantity, side = SIDES[limit]
@@ -123,7 +123,7 @@ ANGLES = extremes_of("pressure_angle_max_deg")
 
 
 @pytest.mark.one_in(3)
-@pytest.mark.parametrize("name", covering(ANGLES, features))
+@pytest.mark.parametrize("name", covering_cases(ANGLES, features))
 @mpmath.workdps(50)
 def test_what_rounding_hides_is_undecided_and_no_more_than_that(name):
     """A limit at the double next to the exact extreme is not decided wrongly; one some roundings off is decided."""

@@ -20,7 +20,7 @@ from camopt.scene.problem.problem import resolve
 TRAIN = {**FREE, "preload": 100.0, "natural_frequency": 40.0, "damping_ratio": 0.05}
 
 
-def trained(contact="roller", **changes):
+def scene_with_train(contact="roller", **changes):
     scene = cam_with(contact, dynamics={**TRAIN, **changes}, rpm=600)
     return Scene.from_dict({**scene, "outputs": []})
 
@@ -28,7 +28,7 @@ def trained(contact="roller", **changes):
 @pytest.mark.parametrize("preload", [100.0, 300.0, 600.0, 1000.0])
 @pytest.mark.parametrize("frequency", [20.0, 40.0, 80.0, 150.0])
 def test_contact_that_only_a_rigid_train_keeps_is_told(preload, frequency):
-    scene = trained(preload=preload, natural_frequency=frequency)
+    scene = scene_with_train(preload=preload, natural_frequency=frequency)
     asked = evaluate(scene.replace(outputs=["force", "vibration"]))
     rigid, elastic = (asked[f"contact_force_{name}min_N"] for name in ("", "elastic_"))
     told = evaluate(scene).warnings
@@ -41,16 +41,16 @@ def test_contact_that_only_a_rigid_train_keeps_is_told(preload, frequency):
 
 
 def test_nothing_is_told_of_what_is_asked_known_or_not_given():
-    limited = trained().replace(limits={"contact_force_elastic": 10.0})
+    limited = scene_with_train().replace(limits={"contact_force_elastic": 10.0})
     assert (evaluate(limited)["violated"], evaluate(limited).warnings) == ("contact_force_elastic", ())
-    assert evaluate(trained(preload=0.0, spring_rate=0.0)).warnings == ()  # no train keeps contact
+    assert evaluate(scene_with_train(preload=0.0, spring_rate=0.0)).warnings == ()  # no train keeps contact
     assert evaluate(Scene.from_dict({**cam_with("roller", dynamics=FREE), "outputs": []})).warnings == ()
     train = {**UNGUIDED, "preload": 100.0, "natural_frequency": 40.0}
     assert evaluate(Scene.from_dict(cam_with("groove", dynamics=train, rpm=600))).warnings == ()
 
 
 def test_resonance_is_told():
-    resonant = trained(natural_frequency=40.0, damping_ratio=0.0)
+    resonant = scene_with_train(natural_frequency=40.0, damping_ratio=0.0)
     assert "it is in resonance" in evaluate(resonant).warnings[0]
 
 
@@ -64,13 +64,13 @@ def test_stress_that_inertia_relieves_is_told_where_it_is_beyond_its_limit_at_lo
     fast, slow = (evaluate(scene.replace(**{"cam.rpm": rpm}))["contact_stress_max_MPa"] for rpm in (3000, 1))
     assert slow > 1.02 * fast
 
-    def told(limit):
+    def warnings_at(limit):
         return evaluate(scene.replace(**{"limits.contact_stress": limit})).warnings
 
-    (sentence,) = told(1.01 * fast)
+    (sentence,) = warnings_at(1.01 * fast)
     numbers = [float(text) for text in re.findall(r"[\d.]+(?= MPa)", sentence)]
     assert numbers == pytest.approx([slow, 1.01 * fast, fast], rel=1e-3)
-    assert told(1.01 * slow) == told(0.99 * fast) == ()
+    assert warnings_at(1.01 * slow) == warnings_at(0.99 * fast) == ()
 
 
 def test_a_groove_that_is_steeper_at_its_bottom_than_allowed_is_told():
@@ -87,7 +87,7 @@ def test_a_groove_that_is_steeper_at_its_bottom_than_allowed_is_told():
 
 
 def test_every_way_to_look_at_a_cam_tells_it(tmp_path, capsys):
-    scene = trained().replace(**{"limits.pressure_angle": 30})
+    scene = scene_with_train().replace(**{"limits.pressure_angle": 30})
     path = tmp_path / "scene.toml"
     path.write_text(scene.to_toml(), encoding="utf-8")
     for command in ("evaluate", "optimise"):
@@ -115,7 +115,7 @@ def scene_of(*moves):
     return Scene.from_dict({**CAM, "motion": [*rows, {"segment": "dwell", "angle": left}]})
 
 
-def drawn(scene):
+def sampled_positions(scene):
     """Positions of a turn at many cam angles, deg and as given: by its laws, from where the last move ends."""
     degrees = np.linspace(0.0, 360.0, 36_001)[:-1]
     y = resolve(scene).programme.motion_at(np.radians(degrees))[0]
@@ -128,7 +128,7 @@ NOSE = ((70, 8.75, {}), (50, 6.0, {}), (80, 0.0, {}))
 def test_a_nose_that_does_not_rest_is_told():
     scene = scene_of(*NOSE)
     (told,) = evaluate(scene).warnings
-    degrees, y = drawn(scene)
+    degrees, y = sampled_positions(scene)
     at, angle, asked = map(
         float, re.search(r"goes to (\S+) mm at (\S+)°, above .* scene \((\S+) mm\)", told).groups()
     )
@@ -148,7 +148,7 @@ def test_what_is_told_to_stop_a_motion_does(moves):
     assume(len({y for _, y in moves}) > 1)
     rows = [(angle, y, {}) for angle, y in moves]
     scene = scene_of(*rows)
-    told, (_, y) = evaluate(scene).warnings, drawn(scene)
+    told, (_, y) = evaluate(scene).warnings, sampled_positions(scene)
     asked, room = [y for _, y in moves], 1e-5 * np.ptp(y)
     for sentence in told:
         if "through" in sentence:
@@ -157,7 +157,7 @@ def test_what_is_told_to_stop_a_motion_does(moves):
         assert (side * y).max() > max(side * p for p in asked)
         resting = {int(number) - 1 for number in re.findall(r"motion\.(\d)\.velocity = 0", sentence)}
         rested = scene_of(*((a, p, {"velocity": 0.0} if k in resting else {}) for k, (a, p) in enumerate(moves)))
-        _, kept = drawn(rested)
+        _, kept = sampled_positions(rested)
         assert (side * kept).max() <= max(side * p for p in asked) + room
     if not told:
         assert y.max() <= max(asked) + room

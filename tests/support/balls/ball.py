@@ -45,7 +45,7 @@ def _root(a: Any) -> Any:
     return arb(0).union(a.upper().sqrt()) if a.contains(0) else a.sqrt()
 
 
-def _divided(a: Any, b: Any) -> Any:
+def _quotient(a: Any, b: Any) -> Any:
     return series_quotient(a, b) if isinstance(b, arb_series) else a / b
 
 
@@ -66,7 +66,7 @@ BALL_RULES: dict[np.ufunc, Callable[..., Any]] = {
     np.add: lambda a, b: a + b,
     np.subtract: lambda a, b: a - b,
     np.multiply: lambda a, b: a * b,
-    np.true_divide: _divided,
+    np.true_divide: _quotient,
     np.negative: lambda a: -a,
     np.square: lambda a: a * a,
     np.absolute: _absolute,
@@ -92,29 +92,29 @@ class Ball(np.lib.mixins.NDArrayOperatorsMixin):
     size = 1
 
     def __init__(self, value: Any) -> None:
-        self.arb = value if type(value) is arb else _within(value)
+        self.arb = value if type(value) is arb else _as_ball_or_series(value)
 
     # the operators that formulas are made of, without the way through numpy, which takes longer than the arithmetic
     def __add__(self, other: Any) -> "Ball":
-        return Ball(self.arb + (other.arb if type(other) is Ball else _within(other)))
+        return Ball(self.arb + (other.arb if type(other) is Ball else _as_ball_or_series(other)))
 
     def __sub__(self, other: Any) -> "Ball":
-        return Ball(self.arb - (other.arb if type(other) is Ball else _within(other)))
+        return Ball(self.arb - (other.arb if type(other) is Ball else _as_ball_or_series(other)))
 
     def __mul__(self, other: Any) -> "Ball":
-        return Ball(self.arb * (other.arb if type(other) is Ball else _within(other)))
+        return Ball(self.arb * (other.arb if type(other) is Ball else _as_ball_or_series(other)))
 
     def __truediv__(self, other: Any) -> "Ball":
-        return Ball(_divided(self.arb, other.arb if type(other) is Ball else _within(other)))
+        return Ball(_quotient(self.arb, other.arb if type(other) is Ball else _as_ball_or_series(other)))
 
     def __radd__(self, other: Any) -> "Ball":
-        return Ball(_within(other) + self.arb)
+        return Ball(_as_ball_or_series(other) + self.arb)
 
     def __rsub__(self, other: Any) -> "Ball":
-        return Ball(_within(other) - self.arb)
+        return Ball(_as_ball_or_series(other) - self.arb)
 
     def __rmul__(self, other: Any) -> "Ball":
-        return Ball(_within(other) * self.arb)
+        return Ball(_as_ball_or_series(other) * self.arb)
 
     def __neg__(self) -> "Ball":
         return Ball(-self.arb)
@@ -122,7 +122,7 @@ class Ball(np.lib.mixins.NDArrayOperatorsMixin):
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
         if method != "__call__" or kwargs or ufunc not in BALL_RULES:
             return NotImplemented
-        return Ball(BALL_RULES[ufunc](*(_within(x) for x in inputs)))
+        return Ball(BALL_RULES[ufunc](*(_as_ball_or_series(x) for x in inputs)))
 
     def __getitem__(self, index: Any) -> "Ball":
         return self
@@ -130,11 +130,11 @@ class Ball(np.lib.mixins.NDArrayOperatorsMixin):
 
 def as_arb(value: Any) -> arb:
     """A ball, or a number taken as exact."""
-    found: arb = _within(value)
+    found: arb = _as_ball_or_series(value)
     return found
 
 
-def _within(value: Any) -> Any:
+def _as_ball_or_series(value: Any) -> Any:
     """As ``as_arb``; or a series."""
     if isinstance(value, (arb, arb_series)):
         return value

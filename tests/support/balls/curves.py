@@ -41,7 +41,7 @@ class ExactCurve:
 
     def __init__(self, made: Any) -> None:
         self.made, self.by = _numbers_in_balls(made), list[arb]()
-        self.close = _closely(self.made, self.by)
+        self.close = _close_curve(self.made, self.by)
 
     def __call__(self, motion: list[Ball]) -> tuple[arb, arb]:
         """Over any range of cam angles."""
@@ -81,7 +81,7 @@ class Close:
 
 
 @pair_formula(Close)
-def close(f: Any, i: Any, at: State) -> tuple[Ball, Ball]:
+def curve_ball(f: Any, i: Any, at: State) -> tuple[Ball, Ball]:
     value, slope = map(as_arb, value_and_slope(f.curve, i, at))
     if not f.by:
         f.here = value
@@ -91,15 +91,15 @@ def close(f: Any, i: Any, at: State) -> tuple[Ball, Ball]:
 
 
 @derivative_formula(Close)
-def further_close(f: Any, i: Any, at: State) -> tuple[Any, Any, Any, Any]:
+def derivative_ball(f: Any, i: Any, at: State) -> tuple[Any, Any, Any, Any]:
     return curve_derivatives(f.curve, i, at)
 
 
-def _closely(made: Any, by: list[arb]) -> Any:
+def _close_curve(made: Any, by: list[arb]) -> Any:
     """A curve that is close, as are all that it is made of."""
     if not hasattr(made, "_fields"):
         return made
-    inner = type(made)(*(_closely(each, by) for each in made))
+    inner = type(made)(*(_close_curve(each, by) for each in made))
     return Close(inner, by) if type(made) in CURVE_FORMULAS else inner
 
 

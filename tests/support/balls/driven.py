@@ -49,14 +49,14 @@ class DrivenPiece:
 
     def derivatives(self, count: int, x: arb) -> list[arb]:
         """The displacement from where the stroke starts, and its derivatives by x, over a ball of x."""
-        rows = narrowed(self.tool, count, x)
+        rows = narrow_derivatives(self.tool, count, x)
         terms = [self.size * row / factorial(k) for k, row in enumerate(rows)]
         series = self.train.follower(arb_series([self.low + terms[0], *terms[1:]], count))
         first, *rest = (series[k] * factorial(k) for k in range(count))
         return [first - self.begins, *rest]
 
 
-def narrowed(piece: Any, count: int, x: arb, there: list[arb] | None = None) -> list[arb]:
+def narrow_derivatives(piece: Any, count: int, x: arb, there: list[arb] | None = None) -> list[arb]:
     """s and its derivatives over a ball: each where both the ball and its next derivative have it.
 
     ``there`` are those in the middle, if they are known.

@@ -64,7 +64,7 @@ class Piece:
         return found
 
 
-def _moved(piece: Piece, start: arb, end: arb) -> Piece:
+def _moved_piece(piece: Piece, start: arb, end: arb) -> Piece:
     """A part of a piece, its polynomial and waves by the distance from its own start."""
     step, powers = start - piece.start, [arb(c) for c in piece.powers]
     for k in range(len(powers)):  # Horner's scheme, again and again, is the expansion about the new start
@@ -73,7 +73,7 @@ def _moved(piece: Piece, start: arb, end: arb) -> Piece:
     return Piece(start, end, tuple(powers), tuple((a, w, phase + w * step) for a, w, phase in piece.waves))
 
 
-def _stretched(piece: Piece, by: fmpq, low: fmpq, place: Callable[[arb], arb]) -> Piece:
+def _stretched_piece(piece: Piece, by: fmpq, low: fmpq, place: Callable[[arb], arb]) -> Piece:
     """by·s(x/by) + low, from the place of its start to that of its end."""
     powers = [c / arb(by) ** (k - 1) for k, c in enumerate(piece.powers)] or [arb(0)]
     powers[0] += low
@@ -190,25 +190,25 @@ def _by_conditions(law: PolynomialLaw) -> tuple[Piece, ...]:
     return (Piece(arb(0), arb(1), tuple(map(arb, [*first, *solved.entries()]))),)
 
 
-def _skewed(law: SkewedLaw) -> tuple[Piece, ...]:
+def _skewed_pieces(law: SkewedLaw) -> tuple[Piece, ...]:
     """The pieces of a law, those of its first half and of its second stretched."""
     (crossing,), half, found = _rational((law.crossing,)), arb(1) / 2, []
     before, after = 2 * crossing, 2 * (1 - crossing)
     for piece in pieces_of(law.law):
         if piece.start < half:
-            part = _moved(piece, piece.start, piece.end.min(half))
-            found.append(_stretched(part, before, fmpq(0), lambda x: x * before))
+            part = _moved_piece(piece, piece.start, piece.end.min(half))
+            found.append(_stretched_piece(part, before, fmpq(0), lambda x: x * before))
         if piece.end > half:
-            part = _moved(piece, piece.start.max(half), piece.end)
-            found.append(_stretched(part, after, 1 - after, lambda x: 1 - (1 - x) * after))
+            part = _moved_piece(piece, piece.start.max(half), piece.end)
+            found.append(_stretched_piece(part, after, 1 - after, lambda x: 1 - (1 - x) * after))
     return tuple(found)
 
 
-def _mirrored(law: MirroredLaw) -> tuple[Piece, ...]:
+def _mirrored_pieces(law: MirroredLaw) -> tuple[Piece, ...]:
     """The pieces of a law from their ends, the last one first."""
     found = []
     for piece in reversed(pieces_of(law.law)):
-        turned = _moved(piece, piece.end, piece.end)
+        turned = _moved_piece(piece, piece.end, piece.end)
         powers = [-c * (-1) ** k for k, c in enumerate(turned.powers)] or [arb(0)]
         powers[0] += 1
         waves = tuple((-a, -w, phase) for a, w, phase in turned.waves)
@@ -231,7 +231,7 @@ class NoExactForm(BadInput):
         return NoExactForm, (self.mistakes[0].value,)
 
 
-def _installed(law: InstalledLaw) -> tuple[Piece, ...]:
+def _installed_pieces(law: InstalledLaw) -> tuple[Piece, ...]:
     """The pieces of the law of a package, if it is of a class of camopt's."""
     if type(law.law) not in EXACT_CLASSES:
         raise NoExactForm(law.NAME)
@@ -242,9 +242,9 @@ EXACT_BY_TYPE: dict[type, Callable[[Any], tuple[Piece, ...]]] = {
     SplineLaw: _spline,
     PolynomialLaw: _by_conditions,
     SCCALaw: _scca,
-    SkewedLaw: _skewed,
-    MirroredLaw: _mirrored,
-    InstalledLaw: _installed,
+    SkewedLaw: _skewed_pieces,
+    MirroredLaw: _mirrored_pieces,
+    InstalledLaw: _installed_pieces,
 }
 """The exact form of laws that come in families; ``EXACT_BY_NAME`` has that of laws by name."""
 

@@ -14,7 +14,7 @@ from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import Stroke, reversed_kinds
 from camopt.model.motion.tool_drive import DrivenLaw
 from support.balls.ball import Ball, ball_between, precisely
-from support.balls.driven import DrivenPiece, follower_at, narrowed, train_in_balls
+from support.balls.driven import DrivenPiece, follower_at, narrow_derivatives, train_in_balls
 from support.balls.laws import Stretch, stretches_of
 from support.balls.load import LoadPart, LoadsInBalls
 
@@ -85,17 +85,17 @@ class ExactMotion:
 def exact_motion(programme: Programme) -> ExactMotion:
     """The turn of a programme, the numbers that it was made from taken as exact."""
     if programme.reverse_of is not None:
-        return _reversed(exact_motion(programme.reverse_of), arb(programme.reverse_of.lift))
+        return _reversed_motion(exact_motion(programme.reverse_of), arb(programme.reverse_of.lift))
     if programme.tool_programme is None:
         return _given_motion(programme, None if programme.load is None else LoadsInBalls(programme.load))
     if programme.given_at_follower:
         follower = _given_motion(programme, _loads_of_train(programme))
-        tool = replace(_driven(programme.tool_programme, follower), tool_programme=None)
+        tool = replace(_follower_motion(programme.tool_programme, follower), tool_programme=None)
         return replace(follower, tool_programme=tool, given_at_follower=True)
-    return _driven(programme, exact_motion(programme.tool_programme))
+    return _follower_motion(programme, exact_motion(programme.tool_programme))
 
 
-def _reversed(motion: ExactMotion, lift: arb) -> ExactMotion:
+def _reversed_motion(motion: ExactMotion, lift: arb) -> ExactMotion:
     """The turn with the displacement lift − y, without loads and train."""
     turned = (
         each._replace(
@@ -119,7 +119,7 @@ def _given_motion(programme: Programme, loads: LoadsInBalls | None) -> ExactMoti
     degree, strokes, start = arb.pi() / 180, [], arb(0)
     level = arb(programme.start) * _unit(programme.strokes[0])
     for stroke in programme.strokes:
-        angle, change, size = _given(stroke)
+        angle, change, size = _stroke_in_degrees(stroke)
         lines = loads.parts(stroke.kind, start, angle) if loads else ()
         pieces = stretches_of(stroke.law) if stroke.law else ()
         strokes.append(ExactStroke(stroke.kind, pieces, angle * degree, level, size, change, lines))
@@ -127,7 +127,7 @@ def _given_motion(programme: Programme, loads: LoadsInBalls | None) -> ExactMoti
     return ExactMotion(tuple(strokes), programme.load)
 
 
-def _driven(programme: Programme, tool: ExactMotion) -> ExactMotion:
+def _follower_motion(programme: Programme, tool: ExactMotion) -> ExactMotion:
     """The turn of a follower that drives a tool, from that of the tool in balls."""
     law = next(stroke.law for stroke in programme.strokes if isinstance(stroke.law, DrivenLaw))
     train, zero = train_in_balls(law.train), arb(law.zero)
@@ -152,7 +152,7 @@ def _unit(stroke: Stroke) -> arb:
     return arb.pi() / 180 if stroke.given and stroke.given.angular else arb(1)
 
 
-def _given(stroke: Stroke) -> tuple[arb, arb, arb]:
+def _stroke_in_degrees(stroke: Stroke) -> tuple[arb, arb, arb]:
     """The cam angle of a stroke in deg, its change of displacement, and its size, in mm (rad)."""
     if stroke.given is None:
         change = arb(stroke.high) - arb(stroke.low)
@@ -163,10 +163,10 @@ def _given(stroke: Stroke) -> tuple[arb, arb, arb]:
 
 def motion_at(stroke: ExactStroke, piece: Stretch | None, x: arb, line: LoadPart | None = None) -> list[Ball]:
     """Balls of y and its first four derivatives by the cam angle over a ball of x; loads and their slopes too."""
-    return _moved(stroke, None if piece is None else narrowed(piece, DERIVATIVES, x), x, line)
+    return _stroke_values(stroke, None if piece is None else narrow_derivatives(piece, DERIVATIVES, x), x, line)
 
 
-def _moved(stroke: ExactStroke, law: list[arb] | None, x: arb, line: LoadPart | None) -> list[Ball]:
+def _stroke_values(stroke: ExactStroke, law: list[arb] | None, x: arb, line: LoadPart | None) -> list[Ball]:
     """The same from a law and its derivatives by x; of a dwell None."""
     rows = [stroke.size * row / stroke.angle**k for k, row in enumerate(law)] if law else [arb(0)] * DERIVATIVES
     rows[0] = stroke.low + rows[0]
@@ -233,13 +233,13 @@ class TurnPart:
     @cached_property
     def over(self) -> list[Ball]:
         """The motion over it all, as of ``motion_at``."""
-        law = None if self.piece is None else narrowed(self.piece, DERIVATIVES, self.whole, self._law)
-        return _moved(self.stroke, law, self.whole, self.line)
+        law = None if self.piece is None else narrow_derivatives(self.piece, DERIVATIVES, self.whole, self._law)
+        return _stroke_values(self.stroke, law, self.whole, self.line)
 
     @cached_property
     def in_middle(self) -> list[Ball]:
         """The motion in its middle."""
-        return _moved(self.stroke, self._law, self.middle, self.line)
+        return _stroke_values(self.stroke, self._law, self.middle, self.line)
 
     @cached_property
     def _law(self) -> list[arb] | None:

@@ -21,19 +21,19 @@ def _carlson(ellipticity: arb) -> tuple[arb, arb]:
 def _factor(t: arb) -> arb:
     """h of an exact t > 0: ln μ by secants from its value in doubles, and then between two signs."""
 
-    def over(x: arb) -> arb:
+    def logarithmic_gap(x: arb) -> arb:
         b, d = _carlson(x.exp())
         return (b / d).log() - 2 * x - t.log()
 
     one, other = _start(t), _start(t) + arb(2) ** -50
-    before = over(one)
+    before = logarithmic_gap(one)
     for _ in range(NEWTON_STEPS):
-        here = over(other)
+        here = logarithmic_gap(other)
         change = here - before
         if change.contains(0):
             break
         one, before, other = other, here, (other - here * (other - one) / change).mid()
-    if not (over(other - CONVERGED) > 0 and over(other + CONVERGED) < 0):
+    if not (logarithmic_gap(other - CONVERGED) > 0 and logarithmic_gap(other + CONVERGED) < 0):
         return arb(0, float("inf"))
     mu = ball_between(other - CONVERGED, other + CONVERGED).exp()
     b, _ = _carlson(mu)

@@ -65,10 +65,10 @@ def constraint_verdict(
     """The verdict on a constraint for a design (in balls)."""
     if on_arcs(problem, constraint.curve):
         return worst_verdict(_on_arcs(problem, constraint, design))
-    return bounded(largest_of((constraint,), design, motion), constraint, design, until)
+    return verdict_on_constraint(largest_of((constraint,), design, motion), constraint, design, until)
 
 
-def bounded(largest: Largest, constraint: Constraint, design: Designs, until: float = inf) -> str:
+def verdict_on_constraint(largest: Largest, constraint: Constraint, design: Designs, until: float = inf) -> str:
     """The verdict on a constraint for a design (in balls), from what its curves are at most."""
     return largest.verdict(constraint.upper_bound(BALL_NUMBERS), as_arb(constraint.factor(design)), until)
 
@@ -104,15 +104,15 @@ def _without_curves(
         return UNDECIDED if broken is None else BROKEN if broken else HELD
     if not is_integrated(limit.required_quantities):
         case = EvaluationBlock(at_rounding_error(problem).setup, problem.programme, design)
-        return _compared(limit, run_effects(case, limit.required_quantities), design)
+        return _quantity_verdict(limit, run_effects(case, limit.required_quantities), design)
     for rows in integrated_rows(problem, motion, design, exact, limit.required_quantities):
-        found = _compared(limit, rows, design)
+        found = _quantity_verdict(limit, rows, design)
         if found != UNDECIDED or clock_seconds() > until:
             return found
     return UNDECIDED
 
 
-def _compared(limit: Limit, rows: DesignRows, design: Designs) -> str:
+def _quantity_verdict(limit: Limit, rows: DesignRows, design: Designs) -> str:
     """The verdict on a limit from the enclosures of its quantities."""
     outer, inner = (limit.excess(rows.shifted_columns(share), design)[0] for share in (1.0, -1.0))
     return HELD if outer <= 0.0 else BROKEN if inner > 0.0 else UNDECIDED

@@ -88,7 +88,7 @@ def _integrals(problem: Problem, motion: ExactMotion, exact: Designs, parts: int
             count = parts if piece else parts // 4
             for k in range(count):
                 ends = (first + (last - first) * each / count for each in (k, k + 1))
-                found = _over(contact, stroke, piece, start, *ends)
+                found = _part_integrals(contact, stroke, piece, start, *ends)
                 total = [a + b for a, b in zip(total, found, strict=True)]
         start = start + stroke.angle
     return [each / by for each, by in zip(total, (1, 2, 3, 3, 4), strict=True)]
@@ -99,7 +99,9 @@ def _pieces(stroke: ExactStroke) -> Iterator[tuple[Stretch | None, arb, arb]]:
     return ((piece, first, last) for piece, _, first, last in stroke._replace(lines=()).smooth())
 
 
-def _over(contact: Any, stroke: ExactStroke, piece: Stretch | None, start: arb, low: arb, high: arb) -> list[arb]:
+def _part_integrals(
+    contact: Any, stroke: ExactStroke, piece: Stretch | None, start: arb, low: arb, high: arb
+) -> list[arb]:
     """The integrals over a part of a stroke, from one x to another."""
     middle, half = (low + high) / 2, (high - low) / 2 * stroke.angle
     near, whole = (
