@@ -395,9 +395,7 @@ def test_many_springs_ask_the_kernels_as_often_as_few(monkeypatch):
     assert calls[0] == calls[1] > 0
 
 
-TOO_MANY = (
-    f"search: must be ranges and lists of at most {MOST_SETTINGS:,} combinations of numbers that are taken one"
-)
+TOO_MANY = f"search: must be ranges and lists with at most {MOST_SETTINGS:,} combinations of train numbers"
 JAMMING = {"mass": 1, "guide_length": 50, "overhang": 50, "friction": 0.1}
 
 
