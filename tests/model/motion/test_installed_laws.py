@@ -178,7 +178,8 @@ def test_another_version_of_a_package_is_another_question(python):
     script = """
         import json
         from camopt.solve.front.plan import sweep_plan
-        print(json.dumps([sweep_plan(scene_of(law), "pareto").question().version for law in ("gentle", "poly345")]))
+        plans = [sweep_plan(scene_of(law), "pareto") for law in ("gentle", "poly345")]
+        print(json.dumps([plan.sweep_key().version for plan in plans]))
     """
     installed, built_in = python(script)
     assert installed == f"{built_in} shop 2.7"
