@@ -144,7 +144,7 @@ def test_tables_without_a_scene_or_the_row_are_refused():
     ):
         camopt.scene_of("designs.parquet", len(table))
     table.attrs = {}
-    with pytest.raises(BadInput, match="the table has lost it, as in a merge, or camopt did not write it"):
+    with pytest.raises(BadInput, match="the table has lost it, as after a merge, or camopt did not write it"):
         camopt.scene_of(table, 0)
 
 

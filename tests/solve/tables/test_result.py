@@ -31,7 +31,7 @@ SCENE = find_scene("two-pauses").replace(
 
 
 PUBLIC = {name for name in camopt.__all__ if isclass(kind := getattr(camopt, name)) and issubclass(kind, Result)}
-INNER = {"CostReport", "Costs", "Listing", "Spectra", "TableCertificate"}
+INNER = {"CostReport", "AccuracyCosts", "Listing", "Spectra", "TableCertificate"}
 ELSEWHERE = {"PairInspection", "Result"}  # two measured discs have a test of their own
 SHOWN = sorted((PUBLIC | INNER) - ELSEWHERE)
 
