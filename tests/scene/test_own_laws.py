@@ -17,7 +17,7 @@ from support import own
 from support.balls.ball import precisely
 from support.balls.laws import pieces_of
 from support.depth import times
-from test_scene import BASES, DELETED, changed, mistakes
+from test_scene import BASES, DELETED, mistakes, with_values
 
 from camopt import Scene, certify, evaluate, find_scene, load, optimise, plot, sweep
 from camopt.cli.main import main
@@ -463,7 +463,7 @@ ONE_MISTAKE = [
 
 @pytest.mark.parametrize(("changes", "line"), ONE_MISTAKE)
 def test_a_mistake_in_a_law_is_told(changes, line):
-    (found,) = mistakes(changed(BASES["own laws"], changes))
+    (found,) = mistakes(with_values(BASES["own laws"], changes))
     assert found.startswith(f"cam.toml: {line}")
 
 
@@ -487,14 +487,14 @@ def test_a_mistake_in_a_law_is_told(changes, line):
 def test_a_file_that_is_no_table_is_told(tmp_path, monkeypatch, content, line):
     (tmp_path / "lift.csv").write_bytes(content)
     monkeypatch.chdir(tmp_path)
-    (found,) = mistakes(changed(BASES["own laws"], {"laws.m": {"file": "lift.csv"}}))
+    (found,) = mistakes(with_values(BASES["own laws"], {"laws.m": {"file": "lift.csv"}}))
     assert found.startswith(f"cam.toml: laws.m.file = 'lift.csv': must be a CSV file with columns x and s: {line}")
 
 
 def test_points_of_a_file_are_checked_as_those_of_the_scene(tmp_path, monkeypatch):
     (tmp_path / "lift.csv").write_text("x,s\n0,0\n0.5,nan\n1,1\n")
     monkeypatch.chdir(tmp_path)
-    (found,) = mistakes(changed(BASES["own laws"], {"laws.m": {"file": "lift.csv"}}))
+    (found,) = mistakes(with_values(BASES["own laws"], {"laws.m": {"file": "lift.csv"}}))
     assert found == "cam.toml: laws.m.s.2 = nan: must be a finite number"
 
 

@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 from support.cams import cam_with
 from support.pictures import faults_of
-from test_figures import OTHERS, made
+from test_figures import OTHERS, plain_scene
 
 import camopt
 from camopt import BadInput, Scene, animate, find_scene
@@ -30,18 +30,18 @@ from camopt.show.drawing.style import canvas
 G = "{http://www.w3.org/2000/svg}"
 BELOW = [{"segment": "move", "angle": angle, "to": to} for angle, to in ((90, -5), (90, 6), (180, 0))]
 SCENES = {
-    **{name: made(name) for name in OTHERS if not name.startswith("undercut")},
-    "roller": made("cornered"),
-    "face": made("undercut face").replace(**{"cam.base_radius": 60.0}),
-    "face that starts above": made("undercut face").replace(motion=BELOW, **{"cam.base_radius": 60.0}),
-    "swinging face that starts above": made("swinging face").replace(motion=BELOW),
+    **{name: plain_scene(name) for name in OTHERS if not name.startswith("undercut")},
+    "roller": plain_scene("cornered"),
+    "face": plain_scene("undercut face").replace(**{"cam.base_radius": 60.0}),
+    "face that starts above": plain_scene("undercut face").replace(motion=BELOW, **{"cam.base_radius": 60.0}),
+    "swinging face that starts above": plain_scene("swinging face").replace(motion=BELOW),
 }
 """Each mechanism, most contacts, both senses of rotation."""
 
 
 @cache
 def animated_scene(name):
-    """What is drawn, where it goes, and the SVG file made of it."""
+    """What is drawn, where it goes, and the SVG file plain_scene of it."""
     picture = Picture(SCENES[name], resolve_design(SCENES[name]))
     with canvas(None, DISC_SIZE) as figure:
         stage = draw_animated_figure(figure, picture)

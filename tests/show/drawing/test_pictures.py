@@ -15,7 +15,7 @@ from support.cams import cam_with
 from support.depth import covering_cases
 from support.faults import calls_of, with_fault
 from support.pictures import crossed_texts, drawn_texts, faults_of
-from test_figures import LIMITED, LOADED, OTHERS, TITLES, load_diagrams, loaded, made
+from test_figures import LIMITED, LOADED, OTHERS, TITLES, load_diagrams, loaded_scene, plain_scene
 
 import camopt
 from camopt import BadInput, Scene, find_scene, plot, shipped_scenes
@@ -38,14 +38,16 @@ SHORT = [
 ]
 SCENES = {
     **{name: (lambda name=name: find_scene(name)) for name in shipped_scenes()},
-    **{f"loaded {name}": (lambda name=name: loaded(name)) for name in LOADED},
-    **{f"made {name}": (lambda name=name: made(name)) for name in OTHERS},
-    "impulses": lambda: made("cornered", "uniform"),
-    "every limit": lambda: loaded("roller", limits=LIMITED),
-    **{f"only {effect}": (lambda effect=effect: loaded("roller", outputs=[effect])) for effect in TITLES},
+    **{f"loaded {name}": (lambda name=name: loaded_scene(name)) for name in LOADED},
+    **{f"made {name}": (lambda name=name: plain_scene(name)) for name in OTHERS},
+    "impulses": lambda: plain_scene("cornered", "uniform"),
+    "every limit": lambda: loaded_scene("roller", limits=LIMITED),
+    **{f"only {effect}": (lambda effect=effect: loaded_scene("roller", outputs=[effect])) for effect in TITLES},
     "large": lambda: find_scene("roller-1000rpm").replace(motion=RISE_AND_FALL, **{"cam.base_radius": 2e4}),
     "short strokes": lambda: find_scene("roller-1000rpm").replace(motion=SHORT),
-    "tiny profile": lambda: made("cornered").replace(**{"cam.base_radius": 0.5, "follower.roller_radius": 40.0}),
+    "tiny profile": lambda: plain_scene("cornered").replace(
+        **{"cam.base_radius": 0.5, "follower.roller_radius": 40.0}
+    ),
     "fast": lambda: find_scene("roller-1000rpm").replace(**{"cam.rpm": 30000}),
 }
 

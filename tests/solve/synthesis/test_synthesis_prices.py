@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support.depth import times
-from test_synthesis import DYNAMICS, VALVE, free, made
+from test_synthesis import DYNAMICS, VALVE, changed_scene, free
 
 from camopt import Unmet, Unsolved, find_scene, prices, synthesise
 from camopt.cli.main import main
@@ -174,13 +174,13 @@ def test_whatever_is_asked_prices_are_finite(peaks, limits, offset, minimise):
         assert price.price * {"≤": -1.0, "±": -1.0, "≥": 1.0}[price.relation] > 0.0
 
 
-CURVED = made(VALVE, limits__pressure_angle=None, synthesis__pieces=12)
+CURVED = changed_scene(VALVE, limits__pressure_angle=None, synthesis__pieces=12)
 LOCAL = {
-    "curvature and pressure": (made(VALVE, synthesis__pieces=12), "limits.pressure_angle"),
+    "curvature and pressure": (changed_scene(VALVE, synthesis__pieces=12), "limits.pressure_angle"),
     "curvature alone": (CURVED, "limits.curvature_radius"),
     "undercut": (find_scene("exhaust-valve").replace(**{"synthesis.pieces": 12}), "synthesis.peak_jerk"),
     "torque": (
-        made(follower__dynamics=DYNAMICS, limits__torque=205, synthesis__pieces=12),
+        changed_scene(follower__dynamics=DYNAMICS, limits__torque=205, synthesis__pieces=12),
         "limits.pressure_angle",
     ),
 }
@@ -200,7 +200,7 @@ def test_a_local_optimum_has_prices_within_a_few_per_cent(name):
 
 
 def test_a_list_of_offsets_has_no_prices_where_the_optimum_is_local():
-    listed = made(VALVE, synthesis__pieces=12).replace(**{"search.offset": [5, 7]})
+    listed = changed_scene(VALVE, synthesis__pieces=12).replace(**{"search.offset": [5, 7]})
     assert prices_of(synthesise(listed)) == []
 
 
