@@ -124,7 +124,7 @@ def test_a_result_has_rows_for_pandas(results, kind):
     assert all(camopt.QUANTITIES[n].unit == unit for n, unit in units.items() if n in camopt.QUANTITIES)
     document = result.document()
     if isinstance(document, dict):
-        with pytest.raises(camopt.UnknownName, match="names no rows"):
+        with pytest.raises(camopt.UnknownName, match="has no rows named"):
             result.to_pandas("no such rows")
 
 
