@@ -81,7 +81,7 @@ def test_a_row_is_one_row(folder):
             scene_of(plain, wrong)
     with pytest.raises(BadInput, match="a table that camopt wrote, or one of its rows"):
         scene_of(7)
-    with pytest.raises(BadInput, match=r"table: must be .* one row of it without a label; this is a Series$"):
+    with pytest.raises(BadInput, match=r"table: must be .* one of its rows without a label; this is a Series$"):
         scene_of(plain.loc[3], 3)
     with pytest.raises(BadInput, match=r"must be a row of table, which has 32.*; 2 have this label: .*reset_index"):
         scene_of(pd.concat([plain, plain]), 3)
