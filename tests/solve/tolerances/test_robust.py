@@ -278,7 +278,7 @@ def test_a_robust_search_names_what_it_lacks():
     with pytest.raises(BadInput, match=r"must be ± mm with .* or leave search\.roller_radius out"):
         resolve(scene_of("roller").replace(**of_class))
     search = {"base_radius": [60, 70]}
-    with pytest.raises(BadInput, match=r"with search\.robust feasible or pareto"):
+    with pytest.raises(BadInput, match=r"with search\.robust must be feasible or pareto"):
         camopt.sweep(scene_of("roller", search=search), keep="all")
     with pytest.raises(BadInput, match=r"leave it out with search\.robust"):
         camopt.sweep(scene_of("roller", search={**search, "refine": True}))
