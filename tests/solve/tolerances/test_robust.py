@@ -280,7 +280,7 @@ def test_a_robust_search_names_what_it_lacks():
     search = {"base_radius": [60, 70]}
     with pytest.raises(BadInput, match=r"with search\.robust must be feasible or pareto"):
         camopt.sweep(scene_of("roller", search=search), keep="all")
-    with pytest.raises(BadInput, match=r"leave it out with search\.robust"):
+    with pytest.raises(BadInput, match=r"omit it with search\.robust"):
         camopt.sweep(scene_of("roller", search={**search, "refine": True}))
 
 
