@@ -67,7 +67,7 @@ def faults_of(scene: "Scene", data: Mapping[str, Any]) -> Iterator[Fault]:
         tool_lift, lift = _lifts_of_scene(scene)
         yield from _check_dynamics(scene, lift, mechanism, tip)
         yield from _check_lash(scene, tool_lift)
-        wrong = list(_check_drive(scene, mechanism, tip))
+        wrong = list(_check_follower_drive(scene, mechanism, tip))
         yield from wrong
         if any(key == "drive.kind" for key, *_ in wrong):
             return  # another drive makes another mechanism, with other keys
@@ -86,7 +86,7 @@ def _lifts_of_scene(scene: "Scene") -> Lifts:
     return lifts_through_train(scene, given) if scene.train else Lifts(given, given)
 
 
-def groove_run(scene: "Scene") -> float | None:
+def groove_axial_length(scene: "Scene") -> float | None:
     """Length of the groove of a cylindrical cam along its axis [mm]; None where unknown."""
     if not scene.mechanism.body.developed:
         return None
@@ -165,7 +165,7 @@ def _alternatives_text(names: Iterable[str]) -> str:
     return f"{', '.join(others)} or {last}" if others else last
 
 
-def _check_drive(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
+def _check_follower_drive(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     """Check that the mechanism exists with this drive, and that the drive has no keys of other drives."""
     kind, own = scene.drive.kind, mechanism.drive
     if kind is not None and kind != own.name and tip in mechanism.tips:

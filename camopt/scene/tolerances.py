@@ -224,9 +224,9 @@ class Tolerances(SceneTable):
     @property
     def numbers(self) -> dict[str, Tolerance]:
         """The tolerances of numbers of the scene, by key, sorted."""
-        return dict(sorted(self.numbers_in_order()))
+        return dict(sorted(self.number_tolerances()))
 
-    def numbers_in_order(self) -> Iterator[tuple[str, Tolerance]]:
+    def number_tolerances(self) -> Iterator[tuple[str, Tolerance]]:
         """The tolerances of numbers of the scene, by key, in the order of the scene."""
         tables = {name: getattr(self, name) for name in NUMBER_TABLES}
         yield from ((key, each) for key, each in leaves(tables) if isinstance(each, Tolerance))
@@ -340,7 +340,7 @@ def check_tolerances(scene: "Scene", mechanism: Mechanism, tip: Tip, name: str) 
     """Check that the number of each tolerance exists, and that its extremes are allowed."""
     given, drawn = scene.tolerances, scene.part.profile_tolerance
     yield from _check_profile_tolerances(scene, mechanism)
-    for key, each in given.numbers_in_order():
+    for key, each in given.number_tolerances():
         place = f"tolerances.{key}"
         if why := _missing_number_reason(scene, key, mechanism, tip, name):
             yield place, None, why

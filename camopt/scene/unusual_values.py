@@ -5,7 +5,7 @@ from math import sqrt
 
 from camopt.core.numerics.neighbours import noise_share
 from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
-from camopt.scene.checks import groove_run
+from camopt.scene.checks import groove_axial_length
 from camopt.scene.law_forms import LEAST_NOISE_POINTS, NEAR_END, unstated_reversal
 from camopt.scene.scene import Scene
 from camopt.scene.schema import SCENE_TABLES
@@ -108,7 +108,7 @@ def thin_hub(scene: Scene) -> list[str]:
 def thin_side(scene: Scene) -> list[str]:
     """A sentence on a groove that is nearer than ``THIN_SIDE`` of its depth to an end of its cylinder."""
     whole, depth = scene.part.thickness, scene.part.groove_depth
-    run = groove_run(scene) if whole and depth else None
+    run = groove_axial_length(scene) if whole and depth else None
     if not whole or not depth or run is None or whole - run >= 2.0 * THIN_SIDE * depth:
         return []
     rest, deep = (f"{to_shown_unit(each, 'mm'):.4g} {shown_unit('mm')}" for each in ((whole - run) / 2.0, depth))

@@ -151,7 +151,7 @@ def crossing_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
     if CROSSING_ANGLE in wanted:
         columns[CROSSING_ANGLE] = _fastest_crossing_angle(speed, flights, count)
     if case.setup.rolls and case.setup.mechanism.two_sided:
-        slip = crosses * (2.0 * omega * _trace_speeds(case, flights, ends))
+        slip = crosses * (2.0 * omega * _trace_point_speeds(case, flights, ends))
         radius = case.designs.roller_radius[design]
         columns |= {SLIP_SPEED: largest(slip / 1e3), SPIN_CHANGE: largest(slip / radius * 30.0 / pi)}
         if SKIDDING_TIME in wanted:
@@ -230,7 +230,7 @@ def _fastest_crossing_angle(speed: FloatArray, flights: Flights, count: int) -> 
     return angles
 
 
-def _trace_speeds(case: EvaluationBlock, flights: Flights, ends: Landings | None) -> FloatArray:
+def _trace_point_speeds(case: EvaluationBlock, flights: Flights, ends: Landings | None) -> FloatArray:
     """Speed of the trace point N_p at the landings, or at the crossings if there is no clearance [mm/rad]."""
     make = case.setup.mechanism.trace_speed
     assert make is not None

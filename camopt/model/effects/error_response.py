@@ -142,10 +142,10 @@ class ContactResponse:
         return (
             self._unit_responses[key]
             if key in ("profile", "face_tilt")
-            else self.size_response(FIELDS[key.rpartition(".")[2]])
+            else self.response_to_size(FIELDS[key.rpartition(".")[2]])
         )
 
-    def size_response(self, field: str) -> Series:
+    def response_to_size(self, field: str) -> Series:
         """Response to a larger size of the follower, by field of ``Designs``."""
         return self._unit_responses["profile" if field == "roller_radius" else field]
 

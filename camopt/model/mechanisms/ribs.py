@@ -81,7 +81,7 @@ def roller_advance(mechanism: Mechanism, designs: Designs) -> Any:
     return 2.0 * np.arcsin(0.5 * spacing / designs.arm_length) if mechanism.motion.angular else spacing
 
 
-def _advance_error(mechanism: Mechanism, designs: Designs, errors: ContactErrors) -> Any:
+def _roller_advance_error(mechanism: Mechanism, designs: Designs, errors: ContactErrors) -> Any:
     """Error of ``roller_advance`` that errors of the follower's sizes cause [mm or rad]."""
     wider = errors.size_error("roller_spacing")
     if not mechanism.motion.angular:
@@ -106,7 +106,7 @@ def _roller_mechanism(mechanism: Mechanism, share: float, included: float = 0.0)
 
     def shifted_contact(design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors) -> ContactShift:
         shift = mechanism.shifted_contact(design, lift, y + roller_shift(design), y1, errors)
-        return shift._replace(moved=shift.moved - _advance_error(mechanism, design, errors) * share)
+        return shift._replace(moved=shift.moved - _roller_advance_error(mechanism, design, errors) * share)
 
     return mechanism._replace(contact=contact, shifted_contact=shifted_contact)
 

@@ -11,7 +11,14 @@ import numpy as np
 from camopt.core.numerics import ComplexArray
 from camopt.scene.problem.linkage import follower_pivot, outward_turn_sense
 from camopt.show.drawing import diagrams
-from camopt.show.drawing.cam import CROSS_POINTS, body_reach, draw_body, draw_centre, draw_strokes, frame_axes
+from camopt.show.drawing.cam import (
+    CROSS_POINTS,
+    body_reach,
+    draw_body,
+    draw_centre,
+    draw_strokes,
+    frame_with_scale_bar,
+)
 from camopt.show.drawing.figures import TEXT_SEPARATOR, sizes_in_words
 from camopt.show.drawing.follower import FollowerAxes, draw_follower
 from camopt.show.drawing.groove import draw_channel, draw_groove_follower, surface_colour, surface_ends
@@ -74,7 +81,7 @@ def _disc_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
     body = _follower_body(follower, picture)
     links, reach = _train_bodies(ground, picture, spans, size)
     moved = [*(body.positions(span).ravel() for span in spans), *reach]
-    frame_axes(ground, np.concatenate([max(size, body_reach(picture)) * CROSS_POINTS, *moved]))
+    frame_with_scale_bar(ground, np.concatenate([max(size, body_reach(picture)) * CROSS_POINTS, *moved]))
     for axes in (cam, follower, contact, *(link.axes for link in links)):
         axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim(), aspect="equal")
     turning = MovingBody(cam, NO_ROTATION + 0j, problem.design.sense * FRAME_ANGLES)
@@ -93,7 +100,7 @@ def _groove_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
     window = np.array([-half + 1j * low, half + 1j * high])
     links, reach = _train_bodies(ground, picture, spans, size)
     moved = [*(body.positions(span).ravel() for span in spans), *reach]
-    corner, unit = frame_axes(ground, np.concatenate([window, *moved]))
+    corner, unit = frame_with_scale_bar(ground, np.concatenate([window, *moved]))
     for axes in (follower, *(link.axes for link in links)):
         axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim())
     draw_line(ground, _rectangle_corners(-half, half, low, high), color=INK, lw=1.0)

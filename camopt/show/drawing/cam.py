@@ -57,7 +57,7 @@ def draw_disc(axes: Any, picture: Picture) -> list[Label]:
     second = [*draw_second_contact(axes, whole), second_outline(whole)]
     body = body_reach(picture) * CROSS_POINTS
     parts = [pitch, body, *_draw_circles(axes, whole, pitch, size), *spans, *second]
-    frame_axes(axes, np.concatenate([*parts, *draw_linkage(axes, picture, spans, size)]))
+    frame_with_scale_bar(axes, np.concatenate([*parts, *draw_linkage(axes, picture, spans, size)]))
     return labels
 
 
@@ -271,7 +271,7 @@ def draw_rotation(axes: Any, picture: Picture) -> Label:
     )
 
 
-def frame_axes(axes: Any, points: ComplexArray) -> tuple[complex, float]:
+def frame_with_scale_bar(axes: Any, points: ComplexArray) -> tuple[complex, float]:
     """Set equal scales around points, hide the axes, draw a scale bar; return corner and scale of ``fit_axes``."""
     corner, unit = fit_axes(axes, points, 0.03)
     axes.set_axis_off()

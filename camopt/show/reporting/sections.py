@@ -118,7 +118,7 @@ def with_minus_sign(text: str) -> str:
 
 def verdict_line(limits: Table, scene: Scene) -> Cell:
     """The verdict on a design as one sentence."""
-    broken, undecided = (", ".join(_limits_with_verdict(verdict, limits)) for verdict in (BROKEN, UNDECIDED))
+    broken, undecided = (", ".join(_limit_names_with_verdict(verdict, limits)) for verdict in (BROKEN, UNDECIDED))
     if broken:
         return Cell(f"Not feasible: {broken}.", "verdict broken")
     if undecided:
@@ -130,7 +130,7 @@ def verdict_line(limits: Table, scene: Scene) -> Cell:
     return Cell("Feasible: every limit is proved at every cam angle.", "verdict held")
 
 
-def _limits_with_verdict(verdict: str, limits: Table) -> Iterable[str]:
+def _limit_names_with_verdict(verdict: str, limits: Table) -> Iterable[str]:
     """The limits in a table that have this verdict, each once."""
     place = [head.text for head in limits.heads].index("verdict")
     return dict.fromkeys(row[0].text for row in limits.rows if row[place].text == verdict)
@@ -138,7 +138,7 @@ def _limits_with_verdict(verdict: str, limits: Table) -> Iterable[str]:
 
 def all_limits_held(limits: Table) -> bool:
     """Whether every limit in a table is held."""
-    return not any(_limits_with_verdict(verdict, limits) for verdict in (BROKEN, UNDECIDED))
+    return not any(_limit_names_with_verdict(verdict, limits) for verdict in (BROKEN, UNDECIDED))
 
 
 def quantities_table(evaluations: list[Evaluation], problems: Iterable[Problem], labels: Iterable[str]) -> Table:

@@ -57,7 +57,7 @@ def with_callouts(view: FrontView) -> Marks:
 
 def _callout_directions(view: FrontView, callout: Callout) -> FloatArray:
     """Allowed directions of a callout; with a leader, only those away from other radial lines [rad]."""
-    if callout is _rotation_sense:
+    if callout is _rotation_callout:
         return EVERY_DEGREE
     lines = np.array([np.angle(view.lowest_point), np.angle(view.highest_point), *view.ray_directions])
     return np.asarray(EVERY_DEGREE[angle_between(EVERY_DEGREE[:, None], lines).min(axis=1) > LEADER_ANGLE])
@@ -170,7 +170,7 @@ def _plane_end(foot: complex, seen: complex) -> Marks:
     return [line_mark(foot, end, pen=THICK), line_mark(end - 5.0 * seen, end), arrowhead(end, seen), letter]
 
 
-def _rotation_sense(view: FrontView, turn: float) -> Marks:
+def _rotation_callout(view: FrontView, turn: float) -> Marks:
     rpm = view.cam.scene.cam.rpm
     radius = view.ring + NAME_CLEARANCE + 4.0
     words = view.cam.translate("rotation" if rpm is None else "{} rev/min").format(decimal_text(rpm or 0.0))
@@ -232,7 +232,7 @@ def _bore_diameter(view: FrontView, turn: float) -> Marks:
 
 CALLOUTS: dict[Callout, float] = {
     _timing_leader: 0.6 * pi,
-    _rotation_sense: 0.75 * pi,
+    _rotation_callout: 0.75 * pi,
     _surface_leader: -0.25 * pi,
     _bore_diameter: -0.75 * pi,
     _groove_width: -0.6 * pi,

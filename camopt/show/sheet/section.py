@@ -72,7 +72,7 @@ def section_marks(
     ]
     gap, face = _axis_gaps(hole), plates[0].high
     around = [plates[0].cut] if part.rib_height else []  # beside a rib the plate is cut away
-    grooves = _wall_gaps(*(_axis_gaps(wall * turn) for wall in walls), *around) if walls else []
+    grooves = _gaps_between_outlines(*(_axis_gaps(wall * turn) for wall in walls), *around) if walls else []
     bottom = face - (part.groove_depth or part.rib_height or 0.0) * scale
     bodies = [box(plate.low, low, plate.high, high) for plate in plates for low, high in plate.cut]
     bodies += [box(0.0, -hub, whole, hub)] if hub else []
@@ -113,7 +113,7 @@ def _axis_gaps(outline: ComplexArray) -> list[Gap]:
     return sorted((low, high) for _, low, _, high in bounds if high - low > 1e-9)
 
 
-def _wall_gaps(*outlines: list[Gap]) -> list[Gap]:
+def _gaps_between_outlines(*outlines: list[Gap]) -> list[Gap]:
     """Intervals inside the outer wall of a groove but outside of its inner wall.
 
     With a third outline around a rib: intervals inside this outline but outside of the rib.

@@ -35,7 +35,7 @@ from camopt.solve.measured.least_jerk import (
 from camopt.solve.measured.measured_points import MeasuredPoints, read_points
 from camopt.solve.measured.noise import LEAST_BAND, ErrorSize, band_factor, find_outliers, point_errors, point_noise
 from camopt.solve.measured.outline import LIKELY_DROP, read_outline
-from camopt.solve.measured.profile import FollowedProfile, MeasuredProfile, follow_profile
+from camopt.solve.measured.profile import FollowedProfile, MeasuredProfile, follower_on_profile
 
 BAND_MARGINS = (1e-6, 1e-2)  # least and largest margin for rounding and solver error, as a share of the band
 SOLVER_SHARE = 1e-8  # error of the solver in a limit, as a share of the range of the lifts
@@ -248,7 +248,7 @@ def follow_measured_profile(
     kept_points = points.drop_places(outlier_places)
     allowed = _allowed_by_noise(kept_points, point_errors(kept_points))
     _check_repeats(kept_points, allowed.band)
-    return follow_profile(problem, profile, points, outlier_places, allowed, gaps_anywhere)
+    return follower_on_profile(problem, profile, points, outlier_places, allowed, gaps_anywhere)
 
 
 def measured_cam(

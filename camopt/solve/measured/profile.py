@@ -184,7 +184,7 @@ class FollowedProfile(NamedTuple):
         return np.asarray(np.where(inside, -away, away) - self.probe)
 
 
-def follow_profile(
+def follower_on_profile(
     problem: Problem,
     profile: MeasuredProfile,
     points: MeasuredPoints,

@@ -58,7 +58,7 @@ def negligible_size(problem: Problem, bounds: SizeBounds) -> float:
     )
 
 
-def pressure_tangents(problem: Problem) -> list[tuple[float, int]]:
+def pressure_tangents_by_stroke(problem: Problem) -> list[tuple[float, int]]:
     """The limits on the pressure angle: tan β and the kinds of stroke that each applies to."""
     constraints = constraints_on_curve(problem, problem.setup.mechanism.pressure)
     tangents = [(constraint.upper_bound(), constraint.kinds) for constraint in constraints]
@@ -71,7 +71,7 @@ def closed_form_design(problem: Problem, bounds: SizeBounds) -> Designs | None:
     Its size may be above the range of the size.
     """
     mechanism = problem.setup.mechanism
-    slopes = pressure_tangents(problem)
+    slopes = pressure_tangents_by_stroke(problem)
     low = bounds["size"][0]
     middle = {name: a for name, (a, b) in bounds.items() if a == b}
     if mechanism.moves_as(translating.MECHANISM):

@@ -32,7 +32,7 @@ from camopt.model.mechanisms.design import SizeBounds
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.problem.problem import Problem, constraints_on_curve
-from camopt.solve.smallest.closed_form import pressure_tangents
+from camopt.solve.smallest.closed_form import pressure_tangents_by_stroke
 
 PLANE_TOLERANCE = 1e-12  # relative: by how much rounding may exceed a plane
 PARALLEL_SINE = 1e-13  # planes with a smaller sine between them count as parallel
@@ -83,7 +83,7 @@ class LinearForm:
 
 def _arm_limits(problem: Problem) -> list[LinearLimit]:
     sense, limits = problem.design.sense, []
-    for tangent, kinds in pressure_tangents(problem):
+    for tangent, kinds in pressure_tangents_by_stroke(problem):
 
         def plane(sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent) -> tuple[Any, ...]:
             s, c = np.sin(y), np.cos(y)
@@ -152,7 +152,7 @@ def _face_limits(problem: Problem) -> list[LinearLimit]:
     mechanism, sense, limits = oscillating_flat.MECHANISM, problem.design.sense, []
     if not oscillating_flat.least_turning_rate(sense, problem.programme) > 0.0:
         return []  # no face of any size stays in contact
-    for tangent, kinds in pressure_tangents(problem):
+    for tangent, kinds in pressure_tangents_by_stroke(problem):
 
         def pressure(sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent) -> tuple[Any, ...]:
             return tangent * np.cos(y), -tangent * np.sin(y), -sign * (1.0 + sense * y1), 0.0
@@ -251,7 +251,7 @@ def _face_sizes(point: FloatArray, roller: float) -> dict[str, float]:
 def _groove_limits(problem: Problem) -> list[LinearLimit]:
     sense, half, limits = problem.design.sense, problem.programme.lift / 2, []
     mechanism = cylindrical_oscillating.MECHANISM
-    for tangent, kinds in pressure_tangents(problem):
+    for tangent, kinds in pressure_tangents_by_stroke(problem):
 
         def plane(sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent) -> tuple[Any, ...]:
             return tangent * np.cos(y - half) - sign * sense * np.sin(y - half), 0.0, -sign * y1, 0.0

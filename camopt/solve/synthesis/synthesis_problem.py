@@ -15,7 +15,7 @@ from camopt.model.effects.motion import motion_scale
 from camopt.model.mechanisms import oscillating, translating
 from camopt.model.motion.stroke import ALL_STROKES, RETURN, RISE, Condition, Stroke
 from camopt.scene.problem.problem import Problem
-from camopt.solve.smallest.closed_form import pressure_tangents
+from camopt.solve.smallest.closed_form import pressure_tangents_by_stroke
 from camopt.solve.synthesis import residual
 from camopt.solve.synthesis.residual import ResidualResponse, residual_response
 from camopt.solve.synthesis.splines import Splines
@@ -275,7 +275,11 @@ class SynthesisProblem:
     def stroke_crossing(self, stroke: int, low: float, high: float) -> StrokeCrossing:
         """The crossing of a stroke whose force changes its sign between two x."""
         angle, window, scene_problem = self.strokes[stroke].angle, self.crossing_window, self.scene_problem
-        steepest = [slope for slope, kinds in pressure_tangents(scene_problem) if kinds & self.strokes[stroke].kind]
+        steepest = [
+            slope
+            for slope, kinds in pressure_tangents_by_stroke(scene_problem)
+            if kinds & self.strokes[stroke].kind
+        ]
         clearance = float(scene_problem.setup.given.drive.clearance or 0.0) * hypot(1.0, min(steepest, default=0.0))
         arm = scene_problem.search_space.variables.get("arm_length")
         shortest = arm.range_ends[0] if arm else float(scene_problem.design.arm_length[0])

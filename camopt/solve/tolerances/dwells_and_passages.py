@@ -527,7 +527,7 @@ def worst_passages(turn: TurnErrors, passages: list[NominalPassage]) -> Iterator
         for number, (passage, end) in enumerate(pairs):
             yield _worst_passage(search, passage, end, time_share(until, len(pairs) - number))
     except FloatingPointError:
-        raise search.no_contact_error() from None
+        raise search.tolerance_too_large_error() from None
 
 
 def _worst_passage(cam_search: WorstSearch, nominal: NominalPassage, end: str, until: float) -> WorstPassage:

@@ -89,9 +89,9 @@ class ToolResponse:
             return self.wave_responses(waves) if waves else (self.profile_response,)
         return (self.number_response(key),)
 
-    def size_response(self, field: str) -> FloatArray:
+    def response_to_size(self, field: str) -> FloatArray:
         """Response to an error of a size of the follower, by field of ``Designs``."""
-        return self._through_train(self.follower_response.size_response(field))
+        return self._through_train(self.follower_response.response_to_size(field))
 
     @cached_property
     def profile_response(self) -> FloatArray:

@@ -204,7 +204,7 @@ class WorstSearch:
                 )
             return self._make_worst_case(worst, bound.high, missing_bound_reason(bound.high, seconds, until))
         except FloatingPointError:
-            raise self.no_contact_error() from None
+            raise self.tolerance_too_large_error() from None
 
     def _make_worst_case(self, worst: CandidateCam, bound: float, unproved: str) -> WorstCase:
         unit, (errors, place, error) = motion_scale(self.problem.setup, self.order), worst
@@ -442,7 +442,7 @@ class WorstSearch:
             raise FloatingPointError
         return contact
 
-    def no_contact_error(self) -> BadInput:
+    def tolerance_too_large_error(self) -> BadInput:
         """The error for tolerances so large that a follower may not touch its cam: for the first one, or all."""
         singles = [[key, direction_key(key)] for key in self.error_ranges if not is_direction(key)]
         keys = next((each for each in singles if not self._touches_all_over(each, 1.0)), [*self.error_ranges])

@@ -83,7 +83,9 @@ def test_a_row_is_one_row(folder):
         scene_of(7)
     with pytest.raises(BadInput, match=r"table: must be .* one of its rows without a label; this is a Series$"):
         scene_of(plain.loc[3], 3)
-    with pytest.raises(BadInput, match=r"must be a row of table, which has 32.*; 2 rows have this label: .*reset_index"):
+    with pytest.raises(
+        BadInput, match=r"must be a row of table, which has 32.*; 2 rows have this label: .*reset_index"
+    ):
         scene_of(pd.concat([plain, plain]), 3)
     with pytest.raises(BadInput, match="row: must be a label of a row; give the scene as scene="):
         scene_of(plain.loc[3], SCENE)

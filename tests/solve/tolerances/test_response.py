@@ -34,7 +34,7 @@ def package_response(answers, key):
         return answers.profile_response
     if key in ("phase", "face_tilt"):
         return answers.number_response(key)
-    return answers.size_response("roller_radius" if "radius" in key else key)
+    return answers.response_to_size("roller_radius" if "radius" in key else key)
 
 
 def single_error(key, size):

@@ -64,8 +64,8 @@ def test_no_errors_within_their_zones_are_worse_than_the_worst_case_and_a_corner
     angles = np.linspace(0.01, 6.2, 40)
     answers, found = ToolResponse(turn.problem, angles), turn.contributions_at(angles)
     lengths = [
-        answers.size_response("roller_radius"),
-        answers.size_response("offset"),
+        answers.response_to_size("roller_radius"),
+        answers.response_to_size("offset"),
         answers.number_response("phase"),
         *answers.bore_responses,
     ]
@@ -129,7 +129,7 @@ def test_a_band_is_that_of_random_cams():
         "centre_distance": rng.triangular(-0.02, 0, 0.02, count),
     }
     for order in range(3):
-        errors = sum(np.outer(values, answers.size_response(name)[order]) for name, values in drawn.items())
+        errors = sum(np.outer(values, answers.response_to_size(name)[order]) for name, values in drawn.items())
         found = turn.contributions_at(angles)
         deviation = np.sqrt(sum(each.deviation[order] ** 2 for each in found))
         np.testing.assert_allclose(errors.std(axis=0), deviation, rtol=0.02)
