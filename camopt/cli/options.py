@@ -57,7 +57,8 @@ units_option = click.option(
     show_envvar=True,
     expose_value=False,
     callback=lambda context, option, units: context.with_resource(shown_in(units)),
-    help="Units of tables, pictures and exported files. JSON and Parquet keep the units in their column names.",
+    help="Units of tables, pictures and exported files. JSON and Parquet always use the units in their column "
+    "names, such as mm in base_radius_mm.",
 )
 
 
@@ -269,7 +270,8 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option(
             "--min-curvature",
             type=UnitNumber("mm"),
-            help="Smallest convex radius allowed on the profile, mm.",
+            help="Smallest radius of curvature allowed where the profile is convex, mm. It is a radius, "
+            "not a curvature.",
         ),
         click.option("--max-pressure-return", type=float, help="Largest pressure angle allowed on returns, deg."),
         click.option("--max-pressure", type=float, help="Largest pressure angle allowed, deg."),

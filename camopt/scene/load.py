@@ -98,7 +98,7 @@ def _check_angle_order(key: str, angles: list[float]) -> Iterator[Fault]:
         yield (
             f"{key}.{len(angles)}",
             angles[-1],
-            f"must be 360 deg after the first cam angle, or at least {LEAST_GAP:g} deg less",
+            f"must be the first cam angle + 360 deg exactly, or at least {LEAST_GAP:g} deg less than that",
         )
         return
     wrapped = [angle % 360.0 for angle in angles]

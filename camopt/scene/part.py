@@ -325,7 +325,9 @@ def _check_face_flank(part: Part, body: Body) -> Iterator[Fault]:
     """Check that a groove in the face of a disc leaves a bottom, and that a rib stands on a plate."""
     whole, height = known_number(part.thickness), known_number(getattr(part, body.flank_height, None))
     if whole and height and height >= whole:
-        why = "it has a bottom" if "groove_depth" in body.flank_height else "the rib stands on a plate"
+        why = (
+            "the groove needs a bottom" if "groove_depth" in body.flank_height else "the rib needs a plate below it"
+        )
         yield f"part.{body.flank_height}", height, f"must be below the thickness ({whole:g}): {why}"
 
 

@@ -398,7 +398,7 @@ def _missing_number_reason(scene: "Scene", key: str, mechanism: Mechanism, tip: 
         return ""
     if key in SECOND_FIELDS:
         if not mechanism.further_contacts:
-            return "belongs to a second contact; this follower has only one"
+            return "belongs to a second contact, but this follower has one contact"
         return "" if key in mechanism.second_keys else f"{mechanism.drive.words} has none"
     if table == "train" and (why := _missing_stage_reason(scene, rest)):
         return why

@@ -279,11 +279,9 @@ def _check_dead_points(scene: "Scene", train: Train) -> Iterator[Fault]:
         assert turn is not None
         farthest, limit = turn.high if side > 0.0 else turn.low, end.at
         if side * farthest >= side * limit - NEAR_DEAD_POINT * abs(limit):
-            goes = (
-                f"the {who} goes to {farthest / unit:.6g} {word}, and a dead point is at {limit / unit:.6g} {word}"
-            )
-            angle = _dead_point_angle(turn, side, limit)
-            yield f"train.{end.stage}", None, f"{goes}, {angle:.4g} deg of the turn: {end.why} there"
+            goes = f"the {who} has to go to {farthest / unit:.6g} {word}"
+            place = f"{limit / unit:.6g} {word} (cam angle {_dead_point_angle(turn, side, limit):.4g} deg)"
+            yield f"train.{end.stage}", None, f"{goes}, but a dead point is at {place}: {end.why} there"
 
 
 def _dead_point_angle(turn: GivenTurn, side: float, limit: float) -> float:

@@ -47,7 +47,9 @@ def _wide_contact(scene: Scene) -> Iterator[str]:
     width, available = scene.materials.face_width, getattr(scene.part, key)
     if width and available and width > available:
         wide, limit = (f"{to_shown_unit(each, 'mm'):.4g} {shown_unit('mm')}" for each in (width, available))
-        more = f"on that width the contact stress is {sqrt(width / available):.3g} times the computed one"
+        more = (
+            f"if only {limit} carries, the contact stress is {sqrt(width / available):.3g} times the computed one"
+        )
         yield f"materials.face_width = {wide}: wider than part.{key} ({limit}); {more}"
 
 
@@ -135,11 +137,11 @@ def _resting_reversals(scene: Scene) -> Iterator[str]:
     rows = scene.motion
     for number, (row, after) in enumerate(zip(rows, following_segments(rows), strict=True), start=1):
         if {row.segment, after.segment} == {"rise", "return"} and {row.law, after.law} <= scene.laws.keys():
-            where = f"it rests between motion.{number} and motion.{number % len(rows) + 1}"
+            where = f"the follower rests between motion.{number} and motion.{number % len(rows) + 1}"
             for name, end in ((row.law, 1), (after.law, 0)):
                 if word := unstated_reversal(vars(scene.laws[str(name)]), end):
-                    turns = f'reversal = "{word}" lets it reverse there, with the acceleration of its points'
-                    yield f"laws.{name}: {where}; {turns}; rest, if set, confirms the rest"
+                    turns = f'set reversal = "{word}" to let it reverse with the acceleration of the points'
+                    yield f"laws.{name}: {where}; {turns}; set rest to keep the rest without this note"
 
 
 def _values_with_ranges(scene: Scene) -> Iterator[tuple[str, float, tuple[float, float, str]]]:

@@ -721,8 +721,9 @@ def test_a_table_that_rests_where_a_rise_goes_over_into_a_return_is_told():
 
     start, *_ = law_notes()
     assert start == (
-        "laws.up: it rests between motion.1 and motion.2; "
-        'reversal = "end" lets it reverse there, with the acceleration of its points; rest, if set, confirms the rest'
+        "laws.up: the follower rests between motion.1 and motion.2; "
+        'set reversal = "end" to let it reverse with the acceleration of the points; '
+        "set rest to keep the rest without this note"
     )
     assert len(law_notes()) == 2
     assert ['reversal = "both"' in line for line in law_notes(reversal="start")] == [True, True]

@@ -226,7 +226,7 @@ def test_a_part_is_read_and_written():
         key = scene.mechanism.body.flank_height or "thickness"
         (wide,) = unusual_value_notes(scene.replace(**{"materials.face_width": 4 * getattr(scene.part, key)}))
         assert f"wider than part.{key} (" in wide
-        assert wide.endswith("on that width the contact stress is 2 times the computed one")
+        assert wide.endswith(" carries, the contact stress is 2 times the computed one")
     feed = find_scene("press-feed-by-pair")
     for table, words in ("follower", "the roller covers"), ("drive", "the roller of the second disc covers"):
         (told,) = unusual_value_notes(feed.replace(**{"drive.roller_radius": 16, f"{table}.roller_radius": 112}))

@@ -231,7 +231,8 @@ EXPORT_OPTIONS = {
 @click.option("--direction", help="Direction of milling: climb (the default) or conventional.")
 @click.option(
     "--control",
-    help="Control that the program is for: iso, fanuc, siemens or heidenhain; by default by the ending of FILE.",
+    help="Control that the program is for: iso, fanuc, siemens or heidenhain; if not given, the ending "
+    "of FILE decides.",
 )
 @click.option(
     "--decimals", type=int, help="Decimals of the coordinates in the program; by default those of the control."
@@ -254,8 +255,8 @@ def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) 
     """Write the cam of one design to a file.
 
     The ending of FILE decides what is written: a drawing, a solid, points or a program for a machine. camopt prints
-    a proven bound of the deviation of these curves from the true ones. It refuses options that a kind of file
-    cannot use.
+    how far the curves in the file can be from the true ones at most; this is proved. It refuses options that a kind
+    of file cannot use.
     """
     refuse_scene_file(scene.file, file, "FILE")
     with cli.progress(quiet, ""):

@@ -44,8 +44,8 @@ def new(
     """Write a scene to start from, with comments.
 
     NAME is the purpose of the cam (valve, rocker, feeder, press, lock-bolt, belt), or a shipped scene. Without a
-    NAME, the scene is a simple cam with --form and --follower. Without a FILE, camopt prints the scene. Comments in
-    the scene show further keys and tables.
+    NAME, camopt makes a simple cam; --form and --follower choose its kind. Without a FILE, camopt prints the scene.
+    Comments in the scene show further keys and tables.
 
     An exercise has round numbers and a cam that can be made. `camopt plot FILE solution.pdf --construction` draws
     its solution.

@@ -73,7 +73,8 @@ TOLERANCE_OPTIONS = {
 @click.option(
     "--costs",
     type=OutputPath(),
-    help="With --allocate: CSV file of costs. Its columns are grade, and cost or one column for each key.",
+    help="With --allocate: CSV file of costs. Its columns are grade, and either one column cost "
+    "for all keys or one column for each key.",
 )
 @click.option(
     "--only",
@@ -129,8 +130,8 @@ def tolerance(
 
     The first table shows the worst displacement, velocity and acceleration error within the tolerances of the
     scene. It gives the contribution of each tolerance, the root sum square of independent errors (three standard
-    deviations), a proven upper bound, and a cam that comes near this bound. The second table shows the margin of
-    each limit: the worst cam within the tolerances, and whether all cams within them are proved to meet the limit.
+    deviations), a proven upper bound, and a cam that comes near this bound. For each limit, the second table
+    shows how near the worst cam comes to it, and whether all cams within the tolerances are proved to meet it.
 
     --cams draws random cams from the distributions of the tolerances. Its tables show the spread of their motions,
     the yield of each limit, and the tolerances that cause the spread. The motions are computed exactly, without a
@@ -138,9 +139,10 @@ def tolerance(
 
     --allocate finds the cheapest grades of ISO 286 that keep the tool error within a limit.
 
-    --measured compares points of a cut profile with the scene. Its tables show the motion error of this cam, the
-    share of each tolerance that it uses, and the waves of its profile. For a conjugate pair and a yoke they also
-    show the variation of the distance between both contacts, and the smallest interference and preload.
+    --measured compares points of a cut profile with the scene. Its tables show the motion error of this cam, how
+    much of each tolerance it uses, and the amplitudes of the waves of its profile error. For a conjugate pair and a
+    yoke they also show the variation of the distance between both contacts, and the smallest interference and
+    preload.
     """
     if measured:
         others = {"plot": picture, "out": out, "cams": cams, "seed": seed, "allocate": allocate, "costs": costs}
@@ -210,7 +212,7 @@ def _print_inspection(
 @click.option(
     "--follower",
     type=click.Choice(("flat", "roller", "knife")),
-    help="Translating follower, without --scene; flat by default.",
+    help="Contact of a translating follower, if there is no --scene; flat by default.",
 )
 @click.option("--roller-radius", type=UnitNumber("mm"), help="Radius of the roller, mm.")
 @click.option("--rpm", type=float, help="Speed of the cam, rev/min.")
@@ -227,8 +229,8 @@ def _print_inspection(
 @click.option(
     "--band",
     type=float,
-    help="Largest distance of the motion from a point, mm (deg if the follower oscillates); by default from "
-    "the noise.",
+    help="Largest distance of the motion from a point, mm (deg if the follower oscillates); if not "
+    "given, camopt estimates it from the noise of the points.",
 )
 @click.option(
     "--segments",
@@ -264,7 +266,8 @@ def fit(
     """Fit the gentlest motion to measured points.
 
     The motion stays within a band around the points. camopt writes it as a scene. FILE is a text file or a workbook
-    with columns of cam angle and lift, a column of lifts, or points of a --profile.
+    with columns of cam angle and lift, or with one column of lifts at equal steps. With --profile it has points of
+    a profile.
     """
     refuse_scene_file(target, out)
     if profile is None:

@@ -99,8 +99,9 @@ def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, pictur
     """Compare two results, or two cams.
 
     A and B are folders that a command wrote, tables of designs, or scenes. The comparison shows the designs that
-    are only in A, only in B or changed, how the Pareto fronts differ, and which settings differ. A scene and a
-    table are compared by the settings of their scenes. Two scenes with all sizes are compared quantity by quantity.
+    are only in A, only in B or changed, how the Pareto fronts differ, and which settings differ. If one is a scene
+    and the other a table, camopt compares the scene with the one that made the table. Two scenes with all sizes are
+    compared quantity by quantity.
 
     The exit code is 0 whether or not the results differ; the key "same" of --json tells.
     """

@@ -83,8 +83,8 @@ SWEEP_OPTIONS = {
     "--thin",
     type=float,
     metavar="EPS",
-    help="Shorten the Pareto front: drop a row if a kept row is at most EPS worse in every objective (each "
-    "scaled to 0 to 1).",
+    help="Shorten the Pareto front: drop a row if a row that stays is worse by at most EPS in every "
+    "objective, as a share of the range of that objective.",
 )
 @click.option("--workers", type=click.IntRange(1), help="Number of threads; one per core by default.")
 @click.option(

@@ -40,8 +40,8 @@ class SweepEstimate(NamedTuple):
         if not self.table_bytes:
             return time
         return (
-            f"{time} and {bytes_in_words(self.needed_bytes)} on the disk, "
-            f"of which {bytes_in_words(self.table_bytes)} remain; "
+            f"{time}; they need {bytes_in_words(self.needed_bytes)} of disk during the sweep "
+            f"and {bytes_in_words(self.table_bytes)} after it; "
             f"{bytes_in_words(self.free_bytes)} are free"
         )
 

@@ -301,16 +301,16 @@ def _optimum_warnings(problem: Problem, best: Design) -> Iterator[str]:
     yield from warnings_of(replace(reduced, design=design))
     if (ranges := free_train_numbers(problem)) and not best["proved"]:
         numbers = join_names(number.key for number in ranges)
-        yield f"best of the trains tried in the ranges of {numbers}: no proof covers the others"
+        yield f"this is the best of the trains tried in the ranges of {numbers}; no proof covers the others"
     if idle := [*_idle_numbers(problem, best["binding"])]:
         names = join_names(idle)
         remedy = f"sweep with {names} as an objective to find the best"
         yield f"the size does not depend on {names} here: camopt shows one feasible value of many; {remedy}"
     built_in = {limit.name for limit in problem.limits if not limit.set_by_scene}
     if best["binding"] and built_in.issuperset(best["binding"]):
-        holds = f"the size of this cam is limited by {join_names(best['binding'])} alone"
+        holds = f"only built-in limits hold the size of this cam: {join_names(best['binding'])}"
         unset = unset_build_limits(problem.limits, problem.setup)
-        yield f"{holds}: for a cam to build, set [limits] such as {join_names(unset)}" if unset else holds
+        yield f"{holds}; if you want to make it, also set [limits] such as {join_names(unset)}" if unset else holds
 
 
 def _miss_quantities(problem: Problem, design: Designs) -> tuple[tuple[float, float], dict[str, Any]]:

@@ -135,8 +135,8 @@ class Optimum(Result):
         all_prices = [price for each in prices.values() for price in each]
         ranges = [price for price in all_prices if price.key.startswith("search.")]
         if any(price.price is None or price.tightened is None for price in all_prices):
-            why = "the cam is also held by a condition without a value, such as no undercut"
-            yield f"{UNKNOWN_PRICE} in a price: {why}."
+            why = "a condition without a value, such as no undercut, also holds the cam"
+            yield f"{UNKNOWN_PRICE} in a price: not known, because {why}."
         if any(price.next is None and price not in ranges for price in all_prices):
             late = "not proved in the time; more `seconds` may do"
             yield f"{UNKNOWN_PRICE} in the size without a limit or tolerance: {late}."

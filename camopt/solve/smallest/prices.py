@@ -180,7 +180,7 @@ def prices(what: Any, seconds: float = OPTIMISE_SECONDS) -> Prices:
     >>> price.key, round(price.price, 3), price.unit
     ('limits.pressure_angle', -2.708, 'deg')
     """
-    remedy = "for another cam optimise its scene, or see sensitivities for the effect of each size and number"
+    remedy = "for another cam, first optimise its scene; sensitivities show the effect of each size and number"
     allowed = f"a result of optimise or synthesise; {remedy}"
     raise BadInput([Mistake("camopt", "what", type(what).__name__, allowed)])
 

@@ -295,7 +295,7 @@ class _GradeSearch:
         elif clock_seconds() > self.deadline:
             why = f"no grades were proved to keep ±{limit} in time: allow more time, or permit fewer grades"
         elif abs(worst.error) <= self.within:
-            why = f"no grades were proved to keep ±{limit}, but no cam was found that exceeds it either"
+            why = f"no permitted grades were proved to keep ±{limit}; no cam of the finest ones was found beyond it"
         return BadInput([Mistake(self.problem.file, "tolerances", None, why, bare=True)])
 
     def grades_by_cost(self) -> Iterator[tuple[float, GradeByKey]]:

@@ -274,7 +274,7 @@ def test_a_csv_file_is_its_rows(tmp_path):
         ([[0, 2e9]], "load.1 = 2000000000.0: must have a load"),
         ([[5, 1], [3, 1]], "load.2 = 3: must have a cam angle equal to the 5 deg"),
         ([[5, 1], [5 + 1e-9, 1]], "load.2 = "),
-        ([[0, 1], [359.9999999, 3]], "load.2 = 359.9999999: must be 360 deg after"),
+        ([[0, 1], [359.9999999, 3]], "load.2 = 359.9999999: must be the first cam angle"),
         ([[0, 1], [0, 2], [360, 3]], "load.1 = 0.0: more than two rows have this cam angle"),
     ],
 )

@@ -383,7 +383,8 @@ def test_a_cam_whose_rollers_leave_no_rib_is_none(tmp_path):
     found = camopt.optimise(Scene.from_dict({**scene, "search": {"mean_radius": {"start": 1, "stop": 200}}}))
     best, wanted = found.best, "curvature_radius and rib_thickness_min_mm"
     assert found.warnings == (
-        f"the size of this cam is limited by no_rib alone: for a cam to build, set [limits] such as {wanted}",
+        "only built-in limits hold the size of this cam: no_rib; "
+        f"if you want to make it, also set [limits] such as {wanted}",
     )
     angles = np.linspace(0.0, 2.0 * np.pi, 20_001)
     thin, none = (
@@ -447,7 +448,7 @@ BAD_DISCS = {
     "a rib that leaves no plate": (
         "translating",
         {"part": {"thickness": 12, "rib_height": 12}},
-        r"part\.rib_height = 12.*: must be below the thickness \(12\): the rib stands on a plate",
+        r"part\.rib_height = 12.*: must be below the thickness \(12\): the rib needs a plate below it",
     ),
     "a depth of a groove on a disc": (
         "translating",

@@ -192,7 +192,9 @@ def test_a_dead_point_is_told_with_the_cam_angle_where_the_tool_comes_to_it():
     with pytest.raises(BadInput) as told:
         Scene.from_dict(scene)
     (mistake,) = told.value.mistakes
-    limit, at = map(float, re.search(r"dead point is at ([\d.]+) mm, ([\d.]+) deg", str(mistake)).groups())
+    limit, at = map(
+        float, re.search(r"dead point is at ([\d.]+) mm \(cam angle ([\d.]+) deg\)", str(mistake)).groups()
+    )
     assert at == pytest.approx(limit / 200.0 * 100.0, abs=0.11)
 
 

@@ -184,8 +184,8 @@ def test_a_follower_beyond_a_dead_point_is_told_with_its_angle():
         scene_with_train("three-arc-valve", [short])
     (mistake,) = told.value.mistakes
     assert mistake.key == "train.1"
-    assert "the follower goes to 9 mm" in str(mistake)
-    assert "deg of the turn" in str(mistake)
+    assert "the follower has to go to 9 mm" in str(mistake)
+    assert "(cam angle " in str(mistake)
 
 
 def test_a_profile_that_is_none_is_told_once():

@@ -117,10 +117,10 @@ def test_a_dead_point_within_the_motion_is_told_with_its_angle():
     scene = SLIDE.replace(search={"train": {"1": {"angle": {"start": -110, "stop": -60, "step": 50}}}})
     swept = sweep(scene)
     assert swept.impossible == 1
-    assert "deg of the turn" in swept.obstacle
+    assert "(cam angle " in swept.obstacle
     found = optimise(scene.replace(**{"search.train.1.angle": [-60]}))
     assert found.best is None
-    assert "deg of the turn" in found.obstacles["modified-sine"]
+    assert "(cam angle " in found.obstacles["modified-sine"]
 
 
 def test_optimise_takes_the_best_of_listed_trains():
