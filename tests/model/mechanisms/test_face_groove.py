@@ -246,7 +246,7 @@ def test_a_program_in_the_plane_cuts_both_walls(tmp_path, cutter):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"cutter_radius": 1.9}, "cutter_radius = 1.9: must be at least 2 mm, a third of the roller's"),
+        ({"cutter_radius": 1.9}, "cutter_radius = 1.9: must be at least 2 mm, a third of the roller radius"),
         ({"cutter_radius": 6.1}, "cutter_radius = 6.1: must be above 0 and at most 6 mm"),
         ({"cutter_radius": 5.0, "roughing": 1.0}, "roughing = 1.0: must be below 1 mm"),
         ({"cutter_radius": 5.0, "depth": 9.5}, r"depth = 9.5: must be at most part.groove_depth \(9 mm\)"),
