@@ -60,7 +60,7 @@ def test_no_place_for_kernels_is_trouble_with_a_file(command, monkeypatch):
     monkeypatch.setattr("camopt.show.studies.first_runs.kernel_folder", lambda: kernel_cache.NO_FOLDER)
     code, printed, said = command("warm", SMALLEST)
     assert (code, printed) == (3, "")
-    assert said == "camopt: there is no folder for compiled kernels: NUMBA_CACHE_DIR names another one\n"
+    assert said == "camopt: there is no folder for compiled kernels; set NUMBA_CACHE_DIR to a folder\n"
 
 
 def test_a_scene_that_is_none_compiles_nothing(command, nothing_but_machine_code):

@@ -90,8 +90,8 @@ def test_the_command_shows_the_tree_and_its_json(tmp_path, capsys):
     scene.write_text(VALVE.replace(**{"limits.jump_speed": 400}).to_toml(), encoding="utf-8")
     assert main(["effects", str(scene), "--quiet"]) == 0
     shown = capsys.readouterr().out
-    assert "called for by limits.jump_speed" in shown
-    assert "hertz  not called for\n" in shown
+    assert "needed by limits.jump_speed" in shown
+    assert "hertz  not run\n" in shown
     assert main(["effects", str(scene), "--json", "--quiet"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert [entry["effect"] for entry in found["effects"]][:3] == ["sizes", "motion", "force"]

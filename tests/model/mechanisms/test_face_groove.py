@@ -250,7 +250,7 @@ def test_a_program_in_the_plane_cuts_both_walls(tmp_path, cutter):
         ({"cutter_radius": 6.1}, "cutter_radius = 6.1: must be above 0 and at most 6 mm"),
         ({"cutter_radius": 5.0, "roughing": 1.0}, "roughing = 1.0: must be below 1 mm"),
         ({"cutter_radius": 5.0, "depth": 9.5}, r"depth = 9.5: must be at most part.groove_depth \(9 mm\)"),
-        ({"cutter_radius": 5.0, "blank_diameter": 200.0}, "blank_diameter = 200.0: means nothing to a groove"),
+        ({"cutter_radius": 5.0, "blank_diameter": 200.0}, "blank_diameter = 200.0: has no meaning for a groove"),
     ],
 )
 def test_a_program_that_would_spoil_a_groove_is_refused(tmp_path, settings, message):
@@ -265,7 +265,9 @@ def test_the_solid_has_the_volume_of_its_mass(tmp_path, curves):
     assert found.about["volume_mm3"] == pytest.approx(
         evaluate(scene.replace(outputs=["solid"]))["cam_mass_kg"] / 7.8e-6, rel=1e-5
     )
-    with pytest.raises(BadInput, match=r"part.outer_diameter = 124.0: must be above 124.45: the groove breaks out"):
+    with pytest.raises(
+        BadInput, match=r"part.outer_diameter = 124.0: must be above 124.45 mm: the groove breaks through the edge"
+    ):
         export(scene.replace(**{"part.outer_diameter": 124.0}), tmp_path / "cam.step")
 
 

@@ -159,7 +159,8 @@ def test_a_motion_that_no_yoke_can_make_is_refused_with_the_angle():
         {"segment": "return", "angle": 240, "lift": 10, "law": "cycloidal"},
     ]
     with pytest.raises(
-        BadInput, match=r"motion: y\(θ\) \+ y\(θ \+ 180°\) has to be the lift .* at .* deg\. The second"
+        BadInput,
+        match=r"y\(θ\) \+ y\(θ \+ 180°\) has to be the lift at every cam angle; the error is .* at",
     ):
         resolve_design(Scene.from_dict(scene))
     assert half_turn_misfit(resolve_design(Scene.from_dict(yoke(rng, "breadth"))).programme).off < 1e-12
@@ -196,7 +197,7 @@ BAD = {
     "a guide": (
         "translating",
         {"follower.dynamics": {"mass": 1, "guide_length": 80}},
-        r"guide_length = 80.*: the guide of a conjugate pair is not computed",
+        r"guide_length = 80.*: camopt does not compute the guide of a conjugate pair",
     ),
     "an interference that is no small one": (
         "translating",

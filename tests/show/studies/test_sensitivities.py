@@ -142,6 +142,6 @@ def test_an_unknown_pair_gets_its_neighbours():
     found = camopt.sensitivities(camopt.find_scene("roller-1000rpm"))
     assert len(found) == len([*found])
     with pytest.raises(
-        camopt.UnknownName, match=r"'cam\.base_radus' is no quantity or variable of this cam; did you"
+        camopt.UnknownName, match=r"'cam\.base_radus' is not a quantity or variable of this cam; did you"
     ):
         found["pressure_angle_max_deg", "cam.base_radus"]

@@ -1,6 +1,7 @@
 """Measured profiles: the lift of each follower is found again, the points it cannot reach are named."""
 
 import json
+import re
 from functools import cache
 from itertools import combinations, product
 from pathlib import Path
@@ -415,7 +416,7 @@ def test_a_change_of_the_profile_lifts_by_no_more_than_that_over_the_cosine(offs
 @settings(max_examples=times(8, 200))
 @given(
     data=st.data(),
-    base=st.floats(50.0, 90.0),
+    base=st.floats(50.0, 84.0),  # a flat arm of 80 mm about a face offset of 5 mm allows no more
     lift=st.floats(2.0, 8.0),
     probe=st.floats(0.0, 20.0),
     turned=st.floats(-3.0, 3.0),
@@ -672,7 +673,8 @@ def test_the_picture_has_the_profile_beside_the_diagrams(depth, legend):
     *diagrams, profile = camopt.plot(fitted).axes
     assert len(diagrams) == 3
     assert {text.get_text() for text in profile.get_legend().get_texts()} == legend
-    times_ = float(profile.get_title(loc="left").split()[2])
+    (magnified,) = re.findall(r"magnified ([\d.]+) times", profile.get_title(loc="left"))
+    times_ = float(magnified)
     drawn = next(line for line in profile.lines if line.get_label() == "points")
     assert drawn.get_xdata().size == fitted.points.angles.size
     outline = fitted.scene.cam.base_radius
