@@ -59,7 +59,7 @@ VERBS = ("displacement", "velocity", "acceleration", "jerk")
 
 
 def test_every_law_has_an_exact_form_and_one_of_fifty_digits():
-    """In tests/support/balls/laws.py, and in tests/support/naive.py, with tables by tests/data/make_reference.py."""
+    """In tests/support/balls/laws.py and tests/support/naive.py, with tables by tests/data/make_reference.py."""
     assert set(EXACT_BY_NAME) == {name for name, law in LAWS.items() if isinstance(law, ModuleType)}
     assert set(naive.LAWS) >= set(LAWS)
 
