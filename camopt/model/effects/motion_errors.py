@@ -233,7 +233,7 @@ def _sample_errors(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, A
     """The errors without a curve."""
     *rates, dwell = error_names(case.setup)
     orders = {name: order for order, name in enumerate(rates) if name in wanted}
-    largest = largest_errors(case, [*orders.values()])
+    largest = largest_errors(case, [*orders.values()]) if orders else ()
     columns: dict[str, Any] = {
         name: motion_scale(case.setup_per_design, order) * error
         for (name, order), error in zip(orders.items(), largest, strict=True)
