@@ -170,7 +170,7 @@ def set_speed(scene):
         ),
         "no output": (
             lambda: camopt.evaluate(SCENE)["area_mm2"],
-            "'area_mm2' was not computed; name it in the out",
+            "'area_mm2' was not computed; add it to the out",
         ),
         "an evaluation": (lambda: camopt.evaluate(camopt.evaluate(SCENE)), "use its attribute scene"),
         "a mapping": (lambda: camopt.evaluate(SCENE.to_dict()), "Scene.from_dict makes a scene from a mapping"),
@@ -204,7 +204,7 @@ def test_one_of_several_stands_alone(tmp_path):
 
 def test_a_frame_that_pandas_wrote_is_read_by_pandas(tmp_path):
     FRONT.to_parquet(tmp_path / "front.parquet")
-    with pytest.raises(BadInput, match=r"give the frame that pandas\.read_parquet reads, in place of the path"):
+    with pytest.raises(BadInput, match=r"read it with pandas\.read_parquet, and give the frame"):
         camopt.report(tmp_path / "front.parquet", tmp_path / "page.html")
     MERGED.to_parquet(tmp_path / "other.parquet")
     with pytest.raises(BadInput, match="another program"):

@@ -311,7 +311,7 @@ BAD = {
     "an inertia that slides": ([{**SLIDE, "inertia": 1.0}], "slides"),
     "no arm": ([{**SLIDE, "arm_inertia": 1.0}], "input_arm"),
     "weight of nothing": ([{**SLIDE, "gravity": 9.81}], "mass"),
-    "a load out of order": ([{**SLIDE, "load": [[20, 1.0], [10, 2.0]]}], "above"),
+    "a load out of order": ([{**SLIDE, "load": [[20, 1.0], [10, 2.0]]}], "at least"),
     "a load from nowhere": ([{**SLIDE, "load": "nowhere.csv"}], "nowhere.csv"),
 }
 

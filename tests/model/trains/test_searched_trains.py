@@ -184,7 +184,7 @@ def test_what_is_no_number_of_a_stage_is_refused(changes, message):
 
 def test_what_does_not_search_trains_says_so():
     scene = SLIDE.replace(**{"search.train.1.crank": {"start": 150, "stop": 160}, "search.roller_radius": None})
-    with pytest.raises(BadInput, match=r"search.train.1.crank.step: must be a step above 0"):
+    with pytest.raises(BadInput, match=r"search.train.1.crank.step: must be above 0 for a sweep"):
         sweep(scene)
     with pytest.raises(BadInput, match=r"train"):
         synthesise(scene)

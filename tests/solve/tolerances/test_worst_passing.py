@@ -104,7 +104,7 @@ def test_a_passage_that_some_cam_does_not_make_and_one_without_a_proof_are_repor
     ]
     assert {each.gap_deg for each in low if np.isinf(each.bound_deg)} == {0.0}
     out = command("timing", "uniform-knife-offset", "--set", "tolerances.profile=0.01")[1]
-    assert "No bound is known where it is infinite: the velocity of the motion jumps." in out
+    assert "An infinite bound is not proved: the velocity of the motion jumps." in out
     monkeypatch.setattr(dwells_and_passages, "MOTION_PROOF_SECONDS", -1.0)
     found = json.loads(command("timing", "bucket-valve", "--set", "tolerances.profile=0.01", "--json")[1])["worst"]
     assert {(each["bound_deg"], each["unproved"]) for each in found} == {(None, "the time of -1 s was over")}
