@@ -24,16 +24,23 @@ from camopt import (
 )
 from camopt.core.mistakes import Unmet
 from camopt.core.quantities import AT_MOST, QUANTITIES
+from camopt.core.quantities.limit_keys import LIMIT_KEYS
 from camopt.model.effects import EvaluationBlock, section
 from camopt.model.effects.peak import DOUBLES, CutterOverRoller, DegreeScale, Derivative
 from camopt.scene.limits import Limits
-from camopt.scene.problem.limits import PART_LIMITS
+from camopt.scene.problem.limits import PART_LIMITS, SINGLE_QUANTITY_KEYS
 from camopt.scene.problem.problem import at_rounding_error, resolve, resolve_design
 from camopt.show.reporting.sections import limits_table
 
 OPEN = [contact for contact in CONTACTS if contact not in GROOVED]
 KEYS = (*PART_LIMITS, "cutter_radius")
 CASES = [(contact, key) for contact in CONTACTS for key in KEYS if quantity_of(key, contact)[0]]
+
+
+def test_a_short_key_with_a_quantity_makes_a_limit():
+    """Its group in ``limit_keys`` decides that: a key of another group would be read, and nothing would hold it."""
+    keys = {key.key for key in LIMIT_KEYS.values() if key.quantity}
+    assert keys <= {*SINGLE_QUANTITY_KEYS}, "put the key into LOAD_KEYS, PART_KEYS or ERROR_KEYS"
 
 
 def test_all_limits_on_the_part_are_tried():
