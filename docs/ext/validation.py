@@ -86,7 +86,7 @@ def described(case: Case) -> str:
 
 def row(answer: Answer, value: float) -> str:
     off = abs(value - answer.value)
-    if not off <= answer.allowed:
+    if not off <= answer.allowed_error:
         raise ValueError(f"{answer.what}: {answer.printed} by its source, {value} by camopt")
     text = isinstance(answer.printed, str)
     printed = str(answer.printed) if text else f"{answer.printed:.8g}"
@@ -94,7 +94,7 @@ def row(answer: Answer, value: float) -> str:
     shown = f"{value:.{digits}g}" if abs(value) > 1e-12 else "0"
     unit = f", {answer.unit}" if answer.unit else ""
     difference = f"{off:.1g}" if off < 1.0 else f"{off:.3g}"
-    return f"| {answer.what}{unit} | {printed} | {shown} | {difference} | {answer.allowed:.2g} |"
+    return f"| {answer.what}{unit} | {printed} | {shown} | {difference} | {answer.allowed_error:.2g} |"
 
 
 def sentence(test: str) -> str:

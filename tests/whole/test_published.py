@@ -17,7 +17,7 @@ def test_what_others_printed(case):
     off = [
         f"{answer.what}: {answer.printed} by its source, {value}"
         for answer, value in zip(case.answers, case.ours(), strict=True)
-        if not abs(value - answer.value) <= answer.allowed
+        if not abs(value - answer.value) <= answer.allowed_error
     ]
     assert off == []
 
