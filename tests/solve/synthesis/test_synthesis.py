@@ -896,7 +896,7 @@ def test_the_command_writes_a_scene_and_its_laws(run, tmp_path):
         assert row["s"] == law.displacement(row["x"])
         assert row["jerk"] == law.jerk(row["x"])
     written = (tmp_path / "both.svg").read_text(encoding="utf-8")
-    assert ">best known law" in written or ">the scene's own law" in written
+    assert ">best known law" in written or ">law of the scene" in written
     assert "DejaVuSans-" not in written
     assert main(["certify", "there/synthesised.toml", "--quiet"]) == 0
 
