@@ -5,7 +5,8 @@ from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 from camopt.core.mistakes import BadInput, Mistake, suggest_names
-from camopt.scene.schema import SCENE_TABLES, table_schema
+from camopt.scene.scene import SCENE_TABLES
+from camopt.scene.schema import table_schema
 from camopt.scene.table_places import TOP_TABLE, key_record
 
 

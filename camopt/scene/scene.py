@@ -315,10 +315,10 @@ class Scene(HasHtml, Drawable, SceneTable):
             given["tolerances"] = nest_dotted_keys(given["tolerances"])
         unread = [*read_former_keys(given)]
         read_own_quantities(given)
-        mistakes += replace_wrong_shapes(given, tables_by_place(Scene), file)
+        mistakes += replace_wrong_shapes(given, SCENE_TABLES, file)
         read_bore(given)  # before units, since a fit is no unit
         if has_unit_text({key: value for key, value in given.items() if key != "name"}):
-            given, unit_mistakes = replace_unit_texts(given, tables_by_place(Scene), file)
+            given, unit_mistakes = replace_unit_texts(given, SCENE_TABLES, file)
             mistakes += unit_mistakes
         tables = with_camopt_names(given, own_law_tables(given))
         unread += read_keyway(tables)
@@ -510,7 +510,9 @@ class Scene(HasHtml, Drawable, SceneTable):
         return scene
 
 
-KNOWN_TABLES.update(tables_by_place(Scene))  # messages about unknown keys name the table that has them
+SCENE_TABLES = tables_by_place(Scene)
+"""Every table by its place in a scene."""
+KNOWN_TABLES.update(SCENE_TABLES)  # messages about unknown keys name the table that has them
 
 
 def _make_changes(data: dict[str, Any], changes: Mapping[str, Any], file: str) -> list[Mistake]:

@@ -14,8 +14,7 @@ from camopt.model.mechanisms import MECHANISMS, Mechanism
 from camopt.model.mechanisms.elements import FLAT, Tip
 from camopt.model.motion import LAWS
 from camopt.scene.checks import GUIDE_KEYS
-from camopt.scene.scene import Scene, find_scene
-from camopt.scene.schema import SCENE_TABLES
+from camopt.scene.scene import SCENE_TABLES, Scene, find_scene
 from camopt.scene.sources import shipped_scenes, shipped_toml
 from camopt.scene.table_places import TABLE_LISTS, is_angle, key_record, table_heading
 

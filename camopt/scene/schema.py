@@ -7,8 +7,8 @@ from pydantic import TypeAdapter
 
 from camopt.core.storage.version import SITE
 from camopt.scene.choices import NumberChoice, NumberRange, searchable_numbers
-from camopt.scene.scene import Scene
-from camopt.scene.table_places import key_record, tables_by_place
+from camopt.scene.scene import SCENE_TABLES, Scene
+from camopt.scene.table_places import key_record
 from camopt.scene.tables import SceneTable
 from camopt.scene.tolerances import GivenTolerance
 
@@ -19,8 +19,6 @@ UNIT_TEXT_SCHEMA = {"type": "string", "pattern": r"^\s*[-+]?[0-9]+(\.[0-9]+)?(e[
 """A number with a unit, allowed in place of a number."""
 ROW_PATTERN = "^[1-9][0-9]*$"
 """The number of a row, as a key in ``[search]``."""
-SCENE_TABLES = tables_by_place(Scene)
-"""Every table by its place in a scene."""
 MODELS_BY_NAME = {model.__name__: (place, model) for place, model in SCENE_TABLES.items()}
 
 

@@ -7,8 +7,7 @@ from camopt.core.numerics.neighbours import noise_share
 from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
 from camopt.scene.checks import groove_axial_length
 from camopt.scene.law_forms import LEAST_NOISE_POINTS, NEAR_END, unstated_reversal
-from camopt.scene.scene import Scene
-from camopt.scene.schema import SCENE_TABLES
+from camopt.scene.scene import SCENE_TABLES, Scene
 from camopt.scene.segments import following_segments
 from camopt.scene.table_places import key_record
 

@@ -11,7 +11,8 @@ from support.smallest_cams import FREE
 
 import camopt
 from camopt.scene.keys import find_keys, keys_of_table
-from camopt.scene.schema import SCENE_TABLES, scene_schema
+from camopt.scene.scene import SCENE_TABLES
+from camopt.scene.schema import scene_schema
 from camopt.scene.table_places import TABLE_LISTS
 
 FOLDER = Path(camopt.__file__).parent / "scene"

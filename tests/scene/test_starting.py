@@ -7,8 +7,8 @@ import pytest
 
 import camopt
 from camopt.cli.main import main
+from camopt.scene.scene import SCENE_TABLES
 from camopt.scene.scene_templates import PAIRINGS, PURPOSES, enable_all_lines, starting_scene
-from camopt.scene.schema import SCENE_TABLES
 from camopt.scene.table_places import key_record
 
 NAMES = [*PURPOSES, *camopt.shipped_scenes()]

@@ -90,7 +90,7 @@ SWEEP_OPTIONS = {
 @click.option(
     "--resume",
     is_flag=True,
-    help="Resume the unfinished sweep in --out, or start one; no other option is needed.",
+    help="Resume the unfinished sweep in --out, or start one. The same command without --resume does so too.",
 )
 @click.option(
     "--part",

@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 from camopt.core.quantities import in_column_order
 from camopt.scene.mapping import leaves
 from camopt.scene.problem.problem import missing_variable_mistakes, resolve
-from camopt.scene.scene import Scene
-from camopt.scene.table_places import tables_by_place
+from camopt.scene.scene import SCENE_TABLES, Scene
 from camopt.scene.units import in_shown_units, tables_of_shown_units
 from camopt.show.comparing.designs import ERROR_BOUND
 from camopt.solve.verdicts.evaluation import evaluate
@@ -29,7 +28,7 @@ def scene_differences(a: Scene, b: Scene) -> dict[str, Difference]:
 
 def shown_settings(a: Scene, b: Scene) -> dict[str, tuple[Any, Any, str]]:
     """Keys in which two scenes differ, with the values in A and B in shown units, and these units."""
-    models, tables = tables_by_place(Scene), [scene.model_dump(mode="json") for scene in (a, b)]
+    models, tables = SCENE_TABLES, [scene.model_dump(mode="json") for scene in (a, b)]
     one, other = (dict(leaves(in_shown_units(each, models))) for each in tables)
     units = [dict(leaves(tables_of_shown_units(each, models))) for each in tables]
     return {

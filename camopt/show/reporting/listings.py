@@ -11,7 +11,7 @@ from camopt.model.motion.aliases import ALIASES
 from camopt.model.motion.law import motion_task
 from camopt.model.motion.programme import LAW_PEAKS, law_peaks, peaks_inside
 from camopt.scene.keys import KeyDescription, find_keys
-from camopt.scene.schema import SCENE_TABLES
+from camopt.scene.scene import SCENE_TABLES
 from camopt.scene.sources import shipped_scenes, shipped_toml
 from camopt.scene.table_places import table_heading
 from camopt.solve.tables.result import ABOUT, Cell, Listing, Table, table_of

@@ -10,8 +10,7 @@ from camopt.model.effects import find_quantity
 from camopt.scene.mapping import leaves
 from camopt.scene.problem.limit import Limit, OwnQuantityLimit
 from camopt.scene.problem.problem import Problem, resolve
-from camopt.scene.scene import Scene
-from camopt.scene.table_places import tables_by_place
+from camopt.scene.scene import SCENE_TABLES, Scene
 from camopt.scene.units import in_shown_units
 from camopt.show.studies.cost_report import effects_run
 from camopt.solve.tables.cells import name_in_shown_unit, number_text, quantity_text
@@ -172,7 +171,7 @@ def quantities_table(evaluations: list[Evaluation], problems: Iterable[Problem],
 
 def _shown_tables(scene: Scene) -> dict[str, Any]:
     """The tables of a scene, in the units in which results are shown."""
-    return in_shown_units(scene.to_dict(), tables_by_place(Scene))
+    return in_shown_units(scene.to_dict(), SCENE_TABLES)
 
 
 def motion_table(scene: Scene) -> Table:

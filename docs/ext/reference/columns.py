@@ -10,7 +10,7 @@ from pathlib import Path
 from camopt.core.quantities import AT_LEAST, DISCIPLINES, GEOMETRY, QUANTITIES, Quantity
 from camopt.model.effects import EFFECTS
 from camopt.model.mechanisms import DRIVEN, MECHANISMS
-from camopt.scene.schema import SCENE_TABLES
+from camopt.scene.scene import SCENE_TABLES
 from camopt.show.exporting.cam_points import COLUMN_NOTES, FORM_COLUMNS
 
 from . import keys

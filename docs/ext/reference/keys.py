@@ -16,8 +16,8 @@ from camopt.scene.materials import MATERIALS
 from camopt.scene.problem.limits import Limit
 from camopt.scene.problem.problem import resolve
 from camopt.scene.problem.scene_notes import READING_EFFECTS
+from camopt.scene.scene import SCENE_TABLES
 from camopt.scene.scene_templates import PAIRINGS, example_tables, minimal_scene_tables
-from camopt.scene.schema import SCENE_TABLES
 from camopt.scene.table_places import TOP_TABLE, table_heading
 
 from .markdown import entry, prose, table
