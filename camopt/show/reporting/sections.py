@@ -35,7 +35,7 @@ INTEGRATED = ("section", "solid")
 
 
 def limits_table(evaluation: Evaluation, problem: Problem) -> Table:
-    """Each limit with its verdict, bound, value, margin and method of proof."""
+    """Each limit with its verdict, limit, value, margin and method of proof."""
     limits = {limit.name: limit for limit in problem.limits}
     verdicts = certify_problem(problem)
     proofs = {name: IN_INTERVALS if name == CONDITIONS else _proof_method(limits.get(name)) for name in verdicts}
@@ -52,12 +52,14 @@ def verdicts_table(
         limit, how = limits.get(name), proofs[name]
         for bound, reached, margin in _limit_cells(limit, evaluation, verdict):
             rows.append([_spaced_name(name), Cell(verdict, verdict), bound, reached, margin, Cell(how, "how")])
-    numbers = (Cell(text, NUMERIC) for text in ("bound", "reached", "margin"))
+    numbers = (Cell(text, NUMERIC) for text in ("limit", "value", "margin"))
     used = dict.fromkeys(proofs[name] for name in verdicts)
     note = "; ".join(f"{how}: {PROOFS[how]}" for how in used)
     if evaluation.scene.mechanism.motion.angular:
         note += f". {ARM_UNCHECKED}"
-    return Table.from_texts("Limits, at every cam angle", ["limit", "verdict", *numbers, "proved by"], rows, note)
+    return Table.from_texts(
+        "Limits, at every cam angle", ["limit on", "verdict", *numbers, "proved by"], rows, note
+    )
 
 
 def _spaced_name(name: str) -> str:
