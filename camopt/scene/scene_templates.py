@@ -1,6 +1,6 @@
 """Scenes to start from, with a comment for each key, and with further keys and tables switched off.
 
-A line that begins with ``#`` and a key, or with ``#[``, is switched off; without the ``#`` it counts.
+A line that begins with ``#`` and a key, or with ``#[``, has no effect until its ``#`` is deleted.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -160,7 +160,7 @@ def _tables_in_order(data: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str
 
 
 HELP_LINES = [
-    "# A line that begins with # and a key, or with #[, is switched off: without the # it counts.",
+    "# A line that begins with # and a key, or with #[, has no effect until you delete its #.",
     "# camopt keys lists all keys; camopt evaluate FILE --plot cam.svg shows the cam.",
 ]
 

@@ -164,8 +164,8 @@ def timing(scene: Any, as_json: bool, quiet: bool, lifts: tuple[float, ...]) -> 
     """Find where the follower passes a lift.
 
     An example is the opening and closing of a valve. For a scene with [tolerances] the table also shows the
-    earliest and latest cam angle of a real cam, to first order. A second table shows proven bounds of these angles,
-    and the errors of a cam that comes near them. The bounds use exact contact, not first order.
+    earliest and latest cam angle of a real cam, to first order. A second table shows proven bounds of these angles.
+    Beside each bound it shows a cam whose errors nearly reach it. The bounds use exact contact, not first order.
     """
     return cli.print_result(camopt.timing(scene, lifts or None), as_json, quiet)
 
@@ -255,8 +255,8 @@ def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) 
     """Write the cam of one design to a file.
 
     The ending of FILE decides what is written: a drawing, a solid, points or a program for a machine. camopt prints
-    how far the curves in the file can be from the true ones at most; this is proved. It refuses options that a kind
-    of file cannot use.
+    a proven bound on the distance between the curves in the file and the true curves. It refuses options that a
+    kind of file cannot use.
     """
     refuse_scene_file(scene.file, file, "FILE")
     with cli.progress(quiet, ""):

@@ -103,7 +103,7 @@ def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, pictur
     and the other a table, camopt compares the scene with the one that made the table. Two scenes with all sizes are
     compared quantity by quantity.
 
-    The exit code is 0 whether or not the results differ; the key "same" of --json tells.
+    The exit code is 0 whether or not the results differ; the key "same" of --json says whether they do.
     """
     result = camopt.compare(a, b, out=out)
     if picture:
@@ -117,9 +117,9 @@ def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, pictur
 def check(files: tuple[Path, ...], as_json: bool, quiet: bool) -> int:
     """Check that files are as camopt wrote them.
 
-    FILE is a table, another file of a result, or a folder. camopt compares each file bit for bit with its digest,
-    which is inside a table, and in manifest.json for other files. It also reports missing files and files of
-    another run.
+    FILE is a table, another file of a result, or a folder. camopt computes the digest of each
+    file and compares it with the recorded one. Tables record their own digest; manifest.json records those of other
+    files. camopt also reports missing files and files of another run.
 
     The exit code is 3 if a file is damaged, changed or missing, and 2 if a file has no digest.
     """

@@ -83,8 +83,8 @@ SWEEP_OPTIONS = {
     "--thin",
     type=float,
     metavar="EPS",
-    help="Shorten the Pareto front: drop a row if a row that stays is worse by at most EPS in every "
-    "objective, as a share of the range of that objective.",
+    help="Shorten the Pareto front: drop a row if a kept row is at most EPS worse in every objective. EPS is "
+    "a share of the range of the objective.",
 )
 @click.option("--workers", type=click.IntRange(1), help="Number of threads; one per core by default.")
 @click.option(
@@ -304,7 +304,7 @@ def frontier(
 ) -> int:
     """Show the trade-off of size and acceleration.
 
-    Each point is a new motion law. --axes chooses other terms and loads.
+    Each point is a new motion law. --axes chooses other quantities, such as jerk or contact force.
     """
     names = [axis.strip() for axis in axes.split(",")]
     tell = None if quiet else cli.print_note
