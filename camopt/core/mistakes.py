@@ -107,7 +107,7 @@ class UnknownName(CamoptError, KeyError):
     --------
     >>> camopt.evaluate(camopt.find_scene("two-pauses"))["undercutt"]
     Traceback (most recent call last):
-    camopt.core.mistakes.UnknownName: 'undercutt' is no quantity of this evaluation; did you mean undercut? ...
+    camopt.core.mistakes.UnknownName: 'undercutt' is not a quantity of this evaluation; did you mean undercut? ...
     """
 
     def __str__(self) -> str:

@@ -84,7 +84,7 @@ def read_dxf_profile(path: Path) -> DrawnOutline:
     except RecursionError:
         raise ValueError("its blocks are nested too deep") from None
     except (DXFError, UnicodeError, LookupError, TypeError, ArithmeticError) as trouble:
-        raise ValueError(f"it is damaged, or no DXF ({trouble})") from None
+        raise ValueError(f"it is damaged, or not a DXF file ({trouble})") from None
     if not outlines:
         kinds = ", ".join(sorted({each.dxftype() for each in drawn})) or "nothing"
         raise ValueError(f"it has no closed outline of arcs, lines or polylines; it has {kinds}")

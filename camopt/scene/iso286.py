@@ -125,7 +125,7 @@ def _hole_lower_deviation(letter: str, grade: int, size: float) -> float:
     width, small = _table_value(GRADE_WIDTHS[grade], size), size <= SIZE_STEPS[0]
     coarse = grade > (8 if letter in "kmn" else 7)
     if grade < 3 or (letter == "k" and coarse and not small):
-        raise ValueError("is no class of holes: the standard has K in grades 3 to 8, and M to S from grade 3")
+        raise ValueError("is not a class of holes: the standard has K in grades 3 to 8, and M to S from grade 3")
     if letter == "n" and coarse and not small:
         return -width
     if letter == "m" and grade == 6 and 250.0 < size <= 315.0:

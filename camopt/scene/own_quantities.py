@@ -202,15 +202,15 @@ def _check_name(name: str, above: Collection[str], below: Collection[str]) -> No
     """Check a name in an expression: ``above`` may be read, ``below`` (this one and later ones) may not."""
     if name in below:
         raise ValueError(
-            f"{name} is not above it in [{OWN_EFFECT}]: an expression reads only quantities defined above it"
+            f"{name} must be defined above it in [{OWN_EFFECT}]: an expression reads only quantities above it"
         )
     if name in above:
         return
     if name not in QUANTITIES:
         meant = suggest_names(QUANTITY_SYNONYMS.get(name, name), (*above, *QUANTITIES))
-        raise ValueError(f"{shorten(name)} is no quantity; {meant}")
+        raise ValueError(f"{shorten(name)} is not a quantity; {meant}")
     if QUANTITIES[name].kind is not float or QUANTITIES[name].effect in VERDICTS:
-        raise ValueError(f"{name} is a verdict, or no number; an expression reads numbers of a design")
+        raise ValueError(f"{name} cannot be used: an expression reads only numerical quantities of a design")
 
 
 def check_limit_keys(data: Mapping[str, Any]) -> Iterator[Fault]:

@@ -530,9 +530,10 @@ def _make_changes(data: dict[str, Any], changes: Mapping[str, Any], file: str) -
             above.append((table, name))
             table = _row_by_number(rows, name) if rows is not None else table.setdefault(name, {})
             if not isinstance(table, dict) and not (isinstance(table, list) and tables[place + 1 :]):
-                named = f"[[{'.'.join(tables[:place])}]]"
-                rest = "give it whole" if rows is None else f"{named} has {len(rows)}"
-                mistakes.append(Mistake(file, key, value, f"{name} is no table: {rest}", bare=True))
+                why = f"{name} is not a table: set {'.'.join(tables[: place + 1])} itself"
+                if rows is not None:
+                    why = f"there is no table {name}: [[{'.'.join(tables[:place])}]] has {len(rows)}"
+                mistakes.append(Mistake(file, key, value, why, bare=True))
                 break
         else:
             if value is not None:

@@ -26,7 +26,7 @@ def _check_peak_factor(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         pair = check_pair(value)
         if not -LARGEST_VALUE <= pair[0] <= 0.0 < pair[1] <= LARGEST_VALUE:
-            raise ValueError("a range with 0 in it")
+            raise ValueError("a range that contains 0")
         return pair
     number = check_number(value)
     if not 0.0 < number <= LARGEST_VALUE:

@@ -133,7 +133,7 @@ def _carried_parts(stages: Sequence[Mapping[str, Any]], train: Train) -> Iterato
     for number, stage in enumerate(stages, start=1):
         joint, turns, unit = _joint_of_stage(train, number)
         if ("mass" if turns else "inertia") in stage:
-            motion, body = ("turns", "an inertia, no mass") if turns else ("slides", "a mass, no inertia")
+            motion, body = ("turns", "an inertia, not a mass") if turns else ("slides", "a mass, not an inertia")
             raise StageFault(number, f"its output member {motion}: give it {body}")
         if "gravity" in stage and "mass" not in stage:
             raise StageFault(number, "gravity acts on a mass, which is missing")

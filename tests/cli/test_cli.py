@@ -475,7 +475,7 @@ def test_set_mends_and_completes_a_file_before_it_is_checked(run, command):
         2,
         ["broken.toml", "camopt", "camopt"],
     )
-    assert "camopt: --set motion.9.lift = 3: 9 is no table: [[motion]] has" in err
+    assert "camopt: --set motion.9.lift = 3: there is no table 9: [[motion]] has" in err
 
 
 def test_set_says_what_a_search_varies_of_a_file_that_it_mends(run_json):
@@ -892,7 +892,7 @@ def test_every_command_that_takes_a_scene_takes_keys_of_it(run, command):
     words = ["cam.dxf"] if command == "export" else []
     code, _, err = run(command, "two-pauses", *words, "--set", "cam.rmp=3", "--set", "motion.9.angle=4")
     assert code == 2
-    assert err.startswith("camopt: --set motion.9.angle = 4: 9 is no table")
+    assert err.startswith("camopt: --set motion.9.angle = 4: there is no table 9")
     code, _, err = run(command, "two-pauses", *words, "--set", "cam.rmp=3", "--set", "follower.offset=wide")
     assert (code, len(err.splitlines())) == (2, 2)
     assert "camopt: --set cam.rmp = 3: not a known key; did you mean rpm?" in err

@@ -130,7 +130,10 @@ BAD = {
         "it has no closed outline of arcs, lines or polylines",
     ),
     "spline": (lambda space: space.add_spline([(1, 0), (0, 1), (-1, 0)]), "polylines; it has SPLINE"),
-    "concentric": (lambda space: space.add_circle((0, 0), 5), "a circle about the cam's axis moves nothing"),
+    "concentric": (
+        lambda space: space.add_circle((0, 0), 5),
+        "a circle about the cam's axis does not move the follower",
+    ),
 }
 
 

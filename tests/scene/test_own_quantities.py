@@ -39,7 +39,7 @@ HOSTILE = {
     "1 // 2": "is not allowed",
     "max(*outer_radius_mm)": "is not allowed",
     "sin(x=1)": "is not allowed",
-    "eval(outer_radius_mm)": "eval is no function here",
+    "eval(outer_radius_mm)": "eval is not a known function",
     "x" * 10**6: "has 1,000,000 characters; at most 4,000 are allowed",
     "(" * 1000 + "1" + ")" * 1000: "at most 200 nodes are allowed",
     "-" * 999 + "1": "has 1,000 nodes; at most 200 are allowed",
@@ -51,18 +51,18 @@ HOSTILE = {
     "sqrt(-1)": "has no finite value",
     "1e999": "has a number beyond 1.8e308",
     "9" * 3999: "has a number beyond 1.8e308",
-    "outer_radius": "outer_radius is no quantity; did you mean outer_radius_mm?",
-    "undercut + 1": "undercut is a verdict, or no number",
-    "feasible": "feasible is a verdict, or no number",
-    "relative_half_width": "relative_half_width is a verdict, or no number",
-    "mine + 1": "mine is not above it in [quantities]",
+    "outer_radius": "outer_radius is not a quantity; did you mean outer_radius_mm?",
+    "undercut + 1": "undercut cannot be used",
+    "feasible": "feasible cannot be used",
+    "relative_half_width": "relative_half_width cannot be used",
+    "mine + 1": "mine must be defined above it in [quantities]",
     "sin": "sin is a function: give it arguments",
     "sin(1, 2)": "sin takes 1 argument, not 2",
     "max(1)": "max takes 2 or more arguments, not 1",
-    "": "is no expression, such as",
-    "1 +": "is no expression, such as",
-    "a\0b": "is no expression, such as",
-    "import os": "is no expression, such as",
+    "": "is not an expression, such as",
+    "1 +": "is not an expression, such as",
+    "a\0b": "is not an expression, such as",
+    "import os": "is not an expression, such as",
 }
 CLASHES = {
     "torque_rms_N_m": "is a built-in quantity",
@@ -118,7 +118,7 @@ def test_a_name_that_has_another_meaning_is_one_sentence(name):
         ({"quantities": {"mine": READ}, "limits.mine": "x"}, "limits.mine", "must be a number"),
         ({"quantities": {"mine": READ}, "search.minimise": ["mind"]}, "search.minimise.1", "did you mean mine?"),
         ({"quantities": {"mine": "torque_rms_N_m"}}, "quantities.mine", "torque_rms_N_m needs follower.dynamics"),
-        ({"quantities": {"mine": "face_reach_max_mm"}}, "quantities.mine", "is no quantity of this mechanism"),
+        ({"quantities": {"mine": "face_reach_max_mm"}}, "quantities.mine", "is not a quantity of this mechanism"),
     ],
 )
 def test_a_mistake_names_its_key(changes, key, what):
@@ -131,7 +131,7 @@ def test_a_mistake_ends_a_command_with_exit_code_2_and_writes_nothing(tmp_path, 
     (tmp_path / "mine.toml").write_text(BASE.to_toml() + '\n[quantities]\nmine = "__import__(1)"\n')
     assert main(["sweep", str(tmp_path / "mine.toml"), "--out", str(tmp_path / "out")]) == 2
     (line,) = capsys.readouterr().err.strip().splitlines()
-    assert re.search(r"mine.toml: quantities.mine = '__import__\(1\)': __import__ is no function here", line)
+    assert re.search(r"mine.toml: quantities.mine = '__import__\(1\)': __import__ is not a known function", line)
     assert not (tmp_path / "out").exists()
 
 

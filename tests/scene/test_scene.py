@@ -170,8 +170,12 @@ def test_replace_sets_adds_and_clears_by_dotted_key():
     ("key", "value", "line"),
     [
         ("cam.rmp", 5, "roller-1000rpm: cam.rmp = 5: not a known key; did you mean rpm?"),
-        ("name.first", 5, "roller-1000rpm: name.first = 5: name is no table: give it whole"),
-        ("motion.9.law", "harmonic", "roller-1000rpm: motion.9.law = 'harmonic': 9 is no table: [[motion]] has 4"),
+        ("name.first", 5, "roller-1000rpm: name.first = 5: name is not a table: set name itself"),
+        (
+            "motion.9.law",
+            "harmonic",
+            "roller-1000rpm: motion.9.law = 'harmonic': there is no table 9: [[motion]] has 4",
+        ),
         ("cam.rpm", -1, "roller-1000rpm: cam.rpm = -1: must be at least 1e-09"),
     ],
 )

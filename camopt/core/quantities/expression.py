@@ -110,7 +110,7 @@ def parse_expression(text: str, check_name: Callable[[str], None]) -> Expression
             body = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise ValueError(
-            f"is no expression, such as 'outer_radius_mm * torque_rms_N_m'; {WHAT_IS_ALLOWED}"
+            f"is not an expression, such as 'outer_radius_mm * torque_rms_N_m'; {WHAT_IS_ALLOWED}"
         ) from None
     if (count := sum(not isinstance(node, SIGN_NODES) for node in ast.walk(body))) > MOST_NODES:
         raise ValueError(f"has {count:,} nodes; at most {MOST_NODES} are allowed")
@@ -139,7 +139,7 @@ def _parse_node(node: ast.AST, check_name: Callable[[str], None]) -> ExpressionN
         case ast.UnaryOp(op=ast.USub(), operand=operand):
             return ExpressionNode("neg", parts=(_parse_node(operand, check_name),))
         case ast.Call(func=ast.Name(id=name)) if name not in FUNCTIONS:
-            raise ValueError(f"{shorten(name)} is no function here; {suggest_names(name, FUNCTIONS)}")
+            raise ValueError(f"{shorten(name)} is not a known function; {suggest_names(name, FUNCTIONS)}")
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
             parts = tuple(_parse_node(argument, check_name) for argument in arguments)
             return ExpressionNode(name, parts=_checked_arguments(name, parts))

@@ -150,7 +150,7 @@ def load_installed(name: str) -> QuantityFunction:
         If there is no such entry point, or it is no quantity. The message is the end of a sentence.
     """
     if name not in installed_quantities():
-        raise ValueError(f"is no entry point of the group {QUANTITY_GROUP}: install the package that has it")
+        raise ValueError(f"is not an entry point of the group {QUANTITY_GROUP}: install the package that has it")
     entry = installed_quantities()[name]
     package = f"{entry.dist.name} {entry.dist.version}" if entry.dist else entry.module
     try:

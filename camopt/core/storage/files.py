@@ -88,7 +88,9 @@ def regular_file(path: str | os.PathLike[str]) -> Iterator[BufferedReader]:
         If there is no such file, or it cannot be read.
     """
     if "\0" in os.fsdecode(path) or not S_ISREG(os.stat(path).st_mode):
-        raise BadInput([Mistake("camopt", "file", os.fsdecode(path), "a regular file, no folder, pipe or device")])
+        raise BadInput(
+            [Mistake("camopt", "file", os.fsdecode(path), "a regular file, not a folder, pipe or device")]
+        )
     with open(path, "rb") as file:
         yield file
 

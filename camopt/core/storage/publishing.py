@@ -73,7 +73,7 @@ class Publication:
     def path(self, name: str) -> Path:
         """Path at which a file is to be written."""
         if not _matches(name, self.may_write):
-            raise KeyError(f"{name} is none of {', '.join(self.may_write)}")
+            raise KeyError(f"{name} is not one of {', '.join(self.may_write)}")
         return self.staging / name
 
 

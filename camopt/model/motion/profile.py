@@ -123,7 +123,7 @@ def place_elements(elements: Sequence[ElementSpec]) -> list[ProfilePiece]:
         assert centre is not None
         parts.append(ProfilePiece(element.radius, centre, start, end))
     if round(sum(part.sweep for part in parts) / (2 * pi)) != 1:
-        raise ProfileFault(0, "the elements do not go round the cam once")
+        raise ProfileFault(0, "the elements do not go round the cam exactly once")
     return parts
 
 
@@ -133,7 +133,7 @@ def _eccentric_circle(element: ElementSpec) -> ProfilePiece:
     if radius is None or centre is None or radius < 0.0:
         raise ProfileFault(1, "a profile of one element is an arc with its centre (x, y) and a radius above 0")
     if abs(centre) <= TOUCHING_SHARE * radius:
-        raise ProfileFault(1, "a circle about the cam's axis moves nothing")
+        raise ProfileFault(1, "a circle about the cam's axis does not move the follower")
     normal = -centre / abs(centre)
     joint = ProfileJoint(centre + radius * normal, normal)
     return ProfilePiece(radius, centre, joint, joint)

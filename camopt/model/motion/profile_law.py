@@ -101,11 +101,13 @@ def programme_on_profile(
         if isinstance(law, ProfileLaw) and not law.is_steady:
             raise ProfileFault(k, TOO_STEEP)
     if round(strokes[-1].end / (2 * pi)) != 1:
-        raise ProfileFault(0, "the follower does not go round the cam once")
+        raise ProfileFault(0, "the contact does not go round the cam exactly once")
     radii = tuple(inf if part.radius is None else part.radius + contact.radius for part in parts)
     programme = Programme(tuple(strokes), load, levels[0], radii)
     if programme.lift <= LEAST_LIFT * farthest:
-        raise ProfileFault(0, "the arcs are one circle about the cam's axis to within a millionth: nothing moves")
+        raise ProfileFault(
+            0, "the arcs are one circle about the cam's axis to within a millionth: the follower does not move"
+        )
     return programme
 
 

@@ -18,7 +18,7 @@ def _ratio_links(keys: Keys, turns: bool) -> tuple[ConstantRatio]:
         raise AssemblyFault("it has either a ratio, or the radius of a pinion or drum (mm)")
     ((name, factor),) = keys.items()
     require_positive(
-        abs(factor) - LEAST_RATIO, lambda: f"a {name} of 0, or less than {LEAST_RATIO:g} from it, moves nothing"
+        abs(factor) - LEAST_RATIO, lambda: f"a {name} below {LEAST_RATIO:g} in size does not move the tool"
     )
     if name == "ratio":
         return (ConstantRatio(factor, (turns, turns)),)

@@ -70,7 +70,7 @@ def _uncomputable_own_quantities(scene: Scene, setup: Setup) -> Iterator[Mistake
     for name, own in setup.own_quantities.items():
         for read in own.reads:
             if read not in offers and read not in setup.own_quantities:
-                why = f"needs {', '.join(lacks[read])}" if read in lacks else "is no quantity of this mechanism"
+                why = f"needs {', '.join(lacks[read])}" if read in lacks else "is not a quantity of this mechanism"
                 value = scene.quantities[name].value
                 yield Mistake(scene.file, f"{OWN_EFFECT}.{name}", value, f"{read} {why}", bare=True)
 

@@ -69,7 +69,14 @@ def grooved_body(work: Workpiece, chord: float) -> tuple[CadShape, float]:
     deviation = max(wall.deviation for pair in walls for wall in pair)
     if deviation > chord:
         raise BadInput(
-            [Mistake("camopt", "chord", chord, f"at least {deviation:.2g} mm, the best that walls reach")]
+            [
+                Mistake(
+                    "camopt",
+                    "chord",
+                    chord,
+                    f"at least {deviation:.2g} mm, the deviation of the walls of this groove",
+                )
+            ]
         )
     return shapes.sew_faces(_body_faces(groove, walls, height)), deviation
 

@@ -156,8 +156,10 @@ def _check_milling(work: Workpiece, settings: Milling) -> None:
     if settings.depth is not None and high is not None and settings.depth > high:
         mistakes.append(Mistake("camopt", "depth", settings.depth, f"at most part.{key} ({high:g} mm)"))
     if settings.depth is not None and settings.depth > (most := (part.thickness or inf) + work.depth_below):
-        below = "a hub" if work.disc is None else "the other disc"
-        mistakes.append(Mistake("camopt", "depth", settings.depth, f"at most {most:g} mm: {below} is below"))
+        below = "the hub" if work.disc is None else "the other disc"
+        mistakes.append(
+            Mistake("camopt", "depth", settings.depth, f"at most {most:g} mm: a deeper cut reaches {below}")
+        )
     if mistakes:
         raise BadInput(mistakes)
 

@@ -190,7 +190,7 @@ def timing(scene: SceneSource, lifts: float | Iterable[float] | None = None) -> 
         lifts = (lash or DEFAULT_SHARE * largest,)
     levels = [*lifts] if isinstance(lifts, Iterable) and not isinstance(lifts, str) else [lifts]
     unit = motion_table_unit(setup, 0)
-    allowed = f"numbers above 0 and below the largest lift ({largest:.6g} {unit})"
+    allowed = f"above 0 and below the largest lift ({largest:.6g} {unit})"
     wrong = [
         level
         for level in levels

@@ -380,7 +380,7 @@ def _plan_or_fault(question: SweepKey) -> SweepPlan | str:
 
 
 def _part_mistake(path: Path, why: str) -> Mistake:
-    return Mistake("camopt", "part", str(path), f"a whole part of a sweep; {why}")
+    return Mistake("camopt", "part", str(path), f"a complete part of a sweep; {why}")
 
 
 def _check_parts(questions: dict[Path, SweepKey], mistakes: list[Mistake]) -> SweepPlan:

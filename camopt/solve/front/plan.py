@@ -58,9 +58,9 @@ class SweepKey:
         """The key from JSON; a ValueError or a TypeError if the values are not those of a key."""
         kinds = {field.name: field.type for field in fields(cls)}
         if not isinstance(values, dict) or {name: type(value) for name, value in values.items()} != kinds:
-            raise ValueError("no key of a sweep")
+            raise ValueError("not the key of a sweep")
         if not (1 <= values["part"] <= values["parts"] <= SWEEP_PARTS and values["block"] >= 1):
-            raise ValueError("no part of a sweep")
+            raise ValueError("not a part of a sweep")
         tomllib.loads(values["scene"])
         return cls(**values)
 

@@ -72,7 +72,7 @@ class Store:
             named = ", ".join(other.differences_from(question))
             tell(
                 LossWarning(
-                    f"an interrupted sweep was here that differs in {named}; this one starts anew and replaces it"
+                    f"the folder has an interrupted sweep that differs in {named}; the new sweep replaces it"
                 )
             )
 
@@ -89,7 +89,7 @@ class Store:
         """All batches in order: whole ones from disk, and the others from an engine, which are then saved."""
         files = self.files()
         if files and self._tell:
-            self._tell(f"going on where an interrupted sweep ended: {self.progress} are done")
+            self._tell(f"resuming an interrupted sweep: {self.progress} are done")
         for path in {*self.folder.glob(BATCH_FILES)} - {path for _, path in files} if self._is_own else ():
             path.unlink()
         position = self.numbers.start

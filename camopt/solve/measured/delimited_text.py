@@ -63,10 +63,12 @@ def text_rows(text: str) -> list[NumberedRow]:
     """
     lines = text.splitlines()
     if len(lines) > MOST_LINES:
-        raise ValueError(f"has {len(lines)} lines; the most are {MOST_LINES}")
+        raise ValueError(f"has {len(lines)} lines; at most {MOST_LINES} are allowed")
     for number, line in enumerate(lines, start=1):
         if len(line) > MOST_LINE_CHARACTERS:
-            raise ValueError(f"has {len(line)} characters in line {number}; the most are {MOST_LINE_CHARACTERS}")
+            raise ValueError(
+                f"has {len(line)} characters in line {number}; at most {MOST_LINE_CHARACTERS} are allowed"
+            )
     return max((dialect.read_rows(lines) for dialect in TEXT_DIALECTS), key=_reading_score)
 
 
@@ -87,7 +89,7 @@ def decode(data: bytes) -> str:
         if data.startswith(mark):
             return data.decode(encoding)
     if b"\0" in data:
-        raise ValueError("is no text, and no workbook of Excel; save the table as CSV")
+        raise ValueError("is neither text nor an Excel workbook; save the table as CSV")
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError:

@@ -225,7 +225,7 @@ def _problem_at_rest(tables: Mapping[str, Any], radius: float, file: str) -> Pro
     complete_tables = {key: dict(table) for key, table in given_tables.items() if isinstance(table, Mapping)}
     form = complete_tables.get("cam", {}).get("form")
     if form in [*BODIES] and form != DISC.form:
-        raise BadInput([Mistake(file, "cam.form", form, "disc: a profile is that of a disc cam")])
+        raise BadInput([Mistake(file, "cam.form", form, "disc: a measured profile needs a disc cam")])
     complete_tables.get("cam", {})["base_radius"] = radius
     complete_tables.get("follower", {}).pop("dynamics", None)
     return resolve_design(
@@ -287,9 +287,9 @@ def measured_cam(
         **own_tables["follower"],
     }
     if cam_table.get("base_radius") is None and not of_profile:
-        raise BadInput([Mistake("camopt", "base_radius", None, "missing; or name a scene", bare=True)])
+        raise BadInput([Mistake("camopt", "base_radius", None, "missing; give it or a scene", bare=True)])
     if follower_table["contact"] == ROLLER.name and follower_table.get("roller_radius") is None:
-        raise BadInput([Mistake("camopt", "roller_radius", None, "missing; a roller has one", bare=True)])
+        raise BadInput([Mistake("camopt", "roller_radius", None, "missing; a roller follower needs it", bare=True)])
     return {**tables, "cam": cam_table, "follower": follower_table}
 
 

@@ -216,7 +216,7 @@ class Inspection(Result):
         ]
         if self.far:
             likely = f", but {self.likely}" if self.likely else f": check {SETTINGS_TO_CHECK}"
-            sentences.append(f"This is no cam of this drawing{likely}")
+            sentences.append(f"The cam does not match this drawing{likely}")
         if self.outliers:
             distances = [f"row {item.row} by {with_unit(item.off, 'mm')}" for item in self.outliers]
             sentences.append(
@@ -349,7 +349,9 @@ def inspect_discs(
     """The follower on the measured points of each disc of a cam, each disc at its best fit on the shaft."""
     problem = resolve_design(scene)
     if problem.setup.mechanism.body != DISC:
-        raise BadInput([Mistake(problem.file, "cam.form", scene.cam.form, "disc: a profile is that of a disc cam")])
+        raise BadInput(
+            [Mistake(problem.file, "cam.form", scene.cam.form, "disc: a measured profile needs a disc cam")]
+        )
     if columns.lift_unit not in MM_PER_UNIT:
         raise BadInput([Mistake("camopt", "lift_unit", columns.lift_unit, "mm or inch for a profile")])
     discs = cam_discs(problem)

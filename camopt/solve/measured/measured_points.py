@@ -111,7 +111,7 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableColumn
     if lifts.max() == lifts.min():
         what = "distance" if columns.kind is XY_TABLE else columns.kind.second
         raise file_mistake(
-            name, f"row {table.rows[0]}", float(lifts[0]), f"all rows have this {what}: nothing moves"
+            name, f"row {table.rows[0]}", float(lifts[0]), f"all rows have this {what}: the follower does not move"
         )
     angles_deg = angle_from(0.0, angles * (TURN_DEG / turn_angle))
     order = np.argsort(angles_deg, kind="stable")

@@ -57,7 +57,7 @@ def number_table(file: str, rows: Sequence[NumberedRow]) -> NumberTable:
             )
     number_rows = rows[first:]
     if len(number_rows) > TABLE_ROWS:
-        raise file_mistake(file, "rows", len(number_rows), f"the most are {TABLE_ROWS}")
+        raise file_mistake(file, "rows", len(number_rows), f"at most {TABLE_ROWS} are allowed")
     for row in number_rows:
         if fault := _row_fault(row, width):
             raise file_mistake(file, f"row {row.number}", *fault)
@@ -78,7 +78,7 @@ def _row_fault(row: NumberedRow, width: int) -> tuple[object, str] | None:
     if text == "":
         return None, "has an empty cell; each row needs all its numbers"
     if text is not None:
-        return text, "is no number such as 12.5; a comment starts with #"
+        return text, "is not a number, such as 12.5; a comment line starts with #"
     if len(row.cells) != width:
         return None, f"has {len(row.cells)} numbers, and most rows have {width}"
     return None

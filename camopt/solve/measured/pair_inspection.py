@@ -374,8 +374,8 @@ class _ContactPair:
         """Why the discs do not hold one follower; empty if they do."""
         far = [str(place) for place, disc in enumerate(self.discs, 1) if disc.is_far_off]
         if far:
-            are = "are no cams" if len(far) > 1 else "is no cam"
-            return f"disc {' and disc '.join(far)} {are} of this drawing"
+            matches = "do not match" if len(far) > 1 else "does not match"
+            return f"disc {' and disc '.join(far)} {matches} this drawing"
         if np.abs(self.distance_errors).max() > WRONG_CAM_SHARE * self.problem.programme.lift:
             turned = f"disc 2 is turned by {number_text(self.phase_difference)} deg against disc 1"
             return f"{turned}: their points have not one angle 0"

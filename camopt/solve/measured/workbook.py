@@ -41,7 +41,7 @@ def workbook_rows(data: bytes) -> list[NumberedRow]:
     except (ValueError, KeyboardInterrupt):
         raise
     except BaseException as trouble:  # panics of calamine are no Exception; unpacking may fail too
-        raise ValueError(f"is no workbook that can be read: {trouble}") from None
+        raise ValueError(f"is not a readable workbook: {trouble}") from None
 
 
 def _check_archive(data: bytes) -> None:
@@ -103,8 +103,8 @@ def _letters_to_column(letters: bytes) -> int:
 def _check_cells(row: int, column: int) -> None:
     """Refuse a sheet whose last cell is far from the first: calamine allocates memory for all cells between."""
     if row * column > MOST_CELLS:
-        where = f"has a sheet as far as row {row} and column {column}"
-        raise ValueError(f"{where}; the most are {MOST_CELLS} cells: save the table as CSV")
+        where = f"has a sheet up to row {row} and column {column}"
+        raise ValueError(f"{where}; at most {MOST_CELLS} cells are allowed: save the table as CSV")
 
 
 def _sheet_rows(sheet: Any) -> list[NumberedRow]:

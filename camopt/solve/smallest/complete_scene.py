@@ -23,5 +23,5 @@ def with_all_sizes(scene: Scene) -> Scene:
     design = optimum.best or optimum.nearest_miss
     if design is None:
         obstacles = "; ".join(optimum.obstacles.values())
-        raise Unmet(f"the scene leaves sizes open, and no cam can be assembled to supply them: {obstacles}")
+        raise Unmet(f"the scene omits sizes, and no cam can be assembled for them: {obstacles}")
     return design.scene

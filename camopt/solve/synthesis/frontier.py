@@ -239,7 +239,7 @@ def _axis_ends(
         results = _task_results(scene, axes, [*tasks, *other_tasks], engine)
         for axis, end in zip(kind_axes, results, strict=False):
             if end is None:
-                raise Unmet("no free law with so many pieces holds all limits; try more (synthesis.pieces)")
+                raise Unmet("no free law with this number of pieces meets all limits; increase synthesis.pieces")
             ends[axis, axis] = end
         known_cams = next(results, known_cams)
         estimate.finish_kind()

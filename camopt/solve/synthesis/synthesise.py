@@ -217,7 +217,7 @@ def solve_free_laws(
                 raise
             continue  # the next margin may not fail
         if least == inf:
-            raise Unmet("no free law with so many pieces holds all limits; try more (synthesis.pieces)")
+            raise Unmet("no free law with this number of pieces meets all limits; increase synthesis.pieces")
         optimum = iterate_of(model)
         least_jerk = least_jerk_laws(model, least)
         for laws in (least_jerk, optimum):

@@ -195,7 +195,7 @@ class Design(Result, Drawable, dict[str, Any]):
         def __getitem__(self, name: str, /) -> Any: ...
 
     def __missing__(self, name: str) -> Any:
-        raise UnknownName(f"{name!r} is no quantity of this design; {suggest_names(str(name), self)}")
+        raise UnknownName(f"{name!r} is not a quantity of this design; {suggest_names(str(name), self)}")
 
     def __repr__(self) -> str:
         sizes = [f", {name} = {self[name]:.6g}" for name in ("base_radius_mm", "mean_radius_mm") if name in self]
@@ -243,7 +243,7 @@ class DesignsByLaw(dict[str, Design]):
     """Designs by the names of their laws."""
 
     def __missing__(self, name: str) -> Design:
-        raise UnknownName(f"{name!r} is no law with a feasible design; {suggest_names(str(name), self)}")
+        raise UnknownName(f"{name!r} is not a law with a feasible design; {suggest_names(str(name), self)}")
 
 
 def scene_of(table: Any, row: Any = None, *, scene: SceneSource | None = None) -> Scene:

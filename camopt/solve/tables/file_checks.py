@@ -162,7 +162,7 @@ def _check_file(path: Path, manifest: Manifest | None) -> FileCheck:
     try:
         with regular_file(path) as file:
             if entry is None:
-                told = f"{MANIFEST} does not name it" if manifest else f"there is no {MANIFEST} to check it by"
+                told = f"{MANIFEST} does not name it" if manifest else f"there is no {MANIFEST} with its digest"
                 return FileCheck(path, "unknown", told)
             actual = entry_of(file)
             if actual == entry:

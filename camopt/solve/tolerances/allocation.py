@@ -240,7 +240,7 @@ def allocate(
     keys = graded_keys(scene, problem)
     only = (only,) if isinstance(only, str) else only
     if unknown := [each for each in only if each not in keys]:
-        why = f"is no tolerance with a grade; {suggest_names(unknown[0], keys)}" if keys else "has no grade"
+        why = f"is not a tolerance with a grade; {suggest_names(unknown[0], keys)}" if keys else "has no grade"
         raise BadInput([Mistake("camopt", "only", unknown[0], why, bare=True)])
     keys = tuple(key for key in keys if key in only) or keys
     if not keys:

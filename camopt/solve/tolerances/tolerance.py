@@ -367,7 +367,7 @@ class MotionErrors(Result, Drawable):
             If ``name`` is not ``displacement``, ``velocity`` or ``acceleration``.
         """
         if name not in MOTION_NAMES:
-            raise UnknownName(f"{name!r} is no motion; {suggest_names(str(name), MOTION_NAMES)}")
+            raise UnknownName(f"{name!r} is not a motion; {suggest_names(str(name), MOTION_NAMES)}")
         worst = self.worst_case if name == MOTION_NAMES[0] else self.worst_cases[MOTION_NAMES.index(name)]
         numbers = {
             key: error
@@ -388,7 +388,7 @@ class MotionErrors(Result, Drawable):
         """
         margins = {each.limit: each for each in self.margins if each.sizes}
         if limit not in margins:
-            raise UnknownName(f"{limit!r} is no limit with a margin; {suggest_names(str(limit), margins)}")
+            raise UnknownName(f"{limit!r} is not a limit with a margin; {suggest_names(str(limit), margins)}")
         return scene_of_cam(self.scene, margins[limit].sizes)
 
     def _row_of_field(self, head: str, field: str) -> dict[str, Any]:

@@ -82,7 +82,7 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
         if name not in self.quantities:
             if name in QUANTITIES:
                 raise UnknownName(f"{name!r} was not computed; add it to the outputs of the scene")
-            raise UnknownName(f"{name!r} is no quantity of this evaluation; {suggest_names(str(name), self)}")
+            raise UnknownName(f"{name!r} is not a quantity of this evaluation; {suggest_names(str(name), self)}")
         return self.quantities[name]
 
     def __contains__(self, name: object) -> bool:
@@ -127,7 +127,7 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
                 for number in numbers
             ]
             yield ""
-            yield table_of("Numbers of the scene, as they are read", rows, ["key", "value", "unit"])
+            yield table_of("Values that the scene gives with a unit", rows, ["key", "value", "unit"])
         if self.scene.by_crank:
             yield _crank_speed_sentence(self)
 

@@ -119,7 +119,7 @@ def test_a_sweep_goes_on_after_a_worker_and_then_the_scheduler_are_killed(tmp_pa
     assert not (out / "manifest.json").exists()
     with dask(tmp_path) as (address, _), cluster(address) as engine:
         camopt.sweep(SCENE, out, keep="all", block=50, tell=told.append, engine=engine)
-    assert told[0].startswith("going on where an interrupted sweep ended: ")
+    assert told[0].startswith("resuming an interrupted sweep: ")
     assert files_of(out) == whole
 
 

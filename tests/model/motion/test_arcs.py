@@ -337,7 +337,7 @@ BAD = [
     ([BASE, LINE, LINE, NOSE], "roller", "profile.2: its neighbours, which it touches, must be arcs"),
     ([BASE, arc(60, 10, 10), NOSE, LINE], "roller", "profile.2: does not touch the arc before it, by 20.9 mm"),
     ([BASE, arc(20, 0, 0), NOSE, LINE], "roller", "profile.2: has the centre of the arc before it"),
-    ([BASE], "roller", "profile.1: a circle about the cam's axis moves nothing"),
+    ([BASE], "roller", "profile.1: a circle about the cam's axis does not move the follower"),
     ([LINE], "roller", "profile.1: a profile of one element is an arc with its centre"),
     ([arc(20, 30, 0)], "roller", "profile: the axis of the cam (0, 0) is outside the profile"),
     ([BASE, flank(-9), NOSE, LINE], "roller", "profile.2: the follower bridges this hollow flank"),
@@ -381,7 +381,7 @@ def test_elements_in_the_wrong_order_are_told():
     nose, other = arc(8, 0, 30), arc(12, 10, 20)
     wrong = [BASE, LINE, other, LINE, nose, LINE]
     (line,) = mistakes_of((wrong, "roller"))
-    assert "the elements do not go round the cam once" in line
+    assert "the elements do not go round the cam exactly once" in line
     right = scene_of([BASE, *wrong[:0:-1]], "roller", "cw")  # a cw cam is met the other way round
     assert [element.x for element in right.profile] == [element.get("x") for element in wrong]
 
@@ -455,9 +455,9 @@ TOLD = [
     r"profile\.[1-4]: a flat face jumps over a hollow flank: only arcs with a radius above 0 move it smoothly",
     r"profile\.[1-4]: too steep: the pressure angle would exceed 89 deg, or the follower does not reach so far",
     r"profile\.[1-4]: the follower bridges this hollow flank: its radius \(.+\) is too large for it",
-    "profile: the elements do not go round the cam once",
+    "profile: the elements do not go round the cam exactly once",
     r"profile: the axis of the cam \(0, 0\) is outside the profile",
-    "profile: the arcs are one circle about the cam's axis to within a millionth: nothing moves",
+    "profile: the arcs are one circle about the cam's axis to within a millionth: the follower does not move",
     r"motion\.lift: the arm starts at .+ deg and rises by .+: it must stay below 180 deg",
 ]
 """Why arcs and a follower make no motion, whatever their numbers are."""

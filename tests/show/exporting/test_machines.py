@@ -124,7 +124,7 @@ NC = {"cutter_radius": 5.0, "feed": 300.0}
     ({**NC, "direction": "up"}, "direction = 'up': must be one of climb, conventional"),
     ({**NC, "chord": 1e-4}, "chord = 0.0001: must be at least 0.0005 mm"),
     ({**NC, "roughing": -1.0}, "roughing = -1.0: must be from 0 to 1000 mm"),
-    ({**NC, "depth": 16.001}, r"depth = 16.001: must be at most 16 mm: a hub is below"),
+    ({**NC, "depth": 16.001}, r"depth = 16.001: must be at most 16 mm: a deeper cut reaches the hub"),
     ({**NC, "cutter_radius": 1e3}, "cutter_radius = 1000.0: must be above 0 and at most"),
 ])  # fmt: skip
 def test_a_program_that_cannot_be_is_said(tmp_path, settings, message):

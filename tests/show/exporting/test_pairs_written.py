@@ -281,6 +281,6 @@ def test_a_disc_that_cannot_be_is_said(name, file, settings, message, tmp_path):
 
 def test_what_is_below_a_disc_ends_its_program(tmp_path):
     scene = find_scene("press-feed-by-pair").replace(part={"thickness": 12, "hub_diameter": 90, "hub_length": 40})
-    with pytest.raises(BadInput, match=r"depth = 15.1: must be at most 15 mm: the other disc is below"):
+    with pytest.raises(BadInput, match=r"depth = 15.1: must be at most 15 mm: a deeper cut reaches the other disc"):
         export(scene, tmp_path / "a.nc", disc=1, depth=15.1, **NC)
     export(scene.replace(part={"thickness": 12}), tmp_path / "a.nc", disc=1, depth=15.1, **NC)

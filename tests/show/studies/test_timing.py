@@ -81,7 +81,7 @@ def test_over_the_start_of_the_turn():
 
 @pytest.mark.parametrize("lift", [0, -1, 50, 51, True, "1", float("nan")])
 def test_a_lift_that_is_not_passed(lift):
-    with pytest.raises(BadInput, match=r"lift = .*: must be numbers above 0 and below the largest lift \(50 mm\)"):
+    with pytest.raises(BadInput, match=r"lift = .*: must be above 0 and below the largest lift \(50 mm\)"):
         timing(find_scene("roller-1000rpm"), [lift])
 
 

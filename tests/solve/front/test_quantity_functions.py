@@ -209,7 +209,7 @@ def test_every_scene_knows_the_quantities_of_installed_packages(installed_packag
     [
         ("broken", "the entry point of shop 1.0 fails: AttributeError"),
         ("odd", "must be a result of camopt.quantity, not builtin_function_or_method"),
-        ("absent", "is no entry point of the group camopt.quantities"),
+        ("absent", "is not an entry point of the group camopt.quantities"),
     ],
 )
 def test_an_entry_point_that_is_no_quantity_is_one_sentence(installed_package, name, what):

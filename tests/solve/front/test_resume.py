@@ -76,7 +76,7 @@ def test_an_interrupted_sweep_goes_on_where_it_ended(keep, tmp_path, whole, savi
     assert [each.name for each in tmp_path.iterdir()] == [".camopt"]
     run(tmp_path, keep=keep, tell=told.append, progress=lambda done, total: seen.append(done))
     assert len(told) == 1
-    assert told[0].startswith("going on where an interrupted sweep ended: 1,")
+    assert told[0].startswith("resuming an interrupted sweep: 1,")
     assert seen == [*range(BLOCK, 2401, BLOCK)]
     assert files_in(tmp_path) == whole[keep]
     assert [each.name for each in (tmp_path / ".camopt").iterdir()] == ["lock"]
@@ -141,7 +141,7 @@ def test_an_interrupted_refinement_evaluates_no_block_again(tmp_path):
         sweep(refined, tmp_path, progress=stop)
     told = []
     sweep(refined, tmp_path, tell=told.append)
-    assert told == ["going on where an interrupted sweep ended: 1,200 of 1,200 designs are done"]
+    assert told == ["resuming an interrupted sweep: 1,200 of 1,200 designs are done"]
 
 
 def test_a_sweep_that_is_shorter_than_a_second_keeps_nothing(tmp_path, monkeypatch):
@@ -164,7 +164,7 @@ def test_another_question_starts_anew_and_says_so(change, named, tmp_path, savin
         run(tmp_path, progress=stop_after(1200))
     told, other = [], SCENE.replace(**change)
     sweep(other, tmp_path, block=BLOCK, tell=told.append)
-    assert told == [f"an interrupted sweep was here that differs in {named}; this one starts anew and replaces it"]
+    assert told == [f"the folder has an interrupted sweep that differs in {named}; the new sweep replaces it"]
     sweep(other, tmp_path / "fresh", block=BLOCK)
     assert {**files_in(tmp_path / "fresh")}.items() <= {
         name: (tmp_path / name).read_bytes() for name in ("pareto.parquet", "designs.parquet", "scene.toml")
@@ -452,7 +452,7 @@ def test_resume_takes_the_question_from_the_folder(tmp_path, command, whole):
     interrupt(tmp_path / "camopt-out")
     code, _, err = command("sweep", "--resume")
     assert code == 0
-    assert "camopt: going on where an interrupted sweep ended: 1,200 of 2,400 designs are done" in err
+    assert "camopt: resuming an interrupted sweep: 1,200 of 2,400 designs are done" in err
     assert files_in(tmp_path / "camopt-out") == whole["feasible"]
 
 
@@ -502,7 +502,7 @@ def test_a_killed_sweep_goes_on(tmp_path):
     assert died.returncode == -signal.SIGKILL
     told = []
     sweep(camopt.find_scene(tmp_path / "own.toml"), tmp_path / "out", block=BLOCK, tell=told.append)
-    assert told[0].startswith("going on where an interrupted sweep ended: 1,")
+    assert told[0].startswith("resuming an interrupted sweep: 1,")
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         "designs.parquet", "pareto.parquet", "scene.toml", "manifest.json", ".camopt"
     }  # fmt: skip

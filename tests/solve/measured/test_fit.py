@@ -1028,11 +1028,11 @@ def test_a_fit_takes_any_key_and_the_speed_of_the_crank(run, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "code", "line"),
     [
-        (["cam.csv"], 2, "camopt: --base-radius: missing; or name a scene"),
+        (["cam.csv"], 2, "camopt: --base-radius: missing; give it or a scene"),
         (["cam.csv", "--base-radius", 20, "--band", -1], 2, "camopt: --band = -1.0: must be at least"),
         (["cam.csv", "--base-radius", 20, "--columns", "1,7"], 2, "cam.csv: columns = '7': must be a number from 1 to 2"),
         (["cam.csv", "--base-radius", 20, "--angle-unit", "gon"], 2, "camopt: --angle-unit = 'gon': must be one of deg, rad"),
-        (["cam.csv", "--base-radius", 20, "--follower", "roller"], 2, "camopt: --roller-radius: missing; a roller has one"),
+        (["cam.csv", "--base-radius", 20, "--follower", "roller"], 2, "camopt: --roller-radius: missing; a roller follower needs it"),
         (["cam.csv", "--scene", "exhaust-valve", "--follower", "flat"], 2, "camopt: --follower = 'flat': belongs to a fit without a scene"),
         (["cam.csv", "--base-radius", -3], 2, "camopt: --base-radius = -3.0: must be at least"),
         (["cam.csv", "--scene", "bucket-valve", "--base-radius", -3], 2, "camopt: --base-radius = -3.0: must be at least"),

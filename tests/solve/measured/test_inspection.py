@@ -173,7 +173,7 @@ def test_a_cam_that_is_none_of_the_drawing_and_a_phase_are_told():
     assert (aligned.far, mirrored.far) == (False, True)
     assert "but its mirrored points (x to -x) fit" in mirrored.table().note
     circle = camopt.inspect(with_noise(30.0 * np.exp(1j * ANGLES)), ROLLER)
-    assert "no cam of this drawing: check rotation" in circle.table().note
+    assert "does not match this drawing: check rotation" in circle.table().note
 
 
 def test_the_command_refuses_what_does_not_go_with_points(command, tmp_path):
@@ -219,5 +219,5 @@ def test_the_command_tells_which_tolerance_a_worn_cam_exceeds(command):
 def test_what_is_no_drawing_of_a_disc_is_refused():
     tables = cam_with("groove", dynamics={})
     scene = Scene.from_dict({"name": "groove", **{key: tables[key] for key in ("cam", "follower", "motion")}})
-    with pytest.raises(BadInput, match="a profile is that of a disc cam"):
+    with pytest.raises(BadInput, match="a measured profile needs a disc cam"):
         camopt.inspect(camopt.MeasuredProfile(np.ones((20, 2)), "xy"), scene)

@@ -265,12 +265,12 @@ def sheet_of(rows):
 
 FIRST = '<row r="1"><c r="A1"><v>1</v></c></row>'
 TOO_LARGE = {
-    "a cell in the last corner": (cell_in_the_corner, r"has a sheet as far as row 1048576 and column 16384; the most are 2000000 cells"),
-    "a cell in single quotes": (lambda: sheet_of(FIRST + "<row r='2'><c r = 'XFD1048576'><v>1</v></c></row>"), r"has a sheet as far as row 1048576 and column 16384"),
-    "a comment before the number": (lambda: sheet_of(FIRST + '<row r="2"><c r="XFD1048576"><!-- --><v>1</v></c></row>'), r"has a sheet as far as row 1048576 and column 16384"),
-    "cells that name no place": (lambda: sheet_of(FIRST + '<row r="1048576">' + 16384 * "<c><v>1</v></c>" + "</row>"), r"has a sheet as far as row 1048576 and column 16384"),
-    "a row beyond the sheet": (lambda: sheet_of(FIRST + '<row r="4294967295"><c r="A4294967295"><v>1</v></c></row>'), r"has a sheet as far as row 4294967295 and column 1"),
-    "a corner of .xlsb": (lambda: binary_workbook([(1, 1, 5.0), (1048576, 16384, 6.0)]), r"has a sheet as far as row 1048576 and column 16384"),
+    "a cell in the last corner": (cell_in_the_corner, r"has a sheet up to row 1048576 and column 16384; at most 2000000 cells are allowed"),
+    "a cell in single quotes": (lambda: sheet_of(FIRST + "<row r='2'><c r = 'XFD1048576'><v>1</v></c></row>"), r"has a sheet up to row 1048576 and column 16384"),
+    "a comment before the number": (lambda: sheet_of(FIRST + '<row r="2"><c r="XFD1048576"><!-- --><v>1</v></c></row>'), r"has a sheet up to row 1048576 and column 16384"),
+    "cells that name no place": (lambda: sheet_of(FIRST + '<row r="1048576">' + 16384 * "<c><v>1</v></c>" + "</row>"), r"has a sheet up to row 1048576 and column 16384"),
+    "a row beyond the sheet": (lambda: sheet_of(FIRST + '<row r="4294967295"><c r="A4294967295"><v>1</v></c></row>'), r"has a sheet up to row 4294967295 and column 1"),
+    "a corner of .xlsb": (lambda: binary_workbook([(1, 1, 5.0), (1048576, 16384, 6.0)]), r"has a sheet up to row 1048576 and column 16384"),
     "much that is unpacked": (lambda: archive(xl__media__picture_png=bytes(65 << 20)), r"is a workbook of more than 64 MiB when unpacked: save the table as CSV"),
     "a directory that lies": (lambda: archive_that_lies(65 << 20), r"is a workbook of more than 64 MiB when unpacked: save the table as CSV"),
 }  # fmt: skip
@@ -308,7 +308,7 @@ def test_a_binary_workbook(tmp_path):
 def test_a_damaged_binary_workbook_is_refused(tmp_path):
     """calamine panics, which is no Exception of Python."""
     data = binary_workbook([(1, 1, 5.0)], relation="b")
-    with pytest.raises(BadInput, match="file: is no workbook that can be read"):
+    with pytest.raises(BadInput, match="file: is not a readable workbook"):
         points_of(data, tmp_path, "cam.xlsb")
 
 
@@ -324,7 +324,7 @@ def test_the_last_cell_of_a_workbook_is_found(row, column, binary):
     elif binary:
         assert workbook_rows(data)[-1].number == row
     else:
-        with pytest.raises(ValueError, match="is no workbook that can be read"):
+        with pytest.raises(ValueError, match="is not a readable workbook"):
             workbook_rows(data)
 
 
@@ -348,15 +348,15 @@ BAD = {
     "empty": ("", "rows: has no row of numbers"),
     "words alone": ("Angle;Lift\nsee below", "rows: has no row of numbers"),
     "few points": ("\n".join(ROWS[:5]), "rows = 5: must be at least 12 points"),
-    "a word": (with_row(9, "45,high"), "row 10 = 'high': is no number such as 12.5"),
-    "a unit": (with_row(9, "45,1.5 mm"), "row 10 = '1.5 mm': is no number"),
-    "not a number": (with_row(9, "45,nan"), "row 10 = 'nan': is no number"),
-    "infinite": (with_row(9, "45,inf"), "row 10 = 'inf': is no number"),
+    "a word": (with_row(9, "45,high"), "row 10 = 'high': is not a number, such as 12.5"),
+    "a unit": (with_row(9, "45,1.5 mm"), "row 10 = '1.5 mm': is not a number"),
+    "not a number": (with_row(9, "45,nan"), "row 10 = 'nan': is not a number"),
+    "infinite": (with_row(9, "45,inf"), "row 10 = 'inf': is not a number"),
     "no lift": (with_row(9, "45"), "row 10: has 1 numbers, and most rows have 2"),
     "no angle": (with_row(9, ",1.5"), "row 10: has an empty cell"),
     "three numbers": (with_row(9, "45,1.5,2.5"), "row 10: has 3 numbers, and most rows have 2"),
-    "last words": ("\n".join([*ROWS, "end of data"]), "row 73 = 'end of data': is no number"),
-    "two decimal signs": (with_row(9, "45;1.5").replace(",", ";").replace("1.5", "1,5"), "row 10 = '1,5': is no number"),
+    "last words": ("\n".join([*ROWS, "end of data"]), "row 73 = 'end of data': is not a number"),
+    "two decimal signs": (with_row(9, "45;1.5").replace(",", ";").replace("1.5", "1,5"), "row 10 = '1,5': is not a number"),
     "two delimiters": (with_row(0, "0;0"), "row 1: is not read as 2 numbers like most rows, and no heading"),
     "thousands": ("\n".join(f"{a:g};1.234,{k:02}" for k, a in enumerate(ANGLES)), "rows: has no row of numbers"),
     "three columns": ("\n".join(f"{r},1" for r in ROWS), "columns = '1, 2, 3': which are angle and lift?"),
@@ -364,18 +364,18 @@ BAD = {
     "far away": (with_row(9, "45,1e9"), "row 10 = 1000000000.0: the lift must be within"),
     "far round": (with_row(9, "4e7,1"), "row 10 = 40000000.0: the angle must be within"),
     "one angle": ("\n".join(f"5,{y}" for y in LIFTS), "row 1 = 5.0: all rows have this angle"),
-    "no motion": ("\n".join(f"{a:g},2" for a in ANGLES), "row 1 = 2.0: all rows have this lift: nothing moves"),
+    "no motion": ("\n".join(f"{a:g},2" for a in ANGLES), "row 1 = 2.0: all rows have this lift: the follower does not move"),
     "inches": ("Angle (deg),Lift (inch)\n" + "\n".join(ROWS), "column 'Lift (inch)': is in inch, and mm is taken; give the unit of the lifts as inch"),
     "microns": ("Angle,Lift µm\n" + "\n".join(ROWS), "column 'Lift µm': is in µm, and mm is taken; only mm, inch, deg can be read"),
     "radians": ("Angle [rad],Lift\n" + "\n".join(ROWS), "column 'Angle [rad]': is in rad, and deg is taken; give the unit of the angles as rad"),
-    "no text": (b"\x00\x01\x02" * 100, "file: is no text, and no workbook"),
-    "broken XML": (archive(xl__workbook_xml="<a><b></a>"), "file: is no workbook that can be read"),
-    "a broken workbook": (b"PK\x03\x04 and no more", "file: is no workbook that can be read"),
+    "no text": (b"\x00\x01\x02" * 100, "file: is neither text nor an Excel workbook"),
+    "broken XML": (archive(xl__workbook_xml="<a><b></a>"), "file: is not a readable workbook"),
+    "a broken workbook": (b"PK\x03\x04 and no more", "file: is not a readable workbook"),
     "a workbook of words": (workbook([("a", "b")]), "rows: has no row of numbers"),
-    "a date": (workbook([(a, "2026-05-01" if a == 45 else y) for a, y in zip(ANGLES, LIFTS, strict=True)]), "row 10 = '2026-05-01': is no number"),
-    "too long": ("\n".join("1" for _ in range(20_001)), "rows = 20001: the most are 20000"),
-    "a long line": (with_row(9, "1" * 10_000_000), "file: has 10000000 characters in line 10; the most are 2000"),
-    "many lines": ("\n" * 1_000_000, "file: has 1000000 lines; the most are 40000"),
+    "a date": (workbook([(a, "2026-05-01" if a == 45 else y) for a, y in zip(ANGLES, LIFTS, strict=True)]), "row 10 = '2026-05-01': is not a number"),
+    "too long": ("\n".join("1" for _ in range(20_001)), "rows = 20001: at most 20000 are allowed"),
+    "a long line": (with_row(9, "1" * 10_000_000), "file: has 10000000 characters in line 10; at most 2000 are allowed"),
+    "many lines": ("\n" * 1_000_000, "file: has 1000000 lines; at most 40000 are allowed"),
 }  # fmt: skip
 
 

@@ -451,7 +451,7 @@ def test_strokes_that_meet_have_finite_peak_factors():
 
 
 def test_a_frontier_of_nothing(scene):
-    with pytest.raises(Unmet, match="no free law with so many pieces holds all limits"):
+    with pytest.raises(Unmet, match="no free law with this number of pieces meets all limits"):
         frontier(scene.replace(**{"limits.velocity": 2.0}), points=2, workers=1)
 
 

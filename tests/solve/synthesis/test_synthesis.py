@@ -719,7 +719,7 @@ MISTAKES = {
     "minimise": ("weight", "a term of the objective"),
     "peak_jerk": ("nolaw", "must be a motion law"),
     "peak_acceleration": ("uniform", "a law whose peak acceleration is finite"),
-    "peak_velocity": ([0.5, 2], "a range with 0 in it"),
+    "peak_velocity": ([0.5, 2], "a range that contains 0"),
     "rest": (4, "at most 3"),
     "monotone": (3, "monotone"),
     "degree": (3, "at least 4"),

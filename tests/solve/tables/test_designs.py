@@ -132,7 +132,7 @@ def test_a_quantity_that_a_design_has_not_names_the_nearest():
     with pytest.raises(KeyError) as error:
         best["presure_angle_max_deg"]
     assert str(error.value).startswith(
-        "'presure_angle_max_deg' is no quantity of this design; did you mean pressure_"
+        "'presure_angle_max_deg' is not a quantity of this design; did you mean pressure_"
     )
 
 

@@ -116,7 +116,7 @@ def test_unreachable_limits_and_invalid_costs_are_refused(tmp_path):
     ):
         with pytest.raises(BadInput, match=said):
             camopt.allocate(scene, within, costs=costs)
-    with pytest.raises(BadInput, match=r"only = 'follower.ofset': is no tolerance with a grade; did you mean"):
+    with pytest.raises(BadInput, match=r"only = 'follower.ofset': is not a tolerance with a grade; did you mean"):
         camopt.allocate(scene, 0.1, only=["follower.ofset"])
     with pytest.raises(BadInput, match="has no tolerance with a grade"):
         camopt.allocate(scene_of(given={"phase": 0.1}), 0.1)

@@ -173,7 +173,7 @@ class RadiusSubject:
             if abs(step) < EQUAL_DIGITS * other:
                 return float(other)
             there = limit_excess(other)
-        raise ArithmeticError(f"no smallest radius of {design} in 50 digits")
+        raise ArithmeticError(f"the smallest radius of {design} was not found in 50 digits")
 
 
 Subject = PeakSubject | RadiusSubject
