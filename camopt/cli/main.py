@@ -66,7 +66,7 @@ def camopt(context: click.Context) -> None:
 
     Exit codes: 0 done; 1 no feasible design, or certify finds a limit broken; 2 bad input; 3 trouble with a file or
     memory; 4 accuracy not reached, or a limit is undecided; 70 internal error of camopt; 129 terminal closed
-    (SIGHUP); 130 interrupted; 141 the reader of the output ended; 143 terminated (SIGTERM).
+    (SIGHUP); 130 interrupted; 141 output pipe closed; 143 terminated (SIGTERM).
     """
     if context.invoked_subcommand is None:
         click.echo(context.get_help())

@@ -273,8 +273,8 @@ class Sweep(Result, Drawable):
             if UNDECIDED in counts:
                 yield which
         if broken := counts.get(BROKEN):
-            dropped = f"Dropped {broken:,} design{'s' * (broken != 1)} with a cam within the tolerances that breaks"
-            yield f"{dropped} a limit; designs that only these dominate may be missing."
+            dropped = f"Dropped {broken:,} design{'s' * (broken != 1)}: a cam within the tolerances breaks a limit."
+            yield f"{dropped} Designs that only these dominate may be missing."
 
     @property
     def notes(self) -> tuple[str, ...]:
