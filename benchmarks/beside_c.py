@@ -12,6 +12,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from compiled import compile_early
 from rival_c import MECHANISMS, rival
 from throughput import Job, default_job, jobs
 
@@ -68,4 +69,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    compile_early()
     main()

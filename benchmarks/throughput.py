@@ -9,7 +9,6 @@ from functools import cached_property
 from itertools import product
 from typing import Any
 
-import compiled  # noqa: F401
 import numpy as np
 from rival_c import SAMPLES, SIZES, Rival
 from rival_motion import motion_table

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from importlib.util import module_from_spec
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pandas as pd
 import pytest
 
 from camopt import evaluate_designs, optimise
+from camopt.core.kernels import compile
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import callgrind
@@ -29,6 +31,13 @@ from smallest_cams import by_brentq, smallest_cam
 from throughput import KEYS, carried_job, jobs, loaded_job
 
 from camopt.model.motion import LAWS
+
+
+def test_imported_benchmarks_and_tests_leave_the_rule_for_compiling_as_it_is():
+    """Otherwise all tests of a run compile each kernel at once."""
+    fresh = module_from_spec(compile.__spec__)
+    compile.__spec__.loader.exec_module(fresh)
+    assert (compile.COMPILATION, compile.LOADING) == (fresh.COMPILATION, fresh.LOADING)
 
 
 def test_the_rival_of_the_fronts_sees_the_cams_of_the_sweep(tmp_path):
