@@ -79,7 +79,7 @@ def described(case: Case) -> str:
     """A case in Markdown."""
     rows = "\n".join(row(answer, value) for answer, value in zip(case.answers, case.ours(), strict=True))
     note = f" *{case.note}*" if case.note else ""
-    head = f"**{case.name}.** Source: {case.source}. {case.how_known} Inputs: {case.inputs}.{note}"
+    head = f"**{case.name}.** Source: {case.source}. {case.second_answer_text} Inputs: {case.inputs}.{note}"
     heads = f"| | {'in print' if case.read else 'as quoted'} | camopt | difference | allowed |"
     return f"{head}\n\n{heads}\n|---|--:|--:|--:|--:|\n{rows}\n"
 
