@@ -389,7 +389,7 @@ def test_the_smallest_cam_round_its_shaft_is_told_to_have_no_wall(capsys, tmp_pa
 def test_python_names_the_same_things(tmp_path):
     with pytest.raises(BadInput, match="must be a TOML file or a shipped scene; this is a folder"):
         camopt.find_scene(tmp_path)
-    with pytest.raises(BadInput, match="must be a regular file, no folder"):
+    with pytest.raises(BadInput, match="must be a regular file, not a folder"):
         camopt.load(tmp_path)
 
 
