@@ -141,8 +141,8 @@ def set_speed(scene):
             lambda: camopt.cam_points(SCENE, "ten"),
             "angles = 'ten': must be at least one number",
         ),
-        "a word for a lift": (lambda: camopt.timing(SCENE, "10"), "lift = '10': must be numbers above 0"),
-        "a lift too large": (lambda: camopt.timing(SCENE, 50), "lift = 50: must be numbers above 0"),
+        "a word for a lift": (lambda: camopt.timing(SCENE, "10"), "lift = '10': must be above 0"),
+        "a lift too large": (lambda: camopt.timing(SCENE, 50), "lift = 50: must be above 0"),
         "an option of no picture": (
             lambda: camopt.plot(SCENE, constrction=6),
             "constrction = 6: is not an option of this picture; did you mean construction?",

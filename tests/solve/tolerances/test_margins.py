@@ -119,7 +119,7 @@ def test_there_are_no_margins_without_tolerances_of_sizes():
     found = camopt.tolerance(scene)
     assert found.margins == ()
     assert found.margins_table() is None
-    with pytest.raises(camopt.UnknownName, match="no limit with a margin"):
+    with pytest.raises(camopt.UnknownName, match="not a limit with a margin"):
         found.worst_cam("pressure_angle")
 
 
